@@ -89,6 +89,14 @@ pub enum ElasticError {
         /// How much is allowed.
         limit_mib: usize,
     },
+    /// Nodes of a slab that are too near to each other.
+    #[error("{unknowns} unknowns are more than {limit}: take a wider spacing")]
+    TooFine {
+        /// How many there would be.
+        unknowns: usize,
+        /// How many are allowed.
+        limit: usize,
+    },
     /// A factorisation that met a pivot that is not positive.
     #[error("harmonic {harmonic} cannot be factorised: {reason}")]
     Factorisation {

@@ -27,6 +27,9 @@
 //! symmetric about the axis alone, a few seconds a press ([`FiniteStack`]): it tells how far the other one is
 //! off.
 //!
+//! What is flat and has channels of liquid in it is solved in three dimensions, by bricks ([`Slab`],
+//! [`LiquidStack`]): a press squeezes liquid into columns, and air that is shut in ahead of them pushes back.
+//!
 //! A [`Stack`] is made once for a design (seconds) and pressed in milliseconds. What does not converge is an
 //! error.
 //!
@@ -76,6 +79,7 @@ mod field;
 mod finite;
 mod friction;
 mod harmonic;
+mod liquid;
 mod material;
 mod meridian;
 mod mesh;
@@ -84,6 +88,7 @@ mod patch;
 mod presser;
 mod response;
 mod rings;
+mod slab;
 mod soft;
 mod stack;
 
@@ -91,9 +96,13 @@ pub use division::Division;
 pub use error::ElasticError;
 pub use field::Field;
 pub use finite::FiniteStack;
+pub use liquid::{
+    AIR_MPA, ChannelMoved, Column, LiquidOutcome, LiquidReady, LiquidStack, SkinNode,
+};
 pub use material::{MAX_POISSON_RATIO, Material};
 pub use meridian::{Body, Curve, Hold, Layer};
 pub use outcome::{Level, Outcome, SurfaceNode, Touch};
 pub use presser::{Ball, Press, Presser, SolidPresser};
+pub use slab::{Cell, Slab, SlabField};
 pub use soft::{BondLine, Place, SoftError, SoftLayer, SoftStack, TipPress, Yielded};
 pub use stack::Stack;

@@ -1,6 +1,8 @@
 //! A sensor: all its bodies, what holds them together, its camera and its chain.
 
-use crate::{Adhesion, Angle, Body, Circuit, Kind, Leg, NominalLens, Pose, Step, TouchSurface};
+use crate::{
+    Adhesion, Angle, Body, Circuit, Kind, Leg, LiquidSkin, NominalLens, Pose, Step, TouchSurface,
+};
 
 /// Parts of several materials that leave the printer as one piece.
 ///
@@ -97,6 +99,8 @@ pub struct Sensor {
     pub sight: Vec<String>,
     /// The surface that touches things; `None` where nothing is known to press it.
     pub touch: Option<TouchSurface>,
+    /// What else is pressed: a skin with channels of liquid.
+    pub liquid: Option<LiquidSkin>,
     /// The part that fixtures hold, where it comes off the rest.
     pub detachable: Option<Detachable>,
     /// Its circuits: what is etched, soldered and wired.
@@ -141,6 +145,7 @@ impl Sensor {
             camera,
             sight: Vec::new(),
             touch: None,
+            liquid: None,
             detachable: None,
             circuits: Vec::new(),
         }

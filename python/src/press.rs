@@ -41,10 +41,16 @@ pub fn press<'py>(
             spacing_mm,
             threads: threads(),
         };
-        let pressed = pressing.run(&project).map_err(|error| match error {
+        let explained = |error| match error {
             PressingError::Press(error) => press_error(&sensor, error),
             other => Error::from(other),
-        })?;
+        };
+        if Pressing::is_on_skin(&project.design.sensor) {
+            let pressed = pressing.run_on_skin(&project).map_err(explained)?;
+            let document = pressing::skin_document(&pressed).to_string();
+            return Ok((document, pressing::skin_arrays(&pressed)));
+        }
+        let pressed = pressing.run(&project).map_err(explained)?;
         let document = pressing::document(&pressed).to_string();
         Ok::<_, Failure>((document, pressing::arrays(&pressed)))
     })?;

@@ -180,10 +180,22 @@ fn what_cannot_be_pressed_is_refused_with_numbers() {
     );
     let sheared = |friction| ["1mm", "--shear", "1mm,0mm", "--friction", friction];
     refused(&[&["rtac0"], &tip[..], &sheared("-1")].concat(), 2, &["-1 is not between 0 and 10"]);
+    let skin =
+        |more: &[&'static str]| [&["fluidic", "--spacing", "3mm", "--steps", "1"], more].concat();
     refused(
-        &["fluidic", "--indenter", "ball@0mm,0mm", "--depth", "1mm"],
+        &skin(&["--indenter", "ball@40mm,0mm", "--depth", "1mm"]),
         2,
-        &["fluidic has no surface"],
+        &["40 mm", "from -30 to 30 mm in x"],
+    );
+    refused(
+        &skin(&["--indenter", "ball@0mm,0mm", "--depth", "9.1mm"]),
+        2,
+        &["9.1 mm", "at most 9 mm"],
+    );
+    refused(
+        &skin(&["--indenter", "ball@0mm,0mm", "--depth", "1mm", "--shear", "1mm,0mm"]),
+        2,
+        &["straight down"],
     );
     for (key, value, word) in [
         ("poissons_ratio", "0.5", "0.4999"),
@@ -296,4 +308,60 @@ fn large_strain_is_asked_for_at_the_tip() {
     };
     refused(&["--indenter", "ball@20deg,0deg"], "at the tip");
     refused(&["--indenter", "ball@0deg,0deg", "--shear", "0.1mm,0mm"], "straight in");
+}
+
+/// How far apart nodes of a skin are here: a press takes seconds.
+const SKIN: [&str; 4] = ["--spacing", "1.5mm", "--steps", "3"];
+
+#[test]
+fn a_press_on_the_fluidic_sensor_moves_the_columns_of_what_it_squeezes() {
+    let root = tempfile::tempdir().unwrap();
+    let at = |place: &str| {
+        let indenter = format!("ball@{place}");
+        let more = ["--indenter", &indenter, "--depth", "3mm", "--csv", "c.csv"];
+        press(root.path(), "fluidic", &[&more[..], &SKIN[..]].concat())
+    };
+    let document = at("-15mm,3.25mm");
+    let channels = document["channels"].as_array().unwrap();
+    assert_eq!(channels.len(), 16);
+    let volume = |name: &str, document: &Value| {
+        let channels = document["channels"].as_array().unwrap().clone();
+        number(&channels.into_iter().find(|c| c["name"] == name).unwrap()["volume_mm3"])
+    };
+    // The channel below the ball, drawn at y = 3.25 mm; its neighbours less, and alike but for the skin's edges.
+    let pressed = volume("left 5", &document);
+    let [before, after] = ["left 4", "left 6"].map(|name| volume(name, &document));
+    assert!(
+        pressed > 2.0 * before && (before / after - 1.0).abs() < 0.1,
+        "{pressed} {before} {after}"
+    );
+    assert!(pressed > 5.0 * volume("right 5", &document));
+    // Half of an 80 mm channel of 1.4 x 3 mm, round at its end, and the vent of 0.6 mm below the strip; p V stays.
+    let air = 3.0 * (1.4 * (40.0 - 0.7) + std::f64::consts::PI * (0.49 / 2.0 + 0.36));
+    assert!((number(&document["shut_in_air_mm3"]) / air - 1.0).abs() < 1e-9);
+    for channel in channels {
+        let [squeezed, moves, kpa] =
+            ["volume_mm3", "column_moves_mm", "pressure_kpa"].map(|key| number(&channel[key]));
+        assert!((moves - squeezed / 4.2).abs() < 1e-9, "{channel}");
+        assert!((kpa - 101.325 * (air / (air - squeezed) - 1.0)).abs() < 1e-5, "{channel}");
+    }
+    // Straight down, more with each step.
+    let force = vector(&document["force_n"]);
+    assert!(force[2] < 0.0 && force[0] == 0.0 && force[1] == 0.0);
+    let moment = vector(&document["moment_nmm"]);
+    // F times the place, within what nodes of 1.5 mm tell of it.
+    assert!((moment[0] / force[2] - 3.25).abs() < 0.3, "{moment:?}");
+    assert!((-moment[1] / force[2] + 15.0).abs() < 0.3, "{moment:?}");
+    let curve: Vec<f64> =
+        document["curve"].as_array().unwrap().iter().map(|s| -number(&s["force_n"][2])).collect();
+    assert!(curve.windows(2).all(|pair| pair[1] > pair[0]), "{curve:?}");
+    let table = std::fs::read_to_string(root.path().join("c.csv")).unwrap();
+    assert!(table.lines().count() == 4 && table.contains("left_5_mm3"), "{table}");
+    // Channels that enter from the right are those of the left, turned by half a turn.
+    let turned = at("15mm,-3.25mm");
+    for k in 1..=8 {
+        let [left, right] =
+            [volume(&format!("left {k}"), &document), volume(&format!("right {k}"), &turned)];
+        assert!((left / right - 1.0).abs() < 1e-6, "{k}: {left} {right}");
+    }
 }

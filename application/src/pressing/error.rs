@@ -73,6 +73,8 @@ impl Explained for PressingError {
             Self::NoFriction { .. } => {
                 "write `friction: 1.0` for it in a file of `materials:`, or say how much for this press"
             }
+            Self::Soft(SoftError::Shut { .. }) => "press less deep, or beside the channel",
+            Self::Elastic(ElasticError::TooFine { .. }) => "let nodes be further apart",
             Self::Soft(SoftError::Loose) => "let the layers stick to a plate or a shell",
             Self::Elastic(ElasticError::NoConvergence { .. }) => {
                 "press less deep, or with nodes further apart"

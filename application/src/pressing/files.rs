@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use fabkit_elastic::Level;
 use fabkit_export::{Array, Values};
 
 use super::curve::{Pressed, Step};
@@ -40,16 +41,14 @@ const PLOT: [f64; 3] = [480.0, 320.0, 56.0];
 
 /// The curve as a drawing: force over depth.
 pub fn curve_svg(pressed: &Pressed) -> String {
+    let straight = pressed.steps.iter().filter(|step| step.shear_mm == 0.0);
+    force_svg(&pressed.id, pressed.level, straight.map(|step| [step.depth_mm, step.force_n.norm()]))
+}
+
+/// Depths, mm, and forces, N, as a drawing.
+pub(super) fn force_svg(id: &str, level: Level, steps: impl Iterator<Item = [f64; 2]>) -> String {
     let [width, height, margin] = PLOT;
-    let points: Vec<[f64; 2]> = std::iter::once([0.0, 0.0])
-        .chain(
-            pressed
-                .steps
-                .iter()
-                .filter(|step| step.shear_mm == 0.0)
-                .map(|step| [step.depth_mm, step.force_n.norm()]),
-        )
-        .collect();
+    let points: Vec<[f64; 2]> = std::iter::once([0.0, 0.0]).chain(steps).collect();
     let most = points.last().copied().unwrap_or([1.0, 1.0]).map(|most| most.max(1e-9));
     let x = |mm: f64| margin + mm / most[0] * (width - margin - 16.0);
     let y = |n: f64| height - margin + n / most[1] * (margin + 28.0 - height);
@@ -60,7 +59,7 @@ pub fn curve_svg(pressed: &Pressed) -> String {
          height=\"{height}\" font-family=\"sans-serif\" font-size=\"12\" role=\"img\">\n\
          <title>Force over depth of {}</title>\n\
          <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
-        pressed.id
+        id
     );
     for i in 0..=4 {
         let share = f64::from(i) / 4.0;
@@ -87,7 +86,7 @@ pub fn curve_svg(pressed: &Pressed) -> String {
         line.join(" "),
         width / 2.0,
         height - 12.0,
-        pressed.level.name(),
+        level.name(),
     );
     svg
 }

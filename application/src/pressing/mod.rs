@@ -11,8 +11,8 @@ mod files;
 mod finite;
 mod picture;
 mod ready;
+mod skin;
 
-pub use fabkit_elastic::Level;
 use fabkit_elastic::Press;
 use fabkit_fixtures::Project;
 
@@ -20,10 +20,11 @@ pub use contact::{Answer, Contact, Linear};
 pub use curve::{Pressed, Step};
 pub use document::{answer, document, soft_layers};
 pub use error::PressingError;
-pub use fabkit_elastic::SoftLayer;
+pub use fabkit_elastic::{Level, SoftLayer};
 pub use files::{arrays, curve_csv, curve_svg};
 pub use picture::picture;
 pub use ready::Ready;
+pub use skin::{PressedSkin, SkinStep, press_skin, skin_arrays, skin_csv, skin_document, skin_svg};
 
 /// Most steps of a curve.
 pub const MAX_STEPS: u32 = 200;
@@ -114,14 +115,14 @@ impl Pressing<'_> {
         self.depth_mm * f64::from(i) / f64::from(self.steps)
     }
 
-    fn check(&self) -> Result<(), PressingError> {
+    pub(super) fn check(&self) -> Result<(), PressingError> {
         if !(1..=MAX_STEPS).contains(&self.steps) {
             return Err(self.no_steps());
         }
         Ok(())
     }
 
-    fn no_steps(&self) -> PressingError {
+    pub(super) fn no_steps(&self) -> PressingError {
         let limit = format!("1 to {MAX_STEPS} steps");
         PressingError::Range { what: "steps", value: self.steps.to_string(), limit }
     }

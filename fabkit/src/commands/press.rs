@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use fabkit_application::Error;
-use fabkit_application::export::{npz, png};
+use fabkit_application::depth::Picture;
+use fabkit_application::export::{Array, npz, png};
 use fabkit_application::pressing::{
-    Level, Pressed, Pressing, PressingError, SoftLayer, arrays, curve_csv, curve_svg, document,
-    picture, threads,
+    Level, Pressed, PressedSkin, Pressing, PressingError, SkinStep, SoftLayer, arrays, curve_csv,
+    curve_svg, document, picture, skin_arrays, skin_csv, skin_document, skin_svg, threads,
 };
 use fabkit_application::scene::press_error;
 use fabkit_application::source::{Source, Target};
@@ -48,23 +49,51 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
         spacing_mm: args.spacing,
         threads: threads(),
     };
-    let pressed = pressing.run(&project).map_err(|error| match error {
+    let explained = |error| match error {
         PressingError::Press(error) => press_error(&args.design.sensor, error),
         other => Error::from(other),
-    })?;
+    };
+    let told = if Pressing::is_on_skin(&project.design.sensor) {
+        let pressed = pressing.run_on_skin(&project).map_err(explained)?;
+        Told {
+            arrays: skin_arrays(&pressed),
+            csv: skin_csv(&pressed),
+            svg: skin_svg(&pressed),
+            text: skin_text(&pressed),
+            json: skin_document(&pressed),
+            picture: None,
+        }
+    } else {
+        let pressed = pressing.run(&project).map_err(explained)?;
+        Told {
+            arrays: arrays(&pressed),
+            csv: curve_csv(&pressed),
+            svg: curve_svg(&pressed),
+            text: text(&pressed),
+            json: document(&pressed),
+            picture: args.png.is_some().then(|| picture(&pressed)),
+        }
+    };
 
     let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     if let Some(path) = &args.output {
-        files.push((path.clone(), npz(&arrays(&pressed)).map_err(Failure::bug)?));
+        files.push((path.clone(), npz(&told.arrays).map_err(Failure::bug)?));
     }
     if let Some(path) = &args.csv {
-        files.push((path.clone(), curve_csv(&pressed).into_bytes()));
+        files.push((path.clone(), told.csv.into_bytes()));
     }
     if let Some(path) = &args.plot {
-        files.push((path.clone(), curve_svg(&pressed).into_bytes()));
+        files.push((path.clone(), told.svg.into_bytes()));
     }
     if let Some(path) = &args.png {
-        let shown = picture(&pressed);
+        let Some(shown) = &told.picture else {
+            let message = "a skin with channels of liquid has no picture of its surface";
+            return Err(Failure::new(
+                ErrorKind::BadInput,
+                message,
+                "take --plot, or the field with -o",
+            ));
+        };
         let bytes = png(shown.width_px, shown.height_px, &shown.rgb).map_err(Failure::bug)?;
         files.push((path.clone(), bytes));
     }
@@ -77,27 +106,75 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
         .iter()
         .map(|(path, bytes)| json!({ "file": path.display().to_string(), "bytes": bytes.len() }))
         .collect();
-    let mut text = text(&pressed);
+    let mut text = told.text;
     for (path, bytes) in &files {
         text += &format!("{}: {}\n", path.display(), size(bytes.len() as u64));
     }
-    let mut json = document(&pressed);
+    let mut json = told.json;
     json["files"] = json!(listed);
     Ok(Outcome { text, json, failed: false })
 }
 
-fn text(pressed: &Pressed) -> String {
-    let mut text = format!("{}, {} (simulated)\n", pressed.id, pressed.level.name());
-    for SoftLayer { name, material, thickness_mm, elasticity } in &pressed.soft.layers {
+/// All that a press can be written as.
+struct Told {
+    arrays: Vec<Array>,
+    csv: String,
+    svg: String,
+    text: String,
+    json: Value,
+    picture: Option<Picture>,
+}
+
+/// What was pressed, and what was simplified.
+fn heading(id: &str, level: Level, layers: &[SoftLayer], left_out: &[String]) -> String {
+    let mut text = format!("{id}, {} (simulated)\n", level.name());
+    for SoftLayer { name, material, thickness_mm, elasticity } in layers {
         let [least, most] = elasticity.young_range_mpa;
         text += &format!(
             "  {name}, {thickness_mm:.2} mm of {material}: E {:.3} MPa ({least:.3} to {most:.3}), nu {}; {}\n",
             elasticity.young_mpa, elasticity.poissons_ratio, elasticity.source
         );
     }
-    for left_out in &pressed.soft.left_out {
+    for left_out in left_out {
         text += &format!("  left out: {left_out}\n");
     }
+    text
+}
+
+fn skin_text(pressed: &PressedSkin) -> String {
+    let stack = &pressed.stack;
+    let mut text = heading(&pressed.id, Level::Linear, &stack.layers, &stack.left_out);
+    text += "depth mm  force N  contact radius mm  pressed in mm  bulge mm  sags mm\n";
+    for SkinStep { depth_mm, outcome } in &pressed.steps {
+        text += &format!(
+            "{depth_mm:8.3}  {:7.3}  {:17.2}  {:13.3}  {:8.3}  {:7.3}\n",
+            outcome.force_n.norm(),
+            outcome.contact_radius_mm,
+            outcome.max_indentation_mm,
+            outcome.bulge_mm,
+            outcome.sags_mm
+        );
+    }
+    text += "channel     squeezed out mm3  column moves mm  pressure kPa  closes mm\n";
+    for channel in pressed.last().into_iter().flat_map(|step| &step.outcome.channels) {
+        text += &format!(
+            "{:10}  {:16.3}  {:15.3}  {:12.3}  {:9.3}\n",
+            channel.name,
+            channel.volume_mm3,
+            channel.column_moves_mm,
+            1e3 * channel.pressure_mpa,
+            channel.closes_mm
+        );
+    }
+    for warning in pressed.warnings() {
+        text += &format!("warning: {warning}\n");
+    }
+    text
+}
+
+fn text(pressed: &Pressed) -> String {
+    let soft = &pressed.soft;
+    let mut text = heading(&pressed.id, pressed.level, &soft.layers, &soft.left_out);
     text += "depth mm  along mm  force N  contact radius mm  pressed in mm  bulge mm\n";
     for step in &pressed.steps {
         text += &format!(

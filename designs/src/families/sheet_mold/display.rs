@@ -51,6 +51,19 @@ pub fn seal_end_x(p: &SheetMold) -> f64 {
     vent_x(p) + SEAL_HALF_MM
 }
 
+/// Air that is shut in ahead of one column of liquid at rest, mm3: in its channel, and in the vent below the strip.
+pub fn shut_in_air_mm3(p: &SheetMold) -> f64 {
+    let ([inlet, _], rest) = (display_inlet(p, 0.0), rest_x(p));
+    let radius = p.display.channel_width.mm() / 2.0;
+    let ahead = Path::from([rest, radius])
+        .line([-inlet, radius])
+        .arc([-inlet, -radius], [-inlet, 0.0], true)
+        .line([rest, -radius])
+        .close();
+    let vent = Path::circle([0.0; 2], vent_mm(p));
+    p.display.sheet.mm() * (ahead.signed_area_mm2().abs() + vent.signed_area_mm2())
+}
+
 /// The strip that is cemented over the vents, its middle on the axis.
 fn seal(p: &SheetMold) -> Profile {
     let last = display_channel_y(p).into_iter().fold(0.0, f64::max);

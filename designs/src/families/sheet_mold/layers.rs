@@ -117,12 +117,27 @@ fn channel_layer(p: &SheetMold, layout: &Layout, channels: &[Channel]) -> Solid 
 
 /// The water behind the tubes' ends.
 fn liquid(p: &SheetMold, layout: &Layout, channels: &[Channel], side: Side) -> Solid {
+    Solid::union(
+        channel_liquids(p, layout, channels, side)
+            .into_iter()
+            .map(|(name, solid)| solid.named(format!("channel {name}"))),
+    )
+}
+
+/// The water of each channel of one side, by the channel's name.
+pub fn channel_liquids(
+    p: &SheetMold,
+    layout: &Layout,
+    channels: &[Channel],
+    side: Side,
+) -> Vec<(String, Solid)> {
     let root_x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
-    Solid::union(channels.iter().enumerate().map(|(k, channel)| {
-        Solid::extrusion(turned(channel.outline(root_x), side).close(), p.channels.height.mm())
-            .at_z(layout.bond_z_mm)
-            .named(format!("channel {} {}", side.word(), k + 1))
-    }))
+    let water = |(k, channel): (usize, &Channel)| {
+        let outline = turned(channel.outline(root_x), side).close();
+        let solid = Solid::extrusion(outline, p.channels.height.mm()).at_z(layout.bond_z_mm);
+        (format!("{} {}", side.word(), k + 1), solid)
+    };
+    channels.iter().enumerate().map(water).collect()
 }
 
 /// Liquid in the channels of one side, behind the tubes' ends.

@@ -16,6 +16,7 @@ mod layout;
 mod molds;
 mod parameters;
 mod sheets;
+mod skin;
 
 use fabkit_geometry::Sensor;
 
@@ -68,6 +69,7 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     Sensor {
         chain: chain::chain(p, layout),
         circuits: vec![circuit::circuit(p, layout)],
+        liquid: Some(skin::skin(p, layout)),
         contrasts: vec![[bodies::MARKER_PAINT, bodies::MARKER_LAYER].map(String::from)],
         press_fits: vec![press_fit(NEEDLE, TUBE, stretch_mm, reason)],
         sight: names(&[bodies::MARKER_PAINT]),

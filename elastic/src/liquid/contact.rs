@@ -1,0 +1,134 @@
+//! Contact of a presser with a slab that rests on liquid: forces that only push, and pressures that follow from
+//! how far each channel is squeezed.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::columns::Column;
+use crate::ElasticError;
+
+/// More than any contact has needed by far.
+const MAX_ITERATIONS: usize = 200;
+/// Of the squeezed volume, mm3.
+const TOLERANCE_MM3: f64 = 1e-9;
+
+/// What nodes of the surface and channels answer.
+#[derive(Debug)]
+pub(super) struct Answers {
+    /// Downward displacement of a node by a unit force down on another, mm/N.
+    pub compliance: DMatrix<f64>,
+    /// Liquid that a unit force squeezes out of a channel, by channel and node, mm3/N.
+    pub squeezed: DMatrix<f64>,
+    /// How much a channel grows by a unit pressure in another, mm3/MPa.
+    pub growth: DMatrix<f64>,
+}
+
+/// Forces and pressures that belong to each other.
+#[derive(Debug)]
+pub(super) struct Balance {
+    /// Down on each node, N.
+    pub forces_n: DVector<f64>,
+    /// In each channel, above that of the air around, MPa.
+    pub pressures_mpa: DVector<f64>,
+    /// Out of each channel, mm3.
+    pub squeezed_mm3: DVector<f64>,
+}
+
+impl Answers {
+    /// Holds nodes that a presser reaches below, mm, by forces that only push.
+    ///
+    /// # Errors
+    /// What does not converge.
+    pub(super) fn balance(
+        &self,
+        reached_mm: &[f64],
+        columns: &[Column],
+    ) -> Result<Balance, ElasticError> {
+        let mut squeezed_mm3 = DVector::zeros(columns.len());
+        let mut active: Vec<bool> = reached_mm.iter().map(|mm| *mm > 0.0).collect();
+        let mut worst = f64::INFINITY;
+        for _ in 0..MAX_ITERATIONS {
+            // Newton's method: the air's pressure along its tangent at what has been squeezed so far.
+            let tangents: Vec<[f64; 2]> =
+                columns.iter().zip(&squeezed_mm3).map(|(c, mm3)| c.pressure_mpa(*mm3)).collect();
+            let stiffness = DVector::from_iterator(columns.len(), tangents.iter().map(|t| t[1]));
+            let offset = DVector::from_iterator(
+                columns.len(),
+                tangents.iter().zip(&squeezed_mm3).map(|([mpa, slope], mm3)| mpa - slope * mm3),
+            );
+            let scaled = |mut matrix: DMatrix<f64>| {
+                for (mut row, factor) in matrix.row_iter_mut().zip(&stiffness) {
+                    row *= *factor;
+                }
+                matrix
+            };
+            let coupled =
+                DMatrix::identity(columns.len(), columns.len()) + scaled(self.growth.clone());
+            let coupled = coupled.lu();
+            let singular = || ElasticError::Factorisation {
+                harmonic: 0,
+                reason: "the channels' pressures do not follow from their volumes".to_owned(),
+            };
+            let by_force = coupled.solve(&scaled(self.squeezed.clone())).ok_or_else(singular)?;
+            let at_rest = coupled.solve(&offset).ok_or_else(singular)?;
+            let compliance = &self.compliance - self.squeezed.tr_mul(&by_force);
+            let lifted = self.squeezed.tr_mul(&at_rest);
+            let forces_n = held(&compliance, reached_mm, &lifted, &mut active)?;
+            let pressures_mpa = &by_force * &forces_n + &at_rest;
+            let next = &self.squeezed * &forces_n - &self.growth * &pressures_mpa;
+            worst = (&next - &squeezed_mm3).amax();
+            squeezed_mm3 = next;
+            if worst < TOLERANCE_MM3 {
+                return Ok(Balance { forces_n, pressures_mpa, squeezed_mm3 });
+            }
+        }
+        Err(ElasticError::NoConvergence {
+            what: "the pressure of the shut-in air",
+            iterations: MAX_ITERATIONS,
+            residual: worst,
+            tolerance: TOLERANCE_MM3,
+        })
+    }
+}
+
+/// Forces that hold those nodes that push back where the presser is; all others stay below it.
+fn held(
+    compliance: &DMatrix<f64>,
+    reached_mm: &[f64],
+    lifted_mm: &DVector<f64>,
+    active: &mut [bool],
+) -> Result<DVector<f64>, ElasticError> {
+    let count = reached_mm.len();
+    let wanted = DVector::from_iterator(
+        count,
+        reached_mm.iter().zip(lifted_mm).map(|(reached, lifted)| reached + lifted),
+    );
+    let mut changed = 0;
+    for _ in 0..MAX_ITERATIONS {
+        let held: Vec<usize> = (0..count).filter(|i| active[*i]).collect();
+        let part = compliance.select_rows(&held).select_columns(&held);
+        let factors = part.cholesky().ok_or_else(|| ElasticError::Factorisation {
+            harmonic: 0,
+            reason: "nodes of the surface cannot be held one by one".to_owned(),
+        })?;
+        let solved = factors.solve(&wanted.select_rows(&held));
+        let mut forces = DVector::zeros(count);
+        for (&node, force) in held.iter().zip(&solved) {
+            forces[node] = *force;
+        }
+        let moved = compliance * &forces;
+        let next: Vec<bool> = (0..count)
+            .map(|i| if active[i] { forces[i] > 0.0 } else { moved[i] < wanted[i] - 1e-9 })
+            .collect();
+        changed = next.iter().zip(active.iter()).filter(|(a, b)| a != b).count();
+        if changed == 0 {
+            return Ok(forces);
+        }
+        active.copy_from_slice(&next);
+    }
+    Err(ElasticError::NoConvergence {
+        what: "the contact of presser and surface",
+        iterations: MAX_ITERATIONS,
+        residual: changed as f64,
+        tolerance: 0.0,
+    })
+}

@@ -1,0 +1,189 @@
+//! Soft skins with channels of liquid: what a press squeezes out of each of them.
+//!
+//! Covers of channels are about as thick as they are wide, so that no theory of thin plates tells how they bend:
+//! the drawn skin is solved in three dimensions, by bricks between lines along the channels' faces.
+
+mod columns;
+mod contact;
+mod drawn;
+mod outcome;
+
+use fabkit_geometry::{LiquidSkin, Sensor, Vector3};
+use nalgebra::DMatrix;
+
+pub use self::columns::{AIR_MPA, Column};
+use self::contact::Answers;
+use self::drawn::Drawn;
+pub use self::outcome::{ChannelMoved, LiquidOutcome, SkinNode};
+use crate::slab::{Slab, SlabField};
+use crate::{ElasticError, Presser, SoftError, SoftLayer};
+
+/// Most nodes of the surface that a presser may touch.
+const MOST_TOUCHED: usize = 600;
+
+/// A drawn skin, solved.
+#[derive(Debug)]
+pub struct LiquidStack {
+    /// What gives way, from what is touched inwards, with its thickness in the middle.
+    pub layers: Vec<SoftLayer>,
+    /// What was simplified, in words.
+    pub left_out: Vec<String>,
+    skin: LiquidSkin,
+    slab: Slab,
+    columns: Vec<Column>,
+    /// Lines across x and y of the nodes of what is touched.
+    surface: Vec<[usize; 2]>,
+    /// The nodes above and below of each channel.
+    faces: Vec<Vec<[usize; 2]>>,
+}
+
+/// What a skin answers to pressers that touch certain nodes.
+#[derive(Debug)]
+pub struct LiquidReady<'a> {
+    stack: &'a LiquidStack,
+    /// Of the surface's nodes, those that may be touched.
+    touched: Vec<usize>,
+    answers: Answers,
+}
+
+impl LiquidStack {
+    /// The skin of a sensor, with nodes about `spacing_mm` apart.
+    ///
+    /// # Errors
+    /// A sensor without such a skin, nothing soft in it, more nodes than fit.
+    pub fn of(sensor: &Sensor, spacing_mm: f64) -> Result<Self, SoftError> {
+        let none = || SoftError::Stiff { sensor: sensor.name.clone() };
+        let skin = sensor.liquid.as_ref().ok_or_else(none)?;
+        let drawn = Drawn::of(sensor, skin, spacing_mm)?;
+        let layers = drawn.layers();
+        if layers.is_empty() {
+            return Err(none());
+        }
+        let [half_x, half_y] = skin.window_mm.map(|width_mm| width_mm / 2.0 - 1e-6);
+        let slab = Slab::new(
+            drawn.lines_mm.clone(),
+            skin.channels.len(),
+            |at| drawn.cell(at),
+            |place| place.x.abs() >= half_x || place.y.abs() >= half_y,
+        )?;
+        let columns = skin
+            .channels
+            .iter()
+            .map(|channel| Column { area_mm2: channel.column_mm2, air_mm3: channel.air_mm3 });
+        Ok(Self {
+            layers,
+            left_out: drawn.left_out(skin),
+            columns: columns.collect(),
+            surface: drawn.surface(),
+            faces: drawn.faces(&slab, skin.channels.len()),
+            skin: skin.clone(),
+            slab,
+        })
+    }
+
+    /// How many displacements are solved for.
+    pub fn unknowns(&self) -> usize {
+        self.slab.unknowns()
+    }
+
+    /// How many nodes the touched surface has.
+    pub fn surface_nodes(&self) -> usize {
+        self.surface.len()
+    }
+
+    /// What is drawn.
+    pub fn skin(&self) -> &LiquidSkin {
+        &self.skin
+    }
+
+    fn top(&self, [i, j]: [usize; 2]) -> [usize; 3] {
+        [i, j, self.slab.lines_mm(2).len() - 1]
+    }
+
+    /// How far a presser reaches below each node of the surface at rest, mm; negative above.
+    fn reached_mm(&self, presser: &(impl Presser + ?Sized)) -> Vec<f64> {
+        let lines_mm = self.slab.lines_mm(2);
+        let reach_mm = lines_mm.last().unwrap_or(&0.0) - lines_mm.first().unwrap_or(&0.0);
+        let up = Vector3::z();
+        let gap = |at: &[usize; 2]| -presser.gap_mm(&self.slab.place(self.top(*at)), &up, reach_mm);
+        self.surface.iter().map(gap).collect()
+    }
+
+    /// Solves for all that a presser at its deepest may touch.
+    ///
+    /// # Errors
+    /// A presser that touches nothing, that slips between nodes, or touches too many.
+    pub fn ready(
+        &self,
+        deepest: &(impl Presser + ?Sized),
+    ) -> Result<LiquidReady<'_>, ElasticError> {
+        let reached_mm = self.reached_mm(deepest);
+        let most_mm = reached_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if most_mm <= 0.0 {
+            return Err(ElasticError::NoContact { gap_mm: -most_mm });
+        }
+        // Liquid that is squeezed from elsewhere lifts the surface by less than the press itself.
+        let touched: Vec<usize> =
+            (0..reached_mm.len()).filter(|i| reached_mm[*i] > -0.3 * most_mm).collect();
+        if touched.len() > MOST_TOUCHED {
+            return Err(ElasticError::TooFine { unknowns: touched.len(), limit: MOST_TOUCHED });
+        }
+        let nodes: Vec<usize> =
+            touched.iter().map(|i| self.slab.node(self.top(self.surface[*i]))).collect();
+        let (count, channels) = (nodes.len(), self.columns.len());
+        let mut answers = Answers {
+            compliance: DMatrix::zeros(count, count),
+            squeezed: DMatrix::zeros(channels, count),
+            growth: DMatrix::zeros(channels, channels),
+        };
+        self.slab.solve_each(&nodes, |which, field| {
+            for channel in 0..channels {
+                let grown_mm3 = self.slab.growth_mm3(channel, &field);
+                match which.checked_sub(count) {
+                    None => answers.squeezed[(channel, which)] = -grown_mm3,
+                    Some(other) => answers.growth[(channel, other)] = grown_mm3,
+                }
+            }
+            if which < count {
+                for (row, node) in nodes.iter().enumerate() {
+                    answers.compliance[(row, which)] = -self.slab.displacement_mm(&field, *node).z;
+                }
+            }
+        });
+        Ok(LiquidReady { stack: self, touched, answers })
+    }
+}
+
+impl LiquidReady<'_> {
+    /// Presses: straight down, without friction.
+    ///
+    /// # Errors
+    /// A presser that touches nothing or more than it was made ready for, a contact that does not converge, a
+    /// channel that is pressed shut, more air than there is.
+    pub fn press(&self, presser: &(impl Presser + ?Sized)) -> Result<LiquidOutcome, SoftError> {
+        let stack = self.stack;
+        let all_mm = stack.reached_mm(presser);
+        let most_mm = all_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if most_mm <= 0.0 {
+            return Err(ElasticError::NoContact { gap_mm: -most_mm }.into());
+        }
+        let reached_mm: Vec<f64> = self.touched.iter().map(|i| all_mm[*i]).collect();
+        let balance = self.answers.balance(&reached_mm, &stack.columns)?;
+        let node = |i: usize| stack.slab.node(stack.top(stack.surface[i]));
+        let down: Vec<(usize, f64)> = self
+            .touched
+            .iter()
+            .zip(&balance.forces_n)
+            .map(|(i, force)| (node(*i), -force))
+            .collect();
+        let field: SlabField = stack.slab.solve(&down, balance.pressures_mpa.as_slice());
+        let touching: Vec<(usize, f64)> = self
+            .touched
+            .iter()
+            .zip(&balance.forces_n)
+            .filter(|(_, force)| **force > 0.0)
+            .map(|(i, force)| (*i, *force))
+            .collect();
+        LiquidOutcome::new(stack, &balance, &touching, field)
+    }
+}

@@ -1,0 +1,274 @@
+//! Slabs of bricks: what bends, with cavities in it, solved in three dimensions at small strain.
+
+mod brick;
+
+use std::collections::BTreeMap;
+
+use fabkit_geometry::{Point3, Vector3};
+use faer::Mat;
+use faer::prelude::Solve;
+use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::sparse::{SparseColMat, Triplet};
+
+use self::brick::UNKNOWNS;
+use crate::{ElasticError, Material};
+
+/// Unknowns of a slab that still fits into a few GiB.
+const MOST_UNKNOWNS: usize = 300_000;
+/// Stiffness of cavities, as a part of what is around them: so little that it is not felt, and enough to keep
+/// nodes inside of them in place.
+const CAVITY_STIFFNESS: f64 = 1e-6;
+/// Loads that are solved at once.
+const AT_ONCE: usize = 32;
+
+/// What a brick of a slab holds.
+#[derive(Clone, Debug, Default)]
+pub struct Cell {
+    /// Of what it is, and which share of it.
+    pub solid: Option<(Material, f64)>,
+    /// Which cavities reach into it, and with which share of it.
+    pub cavities: Vec<(usize, f64)>,
+}
+
+/// Bricks between lines along x, y and z, some of them held.
+#[derive(Debug)]
+pub struct Slab {
+    /// Of the lines, mm, rising.
+    lines_mm: [Vec<f64>; 3],
+    /// First unknown of a node that moves.
+    unknown: Vec<Option<usize>>,
+    unknowns: usize,
+    factors: Llt<usize, f64>,
+    /// How much each cavity grows by which unknown, mm2.
+    growth: Vec<Vec<(usize, f64)>>,
+}
+
+/// Displacements of all nodes.
+#[derive(Clone, Debug)]
+pub struct SlabField(Vec<f64>);
+
+impl Slab {
+    /// From lines, what is between them by cell along x, y and z, and the places that are held.
+    ///
+    /// # Errors
+    /// Too many bricks, and what nothing holds.
+    pub fn new(
+        lines_mm: [Vec<f64>; 3],
+        cavities: usize,
+        cell: impl Fn([usize; 3]) -> Cell,
+        is_held: impl Fn(Point3<f64>) -> bool,
+    ) -> Result<Self, ElasticError> {
+        let counts = [0, 1, 2].map(|axis: usize| lines_mm[axis].len().saturating_sub(1));
+        let cells: Vec<([usize; 3], Cell)> = places(counts)
+            .map(|at| (at, cell(at)))
+            .filter(|(_, cell)| cell.solid.is_some() || !cell.cavities.is_empty())
+            .collect();
+        let mut slab = Unsolved {
+            unknown: vec![None; lines_mm.iter().map(Vec::len).product()],
+            lines_mm,
+            unknowns: 0,
+        };
+        slab.number(&cells, is_held);
+        if slab.unknowns > MOST_UNKNOWNS {
+            return Err(ElasticError::TooFine { unknowns: slab.unknowns, limit: MOST_UNKNOWNS });
+        }
+        let growth = slab.growth(&cells, cavities);
+        let factors = slab.factors(&cells)?;
+        let Unsolved { lines_mm, unknown, unknowns } = slab;
+        Ok(Self { lines_mm, unknown, unknowns, factors, growth })
+    }
+
+    /// How many displacements are solved for.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns
+    }
+
+    /// Lines along an axis, mm.
+    pub fn lines_mm(&self, axis: usize) -> &[f64] {
+        &self.lines_mm[axis]
+    }
+
+    /// A node by its lines along x, y and z.
+    pub fn node(&self, at: [usize; 3]) -> usize {
+        node(&self.lines_mm, at)
+    }
+
+    /// Where a node is at rest, mm.
+    pub fn place(&self, at: [usize; 3]) -> Point3<f64> {
+        Point3::from([0, 1, 2].map(|axis: usize| self.lines_mm[axis][at[axis]]))
+    }
+
+    /// Whether a node is there and moves.
+    pub fn moves(&self, node: usize) -> bool {
+        self.unknown[node].is_some()
+    }
+
+    /// How much a cavity grows by a field, mm3.
+    pub fn growth_mm3(&self, cavity: usize, field: &SlabField) -> f64 {
+        self.growth[cavity].iter().map(|(unknown, mm2)| mm2 * field.0[*unknown]).sum()
+    }
+
+    /// Displacement of a node, mm; nothing where none is, or where it is held.
+    pub fn displacement_mm(&self, field: &SlabField, node: usize) -> Vector3<f64> {
+        self.unknown[node].map_or(Vector3::zeros(), |first| {
+            Vector3::new(field.0[first], field.0[first + 1], field.0[first + 2])
+        })
+    }
+
+    /// Forces along z on nodes, N, and pressures in cavities, MPa, to displacements.
+    pub fn solve(&self, forces_n: &[(usize, f64)], pressures_mpa: &[f64]) -> SlabField {
+        let mut load = Mat::zeros(self.unknowns, 1);
+        for (node, n) in forces_n {
+            if let Some(first) = self.unknown[*node] {
+                load[(first + 2, 0)] += n;
+            }
+        }
+        for (growth, mpa) in self.growth.iter().zip(pressures_mpa) {
+            for (unknown, mm2) in growth {
+                load[(*unknown, 0)] += mpa * mm2;
+            }
+        }
+        self.factors.solve_in_place(load.as_mut());
+        SlabField((0..self.unknowns).map(|i| load[(i, 0)]).collect())
+    }
+
+    /// Solves for a unit force down, N, on each node of `down`, then for a unit pressure, MPa, in each cavity, and
+    /// hands each field over in that order.
+    pub(crate) fn solve_each(&self, down: &[usize], mut take: impl FnMut(usize, SlabField)) {
+        let all: Vec<usize> = (0..down.len() + self.growth.len()).collect();
+        for chunk in all.chunks(AT_ONCE) {
+            let mut loads = Mat::zeros(self.unknowns, chunk.len());
+            for (column, &which) in chunk.iter().enumerate() {
+                if let Some(&node) = down.get(which) {
+                    if let Some(first) = self.unknown[node] {
+                        loads[(first + 2, column)] = -1.0;
+                    }
+                } else {
+                    for (unknown, mm2) in &self.growth[which - down.len()] {
+                        loads[(*unknown, column)] = *mm2;
+                    }
+                }
+            }
+            self.factors.solve_in_place(loads.as_mut());
+            for (column, &which) in chunk.iter().enumerate() {
+                let field = (0..self.unknowns).map(|i| loads[(i, column)]).collect();
+                take(which, SlabField(field));
+            }
+        }
+    }
+}
+
+/// All cells, x fastest.
+fn places([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+    (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])))
+}
+
+fn node(lines_mm: &[Vec<f64>; 3], [i, j, k]: [usize; 3]) -> usize {
+    i + lines_mm[0].len() * (j + lines_mm[1].len() * k)
+}
+
+/// A slab before its stiffness is factorised.
+struct Unsolved {
+    lines_mm: [Vec<f64>; 3],
+    unknown: Vec<Option<usize>>,
+    unknowns: usize,
+}
+
+impl Unsolved {
+    fn nodes(&self, [i, j, k]: [usize; 3]) -> [usize; 8] {
+        let at = |n: usize| [i + (n & 1), j + (n >> 1 & 1), k + (n >> 2 & 1)];
+        std::array::from_fn(|n| node(&self.lines_mm, at(n)))
+    }
+
+    fn edges_mm(&self, at: [usize; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|axis: usize| {
+            let line = &self.lines_mm[axis];
+            line[at[axis] + 1] - line[at[axis]]
+        })
+    }
+
+    /// Gives unknowns to the nodes of cells, where they are not held.
+    fn number(&mut self, cells: &[([usize; 3], Cell)], is_held: impl Fn(Point3<f64>) -> bool) {
+        let mut is_used = vec![false; self.unknown.len()];
+        for (at, _) in cells {
+            for node in self.nodes(*at) {
+                is_used[node] = true;
+            }
+        }
+        let counts = [0, 1, 2].map(|axis: usize| self.lines_mm[axis].len());
+        for at in places(counts) {
+            let place = Point3::from([0, 1, 2].map(|axis: usize| self.lines_mm[axis][at[axis]]));
+            let node = node(&self.lines_mm, at);
+            if is_used[node] && !is_held(place) {
+                self.unknown[node] = Some(self.unknowns);
+                self.unknowns += 3;
+            }
+        }
+    }
+
+    fn growth(&self, cells: &[([usize; 3], Cell)], cavities: usize) -> Vec<Vec<(usize, f64)>> {
+        let mut growth = vec![BTreeMap::<usize, f64>::new(); cavities];
+        // Liquid pushes on what is solid. Of nodes within cavities, and on openings, it pushes on nothing: there
+        // bricks of liquid pull as much as they push but for rounding, and next to nothing would hold them.
+        let mut is_solid = vec![false; self.unknown.len()];
+        for (at, _) in cells.iter().filter(|(_, cell)| cell.solid.is_some()) {
+            for node in self.nodes(*at) {
+                is_solid[node] = true;
+            }
+        }
+        for (at, cell) in cells {
+            let (nodes, dilation) = (self.nodes(*at), brick::dilation(self.edges_mm(*at)));
+            for (cavity, share) in &cell.cavities {
+                for (i, mm2) in dilation.iter().enumerate() {
+                    let node = nodes[i / 3];
+                    if let Some(first) = self.unknown[node].filter(|_| is_solid[node]) {
+                        *growth[*cavity].entry(first + i % 3).or_default() += share * mm2;
+                    }
+                }
+            }
+        }
+        growth.into_iter().map(|entries| entries.into_iter().collect()).collect()
+    }
+
+    /// Entries on and below the diagonal, factorised.
+    fn factors(&self, cells: &[([usize; 3], Cell)]) -> Result<Llt<usize, f64>, ElasticError> {
+        let mut triplets = Vec::new();
+        let stiffest = cells.iter().filter_map(|(_, cell)| cell.solid);
+        let stiffest = stiffest.map(|(material, _)| material.young_mpa()).fold(0.0, f64::max);
+        let soft = Material::new(CAVITY_STIFFNESS * stiffest, 0.0)?;
+        // Bricks of a few sizes and materials: each is worked out once.
+        let mut known: BTreeMap<[u64; 5], Box<[[f64; UNKNOWNS]; UNKNOWNS]>> = BTreeMap::new();
+        for (at, cell) in cells {
+            let (nodes, edges_mm) = (self.nodes(*at), self.edges_mm(*at));
+            let open = (soft, 1.0);
+            let share = cell.solid.map_or(0.0, |(_, share)| share);
+            let parts = cell.solid.into_iter().chain((share < 1.0).then_some(open));
+            for (material, share) in parts {
+                let [x, y, z] = edges_mm.map(f64::to_bits);
+                let key = [x, y, z, material.young_mpa().to_bits(), material.poisson().to_bits()];
+                let stiffness = known
+                    .entry(key)
+                    .or_insert_with(|| Box::new(brick::stiffness(edges_mm, &material)));
+                for (i, entries) in stiffness.iter().enumerate() {
+                    let Some(row) = self.unknown[nodes[i / 3]].map(|first| first + i % 3) else {
+                        continue;
+                    };
+                    for (j, entry) in entries.iter().enumerate() {
+                        let column = self.unknown[nodes[j / 3]].map(|first| first + j % 3);
+                        if let Some(column) = column.filter(|column| *column <= row) {
+                            triplets.push(Triplet::new(row, column, share * entry));
+                        }
+                    }
+                }
+            }
+        }
+        let failed = |reason: String| ElasticError::Factorisation { harmonic: 0, reason };
+        let matrix = SparseColMat::try_new_from_triplets(self.unknowns, self.unknowns, &triplets)
+            .map_err(|error| failed(error.to_string()))?;
+        drop(triplets);
+        let symbolic = SymbolicLlt::try_new(matrix.symbolic(), faer::Side::Lower)
+            .map_err(|error| failed(error.to_string()))?;
+        Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), faer::Side::Lower)
+            .map_err(|error| failed(error.to_string()))
+    }
+}

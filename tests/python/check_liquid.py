@@ -24,8 +24,9 @@ from skfem.helpers import ddot, div, sym_grad, trace
 
 Array = np.ndarray
 
-# Of each figure of either solution: bricks of 1 mm are some percent too stiff.
-AGREEMENT = 0.08
+# Of each figure: both touch with nodes of half a millimetre to one, so that how deep the ball sinks in differs by a
+# tenth; sag and volumes by force agree to some percent.
+AGREEMENT = 0.12
 DEPTH_MM = 3.0
 BALL_MM = 4.0
 AIR_MPA = 0.101325

@@ -65,7 +65,7 @@ pub enum SlicingError {
         said: String,
     },
     /// Somebody wants to stop.
-    #[error("slicing was stopped")]
+    #[error("interrupted")]
     Cancelled,
 }
 
@@ -160,6 +160,10 @@ fn one(
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Sliced, SlicingError> {
     let failed = |source| SlicingError::Io { part: part.to_owned(), source };
+    // Before there is anything to clean up: from here on somebody looks.
+    if cancelled() {
+        return Err(SlicingError::Cancelled);
+    }
     let folder = tempfile::tempdir().map_err(failed)?;
     let place = |name: &str| folder.path().join(name);
     fs::write(place("part.3mf"), bytes).map_err(failed)?;
@@ -199,8 +203,12 @@ fn wait(
     let begun = Instant::now();
     loop {
         let failed = |source| SlicingError::Io { part: part.to_owned(), source };
-        if child.try_wait().map_err(failed)?.is_some() {
-            return Ok(());
+        if let Some(status) = child.try_wait().map_err(failed)? {
+            if !status.success() {
+                // Ctrl-C in a terminal reaches the slicer as well, perhaps a little earlier.
+                std::thread::sleep(LOOK);
+            }
+            return if cancelled() { Err(SlicingError::Cancelled) } else { Ok(()) };
         }
         let is_cancelled = cancelled();
         if is_cancelled || begun.elapsed() > LIMIT {

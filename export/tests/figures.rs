@@ -4,8 +4,8 @@
 use std::f64::consts::PI;
 
 use fabkit_export::{ExportError, SamplesDocument, samples};
-use fabkit_geometry::testing::{cases, poses, primitives};
 use fabkit_geometry::{Angle, Matrix3, Path, Point3, Pose, Solid, Vector3};
+use fabkit_geometry_testing::{cases, poses, primitives};
 use proptest::prelude::*;
 use serde_json::Value;
 

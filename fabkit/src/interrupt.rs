@@ -55,6 +55,25 @@ pub fn begin_writing() -> Result<(), Failure> {
         .map_err(|_| Failure::plain(ErrorKind::Interrupted, "interrupted"))
 }
 
+/// As [`requested`], and from the first time on that it is asked, an interrupt waits until it is asked again: for
+/// work that has processes and temporary files of its own, until [`finish_watching`].
+pub fn watched() -> bool {
+    let _ = STATE.compare_exchange(COMPUTING, WRITING, Ordering::SeqCst, Ordering::SeqCst);
+    requested()
+}
+
+/// An interrupt ends the process at once again.
+///
+/// # Errors
+/// An interrupt that came too late for the work to see it.
+pub fn finish_watching() -> Result<(), Failure> {
+    let before = STATE.compare_exchange(WRITING, COMPUTING, Ordering::SeqCst, Ordering::SeqCst);
+    match before {
+        Err(STOPPING) => Err(Failure::plain(ErrorKind::Interrupted, "interrupted")),
+        _ => Ok(()),
+    }
+}
+
 /// Whether an interrupt asked the writer to stop.
 pub fn requested() -> bool {
     STATE.load(Ordering::SeqCst) == STOPPING

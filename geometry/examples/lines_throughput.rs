@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use fabkit_geometry::testing::{dimpled_mold, perforated_dome};
 use fabkit_geometry::{CompiledSolid, Path, Point3, Ray, Scratch, Solid, Vector3};
+use fabkit_geometry_testing::{dimpled_mold, perforated_dome};
 
 fn main() {
     let bolt = Solid::cylinder(2.5, 2.0).plus(Solid::cylinder(1.0, 8.0).at(0.0, 0.0, -7.0));

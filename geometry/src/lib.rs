@@ -48,8 +48,6 @@ mod slicing;
 mod solid;
 mod substance;
 mod surface_points;
-#[cfg(feature = "testing")]
-pub mod testing;
 mod touch;
 mod units;
 mod validate;

@@ -257,7 +257,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(crate::testing::cases(512))]
+        #![proptest_config(fabkit_geometry_testing::cases(512))]
 
         #[test]
         fn finds_well_separated_roots(

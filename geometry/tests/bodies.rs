@@ -1,7 +1,7 @@
 //! What must hold for every solid and every line.
 
-use fabkit_geometry::testing::{cases, poses, primitives, rays, trees};
 use fabkit_geometry::{CompiledSolid, Crossing, Path, Point3, Ray, Solid};
+use fabkit_geometry_testing::{cases, poses, primitives, rays, trees};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 

@@ -1,7 +1,7 @@
 //! The JSON form of solids.
 
-use fabkit_geometry::testing::{cases, trees};
 use fabkit_geometry::{Angle, Path, Point3, Profile, Solid, Vector3};
+use fabkit_geometry_testing::{cases, trees};
 use proptest::prelude::*;
 
 proptest! {

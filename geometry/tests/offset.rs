@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::testing::{cases, rays};
 use fabkit_geometry::{CompiledSolid, Point3, Solid};
+use fabkit_geometry_testing::{cases, rays};
 use proptest::prelude::*;
 
 /// Distance from the ellipsoid's surface, by search along its meridian: the nearest point of a

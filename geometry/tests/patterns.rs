@@ -2,11 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use fabkit_geometry::testing::cases;
 use fabkit_geometry::{
     CompiledSolid, EllipsoidOffset, InvalidPattern, MAX_FEATURES, Pattern, Point3, Pose, Ray,
     Solid, Vector3,
 };
+use fabkit_geometry_testing::cases;
 use proptest::prelude::*;
 
 fn points(pattern: &Pattern) -> Vec<Point3<f64>> {

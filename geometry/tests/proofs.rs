@@ -1,8 +1,8 @@
 //! Proofs must never leave out what lines or points would find.
 
 use fabkit_geometry::proofs::{meetings, obstacles};
-use fabkit_geometry::testing::{cases, poses, primitives, trees};
 use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
+use fabkit_geometry_testing::{cases, poses, primitives, trees};
 use proptest::prelude::*;
 
 /// The golden ratio's relatives: points that fill a box evenly.

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use fabkit_geometry::measure::{Estimate, MeasureError, overlap_volume, ray_volume};
-use fabkit_geometry::testing::{cases, dimpled_mold, perforated_dome, poses, trees};
 use fabkit_geometry::{Angle, CompiledSolid, Path, Point3, Pose, Profile, Solid, Vector3};
+use fabkit_geometry_testing::{cases, dimpled_mold, perforated_dome, poses, trees};
 use proptest::prelude::*;
 
 fn volume(solid: &Solid, lines: u32) -> Estimate {

@@ -4,8 +4,8 @@ mod oracle;
 
 use std::collections::BTreeSet;
 
-use fabkit_geometry::testing::{cases, trees};
 use fabkit_geometry::{Path, Point3, Solid, Vector3};
+use fabkit_geometry_testing::{cases, trees};
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, MeshError, TriMesh, intersection_volume_mm3, mesh};
 use proptest::prelude::*;
 

@@ -2,8 +2,8 @@
 
 mod oracle;
 
-use fabkit_geometry::testing::{cases, primitives};
 use fabkit_geometry::{Path, Profile, Solid};
+use fabkit_geometry_testing::{cases, primitives};
 use fabkit_mesh::{TriMesh, mesh};
 use oracle::distance_mm;
 use proptest::prelude::*;

@@ -1,7 +1,7 @@
 //! Random trees: the mesh against the exact solid, and what is written against itself.
 
-use fabkit_geometry::testing::{cases, trees};
 use fabkit_geometry::{CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
+use fabkit_geometry_testing::{cases, trees};
 use fabkit_mesh::{MeshError, PrintMesh, TriMesh, mesh};
 use proptest::prelude::*;
 

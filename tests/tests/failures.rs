@@ -171,6 +171,64 @@ fn an_interrupt_while_computing_ends_at_once_without_a_trace() {
     assert_eq!(contents(&root.path().join("out")), before);
 }
 
+/// A slicer has a folder of temporary files, and is a process of its own.
+#[test]
+fn an_interrupt_while_slicing_ends_the_slicer_and_leaves_no_folder() {
+    let root = tempfile::tempdir().unwrap();
+    let place = |name: &str| root.path().join(name);
+    // As slow as a slicer may be; it writes down which process it is.
+    let slicer = "#!/bin/sh\necho $$ >> \"$SLICERS\"\nexec sleep 60\n";
+    fs::write(place("slicer"), slicer).unwrap();
+    fs::set_permissions(place("slicer"), fs::Permissions::from_mode(0o755)).unwrap();
+    fs::create_dir(place("tmp")).unwrap();
+    let child = command(root.path())
+        .args(["guide", "rtac0", "--slice", "--quiet", "-o", "out"])
+        .env("FABKIT_SLICER", place("slicer"))
+        .env("SLICERS", place("slicers"))
+        .env("TMPDIR", place("tmp"))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let begun = Instant::now();
+    while !place("slicers").exists() && begun.elapsed() < Duration::from_secs(60) {
+        sleep(Duration::from_millis(5));
+    }
+    let start = Instant::now();
+    interrupt(child.id());
+    let run: Run = child.wait_with_output().unwrap().into();
+    assert_eq!(run.code, Some(130), "{run:?}");
+    assert_says(&run, &["interrupted"]);
+    assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
+    assert_eq!(fs::read_dir(place("tmp")).unwrap().count(), 0);
+    assert!(!place("out").exists());
+    let slicers = fs::read_to_string(place("slicers")).unwrap();
+    assert!(!slicers.is_empty());
+    for process in slicers.lines() {
+        let alive = Command::new("kill").args(["-0", process]).output().unwrap().status.success();
+        assert!(!alive, "slicer {process} goes on");
+    }
+}
+
+/// A folder to publish is fixtures, boards and a guide besides: minutes in which somebody loses patience.
+#[test]
+fn an_interrupt_while_all_is_exported_leaves_nothing() {
+    let root = tempfile::tempdir().unwrap();
+    for wait_ms in [300, 2000] {
+        let child = command(root.path())
+            .args(["export", "rtac0", "--all", "--tolerance=5um", "--quiet", "-o", "out"])
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        sleep(Duration::from_millis(wait_ms));
+        interrupt(child.id());
+        let run: Run = child.wait_with_output().unwrap().into();
+        assert_eq!(run.code, Some(130), "{run:?}");
+        assert_says(&run, &["interrupted"]);
+        assert!(contents(root.path()).is_empty() && !root.path().join("out").exists());
+    }
+}
+
 /// Interrupts as soon as the first temporary file is seen. The export may win that race; it must
 /// then be complete. How many attempts were in time is printed: a disk without latency lets none.
 #[test]

@@ -3,7 +3,7 @@
 use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -54,6 +54,50 @@ pub fn check(command: &mut Command) -> Result<(), String> {
     let status = command.status().map_err(|e| format!("cannot run {shown}: {e}"))?;
     println!("xtask: {:.0} s for {shown}", start.elapsed().as_secs_f64());
     if status.success() { Ok(()) } else { Err(format!("{shown}: {status}")) }
+}
+
+/// Runs programs two at a time, the first ones first: most of them keep one core busy, and leave the other idle.
+/// What each prints is shown when it has ended, so that lines of two do not mix. All are run, and all that fail
+/// are named.
+pub fn check_side_by_side(commands: Vec<Command>) -> Result<(), String> {
+    let waiting = Mutex::new(commands.into_iter());
+    let failures = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..AT_A_TIME {
+            scope.spawn(|| {
+                loop {
+                    // Not in the loop's head: there the lock would be held while the program runs.
+                    let next = waiting.lock().ok().and_then(|mut waiting| waiting.next());
+                    let Some(mut command) = next else { return };
+                    if let Err(why) = captured(&mut command)
+                        && let Ok(mut failures) = failures.lock()
+                    {
+                        failures.push(why);
+                    }
+                }
+            });
+        }
+    });
+    let mut failures = failures.into_inner().map_err(|_| "a program's watcher ended early")?;
+    failures.sort();
+    if failures.is_empty() { Ok(()) } else { Err(failures.join("\n")) }
+}
+
+/// Programs that run side by side: the machine of the gate has two cores.
+const AT_A_TIME: usize = 2;
+
+/// As [`check`], and what the program prints is printed in one piece when it has ended.
+fn captured(command: &mut Command) -> Result<(), String> {
+    let shown = shown(command);
+    let start = Instant::now();
+    let output = command.stdin(Stdio::null()).output();
+    let output = output.map_err(|e| format!("cannot run {shown}: {e}"))?;
+    let mut said = format!("xtask: {shown}\n");
+    for stream in [&output.stdout, &output.stderr] {
+        said += &String::from_utf8_lossy(stream);
+    }
+    println!("{}\nxtask: {:.0} s for {shown}", said.trim_end(), start.elapsed().as_secs_f64());
+    if output.status.success() { Ok(()) } else { Err(format!("{shown}: {}", output.status)) }
 }
 
 /// Whether a program can be run at all.

@@ -3,7 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::run::{build_workspace, built, cargo, check, fabkit, in_ci, root, skip, skipped};
+use crate::run::{
+    build_workspace, built, cargo, check, check_side_by_side, fabkit, in_ci, root, skip, skipped,
+};
 
 /// The sensor that is verified everywhere.
 const ALWAYS_VERIFIED: &str = "rtac0";
@@ -34,22 +36,15 @@ const CONSUMERS: [&str; 2] = ["admesh", "prusa-slicer"];
 /// Builds, lets the outside oracles read what the command writes, and runs all tests.
 pub fn run() -> Result<(), String> {
     build_workspace()?;
-    // Both below want it, and it is fetched once.
-    let _ = crate::python::uv();
-    // Most oracles have one thread: others work beside them.
-    std::thread::scope(|scope| {
-        let oracles = scope.spawn(|| match crate::python::environment() {
-            Ok(python) => oracles(&python),
-            Err(why) => skip("the outside oracles and other kernels", &why),
-        });
-        let package = match crate::python::uv() {
-            Ok(_) => crate::python_package::run(),
-            Err(why) => skip("the Python package", &why),
-        };
-        let fuzzed = package.and_then(|()| crate::fuzz::run(std::iter::empty()));
-        let oracles = oracles.join().map_err(|_| "an oracle's thread panicked".to_owned());
-        oracles.flatten().and(fuzzed)
-    })?;
+    match crate::python::environment() {
+        Ok(python) => oracles(&python)?,
+        Err(why) => skip("the outside oracles and other kernels", &why)?,
+    }
+    match crate::python::uv() {
+        Ok(_) => crate::python_package::run()?,
+        Err(why) => skip("the Python package", &why)?,
+    }
+    crate::fuzz::run(std::iter::empty())?;
     #[cfg(unix)]
     crate::faults::run(&[])?;
     // Last, so that its summary ends the output. Doc tests are part of it.
@@ -68,61 +63,76 @@ fn oracles(python: &Path) -> Result<(), String> {
         command.arg(root().join(path)).env("FABKIT_PYTHON", python);
         command
     };
-    check(script("tests/python/check_files.py").arg(&fabkit))?;
-    check(script("tests/python/check_contracts.py").arg(&fabkit))?;
+    let reader = |path: &str, arguments: &[&str]| {
+        let mut command = script(path);
+        command.args(arguments).arg(&fabkit);
+        command
+    };
     let mut glb = script("tests/python/check_glb.py");
     glb.arg(&fabkit).args(VIEWED);
     match crate::pages::Tools::find() {
         Ok(tools) => {
-            check(glb.arg("--validator").arg(tools.modules()))?;
+            glb.arg("--validator").arg(tools.modules());
             tools.bundle()?;
+            // Alone: it measures how long the first frame takes.
             tools.sample()?;
         }
-        Err(why) => {
-            check(&mut glb)?;
-            skip("pages in a browser, and gltf-validator", &why)?;
-        }
+        Err(why) => skip("pages in a browser, and gltf-validator", &why)?,
     }
-    check(script("tests/python/check_boards.py").arg(&fabkit))?;
-    check(script("tests/python/check_intrinsics.py").arg(&fabkit))?;
-    check(script("tests/python/check_dataset.py").arg(&fabkit))?;
-    check(script("tests/python/check_elastic.py").arg(built("release", "examples/press_json")))?;
-    check(script("tests/python/check_tetrahedra.py").arg(&fabkit))?;
     crate::light::sample(python, &fabkit)?;
+    // On all cores by itself.
     let (count, seed) = VARIANTS;
     crate::variants::judge(python, &fabkit, count, seed)?;
+
+    // The long ones first, so that the last one does not run alone for long.
+    let mut all = verified(python, &fabkit)?;
+    let mut tests = Command::new(python);
+    tests
+        .args(["-m", "unittest", "discover", "--start-directory"])
+        .arg(root().join("verify/tests"));
+    tests.env("FABKIT", &fabkit).env("FABKIT_PYTHON", python);
+    all.push(tests);
     for consumer in CONSUMERS {
         if installed(consumer) {
-            check(script("tests/python/consumers.py").args([consumer]).arg(&fabkit))?;
+            all.push(reader("tests/python/consumers.py", &[consumer]));
             if consumer == "prusa-slicer" {
-                let mut settings = script("tests/python/consumers.py");
-                check(settings.arg("settings").arg(&fabkit).args(SLICED))?;
+                let mut settings = reader("tests/python/consumers.py", &["settings"]);
+                settings.args(SLICED);
+                all.push(settings);
             }
         } else {
             skip(consumer, "it is not installed; the system's packages have it")?;
         }
     }
-    check(
-        Command::new(python)
-            .args(["-m", "unittest", "discover", "--start-directory"])
-            .arg(root().join("verify/tests"))
-            .env("FABKIT", &fabkit)
-            .env("FABKIT_PYTHON", python),
-    )?;
-    let verify = |design: &str, parts: &[&str], options: &[&str]| {
-        let mut command = Command::new(&fabkit);
-        command.args(["verify", design]).args(options).env("FABKIT_PYTHON", python);
-        check(command.args(parts.iter().map(|part| format!("--part={part}"))))
-    };
-    verify(ALWAYS_VERIFIED, &[], &[])?;
-    if in_ci() {
-        VERIFIED_IN_CI.iter().try_for_each(|design| verify(design, &[], &[]))?;
-        let (design, fewer) = FEWER_IN_CI;
-        verify(design, &[], &[fewer])?;
-        let (design, halves) = SEMI_DOMES_IN_CI;
-        return verify(design, &halves, &[]);
+    for oracle in ["files", "contracts", "boards", "intrinsics", "dataset", "tetrahedra"] {
+        all.push(reader(&format!("tests/python/check_{oracle}.py"), &[]));
     }
-    skip("verification of the other sensors", "it is part of continuous integration")
+    all.push(glb);
+    let mut elastic = script("tests/python/check_elastic.py");
+    elastic.arg(built("release", "examples/press_json"));
+    all.push(elastic);
+    check_side_by_side(all)
+}
+
+/// What other kernels rebuild.
+fn verified(python: &Path, fabkit: &Path) -> Result<Vec<Command>, String> {
+    let verify = |design: &str, parts: &[&str], options: &[&str]| {
+        let mut command = Command::new(fabkit);
+        command.args(["verify", design]).args(options).env("FABKIT_PYTHON", python);
+        command.args(parts.iter().map(|part| format!("--part={part}")));
+        command
+    };
+    let mut all = vec![verify(ALWAYS_VERIFIED, &[], &[])];
+    if in_ci() {
+        all.extend(VERIFIED_IN_CI.iter().map(|design| verify(design, &[], &[])));
+        let (design, fewer) = FEWER_IN_CI;
+        all.push(verify(design, &[], &[fewer]));
+        let (design, halves) = SEMI_DOMES_IN_CI;
+        all.push(verify(design, &halves, &[]));
+    } else {
+        skip("verification of the other sensors", "it is part of continuous integration")?;
+    }
+    Ok(all)
 }
 
 /// `cargo xtask opencv`: the corner detector that is there only with the `opencv` feature, on the same pictures

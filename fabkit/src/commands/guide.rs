@@ -35,7 +35,8 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
         guiding::facts(&design, &stages, calibration.as_ref(), args.units).map_err(Failure::bug)?;
     if let Some(slicer) = slicer {
         let show = |step: Step| progress.show(step);
-        slicing::slice(&design, &mut guide, &slicer, &interrupt::requested, &show)?;
+        slicing::slice(&design, &mut guide, &slicer, &interrupt::watched, &show)?;
+        interrupt::finish_watching()?;
     }
     let files = guiding::files(&design, &stages, &guide, &|step: Step| progress.show(step))?;
     drop(progress);

@@ -2,8 +2,8 @@
 
 use std::cell::Cell;
 
-use fabkit_geometry::testing::{cases, directions, poses, primitives};
 use fabkit_geometry::{Angle, CompiledSolid, Path, Point3, Pose, Ray, Solid, Vector3};
+use fabkit_geometry_testing::{cases, directions, poses, primitives};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
@@ -191,7 +191,7 @@ fn features_of_operands_are_those_that_booleans_make() {
 
 #[test]
 fn a_hundred_holes_through_a_shell_have_no_slivers() {
-    let (dome, exact_mm3) = fabkit_geometry::testing::perforated_dome();
+    let (dome, exact_mm3) = fabkit_geometry_testing::perforated_dome();
     let mesh = crate::mesh(&dome, DEFAULT_TOLERANCE_MM).unwrap();
     assert_eq!(mesh.genus(), 100);
     assert!((mesh.volume_mm3() / exact_mm3 - 1.0).abs() < 2e-4);

@@ -2,8 +2,8 @@
 
 use std::cell::Cell;
 
-use fabkit_geometry::testing::cases;
 use fabkit_geometry::{Path, Point3, Pose, Solid};
+use fabkit_geometry_testing::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
@@ -44,7 +44,7 @@ fn stacks() -> impl Strategy<Value = Solid> {
         several(),
         prop::collection::vec(placed(), 0..4),
         any::<bool>(),
-        fabkit_geometry::testing::poses(10.0),
+        fabkit_geometry_testing::poses(10.0),
     )
         .prop_map(|(of, minus, boxed, pose)| {
             let mut of = of;

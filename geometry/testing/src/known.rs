@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{CUT_OVERLAP_MM, Pattern, Solid};
+use fabkit_geometry::{CUT_OVERLAP_MM, Pattern, Solid};
 
 /// Volume of the part of a ball's cap that a cylinder of radius `a` around its axis cuts out,
 /// measured from the plane through the ball's centre, mm^3.
@@ -49,7 +49,7 @@ pub fn dimpled_mold() -> (Solid, f64) {
     let dimples = lattice.features("dimple", &shaft).expect("the lattice is valid");
     // Turned over, centred above the block.
     let over = |solid: Solid| {
-        let half_turn = crate::Angle::from_rad(PI).expect("finite");
+        let half_turn = fabkit_geometry::Angle::from_rad(PI).expect("finite");
         solid.turned_x(half_turn).at(0.0, 0.0, top - height + ball)
     };
     let mold = Solid::cuboid(45.0, 45.0, top)

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 pub use self::known::{dimpled_mold, perforated_dome};
-use crate::{Angle, Path, Pose, Profile, Ray, Solid};
+use fabkit_geometry::{Angle, Path, Pose, Profile, Ray, Solid};
 
 /// That many cases, the same ones every time.
 pub fn cases(count: u32) -> ProptestConfig {

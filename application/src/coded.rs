@@ -3,6 +3,7 @@
 use std::io;
 use std::path::Path;
 
+use fabkit_elastic::BallTestError;
 use fabkit_export::ExportError;
 use fabkit_fixtures::FixtureError;
 use fabkit_mesh::MeshError;
@@ -138,6 +139,8 @@ pub fn about(error: &Error) -> About {
         Error::Verifier(error) => verifier(error),
         Error::Scene(error) => About::of(scene(error)),
         Error::Pressing(error) => About::of(pressing(error)),
+        Error::Gel(BallTestError::Elastic(_)) => About::of("no_contact_solution"),
+        Error::Gel(_) => About::of("no_modulus"),
         Error::DatasetRequest(DatasetRequestError::NoPatterns(_)) => About::of("no_presses"),
         Error::DatasetRequest(DatasetRequestError::Presses { .. }) => {
             About::of("no_contact_solution")

@@ -4,6 +4,8 @@
 //! one type to look into. What is said here names no option of a command and no argument of a function:
 //! that is for those who know which door their user came through.
 
+use fabkit_elastic::BallTestError;
+
 use crate::authored::NotReplaced;
 use crate::bodies::UnknownName;
 use crate::calibrating::CalibratingError;
@@ -94,6 +96,8 @@ pub enum Error {
     Scene(#[from] SceneError),
     /// A press that has no result.
     Pressing(#[from] PressingError),
+    /// Readings of a gel that give no modulus.
+    Gel(#[from] BallTestError),
     /// What a data set cannot be made of.
     DatasetRequest(#[from] DatasetRequestError),
     /// A data set that cannot be written.
@@ -143,6 +147,7 @@ impl Error {
             Self::Verifier(error) => error,
             Self::Scene(error) => error,
             Self::Pressing(error) => error,
+            Self::Gel(error) => error,
             Self::DatasetRequest(error) => error,
             Self::Dataset(error) => error,
             Self::Sample(error) => error,

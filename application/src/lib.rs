@@ -49,6 +49,7 @@ pub mod diagnostics;
 pub mod documents;
 mod error;
 pub mod exporting;
+pub mod gel_profile;
 pub mod ground_truth;
 pub mod guiding;
 pub mod identity;

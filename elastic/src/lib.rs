@@ -70,6 +70,7 @@
 
 #![forbid(unsafe_code)]
 
+mod ball_test;
 mod compliance;
 mod contact;
 mod division;
@@ -92,6 +93,7 @@ mod slab;
 mod soft;
 mod stack;
 
+pub use ball_test::{BallModulus, BallReading, BallTest, BallTestError};
 pub use division::Division;
 pub use error::ElasticError;
 pub use field::Field;

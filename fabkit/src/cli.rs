@@ -102,7 +102,7 @@ pub enum Command {
     /// Say what changes from one design to another: what can be used again, what to make, cast and buy
     #[command(after_help = examples::DIFF)]
     Diff(Diff),
-    /// Turn a measured coupon into a profile of the printer, for `export --process`
+    /// Turn a measured coupon into a printer's profile, or into the modulus of a batch of gel
     #[command(after_help = examples::PROFILE)]
     Profile(Profile),
     /// Draw a sensor or one part of it as PNG, from the exact geometry
@@ -330,10 +330,11 @@ pub struct Diff {
 /// `fabkit profile`.
 #[derive(Debug, Args)]
 pub struct Profile {
-    /// The coupon's file with what you measured; `export SENSOR/coupon` writes the empty one
+    /// The coupon's file with what you measured; `export SENSOR/coupon` and `export
+    /// SENSOR/gel-coupon` write empty ones
     #[arg(value_name = "COUPON.yaml")]
     pub coupon: PathBuf,
-    /// The profile to write; its name becomes the printer's
+    /// The file to write: a profile, whose name becomes the printer's, or materials
     #[arg(short, long, value_name = "FILE.yaml")]
     pub output: PathBuf,
     /// Replace the file also if it was changed since fabkit wrote it, or if fabkit did not write it

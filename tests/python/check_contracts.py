@@ -19,6 +19,16 @@ axes:
   camera.depth: [6 mm, 7 mm]
 metrics: [coverage]
 """
+GEL = """format: 1
+gel: Smooth-On Ecoflex 00-30
+ball: 12 mm
+thickness: 12 mm
+diameter: 50 mm
+readings:
+  - {load: 41.3 g, gap: 19 mm}
+  - {load: 79.6 g, gap: 18.5 mm}
+  - {load: 127.5 g, gap: 18 mm}
+"""
 #: Schema, exit code, command line.
 COMMANDS = """
 list 0 list
@@ -33,6 +43,7 @@ check 1 check rtac0-published-2025/pin-dome
 export 0 export rtac0 -o out
 export 0 export rtac0/coupon -o coupon
 reread 0 verify ./out
+gel-profile 0 profile gel.yaml -o batch.yaml
 new 0 new mine --family dome
 render 0 render rtac0/base --size 16x12 -o base.png
 sweep 0 sweep plan.yaml -o sweep
@@ -70,6 +81,8 @@ def main(fabkit: str) -> None:
             validators[name] = jsonschema.Draft202012Validator(schema)
         with open(f"{folder}/plan.yaml", "w") as plan:
             plan.write(PLAN)
+        with open(f"{folder}/gel.yaml", "w") as gel:
+            gel.write(GEL)
         for line in COMMANDS.strip().splitlines():
             name, code, *words = line.split()
             found, document = run(fabkit, folder, [*words, "--json"])

@@ -167,3 +167,62 @@ fn fixtures_are_written_beside_their_sensor_or_not_at_all() {
     assert_eq!(run.code, Some(2), "{run:?}");
     assert!(run.stderr.contains("write `fabkit export fluidic --fixtures`"), "{}", run.stderr);
 }
+
+/// Fills in a gel's coupon as a ball of 12 mm sinks into 12 mm of gel: loads in g of a gel of 75 kPa.
+fn weighed(coupon: &str) -> String {
+    // From finite elements at large strain in a cup that holds the gel, at Poisson's ratio 0.495.
+    let rows = [(13.7, 19.5), (41.3, 19.0), (79.6, 18.5), (127.5, 18.0), (183.6, 17.5)];
+    let fill = |text: String, (load, gap): (f64, f64)| {
+        text.replacen("{load: null, gap: null}", &format!("{{load: {load} g, gap: {gap} mm}}"), 1)
+    };
+    rows.into_iter().fold(coupon.to_owned(), fill)
+}
+
+#[test]
+fn a_weighed_gel_becomes_a_material_that_presses_use() {
+    let root = tempfile::tempdir().unwrap();
+    fabkit(root.path(), &["export", "rtac0/gel-coupon", "--format=stl"]).ok();
+    let name = "gel-smooth-on-ecoflex-00-30.yaml";
+    let coupon = fs::read_to_string(root.path().join("out/rtac0/gel-coupon").join(name)).unwrap();
+    fs::write(root.path().join(name), weighed(&coupon)).unwrap();
+    let run = fabkit(root.path(), &["profile", name, "-o", "my batch.yaml", "--json"]).ok();
+    let young_mpa = json(run.stdout.as_bytes())["youngs_modulus_mpa"].as_f64().unwrap();
+    assert!((young_mpa / 0.075 - 1.0).abs() < 0.01, "{young_mpa}");
+    let written = fs::read_to_string(root.path().join("my batch.yaml")).unwrap();
+    // In a sensor's file the same section goes for that sensor.
+    let section = written.split_once("materials:").unwrap().1;
+    let mine = format!("format: 1\nname: mine\nextends: rtac0\nmaterials:{section}");
+    fs::write(root.path().join("mine.yaml"), mine).unwrap();
+    let press = |sensor: &str| {
+        let place = ["press", sensor, "--indenter=hemisphere@0deg,0deg", "--depth=0.5mm", "--json"];
+        json(fabkit(root.path(), &place).ok().stdout.as_bytes())["force_n"][2].as_f64().unwrap()
+    };
+    // The layer below gives way, too: force rises by less than its modulus, from 69 kPa.
+    let stiffer = press("mine.yaml") / press("rtac0");
+    assert!((1.05..=75.0 / 69.0).contains(&stiffer), "{stiffer}");
+}
+
+#[test]
+fn readings_that_give_no_modulus_write_nothing() {
+    let root = tempfile::tempdir().unwrap();
+    fabkit(root.path(), &["export", "9dtact/gel-coupon", "--format=stl"]).ok();
+    let folder = root.path().join("out/9dtact/gel-coupon");
+    let gels = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+    let is_gel = |path: &std::path::PathBuf| path.extension().is_some_and(|kind| kind == "yaml");
+    let good = weighed(&fs::read_to_string(gels.into_iter().find(is_gel).unwrap()).unwrap());
+    for (from, to, says) in [
+        ("41.3 g", "41.3", "has no unit"),
+        ("41.3 g", "-41.3 g", "between 0.1 g and 20000 g"),
+        ("19 mm", "null", "needs both a load and a gap"),
+        ("thickness: 12 mm", "thickness: nan mm", "thickness"),
+        ("ball: 12 mm", "bal: 12 mm", "`bal` is not a key of a gel coupon"),
+        ("gap: 17.5 mm", "gap: 25 mm", "no modulus explains these readings"),
+    ] {
+        assert!(good.contains(from), "{from}");
+        fs::write(root.path().join("gel.yaml"), good.replace(from, to)).unwrap();
+        let run = fabkit(root.path(), &["profile", "gel.yaml", "-o", "batch.yaml"]);
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert!(run.stderr.contains(says), "{says}: {}", run.stderr);
+        assert!(!root.path().join("batch.yaml").exists());
+    }
+}

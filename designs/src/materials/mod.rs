@@ -24,8 +24,8 @@ pub(crate) use catalogue::{Catalogue, MATERIALS};
 pub(crate) use holding::{check_kinds, hold};
 pub(crate) use units::split;
 pub use units::{
-    Celsius, Current, Density, Euros, Force, Hardness, Hours, Kelvin, Minutes, Percent, Pressure,
-    Scale, Viscosity, Voltage, Wavelength,
+    Celsius, Current, Density, Euros, Force, Hardness, Hours, Kelvin, Mass, Minutes, Percent,
+    Pressure, Scale, Viscosity, Voltage, Wavelength,
 };
 
 /// Room temperature, degrees Celsius, where nothing is said.

@@ -130,6 +130,8 @@ quantities! {
     Viscosity "3 Pa s" ["Pa s" = 1.0, "mPa s" = 1e-3, "cP" = 1e-3, "P" = 0.1];
     /// Force, N.
     Force "10 N" ["N" = 1.0, "mN" = 1e-3, "kN" = 1e3];
+    /// Mass, g.
+    Mass "120 g" ["g" = 1.0, "kg" = 1e3, "mg" = 1e-3];
     /// Stress, kPa.
     Pressure "69 kPa" ["kPa" = 1.0, "MPa" = 1e3, "Pa" = 1e-3, "psi" = 6.894_757_293_168_361];
     /// Price, EUR.

@@ -7,12 +7,14 @@
 
 mod coupon;
 mod fit;
+mod gel;
 mod holes;
 mod reading;
 mod suits;
 
 pub use coupon::{Coupon, CouponGroup, CouponRow, MeasuredProfile};
 pub use fit::LinearFit;
+pub use gel::{GelCoupon, GelReading};
 pub use holes::HoleCount;
 pub use suits::Suits;
 

@@ -44,7 +44,10 @@ pub(crate) const PROFILE: &str = "\
 Examples:
   fabkit export rtac0/coupon
   fabkit profile coupon.yaml -o printer.yaml
-  fabkit export rtac0 --process printer.yaml";
+  fabkit export rtac0 --process printer.yaml
+  fabkit export rtac0/gel-coupon
+  fabkit profile gel-smooth-on-ecoflex-00-30.yaml -o my-batch.yaml
+  FABKIT_MATERIALS=my-batch.yaml fabkit press rtac0 --indenter hemisphere --depth 1mm";
 
 pub(crate) const RENDER: &str = "\
 Examples:

@@ -10,6 +10,7 @@ mod depth;
 mod diff;
 mod export;
 mod fixing;
+mod gel_profile;
 mod guide;
 mod list;
 mod man;

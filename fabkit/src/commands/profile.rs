@@ -1,9 +1,9 @@
-//! `fabkit profile COUPON.yaml -o FILE.yaml`
+//! `fabkit profile COUPON.yaml -o FILE.yaml`: a printer, or a batch of gel.
 
 use std::path::Path;
 
 use fabkit_application::authored::{may_replace, signed};
-use fabkit_application::designs::profile::{CouponGroup, LinearFit, MeasuredProfile};
+use fabkit_application::designs::profile::{CouponGroup, GelCoupon, LinearFit, MeasuredProfile};
 use fabkit_application::reading::{self, Expected};
 use fabkit_application::source::MAX_YAML_BYTES;
 use fabkit_application::staging::write_each;
@@ -18,31 +18,47 @@ use crate::roles::Roles;
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &Profile) -> Result<Outcome, Failure> {
-    let name = printer(&args.output)?;
     Roles::default().reads("COUPON.yaml", [&args.coupon]).writes("-o", [&args.output]).check()?;
-    let hint = "is it the right file? `fabkit export SENSOR/coupon` writes it";
+    let hint =
+        "is it the right file? `fabkit export SENSOR/coupon` or `SENSOR/gel-coupon` writes it";
     let expected = Expected { what: "a coupon's file", max_bytes: MAX_YAML_BYTES, hint };
     let (file, text) =
         (args.coupon.display().to_string(), reading::read_text(&args.coupon, expected)?);
-    let measured = MeasuredProfile::read(&file, &text, &name)
-        .map_err(|invalid| Failure::invalid(invalid, file, text))?;
-
-    let text = signed(&measured.profile.to_yaml(&comments(&measured)));
+    let (text, outcome) = match GelCoupon::is_in(&text) {
+        true => {
+            stem(&args.output)?;
+            super::gel_profile::measured(args, &file, &text)?
+        }
+        false => printed(args, file, text)?,
+    };
+    let text = signed(&text);
     let files = [(args.output.clone(), text.into_bytes())];
     may_replace(&files, args.force)?;
     interrupt::begin_writing()?;
     let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
     write_each(files, &interrupt::requested)?;
-    Ok(Outcome {
+    Ok(outcome)
+}
+
+/// What is written of a printer, and what is said of it.
+fn printed(args: &Profile, file: String, text: String) -> Result<(String, Outcome), Failure> {
+    let name = printer(&args.output)?;
+    let measured = MeasuredProfile::read(&file, &text, &name)
+        .map_err(|invalid| Failure::invalid(invalid, file, text))?;
+    let outcome = Outcome {
         text: text_of(&measured, &args.output),
         json: json_of(&measured, &args.output),
         failed: false,
-    })
+    };
+    Ok((measured.profile.to_yaml(&comments(&measured)), outcome))
 }
 
-/// The printer's name.
-fn printer(output: &Path) -> Result<Name, Failure> {
-    let bad = |message: String, hint: &str| Failure::new(ErrorKind::BadInput, message, hint);
+fn bad(message: String, hint: &str) -> Failure {
+    Failure::new(ErrorKind::BadInput, message, hint)
+}
+
+/// What the file is called without its ending, which must be that of YAML.
+fn stem(output: &Path) -> Result<&str, Failure> {
     let shown = output.display();
     let hint = "write for example `-o my-printer.yaml`";
     let (Some(file), Some(stem)) = (
@@ -54,7 +70,14 @@ fn printer(output: &Path) -> Result<Name, Failure> {
     if !file.ends_with(".yaml") && !file.ends_with(".yml") {
         return Err(bad(format!("{shown} does not end in .yaml"), hint));
     }
+    Ok(stem)
+}
+
+/// The printer's name.
+fn printer(output: &Path) -> Result<Name, Failure> {
+    let stem = stem(output)?;
     Name::parse(stem).map_err(|refusal| {
+        let hint = "write for example `-o my-printer.yaml`";
         bad(format!("`{stem}` cannot be a printer's name: it {}", refusal.says), hint)
     })
 }

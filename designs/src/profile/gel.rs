@@ -1,0 +1,267 @@
+//! The gel coupon's file: a ball on a cup of gel, what rests on it, and how deep it sinks.
+
+use std::fmt::Write as _;
+
+use fabkit_geometry::Length;
+use fabkit_text::{
+    Content, Dialect, Entry, InvalidDesign, Node, Place, Position, Reading, TextLayer,
+    check_format, mapping_of, shown, suggestion, take_word,
+};
+
+use crate::materials::Mass;
+
+/// The key that tells a gel's file from a printer's.
+const KEY: &str = "gel";
+/// Readings that the empty file has room for.
+const ROWS: usize = 8;
+/// Fewer say nothing.
+const NEEDED: usize = 3;
+
+/// Files of gel coupons.
+const GEL: Dialect = Dialect::new("gel coupon", 1, " and `gel: NAME`");
+
+/// Limits of the sizes, mm.
+const SIZES_MM: [(&str, std::ops::RangeInclusive<f64>); 3] =
+    [("ball", 3.0..=60.0), ("thickness", 3.0..=60.0), ("diameter", 10.0..=200.0)];
+/// Of a load, g.
+const LOADS_G: std::ops::RangeInclusive<f64> = 0.1..=20_000.0;
+/// Of a gap, mm.
+const GAPS_MM: std::ops::RangeInclusive<f64> = 0.0..=500.0;
+/// Length or mass: what the keys of a reading are.
+const ROW: [&str; 2] = ["load", "gap"];
+
+/// A cup of a batch of gel, and a ball that rests on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GelCoupon {
+    /// What was cast, as it is called in `materials`.
+    pub material: String,
+    /// Diameter of the ball, mm.
+    pub ball_mm: f64,
+    /// Of the gel, mm.
+    pub thickness_mm: f64,
+    /// Of the gel, mm.
+    pub diameter_mm: f64,
+    /// What was read; empty in the file that comes with the coupon.
+    pub readings: Vec<GelReading>,
+}
+
+/// One load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GelReading {
+    /// All that rests on the gel, g.
+    pub load_g: f64,
+    /// Between guide and tray, mm.
+    pub gap_mm: f64,
+}
+
+impl GelCoupon {
+    /// The file to fill in; [`GelCoupon::read`] reads it.
+    pub fn to_yaml(&self) -> String {
+        let material = serde_json::Value::from(self.material.as_str());
+        let mut yaml = format!(
+            "# A ball sinks into a cup of gel: how stiff a batch came out. Replace each null by what you read, with\n\
+             # its unit, for example `{{load: 86.5 g, gap: 18.42 mm}}`. Rows that you do not need stay null.\n\
+             #\n\
+             # 1. Pour the cup full to the brim with the batch that the sensor is cast from, and let it cure beside it.\n\
+             # 2. Weigh tray, rod, holder and ball together on a kitchen scale, then every weight that you put on.\n\
+             # 3. Powder or wet the gel, so that the ball slides on it. Let the ball down, and wait 30 seconds.\n\
+             # 4. `load` is all that rests on the gel. `gap` is from the guide's top to the tray's underside, with the\n\
+             #    inside jaws of a calliper. Take 3 loads or more, the heaviest at least twice the lightest; the ball\n\
+             #    should sink in by up to {:.1} mm.\n\
+             # Then: fabkit profile {} -o my-batch.yaml\n\
+             format: 1\n\
+             {KEY}: {material}\n\
+             ball: {} mm\n\
+             thickness: {} mm\n\
+             diameter: {} mm\n\
+             readings:\n",
+            (0.25 * self.thickness_mm).min(0.25 * self.ball_mm),
+            self.file_name(),
+            self.ball_mm,
+            self.thickness_mm,
+            self.diameter_mm
+        );
+        // Writing to a String cannot fail.
+        for GelReading { load_g, gap_mm } in &self.readings {
+            let _ = writeln!(yaml, "  - {{load: {load_g} g, gap: {gap_mm} mm}}");
+        }
+        for _ in self.readings.len()..ROWS {
+            let _ = writeln!(yaml, "  - {{load: null, gap: null}}");
+        }
+        yaml
+    }
+
+    /// What the file is called: by the material, in small letters.
+    pub fn file_name(&self) -> String {
+        let mut name = String::from(KEY);
+        for word in self.material.split(|c: char| !c.is_ascii_alphanumeric()) {
+            if !word.is_empty() {
+                name += &format!("-{}", word.to_lowercase());
+            }
+        }
+        name + ".yaml"
+    }
+
+    /// Whether a text is a gel's file, or a printer's: the first has `gel:` at its top.
+    pub fn is_in(yaml: &str) -> bool {
+        yaml.lines().any(|line| line.strip_prefix(KEY).is_some_and(|rest| rest.starts_with(':')))
+    }
+
+    /// Reads a filled-in file; `file` names the text in messages.
+    ///
+    /// # Errors
+    /// Everything that is wrong: sizes and loads without a unit, rows that say half, too few of them.
+    pub fn read(file: &str, yaml: &str) -> Result<Self, InvalidDesign> {
+        let mut text = Reading::new(Place::new(TextLayer::File, file, &GEL));
+        let coupon = read(&mut text, yaml);
+        text.finish(coupon)
+    }
+}
+
+fn read(text: &mut Reading, yaml: &str) -> Option<GelCoupon> {
+    let mut entries = mapping_of(yaml, &text.place, &mut text.found)?;
+    check_format(&mut entries, &text.place, &mut text.found);
+    let material = take_word(&mut entries, KEY, &text.place, &mut text.found);
+    let sizes = SIZES_MM.map(|(key, limits)| size(text, &mut entries, key, &limits));
+    let mut readings = None;
+    for Entry { key, key_position, value } in entries {
+        match (key.as_str(), value.content) {
+            ("readings", Content::List(items)) => {
+                let rows = items.into_iter().enumerate();
+                let rows = rows.filter_map(|(i, item)| row(text, &format!("readings[{i}]"), item));
+                readings = Some((key_position, rows.collect::<Vec<_>>()));
+            }
+            ("readings", _) => {
+                let hint = "write one line `- {load: 86.5 g, gap: 18.42 mm}` for each load";
+                text.problem(key_position, &key, "", "readings is not a list", hint);
+            }
+            _ => {
+                let keys = SIZES_MM.iter().map(|(key, _)| *key).chain(["format", KEY, "readings"]);
+                let hint = suggestion(&key, keys, "the keys are");
+                let message = format!("`{}` is not a key of a gel coupon", shown(&key));
+                text.problem(key_position, &key, "", message, hint);
+            }
+        }
+    }
+    let count = readings.as_ref().map_or(0, |(_, rows)| rows.len());
+    if count < NEEDED && text.found.is_empty() {
+        let place = readings.as_ref().map_or(text.place.clone(), |(at, _)| text.place.at(*at));
+        let message = format!("{count} readings are filled in; a modulus needs at least {NEEDED}");
+        let found = place.problem("readings", &count.to_string(), message);
+        text.found
+            .push(found.hint("replace null by what was read, as `{load: 86.5 g, gap: 18.42 mm}`"));
+    }
+    let [ball_mm, thickness_mm, diameter_mm] = sizes;
+    Some(GelCoupon {
+        material: material?.0,
+        ball_mm: ball_mm?,
+        thickness_mm: thickness_mm?,
+        diameter_mm: diameter_mm?,
+        readings: readings?.1,
+    })
+}
+
+/// A size at the top of the file, mm.
+fn size(
+    text: &mut Reading,
+    entries: &mut Vec<Entry>,
+    key: &str,
+    limits: &std::ops::RangeInclusive<f64>,
+) -> Option<f64> {
+    let before = text.found.len();
+    let Some((word, at)) = take_word(entries, key, &text.place, &mut text.found) else {
+        if text.found.len() == before {
+            let missing = text.place.problem(key, "", format!("the {key} is missing"));
+            let hint = format!("write `{key}: 12 mm`, as in the file that came with the coupon");
+            text.found.push(missing.hint(hint));
+        }
+        return None;
+    };
+    text.value::<Length>(at.position?, key, &word, limits).map(Length::mm)
+}
+
+/// A row that is filled in; `None` for others, and after reporting what is wrong.
+fn row(text: &mut Reading, path: &str, item: Node) -> Option<GelReading> {
+    let Content::Map(entries) = item.content else {
+        let message = format!("{path} is not a reading");
+        text.problem(item.position, path, "", message, "write `{load: 86.5 g, gap: 18.42 mm}`");
+        return None;
+    };
+    let (mut read, mut nulls) = ([None; 2], 0);
+    for Entry { key, key_position, value } in entries {
+        let path = format!("{path}.{}", shown(&key));
+        let at: Position = value.position;
+        match (key.as_str(), value.content) {
+            ("load" | "gap", Content::Nothing) => nulls += 1,
+            ("load", Content::Scalar(word)) => {
+                read[0] = Some(text.value::<Mass>(at, &path, &word, &LOADS_G)?.0);
+            }
+            ("gap", Content::Scalar(word)) => {
+                read[1] = Some(text.value::<Length>(at, &path, &word, &GAPS_MM)?.mm());
+            }
+            ("load" | "gap", _) => {
+                let message = format!("{path} is not a single value");
+                text.problem(at, &path, "", message, "write it with its unit");
+                return None;
+            }
+            _ => {
+                let hint = suggestion(&key, ROW, "a reading has");
+                let message = format!("`{}` is not known", shown(&key));
+                text.problem(key_position, &path, "", message, hint);
+                return None;
+            }
+        }
+    }
+    match read {
+        [Some(load_g), Some(gap_mm)] => Some(GelReading { load_g, gap_mm }),
+        [None, None] if nulls == 2 => None,
+        _ => {
+            let message = format!("{path} needs both a load and a gap");
+            let hint = "write both, or null for both";
+            text.problem(item.position, path, "", message, hint);
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn coupon(readings: &[(f64, f64)]) -> GelCoupon {
+        let reading = |&(load_g, gap_mm): &(f64, f64)| GelReading { load_g, gap_mm };
+        GelCoupon {
+            material: "Smooth-On Ecoflex 00-30".into(),
+            ball_mm: 12.0,
+            thickness_mm: 12.0,
+            diameter_mm: 50.0,
+            readings: readings.iter().map(reading).collect(),
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let written = coupon(&[(40.0, 19.0), (80.0, 18.4), (120.5, 18.0)]);
+        assert_eq!(written.file_name(), "gel-smooth-on-ecoflex-00-30.yaml");
+        let yaml = written.to_yaml();
+        assert!(GelCoupon::is_in(&yaml) && !GelCoupon::is_in("process: fdm\n# gel: x\n"));
+        assert_eq!(GelCoupon::read("a.yaml", &yaml).unwrap(), written);
+    }
+
+    #[test]
+    fn everything_that_is_wrong_is_said_at_once() {
+        let yaml = coupon(&[(40.0, 19.0)]).to_yaml();
+        let refused = |yaml: &str| {
+            let problems = GelCoupon::read("a.yaml", yaml).unwrap_err().problems;
+            problems.iter().map(|problem| problem.message.clone()).collect::<Vec<_>>().join("\n")
+        };
+        assert!(refused(&yaml).contains("1 readings are filled in; a modulus needs at least 3"));
+        let wrong = yaml.replace("40 g", "40").replace("ball: 12 mm", "ball: 900 mm");
+        let says = refused(&wrong.replace("diameter", "diametre"));
+        for part in ["readings[0].load", "ball", "the diameter is missing", "`diametre`"] {
+            assert!(says.contains(part), "{part}: {says}");
+        }
+        assert!(refused(&yaml.replace("40 g", "null")).contains("needs both a load and a gap"));
+        assert!(refused(&yaml.replace("40 g", "-3 g")).contains("between"));
+    }
+}

@@ -1,0 +1,67 @@
+//! `fabkit profile GEL.yaml -o FILE.yaml`: how stiff a batch of gel came out.
+
+use fabkit_application::designs::profile::GelCoupon;
+use fabkit_application::gel_profile::{GelProfile, gel_profile};
+use serde_json::{Value, json};
+
+use super::Outcome;
+use crate::cli::Profile;
+use crate::failure::Failure;
+use crate::table::{Align::Right, table};
+
+/// What is written, and what is said of it.
+pub(super) fn measured(
+    args: &Profile,
+    file: &str,
+    text: &str,
+) -> Result<(String, Outcome), Failure> {
+    let coupon = GelCoupon::read(file, text)
+        .map_err(|invalid| Failure::invalid(invalid, file.to_owned(), text.to_owned()))?;
+    let profile = gel_profile(&coupon)?;
+    let output = args.output.display().to_string();
+    let outcome = Outcome {
+        text: text_of(&coupon, &profile, &output),
+        json: json_of(&coupon, &profile, &output),
+        failed: false,
+    };
+    Ok((profile.to_yaml(&coupon), outcome))
+}
+
+fn text_of(coupon: &GelCoupon, profile: &GelProfile, output: &str) -> String {
+    let mut rows = vec![["load g", "gap mm", "deep mm", "off mm"].map(str::to_owned).to_vec()];
+    let fitted = &profile.modulus;
+    for ((reading, depth_mm), off_mm) in
+        coupon.readings.iter().zip(&fitted.depths_mm).zip(&fitted.residuals_mm)
+    {
+        rows.push(vec![
+            format!("{}", reading.load_g),
+            format!("{:.2}", reading.gap_mm),
+            format!("{depth_mm:.2}"),
+            format!("{off_mm:+.3}"),
+        ]);
+    }
+    let [least, most] = fitted.range_mpa.map(|mpa| 1e3 * mpa);
+    table(&[Right; 4], &rows)
+        + &format!(
+            "Young's modulus {:.1} +- {:.1} kPa, {least:.1} to {most:.1} kPa with what nobody measured\n",
+            1e3 * fitted.young_mpa,
+            1e3 * fitted.sigma_mpa
+        )
+        + &format!("{output}: {}; use it with FABKIT_MATERIALS={output}\n", coupon.material)
+}
+
+fn json_of(coupon: &GelCoupon, profile: &GelProfile, output: &str) -> Value {
+    let fitted = &profile.modulus;
+    json!({
+        "format": "fabkit-gel-profile",
+        "version": 1,
+        "file": output,
+        "material": coupon.material,
+        "youngs_modulus_mpa": fitted.young_mpa,
+        "sigma_mpa": fitted.sigma_mpa,
+        "range_mpa": fitted.range_mpa,
+        "touching_gap_mm": fitted.touching_gap_mm,
+        "depths_mm": fitted.depths_mm,
+        "residuals_mm": fitted.residuals_mm,
+    })
+}

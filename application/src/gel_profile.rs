@@ -2,82 +2,69 @@
 
 use std::fmt::Write as _;
 
-use fabkit_designs::profile::GelCoupon;
-use fabkit_elastic::{BallModulus, BallReading, BallTest, BallTestError};
+use fabkit_designs::profile::{GelCoupon, GelReading};
+pub use fabkit_elastic::BallModulus;
+use fabkit_elastic::{BallReading, BallTest, BallTestError};
 
 use crate::error::{ErrorKind, Explained};
 
 /// Standard gravity, m/s2, as scales take it (CGPM, 1901).
 const GRAVITY: f64 = 9.806_65;
 
-/// A measured batch.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GelProfile {
-    /// What was fitted.
-    pub modulus: BallModulus,
-}
-
 /// Fits a modulus to a filled-in coupon.
 ///
 /// # Errors
-/// Loads that differ too little, readings that no modulus explains.
-pub fn gel_profile(coupon: &GelCoupon) -> Result<GelProfile, BallTestError> {
-    let reading = |reading: &fabkit_designs::profile::GelReading| BallReading {
+/// Loads that differ too little, readings that no modulus explains, or nearly any.
+pub fn modulus(coupon: &GelCoupon) -> Result<BallModulus, BallTestError> {
+    let reading = |reading: &GelReading| BallReading {
         force_n: 1e-3 * reading.load_g * GRAVITY,
         gap_mm: reading.gap_mm,
     };
-    let test = BallTest {
+    BallTest {
         ball_radius_mm: coupon.ball_mm / 2.0,
         thickness_mm: coupon.thickness_mm,
         radius_mm: coupon.diameter_mm / 2.0,
         readings: coupon.readings.iter().map(reading).collect(),
-    };
-    Ok(GelProfile { modulus: test.fit()? })
+    }
+    .fit()
 }
 
-impl GelProfile {
-    /// A file of materials that changes one modulus: for `FABKIT_MATERIALS`, or for a sensor's file.
-    pub fn to_yaml(&self, coupon: &GelCoupon) -> String {
-        let BallModulus { young_mpa, sigma_mpa, range_mpa, touching_gap_mm, .. } = &self.modulus;
-        let kpa = |mpa: f64| format!("{:.1} kPa", 1e3 * mpa);
-        let mut yaml = String::from(
-            "# How stiff a batch came out. Source of all figures: measured, by a ball on a cup of gel.\n",
-        );
-        // Writing to a String cannot fail.
-        for (reading, off_mm) in coupon.readings.iter().zip(&self.modulus.residuals_mm) {
-            let _ = writeln!(
-                yaml,
-                "#   {} g: gap {} mm, {off_mm:+.3} mm off",
-                reading.load_g, reading.gap_mm
-            );
-        }
-        let _ = writeln!(yaml, "#   the ball touched at {touching_gap_mm:.2} mm (fitted)");
-        let _ = writeln!(yaml, "format: 1\nmaterials:");
-        let _ = writeln!(yaml, "  {}:", serde_json::Value::from(coupon.material.as_str()));
-        let note = format!(
-            "ball of {} mm on {} mm of gel, {} loads; neo-Hookean, Poisson's ratio 0.495; sigma {}",
-            coupon.ball_mm,
-            coupon.thickness_mm,
-            coupon.readings.len(),
-            kpa(*sigma_mpa)
-        );
-        let others = "two sigmas further than Poisson's ratios of 0.49 to 0.499 and a wall that holds or not";
-        let mut line = |key: &str, mpa: f64, note: &str| {
-            let value = kpa(mpa);
-            let _ =
-                writeln!(yaml, "    {key}: {{value: {value}, source: measured, note: \"{note}\"}}");
-        };
-        line("youngs_modulus", *young_mpa, &note);
-        line("youngs_modulus_least", range_mpa[0], others);
-        line("youngs_modulus_most", range_mpa[1], others);
-        yaml
+/// A file of materials that changes one modulus: a user's own file, or a section of a sensor's.
+pub fn to_yaml(coupon: &GelCoupon, modulus: &BallModulus) -> String {
+    let kpa = |mpa: f64| format!("{:.1} kPa", 1e3 * mpa);
+    let mut yaml = String::from("# How stiff a batch came out, by a ball on a cup of gel.\n");
+    // Writing to a String cannot fail.
+    for (reading, off_mm) in coupon.readings.iter().zip(&modulus.residuals_mm) {
+        let GelReading { load_g, gap_mm } = reading;
+        let _ = writeln!(yaml, "#   {load_g} g: gap {gap_mm} mm, {off_mm:+.3} mm off");
     }
+    let _ = writeln!(yaml, "#   the ball touched at {:.2} mm (fitted)", modulus.touching_gap_mm);
+    let material = serde_json::Value::from(coupon.material.as_str());
+    let _ = writeln!(yaml, "format: 1\nmaterials:\n  {material}:");
+    let how = format!(
+        "ball of {} mm on {} mm of gel, {} loads; neo-Hookean, Poisson's ratio 0.495; sigma {}",
+        coupon.ball_mm,
+        coupon.thickness_mm,
+        coupon.readings.len(),
+        kpa(modulus.sigma_mpa)
+    );
+    let range = "two sigmas beyond what Poisson's ratios of 0.49 to 0.499 and a wall that holds or not change";
+    let [least_mpa, most_mpa] = modulus.range_mpa;
+    for (key, mpa, note) in [
+        ("youngs_modulus", modulus.young_mpa, &*how),
+        ("youngs_modulus_least", least_mpa, range),
+        ("youngs_modulus_most", most_mpa, range),
+    ] {
+        let value = kpa(mpa);
+        let _ = writeln!(yaml, "    {key}: {{value: {value}, source: measured, note: \"{note}\"}}");
+    }
+    yaml
 }
 
 impl Explained for BallTestError {
     fn kind(&self) -> ErrorKind {
         match self {
-            Self::Few { .. } | Self::Outside { .. } => ErrorKind::BadInput,
+            Self::Few { .. } | Self::Outside { .. } | Self::Vague { .. } => ErrorKind::BadInput,
             Self::Elastic(_) => ErrorKind::Limit,
         }
     }
@@ -89,6 +76,9 @@ impl Explained for BallTestError {
                 "is the load in g all that rests on the gel, and does the gap shrink with it? else take \
                  lighter or heavier weights"
                     .to_owned()
+            }
+            Self::Vague { .. } => {
+                "read the gaps again, and under more weights that differ more".to_owned()
             }
             Self::Elastic(_) => return None,
         })

@@ -10,13 +10,15 @@ const ACROSS: f64 = 24.0;
 const STEPS: usize = 8;
 /// The deepest press as a part of the gel's thickness, and of the ball's radius.
 const DEEPEST: [f64; 2] = [0.3, 0.6];
-/// What nobody measures: Poisson's ratio, and whether the gel holds to its cup's wall. The middle of both, and the
-/// two ends between which the modulus then lies.
+/// What nobody measures: Poisson's ratio, and whether the gel holds to its cup's wall. What is taken, and then the
+/// two that make a gel feel stiffest and softest.
 const ASSUMED: [(f64, bool); 3] = [(0.495, true), (0.499, true), (0.49, false)];
 /// Gaps are read with a calliper by hand: no fit knows them better, mm.
 const READING_SIGMA_MM: f64 = 0.02;
 /// Moduli that are tried between the softest and the stiffest that the readings allow.
 const TRIED: usize = 400;
+/// Beyond this part of a modulus its standard deviation says that it is not known: two of them leave half of it.
+const VAGUE: f64 = 0.25;
 
 /// What was measured.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,6 +82,17 @@ pub enum BallTestError {
         /// The deepest.
         most_mm: f64,
     },
+    /// Readings that scatter so far that nearly any modulus explains them.
+    #[error(
+        "the readings scatter so far that the modulus of {young_mpa:.4} MPa has a standard deviation of \
+         {sigma_mpa:.4} MPa; a quarter of it is the most that is taken"
+    )]
+    Vague {
+        /// The best, MPa.
+        young_mpa: f64,
+        /// Its standard deviation, MPa.
+        sigma_mpa: f64,
+    },
     /// What the solver says.
     #[error(transparent)]
     Elastic(#[from] ElasticError),
@@ -116,7 +129,7 @@ impl BallTest {
     /// ```
     ///
     /// # Errors
-    /// Too few loads, readings that no modulus explains, sizes that make no gel.
+    /// Too few loads, readings that no modulus explains or nearly any does, sizes that make no gel.
     pub fn fit(&self) -> Result<BallModulus, BallTestError> {
         let mut loads: Vec<f64> = self.readings.iter().map(|reading| reading.force_n).collect();
         loads.sort_by(f64::total_cmp);
@@ -134,6 +147,9 @@ impl BallTest {
         let (law, young_mpa) = &fits[0];
         let (touching_gap_mm, residuals_mm) = self.residuals(law, *young_mpa);
         let sigma_mpa = self.sigma_mpa(law, *young_mpa, &residuals_mm);
+        if sigma_mpa > VAGUE * young_mpa {
+            return Err(BallTestError::Vague { young_mpa: *young_mpa, sigma_mpa });
+        }
         let ends = fits.iter().map(|(_, young_mpa)| *young_mpa);
         let least = ends.clone().fold(f64::INFINITY, f64::min) - 2.0 * sigma_mpa;
         let most = ends.fold(0.0, f64::max) + 2.0 * sigma_mpa;
@@ -141,7 +157,7 @@ impl BallTest {
         Ok(BallModulus {
             young_mpa: *young_mpa,
             sigma_mpa,
-            range_mpa: [least.max(0.0), most],
+            range_mpa: [least, most],
             touching_gap_mm,
             depths_mm: self.readings.iter().map(depth).collect(),
             residuals_mm,
@@ -306,6 +322,10 @@ mod tests {
         let mut few = test(0.07, |_| 0.0);
         few.readings.truncate(2);
         assert_eq!(few.fit(), Err(BallTestError::Few { different: 2 }));
+        // A calliper that slips by half a millimetre.
+        let mut slipped = test(0.07, |_| 0.0);
+        slipped.readings[2].gap_mm += 0.5;
+        assert!(matches!(slipped.fit(), Err(BallTestError::Vague { .. })), "{:?}", slipped.fit());
         // A ball that rises under load.
         let mut upwards = test(0.07, |_| 0.0);
         upwards.readings.iter_mut().for_each(|reading| reading.gap_mm = -reading.gap_mm);

@@ -1,6 +1,7 @@
 //! The gel coupon's file: a ball on a cup of gel, what rests on it, and how deep it sinks.
 
 use std::fmt::Write as _;
+use std::ops::RangeInclusive;
 
 use fabkit_geometry::Length;
 use fabkit_text::{
@@ -21,12 +22,12 @@ const NEEDED: usize = 3;
 const GEL: Dialect = Dialect::new("gel coupon", 1, " and `gel: NAME`");
 
 /// Limits of the sizes, mm.
-const SIZES_MM: [(&str, std::ops::RangeInclusive<f64>); 3] =
+const SIZES_MM: [(&str, RangeInclusive<f64>); 3] =
     [("ball", 3.0..=60.0), ("thickness", 3.0..=60.0), ("diameter", 10.0..=200.0)];
 /// Of a load, g.
-const LOADS_G: std::ops::RangeInclusive<f64> = 0.1..=20_000.0;
+const LOADS_G: RangeInclusive<f64> = 0.1..=20_000.0;
 /// Of a gap, mm.
-const GAPS_MM: std::ops::RangeInclusive<f64> = 0.0..=500.0;
+const GAPS_MM: RangeInclusive<f64> = 0.0..=500.0;
 /// Length or mass: what the keys of a reading are.
 const ROW: [&str; 2] = ["load", "gap"];
 
@@ -121,7 +122,7 @@ impl GelCoupon {
 fn read(text: &mut Reading, yaml: &str) -> Option<GelCoupon> {
     let mut entries = mapping_of(yaml, &text.place, &mut text.found)?;
     check_format(&mut entries, &text.place, &mut text.found);
-    let material = take_word(&mut entries, KEY, &text.place, &mut text.found);
+    let material = required(text, &mut entries, KEY, "NAME");
     let sizes = SIZES_MM.map(|(key, limits)| size(text, &mut entries, key, &limits));
     let mut readings = None;
     for Entry { key, key_position, value } in entries {
@@ -161,22 +162,31 @@ fn read(text: &mut Reading, yaml: &str) -> Option<GelCoupon> {
     })
 }
 
+/// A word at the top of the file, which must be there.
+fn required(
+    text: &mut Reading,
+    entries: &mut Vec<Entry>,
+    key: &str,
+    example: &str,
+) -> Option<(String, Place)> {
+    let before = text.found.len();
+    let word = take_word(entries, key, &text.place, &mut text.found);
+    if word.is_none() && text.found.len() == before {
+        let missing = text.place.problem(key, "", format!("the {key} is missing"));
+        let hint = format!("write `{key}: {example}`, as in the file that came with the coupon");
+        text.found.push(missing.hint(hint));
+    }
+    word
+}
+
 /// A size at the top of the file, mm.
 fn size(
     text: &mut Reading,
     entries: &mut Vec<Entry>,
     key: &str,
-    limits: &std::ops::RangeInclusive<f64>,
+    limits: &RangeInclusive<f64>,
 ) -> Option<f64> {
-    let before = text.found.len();
-    let Some((word, at)) = take_word(entries, key, &text.place, &mut text.found) else {
-        if text.found.len() == before {
-            let missing = text.place.problem(key, "", format!("the {key} is missing"));
-            let hint = format!("write `{key}: 12 mm`, as in the file that came with the coupon");
-            text.found.push(missing.hint(hint));
-        }
-        return None;
-    };
+    let (word, at) = required(text, entries, key, "12 mm")?;
     text.value::<Length>(at.position?, key, &word, limits).map(Length::mm)
 }
 
@@ -261,6 +271,7 @@ mod tests {
         for part in ["readings[0].load", "ball", "the diameter is missing", "`diametre`"] {
             assert!(says.contains(part), "{part}: {says}");
         }
+        assert!(refused("format: 1\nball: 12 mm\n").contains("the gel is missing"));
         assert!(refused(&yaml.replace("40 g", "null")).contains("needs both a load and a gap"));
         assert!(refused(&yaml.replace("40 g", "-3 g")).contains("between"));
     }

@@ -1,7 +1,7 @@
 //! `fabkit profile GEL.yaml -o FILE.yaml`: how stiff a batch of gel came out.
 
 use fabkit_application::designs::profile::GelCoupon;
-use fabkit_application::gel_profile::{GelProfile, gel_profile};
+use fabkit_application::gel_profile::{self, BallModulus};
 use serde_json::{Value, json};
 
 use super::Outcome;
@@ -17,19 +17,18 @@ pub(super) fn measured(
 ) -> Result<(String, Outcome), Failure> {
     let coupon = GelCoupon::read(file, text)
         .map_err(|invalid| Failure::invalid(invalid, file.to_owned(), text.to_owned()))?;
-    let profile = gel_profile(&coupon)?;
+    let fitted = gel_profile::modulus(&coupon)?;
     let output = args.output.display().to_string();
     let outcome = Outcome {
-        text: text_of(&coupon, &profile, &output),
-        json: json_of(&coupon, &profile, &output),
+        text: text_of(&coupon, &fitted, &output),
+        json: json_of(&coupon, &fitted, &output),
         failed: false,
     };
-    Ok((profile.to_yaml(&coupon), outcome))
+    Ok((gel_profile::to_yaml(&coupon, &fitted), outcome))
 }
 
-fn text_of(coupon: &GelCoupon, profile: &GelProfile, output: &str) -> String {
+fn text_of(coupon: &GelCoupon, fitted: &BallModulus, output: &str) -> String {
     let mut rows = vec![["load g", "gap mm", "deep mm", "off mm"].map(str::to_owned).to_vec()];
-    let fitted = &profile.modulus;
     for ((reading, depth_mm), off_mm) in
         coupon.readings.iter().zip(&fitted.depths_mm).zip(&fitted.residuals_mm)
     {
@@ -50,8 +49,7 @@ fn text_of(coupon: &GelCoupon, profile: &GelProfile, output: &str) -> String {
         + &format!("{output}: {}; use it with FABKIT_MATERIALS={output}\n", coupon.material)
 }
 
-fn json_of(coupon: &GelCoupon, profile: &GelProfile, output: &str) -> Value {
-    let fitted = &profile.modulus;
+fn json_of(coupon: &GelCoupon, fitted: &BallModulus, output: &str) -> Value {
     json!({
         "format": "fabkit-gel-profile",
         "version": 1,

@@ -408,21 +408,22 @@ impl Registry {
             Some(Built { mut sensor, derived, .. }) if report.is_clean() => {
                 let mut found = Vec::new();
                 let of_sensor = names(&sensor, "");
+                assign(&mut sensor, "", &making, making.is_asked(), &mut found);
+                hold(&mut sensor, &own.materials);
+                fill(&mut sensor, &own.articles, &own.materials.components(), &mut found);
+                let materials: Vec<Castable> = own.used(&settings);
+                materials.iter().for_each(|material| material.light(&mut sensor));
+                substances(&mut sensor, &own.materials);
+                adhere(&mut sensor);
+                // Which fixtures a sensor has may follow from what it is made of.
                 if !making.all_given().is_empty()
                     && let Some(more) = more_names(&sensor)
                 {
                     report_unnamed(&making, &of_sensor, &more, &mut found);
                 }
-                assign(&mut sensor, "", &making, making.is_asked(), &mut found);
-                hold(&mut sensor, &own.materials);
-                fill(&mut sensor, &own.articles, &own.materials.components(), &mut found);
                 if !found.is_empty() {
                     return Err(InvalidDesign { problems: Found::sorted(found) });
                 }
-                let materials: Vec<Castable> = own.used(&settings);
-                materials.iter().for_each(|material| material.light(&mut sensor));
-                substances(&mut sensor, &own.materials);
-                adhere(&mut sensor);
                 let mut parameters = settings;
                 parameters.extend(own.settings(&materials, &of_sensor));
                 let design = Design {

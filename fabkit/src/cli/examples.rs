@@ -46,8 +46,7 @@ Examples:
   fabkit profile coupon.yaml -o printer.yaml
   fabkit export rtac0 --process printer.yaml
   fabkit export rtac0/gel-coupon
-  fabkit profile gel-smooth-on-ecoflex-00-30.yaml -o my-batch.yaml
-  FABKIT_MATERIALS=my-batch.yaml fabkit press rtac0 --indenter hemisphere --depth 1mm";
+  fabkit profile gel-smooth-on-ecoflex-00-30.yaml -o my-batch.yaml";
 
 pub(crate) const RENDER: &str = "\
 Examples:

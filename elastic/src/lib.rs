@@ -106,5 +106,5 @@ pub use meridian::{Body, Curve, Hold, Layer};
 pub use outcome::{Level, Outcome, SurfaceNode, Touch};
 pub use presser::{Ball, Press, Presser, SolidPresser};
 pub use slab::{Cell, Slab, SlabField};
-pub use soft::{BondLine, Place, SoftError, SoftLayer, SoftStack, TipPress, Yielded};
+pub use soft::{BondLine, MarkMoved, Place, SoftError, SoftLayer, SoftStack, TipPress, Yielded};
 pub use stack::Stack;

@@ -1,7 +1,8 @@
 //! A sensor: all its bodies, what holds them together, its camera and its chain.
 
 use crate::{
-    Adhesion, Angle, Body, Circuit, Kind, Leg, LiquidSkin, NominalLens, Pose, Step, TouchSurface,
+    Adhesion, Angle, Body, Circuit, Kind, Leg, LiquidSkin, Mark, NominalLens, Pose, Step,
+    TouchSurface,
 };
 
 /// Parts of several materials that leave the printer as one piece.
@@ -91,6 +92,8 @@ pub struct Sensor {
     pub adhesions: Vec<Adhesion>,
     /// Pairs that the camera tells from each other by one being dark and one light.
     pub contrasts: Vec<[String; 2]>,
+    /// What the camera follows while the gel moves; empty where it follows none.
+    pub marks: Vec<Mark>,
     /// Force that what is touched must bear in every direction, N; `None` where nobody asks.
     pub load_n: Option<f64>,
     /// The camera as designed.
@@ -141,6 +144,7 @@ impl Sensor {
             loose: Vec::new(),
             adhesions: Vec::new(),
             contrasts: Vec::new(),
+            marks: Vec::new(),
             load_n: None,
             camera,
             sight: Vec::new(),

@@ -58,6 +58,12 @@ class Pressed:
     """What friction drags it with, MPa: n x 3."""
     area_mm2: NDArray[np.float64]
     """What area each node stands for, mm2: n."""
+    mark_place_mm: NDArray[np.float64]
+    """What the camera follows (dots, dimples, slots) at rest, sensor frame, mm: m x 3."""
+    mark_displacement_mm: NDArray[np.float64]
+    """How each mark moved, mm: m x 3; NaN where the layers that are solved have ended."""
+    mark_axis: NDArray[np.float64]
+    """Which way each then points, unit: m x 3."""
     document: dict[str, Any]
     """All that ``fabkit press --json`` says, with the layers and what was left out."""
 
@@ -143,4 +149,14 @@ _SAID = (
     "contact_level",
     "curve",
 )
-_FIELD = ("place_mm", "outward", "displacement_mm", "pressure_mpa", "shear_mpa", "area_mm2")
+_FIELD = (
+    "place_mm",
+    "outward",
+    "displacement_mm",
+    "pressure_mpa",
+    "shear_mpa",
+    "area_mm2",
+    "mark_place_mm",
+    "mark_displacement_mm",
+    "mark_axis",
+)

@@ -1,5 +1,6 @@
 //! What a press does to soft layers, by the real binary.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use fabkit_tests::fabkit;
@@ -364,4 +365,95 @@ fn a_press_on_the_fluidic_sensor_moves_the_columns_of_what_it_squeezes() {
             [volume(&format!("left {k}"), &document), volume(&format!("right {k}"), &turned)];
         assert!((left / right - 1.0).abs() < 1e-6, "{k}: {left} {right}");
     }
+}
+
+/// By name: where marks are at rest, where they go, which way they then point.
+type Marks = BTreeMap<String, [[f64; 3]; 3]>;
+
+/// Those of which it is known.
+fn marks(document: &Value) -> Marks {
+    let marks = document["marks"].as_array().unwrap().iter();
+    let known = marks.filter(|mark| !mark["displacement_mm"].is_null());
+    let read = |mark: &Value| {
+        let vectors = ["place_mm", "displacement_mm", "axis"].map(|key| vector(&mark[key]));
+        (mark["name"].as_str().unwrap().to_owned(), vectors)
+    };
+    known.map(read).collect()
+}
+
+#[test]
+fn a_press_moves_what_the_camera_follows() {
+    let root = tempfile::tempdir().unwrap();
+    let at = |sensor: &str, indenter: &str, more: &[&str]| {
+        let first = ["--indenter", indenter, "--depth", "0.5mm", "--steps", "1"];
+        press(root.path(), sensor, &[&first[..], &COARSE, more].concat())
+    };
+    // The middle dot goes in along the axis, those of the first ring all the same way: outwards and in.
+    let document = at("tactip", "disc-107@0deg,0deg", &[]);
+    let dots = marks(&document);
+    assert_eq!(dots.len(), 57);
+    let [_, moved, axis] = dots["dot 1"];
+    assert!(moved[0].hypot(moved[1]) < 1e-3 && (-0.6..-0.3).contains(&moved[2]), "{moved:?}");
+    assert!((axis[2] + 1.0).abs() < 1e-3, "{axis:?}");
+    let ring: Vec<[f64; 2]> = (2..=7)
+        .map(|i| {
+            let [place, moved, axis] = dots[&format!("dot {i}")];
+            assert!((norm(axis) - 1.0).abs() < 1e-9);
+            let out = place[0].hypot(place[1]);
+            [(place[0] * moved[0] + place[1] * moved[1]) / out, moved[2]]
+        })
+        .collect();
+    for [out, up] in &ring {
+        assert!((out - ring[0][0]).abs() < 2e-3 && (up - ring[0][1]).abs() < 2e-3, "{ring:?}");
+        assert!(*up < 0.0, "{ring:?}");
+    }
+    // Gel is volume that stays: what is far away on the other side comes out, or hardly moves.
+    assert!(norm(dots["dot 57"][1]) < 0.5 * norm(dots["dot 1"][1]));
+
+    // A dimple below the ball goes less far than the surface, and more than half of it.
+    let document = at("shadowtac", "ball@0deg,0deg", &[]);
+    let below = -marks(&document)["dimple 1"][1][2];
+    assert!((0.25..0.5).contains(&below), "{below}");
+    assert_eq!(marks(&document).len(), 469);
+
+    // Dragged along, marks go along, and those beside them less.
+    let still = marks(&at("gelsight-like", "ball@0mm,0mm", &[]));
+    let nearest = nearest(&still);
+    let more = ["--shear", "0.3mm,0mm", "--friction", "1"];
+    let dragged = marks(&at("gelsight-like", "ball@0mm,0mm", &more));
+    let way = dragged[&nearest][1][0] - still[&nearest][1][0];
+    assert!((0.05..0.3).contains(&way), "{nearest}: {way}");
+
+    // The fluidic sensor's markers hang below its skin.
+    let document = press(
+        root.path(),
+        "fluidic",
+        &["--indenter", "ball@0mm,0mm", "--depth", "1mm", "--steps", "1", "--spacing", "2.5mm"],
+    );
+    let markers = marks(&document);
+    let sags = markers.values().map(|mark| -mark[1][2]).fold(0.0, f64::max);
+    assert!(markers.len() == 100 && sags > 0.2 && sags <= number(&document["sags_mm"]) + 1e-9);
+}
+
+/// The mark that is nearest to the axis.
+fn nearest(marks: &Marks) -> String {
+    let from_axis = |mark: &[[f64; 3]; 3]| mark[0][0].hypot(mark[0][1]);
+    let nearest = marks.iter().min_by(|a, b| from_axis(a.1).total_cmp(&from_axis(b.1)));
+    nearest.unwrap().0.clone()
+}
+
+#[test]
+fn a_channel_that_is_pressed_shut_is_an_error() {
+    let root = tempfile::tempdir().unwrap();
+    let at = |depth: &str| {
+        let wide = ["--set", "channels.width=5 mm", "--set", "channels.height=2.3 mm"];
+        let thin = ["--set", "channel_layer.roof=1 mm", "--spacing", "2mm"];
+        let press = ["press", "fluidic", "--indenter", "ball@-15mm,3.25mm", "--steps", "1"];
+        fabkit(root.path(), &[&press[..], &["--depth", depth], &wide, &thin].concat())
+    };
+    at("2mm").ok();
+    let shut = at("5mm");
+    let says = "pressed shut: its cover would come down by";
+    assert!(shut.code != Some(0) && shut.stderr.contains(says), "{}", shut.stderr);
+    assert!(at("14mm").stderr.contains("where the skin ends"));
 }

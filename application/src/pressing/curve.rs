@@ -3,6 +3,8 @@
 use fabkit_elastic::{Level, Outcome, SoftStack};
 use fabkit_geometry::{Point3, Vector3};
 
+use super::Moved;
+
 /// One depth of a press.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
@@ -57,6 +59,8 @@ pub struct Pressed {
     pub steps: Vec<Step>,
     /// At full depth.
     pub outcome: Outcome,
+    /// What the camera follows, at full depth.
+    pub marks: Vec<Moved>,
     /// What was pressed.
     pub soft: SoftStack,
     /// Nodes of the surface.
@@ -85,7 +89,7 @@ impl Pressed {
         (self.level == Level::Linear && depth_mm > limit_mm).then(|| {
             format!(
                 "{depth_mm} mm is more than {:.0} % of what gives way, {limit_mm:.2} mm: at large strain forces may be \
-                 10 to 30 % lower",
+                 more than 10 % lower",
                 100.0 * strain
             )
         })

@@ -3,6 +3,7 @@
 use fabkit_elastic::SoftLayer;
 use serde_json::{Value, json};
 
+use super::marks::marks_document;
 use super::{Answer, Pressed, Step};
 
 /// Layers that give way, from the touched one inwards.
@@ -68,6 +69,7 @@ pub fn document(pressed: &Pressed) -> Value {
         "friction": pressed.friction,
         "stiffness_n_mm": pressed.stiffness_n_mm(),
         "force_range_n": pressed.force_range_n(),
+        "marks": marks_document(&pressed.marks),
         "curve": pressed.steps.iter().map(step).collect::<Vec<_>>(),
     });
     // At full depth, beside the curve.

@@ -6,6 +6,7 @@ use fabkit_elastic::Level;
 use fabkit_export::{Array, Values};
 
 use super::curve::{Pressed, Step};
+use super::marks::marks_arrays;
 
 /// The curve as CSV, in mm, N, N mm and mm2, sensor frame.
 pub fn curve_csv(pressed: &Pressed) -> String {
@@ -92,7 +93,8 @@ pub(super) fn force_svg(id: &str, level: Level, steps: impl Iterator<Item = [f64
 }
 
 /// The field as arrays of 64-bit numbers, N nodes of the surface: `place_mm`, `outward`, `displacement_mm` and
-/// `shear_mpa` (N x 3, sensor frame), `pressure_mpa` and `area_mm2` (N).
+/// `shear_mpa` (N x 3, sensor frame), `pressure_mpa` and `area_mm2` (N); and of M marks `mark_place_mm`,
+/// `mark_displacement_mm` (NaN where unknown) and `mark_axis` (M x 3).
 pub fn arrays(pressed: &Pressed) -> Vec<Array> {
     let pose = pressed.soft.sensor_from_stack;
     let nodes = &pressed.outcome.nodes;
@@ -111,6 +113,7 @@ pub fn arrays(pressed: &Pressed) -> Vec<Array> {
         values: Values::F64(values),
     };
     let three = |name: &str, values: Vec<f64>| array(name, vec![count, 3], values);
+    let [place, moved, axis] = marks_arrays(&pressed.marks);
     vec![
         three("place_mm", places),
         three("outward", outward),
@@ -118,5 +121,8 @@ pub fn arrays(pressed: &Pressed) -> Vec<Array> {
         three("shear_mpa", shear),
         array("pressure_mpa", vec![count], nodes.iter().map(|node| node.pressure_mpa).collect()),
         array("area_mm2", vec![count], nodes.iter().map(|node| node.area_mm2).collect()),
+        place,
+        moved,
+        axis,
     ]
 }

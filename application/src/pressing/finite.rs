@@ -1,11 +1,11 @@
 //! The same press at large strain, at the tip of a dome or anywhere on a pad: the reference for small strain.
 
-use fabkit_elastic::{FiniteStack, Level, Press, SoftError, SoftStack, SolidPresser};
+use fabkit_elastic::{FiniteStack, Level, Press, SoftError, SolidPresser};
 use fabkit_fixtures::Project;
 use fabkit_geometry::{CompiledSolid, Pose, SurfacePoints};
 
 use super::contact::deepest_place;
-use super::{Pressed, Pressing, PressingError, Step, ready};
+use super::{Pressed, Pressing, PressingError, Step, marks, ready};
 
 /// Farther from the axis a press is none at the tip, mm.
 const OFF_AXIS_MM: f64 = 1e-6;
@@ -27,7 +27,7 @@ impl Pressing<'_> {
         let touch = ready::touch(sensor)?;
         let place = deepest_place(touch, &press.bodies)?;
         let points = SurfacePoints::new(touch).map_err(SoftError::Solid)?;
-        let soft = SoftStack::of(sensor, &points, &place)?;
+        let soft = ready::stack_of(sensor, touch, &points, &place)?;
         let pole = soft.sensor_from_stack.inverse().point(place.0);
         if self.shear_mm != [0.0; 2] {
             return Err(PressingError::Finite { what: "goes straight in, not along the surface" });
@@ -58,6 +58,7 @@ impl Pressing<'_> {
         let steps = both.map(|(mm, outcome)| Step::of([*mm, 0.0], outcome, &soft)).collect();
         let outcome = outcomes.pop().ok_or_else(|| self.no_steps())?;
         let nodes = outcome.nodes.len();
+        let marks = marks::moved(sensor, touch, &soft, &outcome);
         Ok(Pressed {
             id: press.id,
             level: Level::Finite,
@@ -65,6 +66,7 @@ impl Pressing<'_> {
             friction: None,
             steps,
             outcome,
+            marks,
             soft,
             nodes,
         })

@@ -9,6 +9,7 @@ mod document;
 mod error;
 mod files;
 mod finite;
+mod marks;
 mod picture;
 mod ready;
 mod skin;
@@ -22,6 +23,7 @@ pub use document::{answer, document, soft_layers};
 pub use error::PressingError;
 pub use fabkit_elastic::{Level, SoftLayer};
 pub use files::{arrays, curve_csv, curve_svg};
+pub use marks::{Moved, farthest};
 pub use picture::picture;
 pub use ready::Ready;
 pub use skin::{PressedSkin, SkinStep, press_skin, skin_arrays, skin_csv, skin_document, skin_svg};
@@ -92,6 +94,7 @@ impl Pressing<'_> {
         }
         let outcome = outcome.ok_or_else(|| self.no_steps())?;
         let nodes = ready.stack.surface_nodes();
+        let marks = marks::moved(sensor, touch, &ready.soft, &outcome);
         let spacing_mm = ready.spacing_mm;
         Ok(Pressed {
             id: last.id,
@@ -100,6 +103,7 @@ impl Pressing<'_> {
             friction,
             steps,
             outcome,
+            marks,
             soft: ready.soft,
             nodes,
         })

@@ -56,7 +56,7 @@ impl Ready {
             let stack = soft.stack(spacing_mm, reach_mm, HARMONICS_OF_ONE, threads)?;
             Ok::<_, PressingError>(Self { soft, stack, spacing_mm })
         };
-        let soft = SoftStack::of(sensor, &points, &place)?;
+        let soft = stack_of(sensor, touch, &points, &place)?;
         if let Some(spacing_mm) = spacing_mm {
             return new(soft, spacing_mm);
         }
@@ -88,9 +88,10 @@ impl Ready {
         threads: usize,
     ) -> Result<Self, PressingError> {
         check_spacing(spacing_mm)?;
-        let points = SurfacePoints::new(touch(sensor)?).map_err(SoftError::Solid)?;
+        let touch = touch(sensor)?;
+        let points = SurfacePoints::new(touch).map_err(SoftError::Solid)?;
         let (place, reach_mm, area_mm2) = middle(&points);
-        let soft = SoftStack::of(sensor, &points, &place)?;
+        let soft = stack_of(sensor, touch, &points, &place)?;
         let spacing_mm = spacing_mm.unwrap_or((area_mm2 / MOST_NODES).sqrt());
         let stack = soft.stack(spacing_mm, reach_mm, usize::MAX, threads)?;
         Ok(Self { soft, stack, spacing_mm })
@@ -113,6 +114,18 @@ impl Ready {
             .collect();
         Ok(self.stack.press(&pressers, how)?)
     }
+}
+
+/// The layers below a place, divided where the camera follows marks.
+pub(super) fn stack_of(
+    sensor: &Sensor,
+    touch: &TouchSurface,
+    points: &SurfacePoints,
+    place: &Place,
+) -> Result<SoftStack, SoftError> {
+    let mut soft = SoftStack::of(sensor, points, place)?;
+    soft.divide_at_marks(touch, &sensor.marks);
+    Ok(soft)
 }
 
 /// The surface that is pressed.

@@ -13,7 +13,8 @@ use serde_json::{Value, json};
 
 use super::document::soft_layers;
 use super::files::force_svg;
-use super::{Pressing, PressingError};
+use super::marks::{marks_arrays, marks_document};
+use super::{Moved, Pressing, PressingError};
 
 /// Distance of nodes that nobody asked for, mm.
 const SPACING_MM: f64 = 1.0;
@@ -40,6 +41,8 @@ pub struct PressedSkin {
     pub spacing_mm: f64,
     /// By depth.
     pub steps: Vec<SkinStep>,
+    /// What the camera follows, at full depth.
+    pub marks: Vec<Moved>,
     /// What was pressed.
     pub stack: LiquidStack,
 }
@@ -77,7 +80,13 @@ impl Pressing<'_> {
             steps.push(SkinStep { depth_mm, outcome: press_skin(&ready, &press)? });
         }
         drop(ready);
-        Ok(PressedSkin { id: last.id, spacing_mm, steps, stack })
+        let Some(deepest) = steps.last() else { return Err(self.no_steps()) };
+        let marks = project.design.sensor.marks.iter().map(|mark| Moved {
+            displacement_mm: Some(deepest.outcome.displacement_mm(&stack, &mark.point)),
+            axis: mark.axis,
+            mark: mark.clone(),
+        });
+        Ok(PressedSkin { id: last.id, spacing_mm, marks: marks.collect(), steps, stack })
     }
 }
 
@@ -230,6 +239,7 @@ pub fn skin_document(pressed: &PressedSkin) -> Value {
             "sags_limit": MOST_SAG,
         },
         "warnings": pressed.warnings(),
+        "marks": marks_document(&pressed.marks),
         "curve": pressed.steps.iter().map(step_document).collect::<Vec<_>>(),
     });
     if let (Some(Value::Object(last)), Some(document)) =
@@ -282,7 +292,7 @@ pub fn skin_svg(pressed: &PressedSkin) -> String {
 
 /// The skin's faces at full depth as arrays, the touched one, then the underside below it: `place_mm`, `outward`,
 /// `displacement_mm` and `shear_mpa` (N x 3, sensor frame), `pressure_mpa` and `area_mm2` (N); and `volume_mm3` and
-/// `column_moves_mm` of each channel.
+/// `column_moves_mm` of each channel; and of M marks `mark_place_mm`, `mark_displacement_mm` and `mark_axis` (M x 3).
 pub fn skin_arrays(pressed: &PressedSkin) -> Vec<Array> {
     let nodes = pressed.last().map(|step| step.outcome.nodes(&pressed.stack)).unwrap_or_default();
     let channels = pressed.last().map(|step| &step.outcome.channels[..]).unwrap_or_default();
@@ -301,6 +311,7 @@ pub fn skin_arrays(pressed: &PressedSkin) -> Vec<Array> {
     let by_channel = |name: &str, value: fn(&ChannelMoved) -> f64| {
         array(name, vec![channels.len()], channels.iter().map(value).collect())
     };
+    let [place, moved, axis] = marks_arrays(&pressed.marks);
     vec![
         vectors("place_mm", |node| node.place_mm),
         vectors("outward", |node| node.outward),
@@ -310,5 +321,8 @@ pub fn skin_arrays(pressed: &PressedSkin) -> Vec<Array> {
         numbers("area_mm2", |node| node.area_mm2),
         by_channel("volume_mm3", |channel| channel.volume_mm3),
         by_channel("column_moves_mm", |channel| channel.column_moves_mm),
+        place,
+        moved,
+        axis,
     ]
 }

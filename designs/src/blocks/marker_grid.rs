@@ -1,6 +1,8 @@
 //! Dots printed on a flat face through a stencil: a grid around the middle, or one by one.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Length, Path, Pose, Process, Profile, Shells, Solid};
+use fabkit_geometry::{
+    Body, CUT_OVERLAP_MM, Carrier, Length, Mark, Path, Pose, Process, Profile, Shells, Solid,
+};
 
 use super::marks::{FlatPattern, Listed};
 use super::{Rect, STEEL, copies, upright};
@@ -89,6 +91,12 @@ impl Markers {
                 .colored([40, 40, 44])
                 .in_shells(pieces)
         })
+    }
+
+    /// The dots, which the camera follows.
+    pub fn marks(&self, z: f64) -> Vec<Mark> {
+        let radius_mm = self.diameter.mm() / 2.0;
+        Mark::below("dot", &self.poses(z), 0.0, radius_mm, |_| Carrier::Gel)
     }
 
     /// The film that lies on the face edge on edge; nothing without dots.

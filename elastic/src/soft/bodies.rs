@@ -9,7 +9,7 @@ use super::error::SoftError;
 /// Stretches that begin this near to where the last one ended follow it, mm.
 const JOINT_MM: f64 = 1e-3;
 /// Of the smallest radius of curvature of a dome: deeper, layers are taken for stiff.
-const DEEPEST: f64 = 0.6;
+const DEEPEST: f64 = 0.75;
 
 /// A body in its place in the sensor.
 pub(super) struct Placed {
@@ -80,17 +80,34 @@ impl Bodies {
     pub(super) fn below(&self, place: Point3<f64>, outward: Vector3<f64>) -> Column {
         // From a little outside, so that the surface itself is crossed.
         let ray = Ray { origin: place + outward, direction: -outward };
-        let met = self.met(&ray);
-        let (mut soft, mut at_mm) = (Vec::<Stretch>::new(), 1.0);
+        self.follow(&self.met(&ray), 1.0, self.deepest_mm)
+    }
+
+    /// Everything on a ray from what is soft first until it no longer gives way, however deep; from the ray's origin.
+    pub(super) fn first_soft(&self, ray: &Ray) -> Column {
+        let met = self.met(ray);
+        let first = met.iter().find(|stretch| self.placed[stretch.body].elasticity.is_some());
+        let begin_mm = first.map_or(0.0, |first| first.begin_mm);
+        let mut column = self.follow(&met, begin_mm, f64::INFINITY);
+        for stretch in &mut column.soft {
+            stretch.begin_mm += begin_mm;
+            stretch.end_mm += begin_mm;
+        }
+        column
+    }
+
+    /// What follows one on the other from a place of a ray; depths are from there.
+    fn follow(&self, met: &[Stretch], from_mm: f64, deepest_mm: f64) -> Column {
+        let (mut soft, mut at_mm) = (Vec::<Stretch>::new(), from_mm);
         loop {
             let next =
                 met.iter().find(|s| (s.begin_mm - at_mm).abs() < JOINT_MM && s.end_mm > at_mm);
             match next {
                 Some(next) if self.placed[next.body].elasticity.is_some() => {
-                    at_mm = next.end_mm.min(1.0 + self.deepest_mm);
+                    at_mm = next.end_mm.min(from_mm + deepest_mm);
                     soft.push(Stretch {
-                        begin_mm: next.begin_mm - 1.0,
-                        end_mm: at_mm - 1.0,
+                        begin_mm: next.begin_mm - from_mm,
+                        end_mm: at_mm - from_mm,
                         ..*next
                     });
                     if next.end_mm > at_mm {

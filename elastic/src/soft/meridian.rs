@@ -167,9 +167,14 @@ fn spread(depths_mm: &mut [Vec<f64>], layer: usize) {
     }
 }
 
-/// Whether something stiff begins beyond the end of the meridian, in the middle of what is soft.
-pub(super) fn rim_is_held(bodies: &Bodies, face: &DomePoints, meridian: &Meridian) -> bool {
-    let depth_mm = meridian.depths_mm[STEPS].last().copied().unwrap_or(0.0) / 2.0;
+/// Whether something stiff begins beyond the end of the meridian, in the middle of all layers down to one.
+pub(super) fn rim_is_held(
+    bodies: &Bodies,
+    face: &DomePoints,
+    meridian: &Meridian,
+    layer: usize,
+) -> bool {
+    let depth_mm = meridian.depths_mm[STEPS][layer] / 2.0;
     let place =
         |polar: f64| face.towards(polar, 0.01).map(|(point, outward)| point - depth_mm * outward);
     let (Some(end), Some(before)) = (place(meridian.end_rad), place(meridian.end_rad * 0.995))

@@ -3,8 +3,11 @@
 
 mod bodies;
 mod error;
+mod floor;
+mod marks;
 mod meridian;
 mod plan;
+mod rod;
 mod tip;
 mod yielded;
 
@@ -16,6 +19,8 @@ use fabkit_geometry::{
 
 use self::bodies::{Bodies, Stretch};
 pub use self::error::SoftError;
+use self::floor::Floor;
+pub use self::marks::MarkMoved;
 use self::meridian::{Meridian, ROUND_MM, most_common, rim_is_held};
 use self::plan::Plan;
 pub use self::tip::{BondLine, TipPress};
@@ -28,7 +33,8 @@ const THIN_MM: f64 = 0.1;
 const PAD_THICKNESSES: f64 = 10.0;
 /// Parts of the layers that a press may be deep.
 const SMALL_STRAIN: f64 = 0.2;
-const SMALL_STRAIN_OF_SKINS: f64 = 0.07;
+/// The same for skins, as a part of their own thickness.
+const SMALL_STRAIN_OF_SKINS: f64 = 0.44;
 /// A skin is that much stiffer than what lies below.
 const SKIN: f64 = 3.0;
 /// Nearer to its edge than this many thicknesses, a pad gives way more than the disc does.
@@ -82,14 +88,16 @@ impl SoftStack {
     ///
     /// Fitted to what large strain says of a ball of 8 mm on the built-in sensors (the book's table): forces are 10 %
     /// off from a fifth of the layers on, or never; where a skin lies on what is much softer, it stretches like a
-    /// membrane, and they are from a fourteenth on.
+    /// membrane, and they are from less than half of its own thickness on.
     pub fn small_strain_mm(&self) -> (f64, f64) {
         let thickness_mm: f64 = self.layers.iter().map(|layer| layer.thickness_mm).sum();
         let young = |layer: Option<&SoftLayer>| layer.map_or(0.0, |l| l.elasticity.young_mpa);
         let is_skin =
             young(self.layers.first()) > SKIN * young(self.layers.get(1)) && self.layers.len() > 1;
-        let strain = if is_skin { SMALL_STRAIN_OF_SKINS } else { SMALL_STRAIN };
-        (strain * thickness_mm, strain)
+        let skin_mm = self.layers.first().map_or(0.0, |layer| layer.thickness_mm);
+        let limit_mm =
+            if is_skin { SMALL_STRAIN_OF_SKINS * skin_mm } else { SMALL_STRAIN * thickness_mm };
+        (limit_mm, limit_mm / thickness_mm)
     }
 }
 
@@ -177,25 +185,35 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
         ));
     }
     let holding = meridian.held_by.map(|body| bodies.placed[body].name.clone());
-    let inner = meridian.inner(&mut left_out);
-    let held_by = holding.filter(|_| !matches!(inner, Hold::Free));
+    let mut inner = meridian.inner(&mut left_out);
+    let mut held_by = holding.filter(|_| !matches!(inner, Hold::Free));
     let most_mm =
         meridian.depths_mm.iter().filter_map(|row| row.last()).copied().fold(0.0, f64::max);
-    if most_mm >= bodies.deepest_mm {
+    let apex_z_mm = face.towards(0.0, 0.0).map_or(f64::NAN, |(point, _)| point.z);
+    let is_deep = most_mm >= bodies.deepest_mm - ROUND_MM;
+    let floor = if is_deep { Floor::of(&bodies, face, apex_z_mm) } else { None };
+    if let Some(floor) = &floor {
+        (inner, held_by) = (Hold::Bonded, Some(bodies.placed[floor.body].name.clone()));
+    } else if is_deep {
         left_out.push(format!("that what lies deeper than {:.1} mm gives way", bodies.deepest_mm));
     }
-    let is_rim_bonded = rim_is_held(&bodies, face, &meridian);
+    // Gel down to a floor ends in what the outer layers end in, but deeper.
+    let rim_layer = if floor.is_some() { 0 } else { names.len() - 1 };
+    let is_rim_bonded = rim_is_held(&bodies, face, &meridian, rim_layer);
     if matches!(inner, Hold::Free) && !is_rim_bonded {
         return Err(SoftError::Loose);
     }
     // The stretches at the pole, but with depths that are the same all around.
-    let soft: Vec<Stretch> = (0..names.len())
+    let mut soft: Vec<Stretch> = (0..names.len())
         .map(|i| Stretch {
             body: names[i],
             begin_mm: if i == 0 { 0.0 } else { meridian.depths_mm[0][i - 1] },
             end_mm: meridian.depths_mm[0][i],
         })
         .collect();
+    if let (Some(floor), Some(lowest)) = (&floor, soft.last_mut()) {
+        lowest.end_mm = apex_z_mm - floor.z_mm;
+    }
     let kept: Vec<usize> =
         (0..soft.len()).filter(|i| !is_thin(&soft[*i]) || soft.len() == 1).collect();
     let layers = layers(&bodies, &soft, &mut left_out)?;
@@ -206,9 +224,12 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
     };
     let (face, meridian) = (Arc::new(face.clone()), Arc::new(meridian));
     let outer = curve(&face, &meridian, None);
-    let interfaces = std::iter::once(outer)
+    let mut interfaces: Vec<Curve> = std::iter::once(outer)
         .chain(kept.iter().map(|layer| curve(&face, &meridian, Some(*layer))))
         .collect();
+    if let (Some(floor), Some(lowest)) = (&floor, interfaces.last_mut()) {
+        *lowest = floor.curve();
+    }
     let body = Body {
         interfaces,
         layers: layers.iter().map(layer_of).collect::<Result<_, _>>()?,

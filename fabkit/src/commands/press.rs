@@ -6,8 +6,9 @@ use fabkit_application::Error;
 use fabkit_application::depth::Picture;
 use fabkit_application::export::{Array, npz, png};
 use fabkit_application::pressing::{
-    Level, Pressed, PressedSkin, Pressing, PressingError, SkinStep, SoftLayer, arrays, curve_csv,
-    curve_svg, document, picture, skin_arrays, skin_csv, skin_document, skin_svg, threads,
+    Level, Moved, Pressed, PressedSkin, Pressing, PressingError, SkinStep, SoftLayer, arrays,
+    curve_csv, curve_svg, document, farthest, picture, skin_arrays, skin_csv, skin_document,
+    skin_svg, threads,
 };
 use fabkit_application::scene::press_error;
 use fabkit_application::source::{Source, Target};
@@ -141,6 +142,17 @@ fn heading(id: &str, level: Level, layers: &[SoftLayer], left_out: &[String]) ->
     text
 }
 
+/// What the camera follows.
+fn marks_text(marks: &[Moved]) -> String {
+    let Some((name, mm)) = farthest(marks) else { return String::new() };
+    let unknown = marks.iter().filter(|moved| moved.displacement_mm.is_none()).count();
+    let beyond = match unknown {
+        0 => String::new(),
+        count => format!("; {count} lie beyond the layers' end"),
+    };
+    format!("{} marks, `{name}` moves farthest, {mm:.3} mm{beyond}\n", marks.len())
+}
+
 fn skin_text(pressed: &PressedSkin) -> String {
     let stack = &pressed.stack;
     let mut text = heading(&pressed.id, Level::Linear, &stack.layers, &stack.left_out);
@@ -166,6 +178,7 @@ fn skin_text(pressed: &PressedSkin) -> String {
             channel.closes_mm
         );
     }
+    text += &marks_text(&pressed.marks);
     for warning in pressed.warnings() {
         text += &format!("warning: {warning}\n");
     }
@@ -187,6 +200,7 @@ fn text(pressed: &Pressed) -> String {
             step.bulge_mm
         );
     }
+    text += &marks_text(&pressed.marks);
     if let Some(warning) = pressed.warning() {
         text += &format!("warning: {warning}\n");
     }

@@ -94,6 +94,7 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
             .collect(),
         // Bumps stand out of it: nothing that fits a cap fits them.
         touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
+        marks: skin::marks(p, dimples),
         sight: names(&[bodies::PAINT]),
         ..blocks::sensor(header, nominal(p), bodies)
     }

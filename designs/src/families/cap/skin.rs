@@ -4,7 +4,7 @@
 //! without gap or overlap.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, DomeSurface, InvalidPattern, Path, Pattern, Pose, Solid,
+    Body, CUT_OVERLAP_MM, Carrier, DomeSurface, InvalidPattern, Mark, Path, Pattern, Pose, Solid,
 };
 
 use super::bodies::*;
@@ -78,6 +78,16 @@ fn dimples(p: &Cap, poses: &[Pose], grown_mm: f64) -> Vec<Solid> {
     let width = p.dimples.width.mm() + 2.0 * grown_mm;
     let feature = pin(width, p.dimples.height.mm() + grown_mm, p.dimples.direction);
     copies("dimple", poses, &feature)
+}
+
+/// The dimples' ends, which the camera follows.
+pub fn marks(p: &Cap, poses: &[Pose]) -> Vec<Mark> {
+    let (radius_mm, height_mm) = (p.dimples.width.mm() / 2.0, p.dimples.height.mm());
+    let depth_mm = match p.dimples.direction {
+        Direction::IntoGel => height_mm,
+        Direction::OutOfGel => -height_mm,
+    };
+    Mark::below("dimple", poses, depth_mm, radius_mm, |_| Carrier::Gel)
 }
 
 /// The gel with its dimples; as a tool it goes on below its foot.

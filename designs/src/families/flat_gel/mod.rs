@@ -72,6 +72,7 @@ fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
             .chain([pad::frames(p, layout).press_fit()])
             .collect(),
         touch: Some(touch(p, layout).into()),
+        marks: p.markers.marks(layout.seen_z_mm),
         sight: sight(&[(bodies::GEL, &p.pad.material)], bodies::COAT),
         ..blocks::sensor(header, nominal(layout), bodies)
     }

@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{CUT_OVERLAP_MM, InvalidPattern, Path, Pattern, Point3, Pose, Solid};
+use fabkit_geometry::{
+    CUT_OVERLAP_MM, Carrier, InvalidPattern, Mark, Path, Pattern, Point3, Pose, Solid,
+};
 
 use super::layout::Layout;
 use super::parameters::{HalfEllipsoid, Markers};
@@ -103,6 +105,12 @@ pub fn depth(markers: &Markers) -> f64 {
 pub fn end_centres(p: &HalfEllipsoid, layout: &Layout) -> Vec<Point3<f64>> {
     let end = Point3::new(0.0, 0.0, -p.markers.straight_depth.mm());
     poses(p, layout).iter().map(|pose| pose.point(end)).collect()
+}
+
+/// The slots' ends, which the camera follows.
+pub fn marks(p: &HalfEllipsoid, layout: &Layout) -> Vec<Mark> {
+    let slots = &p.markers;
+    Mark::below("marker", &poses(p, layout), depth(slots), slots.radius.mm(), |_| Carrier::Gel)
 }
 
 /// Everything within the inner elastomer's outside except the slots: what the inner elastomer and

@@ -75,6 +75,7 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
         circuits: vec![circuit::circuit(p, &layout)],
         press_fits: Joints::new(p, &layout).holder.press_fit(bodies::BASE).into_iter().collect(),
         touch: Some(touch(p, &layout).into()),
+        marks: markers::marks(p, &layout),
         sight: sight(
             &layers::elastomer_names(p)
                 .into_iter()

@@ -69,6 +69,7 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let lens = LensLaw::Equidistant.lens(c.focal_tolerance, c.centre_tolerance, c.pixels);
     let camera = camera_at(layout.pupil_z_mm, size, Layout::diagonal_view(p), lens);
     Sensor {
+        marks: tip::marks(p, &layout),
         contrasts: vec![[bodies::DOTS, bodies::SKIN].map(String::from)],
         chain: chain::chain(p, &layout),
         circuits: vec![circuit::circuit(p, &layout)],

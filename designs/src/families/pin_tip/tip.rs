@@ -4,7 +4,8 @@
 //! wherever they meet, so that their meshes share the vertices of the common faces.
 
 use fabkit_geometry::{
-    Body, Color, Landmark, Path, Point3, Pose, Process, Profile, Shells, Solid, Vector3,
+    Body, Carrier, Color, Landmark, Mark, Path, Point3, Pose, Process, Profile, Shells, Solid,
+    Vector3,
 };
 
 use super::bodies::*;
@@ -103,15 +104,17 @@ fn ring(layout: &Layout) -> Solid {
     Solid::revolution(outline).minus_all(layout.tip_joint.female_tools(layout.ring_bottom_z_mm))
 }
 
+/// The dots, which the camera follows: pins carry them.
+pub fn marks(p: &PinTip, layout: &Layout) -> Vec<Mark> {
+    let depth = p.pins.length.mm() + p.pins.dot_thickness.mm();
+    let pin = |pose: &Pose| Carrier::Pin { root: pose.point(Point3::origin()) };
+    Mark::below("dot", &pins(p, layout), depth, layout.pin_diameter_mm / 2.0, pin)
+}
+
 /// The centre of each dot's outer face, and the direction in which the pin points.
 fn dot_landmarks(p: &PinTip, layout: &Layout) -> Vec<Landmark> {
-    let depth = p.pins.length.mm() + p.pins.dot_thickness.mm();
-    let landmark = |(i, pose): (usize, Pose)| Landmark {
-        name: format!("dot {}", i + 1),
-        point: pose.point(Point3::new(0.0, 0.0, -depth)),
-        axis: pose.vector(-Vector3::z()),
-    };
-    pins(p, layout).into_iter().enumerate().map(landmark).collect()
+    let landmark = |mark: Mark| Landmark { name: mark.name, point: mark.point, axis: mark.axis };
+    marks(p, layout).into_iter().map(landmark).collect()
 }
 
 /// The gel between skin and lens, around pins and dots.

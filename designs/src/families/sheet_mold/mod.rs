@@ -70,6 +70,7 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
         chain: chain::chain(p, layout),
         circuits: vec![circuit::circuit(p, layout)],
         liquid: Some(skin::skin(p, layout)),
+        marks: molds::marks(p, layout),
         contrasts: vec![[bodies::MARKER_PAINT, bodies::MARKER_LAYER].map(String::from)],
         press_fits: vec![press_fit(NEEDLE, TUBE, stretch_mm, reason)],
         sight: names(&[bodies::MARKER_PAINT]),

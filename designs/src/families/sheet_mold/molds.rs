@@ -1,7 +1,7 @@
 //! The two mold stacks. Bolts through the corners align and close each; every sheet is as thick as
 //! what it casts is high.
 
-use fabkit_geometry::{Body, Color, Landmark, Path, Point3, Profile, Vector3};
+use fabkit_geometry::{Body, Carrier, Color, Landmark, Mark, Path, Point3, Pose, Profile, Vector3};
 
 use super::bodies::*;
 use super::channels::{comb_opening, left_channels};
@@ -83,6 +83,14 @@ pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         .placed([MARKER_MOLD.in_place().lifted(18.0), SENSOR.in_place().lifted(10.0)])
         .note(SEAL),
     ]
+}
+
+/// Ends of the markers, paint included, which the camera follows.
+pub fn marks(p: &SheetMold, layout: &Layout) -> Vec<Mark> {
+    let end_mm = layout.marker_end_z_mm - p.markers.paint.mm();
+    let poses = marker_centres(p).into_iter().map(|[x, y]| Pose::translation(x, y, end_mm));
+    let radius_mm = p.markers.diameter.mm() / 2.0;
+    Mark::below("marker", &poses.collect::<Vec<_>>(), 0.0, radius_mm, |_| Carrier::Gel)
 }
 
 /// Ends of the markers, in the frame of the sheet that shapes them.

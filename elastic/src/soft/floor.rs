@@ -1,0 +1,74 @@
+//! The flat floor of a dome that is filled with gel to the bottom: no ray along a normal meets it.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use fabkit_geometry::{DomePoints, Point3, Ray, Vector3};
+
+use super::bodies::Bodies;
+use crate::Curve;
+
+/// Radii and azimuths at which the bodies are asked straight down.
+const RADII: usize = 200;
+const AZIMUTHS: usize = 24;
+/// Ends of the gel that differ by less are the same, mm.
+const SAME_MM: f64 = 1e-6;
+
+/// Which part of the places on the floor lies straight below those of the dome.
+const BY_SINE: f64 = 0.4;
+
+/// A flat face that holds the lowest layer.
+pub(super) struct Floor {
+    pub(super) z_mm: f64,
+    radius_mm: f64,
+    /// The body that it belongs to.
+    pub(super) body: usize,
+}
+
+impl Floor {
+    /// Where most of what is soft below a dome ends, seen straight down from above; nothing where that is not flat, not
+    /// around the axis or not held.
+    pub(super) fn of(bodies: &Bodies, face: &DomePoints, apex_z_mm: f64) -> Option<Self> {
+        let radius_mm = |i: usize| face.equator_radius_mm() * (i as f64 + 0.5) / RADII as f64;
+        let ends: Vec<Vec<(usize, f64)>> = (0..RADII)
+            .map(|i| {
+                let azimuths = (0..AZIMUTHS).map(|k| (k as f64 + 0.37) * TAU / AZIMUTHS as f64);
+                let end = |azimuth: f64| {
+                    let (sin, cos) = azimuth.sin_cos();
+                    let [x, y] = [cos, sin].map(|part| radius_mm(i) * part);
+                    let origin = Point3::new(x, y, apex_z_mm + 1.0);
+                    let column = bodies.first_soft(&Ray { origin, direction: -Vector3::z() });
+                    let (next, last) = (column.next?, column.soft.last()?);
+                    Some((next, origin.z - last.end_mm))
+                };
+                azimuths.filter_map(end).collect()
+            })
+            .collect();
+        // By area: a ring counts as its radius.
+        let mut weights = BTreeMap::<(usize, i64), f64>::new();
+        let key = |(body, z_mm): (usize, f64)| (body, (z_mm / SAME_MM).round() as i64);
+        for (i, ring) in ends.iter().enumerate() {
+            ring.iter().for_each(|end| *weights.entry(key(*end)).or_default() += radius_mm(i));
+        }
+        let (usual, _) = weights.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        // Some end at what stands in the gel, and at the tip all may: at a dot, a pin.
+        let is_floor = |ring: &Vec<(usize, f64)>| {
+            2 * ring.iter().filter(|end| key(**end) == usual).count() > AZIMUTHS
+        };
+        let rings = ends.iter().rposition(is_floor)? + 1;
+        (2 * rings > RADII).then(|| Self {
+            z_mm: usual.1 as f64 * SAME_MM,
+            radius_mm: face.equator_radius_mm() * rings as f64 / RADII as f64,
+            body: usual.0,
+        })
+    }
+
+    pub(super) fn curve(&self) -> Curve {
+        // Evenly along the meridian where columns lean least at the rim, by the sine where they do on the way there.
+        let (radius_mm, z_mm) = (self.radius_mm, self.z_mm);
+        Curve::new(move |s| {
+            let share = (1.0 - BY_SINE) * s + BY_SINE * (s * FRAC_PI_2).sin();
+            [radius_mm * share, z_mm]
+        })
+    }
+}

@@ -9,6 +9,7 @@ use fabkit_elastic::BallTestError;
 use crate::authored::NotReplaced;
 use crate::bodies::UnknownName;
 use crate::calibrating::CalibratingError;
+use crate::capturing::CaptureError;
 use crate::dataset::{DatasetError, DatasetRequestError, SampleError};
 use crate::diagnostics::Diagnosed;
 use crate::exporting::{self, ExportFailure};
@@ -96,6 +97,8 @@ pub enum Error {
     Scene(#[from] SceneError),
     /// A press that has no result.
     Pressing(#[from] PressingError),
+    /// A picture that a camera would take, of a sensor whose light nobody knows.
+    Capture(#[from] CaptureError),
     /// Readings of a gel that give no modulus.
     Gel(#[from] BallTestError),
     /// What a data set cannot be made of.
@@ -147,6 +150,7 @@ impl Error {
             Self::Verifier(error) => error,
             Self::Scene(error) => error,
             Self::Pressing(error) => error,
+            Self::Capture(error) => error,
             Self::Gel(error) => error,
             Self::DatasetRequest(error) => error,
             Self::Dataset(error) => error,

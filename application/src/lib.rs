@@ -42,6 +42,7 @@ pub use fabkit_text as text;
 pub mod authored;
 pub mod bodies;
 pub mod calibrating;
+pub mod capturing;
 pub mod coded;
 pub mod comparing;
 pub mod dataset;

@@ -3,6 +3,7 @@
 
 mod beds;
 mod calibrate;
+mod capturing;
 mod completing;
 mod examples;
 mod ground_truth;
@@ -20,9 +21,10 @@ use fabkit_application::packaging::{LICENSES, License};
 use fabkit_application::pictures::Viewer;
 
 pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins};
+pub use capturing::{Capture, CaptureContact};
 pub use ground_truth::{Dataset, Depth, View};
 pub use new::New;
-pub use pressing::{ContactLevel, PressArgs};
+pub use pressing::{ContactArgs, ContactLevel, PressArgs};
 pub use sweep::Sweep;
 
 /// Shortest and longest edge of tetrahedra, mm.
@@ -111,6 +113,9 @@ pub enum Command {
     /// Compute exactly what the camera sees of the surface, pressed or not
     #[command(after_help = examples::DEPTH)]
     Depth(Depth),
+    /// Take the picture that the sensor's camera would take, simulated
+    #[command(after_help = examples::CAPTURE)]
+    Capture(Capture),
     /// Compute how soft layers give way to a press: force curve, contact, displacements
     #[command(after_help = examples::PRESS)]
     Press(PressArgs),

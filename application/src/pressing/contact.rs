@@ -1,7 +1,9 @@
 //! How a surface answers what presses on it, and what it answers.
 
 use fabkit_depth::truth::Yielding;
-use fabkit_elastic::{Level, Place, Press, SoftError, SoftLayer, SurfaceNode, Yielded};
+use fabkit_elastic::{
+    Field, Level, Outcome, Place, Press, SoftError, SoftLayer, SoftStack, SurfaceNode, Yielded,
+};
 use fabkit_fixtures::PressBody;
 use fabkit_geometry::{Point3, TouchSurface, Vector3};
 
@@ -80,7 +82,7 @@ impl Contact {
 pub struct Answer<'a> {
     ready: &'a Ready,
     yielded: Yielded,
-    nodes: Vec<SurfaceNode>,
+    outcome: Outcome,
     /// Forces, moments and contact, in the sensor's frame.
     pub step: Step,
     /// Where the presser went along the surface, sensor frame, mm.
@@ -107,12 +109,35 @@ impl Answer<'_> {
 
     /// The surface's nodes, in the frame of the stack.
     pub fn nodes(&self) -> &[SurfaceNode] {
-        &self.nodes
+        &self.outcome.nodes
+    }
+
+    /// How the lower face of a layer moves, by its name; nothing of what is no layer here.
+    pub fn lower_face(&self, layer: &str) -> Option<LowerFace<'_>> {
+        let layers = &self.ready.soft.body.layers;
+        let above = layers.iter().rposition(|known| known.name == layer)?;
+        let field = Field::new(&self.ready.stack, &self.outcome, above + 1);
+        Some(LowerFace { soft: &self.ready.soft, field })
     }
 
     /// Distance of the surface's nodes, mm.
     pub fn spacing_mm(&self) -> f64 {
         self.ready.spacing_mm
+    }
+}
+
+/// The face below a layer, as it moves.
+#[derive(Debug)]
+pub struct LowerFace<'a> {
+    soft: &'a SoftStack,
+    field: Field,
+}
+
+impl LowerFace<'_> {
+    /// How far it moves outwards below a point of the surface at rest, sensor frame, mm.
+    pub fn outwards_mm(&self, point_in_sensor: &Point3<f64>) -> f64 {
+        let [s, azimuth] = self.soft.coordinates(point_in_sensor);
+        self.field.outwards_mm(s, azimuth)
     }
 }
 
@@ -152,7 +177,7 @@ impl Ready {
                 ready: self,
                 yielded: Yielded::new(&self.stack, &straight, None),
                 step: Step::of([depth_mm, 0.0], &straight, &self.soft),
-                nodes: straight.nodes,
+                outcome: straight,
                 way_mm: Vector3::zeros(),
                 friction: None,
             });
@@ -166,7 +191,7 @@ impl Ready {
             ready: self,
             yielded: Yielded::new(&self.stack, &straight, Some(&sheared)),
             step: Step::of([depth_mm, way_mm.norm()], &sheared, &self.soft),
-            nodes: sheared.nodes,
+            outcome: sheared,
             way_mm,
             friction: Some(friction),
         })

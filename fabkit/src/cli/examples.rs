@@ -67,6 +67,12 @@ Examples:
   fabkit press rtac0 --indenter ball@0deg,0deg --depth 0.6mm
   fabkit press 9dtact --indenter ball@0mm,0mm --depth 0.5mm --csv curve.csv --plot curve.svg -o field.npz";
 
+pub(crate) const CAPTURE: &str = "\
+Examples:
+  fabkit capture rtac0 --reference -o ref.png
+  fabkit capture rtac0 --press ball@24deg,120deg,1mm -o pressed.png --truth pressed.npz
+  fabkit capture 9dtact --press ball@0mm,0mm,1.5mm --seed 7 --bits 16 -o pressed.png";
+
 pub(crate) const DATASET: &str = "\
 Examples:
   fabkit dataset rtac0 -o data

@@ -121,7 +121,7 @@ pub(super) fn shear(text: &str) -> Result<[f64; 2], String> {
     Ok([mm(first)?, mm(second)?])
 }
 
-fn friction(text: &str) -> Result<f64, String> {
+pub(super) fn friction(text: &str) -> Result<f64, String> {
     let friction: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
     if (0.0..=10.0).contains(&friction) {
         Ok(friction)
@@ -134,6 +134,6 @@ fn depth(text: &str) -> Result<f64, String> {
     length_within(text, DEPTH_LIMITS_MM)
 }
 
-fn spacing(text: &str) -> Result<f64, String> {
+pub(super) fn spacing(text: &str) -> Result<f64, String> {
     length_within(text, SPACING_LIMITS_MM)
 }

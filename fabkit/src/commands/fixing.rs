@@ -14,6 +14,8 @@ pub(super) fn fix(command: &mut Command) -> Result<Option<Vec<Change>>, Failure>
         Command::Show(args) => of(&mut args.design),
         Command::Check(design) => of(design),
         Command::Depth(args) => of(&mut args.design),
+        Command::Capture(args) => of(&mut args.design),
+        Command::Press(args) => of(&mut args.design),
         Command::Dataset(args) => of(&mut args.design),
         Command::Guide(args) => of(&mut args.design),
         Command::Export(Export { sensor, preset, set, fix, .. })

@@ -2,6 +2,7 @@
 //! alone prints.
 
 mod calibrate;
+mod capture;
 mod check;
 mod completions;
 mod contracts;
@@ -150,6 +151,7 @@ fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Render(args) => render::run(args, &cli.global),
         Command::Depth(args) => depth::run(args),
         Command::Press(args) => press::run(args),
+        Command::Capture(args) => capture::run(args),
         Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Calibrate { what } => calibrate::run(what),
         Command::Sweep(args) => sweep::run(args, &cli.global),
@@ -164,6 +166,7 @@ fn prints_its_result(command: &Command) -> bool {
     !matches!(
         command,
         Command::Calibrate { what: Calibrate::Intrinsics(_) | Calibrate::Extrinsics(_) }
+            | Command::Capture(_)
             | Command::Check(_)
             | Command::Dataset(_)
             | Command::Depth(_)

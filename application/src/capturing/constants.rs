@@ -1,0 +1,162 @@
+//! What a picture's light rests on: constants with their sources.
+
+use fabkit_geometry::{Assembly, Body, Clarity, CompiledSolid, Kind, Sensor};
+use fabkit_light::{Chip, TwoStream};
+use serde_json::{Value, json};
+
+/// How a constant is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Known {
+    /// Nobody knows; a plausible value.
+    Chosen,
+    /// Measured.
+    Measured,
+    /// Fitted; to what, its source says.
+    Fitted,
+}
+
+impl Known {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Chosen => "chosen",
+            Self::Measured => "measured",
+            Self::Fitted => "fitted",
+        }
+    }
+}
+
+/// A number that somebody stands for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constant {
+    /// As outputs call it, with its unit.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// How it is known.
+    pub known: Known,
+    /// From where.
+    pub source: String,
+}
+
+/// The constants of a picture of a translucent layer over black.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightConstants {
+    /// How much the layer scatters, 1/mm.
+    pub scatter_per_mm: Constant,
+    /// What an endless layer would send back where the light is as on average, grey.
+    pub layer_grey: Constant,
+    /// What comes back from elsewhere at the same place, whatever the layer does, grey.
+    pub ground_grey: Constant,
+    /// What bounces on and arrives everywhere alike, as a part of what arrives straight on average.
+    pub bounce: Constant,
+    /// What the chip records where the camera sees no sensing surface, grey.
+    pub beside_grey: Constant,
+    /// Noise in the dark, grey.
+    pub read_noise: Constant,
+    /// Noise at a grey value of 1, grey.
+    pub shot_noise: Constant,
+    /// Standard deviation of how bright a whole picture is, grey.
+    pub drift: Constant,
+}
+
+/// Of light that meets them, what comes back from dark walls, from white ones, and from those of which nobody says what
+/// colour they have. Chosen: black plastic 4 to 7 %, white plastic 80 to 90 %.
+const WALLS: [f64; 3] = [0.05, 0.85, 0.3];
+
+/// What goes round between the walls of a sensor, as a part of what comes straight: of walls that send back a part r,
+/// r + r^2 + ... = r / (1 - r), as in an integrating sphere.
+fn bounce(sensor: &Sensor) -> Constant {
+    let is_wall = |body: &&Body| {
+        let in_use = body.placements.iter().any(|place| place.assembly == Assembly::sensor());
+        in_use && matches!(body.kind, Kind::Made(_)) && body.clarity() == Clarity::Opaque
+    };
+    // The largest is what surrounds the light.
+    let volume_mm3 = |body: &&Body| {
+        CompiledSolid::new(&body.solid)
+            .map_or(0.0, |solid| solid.bounds().size_mm().iter().product())
+    };
+    let walls = sensor.bodies.iter().filter(is_wall);
+    let wall = walls.max_by(|a, b| volume_mm3(a).total_cmp(&volume_mm3(b)));
+    let [dark, white, unknown] = WALLS;
+    let part = match wall.and_then(|wall| wall.substance.is_dark) {
+        Some(true) => dark,
+        Some(false) => white,
+        None => unknown,
+    };
+    let (name, material) = wall.map_or(("no wall", "nothing"), |wall| (&wall.name, &wall.material));
+    Constant {
+        name: "bounce",
+        value: part / (1.0 - part),
+        known: Known::Chosen,
+        source: format!("{name} of {material} sends back {:.0} % of what meets it", 100.0 * part),
+    }
+}
+
+impl LightConstants {
+    /// For a sensor: those of R-Tac0's published unit, with what goes round between its own walls.
+    pub fn of(sensor: &Sensor) -> Self {
+        use Known::{Chosen, Fitted, Measured};
+        let constant = |name, value, known, source: &str| Constant {
+            name,
+            value,
+            known,
+            source: source.to_owned(),
+        };
+        const CURVE: &str = "the curve from darkness to depth that R-Tac0's authors learned, 11 points of a layer of 1.5 mm; 1.2 grey rms are left";
+        const REFERENCE: &str =
+            "the middle of R-Tac0's published picture without contact, 150 grey";
+        const PAIRS: &str = "differences of R-Tac0's published captures: 1.2 grey rms a pair";
+        Self {
+            scatter_per_mm: constant("scatter_per_mm", 0.39, Fitted, CURVE),
+            layer_grey: constant("layer_grey", 127.0, Fitted, CURVE),
+            ground_grey: constant("ground_grey", 125.0, Fitted, REFERENCE),
+            bounce: bounce(sensor),
+            beside_grey: constant("beside_grey", 12.0, Chosen, "black plastic in stray light"),
+            read_noise: constant("read_noise_grey", 0.4, Chosen, "usual for small chips"),
+            shot_noise: constant("shot_noise_grey", 0.06, Measured, PAIRS),
+            drift: constant(
+                "drift_grey",
+                1.8,
+                Measured,
+                "R-Tac0's published captures, far from their pins",
+            ),
+        }
+    }
+
+    /// Each of them, in order.
+    pub fn all(&self) -> [&Constant; 8] {
+        [
+            &self.scatter_per_mm,
+            &self.layer_grey,
+            &self.ground_grey,
+            &self.bounce,
+            &self.beside_grey,
+            &self.read_noise,
+            &self.shot_noise,
+            &self.drift,
+        ]
+    }
+
+    /// The law of the layer.
+    pub fn layer(&self) -> TwoStream {
+        TwoStream { scatter_per_mm: self.scatter_per_mm.value }
+    }
+
+    /// The chip.
+    pub fn chip(&self) -> Chip {
+        Chip { read_noise: self.read_noise.value, shot_noise: self.shot_noise.value }
+    }
+
+    /// As JSON.
+    pub(super) fn document(&self) -> Value {
+        let constant = |constant: &&Constant| {
+            json!({
+                "name": constant.name,
+                "value": constant.value,
+                "known": constant.known.word(),
+                "source": constant.source,
+            })
+        };
+        self.all().iter().map(constant).collect()
+    }
+}

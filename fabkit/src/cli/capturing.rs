@@ -1,0 +1,89 @@
+//! `fabkit capture`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use fabkit_application::pressing::{Contact, Linear};
+use fabkit_application::scene::MAX_SAMPLES;
+
+use super::Design;
+use super::pressing::{friction, shear, spacing};
+
+/// `fabkit capture`.
+#[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("what").args(["press", "reference"]).required(true)))]
+pub struct Capture {
+    /// Which sensor.
+    #[command(flatten)]
+    pub design: Design,
+    /// Camera file (fabkit, OpenCV, ROS or Kalibr) [default: the one that the pose file names, else
+    /// the sensor's nominal lens]
+    #[arg(long, value_name = "FILE")]
+    pub camera: Option<PathBuf>,
+    /// Pose file with `camera_from_sensor` [default: where the design puts the camera]
+    #[arg(long, value_name = "FILE")]
+    pub pose: Option<PathBuf>,
+    /// What presses, for example `semi-dome-017`, or `hemisphere@30deg,120deg,1.2mm`: an indenter by
+    /// polar angle, azimuth and depth; may be repeated
+    #[arg(long, value_name = "ID")]
+    pub press: Vec<String>,
+    /// Nothing presses
+    #[arg(long)]
+    pub reference: bool,
+    /// How far all that presses then moves along the surface, in linear contact: on a dome away from the tip and around
+    /// it where it goes deepest, on a pad along x and y
+    #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
+    pub shear: [f64; 2],
+    /// How the layers answer: as elastic ones that bulge, or as what follows the presser and nothing else
+    #[arg(long, value_enum, value_name = "LEVEL", default_value = "linear")]
+    pub contact: CaptureContact,
+    /// Coulomb's coefficient of friction where something moves along the surface [default: that of the touched material]
+    #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
+    pub friction: Option<f64>,
+    /// Distance of the surface's nodes in linear contact [default: as fine as a few seconds allow]
+    #[arg(long, value_parser = spacing, value_name = "LENGTH")]
+    pub spacing: Option<f64>,
+    /// Go on where a press does not touch the surface, or where the camera sees nothing of it
+    #[arg(long, requires = "press")]
+    pub allow_no_contact: bool,
+    /// Cast N x N rays for each pixel, which records their mean
+    #[arg(long, value_name = "N", default_value = "1",
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    pub samples: u32,
+    /// Of noise and drift: another seed is another picture of the same
+    #[arg(long, value_name = "N", default_value = "0")]
+    pub seed: u64,
+    /// Neither noise nor drift
+    #[arg(long, conflicts_with = "seed")]
+    pub no_noise: bool,
+    /// Of a grey value in the file
+    #[arg(long, value_name = "N", default_value = "8", value_parser = ["8", "16"])]
+    pub bits: String,
+    /// Write the picture
+    #[arg(short, long, value_name = "FILE.png", required = true)]
+    pub output: PathBuf,
+    /// Write the truth that it shows for NumPy, as `depth` does
+    #[arg(long, value_name = "FILE.npz")]
+    pub truth: Option<PathBuf>,
+}
+
+/// How layers answer to what is captured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CaptureContact {
+    /// They follow what presses, and nothing else moves
+    Rigid,
+    /// They give way as elastic ones do, and bulge
+    Linear,
+}
+
+impl Capture {
+    /// How the surface answers.
+    pub fn contact(&self) -> Contact {
+        match self.contact {
+            CaptureContact::Rigid => Contact::Rigid,
+            CaptureContact::Linear => {
+                Contact::Linear(Linear { spacing_mm: self.spacing, friction: self.friction })
+            }
+        }
+    }
+}

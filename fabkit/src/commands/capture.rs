@@ -1,0 +1,124 @@
+//! `fabkit capture SENSOR --press ID -o picture.png`
+
+use std::path::PathBuf;
+
+use fabkit_application::capturing::{Captured, Capturing, LightConstants, comment, document};
+use fabkit_application::export::grey_png_with_comment;
+use fabkit_application::fixtures::Press;
+use fabkit_application::ground_truth::{Collected, Wanted};
+use fabkit_application::reading::has_ending;
+use fabkit_application::scene::{Cast, SensorView, press_error};
+use fabkit_application::staging::write_each;
+use serde_json::{Value, json};
+
+use super::{Outcome, view};
+use crate::cli::{Capture, CaptureContact, ContactArgs, View};
+use crate::failure::{ErrorKind, Failure};
+use crate::interrupt;
+use crate::table::size;
+
+/// Standard deviation of printed and cast surfaces that truth is written with, mm: that of `depth`.
+const PRINT_SIGMA_MM: f64 = 0.05;
+
+pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
+    let contact = ContactArgs { contact: None, membrane: 0.0, friction: None, spacing: None };
+    let view = View { camera: args.camera.clone(), pose: args.pose.clone(), contact };
+    let output = Some(args.output.clone());
+    view::roles(&args.design, &view)
+        .writes("-o", &output)
+        .writes("--truth", &args.truth)
+        .check()?;
+    ends(&args.output, "png")?;
+    args.truth.as_ref().map_or(Ok(()), |path| ends(path, "npz"))?;
+    let is_told = args.friction.is_some() || args.spacing.is_some();
+    if args.contact == CaptureContact::Rigid && is_told {
+        let message = "friction and the distance of nodes belong to `linear` contact";
+        return Err(Failure::plain(ErrorKind::BadInput, message));
+    }
+    let scene = view::scene(&args.design, &view)?;
+    let presses = presses(&scene, args)?;
+    let capturing = Capturing {
+        cast: Cast {
+            presses: &presses,
+            samples: args.samples,
+            contact: args.contact(),
+            shear_mm: args.shear,
+            print_sigma_mm: PRINT_SIGMA_MM,
+            allow_no_contact: args.allow_no_contact,
+        },
+        constants: LightConstants::of(&scene.project.design.sensor),
+        seed: (!args.no_noise).then_some(args.seed),
+    };
+    let camera = scene.viewpoint.camera();
+    let rays = [camera.width_px(), camera.height_px()].map(|px| px * args.samples);
+    let wanted = Wanted { npz: args.truth.is_some(), ..Wanted::default() };
+    let mut truth = Collected::new(wanted, rays);
+    let captured = capturing.take(&scene, |seen| {
+        if args.truth.is_some() {
+            truth.add(seen.map, seen.sigma_mm).map_err(fabkit_application::Error::bug)?;
+        }
+        Ok(())
+    })?;
+    write(args, &scene, &capturing, &captured, &mut truth)
+}
+
+fn write(
+    args: &Capture,
+    scene: &SensorView,
+    capturing: &Capturing<'_>,
+    captured: &Captured,
+    truth: &mut Collected,
+) -> Result<Outcome, Failure> {
+    let [width, height] = captured.size_px;
+    let words = comment(scene, capturing, captured);
+    let is_deep = args.bits == "16";
+    let png = grey_png_with_comment(width, height, &captured.grey, is_deep, &words);
+    let mut files: Vec<(PathBuf, Vec<u8>)> =
+        vec![(args.output.clone(), png.map_err(Failure::bug)?)];
+    if let Some(path) = &args.truth {
+        files.push((path.clone(), truth.take_npz().map_err(Failure::bug)?));
+    }
+    interrupt::begin_writing()?;
+    write_each(
+        files.iter().map(|(path, bytes)| (path.clone(), &bytes[..])),
+        &interrupt::requested,
+    )?;
+    let listed: Vec<Value> = files
+        .iter()
+        .map(|(path, bytes)| json!({ "file": path.display().to_string(), "bytes": bytes.len() }))
+        .collect();
+    let mut json = document(scene, capturing, captured);
+    json["bits"] = json!(if is_deep { 16 } else { 8 });
+    json["files"] = json!(listed);
+    let mut text = String::new();
+    for (path, bytes) in &files {
+        text += &format!("{}: {}\n", path.display(), size(bytes.len() as u64));
+    }
+    let [least, most] = captured.range_grey();
+    let thickness = |i: usize| json["thickness_mm"][i].as_f64().unwrap_or(f64::NAN);
+    text += &format!("{words}\n");
+    text += &format!(
+        "{width} x {height} px, grey {least:.0} to {most:.0}; {} is {:.3} to {:.3} mm thick\n",
+        captured.layer,
+        thickness(0),
+        thickness(1)
+    );
+    text += &format!("lit by {}\n", captured.lamps);
+    Ok(Outcome { text, json, failed: false })
+}
+
+fn ends(path: &std::path::Path, ending: &str) -> Result<(), Failure> {
+    if has_ending(path, ending) {
+        return Ok(());
+    }
+    let message = format!("{} does not name a .{ending} file", path.display());
+    Err(Failure::plain(ErrorKind::BadInput, message))
+}
+
+fn presses(scene: &SensorView, args: &Capture) -> Result<Vec<Press>, Failure> {
+    let finder = scene.project.press_finder();
+    let press = |id: &String| {
+        finder.press(id).map_err(|error| press_error(&args.design.sensor, error).into())
+    };
+    args.press.iter().map(press).collect()
+}

@@ -1,0 +1,76 @@
+//! What a chip makes of light.
+
+use std::f64::consts::TAU;
+
+/// Noise of a chip, in grey values of 255.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chip {
+    /// Standard deviation in the dark.
+    pub read_noise: f64,
+    /// Standard deviation for a grey value of 1; it grows with the root of the grey value.
+    pub shot_noise: f64,
+}
+
+impl Chip {
+    /// A chip without noise.
+    pub const IDEAL: Self = Self { read_noise: 0.0, shot_noise: 0.0 };
+
+    /// The grey value that a pixel records of one: with its own noise for each seed, not rounded, from 0 to 255.
+    pub fn records(&self, grey: f64, seed: u64, pixel: u64) -> f64 {
+        let variance = self.read_noise.powi(2) + self.shot_noise.powi(2) * grey.max(0.0);
+        let noise = if variance > 0.0 { variance.sqrt() * normal(seed, pixel) } else { 0.0 };
+        (grey + noise).clamp(0.0, 255.0)
+    }
+}
+
+/// How much brighter than others a whole picture is, for a standard deviation of that over pictures.
+pub fn drift(sigma: f64, seed: u64) -> f64 {
+    // No pixel has this number.
+    if sigma > 0.0 { sigma * normal(seed, u64::MAX) } else { 0.0 }
+}
+
+/// A number of a normal distribution that depends on both and on nothing else (Box and Muller 1958).
+fn normal(seed: u64, number: u64) -> f64 {
+    let first = mixed(mixed(seed) ^ number);
+    let [a, b] =
+        [first, mixed(first)].map(|bits| ((bits >> 11) as f64 + 0.5) / (1u64 << 53) as f64);
+    (-2.0 * a.ln()).sqrt() * (TAU * b).cos()
+}
+
+/// Bits that look like chance: the finaliser of SplitMix64 (Steele, Lea, Flood 2014).
+fn mixed(bits: u64) -> u64 {
+    let bits = bits.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    bits ^ (bits >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_has_the_stated_spread_and_no_neighbours() {
+        let chip = Chip { read_noise: 0.6, shot_noise: 0.08 };
+        let noise: Vec<f64> = (0..40_000).map(|i| chip.records(100.0, 3, i) - 100.0).collect();
+        let count = noise.len() as f64;
+        let mean = noise.iter().sum::<f64>() / count;
+        let variance = noise.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
+        // 0.36 + 0.64; five standard errors each.
+        assert!(mean.abs() < 5.0 / count.sqrt(), "{mean}");
+        assert!((variance - 1.0).abs() < 5.0 * (2.0 / count).sqrt(), "{variance}");
+        let beside = noise.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / count;
+        assert!(beside.abs() < 5.0 / count.sqrt(), "{beside}");
+        assert_ne!(chip.records(100.0, 3, 0), chip.records(100.0, 4, 0));
+    }
+
+    #[test]
+    fn a_chip_ends_at_black_and_white() {
+        let chip = Chip { read_noise: 50.0, shot_noise: 0.0 };
+        let all: Vec<f64> =
+            (0..2_000).flat_map(|i| [0.0, 255.0].map(|g| chip.records(g, 1, i))).collect();
+        assert!(all.iter().all(|grey| (0.0..=255.0).contains(grey)));
+        assert_eq!(Chip::IDEAL.records(12.25, 9, 9), 12.25);
+        assert_eq!(drift(0.0, 5), 0.0);
+    }
+}

@@ -1,0 +1,74 @@
+//! What lamps do, on a sensor of three bodies.
+
+use fabkit_geometry::{
+    Angle, Assembly, Body, Clarity, NominalCamera, NominalLens, Placement, Point3, Pose, Process,
+    Sensor, Solid, Vector3,
+};
+use fabkit_light::{Emitters, NoLight};
+
+/// A lamp of 0.2 x 0.2 mm at the origin that shines upwards, and whatever else.
+fn sensor(lamps: bool, others: Vec<Body>) -> Sensor {
+    let camera = NominalCamera {
+        sensor_from_camera: Pose::translation(0.0, 0.0, -30.0),
+        width_px: 640,
+        height_px: 480,
+        field_of_view: Angle::from_deg(90.0).unwrap(),
+        lens: NominalLens::default(),
+    };
+    let in_use = || [Placement::in_place(Assembly::sensor())];
+    let lamp = Body::bought("lamp", "an LED", Solid::cuboid(0.2, 0.2, 0.1).at_z(-0.1));
+    let lamp = if lamps { lamp.shining() } else { lamp }.placed(in_use());
+    let others = others.into_iter().map(|body| body.placed(in_use()));
+    Sensor::new("try", "", "", camera, std::iter::once(lamp).chain(others))
+}
+
+fn on_axis_and_aside(emitters: &Emitters) -> [f64; 2] {
+    let down = -Vector3::z();
+    let places = [(Point3::new(0.0, 0.0, 10.0), down), (Point3::new(10.0, 0.0, 10.0), down)];
+    let light = emitters.irradiance(&places);
+    [light[0], light[1]]
+}
+
+#[test]
+fn light_falls_with_both_cosines_and_the_square_of_the_distance() {
+    let emitters = Emitters::of(&sensor(true, Vec::new())).unwrap();
+    let [on_axis, aside] = on_axis_and_aside(&emitters);
+    // 0.04 mm2 at 10 mm; the lamp's width changes that by its square over that of the distance.
+    assert!((on_axis / (0.04 / 100.0) - 1.0).abs() < 1e-3, "{on_axis}");
+    // Twice the square of the distance, and a cosine of 45 degrees at both ends.
+    assert!((aside / on_axis - 0.25).abs() < 1e-3, "{aside}");
+    // What looks away gets nothing.
+    assert_eq!(emitters.irradiance(&[(Point3::new(0.0, 0.0, 10.0), Vector3::z())]), [0.0]);
+}
+
+#[test]
+fn what_is_opaque_casts_a_shadow_and_what_is_clear_does_not() {
+    let plate = |clarity| {
+        let solid = Solid::cuboid(2.0, 2.0, 0.5).at_z(4.0);
+        Body::made("plate", "in the way", Process::Laser, solid).in_light(clarity)
+    };
+    let lit = |clarity| {
+        let emitters = Emitters::of(&sensor(true, vec![plate(clarity)])).unwrap();
+        on_axis_and_aside(&emitters)
+    };
+    let [on_axis, aside] = lit(Clarity::Opaque);
+    assert!(on_axis == 0.0 && aside > 0.0);
+    assert!(lit(Clarity::Clear)[0] > 0.0);
+}
+
+#[test]
+fn a_diffuser_shines_instead_of_the_lamps() {
+    let solid = Solid::cuboid(6.0, 6.0, 1.0).at_z(2.0);
+    let diffuser =
+        Body::made("diffuser", "frosted", Process::Laser, solid).in_light(Clarity::Translucent);
+    let emitters = Emitters::of(&sensor(true, vec![diffuser])).unwrap();
+    assert!(emitters.what.contains("diffuser"), "{}", emitters.what);
+    let [on_axis, aside] = on_axis_and_aside(&emitters);
+    // From its middle, 7 mm below, the fourth power of the cosine is 0.108; some of it is nearer to what is aside.
+    assert!((0.108..0.14).contains(&(aside / on_axis)), "{}", aside / on_axis);
+}
+
+#[test]
+fn without_lamps_there_is_no_light() {
+    assert!(matches!(Emitters::of(&sensor(false, Vec::new())), Err(NoLight::NoLamps { .. })));
+}

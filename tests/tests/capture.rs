@@ -1,0 +1,135 @@
+//! Pictures that a sensor's camera would take, by the real binary.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use fabkit_tests::fabkit;
+use serde_json::Value;
+
+/// A picture with its columns and what its file says of itself.
+struct Picture {
+    /// Of 65535 or 255, row by row.
+    grey: Vec<f64>,
+    comment: String,
+}
+
+fn picture(path: &Path) -> Picture {
+    let mut reader =
+        png::Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    let grey = match info.bit_depth {
+        png::BitDepth::Eight => bytes.iter().map(|byte| f64::from(*byte)).collect(),
+        _ => {
+            bytes.chunks(2).map(|pair| f64::from(u16::from_be_bytes([pair[0], pair[1]]))).collect()
+        }
+    };
+    let comment = reader.info().uncompressed_latin1_text[0].text.clone();
+    Picture { grey, comment }
+}
+
+fn capture(folder: &Path, sensor: &str, more: &[&str], name: &str) -> (Value, Picture) {
+    let first = ["capture", sensor, "-o", name, "--json"];
+    let json = fabkit(folder, &[&first[..], more].concat()).ok().json();
+    (json, picture(&folder.join(name)))
+}
+
+const EXACT: [&str; 3] = ["--no-noise", "--bits", "16"];
+
+#[test]
+fn a_press_is_as_dark_as_its_layer_is_thin() {
+    let root = tempfile::tempdir().unwrap();
+    let of =
+        |more: &[&str], name: &str| capture(root.path(), "rtac0", &[more, &EXACT].concat(), name);
+    let (_, rest) = of(&["--reference"], "rest.png");
+    let press = ["--press", "hemisphere@0deg,0deg,0.8mm"];
+    let (said, rigid) = of(&[&press[..], &["--contact", "rigid"]].concat(), "rigid.png");
+    let constant = |name: &str| {
+        let constants = said["constants"].as_array().unwrap().iter();
+        let mut found = constants.filter(|constant| constant["name"] == name);
+        found.next().unwrap()["value"].as_f64().unwrap()
+    };
+    let sent = |mm: f64| {
+        let scattered = constant("scatter_per_mm") * mm;
+        constant("ground_grey") + constant("layer_grey") * scattered / (1.0 + scattered)
+    };
+    // Drawn 1.5 mm thick with a coat of 0.05 mm in it.
+    let ratios = || rigid.grey.iter().zip(&rest.grey).map(|(now, before)| now / before);
+    let darkest = ratios().fold(1.0, f64::min);
+    let expected = sent(1.45 - 0.8) / sent(1.45);
+    // A pixel is 0.1 mm: the deepest place lies within half of one, where a ball of 4 mm has come off by 1 um.
+    assert!((darkest / expected - 1.0).abs() < 1e-3, "{darkest} {expected}");
+    // What follows the presser and nothing else makes nothing brighter.
+    assert!(ratios().all(|ratio| ratio < 1.0 + 1e-4));
+    assert!((said["thickness_mm"][0].as_f64().unwrap() - 0.65).abs() < 2e-3);
+
+    // Gel that is pushed aside does: around the contact it is thicker than at rest.
+    let (said, linear) = of(&press, "linear.png");
+    let brightest =
+        linear.grey.iter().zip(&rest.grey).map(|(now, before)| now / before).fold(0.0, f64::max);
+    let bulge_mm = said["elastic"]["bulge_mm"].as_f64().unwrap();
+    assert!(bulge_mm > 0.05 && said["contact_level"] == "linear");
+    let expected = sent(1.45 + bulge_mm) / sent(1.45);
+    assert!(
+        brightest > 1.0 + 0.8 * (expected - 1.0) && brightest < expected + 1e-3,
+        "{brightest} {expected}"
+    );
+}
+
+#[test]
+fn pictures_say_what_they_are_and_are_the_same_again() {
+    let root = tempfile::tempdir().unwrap();
+    let press = ["--press", "ball@1mm,-2mm,1mm", "--spacing", "0.5mm"];
+    let of = |more: &[&str], name: &str| {
+        let (_, picture) = capture(root.path(), "9dtact", &[&press[..], more].concat(), name);
+        (picture, std::fs::read(root.path().join(name)).unwrap())
+    };
+    let (first, bytes) = of(&["--seed", "3"], "a.png");
+    for word in
+        ["simulated by fabkit: 9dtact", "ball@1mm,-2mm,1mm", "linear contact", "seed 3", "design "]
+    {
+        assert!(first.comment.contains(word), "{}", first.comment);
+    }
+    let (_, again) = of(&["--seed", "3", "--threads", "1"], "b.png");
+    assert!(bytes == again, "another picture on another number of threads");
+    let (other, _) = of(&["--seed", "4"], "c.png");
+    let (ideal, _) = of(&["--no-noise"], "d.png");
+    assert!(ideal.comment.contains("no noise"));
+    // Noise of about a grey value, and a drift: another one with each seed.
+    let off = |picture: &Picture| {
+        let off = picture.grey.iter().zip(&ideal.grey).map(|(a, b)| a - b).collect::<Vec<_>>();
+        let mean = off.iter().sum::<f64>() / off.len() as f64;
+        let variance = off.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / off.len() as f64;
+        (mean, variance.sqrt())
+    };
+    let ((drift, noise), (other_drift, _)) = (off(&first), off(&other));
+    assert!((0.5..1.5).contains(&noise), "{noise}");
+    assert!((drift - other_drift).abs() > 0.1, "{drift} {other_drift}");
+    // Rays are means: what is cast four times as finely is the same picture, but for edges.
+    let (finer, _) = of(&["--no-noise", "--samples", "2"], "e.png");
+    let same = finer.grey.iter().zip(&ideal.grey).filter(|(a, b)| (*a - *b).abs() <= 1.0).count();
+    assert!(same as f64 > 0.97 * ideal.grey.len() as f64, "{same}");
+}
+
+#[test]
+fn what_cannot_be_captured_is_refused_and_nothing_is_written() {
+    let root = tempfile::tempdir().unwrap();
+    let refused = |arguments: &[&str], says: &str| {
+        let run = fabkit(root.path(), arguments);
+        assert_eq!(run.code, Some(2), "{}{}", run.stdout, run.stderr);
+        assert!(run.stderr.contains(says), "{}", run.stderr);
+    };
+    refused(
+        &["capture", "shadowtac", "--reference", "-o", "a.png"],
+        "translucent layer over black",
+    );
+    refused(&["capture", "fluidic", "--reference", "-o", "a.png"], "no sensing surface");
+    refused(&["capture", "rtac0", "--reference", "-o", "a.jpg"], "does not name a .png file");
+    refused(&["capture", "rtac0", "--reference", "-o", "a.png", "--truth", "a.png"], "a.png");
+    refused(&["capture", "rtac0", "-o", "a.png"], "--press");
+    refused(&["capture", "rtac0", "--press", "bal@0deg,0deg,1mm", "-o", "a.png"], "bal");
+    let rigid = ["--press", "ball@0deg,0deg,1mm", "--contact", "rigid", "--friction", "1"];
+    refused(&[&["capture", "rtac0", "-o", "a.png"][..], &rigid].concat(), "friction");
+    assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 0);
+}

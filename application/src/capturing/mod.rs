@@ -24,6 +24,9 @@ use crate::error::{ErrorKind, Explained};
 use crate::pressing::Answer;
 use crate::scene::{Cast, Seen, SensorView};
 
+/// Rays that meet the layer flatter than this see it as if they met it so, cosine.
+const LEAST_COSINE: f64 = 0.2;
+
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
@@ -199,24 +202,28 @@ impl Capturing<'_> {
         let (law, beside) = (constants.layer(), (constants.beside_grey.value, f64::NAN));
         let lower = answer.and_then(|answer| answer.lower_face(&layer.name));
         let Ok(touch) = scene.touch() else { return Vec::new() };
-        let places: Vec<Point3<f64>> = map.point_in_sensor().collect();
-        let ray = |(scratch, found): &mut (Scratch, Vec<[f64; 2]>),
-                   (place, label): (&Point3<f64>, &u16)| {
-            if *label == NO_LABEL {
-                return beside;
-            }
-            // Where the surface was at rest, how far it has moved, and what lay below it.
-            let (depth_mm, outward) = touch.depth_mm(place);
-            let rest = place + depth_mm * outward;
-            let Some([from, to]) = layer.below((&rest, &outward), scratch, found) else {
-                return beside;
+        let places: Vec<(Point3<f64>, Vector3<f64>)> =
+            map.point_in_sensor().zip(map.direction_in_sensor()).collect();
+        let ray =
+            |(scratch, found): &mut (Scratch, Vec<[f64; 2]>),
+             ((place, direction), label): (&(Point3<f64>, Vector3<f64>), &u16)| {
+                if *label == NO_LABEL {
+                    return beside;
+                }
+                // Where the surface was at rest, how far it has moved, and what lay below it.
+                let (depth_mm, outward) = touch.depth_mm(place);
+                let rest = place + depth_mm * outward;
+                let Some([from, to]) = layer.below((&rest, &outward), scratch, found) else {
+                    return beside;
+                };
+                let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&rest));
+                let thickness_mm = (to - from - depth_mm - lower_mm).max(0.0);
+                // Along the path it is longer, as the layer's own faces are parallel, about.
+                let path_mm = thickness_mm / outward.dot(direction).max(LEAST_COSINE);
+                let sent = constants.ground_grey.value
+                    + constants.layer_grey.value * law.reflectance(path_mm);
+                (lit.at(&rest) * sent, thickness_mm)
             };
-            let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&rest));
-            let thickness_mm = (to - from - depth_mm - lower_mm).max(0.0);
-            let sent = constants.ground_grey.value
-                + constants.layer_grey.value * law.reflectance(thickness_mm);
-            (lit.at(&rest) * sent, thickness_mm)
-        };
         let memory = || (Scratch::default(), Vec::new());
         places.par_iter().zip(map.label()).map_init(memory, ray).collect()
     }

@@ -76,6 +76,14 @@ impl DepthMap<'_> {
         })
     }
 
+    /// The unit direction in which each ray arrives there, sensor frame; NaN of rays that are none.
+    pub fn direction_in_sensor(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+        let rays = self.surface.rays();
+        let nothing = Vector3::repeat(f64::NAN);
+        (0..self.range_mm.len())
+            .map(move |pixel| rays.ray(pixel).map_or(nothing, |ray| ray.direction))
+    }
+
     /// Third coordinate of each point in the camera frame, mm.
     pub fn z_mm(&self) -> impl Iterator<Item = f64> + '_ {
         let rays = self.surface.rays();

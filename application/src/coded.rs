@@ -139,7 +139,7 @@ pub fn about(error: &Error) -> About {
         Error::Verifier(error) => verifier(error),
         Error::Scene(error) => About::of(scene(error)),
         Error::Pressing(error) => About::of(pressing(error)),
-        Error::Capture(_) => About::of("no_light"),
+        Error::Capture(_) | Error::FitLight(_) => About::of("no_light"),
         Error::Gel(BallTestError::Elastic(_)) => About::of("no_contact_solution"),
         Error::Gel(_) => About::of("no_modulus"),
         Error::DatasetRequest(DatasetRequestError::NoPatterns(_)) => About::of("no_presses"),

@@ -13,6 +13,7 @@ use crate::capturing::CaptureError;
 use crate::dataset::{DatasetError, DatasetRequestError, SampleError};
 use crate::diagnostics::Diagnosed;
 use crate::exporting::{self, ExportFailure};
+use crate::fitting_light::FitLightError;
 use crate::memory::MemoryError;
 use crate::pictures::PictureError;
 use crate::pressing::PressingError;
@@ -97,6 +98,8 @@ pub enum Error {
     Scene(#[from] SceneError),
     /// A press that has no result.
     Pressing(#[from] PressingError),
+    /// Captures that tell no constants of light.
+    FitLight(#[from] FitLightError),
     /// A picture that a camera would take, of a sensor whose light nobody knows.
     Capture(#[from] CaptureError),
     /// Readings of a gel that give no modulus.
@@ -151,6 +154,7 @@ impl Error {
             Self::Scene(error) => error,
             Self::Pressing(error) => error,
             Self::Capture(error) => error,
+            Self::FitLight(error) => error,
             Self::Gel(error) => error,
             Self::DatasetRequest(error) => error,
             Self::Dataset(error) => error,

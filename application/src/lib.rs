@@ -50,6 +50,7 @@ pub mod diagnostics;
 pub mod documents;
 mod error;
 pub mod exporting;
+pub mod fitting_light;
 pub mod gel_profile;
 pub mod ground_truth;
 pub mod guiding;

@@ -21,7 +21,7 @@ use fabkit_application::packaging::{LICENSES, License};
 use fabkit_application::pictures::Viewer;
 
 pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins};
-pub use capturing::{Capture, CaptureContact};
+pub use capturing::{Capture, CaptureContact, FitLight};
 pub use ground_truth::{Dataset, Depth, View};
 pub use new::New;
 pub use pressing::{ContactArgs, ContactLevel, PressArgs};
@@ -116,6 +116,9 @@ pub enum Command {
     /// Take the picture that the sensor's camera would take, simulated
     #[command(after_help = examples::CAPTURE)]
     Capture(Capture),
+    /// Fit the constants of a real unit's light to its captures of pins, for `capture`
+    #[command(after_help = examples::FIT_LIGHT)]
+    FitLight(FitLight),
     /// Compute how soft layers give way to a press: force curve, contact, displacements
     #[command(after_help = examples::PRESS)]
     Press(PressArgs),

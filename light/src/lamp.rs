@@ -1,15 +1,13 @@
 //! What shines in a sensor, and how much of that arrives where.
 
 use fabkit_geometry::{
-    Assembly, Body, Clarity, CompiledSolid, InvalidSolid, Kind, Point3, Ray, Sensor, Vector3,
+    Assembly, Body, Clarity, CompiledSolid, InvalidSolid, Kind, Point3, Ray, Sensor, Solid, Vector3,
 };
 use fabkit_optics::{InvalidStack, Stack, Tracer};
 use rayon::prelude::*;
 
 /// Lines along each side of what shines, at which its faces are asked.
 const LINES: usize = 16;
-/// Faces that look up at least this much are what shines upwards, cosine.
-const UPWARDS: f64 = 0.5;
 /// Light that comes within this distance of a lamp has arrived, mm.
 const THERE_MM: f64 = 1e-3;
 /// Places start that far off the layer they belong to, mm.
@@ -51,13 +49,13 @@ pub struct Emitters {
 }
 
 impl Emitters {
-    /// The upper faces of a sensor's lamps; where something translucent that is not cast stands over them, that of this
-    /// diffuser instead, as bright everywhere as its lamps make it from below.
+    /// The upper faces of a sensor's lamps; where something translucent that is not cast is there, all faces of this
+    /// diffuser instead, each place as bright as its lamps make it from behind.
     ///
     /// # Errors
     /// Nothing shines; bodies that are none, or that light cannot be followed through.
     pub fn of(sensor: &Sensor) -> Result<Self, NoLight> {
-        let lamps = faces(sensor, |body| body.lamp.clone())?;
+        let lamps = faces(sensor, Shines::Upwards, |body| body.lamp.clone())?;
         let no_lamps = || NoLight::NoLamps { sensor: sensor.name.clone() };
         if lamps.is_empty() {
             return Err(no_lamps());
@@ -70,14 +68,15 @@ impl Emitters {
             None => (lamps, "the lamps' upper faces".to_owned()),
             Some(name) => {
                 let of_diffuser = |body: &Body| (body.name == name).then(|| body.solid.clone());
-                let mut upper = faces(sensor, of_diffuser)?;
-                for piece in &mut upper {
+                let mut faces = faces(sensor, Shines::AllAround, of_diffuser)?;
+                for piece in &mut faces {
                     piece.power *= lamps
                         .iter()
                         .map(|lamp| lamp.shines_on(&piece.place, &-piece.outward))
                         .sum::<f64>();
                 }
-                (upper, format!("the upper face of {name}, lit from below by the lamps"))
+                faces.retain(|piece| piece.power > 0.0);
+                (faces, format!("{name}, as bright as the lamps make it from behind"))
             }
         };
         // Light is taken to go straight: what bends it between lamp and layer is left out.
@@ -124,37 +123,61 @@ impl Emitter {
     }
 }
 
-/// Pieces of the upper faces of some solids of a sensor, equally bright.
+/// Which faces shine.
+#[derive(Clone, Copy, PartialEq)]
+enum Shines {
+    /// Those that look up: a lamp's.
+    Upwards,
+    /// All: those of what spreads light.
+    AllAround,
+}
+
+/// Pieces of the faces of some solids of a sensor, equally bright.
 fn faces(
     sensor: &Sensor,
-    shines: impl Fn(&Body) -> Option<fabkit_geometry::Solid>,
+    shines: Shines,
+    solid_of: impl Fn(&Body) -> Option<Solid>,
 ) -> Result<Vec<Emitter>, NoLight> {
     let mut pieces = Vec::new();
     for body in &sensor.bodies {
-        let Some(solid) = shines(body) else { continue };
+        let Some(solid) = solid_of(body) else { continue };
+        // Fewer lines where there are many lamps.
+        let lines = if body.placements.len() > 2 { LINES / 4 } else { LINES };
         for place in body.placements.iter().filter(|place| place.assembly == Assembly::sensor()) {
             let solid = CompiledSolid::new(&solid.clone().placed(place.assembly_from_body))?;
-            let bounds = solid.bounds();
-            let size = bounds.size_mm();
-            // As many lines for each as keep them square, and fewer where there are many lamps.
-            let lines = if body.placements.len() > 2 { LINES / 4 } else { LINES };
-            let step = [size[0], size[1]].map(|side| side / lines as f64);
-            for i in 0..lines * lines {
-                let [x, y] = [i % lines, i / lines].map(|k| k as f64 + 0.5);
-                let x = bounds.min.x + x * step[0];
-                let y = bounds.min.y + y * step[1];
-                let origin = Point3::new(x, y, bounds.max.z + 1.0);
-                let down = Ray { origin, direction: -Vector3::z() };
-                let Some(first) = solid.crossings(&down).into_iter().find(|c| c.t > 0.0) else {
-                    continue;
-                };
-                if first.normal.z > UPWARDS {
-                    let place = down.at(first.t);
-                    let power = step[0] * step[1] / first.normal.z;
-                    pieces.push(Emitter { place, outward: first.normal, power });
+            for axis in 0..3 {
+                if axis == 2 || shines == Shines::AllAround {
+                    add_along(axis, &solid, lines, &mut pieces);
                 }
             }
         }
     }
+    if shines == Shines::Upwards {
+        pieces.retain(|piece| piece.outward.z > 0.0);
+    }
     Ok(pieces)
+}
+
+/// The pieces of faces that look along an axis more than along any other, either way.
+fn add_along(axis: usize, solid: &CompiledSolid, lines: usize, pieces: &mut Vec<Emitter>) {
+    let (bounds, size) = (solid.bounds(), solid.bounds().size_mm());
+    let [first, second] = [(axis + 1) % 3, (axis + 2) % 3];
+    let steps = [first, second].map(|side| size[side] / lines as f64);
+    let mut direction = Vector3::zeros();
+    direction[axis] = 1.0;
+    for i in 0..lines * lines {
+        let mut origin = bounds.min;
+        origin[axis] -= 1.0;
+        origin[first] += (0.5 + (i % lines) as f64) * steps[0];
+        origin[second] += (0.5 + (i / lines) as f64) * steps[1];
+        let line = Ray { origin, direction };
+        for crossing in solid.crossings(&line) {
+            let outward = crossing.normal;
+            let slope = outward[axis].abs();
+            if slope >= outward[first].abs() && slope > outward[second].abs() {
+                let power = steps[0] * steps[1] / slope;
+                pieces.push(Emitter { place: line.at(crossing.t), outward, power });
+            }
+        }
+    }
 }

@@ -14,8 +14,8 @@
 //! A *translucent layer over black* ([`TwoStream`]) sends back the more light the thicker it is: a press makes it
 //! thinner and the picture darker, gel that is pushed aside makes it thicker and the picture brighter. *Lamps*
 //! ([`Emitters`]) are what shines of the drawn bodies: each place of the layer gets light from all of them that no opaque
-//! body hides, by cosine and distance, and the same from everywhere for what bounces on. The *chip* ([`Chip`]) adds
-//! noise and rounds.
+//! body hides, by cosine and distance, and the same from everywhere for what bounces on. Light goes sideways in the layer
+//! ([`spread`]). The *chip* ([`Chip`]) adds noise. [`fit`] finds constants.
 //!
 //! ```
 //! use fabkit_light::{Chip, TwoStream};
@@ -32,9 +32,13 @@
 #![forbid(unsafe_code)]
 
 mod chip;
+mod fit;
 mod lamp;
 mod layer;
+mod spread;
 
 pub use chip::{Chip, drift};
+pub use fit::fit;
 pub use lamp::{Emitters, NoLight};
 pub use layer::TwoStream;
+pub use spread::spread;

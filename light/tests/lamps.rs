@@ -64,8 +64,9 @@ fn a_diffuser_shines_instead_of_the_lamps() {
     let emitters = Emitters::of(&sensor(true, vec![diffuser])).unwrap();
     assert!(emitters.what.contains("diffuser"), "{}", emitters.what);
     let [on_axis, aside] = on_axis_and_aside(&emitters);
-    // From its middle, 7 mm below, the fourth power of the cosine is 0.108; some of it is nearer to what is aside.
-    assert!((0.108..0.14).contains(&(aside / on_axis)), "{}", aside / on_axis);
+    // From its middle, 7 mm below, the fourth power of the cosine is 0.108; some of it is nearer to what is aside, which
+    // sees its side as well.
+    assert!((0.12..0.2).contains(&(aside / on_axis)), "{}", aside / on_axis);
 }
 
 #[test]

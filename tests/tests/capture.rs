@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
+use fabkit_tests::contract::faults;
 use fabkit_tests::fabkit;
 use serde_json::Value;
 
@@ -32,14 +33,21 @@ fn picture(path: &Path) -> Picture {
 fn capture(folder: &Path, sensor: &str, more: &[&str], name: &str) -> (Value, Picture) {
     let first = ["capture", sensor, "-o", name, "--json"];
     let json = fabkit(folder, &[&first[..], more].concat()).ok().json();
+    assert_eq!(faults(&json), [String::new(); 0]);
     (json, picture(&folder.join(name)))
 }
 
-const EXACT: [&str; 3] = ["--no-noise", "--bits", "16"];
+const EXACT: [&str; 5] = ["--no-noise", "--bits", "16", "--light", "light.json"];
+
+/// A unit whose layer spreads no light sideways, so that each pixel tells its own thickness.
+const LIGHT: &str = r#"{"format": "fabkit-fit-light", "version": 1, "captures": 3, "held_out_profile_rms_grey": 0.5,
+"constants": [{"name": "layer_grey", "value": 127}, {"name": "ground_grey", "value": 111},
+{"name": "scatter_per_mm", "value": 0.39}, {"name": "spread_mm", "value": 1e-6}]}"#;
 
 #[test]
 fn a_press_is_as_dark_as_its_layer_is_thin() {
     let root = tempfile::tempdir().unwrap();
+    std::fs::write(root.path().join("light.json"), LIGHT).unwrap();
     let of =
         |more: &[&str], name: &str| capture(root.path(), "rtac0", &[more, &EXACT].concat(), name);
     let (_, rest) = of(&["--reference"], "rest.png");

@@ -7,26 +7,8 @@
 use std::fs;
 use std::path::PathBuf;
 
-use fabkit_tests::fabkit;
+use fabkit_tests::{OPENCV_CAMERA, fabkit};
 use serde_json::Value;
-
-/// The authors' own calibration of the camera in air, as they state it.
-const CAMERA: &str = "\
-%YAML:1.0
----
-image_width: 640
-image_height: 480
-camera_matrix: !!opencv-matrix
-   rows: 3
-   cols: 3
-   dt: d
-   data: [ 299.97297618, 0., 325.24480754, 0., 299.81689507, 264.89790698, 0., 0., 1. ]
-distortion_coefficients: !!opencv-matrix
-   rows: 1
-   cols: 5
-   dt: d
-   data: [ -0.25971254, 0.08700416, -1.4873e-05, -2.28895e-04, -0.01535192 ]
-";
 
 fn captures() -> Option<PathBuf> {
     let folder = std::env::var_os("FABKIT_REAL_CAPTURES").map(PathBuf::from);
@@ -61,7 +43,7 @@ fn five_pins_are_found_in_at_least_fourteen_pictures() {
 fn held_out_captures_are_predicted_nearly_as_well_as_pins_repeat() {
     let Some(folder) = captures() else { return };
     let root = tempfile::tempdir().unwrap();
-    fs::write(root.path().join("camera.yaml"), CAMERA).unwrap();
+    fs::write(root.path().join("camera.yaml"), OPENCV_CAMERA).unwrap();
     let landmarks = folder.join("holes.json").display().to_string();
     let folder = folder.display().to_string();
     let run = fabkit(

@@ -24,6 +24,14 @@ const DECODING_BYTES: u64 = 16;
 /// What looking for pins takes for each pixel, the picture itself included, bytes.
 const PINS_BYTES: u64 = 32;
 
+/// Reads a picture.
+///
+/// # Errors
+/// A file that cannot be read, or is no picture that can be used.
+pub(crate) fn read_grey(path: &Path) -> Result<GreyImage, Error> {
+    read(path, |_| Ok(()))
+}
+
 /// Reads a picture whose size passes a test, made before anything is decoded.
 pub(super) fn read(
     path: &Path,

@@ -47,6 +47,8 @@ pub struct LightConstants {
     pub layer_grey: Constant,
     /// What comes back from elsewhere at the same place, whatever the layer does, grey.
     pub ground_grey: Constant,
+    /// How far light goes sideways in the layer, mm: a standard deviation.
+    pub spread_mm: Constant,
     /// What bounces on and arrives everywhere alike, as a part of what arrives straight on average.
     pub bounce: Constant,
     /// What the chip records where the camera sees no sensing surface, grey.
@@ -102,14 +104,13 @@ impl LightConstants {
             known,
             source: source.to_owned(),
         };
-        const CURVE: &str = "the curve from darkness to depth that R-Tac0's authors learned, 11 points of a layer of 1.5 mm; 1.2 grey rms are left";
-        const REFERENCE: &str =
-            "the middle of R-Tac0's published picture without contact, 150 grey";
+        const PINS: &str = "R-Tac0's published captures of pins, 15, by `fit-light`; 4.2 grey rms are left of profiles";
         const PAIRS: &str = "differences of R-Tac0's published captures: 1.2 grey rms a pair";
         Self {
-            scatter_per_mm: constant("scatter_per_mm", 0.39, Fitted, CURVE),
-            layer_grey: constant("layer_grey", 127.0, Fitted, CURVE),
-            ground_grey: constant("ground_grey", 125.0, Fitted, REFERENCE),
+            scatter_per_mm: constant("scatter_per_mm", 0.53, Fitted, PINS),
+            layer_grey: constant("layer_grey", 402.0, Fitted, PINS),
+            ground_grey: constant("ground_grey", 0.0, Fitted, PINS),
+            spread_mm: constant("spread_mm", 0.38, Fitted, PINS),
             bounce: bounce(sensor),
             beside_grey: constant("beside_grey", 12.0, Chosen, "black plastic in stray light"),
             read_noise: constant("read_noise_grey", 0.4, Chosen, "usual for small chips"),
@@ -124,11 +125,12 @@ impl LightConstants {
     }
 
     /// Each of them, in order.
-    pub fn all(&self) -> [&Constant; 8] {
+    pub fn all(&self) -> [&Constant; 9] {
         [
             &self.scatter_per_mm,
             &self.layer_grey,
             &self.ground_grey,
+            &self.spread_mm,
             &self.bounce,
             &self.beside_grey,
             &self.read_noise,

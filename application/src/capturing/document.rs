@@ -7,9 +7,8 @@ use crate::identity::design_hash;
 use crate::scene::SensorView;
 
 /// What a simulated picture leaves out, for people.
-const LEFT_OUT: [&str; 6] = [
+const LEFT_OUT: [&str; 5] = [
     "the bending of light between lamps and layer",
-    "light that spreads sideways in the layer",
     "what bounces on, but for a constant",
     "vignetting and defocus of the lens",
     "the JPEG in which some cameras send pictures",

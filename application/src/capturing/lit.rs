@@ -10,7 +10,7 @@ const STEPS: [usize; 2] = [24, 48];
 
 /// A table over the sensing surface: between its places in proportion.
 #[derive(Debug)]
-pub(super) struct Lit {
+pub(crate) struct Lit {
     plan: Plan,
     /// Row after row; 1 on average over the surface.
     values: Vec<f64>,
@@ -84,7 +84,7 @@ impl Lit {
     }
 
     /// At a point of the surface at rest.
-    pub(super) fn at(&self, point: &Point3<f64>) -> f64 {
+    pub(crate) fn at(&self, point: &Point3<f64>) -> f64 {
         let [rows, columns] = STEPS;
         let (row, column, is_round) = match &self.plan {
             Plan::Dome { centre, last_rad } => {

@@ -6,26 +6,22 @@
 mod constants;
 mod document;
 mod lit;
+mod scene;
 
 use fabkit_depth::truth::{DepthMap, NO_LABEL};
-use fabkit_geometry::{
-    Assembly, Clarity, CompiledSolid, Kind, Point3, Pose, Ray, Scratch, Sensor, SurfacePoints,
-    Vector3,
-};
-use fabkit_light::{Chip, Emitters, NoLight, drift};
+use fabkit_geometry::{Point3, Scratch, Vector3};
+use fabkit_light::{Chip, NoLight, drift, spread};
 use rayon::prelude::*;
 
 pub use constants::{Constant, Known, LightConstants};
 pub use document::{comment, document};
+pub use scene::Scene;
 
-use self::lit::Lit;
+use self::scene::along;
 use crate::Error;
 use crate::error::{ErrorKind, Explained};
 use crate::pressing::Answer;
 use crate::scene::{Cast, Seen, SensorView};
-
-/// Rays that meet the layer flatter than this see it as if they met it so, cosine.
-const LEAST_COSINE: f64 = 0.2;
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
@@ -107,47 +103,6 @@ impl Captured {
     }
 }
 
-/// The layer whose thickness is seen, in its place.
-struct ShowingLayer {
-    name: String,
-    solid: CompiledSolid,
-}
-
-impl ShowingLayer {
-    fn of(sensor: &Sensor) -> Result<Self, Error> {
-        let is_used = |place: &Assembly| *place == Assembly::sensor();
-        let layers = sensor.bodies.iter().filter(|body| body.kind == Kind::Cast);
-        let mut shown = layers.filter(|body| {
-            body.clarity() == Clarity::Translucent
-                && body.placements.iter().any(|place| is_used(&place.assembly))
-        });
-        let (Some(layer), None) = (shown.next(), shown.next()) else {
-            let shows = match sensor.touch {
-                None => "it has no surface of known shape",
-                Some(_) => "not exactly one of its cast layers is translucent",
-            };
-            let sensor = sensor.name.clone();
-            return Err(CaptureError::OtherLight { sensor, shows: shows.to_owned() }.into());
-        };
-        let place = layer.placements.iter().find(|place| is_used(&place.assembly));
-        let pose = place.map_or_else(Pose::identity, |place| place.assembly_from_body);
-        let solid = CompiledSolid::new(&layer.solid.clone().placed(pose)).map_err(Error::bug)?;
-        Ok(Self { name: layer.name.clone(), solid })
-    }
-
-    /// From where to where it lies below a point of the surface, along the normal, mm; nothing where it is not.
-    fn below(
-        &self,
-        (point, outward): (&Point3<f64>, &Vector3<f64>),
-        scratch: &mut Scratch,
-        found: &mut Vec<[f64; 2]>,
-    ) -> Option<[f64; 2]> {
-        let ray = Ray { origin: point + outward, direction: -outward };
-        self.solid.stretches_into(&ray, scratch, found);
-        found.first().map(|[from, to]| [from - 1.0, to - 1.0])
-    }
-}
-
 impl Capturing<'_> {
     /// Takes the picture; `also` sees the truth that it shows.
     ///
@@ -158,22 +113,16 @@ impl Capturing<'_> {
         scene: &SensorView,
         also: impl FnOnce(&Seen<'_>) -> Result<(), Error>,
     ) -> Result<Captured, Error> {
-        let sensor = &scene.project.design.sensor;
-        let layer = ShowingLayer::of(sensor)?;
-        let emitters = Emitters::of(sensor).map_err(CaptureError::NoLight)?;
-        let points = SurfacePoints::new(scene.touch()?).map_err(Error::bug)?;
-        let below_mm = |point: &Point3<f64>, outward: &Vector3<f64>| {
-            let (mut scratch, mut found) = (Scratch::default(), Vec::new());
-            layer.below((point, outward), &mut scratch, &mut found).map_or(0.0, |[_, to]| to)
-        };
-        let lit = Lit::new(&points, &emitters, below_mm, self.constants.bounce.value);
-        let dark = || CaptureError::Dark { sensor: sensor.name.clone() };
-        let lit = lit.ok_or_else(dark)?;
+        let light = Scene::of(&scene.project.design.sensor, &self.constants)?;
         let drift_grey = self.seed.map_or(0.0, |seed| drift(self.constants.drift.value, seed));
         scene.cast(&self.cast, |seen| {
             also(&seen)?;
-            let rays = self.rays(scene, &layer, &lit, seen.map, seen.answer);
-            let (grey, thickness_mm): (Vec<f64>, Vec<f64>) = rays.into_iter().unzip();
+            let rays = self.rays(&light, seen.map, seen.answer);
+            let (mut grey, thickness_mm): (Vec<f64>, Vec<f64>) = rays.into_iter().unzip();
+            let is_layer: Vec<bool> = thickness_mm.iter().map(|mm| mm.is_finite()).collect();
+            let width = seen.map.width_px() as usize;
+            let sigma_px = self.constants.spread_mm.value / ray_mm(seen.map);
+            spread(&mut grey, &is_layer, width, sigma_px);
             let size_px = [seen.map.width_px(), seen.map.height_px()];
             let size_px = size_px.map(|side| side / self.cast.samples);
             Ok::<_, Error>(Captured {
@@ -181,8 +130,8 @@ impl Capturing<'_> {
                 size_px,
                 thickness_mm,
                 drift_grey,
-                layer: layer.name.clone(),
-                lamps: emitters.what.clone(),
+                layer: light.layer.clone(),
+                lamps: light.lamps.clone(),
                 elastic: seen.answer.map(crate::pressing::answer),
                 contact_level: self.cast.contact.name(),
             })
@@ -192,16 +141,13 @@ impl Capturing<'_> {
     /// Grey value and thickness that each ray meets.
     fn rays(
         &self,
-        scene: &SensorView,
-        layer: &ShowingLayer,
-        lit: &Lit,
+        scene: &Scene<'_>,
         map: &DepthMap<'_>,
         answer: Option<&Answer<'_>>,
     ) -> Vec<(f64, f64)> {
         let constants = &self.constants;
         let (law, beside) = (constants.layer(), (constants.beside_grey.value, f64::NAN));
-        let lower = answer.and_then(|answer| answer.lower_face(&layer.name));
-        let Ok(touch) = scene.touch() else { return Vec::new() };
+        let lower = answer.and_then(|answer| answer.lower_face(&scene.layer));
         let places: Vec<(Point3<f64>, Vector3<f64>)> =
             map.point_in_sensor().zip(map.direction_in_sensor()).collect();
         let ray =
@@ -211,18 +157,17 @@ impl Capturing<'_> {
                     return beside;
                 }
                 // Where the surface was at rest, how far it has moved, and what lay below it.
-                let (depth_mm, outward) = touch.depth_mm(place);
+                let (depth_mm, outward) = scene.touch.depth_mm(place);
                 let rest = place + depth_mm * outward;
-                let Some([from, to]) = layer.below((&rest, &outward), scratch, found) else {
+                let Some(thick_mm) = scene.thickness_mm((&rest, &outward), scratch, found) else {
                     return beside;
                 };
                 let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&rest));
-                let thickness_mm = (to - from - depth_mm - lower_mm).max(0.0);
-                // Along the path it is longer, as the layer's own faces are parallel, about.
-                let path_mm = thickness_mm / outward.dot(direction).max(LEAST_COSINE);
+                let thickness_mm = (thick_mm - depth_mm - lower_mm).max(0.0);
+                let path_mm = along(thickness_mm, &outward, direction);
                 let sent = constants.ground_grey.value
                     + constants.layer_grey.value * law.reflectance(path_mm);
-                (lit.at(&rest) * sent, thickness_mm)
+                (scene.lit.at(&rest) * sent, thickness_mm)
             };
         let memory = || (Scratch::default(), Vec::new());
         places.par_iter().zip(map.label()).map_init(memory, ray).collect()
@@ -245,4 +190,15 @@ impl Capturing<'_> {
         };
         (0..width * height).map(pixel).collect()
     }
+}
+
+/// How far neighbouring rays meet the surface from each other, mm: the median along rows.
+fn ray_mm(map: &DepthMap<'_>) -> f64 {
+    let places: Vec<Point3<f64>> = map.point_in_sensor().collect();
+    let width = map.width_px() as usize;
+    let both = |pair: &[usize; 2]| pair.iter().all(|i| map.label()[*i] != NO_LABEL);
+    let beside = (1..places.len()).filter(|i| i % width != 0).map(|i| [i - 1, i]).filter(both);
+    let mut apart: Vec<f64> = beside.map(|[a, b]| (places[b] - places[a]).norm()).collect();
+    apart.sort_by(f64::total_cmp);
+    apart.get(apart.len() / 2).copied().unwrap_or(f64::INFINITY)
 }

@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use fabkit_application::pressing::{Contact, Linear};
 use fabkit_application::scene::MAX_SAMPLES;
 
-use super::Design;
 use super::pressing::{friction, shear, spacing};
+use super::{Design, length_within};
 
 /// `fabkit capture`.
 #[derive(Debug, Args)]
@@ -50,6 +50,9 @@ pub struct Capture {
     #[arg(long, value_name = "N", default_value = "1",
           value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     pub samples: u32,
+    /// Constants of a unit's light, as `fit-light` writes them [default: those of R-Tac0's published unit]
+    #[arg(long, value_name = "FILE.json")]
+    pub light: Option<PathBuf>,
     /// Of noise and drift: another seed is another picture of the same
     #[arg(long, value_name = "N", default_value = "0")]
     pub seed: u64,
@@ -86,4 +89,41 @@ impl Capture {
             }
         }
     }
+}
+
+/// `fabkit fit-light`.
+#[derive(Debug, Args)]
+pub struct FitLight {
+    /// Which sensor.
+    #[command(flatten)]
+    pub design: Design,
+    /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's
+    #[arg(long, value_name = "FILE.yaml")]
+    pub camera: PathBuf,
+    /// Folder of pictures named after the holes that had pins, as 01_05_08.png, or with a list in
+    /// captures.csv
+    #[arg(long, value_name = "DIR")]
+    pub captures: PathBuf,
+    /// The picture without contact [default: ref.png in the folder]
+    #[arg(long, value_name = "IMAGE")]
+    pub reference: Option<PathBuf>,
+    /// Where pins touch: a dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
+    /// [default: those of the sensor's own pin-dome]
+    #[arg(long, value_name = "FILE.json")]
+    pub landmarks: Option<PathBuf>,
+    /// Which kind of pin was used, where the dome has several
+    #[arg(long, value_name = "KIND")]
+    pub pin: Option<String>,
+    /// Radius of the pins' round tips [default: what the landmarks say, else that of the sensor's own pin-dome]
+    #[arg(long, value_parser = pin_radius, value_name = "LENGTH")]
+    pub pin_radius: Option<f64>,
+    /// Write the constants for `capture --light`
+    #[arg(short, long, value_name = "FILE.json")]
+    pub output: Option<PathBuf>,
+}
+
+const PIN_RADIUS_LIMITS_MM: [f64; 2] = [0.1, 5.0];
+
+fn pin_radius(text: &str) -> Result<f64, String> {
+    length_within(text, PIN_RADIUS_LIMITS_MM)
 }

@@ -73,6 +73,11 @@ Examples:
   fabkit capture rtac0 --press ball@24deg,120deg,1mm -o pressed.png --truth pressed.npz
   fabkit capture 9dtact --press ball@0mm,0mm,1.5mm --seed 7 --bits 16 -o pressed.png";
 
+pub(crate) const FIT_LIGHT: &str = "\
+Examples:
+  fabkit fit-light rtac0 --camera camera.yaml --captures pictures -o light.json
+  fabkit capture rtac0 --light light.json --press ball@24deg,120deg,1mm -o pressed.png";
+
 pub(crate) const DATASET: &str = "\
 Examples:
   fabkit dataset rtac0 -o data

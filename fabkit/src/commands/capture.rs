@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use fabkit_application::capturing::{Captured, Capturing, LightConstants, comment, document};
 use fabkit_application::export::grey_png_with_comment;
+use fabkit_application::fitting_light::read_constants;
 use fabkit_application::fixtures::Press;
 use fabkit_application::ground_truth::{Collected, Wanted};
 use fabkit_application::reading::has_ending;
@@ -25,6 +26,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
     let view = View { camera: args.camera.clone(), pose: args.pose.clone(), contact };
     let output = Some(args.output.clone());
     view::roles(&args.design, &view)
+        .reads("--light", &args.light)
         .writes("-o", &output)
         .writes("--truth", &args.truth)
         .check()?;
@@ -37,6 +39,10 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
     }
     let scene = view::scene(&args.design, &view)?;
     let presses = presses(&scene, args)?;
+    let constants = match &args.light {
+        Some(path) => read_constants(&scene.project.design.sensor, path)?,
+        None => LightConstants::of(&scene.project.design.sensor),
+    };
     let capturing = Capturing {
         cast: Cast {
             presses: &presses,
@@ -46,7 +52,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
             print_sigma_mm: PRINT_SIGMA_MM,
             allow_no_contact: args.allow_no_contact,
         },
-        constants: LightConstants::of(&scene.project.design.sensor),
+        constants,
         seed: (!args.no_noise).then_some(args.seed),
     };
     let camera = scene.viewpoint.camera();

@@ -21,6 +21,7 @@ const CONTRACTS: &[(&str, &str)] = &[
     ("diff", include_str!("../../schemas/diff.json")),
     ("error", include_str!("../../schemas/error.json")),
     ("export", include_str!("../../schemas/export.json")),
+    ("fit-light", include_str!("../../schemas/fit-light.json")),
     ("gel-profile", include_str!("../../schemas/gel-profile.json")),
     ("guide", include_str!("../../schemas/guide.json")),
     ("limits", include_str!("../../schemas/limits.json")),

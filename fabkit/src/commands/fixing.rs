@@ -15,6 +15,7 @@ pub(super) fn fix(command: &mut Command) -> Result<Option<Vec<Change>>, Failure>
         Command::Check(design) => of(design),
         Command::Depth(args) => of(&mut args.design),
         Command::Capture(args) => of(&mut args.design),
+        Command::FitLight(args) => of(&mut args.design),
         Command::Press(args) => of(&mut args.design),
         Command::Dataset(args) => of(&mut args.design),
         Command::Guide(args) => of(&mut args.design),

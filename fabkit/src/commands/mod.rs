@@ -10,6 +10,7 @@ mod dataset;
 mod depth;
 mod diff;
 mod export;
+mod fit_light;
 mod fixing;
 mod gel_profile;
 mod guide;
@@ -152,6 +153,7 @@ fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Depth(args) => depth::run(args),
         Command::Press(args) => press::run(args),
         Command::Capture(args) => capture::run(args),
+        Command::FitLight(args) => fit_light::run(args),
         Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Calibrate { what } => calibrate::run(what),
         Command::Sweep(args) => sweep::run(args, &cli.global),

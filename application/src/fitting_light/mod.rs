@@ -1,0 +1,407 @@
+//! The constants of a real unit's light, from its own captures of pins: what [`crate::capturing`] then rests on.
+//!
+//! Four numbers for all captures (what an endless layer sends back, what comes from elsewhere, how much the layer
+//! scatters, how far light spreads in it) and how bright each picture is. How deep the pins went is looked for beside them:
+//! what labels say of it is often not so.
+
+mod document;
+mod patch;
+mod profiles;
+
+use std::path::{Path, PathBuf};
+
+use fabkit_calibration::assignment::assign;
+use fabkit_calibration::landmarks::PinLandmarks;
+use fabkit_calibration::model::Model;
+use fabkit_camera::CameraEstimate;
+use fabkit_geometry::{Sensor, SurfacePoints};
+use fabkit_light::{TwoStream, fit};
+use rayon::prelude::*;
+
+pub use document::{document, read_constants};
+
+use self::patch::Patch;
+use self::profiles::{BESIDE, BINS, Profile, mean_grey};
+use crate::Error;
+use crate::calibrating::CalibratingError;
+use crate::calibrating::captures::PinCaptures;
+use crate::calibrating::pictures::read_grey;
+use crate::capturing::{LightConstants, Scene};
+use crate::error::{ErrorKind, Explained};
+use crate::pressing::{Ready, threads};
+
+/// Pins whose places differ by less in their polar angle are one ring, rad.
+const SAME_RING_RAD: f64 = 0.03;
+/// Depths that are tried, as parts of what is soft.
+const DEPTHS: [f64; 7] = [0.3, 0.45, 0.6, 0.7, 0.8, 0.9, 0.97];
+/// Polar angles at which the picture at rest is looked at, rad, and places around at each.
+const REST_RAD: [f64; 13] =
+    [0.05, 0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95, 1.05, 1.15, 1.25];
+const AROUND: usize = 72;
+/// Nearer to the outermost ring the picture at rest is not looked at, rad.
+const MARGIN_RAD: f64 = 0.09;
+/// Distance of nodes on the surface, mm.
+const SPACING_MM: f64 = 0.25;
+
+/// Why there is no fit.
+#[derive(Debug, thiserror::Error)]
+pub enum FitLightError {
+    /// Too little is seen.
+    #[error(
+        "{found} pins are seen whole in {captures} captures; a fit needs {least} in 3 at least"
+    )]
+    TooFew {
+        /// Pins.
+        found: usize,
+        /// Captures.
+        captures: usize,
+        /// Least pins.
+        least: usize,
+    },
+    /// Not of a dome.
+    #[error("light is fitted on domes so far; `{sensor}` is none")]
+    NoDome {
+        /// The sensor.
+        sensor: String,
+    },
+    /// A file that is none of constants.
+    #[error("{} {what}", .file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The fit ends nowhere.
+    #[error("no constants explain these captures: the fit does not end")]
+    NoFit,
+}
+
+impl Explained for FitLightError {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::NoFit => ErrorKind::Limit,
+            _ => ErrorKind::BadInput,
+        }
+    }
+
+    fn hint(&self) -> Option<String> {
+        let hint = match self {
+            Self::File { .. } => "`fabkit fit-light` writes such files with -o",
+            Self::TooFew { .. } => "take more captures, with pins in full view",
+            Self::NoDome { .. } => "`capture` goes by the built-in constants",
+            Self::NoFit => "look at the captures: is the reference of the same exposure?",
+        };
+        Some(hint.to_owned())
+    }
+}
+
+/// What is fitted from.
+#[derive(Clone, Copy, Debug)]
+pub struct FittingLight<'a> {
+    /// The sensor as drawn.
+    pub sensor: &'a Sensor,
+    /// Its camera as calibrated.
+    pub camera: &'a CameraEstimate,
+    /// The pins that were to be had.
+    pub landmarks: &'a PinLandmarks,
+    /// Where pins are seen.
+    pub captures: &'a PinCaptures<'a>,
+    /// Where their pictures are.
+    pub folder: &'a Path,
+    /// The picture without contact.
+    pub reference: &'a Path,
+    /// Radius of the pins' tips, mm.
+    pub pin_radius_mm: f64,
+}
+
+/// A ring of pins, held out in turn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ring {
+    /// Between the axis and the normal there, deg.
+    pub polar_deg: f64,
+    /// Pins seen.
+    pub pins: usize,
+    /// How dark their middle is, median, grey.
+    pub real_grey: f64,
+    /// The same as predicted from the other captures.
+    pub predicted_grey: f64,
+    /// Median of what is left of each bin of the profile, rms over bins, grey.
+    pub profile_rms_grey: f64,
+    /// The median profile by distance from the mark, in bins of 0.25 mm, real and predicted, without what makes whole
+    /// captures brighter, grey.
+    pub profile_grey: Vec<[f64; 2]>,
+}
+
+/// Constants that explain captures, and what they do not explain.
+#[derive(Clone, Debug)]
+pub struct FittedLight {
+    /// What an endless layer sends back, what comes from elsewhere, grey; scatter, 1/mm; spread, mm.
+    pub values: [f64; 4],
+    /// Standard deviations, from leaving out each capture in turn.
+    pub sigmas: [f64; 4],
+    /// How deep the pins went that explain the captures best, mm.
+    pub pin_depth_mm: f64,
+    /// What the landmarks say, mm: the median.
+    pub stated_depth_mm: f64,
+    /// Ring by ring.
+    pub rings: Vec<Ring>,
+    /// Over all rings and bins, grey.
+    pub held_out_profile_rms_grey: f64,
+    /// What is left of the picture at rest, by polar angle, grey, and its rms.
+    pub reference: Vec<[f64; 3]>,
+    /// The same.
+    pub reference_rms_grey: f64,
+    /// How many captures took part.
+    pub captures: usize,
+}
+
+/// Captures and what the solver says of the same, for one depth.
+struct Fit<'a> {
+    profiles: &'a [Profile],
+    /// Ring of each profile.
+    ring_of: &'a [usize],
+    patches: Vec<Patch>,
+    /// At rest: the polar angle, rad, how much light there is, the path in the layer, mm, and the real grey.
+    rest: &'a [[f64; 4]],
+}
+
+impl FittingLight<'_> {
+    /// Fits, and predicts each capture from the others.
+    ///
+    /// # Errors
+    /// Marks without holes, pictures that cannot be read, a sensor whose light is not known here, too few pins.
+    pub fn run(&self) -> Result<FittedLight, Error> {
+        let scene = Scene::of(self.sensor, &LightConstants::of(self.sensor))?;
+        let points = SurfacePoints::new(scene.touch).map_err(Error::bug)?;
+        let SurfacePoints::Dome(dome) = &points else {
+            return Err(FitLightError::NoDome { sensor: self.sensor.name.clone() }.into());
+        };
+        let nominal = self.sensor.camera.sensor_from_camera.inverse();
+        let marked = &self.captures.marked;
+        let assignment = assign(self.camera.camera(), &nominal, marked, &self.landmarks.pins)
+            .ok_or(CalibratingError::NotAssigned)?;
+        let model = &assignment.model;
+        let profiles = self.profiles(&scene, model, &assignment.observations)?;
+        let captures =
+            profiles.iter().map(|p| p.capture).collect::<std::collections::BTreeSet<_>>();
+        let least = 8;
+        if profiles.len() < least || captures.len() < 3 {
+            let (found, captures) = (profiles.len(), captures.len());
+            return Err(FitLightError::TooFew { found, captures, least }.into());
+        }
+        let reference = read_grey(self.reference)?;
+        let (rings_rad, ring_of) = rings(&profiles);
+        // Beyond the outermost pins the picture may show something else than the surface.
+        let last_rad = rings_rad.last().copied().unwrap_or(0.0) - MARGIN_RAD;
+        let rest: Vec<[f64; 4]> = REST_RAD
+            .iter()
+            .filter(|polar| **polar < last_rad)
+            .filter_map(|polar| {
+                let around = (0..AROUND).map(|i| std::f64::consts::TAU * i as f64 / AROUND as f64);
+                let places = around.filter_map(|azimuth| dome.towards(*polar, azimuth));
+                let grey = mean_grey(places.map(|place| place.0), model, &reference)?;
+                let (point, outward) = dome.towards(*polar, 0.0)?;
+                let path_mm = scene.paths_mm(&point, &outward, 0.0)[0];
+                Some([*polar, scene.lit.at(&point), path_mm, grey])
+            })
+            .collect();
+        let ready = Ready::for_all(self.sensor, Some(SPACING_MM), threads())?;
+        let soft_mm = scene.touch.soft_mm();
+        let mut best: Option<(f64, f64, Vec<f64>, Fit<'_>)> = None;
+        for part in DEPTHS {
+            let depth_mm = part * soft_mm;
+            let patch = |polar: &f64| {
+                let (point, _) = dome.towards(*polar, 0.0).ok_or(FitLightError::NoFit)?;
+                Patch::pressed(&scene, &ready, &point, [self.pin_radius_mm, depth_mm])
+            };
+            let patches = rings_rad.iter().map(patch).collect::<Result<Vec<_>, Error>>()?;
+            let fit = Fit { profiles: &profiles, ring_of: &ring_of, patches, rest: &rest };
+            let Some(values) = fit.solve(None) else { continue };
+            let cost: f64 = fit.residuals(&values, None).iter().map(|r| r * r).sum();
+            if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
+                best = Some((cost, depth_mm, values, fit));
+            }
+        }
+        let Some((_, pin_depth_mm, values, fit)) = best else {
+            return Err(FitLightError::NoFit.into());
+        };
+        let captures: Vec<usize> = captures.into_iter().collect();
+        let held_out: Vec<Vec<f64>> = captures
+            .par_iter()
+            .map(|capture| fit.solve(Some(*capture)))
+            .collect::<Option<_>>()
+            .ok_or(FitLightError::NoFit)?;
+        let mut stated: Vec<f64> = assignment
+            .observations
+            .iter()
+            .map(|o| scene.touch.depth_mm(&o.contact.contact_in_sensor_mm).0)
+            .collect();
+        Ok(FittedLight {
+            sigmas: jackknife(&held_out),
+            rings: fit.held_out(&captures, &held_out, &rings_rad),
+            held_out_profile_rms_grey: 0.0,
+            reference: fit.at_rest(&values),
+            reference_rms_grey: 0.0,
+            pin_depth_mm,
+            stated_depth_mm: median(&mut stated),
+            captures: captures.len(),
+            values: std::array::from_fn(|k| values[k]),
+        }
+        .with_sums())
+    }
+
+    fn profiles(
+        &self,
+        scene: &Scene<'_>,
+        model: &Model,
+        observations: &[fabkit_calibration::model::Observation],
+    ) -> Result<Vec<Profile>, Error> {
+        let reference = read_grey(self.reference)?;
+        let mut profiles = Vec::new();
+        for (i, record) in self.captures.records.iter().enumerate() {
+            let picture = read_grey(&self.folder.join(&record.file))?;
+            let here = observations.iter().filter(|o| o.contact.capture == i);
+            profiles.extend(
+                here.filter_map(|o| Profile::of(o, model, scene.touch, [&reference, &picture])),
+            );
+        }
+        Ok(profiles)
+    }
+}
+
+impl Fit<'_> {
+    fn solve(&self, without: Option<usize>) -> Option<Vec<f64>> {
+        let scatter: [f64; 3] = [0.2, 0.6, 2.0];
+        let from = |scatter: &f64| {
+            fit(|values| self.residuals(values, without), &[150.0, 100.0, *scatter, 0.2])
+        };
+        let cost =
+            |values: &Vec<f64>| self.residuals(values, without).iter().map(|r| r * r).sum::<f64>();
+        let all = scatter.iter().filter_map(from);
+        all.min_by(|a, b| cost(a).total_cmp(&cost(b)))
+    }
+
+    /// Profiles ring by ring for these constants.
+    fn simulated(&self, values: &[f64]) -> Vec<[f64; BINS]> {
+        let law = TwoStream { scatter_per_mm: values[2] };
+        self.patches.iter().map(|patch| patch.darker(values[0], law, values[3])).collect()
+    }
+
+    /// Real less simulated, without what makes a whole capture brighter; then the picture at rest.
+    fn residuals(&self, values: &[f64], without: Option<usize>) -> Vec<f64> {
+        let simulated = self.simulated(values);
+        let mut left = Vec::with_capacity(self.profiles.len() * BINS);
+        for (profile, ring) in self.profiles.iter().zip(self.ring_of) {
+            if Some(profile.capture) != without {
+                left.extend(beside_itself(profile, &simulated[*ring]));
+            }
+        }
+        // A bin of a median profile weighs as much as a place of the picture at rest.
+        let weight = (self.profiles.len() as f64 / self.patches.len() as f64).sqrt();
+        left.extend(
+            self.at_rest(values).iter().map(|[_, real, simulated]| weight * (real - simulated)),
+        );
+        left
+    }
+
+    /// Polar angle, rad, real and simulated grey.
+    fn at_rest(&self, values: &[f64]) -> Vec<[f64; 3]> {
+        let law = TwoStream { scatter_per_mm: values[2] };
+        let grey = |[polar, lit, path_mm, real]: &[f64; 4]| {
+            [*polar, *real, lit * (values[1] + values[0] * law.reflectance(*path_mm))]
+        };
+        self.rest.iter().map(grey).collect()
+    }
+
+    fn held_out(&self, captures: &[usize], held_out: &[Vec<f64>], rings_rad: &[f64]) -> Vec<Ring> {
+        let predicted: Vec<Vec<[f64; BINS]>> =
+            held_out.iter().map(|values| self.simulated(values)).collect();
+        let ring = |(ring, polar): (usize, &f64)| {
+            let mut left: [Vec<f64>; BINS] = Default::default();
+            let mut now: [Vec<f64>; BINS] = Default::default();
+            let here = self.profiles.iter().zip(self.ring_of).filter(|(_, of)| **of == ring);
+            for (profile, _) in here {
+                let fold = captures.iter().position(|c| *c == profile.capture).unwrap_or(0);
+                let simulated = &predicted[fold][ring];
+                let rest = beside_itself(profile, simulated);
+                left.iter_mut().zip(rest).for_each(|(all, one)| all.push(one));
+                now.iter_mut().zip(simulated).for_each(|(all, one)| all.push(*one));
+            }
+            let pins = left[0].len();
+            let both = left.iter_mut().zip(&mut now);
+            let medians: Vec<[f64; 2]> =
+                both.map(|(left, now)| [median(left), median(now)]).collect();
+            let squares: f64 = medians.iter().map(|[left, _]| left * left).sum();
+            let profile_grey: Vec<[f64; 2]> =
+                medians.iter().map(|[left, now]| [left + now, *now]).collect();
+            Ring {
+                polar_deg: polar.to_degrees(),
+                pins,
+                real_grey: profile_grey[0][0],
+                predicted_grey: profile_grey[0][1],
+                profile_grey,
+                profile_rms_grey: (squares / BINS as f64).sqrt(),
+            }
+        };
+        rings_rad.iter().enumerate().map(ring).collect()
+    }
+}
+
+impl FittedLight {
+    fn with_sums(self) -> Self {
+        let rms = |squares: f64, count: usize| (squares / count as f64).sqrt();
+        let profiles = self.rings.iter().map(|ring| ring.profile_rms_grey.powi(2)).sum();
+        let rest = self.reference.iter().map(|[_, real, now]| (real - now).powi(2)).sum();
+        Self {
+            held_out_profile_rms_grey: rms(profiles, self.rings.len()),
+            reference_rms_grey: rms(rest, self.reference.len()),
+            ..self
+        }
+    }
+}
+
+/// What is left of a profile, less what makes the whole picture there brighter or darker.
+fn beside_itself(profile: &Profile, simulated: &[f64; BINS]) -> [f64; BINS] {
+    let left: [f64; BINS] = std::array::from_fn(|bin| profile.darker[bin] - simulated[bin]);
+    let beside = left[BESIDE..].iter().sum::<f64>() / (BINS - BESIDE) as f64;
+    left.map(|grey| grey - beside)
+}
+
+/// Polar angles of the rings, and the ring of each profile.
+fn rings(profiles: &[Profile]) -> (Vec<f64>, Vec<usize>) {
+    let mut sorted: Vec<f64> = profiles.iter().map(|profile| profile.polar_rad).collect();
+    sorted.sort_by(f64::total_cmp);
+    let mut rings: Vec<f64> = Vec::new();
+    for polar in sorted {
+        if rings.last().is_none_or(|last| polar - last > SAME_RING_RAD) {
+            rings.push(polar);
+        }
+    }
+    let nearest = |profile: &Profile| {
+        let off = |ring: &f64| (ring - profile.polar_rad).abs();
+        let rings = rings.iter().enumerate();
+        rings.min_by(|a, b| off(a.1).total_cmp(&off(b.1))).map_or(0, |(ring, _)| ring)
+    };
+    let of = profiles.iter().map(nearest).collect();
+    (rings, of)
+}
+
+/// Standard deviations from what comes out without each of n (Quenouille, Tukey): (n - 1) / n of the squares' sum.
+fn jackknife(held_out: &[Vec<f64>]) -> [f64; 4] {
+    let count = held_out.len() as f64;
+    std::array::from_fn(|k| {
+        let mean = held_out.iter().map(|values| values[k]).sum::<f64>() / count;
+        let squares: f64 = held_out.iter().map(|values| (values[k] - mean).powi(2)).sum();
+        ((count - 1.0) / count * squares).sqrt()
+    })
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    match values.len() {
+        0 => f64::NAN,
+        count if count % 2 == 1 => values[count / 2],
+        count => 0.5 * (values[count / 2 - 1] + values[count / 2]),
+    }
+}

@@ -1,0 +1,66 @@
+//! Least squares over a few positive numbers.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Steps until a fit is given up.
+const MAX_STEPS: usize = 60;
+/// Relative step by which derivatives are taken, in the logarithm.
+const STEP: f64 = 1e-5;
+/// A step that betters the sum of squares by less than this part ends the fit.
+const ENOUGH: f64 = 1e-10;
+
+/// Numbers above zero that make residuals small: least squares in their logarithms (Levenberg 1944, Marquardt 1963).
+///
+/// `residuals` gives as many numbers each time. Nothing where no step betters what it began with and what is left is not
+/// finite.
+///
+/// ```
+/// // A decay through four points.
+/// let points = [(0.0, 8.0), (1.0, 4.0), (2.0, 2.0), (3.0, 1.0)];
+/// let residuals = |p: &[f64]| points.map(|(x, y): (f64, f64)| p[0] * (-p[1] * x).exp() - y).to_vec();
+/// let found = fabkit_light::fit(residuals, &[1.0, 1.0]).unwrap();
+/// assert!((found[0] - 8.0).abs() < 1e-6 && (found[1] - 2.0f64.ln()).abs() < 1e-6);
+/// ```
+pub fn fit(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<f64>> {
+    let values = |logs: &DVector<f64>| logs.iter().map(|log| log.exp()).collect::<Vec<f64>>();
+    let at = |logs: &DVector<f64>| DVector::from_vec(residuals(&values(logs)));
+    let mut logs = DVector::from_iterator(start.len(), start.iter().map(|value| value.ln()));
+    let mut left = at(&logs);
+    let mut damping = 1e-3;
+    for _ in 0..MAX_STEPS {
+        let mut slopes = DMatrix::zeros(left.len(), logs.len());
+        for k in 0..logs.len() {
+            let mut moved = logs.clone();
+            moved[k] += STEP;
+            slopes.set_column(k, &((at(&moved) - &left) / STEP));
+        }
+        let (normal, slope) = (slopes.transpose() * &slopes, slopes.transpose() * &left);
+        let mut is_better = false;
+        while !is_better && damping < 1e12 {
+            let mut damped = normal.clone();
+            for k in 0..logs.len() {
+                damped[(k, k)] += damping * normal[(k, k)].max(1e-12);
+            }
+            let step = damped.cholesky()?.solve(&slope);
+            // No number changes by more than a factor of e at once.
+            let step = &step / step.amax().max(1.0);
+            let next = &logs - step;
+            let next_left = at(&next);
+            let (before, after) = (left.norm_squared(), next_left.norm_squared());
+            if after < before {
+                let is_enough = before - after < ENOUGH * before;
+                (logs, left, is_better) = (next, next_left, true);
+                damping *= 0.2;
+                if is_enough {
+                    return Some(values(&logs));
+                }
+            } else {
+                damping *= 8.0;
+            }
+        }
+        if !is_better {
+            break;
+        }
+    }
+    left.norm().is_finite().then(|| values(&logs))
+}

@@ -1,0 +1,99 @@
+//! Constants of light from captures of pins, by the real binary: simulated ones, whose constants are known, and those of a
+//! real sensor where a folder of them is named (see `real_captures.rs`).
+
+use std::fs;
+
+use fabkit_tests::contract::faults;
+use fabkit_tests::{OPENCV_CAMERA, fabkit};
+use serde_json::Value;
+
+fn constant(document: &Value, name: &str) -> [f64; 2] {
+    let constants = document["constants"].as_array().unwrap().iter();
+    let mut named = constants.filter(|constant| constant["name"] == name);
+    let constant = named.next().unwrap();
+    ["value", "sigma"].map(|key| constant[key].as_f64().unwrap())
+}
+
+#[test]
+fn simulated_captures_give_back_what_they_were_made_with() {
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("camera.yaml"), OPENCV_CAMERA).unwrap();
+    fs::create_dir(root.path().join("pins")).unwrap();
+    let capture = |more: &[&str], name: &str, seed: &str| {
+        let first = ["capture", "rtac0", "--camera", "camera.yaml", "--spacing", "0.3mm"];
+        fabkit(root.path(), &[&first[..], more, &["--seed", seed, "-o", name, "-q"]].concat()).ok();
+    };
+    capture(&["--reference"], "pins/ref.png", "100");
+    for (seed, holes) in
+        [[1, 3, 8, 16], [1, 2, 10, 19], [1, 5, 12, 14], [1, 4, 7, 20]].iter().enumerate()
+    {
+        let presses = holes.map(|hole| format!("pin-{hole}-long"));
+        let more: Vec<&str> =
+            presses.iter().flat_map(|press| ["--press", press.as_str()]).collect();
+        let name = holes.map(|hole| format!("{hole:02}")).join("_");
+        capture(&more, &format!("pins/{name}.png"), &seed.to_string());
+    }
+    let fit =
+        ["fit-light", "rtac0", "--camera", "camera.yaml", "--captures", "pins", "--pin", "long"];
+    let found =
+        fabkit(root.path(), &[&fit[..], &["-o", "light.json", "--json"]].concat()).ok().json();
+    assert_eq!(faults(&found), [String::new(); 0]);
+    // Pins of this dome go 1.35 mm in, and nobody told the fit.
+    let depth_mm = found["pin_depth_mm"].as_f64().unwrap();
+    assert!((depth_mm - 1.35).abs() < 0.16, "{depth_mm}");
+    let [spread_mm, _] = constant(&found, "spread_mm");
+    assert!((spread_mm - 0.38).abs() < 0.1, "{spread_mm}");
+    // Of a thin layer what it sends back and how much it scatters are hardly told apart; at rest they are one number.
+    let [[layer, _], [ground, _], [scatter, _]] =
+        ["layer_grey", "ground_grey", "scatter_per_mm"].map(|name| constant(&found, name));
+    let at_rest = |layer: f64, scatter: f64| layer * scatter * 1.45 / (1.0 + scatter * 1.45);
+    let share = (ground + at_rest(layer, scatter)) / at_rest(402.0, 0.53);
+    assert!((share - 1.0).abs() < 0.05, "{share}");
+    // What the profile leaves out: rays that meet the pin before they meet the surface below it.
+    let number = |key: &str| found[key].as_f64().unwrap();
+    assert!(number("held_out_profile_rms_grey") < 4.0 && number("reference_rms_grey") < 2.0);
+
+    // And a picture by these constants says so.
+    let said = fabkit(
+        root.path(),
+        &["capture", "rtac0", "--light", "light.json", "--reference", "-o", "again.png", "--json"],
+    );
+    let said = said.ok().json();
+    let known = said["constants"].as_array().unwrap().iter();
+    let fitted = known
+        .filter(|c| c["source"].as_str().unwrap().starts_with("light.json: fitted to 4 captures"));
+    assert_eq!(fitted.count(), 4);
+    fs::write(root.path().join("no.json"), "{}").unwrap();
+    let run = fabkit(
+        root.path(),
+        &["capture", "rtac0", "--light", "no.json", "--reference", "-o", "b.png"],
+    );
+    assert!(
+        run.code == Some(2) && run.stderr.contains("no.json is not of the format"),
+        "{}",
+        run.stderr
+    );
+}
+
+#[test]
+fn real_captures_that_were_held_out_are_predicted() {
+    let Some(folder) = std::env::var_os("FABKIT_REAL_CAPTURES").map(std::path::PathBuf::from)
+    else {
+        println!("SKIPPED: FABKIT_REAL_CAPTURES does not name a folder of real captures");
+        return;
+    };
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("camera.yaml"), OPENCV_CAMERA).unwrap();
+    let [captures, landmarks] =
+        ["", "holes.json"].map(|name| folder.join(name).display().to_string());
+    let fit = ["fit-light", "rtac0", "--camera", "camera.yaml", "--captures", &captures, "--json"];
+    let found = fabkit(root.path(), &[&fit[..], &["--landmarks", &landmarks]].concat()).ok().json();
+    let number = |key: &str| found[key].as_f64().unwrap();
+    println!("profiles {:.2} grey rms", number("held_out_profile_rms_grey"));
+    println!("at rest {:.2} grey rms", number("reference_rms_grey"));
+    for ring in found["held_out_peak_error_grey"].as_array().unwrap() {
+        println!("ring {:.0} deg: {:+.1} grey", ring["polar_deg"], ring["error_grey"]);
+        assert!(ring["error_grey"].as_f64().unwrap().abs() < 5.0);
+    }
+    assert!(number("held_out_profile_rms_grey") < 4.5 && number("reference_rms_grey") < 2.0);
+}

@@ -37,7 +37,7 @@ fn simulated_captures_give_back_what_they_were_made_with() {
         ["fit-light", "rtac0", "--camera", "camera.yaml", "--captures", "pins", "--pin", "long"];
     let found =
         fabkit(root.path(), &[&fit[..], &["-o", "light.json", "--json"]].concat()).ok().json();
-    assert_eq!(faults(&found), [String::new(); 0]);
+    assert!(faults(&found).is_empty(), "{:?}", faults(&found));
     // Pins of this dome go 1.35 mm in, and nobody told the fit.
     let depth_mm = found["pin_depth_mm"].as_f64().unwrap();
     assert!((depth_mm - 1.35).abs() < 0.16, "{depth_mm}");

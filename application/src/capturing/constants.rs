@@ -51,6 +51,9 @@ pub struct LightConstants {
     pub spread_mm: Constant,
     /// What bounces on and arrives everywhere alike, as a part of what arrives straight on average.
     pub bounce: Constant,
+    /// How bright the middle of the surface at rest is: what the exposure is set for; nothing where the constants are
+    /// those of a unit with its own.
+    pub middle_grey: Option<Constant>,
     /// What the chip records where the camera sees no sensing surface, grey.
     pub beside_grey: Constant,
     /// Noise in the dark, grey.
@@ -112,6 +115,12 @@ impl LightConstants {
             ground_grey: constant("ground_grey", 0.0, Fitted, PINS),
             spread_mm: constant("spread_mm", 0.38, Fitted, PINS),
             bounce: bounce(sensor),
+            middle_grey: Some(constant(
+                "middle_grey",
+                151.0,
+                Chosen,
+                "the exposure of R-Tac0's published captures; 9DTact's are 165",
+            )),
             beside_grey: constant("beside_grey", 12.0, Chosen, "black plastic in stray light"),
             read_noise: constant("read_noise_grey", 0.4, Chosen, "usual for small chips"),
             shot_noise: constant("shot_noise_grey", 0.06, Measured, PAIRS),
@@ -125,8 +134,8 @@ impl LightConstants {
     }
 
     /// Each of them, in order.
-    pub fn all(&self) -> [&Constant; 9] {
-        [
+    pub fn all(&self) -> Vec<&Constant> {
+        let mut all = vec![
             &self.scatter_per_mm,
             &self.layer_grey,
             &self.ground_grey,
@@ -136,7 +145,20 @@ impl LightConstants {
             &self.read_noise,
             &self.shot_noise,
             &self.drift,
-        ]
+        ];
+        all.extend(&self.middle_grey);
+        all
+    }
+
+    /// By what all light is multiplied, where the middle of the surface gets so much of it and the path in the layer is
+    /// that long, mm.
+    pub(super) fn exposure(&self, lit: f64, path_mm: f64) -> f64 {
+        let sent = lit
+            * (self.ground_grey.value + self.layer_grey.value * self.layer().reflectance(path_mm));
+        match &self.middle_grey {
+            Some(middle) if sent > 0.0 => middle.value / sent,
+            _ => 1.0,
+        }
     }
 
     /// The law of the layer.

@@ -34,6 +34,7 @@ pub fn document(scene: &SensorView, capturing: &Capturing<'_>, captured: &Captur
         "height_px": captured.size_px[1],
         "samples": capturing.cast.samples,
         "seed": capturing.seed,
+        "exposure": captured.exposure,
         "drift_grey": captured.drift_grey,
         "range_grey": captured.range_grey(),
         "layer": captured.layer,

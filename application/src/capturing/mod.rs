@@ -83,6 +83,8 @@ pub struct Captured {
     pub grey: Vec<f64>,
     /// How thick the layer is that each ray meets, mm; NaN where it meets none. Row by row, `samples` times as many.
     pub thickness_mm: Vec<f64>,
+    /// By what all light was multiplied.
+    pub exposure: f64,
     /// How much brighter than others this picture is, grey.
     pub drift_grey: f64,
     /// The layer's name.
@@ -114,10 +116,11 @@ impl Capturing<'_> {
         also: impl FnOnce(&Seen<'_>) -> Result<(), Error>,
     ) -> Result<Captured, Error> {
         let light = Scene::of(&scene.project.design.sensor, &self.constants)?;
+        let exposure = light.middle().map_or(1.0, |[lit, mm]| self.constants.exposure(lit, mm));
         let drift_grey = self.seed.map_or(0.0, |seed| drift(self.constants.drift.value, seed));
         scene.cast(&self.cast, |seen| {
             also(&seen)?;
-            let rays = self.rays(&light, seen.map, seen.answer);
+            let rays = self.rays(&light, exposure, seen.map, seen.answer);
             let (mut grey, thickness_mm): (Vec<f64>, Vec<f64>) = rays.into_iter().unzip();
             let is_layer: Vec<bool> = thickness_mm.iter().map(|mm| mm.is_finite()).collect();
             let width = seen.map.width_px() as usize;
@@ -129,6 +132,7 @@ impl Capturing<'_> {
                 grey: self.recorded(&grey, size_px, drift_grey),
                 size_px,
                 thickness_mm,
+                exposure,
                 drift_grey,
                 layer: light.layer.clone(),
                 lamps: light.lamps.clone(),
@@ -142,6 +146,7 @@ impl Capturing<'_> {
     fn rays(
         &self,
         scene: &Scene<'_>,
+        exposure: f64,
         map: &DepthMap<'_>,
         answer: Option<&Answer<'_>>,
     ) -> Vec<(f64, f64)> {
@@ -167,7 +172,7 @@ impl Capturing<'_> {
                 let path_mm = along(thickness_mm, &outward, direction);
                 let sent = constants.ground_grey.value
                     + constants.layer_grey.value * law.reflectance(path_mm);
-                (scene.lit.at(&rest) * sent, thickness_mm)
+                (exposure * scene.lit.at(&rest) * sent, thickness_mm)
             };
         let memory = || (Scratch::default(), Vec::new());
         places.par_iter().zip(map.label()).map_init(memory, ray).collect()

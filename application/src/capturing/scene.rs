@@ -65,6 +65,17 @@ impl<'a> Scene<'a> {
         Ok(Self { touch, layer, lamps, lit, solid, pupil })
     }
 
+    /// How much light there is in the middle of the surface, and how long the path in the layer is there, mm.
+    pub(super) fn middle(&self) -> Option<[f64; 2]> {
+        let (point, outward) = match SurfacePoints::new(self.touch).ok()? {
+            SurfacePoints::Dome(dome) => dome.towards(0.0, 0.0)?,
+            SurfacePoints::Plane(pad) => {
+                pad.at(pad.bounds_mm().map(|[least, most]| f64::midpoint(least, most)))?
+            }
+        };
+        Some([self.lit.at(&point), self.paths_mm(&point, &outward, 0.0)[0]])
+    }
+
     /// How thick the layer is below a point of the surface at rest, along the normal, mm; nothing where it is not.
     pub(crate) fn thickness_mm(
         &self,

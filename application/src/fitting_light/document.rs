@@ -95,7 +95,7 @@ pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Er
         path.display(),
         document["captures"]
     );
-    let mut constants = LightConstants::of(sensor);
+    let mut constants = LightConstants { middle_grey: None, ..LightConstants::of(sensor) };
     let parts: [&mut Constant; 4] = [
         &mut constants.layer_grey,
         &mut constants.ground_grey,

@@ -67,7 +67,7 @@ pub(super) fn run(args: &FitLight) -> Result<Outcome, Failure> {
     if let Some(path) = &args.output {
         let bytes = format!("{json:#}\n").into_bytes();
         interrupt::begin_writing()?;
-        write_each([(path.clone(), &bytes[..])].into_iter(), &interrupt::requested)?;
+        write_each([(path.clone(), &bytes[..])], &interrupt::requested)?;
         text += &format!("{}\n", path.display());
     }
     Ok(Outcome { text, json, failed: false })

@@ -7,23 +7,32 @@
 //! A ball comes down on the tip, or on the middle of the pad. Each row: depth; force by both levels, and how far the
 //! linear one is off; bulge by both. Then the depth at which the linear force is 10 % off.
 
+use std::error::Error;
+use std::f64::consts::PI;
+
 use fabkit_application::designs::{builtin_names, builtin_yaml};
 use fabkit_application::fixtures::load;
-use fabkit_elastic::SoftStack;
-use fabkit_geometry::TouchSurface;
+use fabkit_elastic::{
+    Ball, Body, Division, FiniteStack, Hold, Layer, LiquidStack, Material, Outcome, Press,
+    SoftStack, Stack,
+};
+use fabkit_geometry::{LiquidSkin, Point3, Sensor, TouchSurface, Vector3};
 
 /// What counts as off.
 const OFF: f64 = 0.1;
 const STEPS: u32 = 8;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> Result<(), Box<dyn Error>> {
     let diameter_mm = std::env::args().nth(1).map_or(Ok(8.0), |text| text.parse::<f64>())?;
     for sensor in builtin_names() {
         let yaml = builtin_yaml(sensor).ok_or("no such sensor")?;
         let project = load(&format!("{sensor}.yaml"), yaml, &[])?;
         let sensor = &project.design.sensor;
         let Some(touch) = &sensor.touch else {
-            println!("{}: no surface of known shape", sensor.name);
+            match &sensor.liquid {
+                Some(skin) => plate(sensor, skin, diameter_mm)?,
+                None => println!("{}: no surface of known shape", sensor.name),
+            }
             continue;
         };
         let soft = match SoftStack::at_tip(sensor) {
@@ -41,42 +50,81 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .collect();
         let what = if round { "tip" } else { "middle" };
         println!("{}, {what}: {}", sensor.name, layers.join(", "));
-        // One depth more at a time: what does not converge ends the table, not the program.
         let deepest_mm = touch.soft_mm().min(0.45 * diameter_mm);
-        let mut before: Option<(f64, f64)> = None;
-        let mut is_off = false;
-        for i in 1..=STEPS {
-            let depths: Vec<f64> =
-                (1..=i).map(|k| deepest_mm * f64::from(k) / f64::from(STEPS)).collect();
-            let depth_mm = depths[depths.len() - 1];
-            let levels = match soft.levels(0.5 * diameter_mm, &depths) {
-                Ok(levels) => levels,
-                Err(error) => {
-                    println!("  {depth_mm:.2} mm: {error}");
-                    break;
-                }
-            };
-            let [linear, finite] = &levels[levels.len() - 1];
-            let off = linear.force_n.z / finite.force_n.z - 1.0;
-            println!(
-                "  {depth_mm:.2} mm: {:.3} N linear, {:.3} N finite, {:+.1} %; bulge {:.3} mm, {:.3} mm",
-                -linear.force_n.z,
-                -finite.force_n.z,
-                100.0 * off,
-                linear.bulge_mm,
-                finite.bulge_mm
-            );
-            if off.abs() > OFF && !is_off {
-                is_off = true;
-                let (from_mm, from) = before.unwrap_or((0.0, 0.0));
-                let part = (OFF - from) / (off.abs() - from);
-                println!(
-                    "  linear force 10 % off at {:.2} mm",
-                    from_mm + part * (depth_mm - from_mm)
-                );
-            }
-            before = Some((depth_mm, off.abs()));
-        }
+        rows(deepest_mm, |depths| Ok(soft.levels(0.5 * diameter_mm, depths)?));
     }
     Ok(())
+}
+
+/// A round plate as wide as the window of a skin with channels of liquid and as thick as it, held by its rim, without
+/// channels: large strain knows what is symmetric about an axis alone.
+fn plate(sensor: &Sensor, skin: &LiquidSkin, diameter_mm: f64) -> Result<(), Box<dyn Error>> {
+    let layers = LiquidStack::of(sensor, 3.0)?.layers;
+    let top = layers.first().ok_or("no layers")?;
+    let [x, y] = skin.window_mm;
+    let (radius_mm, levels) = ((x * y / PI).sqrt(), &skin.levels_mm);
+    let thickness_mm = levels.last().unwrap_or(&0.0) - levels.first().unwrap_or(&0.0);
+    let material = Material::new(top.elasticity.young_mpa, top.elasticity.poissons_ratio)?;
+    println!(
+        "{}, a round plate instead of its skin: {thickness_mm:.2} mm of {}, {radius_mm:.1} mm in radius",
+        sensor.name, top.material
+    );
+    let layer = Layer { name: "plate".to_owned(), material };
+    let body = Body {
+        inner: Hold::Free,
+        is_rim_bonded: true,
+        ..Body::pad(radius_mm, vec![(layer, thickness_mm)])
+    };
+    let radius_mm = 0.5 * diameter_mm;
+    let ball = Ball::new(Point3::new(0.0, 0.0, thickness_mm + radius_mm + 1.0), radius_mm)?;
+    rows(thickness_mm.min(0.9 * diameter_mm), |depths| {
+        let deepest_mm = depths.iter().copied().fold(0.0, f64::max);
+        let cut_mm =
+            (deepest_mm.min(radius_mm) * (2.0 * radius_mm - deepest_mm.min(radius_mm))).sqrt();
+        let division = Division::around_pole(cut_mm / 16.0, 2.5 * cut_mm, 0);
+        let stack = Stack::new(&body, &division, 1)?;
+        let finite = FiniteStack::new(&body, &division)?.press(&ball, depths)?;
+        let both = depths.iter().zip(finite).map(|(depth_mm, finite)| {
+            let press = Press::along(-Vector3::z(), *depth_mm)?;
+            Ok([stack.press(&ball, &press)?, finite])
+        });
+        both.collect()
+    });
+    Ok(())
+}
+
+/// Prints a row for each depth.
+fn rows(deepest_mm: f64, levels: impl Fn(&[f64]) -> Result<Vec<[Outcome; 2]>, Box<dyn Error>>) {
+    // One depth more at a time: what does not converge ends the table, not the program.
+    let mut before: Option<(f64, f64)> = None;
+    let mut is_off = false;
+    for i in 1..=STEPS {
+        let depths: Vec<f64> =
+            (1..=i).map(|k| deepest_mm * f64::from(k) / f64::from(STEPS)).collect();
+        let depth_mm = depths[depths.len() - 1];
+        let both = match levels(&depths) {
+            Ok(both) => both,
+            Err(error) => {
+                println!("  {depth_mm:.2} mm: {error}");
+                break;
+            }
+        };
+        let [linear, finite] = &both[both.len() - 1];
+        let off = linear.force_n.z / finite.force_n.z - 1.0;
+        println!(
+            "  {depth_mm:.2} mm: {:.3} N linear, {:.3} N finite, {:+.1} %; bulge {:.3} mm, {:.3} mm",
+            -linear.force_n.z,
+            -finite.force_n.z,
+            100.0 * off,
+            linear.bulge_mm,
+            finite.bulge_mm
+        );
+        if off.abs() > OFF && !is_off {
+            is_off = true;
+            let (from_mm, from) = before.unwrap_or((0.0, 0.0));
+            let part = (OFF - from) / (off.abs() - from);
+            println!("  linear force 10 % off at {:.2} mm", from_mm + part * (depth_mm - from_mm));
+        }
+        before = Some((depth_mm, off.abs()));
+    }
 }

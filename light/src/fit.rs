@@ -64,3 +64,18 @@ pub fn fit(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<
     }
     left.norm().is_finite().then(|| values(&logs))
 }
+/// The shares of columns whose sum is nearest to what is wanted: linear least squares, each row one of its equations.
+/// Nothing where columns are not independent.
+///
+/// ```
+/// // A line through three points.
+/// let found = fabkit_light::linear_fit(&[[1.0, 0.0], [1.0, 1.0], [1.0, 2.0]], &[1.0, 3.0, 5.0]).unwrap();
+/// assert!((found[0] - 1.0).abs() < 1e-12 && (found[1] - 2.0).abs() < 1e-12);
+/// ```
+pub fn linear_fit<const N: usize>(rows: &[[f64; N]], wanted: &[f64]) -> Option<[f64; N]> {
+    let columns = DMatrix::from_fn(rows.len(), N, |row, column| rows[row][column]);
+    let wanted = DVector::from_column_slice(wanted);
+    let normal = columns.transpose() * &columns;
+    let found = normal.cholesky()?.solve(&(columns.transpose() * wanted));
+    Some(std::array::from_fn(|column| found[column]))
+}

@@ -38,7 +38,7 @@ mod layer;
 mod spread;
 
 pub use chip::{Chip, drift};
-pub use fit::fit;
+pub use fit::{fit, linear_fit};
 pub use lamp::{Emitters, NoLight};
 pub use layer::TwoStream;
 pub use spread::spread;

@@ -107,13 +107,13 @@ impl LightConstants {
             known,
             source: source.to_owned(),
         };
-        const PINS: &str = "R-Tac0's published captures of pins, 15, by `fit-light`; 4.2 grey rms are left of profiles";
+        const PINS: &str = "R-Tac0's published captures of pins, 15, by `fit-light`; 2.4 grey rms are left of profiles; layer_grey and scatter_per_mm are known as their product alone";
         const PAIRS: &str = "differences of R-Tac0's published captures: 1.2 grey rms a pair";
         Self {
-            scatter_per_mm: constant("scatter_per_mm", 0.53, Fitted, PINS),
-            layer_grey: constant("layer_grey", 402.0, Fitted, PINS),
-            ground_grey: constant("ground_grey", 0.0, Fitted, PINS),
-            spread_mm: constant("spread_mm", 0.38, Fitted, PINS),
+            scatter_per_mm: constant("scatter_per_mm", 0.14, Fitted, PINS),
+            layer_grey: constant("layer_grey", 921.0, Fitted, PINS),
+            ground_grey: constant("ground_grey", 17.0, Fitted, PINS),
+            spread_mm: constant("spread_mm", 0.4, Fitted, PINS),
             bounce: bounce(sensor),
             middle_grey: Some(constant(
                 "middle_grey",

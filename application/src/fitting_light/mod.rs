@@ -7,12 +7,13 @@
 mod document;
 mod patch;
 mod profiles;
+mod seen;
 
 use std::path::{Path, PathBuf};
 
 use fabkit_calibration::assignment::assign;
 use fabkit_calibration::landmarks::PinLandmarks;
-use fabkit_calibration::model::Model;
+use fabkit_calibration::model::Observation;
 use fabkit_camera::CameraEstimate;
 use fabkit_geometry::{Sensor, SurfacePoints};
 use fabkit_light::{TwoStream, fit};
@@ -22,6 +23,7 @@ pub use document::{document, read_constants};
 
 use self::patch::Patch;
 use self::profiles::{BESIDE, BINS, Profile, mean_grey};
+use self::seen::Seen;
 use crate::Error;
 use crate::calibrating::CalibratingError;
 use crate::calibrating::captures::PinCaptures;
@@ -181,8 +183,11 @@ impl FittingLight<'_> {
         let marked = &self.captures.marked;
         let assignment = assign(self.camera.camera(), &nominal, marked, &self.landmarks.pins)
             .ok_or(CalibratingError::NotAssigned)?;
-        let model = &assignment.model;
-        let profiles = self.profiles(&scene, model, &assignment.observations)?;
+        let observations = &assignment.observations;
+        let (tip, _) = dome.towards(0.0, 0.0).ok_or(FitLightError::NoFit)?;
+        let seen = Seen::of(&assignment.model, scene.touch, &tip, observations);
+        let seen = seen.ok_or(FitLightError::NoFit)?;
+        let profiles = self.profiles(&scene, &seen, observations)?;
         let captures =
             profiles.iter().map(|p| p.capture).collect::<std::collections::BTreeSet<_>>();
         let least = 8;
@@ -200,7 +205,7 @@ impl FittingLight<'_> {
             .filter_map(|polar| {
                 let around = (0..AROUND).map(|i| std::f64::consts::TAU * i as f64 / AROUND as f64);
                 let places = around.filter_map(|azimuth| dome.towards(*polar, azimuth));
-                let grey = mean_grey(places.map(|place| place.0), model, &reference)?;
+                let grey = mean_grey(places.map(|place| place.0), &seen, &reference)?;
                 let (point, outward) = dome.towards(*polar, 0.0)?;
                 let path_mm = scene.paths_mm(&point, &outward, 0.0)[0];
                 Some([*polar, scene.lit.at(&point), path_mm, grey])
@@ -232,8 +237,7 @@ impl FittingLight<'_> {
             .map(|capture| fit.solve(Some(*capture)))
             .collect::<Option<_>>()
             .ok_or(FitLightError::NoFit)?;
-        let mut stated: Vec<f64> = assignment
-            .observations
+        let mut stated: Vec<f64> = observations
             .iter()
             .map(|o| scene.touch.depth_mm(&o.contact.contact_in_sensor_mm).0)
             .collect();
@@ -254,8 +258,8 @@ impl FittingLight<'_> {
     fn profiles(
         &self,
         scene: &Scene<'_>,
-        model: &Model,
-        observations: &[fabkit_calibration::model::Observation],
+        seen: &Seen<'_>,
+        observations: &[Observation],
     ) -> Result<Vec<Profile>, Error> {
         let reference = read_grey(self.reference)?;
         let mut profiles = Vec::new();
@@ -263,7 +267,7 @@ impl FittingLight<'_> {
             let picture = read_grey(&self.folder.join(&record.file))?;
             let here = observations.iter().filter(|o| o.contact.capture == i);
             profiles.extend(
-                here.filter_map(|o| Profile::of(o, model, scene.touch, [&reference, &picture])),
+                here.filter_map(|o| Profile::of(o, seen, scene.touch, [&reference, &picture])),
             );
         }
         Ok(profiles)

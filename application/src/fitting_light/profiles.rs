@@ -1,9 +1,11 @@
 //! What real captures show: how dark it is by the distance from a pin's mark, and how bright it is at rest.
 
 use fabkit_calibration::image::GreyImage;
-use fabkit_calibration::model::{Model, Observation};
+use fabkit_calibration::model::Observation;
 use fabkit_camera::Point2;
 use fabkit_geometry::{Point3, TouchSurface, Vector3};
+
+use super::seen::Seen;
 
 /// Width of a bin, mm, and how many there are.
 pub(super) const BIN_MM: f64 = 0.25;
@@ -32,17 +34,15 @@ impl Profile {
     /// Around the mark of a pin; nothing where the picture ends, or the camera's model does.
     pub(super) fn of(
         observation: &Observation,
-        model: &Model,
+        seen: &Seen<'_>,
         touch: &TouchSurface,
         [reference, capture]: [&GreyImage; 2],
     ) -> Option<Self> {
         let contact = observation.contact.contact_in_sensor_mm;
         let (depth_mm, outward) = touch.depth_mm(&contact);
         let surface = contact + depth_mm * outward;
-        let pixel =
-            |point: Point3<f64>| model.camera.project(&model.camera_from_sensor.point(point)).ok();
         let across = tangents(&outward).map(|way| {
-            let [ahead, behind] = [SCALE_MM, -SCALE_MM].map(|mm| pixel(surface + mm * way));
+            let [ahead, behind] = [SCALE_MM, -SCALE_MM].map(|mm| seen.pixel(&(surface + mm * way)));
             Some((ahead? - behind?) / (2.0 * SCALE_MM))
         });
         let [Some(a), Some(b)] = across else { return None };
@@ -92,12 +92,12 @@ pub(super) fn tangents(outward: &Vector3<f64>) -> [Vector3<f64>; 2] {
 /// Mean grey at places of the surface at rest that the camera sees.
 pub(super) fn mean_grey(
     places: impl Iterator<Item = Point3<f64>>,
-    model: &Model,
+    seen: &Seen<'_>,
     picture: &GreyImage,
 ) -> Option<f64> {
     let (width, height) = (picture.width_px() as f64, picture.height_px() as f64);
     let grey = |point: Point3<f64>| {
-        let pixel = model.camera.project(&model.camera_from_sensor.point(point)).ok()?;
+        let pixel = seen.pixel(&point)?;
         let inside =
             (0.0..width - 0.5).contains(&pixel.x) && (0.0..height - 0.5).contains(&pixel.y);
         inside.then(|| {

@@ -1,0 +1,59 @@
+//! Where places of the surface are seen in a unit's captures.
+
+use fabkit_calibration::model::{Model, Observation};
+use fabkit_camera::Point2;
+use fabkit_geometry::{Point3, TouchSurface};
+use fabkit_light::linear_fit;
+
+/// Radii are counted in these, px: numbers near one.
+const UNIT_PX: f64 = 100.0;
+
+/// A camera's model with what its marks say of it: a shift, and terms along the radius from the tip's pixel.
+///
+/// The model bends light at no body and puts marks several pixels off, more at the rim, where the scale along the radius
+/// would be wrong by a third. Marks tell it well enough to know lengths beside them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen<'a> {
+    model: &'a Model,
+    tip: Point2<f64>,
+    /// Shift along x and y, and shares of the radius by its powers 0, 2 and 4.
+    terms: [f64; 5],
+}
+
+impl<'a> Seen<'a> {
+    /// From all marks of known holes.
+    pub(super) fn of(
+        model: &'a Model,
+        touch: &TouchSurface,
+        tip: &Point3<f64>,
+        observations: &[Observation],
+    ) -> Option<Self> {
+        let plain = Self { model, tip: Point2::origin(), terms: [0.0; 5] };
+        let tip = plain.pixel(tip)?;
+        let (mut rows, mut wanted) = (Vec::new(), Vec::new());
+        for observation in observations {
+            let contact = observation.contact.contact_in_sensor_mm;
+            let (depth_mm, outward) = touch.depth_mm(&contact);
+            let Some(pixel) = plain.pixel(&(contact + depth_mm * outward)) else { continue };
+            let (out, off) = (pixel - tip, observation.pixel - pixel);
+            let square = out.norm_squared() / (UNIT_PX * UNIT_PX);
+            for (axis, share) in [[1.0, 0.0], [0.0, 1.0]].into_iter().enumerate() {
+                let powers = [1.0, square, square * square].map(|power| power * out[axis]);
+                rows.push([share[0], share[1], powers[0], powers[1], powers[2]]);
+                wanted.push(off[axis]);
+            }
+        }
+        Some(Self { model, tip, terms: linear_fit(&rows, &wanted)? })
+    }
+
+    /// The pixel of a place of the surface; nothing where the model maps none.
+    pub(super) fn pixel(&self, place: &Point3<f64>) -> Option<Point2<f64>> {
+        let in_camera = self.model.camera_from_sensor.point(*place);
+        let pixel = self.model.camera.project(&in_camera).ok()?;
+        let out = pixel - self.tip;
+        let square = out.norm_squared() / (UNIT_PX * UNIT_PX);
+        let [x, y, first, second, third] = self.terms;
+        let radial = first + square * (second + square * third);
+        Some(Point2::new(pixel.x + x + radial * out.x, pixel.y + y + radial * out.y))
+    }
+}

@@ -169,6 +169,16 @@ class Scene:
         print_sigma_mm: float,
         allow_no_contact: bool,
     ) -> tuple[dict[str, Any], str | None]: ...
+    def capture(
+        self,
+        presses: list[str],
+        samples: int,
+        contact: _Contact,
+        shear_mm: tuple[float, float],
+        allow_no_contact: bool,
+        light: str | None,
+        seed: int | None,
+    ) -> tuple[dict[str, Any], str]: ...
 
 def press(
     project: Project,

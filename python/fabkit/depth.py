@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Scene", "Truth", "cast"]
+__all__ = ["Captured", "Scene", "Truth", "cast"]
 
 
 def __dir__() -> list[str]:
@@ -79,6 +79,18 @@ class Truth:
 
     def _repr_png_(self) -> bytes:
         return self.picture("indentation_mm" if self.contact.any() else "range_mm")
+
+
+@dataclass(frozen=True)
+class Captured:
+    """The picture that a camera would take, simulated: what ``fabkit capture`` writes."""
+
+    grey: NDArray[np.float64]
+    """Grey values from 0 to 255, not rounded: rows x columns."""
+    truth: Truth
+    """What it shows."""
+    document: dict[str, Any]
+    """All that ``fabkit capture --json`` says: constants with their sources, what is left out."""
 
 
 @dataclass(frozen=True)
@@ -210,6 +222,59 @@ class Scene:
             allow_no_contact,
         )
         return Truth(**seen, elastic=None if elastic is None else json.loads(elastic))
+
+    def capture(
+        self,
+        press: str | Sequence[str] = (),
+        *,
+        samples: int = 1,
+        contact: str = "linear",
+        shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
+        friction: float | None = None,
+        spacing_mm: float | str | None = None,
+        light: str | PathLike[str] | None = None,
+        seed: int | None = 0,
+        allow_no_contact: bool = False,
+    ) -> Captured:
+        """Take the picture of a press, simulated, as ``fabkit capture`` does.
+
+        It knows sensors that show touch by a translucent layer over black.
+
+        Parameters
+        ----------
+        press, samples, shear_mm, friction, spacing_mm, allow_no_contact
+            As for :func:`cast`; a pixel records the mean of its samples.
+        contact
+            How the layers answer: ``"linear"``, or ``"rigid"``.
+        light
+            Constants of a unit's light, a file that ``fabkit fit-light`` writes.
+        seed
+            Of noise and drift; ``None`` for neither.
+
+        Raises
+        ------
+        FabkitError
+            A sensor that shows touch otherwise, a file that is none of constants, and as for
+            :func:`cast`.
+
+        >>> import fabkit
+        >>> scene = fabkit.depth.Scene("9dtact")
+        >>> captured = scene.capture("ball@0mm,0mm,1mm", seed=None)
+        >>> captured.grey.shape, captured.document["is_simulated"]
+        ((480, 640), True)
+        """
+        found, document = self._native.capture(
+            [press] if isinstance(press, str) else list(press),
+            samples,
+            _arrays.contact(contact, 0.0, friction, spacing_mm),
+            _arrays.lengths_mm(shear_mm, "shear_mm"),
+            allow_no_contact,
+            None if light is None else os.fspath(light),
+            seed,
+        )
+        said = json.loads(document)
+        grey = found.pop("grey")
+        return Captured(grey, Truth(**found, elastic=said["elastic"]), said)
 
 
 def _scene(sensor: Sensor, camera: Any, pose: Any, pose_covariance: Any) -> Scene:

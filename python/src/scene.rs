@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use fabkit_application::camera::files::{PoseFile, read_pose};
-use fabkit_application::export::png;
+use fabkit_application::capturing::{self, Capturing, LightConstants};
+use fabkit_application::export::{Array, Values, png};
+use fabkit_application::fitting_light::read_constants;
 use fabkit_application::ground_truth::{Viewpoint, arrays, picture};
 use fabkit_application::pressing::{self, Contact, Linear, PressingError};
 use fabkit_application::scene::{self, Cast, SceneError, ViewpointFiles, press_error};
@@ -17,6 +19,9 @@ use crate::camera::Camera;
 use crate::design::Project;
 use crate::errors::{Failure, OrRaise, exception};
 use crate::running::{Interrupted, run, short};
+
+/// Standard deviation of printed and cast surfaces that the truth of pictures is written with, mm: that of `depth`.
+const PRINT_SIGMA_MM: f64 = 0.05;
 
 /// How the surface answers: the level's name, the membrane's reach, mm, friction, and the distance of nodes, mm.
 pub type Contacting = (Option<String>, f64, Option<f64>, Option<f64>);
@@ -160,5 +165,52 @@ impl Scene {
             })
         })?;
         Ok((arrays::dictionary(py, seen)?, elastic))
+    }
+
+    /// Takes the picture of a press: its grey values as `grey`, what it shows as the arrays of [`Scene::cast`], and what
+    /// `fabkit capture --json` says, as JSON.
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+    fn capture<'py>(
+        &self,
+        py: Python<'py>,
+        presses: Vec<String>,
+        samples: u32,
+        contact: Contacting,
+        shear_mm: [f64; 2],
+        allow_no_contact: bool,
+        light: Option<PathBuf>,
+        seed: Option<u64>,
+    ) -> PyResult<(Bound<'py, PyDict>, String)> {
+        let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
+        let (found, document) = run(py, Interrupted::Leave, None, move |_| {
+            let finder = scene.project.press_finder();
+            let press = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
+            let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
+            let drawn = &scene.project.design.sensor;
+            let constants = match &light {
+                Some(path) => read_constants(drawn, path)?,
+                None => LightConstants::of(drawn),
+            };
+            let cast = Cast {
+                presses: &presses,
+                samples,
+                contact: named(contact)?,
+                shear_mm,
+                print_sigma_mm: PRINT_SIGMA_MM,
+                allow_no_contact,
+            };
+            let capturing = Capturing { cast, constants, seed };
+            let mut found = Vec::new();
+            let captured = capturing.take(&scene, |seen| {
+                found = arrays(seen.map, seen.sigma_mm);
+                Ok(())
+            })?;
+            let document = capturing::document(&scene, &capturing, &captured).to_string();
+            let [width, height] = captured.size_px.map(|px| px as usize);
+            let (name, shape) = ("grey".to_owned(), vec![height, width]);
+            found.push(Array { name, shape, values: Values::F64(captured.grey) });
+            Ok::<_, Failure>((found, document))
+        })?;
+        Ok((arrays::dictionary(py, found)?, document))
     }
 }

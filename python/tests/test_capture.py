@@ -1,0 +1,35 @@
+"""Simulated pictures through Python."""
+
+import numpy as np
+import pytest
+
+import fabkit
+
+
+def test_a_picture_is_the_commands(command, tmp_path):
+    press = "ball@1mm,-2mm,1mm"
+    scene = fabkit.depth.Scene("9dtact")
+    captured = scene.capture(press, seed=3, spacing_mm=0.5)
+    truth = tmp_path / "truth.npz"
+    theirs = command(
+        *("capture", "9dtact", "--press", press, "--seed=3", "--spacing=0.5mm", "--json"),
+        *("-o", tmp_path / "a.png", "--truth", truth),
+    )
+    assert {name: theirs[name] for name in captured.document} == captured.document
+    with np.load(truth) as arrays:
+        assert np.array_equal(
+            arrays["indentation_mm"], captured.truth.indentation_mm, equal_nan=True
+        )
+    assert captured.grey.shape == (480, 640)
+    assert captured.grey.max() <= 255
+    # Darker in the contact than at rest, and brighter beside it.
+    ideal = [scene.capture(p, seed=None, spacing_mm=0.5).grey for p in ((), press)]
+    darker = ideal[0] - ideal[1]
+    inside = captured.truth.contact
+    assert darker[inside].max() > 5
+    assert darker[~inside].min() < -0.1
+
+
+def test_other_sensors_are_refused():
+    with pytest.raises(fabkit.FabkitError, match="translucent layer over black"):
+        fabkit.depth.Scene("shadowtac").capture()

@@ -8,6 +8,8 @@ use rayon::prelude::*;
 
 /// Lines along each side of what shines, at which its faces are asked.
 const LINES: usize = 16;
+/// The same along three axes: as many pieces in all, about.
+const LINES_ALL_AROUND: usize = 10;
 /// Light that comes within this distance of a lamp has arrived, mm.
 const THERE_MM: f64 = 1e-3;
 /// Places start that far off the layer they belong to, mm.
@@ -141,8 +143,12 @@ fn faces(
     let mut pieces = Vec::new();
     for body in &sensor.bodies {
         let Some(solid) = solid_of(body) else { continue };
-        // Fewer lines where there are many lamps.
-        let lines = if body.placements.len() > 2 { LINES / 4 } else { LINES };
+        // Fewer where there are many lamps.
+        let lines = match shines {
+            Shines::AllAround => LINES_ALL_AROUND,
+            Shines::Upwards if body.placements.len() > 2 => LINES / 4,
+            Shines::Upwards => LINES,
+        };
         for place in body.placements.iter().filter(|place| place.assembly == Assembly::sensor()) {
             let solid = CompiledSolid::new(&solid.clone().placed(place.assembly_from_body))?;
             for axis in 0..3 {

@@ -6,7 +6,7 @@ use fabkit_geometry::{Point3, SurfacePoints, Vector3};
 use fabkit_light::Emitters;
 
 /// Steps of the table along a dome's meridian or a pad's x, and around or along y.
-const STEPS: [usize; 2] = [24, 48];
+const STEPS: [usize; 2] = [16, 32];
 
 /// A table over the sensing surface: between its places in proportion.
 #[derive(Debug)]

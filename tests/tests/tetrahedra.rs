@@ -63,7 +63,10 @@ fn check(project: &Project, edge_mm: f64) {
     let interfaces = &soft.body.interfaces;
     let (first, last) = (&interfaces[0], &interfaces[interfaces.len() - 1]);
     let exact_mm3 = match &touch {
-        TouchSurface::Dome(_) => between_mm3(first, last),
+        // Layer by layer: the rim is a line with a corner where they meet.
+        TouchSurface::Dome(_) => {
+            interfaces.windows(2).map(|pair| between_mm3(&pair[0], &pair[1])).sum()
+        }
         TouchSurface::Plane(plane) => {
             plane.outline.signed_area_mm2().abs() * (first.at(0.0)[1] - last.at(0.0)[1])
         }

@@ -276,9 +276,10 @@ impl FittingLight<'_> {
 
 impl Fit<'_> {
     fn solve(&self, without: Option<usize>) -> Option<Vec<f64>> {
-        let scatter: [f64; 3] = [0.2, 0.6, 2.0];
+        // What a layer sends back is about its scatter times what an endless one does.
+        let scatter: [f64; 4] = [0.1, 0.3, 0.8, 2.0];
         let from = |scatter: &f64| {
-            fit(|values| self.residuals(values, without), &[150.0, 100.0, *scatter, 0.2])
+            fit(|values| self.residuals(values, without), &[120.0 / scatter, 10.0, *scatter, 0.3])
         };
         let cost =
             |values: &Vec<f64>| self.residuals(values, without).iter().map(|r| r * r).sum::<f64>();

@@ -51,7 +51,7 @@ pub use manifest::{
 pub use npz::{Array, NpzPieces, Values, npy, npz};
 pub use opc::zip;
 pub use parquet::{Column, parquet};
-pub use picture::{grey_png_with_comment, grey8_png, grey16_png, png};
+pub use picture::{grey8_png, grey16_png, png, png_with_comment};
 pub use plate::{Bed, Spot, pack};
 pub use ply::{Cloud, CloudPoint};
 pub use runs::{Run, RunContent, zstd_of_runs};

@@ -43,19 +43,21 @@ pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>
     })
 }
 
-/// The same with words that say what it is, as a `Comment` that tools show: in 8 bits, from 0 to 255, or in 16, where 255
-/// is 65535.
+/// Writes a grey or a colour PNG with words that say what it is, as a `Comment` that tools show: one or three values a
+/// pixel from 0 to 255, in 8 bits, or in 16, where 255 is 65535.
 ///
 /// # Errors
 /// As for [`grey16_png`]; words that are no Latin-1.
-pub fn grey_png_with_comment(
+pub fn png_with_comment(
     width_px: u32,
     height_px: u32,
     grey: &[f64],
     is_deep: bool,
     comment: &str,
 ) -> Result<Vec<u8>, ExportError> {
-    check(width_px, height_px, 1, grey.len())?;
+    let pixels = width_px as usize * height_px as usize;
+    let is_colored = grey.len() == 3 * pixels;
+    check(width_px, height_px, if is_colored { 3 } else { 1 }, grey.len())?;
     let deep = |value: &f64| ((value * 257.0).round() as u16).to_be_bytes();
     let data: Vec<u8> = match is_deep {
         true => grey.iter().flat_map(deep).collect(),
@@ -63,7 +65,7 @@ pub fn grey_png_with_comment(
     };
     let mut unwritten = None;
     let bytes = encoded(width_px, height_px, &data, |encoder| {
-        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_color(if is_colored { png::ColorType::Rgb } else { png::ColorType::Grayscale });
         encoder.set_depth(if is_deep { png::BitDepth::Sixteen } else { png::BitDepth::Eight });
         unwritten = encoder.add_text_chunk("Comment".to_owned(), comment.to_owned()).err();
     })?;

@@ -1,7 +1,7 @@
 //! A sensor: all its bodies, what holds them together, its camera and its chain.
 
 use crate::{
-    Adhesion, Angle, Body, Circuit, Kind, Leg, LiquidSkin, Mark, NominalLens, Pose, Step,
+    Adhesion, Angle, Body, Circuit, Kind, Leg, Lighting, LiquidSkin, Mark, NominalLens, Pose, Step,
     TouchSurface,
 };
 
@@ -94,6 +94,10 @@ pub struct Sensor {
     pub contrasts: Vec<[String; 2]>,
     /// What the camera follows while the gel moves; empty where it follows none.
     pub marks: Vec<Mark>,
+    /// The ways in which it is lit, the usual one first; empty where nobody says.
+    pub lightings: Vec<Lighting>,
+    /// How many bits of a grey value its camera gives.
+    pub grey_bits: u32,
     /// Force that what is touched must bear in every direction, N; `None` where nobody asks.
     pub load_n: Option<f64>,
     /// The camera as designed.
@@ -145,6 +149,8 @@ impl Sensor {
             adhesions: Vec::new(),
             contrasts: Vec::new(),
             marks: Vec::new(),
+            lightings: Vec::new(),
+            grey_bits: 8,
             load_n: None,
             camera,
             sight: Vec::new(),

@@ -1,15 +1,24 @@
 //! What shines in a sensor, and how much of that arrives where.
 
+use std::f64::consts::PI;
+
 use fabkit_geometry::{
-    Assembly, Body, Clarity, CompiledSolid, InvalidSolid, Kind, Point3, Ray, Sensor, Solid, Vector3,
+    Assembly, Body, Clarity, CompiledSolid, InvalidSolid, Kind, LampGroup, Lighting, Point3, Ray,
+    Rgb, Sensor, Shows, Solid, Vector3, WHITE,
 };
 use fabkit_optics::{InvalidStack, Stack, Tracer};
 use rayon::prelude::*;
+
+use crate::{Arrival, Planes};
 
 /// Lines along each side of what shines, at which its faces are asked.
 const LINES: usize = 16;
 /// The same along three axes: as many pieces in all, about.
 const LINES_ALL_AROUND: usize = 10;
+/// Pieces of all lamps together, about, where each throws shadows of its own.
+const PIECES_WITH_SHADOWS: usize = 24;
+/// What comes through a diffuser. Chosen; what else shines beside one is compared with it.
+const THROUGH: f64 = 0.5;
 /// Light that comes within this distance of a lamp has arrived, mm.
 const THERE_MM: f64 = 1e-3;
 /// Places start that far off the layer they belong to, mm.
@@ -34,77 +43,141 @@ pub enum NoLight {
 
 /// A piece of a face that shines as paper does, to all sides alike (Lambert).
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Emitter {
-    place: Point3<f64>,
-    outward: Vector3<f64>,
+pub struct Emitter {
+    /// Its middle, sensor frame, mm.
+    pub place: Point3<f64>,
+    /// Out of what shines, unit.
+    pub outward: Vector3<f64>,
     /// Area, mm2, times how bright it is.
-    power: f64,
+    pub power: f64,
+    /// Its light.
+    pub color: Rgb,
+    /// Which lamp it is of, by number.
+    pub lamp: usize,
 }
 
 /// All that shines of a sensor, and what stands in its way.
 #[derive(Debug)]
 pub struct Emitters {
     emitters: Vec<Emitter>,
+    planes: Planes,
     stack: Stack,
     /// What shines, in words.
     pub what: String,
 }
 
 impl Emitters {
-    /// The upper faces of a sensor's lamps; where something translucent that is not cast is there, all faces of this
-    /// diffuser instead, each place as bright as its lamps make it from behind.
+    /// What is switched on of a sensor: the faces of lamps that look along their bodies' z axes, as far as something
+    /// translucent that is not cast does not cover them; and all faces of this diffuser, each place as bright as the
+    /// lamps make it from behind.
     ///
     /// # Errors
     /// Nothing shines; bodies that are none, or that light cannot be followed through.
-    pub fn of(sensor: &Sensor) -> Result<Self, NoLight> {
-        let lamps = faces(sensor, Shines::Upwards, |body| body.lamp.clone())?;
+    pub fn of(sensor: &Sensor, lighting: &Lighting) -> Result<Self, NoLight> {
         let no_lamps = || NoLight::NoLamps { sensor: sensor.name.clone() };
+        let in_use = Assembly::sensor();
+        let count = |group: &LampGroup| {
+            let body = sensor.body(&group.body);
+            let places = body.map_or(&[][..], |body| &body.placements);
+            places.iter().filter(|place| place.assembly == in_use).count()
+        };
+        let lines = lines(lighting, lighting.lamps.iter().map(count).sum());
+        let mut lamps = Vec::new();
+        for group in &lighting.lamps {
+            let body = sensor.body(&group.body).ok_or_else(no_lamps)?;
+            let solid = body.lamp.as_ref().ok_or_else(no_lamps)?;
+            let first = lamps.last().map_or(0, |lamp: &Emitter| lamp.lamp + 1);
+            let mut found = faces(body, solid, Shines::Forwards, lines)?;
+            for piece in &mut found {
+                piece.color = group.color(piece.lamp);
+                piece.lamp += first;
+            }
+            lamps.extend(found);
+        }
         if lamps.is_empty() {
             return Err(no_lamps());
         }
         let spreads = |body: &&Body| {
             body.clarity() == Clarity::Translucent && body.kind != Kind::Cast && body.lamp.is_none()
         };
-        let diffuser = sensor.bodies.iter().find(spreads).map(|body| body.name.clone());
-        let (emitters, what) = match diffuser {
-            None => (lamps, "the lamps' upper faces".to_owned()),
-            Some(name) => {
-                let of_diffuser = |body: &Body| (body.name == name).then(|| body.solid.clone());
-                let mut faces = faces(sensor, Shines::AllAround, of_diffuser)?;
-                for piece in &mut faces {
-                    piece.power *= lamps
-                        .iter()
-                        .map(|lamp| lamp.shines_on(&piece.place, &-piece.outward))
-                        .sum::<f64>();
-                }
-                faces.retain(|piece| piece.power > 0.0);
-                (faces, format!("{name}, as bright as the lamps make it from behind"))
-            }
-        };
-        // Light is taken to go straight: what bends it between lamp and layer is left out.
-        let stack = Stack::straight(sensor)?;
-        match emitters.iter().any(|emitter| emitter.power > 0.0) {
-            true => Ok(Self { emitters, stack, what }),
-            false => Err(no_lamps()),
+        // Light is taken to go straight, but for level plates: what else bends it is left out.
+        let planes = Planes::of(sensor)?;
+        let stack = Stack::straight(&without_shown(sensor, lighting))?;
+        let own =
+            Self { emitters: lamps, planes, stack, what: format!("{}s", lighting.lamps[0].body) };
+        // What makes things glow does not come through what spreads light: white plastic swallows it.
+        let diffuser = sensor.bodies.iter().find(spreads).filter(|_| !lighting.glows());
+        let Some(diffuser) = diffuser else { return Ok(own) };
+        let mut spread = faces(diffuser, &diffuser.solid, Shines::AllAround, LINES_ALL_AROUND)?;
+        for piece in &mut spread {
+            let from_behind = |lamp: &Emitter| lamp.shines_on(&piece.place, &-piece.outward);
+            // What comes through is spread anew: over pi.
+            let lit = own.emitters.iter().map(|lamp| THROUGH * lamp.power * from_behind(lamp) / PI);
+            let color = [0, 1, 2].map(|part| {
+                let colored = own.emitters.iter().zip(lit.clone());
+                colored.map(|(lamp, lit)| lit * lamp.color[part]).sum::<f64>()
+            });
+            let brightest = color.iter().copied().fold(0.0, f64::max);
+            piece.power *= brightest;
+            piece.color = color.map(|part| if brightest > 0.0 { part / brightest } else { 0.0 });
         }
+        spread.retain(|piece| piece.power > 0.0);
+        if spread.is_empty() {
+            return Ok(own);
+        }
+        let what = format!("{}, as bright as the lamps make it from behind", diffuser.name);
+        Ok(Self { emitters: spread, what, ..own })
+    }
+
+    /// Each piece that shines.
+    pub fn pieces(&self) -> &[Emitter] {
+        &self.emitters
+    }
+
+    /// How light of a piece arrives at a place below the layer that it belongs to, if no opaque body hides it; its
+    /// density counts for all of the piece.
+    pub fn arrival(
+        &self,
+        emitter: &Emitter,
+        place: &Point3<f64>,
+        tracer: &mut Tracer<'_>,
+    ) -> Option<Arrival> {
+        let mut found = self.planes.arrival(&emitter.place, place)?;
+        found.density *= emitter.power * found.leaves.dot(&emitter.outward).max(0.0);
+        let is_free = found.density > 0.0 && {
+            let corners = match self.planes.is_empty() {
+                true => vec![*place, emitter.place],
+                false => vec![*place, found.bends[1], found.bends[0], emitter.place],
+            };
+            corners.windows(2).all(|pair| is_free(&pair[0], &pair[1], tracer))
+        };
+        is_free.then_some(found)
+    }
+
+    /// For [`Emitters::arrival`]; one per thread.
+    pub fn tracer(&self) -> Tracer<'_> {
+        Tracer::new(&self.stack)
     }
 
     /// How much light arrives straight from what shines at places that look along unit normals, relative: by both
-    /// cosines and the square of the distance, without what an opaque body hides.
-    pub fn irradiance(&self, places: &[(Point3<f64>, Vector3<f64>)]) -> Vec<f64> {
+    /// cosines and the square of the distance, without what an opaque body hides, with what level plates bend.
+    pub fn irradiance(&self, places: &[(Point3<f64>, Vector3<f64>)]) -> Vec<Rgb> {
         let arrives = |tracer: &mut Tracer<'_>, (place, facing): &(Point3<f64>, Vector3<f64>)| {
             let from = place + OFF_MM * facing;
-            let mut sum = 0.0;
+            let mut sum = [0.0; 3];
             for emitter in &self.emitters {
-                let arrives = emitter.shines_on(&from, facing) * emitter.power;
-                if arrives > 0.0 && emitter.is_seen_from(&from, tracer) {
-                    sum += arrives;
+                // From behind no way need be followed.
+                if (emitter.place - from).dot(facing) <= 0.0 && self.planes.is_empty() {
+                    continue;
                 }
+                let Some(found) = self.arrival(emitter, &from, tracer) else { continue };
+                let lit = found.density * (-found.arrives.dot(facing)).max(0.0);
+                sum = [0, 1, 2].map(|part| sum[part] + lit * emitter.color[part]);
             }
             sum
         };
         let places = places.par_iter();
-        places.map_init(|| Tracer::new(&self.stack), |tracer, at| arrives(tracer, at)).collect()
+        places.map_init(|| self.tracer(), |tracer, at| arrives(tracer, at)).collect()
     }
 }
 
@@ -116,50 +189,79 @@ impl Emitter {
         let both = way.dot(facing).max(0.0) * (-way.dot(&self.outward)).max(0.0);
         if square > 0.0 { both / (square * square) } else { 0.0 }
     }
+}
 
-    fn is_seen_from(&self, place: &Point3<f64>, tracer: &mut Tracer<'_>) -> bool {
-        let way = self.place - place;
-        let distance_mm = way.norm();
-        let path = tracer.follow(&Ray { origin: *place, direction: way / distance_mm });
-        path.lead_mm + path.end_mm > distance_mm - THERE_MM
+/// Whether no opaque body is between two places.
+fn is_free(from: &Point3<f64>, to: &Point3<f64>, tracer: &mut Tracer<'_>) -> bool {
+    let way = to - from;
+    let distance_mm = way.norm();
+    if distance_mm < THERE_MM {
+        return true;
     }
+    let path = tracer.follow(&Ray { origin: *from, direction: way / distance_mm });
+    path.lead_mm + path.end_mm > distance_mm - THERE_MM
+}
+
+/// A sensor without what a light shows standing out of something: its shadows are told from where it has moved to.
+fn without_shown(sensor: &Sensor, lighting: &Lighting) -> Sensor {
+    let mut without = sensor.clone();
+    let is_shown = |name: &String| match &lighting.shows {
+        Shows::Slopes { coat, printed } => name == coat || printed.as_ref() == Some(name),
+        Shows::Marks { marks } => name == marks,
+        Shows::Thickness { .. } | Shows::Glow { .. } => false,
+    };
+    without.bodies.retain(|body| !is_shown(&body.name));
+    without
 }
 
 /// Which faces shine.
 #[derive(Clone, Copy, PartialEq)]
 enum Shines {
-    /// Those that look up: a lamp's.
-    Upwards,
+    /// Those that look along the body's z axis: a lamp's.
+    Forwards,
     /// All: those of what spreads light.
     AllAround,
 }
 
-/// Pieces of the faces of some solids of a sensor, equally bright.
+/// Lines along each side of a lamp: fewer where there are many lamps, and where shadows are told from each piece.
+fn lines(lighting: &Lighting, lamps: usize) -> usize {
+    match lighting.shows {
+        Shows::Slopes { .. } => {
+            ((PIECES_WITH_SHADOWS / lamps.max(1)) as f64).sqrt().floor().max(1.0) as usize
+        }
+        _ if lamps > 2 => LINES / 4,
+        _ => LINES,
+    }
+}
+
+/// Pieces of the faces of a solid in its body's places, equally bright, by their number.
 fn faces(
-    sensor: &Sensor,
+    body: &Body,
+    solid: &Solid,
     shines: Shines,
-    solid_of: impl Fn(&Body) -> Option<Solid>,
+    lines: usize,
 ) -> Result<Vec<Emitter>, NoLight> {
     let mut pieces = Vec::new();
-    for body in &sensor.bodies {
-        let Some(solid) = solid_of(body) else { continue };
-        // Fewer where there are many lamps.
-        let lines = match shines {
-            Shines::AllAround => LINES_ALL_AROUND,
-            Shines::Upwards if body.placements.len() > 2 => LINES / 4,
-            Shines::Upwards => LINES,
-        };
-        for place in body.placements.iter().filter(|place| place.assembly == Assembly::sensor()) {
-            let solid = CompiledSolid::new(&solid.clone().placed(place.assembly_from_body))?;
-            for axis in 0..3 {
-                if axis == 2 || shines == Shines::AllAround {
-                    add_along(axis, &solid, lines, &mut pieces);
-                }
-            }
+    // In the body's own frame, so that every lamp is divided alike.
+    let compiled = CompiledSolid::new(solid)?;
+    let mut own = Vec::new();
+    for axis in 0..3 {
+        if axis == 2 || shines == Shines::AllAround {
+            add_along(axis, &compiled, lines, &mut own);
         }
     }
-    if shines == Shines::Upwards {
-        pieces.retain(|piece| piece.outward.z > 0.0);
+    if shines == Shines::Forwards {
+        own.retain(|piece| piece.outward.z > 0.0);
+    }
+    let places = body.placements.iter().filter(|place| place.assembly == Assembly::sensor());
+    for (lamp, place) in places.enumerate() {
+        let pose = &place.assembly_from_body;
+        pieces.extend(own.iter().map(|piece| Emitter {
+            place: pose.point(piece.place),
+            outward: pose.vector(piece.outward),
+            lamp,
+            ..*piece
+        }));
     }
     Ok(pieces)
 }
@@ -182,7 +284,8 @@ fn add_along(axis: usize, solid: &CompiledSolid, lines: usize, pieces: &mut Vec<
             let slope = outward[axis].abs();
             if slope >= outward[first].abs() && slope > outward[second].abs() {
                 let power = steps[0] * steps[1] / slope;
-                pieces.push(Emitter { place: line.at(crossing.t), outward, power });
+                let place = line.at(crossing.t);
+                pieces.push(Emitter { place, outward, power, color: WHITE, lamp: 0 });
             }
         }
     }

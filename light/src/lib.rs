@@ -32,13 +32,21 @@
 #![forbid(unsafe_code)]
 
 mod chip;
+mod coat;
 mod fit;
+mod glow;
 mod lamp;
 mod layer;
+mod peg;
+mod planes;
 mod spread;
 
 pub use chip::{Chip, drift};
+pub use coat::Coat;
 pub use fit::{fit, linear_fit};
-pub use lamp::{Emitters, NoLight};
+pub use glow::glow;
+pub use lamp::{Emitter, Emitters, NoLight};
 pub use layer::TwoStream;
+pub use peg::{Peg, PegHit};
+pub use planes::{Arrival, Planes};
 pub use spread::spread;

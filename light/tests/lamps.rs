@@ -1,15 +1,16 @@
 //! What lamps do, on a sensor of three bodies.
 
 use fabkit_geometry::{
-    Angle, Assembly, Body, Clarity, NominalCamera, NominalLens, Placement, Point3, Pose, Process,
-    Sensor, Solid, Vector3,
+    Angle, Assembly, Body, Clarity, Lighting, NominalCamera, NominalLens, Placement, Point3, Pose,
+    Process, Sensor, Shows, Solid, Substance, Vector3,
 };
 use fabkit_light::{Emitters, NoLight};
 
 /// A lamp of 0.2 x 0.2 mm at the origin that shines upwards, and whatever else.
 fn sensor(lamps: bool, others: Vec<Body>) -> Sensor {
     let camera = NominalCamera {
-        sensor_from_camera: Pose::translation(0.0, 0.0, -30.0),
+        // Beside the lamp, so that it sees past it.
+        sensor_from_camera: Pose::translation(0.0, 5.0, -30.0),
         width_px: 640,
         height_px: 480,
         field_of_view: Angle::from_deg(90.0).unwrap(),
@@ -22,33 +23,39 @@ fn sensor(lamps: bool, others: Vec<Body>) -> Sensor {
     Sensor::new("try", "", "", camera, std::iter::once(lamp).chain(others))
 }
 
+fn emitters(sensor: &Sensor) -> Result<Emitters, NoLight> {
+    Emitters::of(sensor, &Lighting::by("white", "lamp", Shows::Thickness { layers: Vec::new() }))
+}
+
 fn on_axis_and_aside(emitters: &Emitters) -> [f64; 2] {
     let down = -Vector3::z();
     let places = [(Point3::new(0.0, 0.0, 10.0), down), (Point3::new(10.0, 0.0, 10.0), down)];
     let light = emitters.irradiance(&places);
-    [light[0], light[1]]
+    [light[0][1], light[1][1]]
 }
 
 #[test]
 fn light_falls_with_both_cosines_and_the_square_of_the_distance() {
-    let emitters = Emitters::of(&sensor(true, Vec::new())).unwrap();
+    let emitters = emitters(&sensor(true, Vec::new())).unwrap();
     let [on_axis, aside] = on_axis_and_aside(&emitters);
     // 0.04 mm2 at 10 mm; the lamp's width changes that by its square over that of the distance.
     assert!((on_axis / (0.04 / 100.0) - 1.0).abs() < 1e-3, "{on_axis}");
     // Twice the square of the distance, and a cosine of 45 degrees at both ends.
     assert!((aside / on_axis - 0.25).abs() < 1e-3, "{aside}");
     // What looks away gets nothing.
-    assert_eq!(emitters.irradiance(&[(Point3::new(0.0, 0.0, 10.0), Vector3::z())]), [0.0]);
+    assert_eq!(emitters.irradiance(&[(Point3::new(0.0, 0.0, 10.0), Vector3::z())]), [[0.0; 3]]);
 }
 
 #[test]
 fn what_is_opaque_casts_a_shadow_and_what_is_clear_does_not() {
     let plate = |clarity| {
         let solid = Solid::cuboid(2.0, 2.0, 0.5).at_z(4.0);
-        Body::made("plate", "in the way", Process::Laser, solid).in_light(clarity)
+        let mut plate = Body::made("plate", "in the way", Process::Laser, solid).in_light(clarity);
+        plate.substance.refractive_index = Some(1.0);
+        plate
     };
     let lit = |clarity| {
-        let emitters = Emitters::of(&sensor(true, vec![plate(clarity)])).unwrap();
+        let emitters = emitters(&sensor(true, vec![plate(clarity)])).unwrap();
         on_axis_and_aside(&emitters)
     };
     let [on_axis, aside] = lit(Clarity::Opaque);
@@ -61,7 +68,7 @@ fn a_diffuser_shines_instead_of_the_lamps() {
     let solid = Solid::cuboid(6.0, 6.0, 1.0).at_z(2.0);
     let diffuser =
         Body::made("diffuser", "frosted", Process::Laser, solid).in_light(Clarity::Translucent);
-    let emitters = Emitters::of(&sensor(true, vec![diffuser])).unwrap();
+    let emitters = emitters(&sensor(true, vec![diffuser])).unwrap();
     assert!(emitters.what.contains("diffuser"), "{}", emitters.what);
     let [on_axis, aside] = on_axis_and_aside(&emitters);
     // From its middle, 7 mm below, the fourth power of the cosine is 0.108; some of it is nearer to what is aside, which
@@ -71,5 +78,22 @@ fn a_diffuser_shines_instead_of_the_lamps() {
 
 #[test]
 fn without_lamps_there_is_no_light() {
-    assert!(matches!(Emitters::of(&sensor(false, Vec::new())), Err(NoLight::NoLamps { .. })));
+    assert!(matches!(emitters(&sensor(false, Vec::new())), Err(NoLight::NoLamps { .. })));
+}
+
+#[test]
+fn light_below_a_plate_is_bent_into_it() {
+    // A wide plate of glass from 4 mm on: what is aside is lit more steeply than it would be straight.
+    let solid = Solid::cuboid(200.0, 200.0, 100.0).at_z(4.0);
+    let glass = Substance { refractive_index: Some(1.5), ..Substance::default() };
+    let mut plate = Body::made("plate", "clear", Process::Laser, solid).in_light(Clarity::Clear);
+    plate.substance = glass;
+    let emitters = emitters(&sensor(true, vec![plate])).unwrap();
+    let place = Point3::new(10.0, 0.0, 10.0);
+    let piece = emitters.pieces()[0];
+    let found = emitters.arrival(&piece, &place, &mut emitters.tracer()).unwrap();
+    let straight = (place - piece.place).normalize();
+    assert!(found.arrives.z > straight.z + 0.05, "{}", found.arrives);
+    let sines = [found.leaves.x / found.arrives.x, 1.5];
+    assert!((sines[0] - sines[1]).abs() < 1e-9, "{sines:?}");
 }

@@ -177,6 +177,7 @@ class Scene:
         shear_mm: tuple[float, float],
         allow_no_contact: bool,
         light: str | None,
+        constants: str | None,
         seed: int | None,
     ) -> tuple[dict[str, Any], str]: ...
 

@@ -86,7 +86,8 @@ class Captured:
     """The picture that a camera would take, simulated: what ``fabkit capture`` writes."""
 
     grey: NDArray[np.float64]
-    """Grey values from 0 to 255, not rounded: rows x columns."""
+    """Grey values from 0 to 255, not rounded: rows x columns, and red, green, blue where there
+    are colours."""
     truth: Truth
     """What it shows."""
     document: dict[str, Any]
@@ -232,13 +233,12 @@ class Scene:
         shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
         friction: float | None = None,
         spacing_mm: float | str | None = None,
-        light: str | PathLike[str] | None = None,
+        light: str | None = None,
+        constants: str | PathLike[str] | None = None,
         seed: int | None = 0,
         allow_no_contact: bool = False,
     ) -> Captured:
         """Take the picture of a press, simulated, as ``fabkit capture`` does.
-
-        It knows sensors that show touch by a translucent layer over black.
 
         Parameters
         ----------
@@ -247,14 +247,16 @@ class Scene:
         contact
             How the layers answer: ``"linear"``, or ``"rigid"``.
         light
-            Constants of a unit's light, a file that ``fabkit fit-light`` writes.
+            Which of the sensor's lights is on; its usual one where none is named.
+        constants
+            Of a unit's light, a file that ``fabkit fit-light`` writes.
         seed
             Of noise and drift; ``None`` for neither.
 
         Raises
         ------
         FabkitError
-            A sensor that shows touch otherwise, a file that is none of constants, and as for
+            A light that the sensor has not, a file that is none of constants, and as for
             :func:`cast`.
 
         >>> import fabkit
@@ -269,7 +271,8 @@ class Scene:
             _arrays.contact(contact, 0.0, friction, spacing_mm),
             _arrays.lengths_mm(shear_mm, "shear_mm"),
             allow_no_contact,
-            None if light is None else os.fspath(light),
+            light,
+            None if constants is None else os.fspath(constants),
             seed,
         )
         said = json.loads(document)

@@ -178,7 +178,8 @@ impl Scene {
         contact: Contacting,
         shear_mm: [f64; 2],
         allow_no_contact: bool,
-        light: Option<PathBuf>,
+        light: Option<String>,
+        constants: Option<PathBuf>,
         seed: Option<u64>,
     ) -> PyResult<(Bound<'py, PyDict>, String)> {
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
@@ -187,7 +188,9 @@ impl Scene {
             let press = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
             let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
             let drawn = &scene.project.design.sensor;
-            let constants = match &light {
+            let lighting = capturing::lighting(drawn, light.as_deref())
+                .map_err(fabkit_application::Error::from)?;
+            let constants = match &constants {
                 Some(path) => read_constants(drawn, path)?,
                 None => LightConstants::of(drawn),
             };
@@ -199,15 +202,21 @@ impl Scene {
                 print_sigma_mm: PRINT_SIGMA_MM,
                 allow_no_contact,
             };
-            let capturing = Capturing { cast, constants, seed };
+            let capturing = Capturing { cast, lighting, constants, seed };
             let mut found = Vec::new();
             let captured = capturing.take(&scene, |seen| {
                 found = arrays(seen.map, seen.sigma_mm);
                 Ok(())
             })?;
-            let document = capturing::document(&scene, &capturing, &captured).to_string();
+            let document =
+                capturing::document(&scene.project, &scene.viewpoint, &capturing, &captured)
+                    .to_string();
             let [width, height] = captured.size_px.map(|px| px as usize);
-            let (name, shape) = ("grey".to_owned(), vec![height, width]);
+            let mut shape = vec![height, width];
+            if captured.channels > 1 {
+                shape.push(captured.channels);
+            }
+            let name = "grey".to_owned();
             found.push(Array { name, shape, values: Values::F64(captured.grey) });
             Ok::<_, Failure>((found, document))
         })?;

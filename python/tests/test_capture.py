@@ -30,6 +30,18 @@ def test_a_picture_is_the_commands(command, tmp_path):
     assert darker[~inside].min() < -0.1
 
 
-def test_other_sensors_are_refused():
-    with pytest.raises(fabkit.FabkitError, match="translucent layer over black"):
-        fabkit.depth.Scene("shadowtac").capture()
+def test_colours_and_marks_come_along():
+    captured = fabkit.depth.Scene("digit-like").capture(seed=None)
+    assert captured.grey.shape == (480, 640, 3)
+    # Each colour comes from its own side.
+    columns = captured.grey[240].argmax(axis=0)
+    assert columns[2] < 320 < columns[0]
+    dots = fabkit.depth.Scene("tactip").capture(samples=4, seed=None)
+    seen = [mark["pixel"] for mark in dots.document["marks"] if mark["pixel"]]
+    assert dots.grey.shape == (30, 30)
+    assert len(seen) > 40
+
+
+def test_lights_that_a_sensor_has_not_are_refused():
+    with pytest.raises(fabkit.FabkitError, match="no light `uv`: it has white"):
+        fabkit.depth.Scene("rtac0").capture(light="uv")

@@ -37,7 +37,7 @@ fn capture(folder: &Path, sensor: &str, more: &[&str], name: &str) -> (Value, Pi
     (json, picture(&folder.join(name)))
 }
 
-const EXACT: [&str; 5] = ["--no-noise", "--bits", "16", "--light", "light.json"];
+const EXACT: [&str; 5] = ["--no-noise", "--bits", "16", "--constants", "light.json"];
 
 /// A unit whose layer spreads no light sideways, so that each pixel tells its own thickness.
 const LIGHT: &str = r#"{"format": "fabkit-fit-light", "version": 1, "captures": 3, "held_out_profile_rms_grey": 0.5,
@@ -129,10 +129,18 @@ fn what_cannot_be_captured_is_refused_and_nothing_is_written() {
         assert!(run.stderr.contains(says), "{}", run.stderr);
     };
     refused(
-        &["capture", "shadowtac", "--reference", "-o", "a.png"],
-        "translucent layer over black",
+        &["capture", "uvdtact", "--light", "uw", "--reference", "-o", "a.png"],
+        "no light `uw`: it has white, uv",
     );
-    refused(&["capture", "fluidic", "--reference", "-o", "a.png"], "no sensing surface");
+    std::fs::write(root.path().join("light.json"), LIGHT).unwrap();
+    let fitted = ["--constants", "light.json", "--reference", "-o", "a.png"];
+    refused(&[&["capture", "tactip"][..], &fitted].concat(), "translucent layers");
+    std::fs::remove_file(root.path().join("light.json")).unwrap();
+    let rigid = ["--contact", "rigid", "-o", "a.png"];
+    let press = ["--press", "ball@5deg,30deg,1mm"];
+    refused(&[&["capture", "shadowtac"][..], &press, &rigid].concat(), "where marks go");
+    let of_skin = ["--reference", "--truth", "a.npz", "-o", "a.png"];
+    refused(&[&["capture", "fluidic"][..], &of_skin].concat(), "no truth of depth");
     refused(&["capture", "rtac0", "--reference", "-o", "a.jpg"], "does not name a .png file");
     refused(&["capture", "rtac0", "--reference", "-o", "a.png", "--truth", "a.png"], "a.png");
     refused(&["capture", "rtac0", "-o", "a.png"], "--press");

@@ -59,7 +59,16 @@ fn simulated_captures_give_back_what_they_were_made_with() {
     // And a picture by these constants says so.
     let said = fabkit(
         root.path(),
-        &["capture", "rtac0", "--light", "light.json", "--reference", "-o", "again.png", "--json"],
+        &[
+            "capture",
+            "rtac0",
+            "--constants",
+            "light.json",
+            "--reference",
+            "-o",
+            "again.png",
+            "--json",
+        ],
     );
     let said = said.ok().json();
     let known = said["constants"].as_array().unwrap().iter();
@@ -69,7 +78,7 @@ fn simulated_captures_give_back_what_they_were_made_with() {
     fs::write(root.path().join("no.json"), "{}").unwrap();
     let run = fabkit(
         root.path(),
-        &["capture", "rtac0", "--light", "no.json", "--reference", "-o", "b.png"],
+        &["capture", "rtac0", "--constants", "no.json", "--reference", "-o", "b.png"],
     );
     assert!(
         run.code == Some(2) && run.stderr.contains("no.json is not of the format"),

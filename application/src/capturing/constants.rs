@@ -1,6 +1,6 @@
 //! What a picture's light rests on: constants with their sources.
 
-use fabkit_geometry::{Assembly, Body, Clarity, CompiledSolid, Kind, Sensor};
+use fabkit_geometry::{Assembly, Body, Clarity, CompiledSolid, Kind, Sensor, Shows};
 use fabkit_light::{Chip, TwoStream};
 use serde_json::{Value, json};
 
@@ -38,7 +38,7 @@ pub struct Constant {
     pub source: String,
 }
 
-/// The constants of a picture of a translucent layer over black.
+/// The constants of pictures, whatever light shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightConstants {
     /// How much the layer scatters, 1/mm.
@@ -51,8 +51,16 @@ pub struct LightConstants {
     pub spread_mm: Constant,
     /// What bounces on and arrives everywhere alike, as a part of what arrives straight on average.
     pub bounce: Constant,
-    /// How bright the middle of the surface at rest is: what the exposure is set for; nothing where the constants are
-    /// those of a unit with its own.
+    /// Which part of the light a reflective coat spreads, which it sends on as a rough mirror does, and how narrowly.
+    pub coat: [Constant; 3],
+    /// How fast layers that glow use up the light that makes them, 1/mm.
+    pub uv_per_mm: Constant,
+    /// What light marks and their dark ground send back.
+    pub marks: [Constant; 2],
+    /// How bright the brightest mark at rest is: what the exposure is set for.
+    pub mark_grey: Constant,
+    /// How bright the middle of the surface at rest is: what the exposure is set for; nothing where
+    /// the constants are those of a unit with its own.
     pub middle_grey: Option<Constant>,
     /// What the chip records where the camera sees no sensing surface, grey.
     pub beside_grey: Constant,
@@ -64,6 +72,8 @@ pub struct LightConstants {
     pub drift: Constant,
 }
 
+/// As bright as anything of the surface at rest is exposed, grey.
+const BELOW_WHITE: f64 = 235.0;
 /// Of light that meets them, what comes back from dark walls, from white ones, and from those of which nobody says what
 /// colour they have. Chosen: black plastic 4 to 7 %, white plastic 80 to 90 %.
 const WALLS: [f64; 3] = [0.05, 0.85, 0.3];
@@ -108,6 +118,8 @@ impl LightConstants {
             source: source.to_owned(),
         };
         const PINS: &str = "R-Tac0's published captures of pins, 15, by `fit-light`; 2.4 grey rms are left of profiles; layer_grey and scatter_per_mm are known as their product alone";
+        const COATS: &str =
+            "silicone with aluminium powder and a little white: between matt paint and satin metal";
         const PAIRS: &str = "differences of R-Tac0's published captures: 1.2 grey rms a pair";
         Self {
             scatter_per_mm: constant("scatter_per_mm", 0.14, Fitted, PINS),
@@ -115,6 +127,22 @@ impl LightConstants {
             ground_grey: constant("ground_grey", 17.0, Fitted, PINS),
             spread_mm: constant("spread_mm", 0.4, Fitted, PINS),
             bounce: bounce(sensor),
+            coat: [
+                constant("coat_diffuse", 0.45, Chosen, COATS),
+                constant("coat_shine", 0.15, Chosen, COATS),
+                constant("coat_exponent", 12.0, Chosen, COATS),
+            ],
+            uv_per_mm: constant(
+                "uv_per_mm",
+                0.5,
+                Chosen,
+                "ink of 1 part in 21 of elastomer: two thirds are used up in the 2 mm of both layers",
+            ),
+            marks: [
+                constant("marks_send_back", 0.85, Chosen, "white paint and white resin"),
+                constant("ground_sends_back", 0.05, Chosen, "black rubber and black paint"),
+            ],
+            mark_grey: constant("mark_grey", 220.0, Chosen, "bright, and below white"),
             middle_grey: Some(constant(
                 "middle_grey",
                 151.0,
@@ -133,20 +161,28 @@ impl LightConstants {
         }
     }
 
-    /// Each of them, in order.
-    pub fn all(&self) -> Vec<&Constant> {
-        let mut all = vec![
-            &self.scatter_per_mm,
-            &self.layer_grey,
-            &self.ground_grey,
-            &self.spread_mm,
-            &self.bounce,
-            &self.beside_grey,
-            &self.read_noise,
-            &self.shot_noise,
-            &self.drift,
-        ];
-        all.extend(&self.middle_grey);
+    /// Those that a light's pictures rest on, in order.
+    pub fn all(&self, shows: &Shows) -> Vec<&Constant> {
+        let mut all = match shows {
+            Shows::Thickness { .. } => vec![
+                &self.scatter_per_mm,
+                &self.layer_grey,
+                &self.ground_grey,
+                &self.spread_mm,
+                &self.bounce,
+            ],
+            Shows::Slopes { printed, .. } => {
+                let dark = printed.iter().map(|_| &self.marks[1]);
+                self.coat.iter().chain([&self.bounce]).chain(dark).collect()
+            }
+            Shows::Glow { .. } => vec![&self.uv_per_mm, &self.spread_mm, &self.bounce],
+            Shows::Marks { .. } => self.marks.iter().chain([&self.bounce]).collect(),
+        };
+        all.extend([&self.beside_grey, &self.read_noise, &self.shot_noise, &self.drift]);
+        match shows {
+            Shows::Marks { .. } => all.push(&self.mark_grey),
+            _ => all.extend(&self.middle_grey),
+        }
         all
     }
 
@@ -161,6 +197,12 @@ impl LightConstants {
         }
     }
 
+    /// By how much less is exposed where the middle is not as bright as other places are, so that those are not white.
+    pub(super) fn dimmer(&self, brightest_over_middle: f64) -> f64 {
+        let most = self.middle_grey.as_ref().map(|middle| middle.value * brightest_over_middle);
+        most.map_or(1.0, |most| (BELOW_WHITE / most).min(1.0))
+    }
+
     /// The law of the layer.
     pub fn layer(&self) -> TwoStream {
         TwoStream { scatter_per_mm: self.scatter_per_mm.value }
@@ -172,7 +214,7 @@ impl LightConstants {
     }
 
     /// As JSON.
-    pub(super) fn document(&self) -> Value {
+    pub(super) fn document(&self, shows: &Shows) -> Value {
         let constant = |constant: &&Constant| {
             json!({
                 "name": constant.name,
@@ -181,6 +223,6 @@ impl LightConstants {
                 "source": constant.source,
             })
         };
-        self.all().iter().map(constant).collect()
+        self.all(shows).iter().map(constant).collect()
     }
 }

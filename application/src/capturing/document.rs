@@ -1,59 +1,93 @@
 //! Pictures as JSON and in words.
 
+use fabkit_fixtures::Project;
+use fabkit_geometry::Shows;
 use serde_json::{Value, json};
 
 use super::{Captured, Capturing};
+use crate::ground_truth::Viewpoint;
 use crate::identity::design_hash;
-use crate::scene::SensorView;
+use crate::pressing::marks_document;
 
 /// What a simulated picture leaves out, for people.
-const LEFT_OUT: [&str; 5] = [
-    "the bending of light between lamps and layer",
-    "what bounces on, but for a constant",
-    "vignetting and defocus of the lens",
-    "the JPEG in which some cameras send pictures",
-    "what the camera sees beside the surface, but for a constant",
-];
+fn left_out(shows: &Shows) -> Vec<&'static str> {
+    let own: &[&str] = match shows {
+        Shows::Thickness { .. } => &["the bending of light between lamps and curved layers"],
+        Shows::Slopes { .. } => {
+            &["light that the coat sends onto itself", "what lamps' own lenses do to their light"]
+        }
+        Shows::Glow { .. } => {
+            &["light that one ink takes up of the other", "light that is scattered"]
+        }
+        Shows::Marks { .. } => &["shadows of marks on marks", "how the ground moves"],
+    };
+    let all = [
+        "what bounces on, but for a constant",
+        "vignetting and defocus of the lens",
+        "the JPEG in which some cameras send pictures",
+        "what the camera sees beside the surface, but for a constant",
+    ];
+    own.iter().copied().chain(all).collect()
+}
 
 /// A picture as `fabkit capture --json` says it (`fabkit-capture` version 1), without files.
-pub fn document(scene: &SensorView, capturing: &Capturing<'_>, captured: &Captured) -> Value {
+pub fn document(
+    project: &Project,
+    viewpoint: &Viewpoint,
+    capturing: &Capturing<'_>,
+    captured: &Captured,
+) -> Value {
     let known = captured.thickness_mm.iter().filter(|mm| mm.is_finite());
     let ends = |[low, high]: [f64; 2], mm: &f64| [low.min(*mm), high.max(*mm)];
     let thickness = known.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    let shows = &capturing.lighting.shows;
     json!({
         "format": "fabkit-capture",
         "version": 1,
         "is_simulated": true,
-        "sensor": scene.project.design.sensor.name,
-        "design_hash": design_hash(&scene.project.design),
-        "viewpoint": scene.viewpoint.to_json(),
+        "sensor": project.design.sensor.name,
+        "design_hash": design_hash(&project.design),
+        "viewpoint": viewpoint.to_json(),
         "presses": capturing.cast.presses.iter().map(|press| &press.id).collect::<Vec<_>>(),
         "contact_level": captured.contact_level,
         "elastic": captured.elastic,
+        "light": capturing.lighting.name,
         "width_px": captured.size_px[0],
         "height_px": captured.size_px[1],
+        "channels": captured.channels,
         "samples": capturing.cast.samples,
         "seed": capturing.seed,
         "exposure": captured.exposure,
         "drift_grey": captured.drift_grey,
         "range_grey": captured.range_grey(),
-        "layer": captured.layer,
-        "thickness_mm": thickness,
+        "shown": captured.shown,
+        "thickness_mm": (thickness[0] <= thickness[1]).then_some(thickness),
         "lamps": captured.lamps,
-        "constants": capturing.constants.document(),
-        "left_out": LEFT_OUT,
+        "marks": marks(captured),
+        "constants": capturing.constants.document(shows),
+        "left_out": left_out(shows),
     })
 }
 
+/// Marks as `fabkit press` says them, with their pixels.
+fn marks(captured: &Captured) -> Value {
+    let mut document = marks_document(&captured.marks);
+    for (mark, pixel) in document.as_array_mut().into_iter().flatten().zip(&captured.mark_pixels) {
+        mark["pixel"] = json!(pixel);
+    }
+    document
+}
+
 /// One line that goes with the picture wherever it goes.
-pub fn comment(scene: &SensorView, capturing: &Capturing<'_>, captured: &Captured) -> String {
+pub fn comment(project: &Project, capturing: &Capturing<'_>, captured: &Captured) -> String {
     let presses: Vec<&str> = capturing.cast.presses.iter().map(|p| p.id.as_str()).collect();
     let pressed = if presses.is_empty() { "no contact".to_owned() } else { presses.join(" ") };
     let noise = capturing.seed.map_or("no noise".to_owned(), |seed| format!("seed {seed}"));
     format!(
-        "simulated by fabkit: {}, design {}, {pressed}, {} contact, {noise}",
-        scene.project.design.sensor.name,
-        design_hash(&scene.project.design),
+        "simulated by fabkit: {}, design {}, {} light, {pressed}, {} contact, {noise}",
+        project.design.sensor.name,
+        design_hash(&project.design),
+        capturing.lighting.name,
         captured.contact_level,
     )
 }

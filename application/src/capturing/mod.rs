@@ -1,44 +1,90 @@
 //! The picture that a sensor's camera would take, simulated, with the truth that it shows.
 //!
-//! Sensors that show touch by the thickness of a translucent layer over black, lit from within. Thickness and paths are
-//! those of the drawn bodies; what a press does to them is what [`crate::pressing`] says.
+//! A sensor says in which ways it is lit and what each shows: the thickness of translucent layers, which way a coat
+//! looks, layers that glow, places of marks. Paths, layers, marks and lamps are those of the drawn bodies; what a press
+//! does to them is what [`crate::pressing`] says.
 
+mod coat;
 mod constants;
 mod document;
+mod glowing;
+mod layers;
 mod lit;
+mod marks;
+mod pegs;
 mod scene;
+mod skin;
+mod table;
 
-use fabkit_depth::truth::{DepthMap, NO_LABEL};
-use fabkit_geometry::{Point3, Scratch, Vector3};
-use fabkit_light::{Chip, NoLight, drift, spread};
-use rayon::prelude::*;
+use fabkit_depth::truth::DepthMap;
+use fabkit_geometry::{Lighting, Rgb, Sensor, Shows};
+use fabkit_light::{Chip, NoLight, drift};
+use fabkit_optics::Sights;
 
 pub use constants::{Constant, Known, LightConstants};
 pub use document::{comment, document};
 pub use scene::Scene;
+pub use skin::SkinView;
 
-use self::scene::along;
+use self::coat::CoatScene;
+use self::glowing::GlowScene;
+use self::layers::LayerScene;
+use self::marks::MarkScene;
 use crate::Error;
+use crate::bodies::UnknownName;
 use crate::error::{ErrorKind, Explained};
-use crate::pressing::Answer;
+use crate::ground_truth::{Viewpoint, pixels_of};
+use crate::pressing::{Contact, Moved};
 use crate::scene::{Cast, Seen, SensorView};
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
-    /// It shows touch in another way.
-    #[error("`{sensor}` does not show touch by a translucent layer over black: {shows}")]
+    /// Nobody says how it is lit.
+    #[error("nobody says how `{sensor}` is lit, or what of it that shows")]
     OtherLight {
         /// The sensor.
         sensor: String,
-        /// How it is drawn.
-        shows: String,
+    },
+    /// It has no surface that a camera could look at.
+    #[error("`{sensor}` has no surface of known shape")]
+    NoSurface {
+        /// The sensor.
+        sensor: String,
+    },
+    /// A light of that name it has not.
+    #[error("`{sensor}` has no light `{light}`: it has {}", .known.join(", "))]
+    UnknownLight {
+        /// The sensor.
+        sensor: String,
+        /// What was asked for.
+        light: String,
+        /// What there is.
+        known: Vec<&'static str>,
+    },
+    /// Constants of another kind of light.
+    #[error(
+        "fitted constants are those of translucent layers; `{sensor}` in `{light}` light shows something else"
+    )]
+    OtherConstants {
+        /// The sensor.
+        sensor: String,
+        /// Its light.
+        light: &'static str,
+    },
+    /// Marks that nobody moves.
+    #[error("`rigid` contact does not say where marks go, which `{light}` light shows")]
+    RigidMarks {
+        /// The light.
+        light: &'static str,
     },
     /// Nobody knows how it is lit.
     #[error(transparent)]
     NoLight(#[from] NoLight),
     /// Lamps that do not reach the surface.
-    #[error("no light of `{sensor}`'s lamps reaches its surface: opaque bodies are in the way")]
+    #[error(
+        "no light of `{sensor}`'s lamps reaches what its camera looks at: opaque bodies are in the way"
+    )]
     Dark {
         /// The sensor.
         sensor: String,
@@ -52,9 +98,14 @@ impl Explained for CaptureError {
 
     fn hint(&self) -> Option<String> {
         let hint = match self {
-            Self::OtherLight { .. } => {
-                "take a sensor like rtac0 or 9dtact; `depth` and `press` know the truth of the others"
+            Self::OtherLight { .. } | Self::NoSurface { .. } => {
+                "take a built-in sensor, or one of its family"
             }
+            Self::UnknownLight { light, known, .. } => {
+                return Some(UnknownName::new("light", light, known.iter().copied()).hint());
+            }
+            Self::OtherConstants { .. } => "leave the constants out",
+            Self::RigidMarks { .. } => "take `linear` contact",
             Self::NoLight(NoLight::NoLamps { .. }) => "draw its lamps",
             Self::Dark { .. } => "`fabkit check` says what is in the way",
             Self::NoLight(_) => return None,
@@ -63,11 +114,30 @@ impl Explained for CaptureError {
     }
 }
 
+/// A sensor's light by its name, or its usual one.
+///
+/// # Errors
+/// [`CaptureError`]: none of that name, or none at all.
+pub fn lighting<'a>(sensor: &'a Sensor, name: Option<&str>) -> Result<&'a Lighting, CaptureError> {
+    let Some(name) = name else {
+        let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
+        return sensor.lightings.first().ok_or_else(missing);
+    };
+    let unknown = || CaptureError::UnknownLight {
+        sensor: sensor.name.clone(),
+        light: name.to_owned(),
+        known: sensor.lightings.iter().map(|light| light.name).collect(),
+    };
+    sensor.lightings.iter().find(|light| light.name == name).ok_or_else(unknown)
+}
+
 /// What to take a picture of.
 #[derive(Clone, Debug)]
 pub struct Capturing<'a> {
     /// What presses, and how the layers answer; a sample is a ray, a pixel the mean of its own.
     pub cast: Cast<'a>,
+    /// How the sensor is lit.
+    pub lighting: &'a Lighting,
     /// What the light rests on.
     pub constants: LightConstants,
     /// For the noise; nothing for none, and no drift.
@@ -79,18 +149,25 @@ pub struct Capturing<'a> {
 pub struct Captured {
     /// Columns and rows.
     pub size_px: [u32; 2],
-    /// Row by row, 0 to 255, not rounded.
+    /// Values of a pixel: 1, or 3 for red, green and blue.
+    pub channels: usize,
+    /// Row by row, 0 to 255, not rounded to whole numbers, but to what the chip tells apart where that is less.
     pub grey: Vec<f64>,
-    /// How thick the layer is that each ray meets, mm; NaN where it meets none. Row by row, `samples` times as many.
+    /// How thick the layers are that each ray meets, mm; NaN where it meets none. Row by row, `samples` times as many;
+    /// empty where no thickness is shown.
     pub thickness_mm: Vec<f64>,
     /// By what all light was multiplied.
     pub exposure: f64,
     /// How much brighter than others this picture is, grey.
     pub drift_grey: f64,
-    /// The layer's name.
-    pub layer: String,
+    /// What the light shows, in words.
+    pub shown: String,
     /// What shines, in words.
     pub lamps: String,
+    /// Where marks are, if those are shown.
+    pub marks: Vec<Moved>,
+    /// Column and row of each, px, whether or not something opaque hides it; nothing beside the picture.
+    pub mark_pixels: Vec<Option<[f64; 2]>>,
     /// What the soft layers answered, as JSON.
     pub elastic: Option<serde_json::Value>,
     /// How the surface answered.
@@ -98,10 +175,79 @@ pub struct Captured {
 }
 
 impl Captured {
-    /// Least and largest grey value where the surface is seen.
+    /// Least and largest grey value.
     pub fn range_grey(&self) -> [f64; 2] {
         let ends = |[low, high]: [f64; 2], grey: &f64| [low.min(*grey), high.max(*grey)];
         self.grey.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends)
+    }
+}
+
+/// What rays see, before a chip records it.
+struct Painted {
+    /// Of each ray, in grey values.
+    light: Vec<Rgb>,
+    /// As in [`Captured`].
+    thickness_mm: Vec<f64>,
+    /// As in [`Captured`].
+    marks: Vec<Moved>,
+}
+
+/// A sensor in one of its lights.
+enum Painter<'a> {
+    Layers(LayerScene<'a>),
+    Coat(CoatScene<'a>),
+    Glow(GlowScene<'a>),
+    Marks(MarkScene<'a>),
+}
+
+impl<'a> Painter<'a> {
+    fn of(
+        sensor: &'a Sensor,
+        lighting: &'a Lighting,
+        constants: &'a LightConstants,
+    ) -> Result<Self, Error> {
+        Ok(match &lighting.shows {
+            Shows::Thickness { .. } => Self::Layers(LayerScene::of(sensor, lighting, constants)?),
+            Shows::Slopes { .. } => Self::Coat(CoatScene::of(sensor, lighting, constants)?),
+            Shows::Glow { .. } => Self::Glow(GlowScene::of(sensor, lighting, constants)?),
+            Shows::Marks { .. } => Self::Marks(MarkScene::of(sensor, lighting, constants)?),
+        })
+    }
+
+    fn paint(
+        &self,
+        scene: &SensorView,
+        cast: &Cast<'_>,
+        seen: &Seen<'_>,
+    ) -> Result<Painted, Error> {
+        Ok(match self {
+            Self::Layers(layers) => layers.paint(seen.map, seen.answer),
+            Self::Coat(coat) => coat.paint(seen),
+            Self::Glow(glow) => glow.paint(seen.map, seen.answer),
+            Self::Marks(marks) => {
+                let moved = marks.moved(seen.answer);
+                marks.paint(&scene.viewpoint, cast.samples, moved)?
+            }
+        })
+    }
+
+    fn exposure(&self) -> f64 {
+        match self {
+            Self::Layers(layers) => layers.exposure,
+            Self::Coat(coat) => coat.exposure,
+            Self::Glow(glow) => glow.exposure,
+            Self::Marks(marks) => marks.exposure,
+        }
+    }
+
+    /// What is shown and what shines, in words.
+    fn words(&self) -> [String; 2] {
+        match self {
+            Self::Layers(layers) => layers.words(),
+            Self::Coat(coat) => coat.words(),
+            Self::Glow(glow) => glow.words(),
+            Self::Marks(marks) => marks.words(),
+        }
     }
 }
 
@@ -115,91 +261,100 @@ impl Capturing<'_> {
         scene: &SensorView,
         also: impl FnOnce(&Seen<'_>) -> Result<(), Error>,
     ) -> Result<Captured, Error> {
-        let light = Scene::of(&scene.project.design.sensor, &self.constants)?;
-        let exposure = light.middle().map_or(1.0, |[lit, mm]| self.constants.exposure(lit, mm));
-        let drift_grey = self.seed.map_or(0.0, |seed| drift(self.constants.drift.value, seed));
+        let sensor = &scene.project.design.sensor;
+        self.check(sensor, self.cast.presses.is_empty(), self.cast.contact)?;
+        let painter = Painter::of(sensor, self.lighting, &self.constants)?;
         scene.cast(&self.cast, |seen| {
             also(&seen)?;
-            let rays = self.rays(&light, exposure, seen.map, seen.answer);
-            let (mut grey, thickness_mm): (Vec<f64>, Vec<f64>) = rays.into_iter().unzip();
-            let is_layer: Vec<bool> = thickness_mm.iter().map(|mm| mm.is_finite()).collect();
-            let width = seen.map.width_px() as usize;
-            let sigma_px = self.constants.spread_mm.value / ray_mm(seen.map);
-            spread(&mut grey, &is_layer, width, sigma_px);
+            let painted = painter.paint(scene, &self.cast, &seen)?;
             let size_px = [seen.map.width_px(), seen.map.height_px()];
             let size_px = size_px.map(|side| side / self.cast.samples);
-            Ok::<_, Error>(Captured {
-                grey: self.recorded(&grey, size_px, drift_grey),
-                size_px,
-                thickness_mm,
-                exposure,
-                drift_grey,
-                layer: light.layer.clone(),
-                lamps: light.lamps.clone(),
-                elastic: seen.answer.map(crate::pressing::answer),
-                contact_level: self.cast.contact.name(),
-            })
+            let words = (painter.words(), painter.exposure());
+            let elastic = seen.answer.map(crate::pressing::answer);
+            let mark_pixels = mark_pixels(&scene.viewpoint, scene.sights(), &painted.marks);
+            let captured = self.recorded(sensor, painted, size_px, words);
+            Ok::<_, Error>(Captured { elastic, mark_pixels, ..captured })
         })
     }
 
-    /// Grey value and thickness that each ray meets.
-    fn rays(
+    fn check(
         &self,
-        scene: &Scene<'_>,
-        exposure: f64,
-        map: &DepthMap<'_>,
-        answer: Option<&Answer<'_>>,
-    ) -> Vec<(f64, f64)> {
-        let constants = &self.constants;
-        let (law, beside) = (constants.layer(), (constants.beside_grey.value, f64::NAN));
-        let lower = answer.and_then(|answer| answer.lower_face(&scene.layer));
-        let places: Vec<(Point3<f64>, Vector3<f64>)> =
-            map.point_in_sensor().zip(map.direction_in_sensor()).collect();
-        let ray =
-            |(scratch, found): &mut (Scratch, Vec<[f64; 2]>),
-             ((place, direction), label): (&(Point3<f64>, Vector3<f64>), &u16)| {
-                if *label == NO_LABEL {
-                    return beside;
-                }
-                // Where the surface was at rest, how far it has moved, and what lay below it.
-                let (depth_mm, outward) = scene.touch.depth_mm(place);
-                let rest = place + depth_mm * outward;
-                let Some(thick_mm) = scene.thickness_mm((&rest, &outward), scratch, found) else {
-                    return beside;
-                };
-                let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&rest));
-                let thickness_mm = (thick_mm - depth_mm - lower_mm).max(0.0);
-                let path_mm = along(thickness_mm, &outward, direction);
-                let sent = constants.ground_grey.value
-                    + constants.layer_grey.value * law.reflectance(path_mm);
-                (exposure * scene.lit.at(&rest) * sent, thickness_mm)
-            };
-        let memory = || (Scratch::default(), Vec::new());
-        places.par_iter().zip(map.label()).map_init(memory, ray).collect()
+        sensor: &Sensor,
+        is_at_rest: bool,
+        contact: Contact,
+    ) -> Result<(), CaptureError> {
+        let shows = &self.lighting.shows;
+        let shows_thickness = matches!(shows, Shows::Thickness { .. });
+        if self.constants.middle_grey.is_none() && !shows_thickness {
+            let sensor = sensor.name.clone();
+            return Err(CaptureError::OtherConstants { sensor, light: self.lighting.name });
+        }
+        let is_elastic = matches!(contact, Contact::Linear(_));
+        let has_marks = !sensor.marks.is_empty() && !shows_thickness;
+        if has_marks && !is_elastic && !is_at_rest {
+            return Err(CaptureError::RigidMarks { light: self.lighting.name });
+        }
+        Ok(())
     }
 
-    /// What the chip makes of it: means over the samples of each pixel, with drift and noise.
-    fn recorded(&self, rays: &[f64], [width, height]: [u32; 2], drift_grey: f64) -> Vec<f64> {
+    /// What the chip makes of it: means over the samples of each pixel, with drift, noise, and the steps that it tells
+    /// apart.
+    fn recorded(
+        &self,
+        sensor: &Sensor,
+        painted: Painted,
+        [width_px, height_px]: [u32; 2],
+        ([shown, lamps], exposure): ([String; 2], f64),
+    ) -> Captured {
         let samples = self.cast.samples as usize;
+        let drift_grey = self.seed.map_or(0.0, |seed| drift(self.constants.drift.value, seed));
         let (chip, seed) = match self.seed {
             Some(seed) => (self.constants.chip(), seed),
             None => (Chip::IDEAL, 0),
         };
-        let (width, height) = (width as usize, height as usize);
-        let pixel = |pixel: usize| {
+        let (width, height) = (width_px as usize, height_px as usize);
+        let channels = if self.lighting.is_colored() { 3 } else { 1 };
+        // A chip of less than eight bits has less steps up to the same white; of more, nobody asks.
+        let steps = f64::from((1u32 << sensor.grey_bits.min(8)) - 1);
+        let stepped = |grey: f64| match sensor.grey_bits {
+            8.. => grey,
+            _ => (grey / 255.0 * steps).round() * 255.0 / steps,
+        };
+        let value = |i: usize| {
+            let (pixel, channel) = (i / channels, i % channels);
             let first = pixel / width * samples * width * samples + pixel % width * samples;
             let rows = (0..samples).map(|row| first + row * width * samples);
-            let all = rows.flat_map(|begin| &rays[begin..begin + samples]);
-            let mean = all.sum::<f64>() / (samples * samples) as f64;
-            chip.records(mean + drift_grey, seed, pixel as u64)
+            let all = rows.flat_map(|begin| &painted.light[begin..begin + samples]);
+            let mean = all.map(|light| light[channel]).sum::<f64>() / (samples * samples) as f64;
+            stepped(chip.records(mean + drift_grey, seed, i as u64))
         };
-        (0..width * height).map(pixel).collect()
+        Captured {
+            size_px: [width_px, height_px],
+            channels,
+            grey: (0..width * height * channels).map(value).collect(),
+            thickness_mm: painted.thickness_mm,
+            exposure,
+            drift_grey,
+            shown,
+            lamps,
+            marks: painted.marks,
+            mark_pixels: Vec::new(),
+            elastic: None,
+            contact_level: self.cast.contact.name(),
+        }
     }
+}
+
+/// Where marks are in the picture.
+fn mark_pixels(viewpoint: &Viewpoint, sights: &Sights, marks: &[Moved]) -> Vec<Option<[f64; 2]>> {
+    let place = |moved: &Moved| Some(moved.mark.point + moved.displacement_mm?);
+    pixels_of(viewpoint, sights, &marks.iter().map(place).collect::<Vec<_>>())
 }
 
 /// How far neighbouring rays meet the surface from each other, mm: the median along rows.
 fn ray_mm(map: &DepthMap<'_>) -> f64 {
-    let places: Vec<Point3<f64>> = map.point_in_sensor().collect();
+    use fabkit_depth::truth::NO_LABEL;
+    let places: Vec<_> = map.point_in_sensor().collect();
     let width = map.width_px() as usize;
     let both = |pair: &[usize; 2]| pair.iter().all(|i| map.label()[*i] != NO_LABEL);
     let beside = (1..places.len()).filter(|i| i % width != 0).map(|i| [i - 1, i]).filter(both);

@@ -1,8 +1,8 @@
-//! A sensor as its light meets it: the layer whose thickness is seen, and how it is lit.
+//! A sensor that shows touch by the thickness of translucent layers: those layers, and how they are lit.
 
 use fabkit_geometry::{
-    Assembly, Clarity, CompiledSolid, Kind, Point3, Pose, Ray, Scratch, Sensor, SurfacePoints,
-    TouchSurface, Vector3,
+    Assembly, Body, CompiledSolid, Lighting, Point3, Pose, Ray, Scratch, Sensor, Shows,
+    SurfacePoints, TouchSurface, Vector3,
 };
 use fabkit_light::Emitters;
 
@@ -13,77 +13,113 @@ use crate::Error;
 /// Rays that meet the layer flatter than this see it as if they met it so, cosine.
 const LEAST_COSINE: f64 = 0.2;
 
+/// Layers nearer to each other than this touch, mm.
+const TOUCHING_MM: f64 = 1e-3;
+
 /// What of a sensor makes its picture.
 #[derive(Debug)]
 pub struct Scene<'a> {
     /// The surface that is pressed.
     pub touch: &'a TouchSurface,
-    /// The layer's name.
-    pub layer: String,
+    /// The layers' names, from the inside out.
+    pub layers: Vec<String>,
     /// What shines, in words.
     pub lamps: String,
     pub(crate) lit: Lit,
-    solid: CompiledSolid,
+    solids: Vec<CompiledSolid>,
     pupil: Point3<f64>,
 }
 
 impl<'a> Scene<'a> {
-    /// Of a sensor that shows touch by one translucent layer.
+    /// Of a sensor in a light that shows the thickness of layers.
     ///
     /// # Errors
     /// [`CaptureError`]: it shows touch otherwise, or nothing lights it.
-    pub fn of(sensor: &'a Sensor, constants: &LightConstants) -> Result<Self, Error> {
-        let other = |shows: &str| CaptureError::OtherLight {
-            sensor: sensor.name.clone(),
-            shows: shows.to_owned(),
+    pub fn of(
+        sensor: &'a Sensor,
+        lighting: &Lighting,
+        constants: &LightConstants,
+    ) -> Result<Self, Error> {
+        let layers: Vec<String> = match &lighting.shows {
+            Shows::Thickness { layers } => layers.clone(),
+            Shows::Glow { layers } => layers.iter().map(|(layer, _)| layer.clone()).collect(),
+            _ => Vec::new(),
         };
-        let touch =
-            sensor.touch.as_ref().ok_or_else(|| other("it has no surface of known shape"))?;
-        let in_use = Assembly::sensor();
-        let layers = sensor.bodies.iter().filter(|body| {
-            body.kind == Kind::Cast
-                && body.clarity() == Clarity::Translucent
-                && body.placements.iter().any(|place| place.assembly == in_use)
-        });
-        let layers: Vec<_> = layers.collect();
-        let [layer] = layers[..] else {
-            return Err(other("not exactly one of its cast layers is translucent").into());
-        };
-        let place = layer.placements.iter().find(|place| place.assembly == in_use);
-        let pose = place.map_or_else(Pose::identity, |place| place.assembly_from_body);
-        let solid = CompiledSolid::new(&layer.solid.clone().placed(pose)).map_err(Error::bug)?;
-        let emitters = Emitters::of(sensor).map_err(CaptureError::NoLight)?;
+        let touch = sensor.touch.as_ref();
+        let touch = touch.ok_or_else(|| CaptureError::NoSurface { sensor: sensor.name.clone() })?;
+        let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
+        let bodies = layers.iter().map(|layer| sensor.body(layer).ok_or_else(missing));
+        let bodies = bodies.collect::<Result<Vec<_>, _>>()?;
+        if bodies.is_empty() {
+            return Err(missing().into());
+        }
+        let solids = bodies.into_iter().map(in_use).collect::<Result<Vec<_>, _>>()?;
+        let emitters = Emitters::of(sensor, lighting).map_err(CaptureError::NoLight)?;
         let points = SurfacePoints::new(touch).map_err(Error::bug)?;
         let inner_mm = |point: &Point3<f64>, outward: &Vector3<f64>| {
-            below(&solid, (point, outward), &mut Scratch::default(), &mut Vec::new())
-                .map_or(0.0, |[_, to]| to)
+            let (scratch, found) = (&mut Scratch::default(), &mut Vec::new());
+            let ends =
+                solids.iter().filter_map(|solid| below(solid, (point, outward), scratch, found));
+            ends.map(|[_, to]| to).fold(0.0, f64::max)
         };
         let lit = Lit::new(&points, &emitters, inner_mm, constants.bounce.value);
         let lit = lit.ok_or_else(|| CaptureError::Dark { sensor: sensor.name.clone() })?;
         let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
-        let (layer, lamps) = (layer.name.clone(), emitters.what);
-        Ok(Self { touch, layer, lamps, lit, solid, pupil })
+        let lamps = emitters.what;
+        Ok(Self { touch, layers, lamps, lit, solids, pupil })
     }
 
     /// How much light there is in the middle of the surface, and how long the path in the layer is there, mm.
     pub(super) fn middle(&self) -> Option<[f64; 2]> {
-        let (point, outward) = match SurfacePoints::new(self.touch).ok()? {
-            SurfacePoints::Dome(dome) => dome.towards(0.0, 0.0)?,
-            SurfacePoints::Plane(pad) => {
-                pad.at(pad.bounds_mm().map(|[least, most]| f64::midpoint(least, most)))?
-            }
-        };
+        let (point, outward) = middle_of(self.touch)?;
         Some([self.lit.at(&point), self.paths_mm(&point, &outward, 0.0)[0]])
     }
 
-    /// How thick the layer is below a point of the surface at rest, along the normal, mm; nothing where it is not.
+    /// The most light anywhere but near the foot, over that in the middle.
+    pub(super) fn brightest(&self) -> f64 {
+        let middle = middle_of(self.touch).map_or(1.0, |(point, _)| self.lit.at(&point));
+        self.lit.most() / middle
+    }
+
+    /// The innermost layer.
+    pub(crate) fn innermost(&self) -> &str {
+        &self.layers[0]
+    }
+
+    /// Stretches of a straight path in each layer, from the inside out, mm.
+    pub(super) fn stretches(&self, ray: &Ray, scratch: &mut Scratch) -> Vec<(f64, f64, usize)> {
+        let mut all = Vec::new();
+        for (layer, solid) in self.solids.iter().enumerate() {
+            let mut found = Vec::new();
+            solid.stretches_into(ray, scratch, &mut found);
+            all.extend(found.into_iter().map(|[from, to]| (from, to, layer)));
+        }
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all
+    }
+
+    /// How thick the layers are together below a point of the surface at rest, along the normal, mm; nothing where it is not.
     pub(crate) fn thickness_mm(
         &self,
         place: (&Point3<f64>, &Vector3<f64>),
         scratch: &mut Scratch,
         found: &mut Vec<[f64; 2]>,
     ) -> Option<f64> {
-        below(&self.solid, place, scratch, found).map(|[from, to]| to - from)
+        let (point, outward) = place;
+        if let [only] = &self.solids[..] {
+            return below(only, place, scratch, found).map(|[from, to]| to - from);
+        }
+        // One after the other, whatever goes into what.
+        let ray = Ray { origin: point + outward, direction: -outward };
+        let mut end: Option<[f64; 2]> = None;
+        for (from, to, _) in self.stretches(&ray, scratch) {
+            match &mut end {
+                None => end = Some([from, to]),
+                Some([_, last]) if from - *last < TOUCHING_MM => *last = last.max(to),
+                Some(_) => break,
+            }
+        }
+        end.map(|[from, to]| to - from)
     }
 
     /// How long the camera's path in the layer is at rest, and where it has become so much thicker, mm; from where the
@@ -99,6 +135,23 @@ impl<'a> Scene<'a> {
             .unwrap_or(0.0);
         let direction = (rest - self.pupil).normalize();
         [0.0, gains_mm].map(|gains_mm| along((thick_mm + gains_mm).max(0.0), outward, &direction))
+    }
+}
+
+/// A body in its place in the finished sensor.
+pub(super) fn in_use(body: &Body) -> Result<CompiledSolid, Error> {
+    let place = body.placements.iter().find(|place| place.assembly == Assembly::sensor());
+    let pose = place.map_or_else(Pose::identity, |place| place.assembly_from_body);
+    CompiledSolid::new(&body.solid.clone().placed(pose)).map_err(Error::bug)
+}
+
+/// The middle of the surface and its normal.
+pub(super) fn middle_of(touch: &TouchSurface) -> Option<(Point3<f64>, Vector3<f64>)> {
+    match SurfacePoints::new(touch).ok()? {
+        SurfacePoints::Dome(dome) => dome.towards(0.0, 0.0),
+        SurfacePoints::Plane(pad) => {
+            pad.at(pad.bounds_mm().map(|[least, most]| f64::midpoint(least, most)))
+        }
     }
 }
 

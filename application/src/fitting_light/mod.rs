@@ -28,7 +28,7 @@ use crate::Error;
 use crate::calibrating::CalibratingError;
 use crate::calibrating::captures::PinCaptures;
 use crate::calibrating::pictures::read_grey;
-use crate::capturing::{LightConstants, Scene};
+use crate::capturing::{self, LightConstants, Scene};
 use crate::error::{ErrorKind, Explained};
 use crate::pressing::{Ready, threads};
 
@@ -174,7 +174,11 @@ impl FittingLight<'_> {
     /// # Errors
     /// Marks without holes, pictures that cannot be read, a sensor whose light is not known here, too few pins.
     pub fn run(&self) -> Result<FittedLight, Error> {
-        let scene = Scene::of(self.sensor, &LightConstants::of(self.sensor))?;
+        let scene = Scene::of(
+            self.sensor,
+            capturing::lighting(self.sensor, None)?,
+            &LightConstants::of(self.sensor),
+        )?;
         let points = SurfacePoints::new(scene.touch).map_err(Error::bug)?;
         let SurfacePoints::Dome(dome) = &points else {
             return Err(FitLightError::NoDome { sensor: self.sensor.name.clone() }.into());

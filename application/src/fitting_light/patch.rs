@@ -45,7 +45,7 @@ impl Patch {
             sensor_from_body: Pose::z_to(outward, tip),
         };
         let answer = ready.answer(touch, &[pin], [0.0; 2], None)?;
-        let lower = answer.lower_face(&scene.layer);
+        let lower = answer.lower_face(scene.innermost());
         let [right, up] = tangents(&outward);
         let paths = (0..SIDE * SIDE).map(|i| {
             let [u, v] = [i % SIDE, i / SIDE].map(|k| (k as f64 - HALF as f64) * STEP_MM);

@@ -51,6 +51,22 @@ impl<'a> Looking<'a> {
     }
 }
 
+/// The pixel of each place, column and row; nothing of those beside the picture and of those from which no light reaches the
+/// camera. What opaque bodies hide has one.
+pub(crate) fn pixels_of(
+    viewpoint: &Viewpoint,
+    sights: &Sights,
+    places: &[Option<Point3<f64>>],
+) -> Vec<Option<[f64; 2]>> {
+    let mut looking = Looking::new(viewpoint, sights);
+    let camera = viewpoint.camera();
+    let pixel = |place: &Option<Point3<f64>>| {
+        let pixel = looking.project(place.as_ref()?)?;
+        camera.sees(&pixel).then_some([pixel.x, pixel.y])
+    };
+    places.iter().map(pixel).collect()
+}
+
 fn by_its_own_model(
     viewpoint: &Viewpoint,
     tracer: &mut Tracer,

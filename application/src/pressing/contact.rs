@@ -5,9 +5,9 @@ use fabkit_elastic::{
     Field, Level, Outcome, Place, Press, SoftError, SoftLayer, SoftStack, SurfaceNode, Yielded,
 };
 use fabkit_fixtures::PressBody;
-use fabkit_geometry::{Point3, TouchSurface, Vector3};
+use fabkit_geometry::{Point3, Sensor, TouchSurface, Vector3};
 
-use super::{PressingError, Ready, SHEAR_STEPS, Step};
+use super::{Moved, PressingError, Ready, SHEAR_STEPS, Step};
 use crate::ground_truth::{Penetration, approach};
 
 /// How the surface answers what presses.
@@ -120,6 +120,19 @@ impl Answer<'_> {
         Some(LowerFace { soft: &self.ready.soft, field })
     }
 
+    /// Where a sensor's marks are.
+    pub fn marks(&self, sensor: &Sensor, touch: &TouchSurface) -> Vec<Moved> {
+        super::marks::moved(sensor, touch, &self.ready.soft, &self.outcome)
+    }
+
+    /// How a layer's outer face moves along the surface, by the layer's name; the touched face for what is no layer here.
+    pub fn sideways(&self, layer: &str) -> Sideways<'_> {
+        let layers = &self.ready.soft.body.layers;
+        let interface = layers.iter().position(|known| known.name == layer).unwrap_or(0);
+        let field = Field::new(&self.ready.stack, &self.outcome, interface);
+        Sideways { soft: &self.ready.soft, field }
+    }
+
     /// Distance of the surface's nodes, mm.
     pub fn spacing_mm(&self) -> f64 {
         self.ready.spacing_mm
@@ -138,6 +151,23 @@ impl LowerFace<'_> {
     pub fn outwards_mm(&self, point_in_sensor: &Point3<f64>) -> f64 {
         let [s, azimuth] = self.soft.coordinates(point_in_sensor);
         self.field.outwards_mm(s, azimuth)
+    }
+}
+
+/// A face within the layers, as it moves along the surface.
+#[derive(Debug)]
+pub struct Sideways<'a> {
+    soft: &'a SoftStack,
+    field: Field,
+}
+
+impl Sideways<'_> {
+    /// How far it moves below a point of the surface at rest with its outward normal, sensor frame, mm.
+    pub fn mm(&self, point_in_sensor: &Point3<f64>, outward: &Vector3<f64>) -> Vector3<f64> {
+        let [s, azimuth] = self.soft.coordinates(point_in_sensor);
+        let [first, second] = self.field.sideways_mm(s, azimuth);
+        let [along, around] = self.soft.along(point_in_sensor, outward);
+        first * along + second * around
     }
 }
 

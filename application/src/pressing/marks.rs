@@ -35,7 +35,7 @@ pub(super) fn moved(
 }
 
 /// As JSON, in the drawing's order.
-pub(super) fn marks_document(marks: &[Moved]) -> Value {
+pub(crate) fn marks_document(marks: &[Moved]) -> Value {
     let moved = |moved: &Moved| {
         json!({
             "name": moved.mark.name,

@@ -23,9 +23,11 @@ pub use document::{answer, document, soft_layers};
 pub use error::PressingError;
 pub use fabkit_elastic::{Level, SoftLayer};
 pub use files::{arrays, curve_csv, curve_svg};
+pub(crate) use marks::marks_document;
 pub use marks::{Moved, farthest};
 pub use picture::picture;
 pub use ready::Ready;
+pub(crate) use skin::on_solids;
 pub use skin::{PressedSkin, SkinStep, press_skin, skin_arrays, skin_csv, skin_document, skin_svg};
 
 /// Most steps of a curve.

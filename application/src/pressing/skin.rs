@@ -72,7 +72,7 @@ impl Pressing<'_> {
         let last = finder.press(&self.id(self.depth_mm))?;
         let spacing_mm = self.spacing_mm.unwrap_or(SPACING_MM);
         let stack = LiquidStack::of(&project.design.sensor, spacing_mm)?;
-        let ready = on_solids(&last, |pressers| Ok(stack.ready(pressers)?))?;
+        let ready = on_solids(&last.bodies, |pressers| Ok(stack.ready(pressers)?))?;
         let mut steps = Vec::new();
         for i in 1..=self.steps {
             let depth_mm = self.depth_at(i);
@@ -95,20 +95,20 @@ impl Pressing<'_> {
 /// # Errors
 /// As for [`Pressing::run_on_skin`].
 pub fn press_skin(ready: &LiquidReady<'_>, press: &Press) -> Result<LiquidOutcome, PressingError> {
-    on_solids(press, |pressers| Ok(ready.press(pressers)?))
+    on_solids(&press.bodies, |pressers| Ok(ready.press(pressers)?))
 }
 
-/// Calls with the bodies of a press in their places.
-fn on_solids<T>(
-    press: &Press,
+/// Calls with bodies that press in their places.
+pub(crate) fn on_solids<T>(
+    bodies: &[PressBody],
     call: impl FnOnce(&[SolidPresser<'_>]) -> Result<T, PressingError>,
 ) -> Result<T, PressingError> {
     let compiled = |body: &PressBody| CompiledSolid::new(&body.solid);
-    let solids = press.bodies.iter().map(compiled).collect::<Result<Vec<_>, _>>();
+    let solids = bodies.iter().map(compiled).collect::<Result<Vec<_>, _>>();
     let solids = solids.map_err(SoftError::Solid)?;
     let pressers: Vec<SolidPresser<'_>> = solids
         .iter()
-        .zip(&press.bodies)
+        .zip(bodies)
         .map(|(solid, body)| SolidPresser::new(solid, &body.sensor_from_body))
         .collect();
     call(&pressers)

@@ -2,8 +2,11 @@
 
 mod circuit;
 
-use fabkit_geometry::{Angle, Body, Length, Order, Path, Pose, Process, Profile, Solid};
+use fabkit_geometry::{
+    Angle, Body, Length, Order, Path, Pose, Process, Profile, Rgb, Solid, WHITE,
+};
 
+use super::lighting::RED_GREEN_BLUE;
 use super::posted_camera::{self, Posted};
 use super::{
     APART_MM, LED, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, half_chord, marks, turn, upright,
@@ -184,18 +187,35 @@ impl Light<'_> {
         }
     }
 
+    /// The colour of each, in the order of [`Light::poses`]: strips are red, green, blue, and white on a fourth wall.
+    pub fn colors(&self) -> Vec<Rgb> {
+        match self.leds.from {
+            LightFrom::Below => vec![WHITE],
+            LightFrom::Sides => {
+                let walls =
+                    RED_GREEN_BLUE.into_iter().chain([WHITE]).take(self.leds.count as usize);
+                let of_wall = |(i, color)| vec![color; self.at_wall(i) as usize];
+                walls.enumerate().flat_map(of_wall).collect()
+            }
+        }
+    }
+
     /// The LEDs, and the board if they are on one.
     pub fn bodies(&self, assembly: AssemblyName) -> Vec<Body> {
         let leds = self.leds;
         let (length, width, height) = (leds.pitch.mm(), leds.width.mm(), leds.package_height.mm());
-        let led = match leds.from {
-            LightFrom::Below => Solid::cuboid(length, width, height),
+        let (led, package) = match leds.from {
+            LightFrom::Below => {
+                let package = Solid::cuboid(length, width, height);
+                (package.clone(), package)
+            }
             LightFrom::Sides => {
                 let (thickness, size) =
                     (leds.board_thickness.mm(), PACKAGE_SHARE * length.min(width));
                 let into = thickness / 2.0;
                 let package = Solid::cuboid(size, size, height + into).at_z(thickness - into);
-                Solid::union([Solid::cuboid(length, width, thickness), package])
+                let strip = Solid::cuboid(length, width, thickness);
+                (Solid::union([strip, package.clone()]), package)
             }
         };
         let poses = self.poses();
@@ -208,7 +228,7 @@ impl Light<'_> {
             .bought(&leds.model, led, drawn)
             .ordered(order)
             .colored(LED_YELLOW)
-            .shining()
+            .shining_from(package)
             .sticking();
         let board = (leds.from == LightFrom::Below).then(|| self.board(assembly));
         [led].into_iter().chain(board).collect()

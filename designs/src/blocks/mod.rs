@@ -14,6 +14,7 @@ pub mod frame_mold;
 mod joint;
 pub mod label;
 mod led_ring;
+pub mod lighting;
 pub mod marker_grid;
 pub mod marks;
 pub mod mold;

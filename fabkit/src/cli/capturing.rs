@@ -50,9 +50,12 @@ pub struct Capture {
     #[arg(long, value_name = "N", default_value = "1",
           value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     pub samples: u32,
+    /// Which of the sensor's lights is on, for example `uv` [default: its usual one]
+    #[arg(long, value_name = "NAME")]
+    pub light: Option<String>,
     /// Constants of a unit's light, as `fit-light` writes them [default: those of R-Tac0's published unit]
     #[arg(long, value_name = "FILE.json")]
-    pub light: Option<PathBuf>,
+    pub constants: Option<PathBuf>,
     /// Of noise and drift: another seed is another picture of the same
     #[arg(long, value_name = "N", default_value = "0")]
     pub seed: u64,
@@ -117,7 +120,7 @@ pub struct FitLight {
     /// Radius of the pins' round tips [default: what the landmarks say, else that of the sensor's own pin-dome]
     #[arg(long, value_parser = pin_radius, value_name = "LENGTH")]
     pub pin_radius: Option<f64>,
-    /// Write the constants for `capture --light`
+    /// Write the constants for `capture --constants`
     #[arg(short, long, value_name = "FILE.json")]
     pub output: Option<PathBuf>,
 }

@@ -76,7 +76,7 @@ Examples:
 pub(crate) const FIT_LIGHT: &str = "\
 Examples:
   fabkit fit-light rtac0 --camera camera.yaml --captures pictures -o light.json
-  fabkit capture rtac0 --light light.json --press ball@24deg,120deg,1mm -o pressed.png";
+  fabkit capture rtac0 --constants light.json --press ball@24deg,120deg,1mm -o pressed.png";
 
 pub(crate) const DATASET: &str = "\
 Examples:

@@ -1,12 +1,17 @@
 //! `fabkit capture SENSOR --press ID -o picture.png`
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use fabkit_application::capturing::{Captured, Capturing, LightConstants, comment, document};
-use fabkit_application::export::grey_png_with_comment;
+use fabkit_application::Error;
+use fabkit_application::capturing::{
+    Captured, Capturing, LightConstants, SkinView, comment, document, lighting,
+};
+use fabkit_application::export::png_with_comment;
 use fabkit_application::fitting_light::read_constants;
-use fabkit_application::fixtures::Press;
+use fabkit_application::fixtures::{Press, Project};
 use fabkit_application::ground_truth::{Collected, Wanted};
+use fabkit_application::pressing::{Pressing, farthest};
 use fabkit_application::reading::has_ending;
 use fabkit_application::scene::{Cast, SensorView, press_error};
 use fabkit_application::staging::write_each;
@@ -26,7 +31,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
     let view = View { camera: args.camera.clone(), pose: args.pose.clone(), contact };
     let output = Some(args.output.clone());
     view::roles(&args.design, &view)
-        .reads("--light", &args.light)
+        .reads("--constants", &args.constants)
         .writes("-o", &output)
         .writes("--truth", &args.truth)
         .check()?;
@@ -37,11 +42,13 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         let message = "friction and the distance of nodes belong to `linear` contact";
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
-    let scene = view::scene(&args.design, &view)?;
-    let presses = presses(&scene, args)?;
-    let constants = match &args.light {
-        Some(path) => read_constants(&scene.project.design.sensor, path)?,
-        None => LightConstants::of(&scene.project.design.sensor),
+    let (project, viewpoint) = view::seen_from(&args.design, &view)?;
+    let sensor = &project.design.sensor;
+    let lighting = lighting(sensor, args.light.as_deref()).map_err(Error::from)?;
+    let presses = presses(&project, args)?;
+    let constants = match &args.constants {
+        Some(path) => read_constants(sensor, path)?,
+        None => LightConstants::of(sensor),
     };
     let capturing = Capturing {
         cast: Cast {
@@ -52,33 +59,56 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
             print_sigma_mm: PRINT_SIGMA_MM,
             allow_no_contact: args.allow_no_contact,
         },
+        lighting,
         constants,
         seed: (!args.no_noise).then_some(args.seed),
     };
-    let camera = scene.viewpoint.camera();
+    let camera = viewpoint.camera();
     let rays = [camera.width_px(), camera.height_px()].map(|px| px * args.samples);
     let wanted = Wanted { npz: args.truth.is_some(), ..Wanted::default() };
     let mut truth = Collected::new(wanted, rays);
-    let captured = capturing.take(&scene, |seen| {
-        if args.truth.is_some() {
-            truth.add(seen.map, seen.sigma_mm).map_err(fabkit_application::Error::bug)?;
+    let captured = if Pressing::is_on_skin(sensor) {
+        refuse_on_skin(args)?;
+        let view = SkinView { project: Arc::clone(&project), viewpoint: viewpoint.clone() };
+        capturing.take_of_skin(&view)?
+    } else {
+        let scene = SensorView::new(Arc::clone(&project), viewpoint.clone())?;
+        capturing.take(&scene, |seen| {
+            if args.truth.is_some() {
+                truth.add(seen.map, seen.sigma_mm).map_err(fabkit_application::Error::bug)?;
+            }
+            Ok(())
+        })?
+    };
+    let words = comment(&project, &capturing, &captured);
+    let json = document(&project, &viewpoint, &capturing, &captured);
+    write(args, &captured, &words, json, &mut truth)
+}
+
+/// What a skin with channels of liquid has not.
+fn refuse_on_skin(args: &Capture) -> Result<(), Failure> {
+    let problem = match () {
+        () if args.truth.is_some() => {
+            "there is no truth of depth of a skin with channels of liquid"
         }
-        Ok(())
-    })?;
-    write(args, &scene, &capturing, &captured, &mut truth)
+        () if args.shear != [0.0; 2] || args.friction.is_some() => {
+            "a skin with channels of liquid is pressed straight down, without friction"
+        }
+        () => return Ok(()),
+    };
+    Err(Failure::plain(ErrorKind::BadInput, problem))
 }
 
 fn write(
     args: &Capture,
-    scene: &SensorView,
-    capturing: &Capturing<'_>,
     captured: &Captured,
+    words: &str,
+    mut json: Value,
     truth: &mut Collected,
 ) -> Result<Outcome, Failure> {
     let [width, height] = captured.size_px;
-    let words = comment(scene, capturing, captured);
     let is_deep = args.bits == "16";
-    let png = grey_png_with_comment(width, height, &captured.grey, is_deep, &words);
+    let png = png_with_comment(width, height, &captured.grey, is_deep, words);
     let mut files: Vec<(PathBuf, Vec<u8>)> =
         vec![(args.output.clone(), png.map_err(Failure::bug)?)];
     if let Some(path) = &args.truth {
@@ -93,7 +123,6 @@ fn write(
         .iter()
         .map(|(path, bytes)| json!({ "file": path.display().to_string(), "bytes": bytes.len() }))
         .collect();
-    let mut json = document(scene, capturing, captured);
     json["bits"] = json!(if is_deep { 16 } else { 8 });
     json["files"] = json!(listed);
     let mut text = String::new();
@@ -101,15 +130,17 @@ fn write(
         text += &format!("{}: {}\n", path.display(), size(bytes.len() as u64));
     }
     let [least, most] = captured.range_grey();
-    let thickness = |i: usize| json["thickness_mm"][i].as_f64().unwrap_or(f64::NAN);
+    let kind = if captured.channels == 3 { "red, green, blue" } else { "grey" };
     text += &format!("{words}\n");
-    text += &format!(
-        "{width} x {height} px, grey {least:.0} to {most:.0}; {} is {:.3} to {:.3} mm thick\n",
-        captured.layer,
-        thickness(0),
-        thickness(1)
-    );
-    text += &format!("lit by {}\n", captured.lamps);
+    text += &format!("{width} x {height} px, {kind} {least:.0} to {most:.0}; {}", captured.shown);
+    if let Some([thin, thick]) = json["thickness_mm"].as_array().map(Vec::as_slice) {
+        let mm = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+        text += &format!(", {:.3} to {:.3} mm", mm(thin), mm(thick));
+    }
+    if let Some((mark, mm)) = farthest(&captured.marks).filter(|(_, mm)| *mm > 0.0) {
+        text += &format!("; {mark} moves farthest, {mm:.3} mm");
+    }
+    text += &format!("\nlit by {}\n", captured.lamps);
     Ok(Outcome { text, json, failed: false })
 }
 
@@ -121,8 +152,11 @@ fn ends(path: &std::path::Path, ending: &str) -> Result<(), Failure> {
     Err(Failure::plain(ErrorKind::BadInput, message))
 }
 
-fn presses(scene: &SensorView, args: &Capture) -> Result<Vec<Press>, Failure> {
-    let finder = scene.project.press_finder();
+fn presses(project: &Project, args: &Capture) -> Result<Vec<Press>, Failure> {
+    let finder = match Pressing::is_on_skin(&project.design.sensor) {
+        true => project.skin_press_finder(),
+        false => project.press_finder(),
+    };
     let press = |id: &String| {
         finder.press(id).map_err(|error| press_error(&args.design.sensor, error).into())
     };

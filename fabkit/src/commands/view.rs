@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use fabkit_application::ground_truth::SurfaceCoverage;
+use fabkit_application::fixtures::Project;
+use fabkit_application::ground_truth::{SurfaceCoverage, Viewpoint};
 use fabkit_application::scene::{SensorView, viewpoint_from_files, words};
 use fabkit_application::source::{Source, Target};
 
@@ -19,6 +20,15 @@ pub(super) fn roles(design: &Design, view: &View) -> Roles {
 }
 
 pub(super) fn scene(design: &Design, view: &View) -> Result<SensorView, Failure> {
+    let (project, viewpoint) = seen_from(design, view)?;
+    Ok(SensorView::new(project, viewpoint)?)
+}
+
+/// A sensor, and the camera that looks at it.
+pub(super) fn seen_from(
+    design: &Design,
+    view: &View,
+) -> Result<(Arc<Project>, Viewpoint), Failure> {
     let target = Target::new(&design.sensor);
     if let Some(name) = target.fixture.or(target.part) {
         let message = format!("ground truth is for a whole sensor, not for its {name}");
@@ -27,7 +37,7 @@ pub(super) fn scene(design: &Design, view: &View) -> Result<SensorView, Failure>
     }
     let project = Source::find(target.sensor)?.load(&design.set)?;
     let viewpoint = viewpoint_from_files(&project, view.camera.as_deref(), view.pose.as_deref())?;
-    Ok(SensorView::new(Arc::new(project), viewpoint)?)
+    Ok((Arc::new(project), viewpoint))
 }
 
 /// Below this share of the surface a camera is taken for misplaced, and said to be.

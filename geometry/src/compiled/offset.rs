@@ -72,7 +72,14 @@ impl EllipsoidOffset {
     }
 
     /// Distance outside the parallel surface, mm, and its gradient.
+    #[inline]
     pub(crate) fn distance(&self, p: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        // Of a sphere it needs no iteration; its centre is as near to one side as to any other.
+        if self.equatorial_mm == self.polar_mm {
+            let far_mm = p.norm();
+            let normal = if far_mm > 0.0 { p / far_mm } else { Vector3::x() };
+            return (far_mm - self.equatorial_mm - self.offset_mm, normal);
+        }
         self.distance_from(p, &mut 0.0)
     }
 

@@ -17,6 +17,7 @@ use fabkit_geometry::{DomeSurface, Grip, NominalCamera, Point3, Pose, Sensor, Ve
 
 use crate::assembling::names;
 use crate::blocks::adapter::MountFace;
+use crate::blocks::lighting::{RED_GREEN_BLUE, slopes};
 use crate::blocks::marks::RoundPattern;
 use crate::blocks::{self, camera_at, mm, nominal_lens, sphere};
 use crate::parameters::Report;
@@ -95,10 +96,14 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
         // Bumps stand out of it: nothing that fits a cap fits them.
         touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
         marks: skin::marks(p, dimples),
+        lightings: vec![slopes(bodies::PAINT, None, RED_BLUE_GREEN.map(|i| RED_GREEN_BLUE[i]))],
         sight: names(&[bodies::PAINT]),
         ..blocks::sensor(header, nominal(p), bodies)
     }
 }
+
+/// The order of the LEDs' colours, counter-clockwise seen from outside: measured in the published code.
+const RED_BLUE_GREEN: [usize; 3] = [0, 2, 1];
 
 /// The camera, turned as its plug is.
 fn nominal(p: &Cap) -> NominalCamera {

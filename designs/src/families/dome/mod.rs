@@ -20,6 +20,7 @@ use fabkit_geometry::{Body, DomeSurface, Grip, Path, PressFit, Process, Sensor};
 
 use crate::assembling::{shrinkage, sight};
 use crate::blocks::adapter::MountFace;
+use crate::blocks::lighting::thickness;
 use crate::blocks::{self, DOWEL, Rect, camera_at, mm, nominal_lens, press_fit, sphere};
 use crate::fits::Fit;
 use crate::parameters::Report;
@@ -105,6 +106,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
         circuits: vec![circuit::circuit(p, &layout)],
         press_fits: press_fits(p, &Joints::new(p, &layout)),
         touch: Some(touch.into()),
+        lightings: vec![thickness([bodies::TRANSLUCENT_GEL])],
         sight: sight(&[(bodies::TRANSLUCENT_GEL, &p.translucent_gel.material)], bodies::BLACK_COAT),
         ..blocks::sensor(header, camera, bodies)
     }

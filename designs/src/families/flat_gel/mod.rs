@@ -7,11 +7,14 @@ mod layout;
 mod pad;
 mod parameters;
 
-use fabkit_geometry::{Angle, Body, NominalCamera, PlaneSurface, Pose, Sensor};
+use fabkit_geometry::{Angle, Body, Lighting, NominalCamera, PlaneSurface, Pose, Sensor};
 
 use crate::assembling::{SENSOR, in_sensor, sight};
 use crate::blocks::adapter::MountFace;
+use crate::blocks::lighting::{slopes, thickness};
+use crate::blocks::marker_grid::MARKERS;
 use crate::blocks::{self, camera_at, merged, mm, nominal_lens};
+use crate::materials::Clarity;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use bodies::{BASE, SHELL};
@@ -73,8 +76,17 @@ fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
             .collect(),
         touch: Some(touch(p, layout).into()),
         marks: p.markers.marks(layout.seen_z_mm),
+        lightings: vec![lighting(p, layout)],
         sight: sight(&[(bodies::GEL, &p.pad.material)], bodies::COAT),
         ..blocks::sensor(header, nominal(layout), bodies)
+    }
+}
+
+/// What is below the coat scatters light, or lets it through to the coat.
+fn lighting(p: &FlatGel, layout: &Layout) -> Lighting {
+    match p.pad.material.material().figures.clarity {
+        Some(Clarity::Translucent) => thickness([bodies::GEL]),
+        _ => slopes(bodies::COAT, p.markers.exist().then_some(MARKERS), layout.light.colors()),
     }
 }
 

@@ -1,6 +1,8 @@
 //! Shell, shell holder, base, camera holder, diffusion ring and LED board.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Landmark, Path, Pose, Process, Profile, Solid};
+use fabkit_geometry::{
+    Body, CUT_OVERLAP_MM, Clarity, Color, Landmark, Path, Pose, Process, Profile, Solid,
+};
 
 use super::bodies::*;
 use super::joints::Joints;
@@ -139,11 +141,17 @@ fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Body {
         &p.diffuser.material,
         -28.0,
     )
+    .in_light(spreading(&p.diffuser.material))
     .colored(WHITE)
     .lying(flipped())
     .marked(marks("uv hole", &uv))
     .with_handles(1 + p.leds.pairs as i32)
     .notes(["white resin; the plate on the bed, holes over the UV LEDs"])
+}
+
+/// Thin resin spreads light unless a pigment stops it.
+fn spreading(material: &str) -> Clarity {
+    if material.to_lowercase().contains("black") { Clarity::Opaque } else { Clarity::Translucent }
 }
 
 /// The post that carries the camera through board and diffuser; its cable leaves below.

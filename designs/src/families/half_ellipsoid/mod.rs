@@ -15,7 +15,7 @@ mod runner;
 mod surface;
 mod tooling;
 
-use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Sensor};
+use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Lighting, Path, Rgb, Sensor, Shows};
 
 use crate::assembling::sight;
 use crate::blocks::Rect;
@@ -76,6 +76,7 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
         press_fits: Joints::new(p, &layout).holder.press_fit(bodies::BASE).into_iter().collect(),
         touch: Some(touch(p, &layout).into()),
         marks: markers::marks(p, &layout),
+        lightings: lightings(p),
         sight: sight(
             &layers::elastomer_names(p)
                 .into_iter()
@@ -145,4 +146,17 @@ fn derived(p: &HalfEllipsoid) -> Vec<(String, String)> {
         figures.push(("markers per ring, from the tip".into(), spread.counts()));
     }
     figures
+}
+
+/// What the inks' colours leave on the camera's red, green and blue. Chosen: fluorescent inks glow in bands of 60 to 100 nm.
+const INKS: [Rgb; 2] = [[1.0, 0.15, 0.05], [0.05, 0.25, 1.0]];
+
+/// White for shape, ultraviolet for markers: both inks scatter white light alike, and glow in their own colours.
+fn lightings(p: &HalfEllipsoid) -> Vec<Lighting> {
+    let layers: Vec<String> = layers::elastomer_names(p).into_iter().map(String::from).collect();
+    let glowing = layers.iter().cloned().zip(INKS).collect();
+    vec![
+        Lighting::by("white", bodies::WHITE_LED, Shows::Thickness { layers }),
+        Lighting::by("uv", bodies::UV_LED, Shows::Glow { layers: glowing }),
+    ]
 }

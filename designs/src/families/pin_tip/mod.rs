@@ -17,6 +17,8 @@ mod tip;
 use fabkit_geometry::{Detachable, DomeSurface, Grip, Path, PrintGroup, Process, Sensor};
 
 use crate::assembling::names;
+use crate::blocks::LED;
+use crate::blocks::lighting::places;
 use crate::blocks::marks::{RoundPattern, nearest_mm};
 use crate::blocks::nominal_lens::LensLaw;
 use crate::blocks::{self, camera_at, mm, press_fit, sphere};
@@ -70,6 +72,9 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let camera = camera_at(layout.pupil_z_mm, size, Layout::diagonal_view(p), lens);
     Sensor {
         marks: tip::marks(p, &layout),
+        lightings: vec![places(bodies::DOTS, LED)],
+        // ADNS-3080 data sheet: pixel data of six bits.
+        grey_bits: 6,
         contrasts: vec![[bodies::DOTS, bodies::SKIN].map(String::from)],
         chain: chain::chain(p, &layout),
         circuits: vec![circuit::circuit(p, &layout)],

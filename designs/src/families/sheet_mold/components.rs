@@ -181,7 +181,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
                     p.housing.led_strip_width.mm()
                 ),
                 led_strip(p),
-                (0..4).map(|i| SENSOR.drawn_out(&sensor_from_wall(layout, i), 18.0)),
+                (0..4).map(|i| SENSOR.drawn_out(&sensor_from_wall(layout, i).then_in(flipped()), -18.0)),
             )
             .ordered(
                 Order::of(
@@ -191,6 +191,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
                 .cut_to(p.housing.led_strip_length.mm()),
             )
             .colored(LED_YELLOW)
+            .shining()
             .sticking(),
     ]);
     focused_apart(&mut all, &holes.names());
@@ -219,14 +220,14 @@ fn tube(inner_mm: f64, outer_mm: f64, length_mm: f64) -> Solid {
     Solid::cylinder(outer_mm, length_mm).minus(bore.at_z(-CUT_OVERLAP_MM))
 }
 
-/// A strip in its wall's frame, on the inside.
+/// A strip on the inside of its wall: as the wall's frame, but with the z axis along its light.
 fn led_strip(p: &SheetMold) -> Solid {
     let (length, width, thickness) = (
         p.housing.led_strip_length.mm(),
         p.housing.led_strip_width.mm(),
         p.housing.led_strip_thickness.mm(),
     );
-    Solid::cuboid(length, width, thickness).at(0.0, LED_HEIGHT_MM, -thickness)
+    Solid::cuboid(length, width, thickness).at(0.0, -LED_HEIGHT_MM, 0.0)
 }
 
 /// Top of the LED strips above the box's floor, mm.

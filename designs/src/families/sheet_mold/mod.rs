@@ -21,6 +21,7 @@ mod skin;
 use fabkit_geometry::Sensor;
 
 use crate::assembling::names;
+use crate::blocks::lighting::places;
 use crate::blocks::{self, camera_at, mm, nominal_lens, press_fit};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -71,6 +72,7 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
         circuits: vec![circuit::circuit(p, layout)],
         liquid: Some(skin::skin(p, layout)),
         marks: molds::marks(p, layout),
+        lightings: vec![places(bodies::MARKER_PAINT, bodies::LED_STRIP)],
         contrasts: vec![[bodies::MARKER_PAINT, bodies::MARKER_LAYER].map(String::from)],
         press_fits: vec![press_fit(NEEDLE, TUBE, stretch_mm, reason)],
         sight: names(&[bodies::MARKER_PAINT]),

@@ -1,0 +1,96 @@
+//! Values over the sensing surface at rest: known at some places, between them in proportion.
+
+use std::f64::consts::TAU;
+
+use fabkit_geometry::{Point3, SurfacePoints, Vector3};
+
+/// Steps of the table along a dome's meridian or a pad's x, and around or along y.
+const STEPS: [usize; 2] = [16, 32];
+
+/// A place of the surface and its outward normal.
+pub(super) type Place = (Point3<f64>, Vector3<f64>);
+
+/// Where values are known.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Plan {
+    Dome { centre: Point3<f64>, last_rad: f64 },
+    Pad { bounds_mm: [[f64; 2]; 2] },
+}
+
+/// Four neighbours by number, and how much of each.
+pub(super) type Shares = [(usize, f64); 4];
+
+impl Plan {
+    pub(super) fn of(points: &SurfacePoints) -> Self {
+        match points {
+            SurfacePoints::Dome(dome) => {
+                Self::Dome { centre: dome.centre(), last_rad: dome.last_polar_rad() }
+            }
+            SurfacePoints::Plane(pad) => Self::Pad { bounds_mm: pad.bounds_mm() },
+        }
+    }
+
+    /// The places, in order, each with its share of the surface; nothing beyond a pad's rounded corners.
+    pub(super) fn places(&self, points: &SurfacePoints) -> Vec<(Option<Place>, f64)> {
+        let [rows, columns] = STEPS;
+        let each = (0..=rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
+        let place = |(row, column): (usize, usize)| {
+            let along = row as f64 / rows as f64;
+            match (points, self) {
+                (SurfacePoints::Dome(dome), Self::Dome { last_rad, .. }) => {
+                    // The foot itself belongs to the wall below.
+                    let polar = along.min(1.0 - 1e-9) * last_rad;
+                    let place = dome.towards(polar, TAU * column as f64 / columns as f64);
+                    (place, (along * last_rad).sin())
+                }
+                (SurfacePoints::Plane(pad), Self::Pad { bounds_mm: [x, y] }) => {
+                    // A hair within the outline.
+                    let part = |[from, to]: &[f64; 2], share: f64| {
+                        from + (to - from) * share.clamp(1e-6, 1.0 - 1e-6)
+                    };
+                    let across = column as f64 / (columns - 1) as f64;
+                    (pad.at([part(x, along), part(y, across)]), 1.0)
+                }
+                _ => (None, 0.0),
+            }
+        };
+        each.map(place).collect()
+    }
+
+    /// Whether a place, by its number, is within the last quarter of a dome's meridian: lamps are there, and housings.
+    pub(super) fn is_near_foot(&self) -> impl Fn(usize) -> bool + use<> {
+        let [rows, columns] = STEPS;
+        let is_dome = matches!(self, Self::Dome { .. });
+        move |i| is_dome && 4 * (i / columns) > 3 * rows
+    }
+
+    /// Which places are around a point of the surface at rest.
+    #[inline]
+    pub(super) fn around(&self, point: &Point3<f64>) -> Shares {
+        let [rows, columns] = STEPS;
+        let (row, column, last) = match self {
+            Self::Dome { centre, last_rad } => {
+                let out = point - centre;
+                let polar = out.x.hypot(out.y).atan2(out.z);
+                let around = out.y.atan2(out.x).rem_euclid(TAU) / TAU;
+                (polar / last_rad * rows as f64, around * columns as f64, columns)
+            }
+            Self::Pad { bounds_mm: [x, y] } => {
+                let share = |[from, to]: &[f64; 2], mm: f64| (mm - from) / (to - from);
+                let across = share(y, point.y) * (columns - 1) as f64;
+                (share(x, point.x) * rows as f64, across, columns - 1)
+            }
+        };
+        let row = row.clamp(0.0, rows as f64 - 1e-9);
+        let column = column.clamp(0.0, last as f64 - 1e-9);
+        let (i, j) = (row as usize, column as usize);
+        let (by_row, by_column) = (row - i as f64, column - j as f64);
+        let at = |i: usize, j: usize| i * columns + j % columns;
+        [
+            (at(i, j), (1.0 - by_row) * (1.0 - by_column)),
+            (at(i, j + 1), (1.0 - by_row) * by_column),
+            (at(i + 1, j), by_row * (1.0 - by_column)),
+            (at(i + 1, j + 1), by_row * by_column),
+        ]
+    }
+}

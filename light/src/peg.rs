@@ -1,0 +1,110 @@
+//! What stands out of a coat: cylinders with round or flat ends.
+
+use fabkit_geometry::{Point3, Vector3};
+
+/// A cylinder that ends in a half ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Peg {
+    /// The middle of the half ball, mm.
+    pub centre: Point3<f64>,
+    /// From its root to its end, unit.
+    pub axis: Vector3<f64>,
+    /// Of cylinder and half ball, mm.
+    pub radius_mm: f64,
+}
+
+/// Where a line meets a [`Peg`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PegHit {
+    /// Along the line, mm.
+    pub at_mm: f64,
+    /// Out of the peg, unit.
+    pub normal: Vector3<f64>,
+}
+
+impl Peg {
+    /// The first place where a ray of unit direction enters the half ball, or the cylinder behind it, which has no end.
+    pub fn entry(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<PegHit> {
+        let from = origin - self.centre;
+        // Around the half ball's centre no line passes nearer to the peg than to its axis.
+        let along = |vector: &Vector3<f64>| vector.dot(&self.axis);
+        let mut nearest: Option<PegHit> = None;
+        let mut consider = |at_mm: f64, normal: Vector3<f64>| {
+            if at_mm > 0.0 && nearest.is_none_or(|hit| at_mm < hit.at_mm) {
+                nearest = Some(PegHit { at_mm, normal });
+            }
+        };
+        // The ball, where it is beyond the cylinder's end.
+        let half = from.dot(direction);
+        let beside = half * half - from.norm_squared() + self.radius_mm * self.radius_mm;
+        if beside >= 0.0 {
+            let at_mm = -half - beside.sqrt();
+            let place = from + at_mm * direction;
+            if along(&place) >= 0.0 {
+                consider(at_mm, place / self.radius_mm);
+            }
+        }
+        // The cylinder, where it is behind.
+        let across = |vector: &Vector3<f64>| vector - along(vector) * self.axis;
+        let (from_axis, way) = (across(&from), across(direction));
+        let a = way.norm_squared();
+        if a > 1e-18 {
+            let b = from_axis.dot(&way);
+            let c = from_axis.norm_squared() - self.radius_mm * self.radius_mm;
+            let beside = b * b - a * c;
+            if beside >= 0.0 {
+                let at_mm = (-b - beside.sqrt()) / a;
+                let place = from + at_mm * direction;
+                if along(&place) < 0.0 {
+                    consider(at_mm, across(&place) / self.radius_mm);
+                }
+            }
+        }
+        nearest
+    }
+
+    /// Whether a ray passes nearer to the peg's axis than its radius, quickly and at times wrongly so: the ball around
+    /// the peg from its end to `root_mm` behind the half ball's centre.
+    pub fn is_near(&self, origin: &Point3<f64>, direction: &Vector3<f64>, root_mm: f64) -> bool {
+        let middle = self.centre - 0.5 * root_mm * self.axis;
+        let reach_mm = 0.5 * root_mm + self.radius_mm;
+        let from = middle - origin;
+        let along = from.dot(direction);
+        along > -reach_mm && from.norm_squared() - along * along < reach_mm * reach_mm
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fabkit_geometry::{CompiledSolid, Ray, Solid};
+
+    use super::*;
+
+    #[test]
+    fn entries_are_those_of_the_solid() {
+        // The same drawn: a cylinder of radius 0.5 up to z = 2, and a ball there.
+        let drawn = Solid::union([
+            Solid::cylinder(0.5, 40.0).at_z(-38.0),
+            Solid::ellipsoid([0.5; 3]).at_z(2.0),
+        ]);
+        let drawn = CompiledSolid::new(&drawn).unwrap();
+        let peg = Peg { centre: Point3::new(0.0, 0.0, 2.0), axis: Vector3::z(), radius_mm: 0.5 };
+        let mut hits = 0;
+        for i in 0..2_000 {
+            let angle = f64::from(i) * 0.7;
+            let origin = Point3::new(5.0 * angle.cos(), 5.0 * angle.sin(), f64::from(i % 61) * 0.1);
+            let aim = Point3::new(0.0, 0.3 * (angle * 3.1).sin(), 1.0 + (angle * 1.7).sin() * 1.6);
+            let direction = (aim - origin).normalize();
+            let first = drawn.crossings(&Ray { origin, direction }).first().copied();
+            let found = peg.entry(&origin, &direction);
+            assert_eq!(first.is_some(), found.is_some(), "{i}");
+            if let (Some(first), Some(found)) = (first, found) {
+                assert!((first.t - found.at_mm).abs() < 1e-9, "{i}");
+                assert!((first.normal - found.normal).norm() < 1e-6, "{i}");
+                assert!(peg.is_near(&origin, &direction, 5.0));
+                hits += 1;
+            }
+        }
+        assert!(hits > 1_000, "{hits}");
+    }
+}

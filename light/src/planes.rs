@@ -1,0 +1,231 @@
+//! Light of a lamp below flat layers: through a plate into gel.
+
+use fabkit_geometry::{Point3, Ray, Sensor, Vector3};
+use fabkit_optics::{InvalidStack, Stack, Tracer};
+
+/// Faces that lean by more than this are not flat, sine.
+const FLAT: f64 = 1e-6;
+/// Faces of two lines that lie farther apart in height are not one plane, mm.
+const SAME_MM: f64 = 1e-6;
+/// Halvings in which the way through the layers is found: below rounding.
+const HALVINGS: u32 = 60;
+
+/// Level faces between media, from the camera to the layer that is looked at.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Planes {
+    /// Height of each, mm, and the refractive index above it, from below; below all of them is air.
+    faces: Vec<(f64, f64)>,
+}
+
+/// How light of a small lamp arrives somewhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// The way in which it left the lamp, unit.
+    pub leaves: Vector3<f64>,
+    /// The way in which it arrives, unit.
+    pub arrives: Vector3<f64>,
+    /// What arrives on an area across it, of a lamp that sends 1 into each unit of solid angle, 1/mm2.
+    pub density: f64,
+    /// Where it is bent, from the lamp to the place.
+    pub bends: [Point3<f64>; 2],
+}
+
+impl Planes {
+    /// The level faces above a sensor's camera, where they are the same at its axis and beside it; none where any face
+    /// on the way is not level.
+    ///
+    /// # Errors
+    /// Bodies that light cannot be followed through.
+    pub fn of(sensor: &Sensor) -> Result<Self, InvalidStack> {
+        let stack = Stack::of(sensor)?;
+        let mut tracer = Tracer::new(&stack);
+        let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
+        let mut faces_at = |x: f64, y: f64| {
+            let ray = Ray { origin: pupil + Vector3::new(x, y, 0.0), direction: Vector3::z() };
+            tracer.follow(&ray);
+            let is_level = tracer.bends().iter().all(|bend| bend.normal.xy().norm() < FLAT);
+            let faces = tracer.bends().iter().map(|bend| (bend.place.z, bend.indices[1]));
+            is_level.then(|| faces.collect::<Vec<_>>())
+        };
+        let beside = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.5], [-2.0, 0.5]];
+        let all: Option<Vec<_>> = beside.into_iter().map(|[x, y]| faces_at(x, y)).collect();
+        let is_same = |a: &[(f64, f64)], b: &[(f64, f64)]| {
+            let near =
+                |(a, b): (&(f64, f64), &(f64, f64))| (a.0 - b.0).abs() < SAME_MM && a.1 == b.1;
+            a.len() == b.len() && a.iter().zip(b).all(near)
+        };
+        Ok(match all.as_deref() {
+            Some([first, more @ ..]) if more.iter().all(|other| is_same(first, other)) => {
+                Self { faces: first.clone() }
+            }
+            _ => Self::default(),
+        })
+    }
+
+    /// Those of given heights, mm, and indices above them, from below.
+    pub fn new(faces: Vec<(f64, f64)>) -> Self {
+        Self { faces }
+    }
+
+    /// Whether light is bent at all.
+    pub fn is_empty(&self) -> bool {
+        self.faces.is_empty()
+    }
+
+    /// Light from a lamp, bent at each face by Snell's law, less what each sends back (Fresnel, for light of no
+    /// polarisation). Nothing where none arrives: a place below the lamp.
+    ///
+    /// A cone of light from the lamp widens otherwise behind each face: what arrives is the solid angle that it leaves
+    /// in over the area that it then has.
+    pub fn arrival(&self, lamp: &Point3<f64>, place: &Point3<f64>) -> Option<Arrival> {
+        let way = place - lamp;
+        let across_mm = way.xy().norm();
+        // Height of each layer that is crossed, and its index.
+        let mut layers = Vec::with_capacity(self.faces.len() + 1);
+        let (mut z, mut index) = (lamp.z, 1.0);
+        for &(face, above) in &self.faces {
+            if face <= lamp.z {
+                index = above;
+            } else if face < place.z {
+                layers.push((face - z, index));
+                (z, index) = (face, above);
+            }
+        }
+        layers.push((place.z - z, index));
+        let (_, first) = layers[0];
+        if layers.len() == 1 {
+            let distance_mm = way.norm();
+            let arrives = way / distance_mm;
+            let density = distance_mm.powi(-2);
+            let bends = [*lamp; 2];
+            return (distance_mm > 0.0).then_some(Arrival {
+                leaves: arrives,
+                arrives,
+                density,
+                bends,
+            });
+        }
+        if way.z <= 0.0 {
+            return None;
+        }
+        // What Snell's law keeps: index times sine. The least index limits it.
+        let most = layers.iter().map(|(_, index)| *index).fold(f64::INFINITY, f64::min);
+        let reach = |kept: f64| -> f64 {
+            layers
+                .iter()
+                .map(|(high, index)| high * kept / (index * index - kept * kept).sqrt())
+                .sum()
+        };
+        let (mut low, mut high) = (0.0, most);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            *(if reach(middle) < across_mm { &mut low } else { &mut high }) = middle;
+        }
+        let kept = 0.5 * (low + high);
+        let cosine = |index: f64| (1.0 - (kept / index).powi(2)).sqrt();
+        let out = if across_mm > 0.0 { way.xy() / across_mm } else { Vector3::x().xy() };
+        let along = |index: f64| {
+            let sine = kept / index;
+            Vector3::new(sine * out.x, sine * out.y, cosine(index))
+        };
+        // d(across) / d(kept): each layer's high n^2 / (n^2 - kept^2)^(3/2).
+        let widens: f64 = layers
+            .iter()
+            .map(|(high, index)| high * index * index / (index * index - kept * kept).powf(1.5))
+            .sum();
+        // Solid angle of a ring, sin t dt dphi, over its area, across d(across) dphi; kept = n sin t.
+        let per_level_area = if across_mm > 1e-9 {
+            kept / (first * first * cosine(first) * across_mm * widens)
+        } else {
+            (first * widens).powi(-2)
+        };
+        let last = layers[layers.len() - 1].1;
+        let mut passes = 1.0;
+        for pair in layers.windows(2) {
+            passes *= passes_face(pair[0].1, pair[1].1, kept);
+        }
+        let from_below = lamp + along(first) * (layers[0].0 / cosine(first));
+        let arrives = along(last);
+        let to_above = place - arrives * (layers[layers.len() - 1].0 / arrives.z);
+        Some(Arrival {
+            leaves: along(first),
+            arrives,
+            density: passes * per_level_area / arrives.z,
+            bends: [from_below, to_above],
+        })
+    }
+}
+
+/// What passes a face, of light of no polarisation (Fresnel).
+fn passes_face(before: f64, behind: f64, kept: f64) -> f64 {
+    let [cos_before, cos_behind] =
+        [before, behind].map(|n| (1.0 - (kept / n).powi(2)).max(0.0).sqrt());
+    let across =
+        (before * cos_before - behind * cos_behind) / (before * cos_before + behind * cos_behind);
+    let along =
+        (before * cos_behind - behind * cos_before) / (before * cos_behind + behind * cos_before);
+    1.0 - 0.5 * (across * across + along * along)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    const PLATE: [(f64, f64); 2] = [(1.0, 1.49), (4.0, 1.41)];
+
+    #[test]
+    fn light_is_bent_by_snells_law_and_arrives() {
+        let planes = Planes::new(PLATE.to_vec());
+        let (lamp, place) = (Point3::new(-9.0, 2.0, 0.0), Point3::new(3.0, -1.0, 8.0));
+        let found = planes.arrival(&lamp, &place).unwrap();
+        // Followed by hand.
+        let [mut at, mut way, mut index] = [lamp.coords, found.leaves, Vector3::repeat(1.0)];
+        for (z, above) in PLATE {
+            at += way * ((z - at.z) / way.z);
+            let sine = way.xy() * (index.x / above);
+            way = Vector3::new(sine.x, sine.y, (1.0 - sine.norm_squared()).sqrt());
+            index = Vector3::repeat(above);
+        }
+        at += way * ((8.0 - at.z) / way.z);
+        assert!((at - place.coords).norm() < 1e-9, "{at}");
+        assert!((way - found.arrives).norm() < 1e-12);
+        assert!((found.bends[1].z - 4.0).abs() < 1e-12 && (found.bends[0].z - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn no_light_is_lost_but_what_faces_send_back() {
+        // All that leaves upwards within 45 degrees arrives on a level above, but for what faces send back.
+        let planes = Planes::new(PLATE.to_vec());
+        let lamp = Point3::origin();
+        let edge = |angle: f64| {
+            let kept = f64::sin(angle);
+            [(1.0, 1.0), (3.0, 1.49), (4.0, 1.41)]
+                .iter()
+                .map(|(high, n): &(f64, f64)| high * kept / (n * n - kept * kept).sqrt())
+                .sum::<f64>()
+        };
+        let (steps, reach) = (4_000, edge(TAU / 8.0));
+        let arrives = |i: i32| {
+            let r = reach * (f64::from(i) + 0.5) / f64::from(steps);
+            let found = planes.arrival(&lamp, &Point3::new(r, 0.0, 8.0)).unwrap();
+            let kept = (1.0 - found.leaves.z.powi(2)).sqrt();
+            let passed = passes_face(1.0, 1.49, kept) * passes_face(1.49, 1.41, kept);
+            found.density * found.arrives.z / passed * TAU * r * reach / f64::from(steps)
+        };
+        let sum: f64 = (0..steps).map(arrives).sum();
+        let sent = TAU * (1.0 - (TAU / 8.0).cos());
+        assert!((sum / sent - 1.0).abs() < 1e-5, "{sum} {sent}");
+        // Straight up a glass plate sends back 4 % at each face to air.
+        assert!((passes_face(1.0, 1.5, 0.0) - 0.96).abs() < 1e-12);
+    }
+
+    #[test]
+    fn without_faces_light_goes_straight() {
+        let found =
+            Planes::default().arrival(&Point3::origin(), &Point3::new(0.0, 3.0, 4.0)).unwrap();
+        assert_eq!(found.leaves, found.arrives);
+        assert!((found.density - 1.0 / 25.0).abs() < 1e-15);
+    }
+}

@@ -10,9 +10,9 @@ use rayon::prelude::*;
 use super::pegs::Pegs;
 use super::scene::middle_of;
 use super::table::{Place, Plan};
-use super::{CaptureError, LightConstants, Painted};
+use super::{CaptureError, LightConstants, Painted, moved};
 use crate::Error;
-use crate::pressing::{Answer, Moved};
+use crate::pressing::Answer;
 use crate::scene::Seen;
 
 /// Farther from what stands out of a coat it throws no shadow, mm.
@@ -182,7 +182,7 @@ impl<'a> CoatScene<'a> {
     pub(super) fn paint(&self, seen: &Seen<'_>) -> Painted {
         let map = seen.map;
         let beside = [self.constants.beside_grey.value; 3];
-        let marks = moved(self.sensor, self.touch, seen.answer);
+        let marks = moved(self.sensor, seen.answer);
         let height_mm = self.height_mm();
         let pegs = Pegs::of(&marks, height_mm, SHADOW_MM);
         let shadows = seen.answer.zip(seen.deepest).map(|(answer, deepest)| {
@@ -265,23 +265,6 @@ impl<'a> CoatScene<'a> {
             }
         }
         false
-    }
-}
-
-/// A sensor's marks, where they are now.
-pub(super) fn moved(
-    sensor: &Sensor,
-    touch: &TouchSurface,
-    answer: Option<&Answer<'_>>,
-) -> Vec<Moved> {
-    let at_rest = |mark: &Mark| Moved {
-        displacement_mm: Some(Vector3::zeros()),
-        axis: mark.axis,
-        mark: mark.clone(),
-    };
-    match answer {
-        Some(answer) => answer.marks(sensor, touch),
-        None => sensor.marks.iter().map(at_rest).collect(),
     }
 }
 

@@ -4,18 +4,17 @@ use std::sync::Arc;
 
 use fabkit_depth::truth::PixelRays;
 use fabkit_geometry::{
-    CompiledSolid, Lighting, Matrix3, Point3, Ray, Rgb, Scratch, Sensor, Shows, TouchSurface,
-    Vector3,
+    CompiledSolid, Lighting, Matrix3, Point3, Ray, Rgb, Scratch, Sensor, Shows, Vector3,
 };
 use fabkit_light::Emitters;
 use fabkit_optics::{Sights, Tracer};
 use rayon::prelude::*;
 
 use super::scene::in_use;
-use super::{CaptureError, LightConstants, Painted, coat};
+use super::{CaptureError, LightConstants, Painted, moved};
 use crate::Error;
 use crate::ground_truth::Viewpoint;
-use crate::pressing::{Answer, Moved};
+use crate::pressing::Moved;
 use crate::scene::SceneError;
 
 /// A mark lies within so many of its radii around the middle of what faces the camera.
@@ -28,7 +27,6 @@ const WHITE_GREY: f64 = 255.0;
 /// A sensor in a light that shows its marks.
 pub(super) struct MarkScene<'a> {
     sensor: &'a Sensor,
-    touch: Option<&'a TouchSurface>,
     marks: CompiledSolid,
     /// The sensor without its marks.
     ground: Sensor,
@@ -64,7 +62,6 @@ impl<'a> MarkScene<'a> {
         ground.bodies.retain(|body| body.name != *marks);
         let mut own = Self {
             sensor,
-            touch: sensor.touch.as_ref(),
             marks: compiled,
             ground,
             lamps: lighting.lamps.iter().map(|group| group.body.clone()).collect(),
@@ -72,7 +69,7 @@ impl<'a> MarkScene<'a> {
             constants,
             exposure: 1.0,
         };
-        let at_rest = own.placed(&own.at_rest());
+        let at_rest = own.placed(&moved(sensor, None));
         let facing = sensor.marks.iter().zip(&at_rest);
         let lit = facing.map(|(mark, placed)| -placed.arrives.dot(&mark.axis));
         let brightest = constants.marks[0].value * lit.fold(0.0, f64::max);
@@ -85,24 +82,6 @@ impl<'a> MarkScene<'a> {
 
     pub(super) fn words(&self) -> [String; 2] {
         [format!("places of {} marks", self.sensor.marks.len()), self.emitters.what.clone()]
-    }
-
-    /// All marks where nothing presses.
-    pub(super) fn at_rest(&self) -> Vec<Moved> {
-        let still = |mark: &fabkit_geometry::Mark| Moved {
-            displacement_mm: Some(Vector3::zeros()),
-            axis: mark.axis,
-            mark: mark.clone(),
-        };
-        self.sensor.marks.iter().map(still).collect()
-    }
-
-    /// All marks while something presses.
-    pub(super) fn moved(&self, answer: Option<&Answer<'_>>) -> Vec<Moved> {
-        match self.touch {
-            Some(touch) => coat::moved(self.sensor, touch, answer),
-            None => self.at_rest(),
-        }
     }
 
     fn placed(&self, marks: &[Moved]) -> Vec<Placed> {

@@ -17,7 +17,7 @@ mod skin;
 mod table;
 
 use fabkit_depth::truth::DepthMap;
-use fabkit_geometry::{Lighting, Rgb, Sensor, Shows};
+use fabkit_geometry::{Lighting, Mark, Rgb, Sensor, Shows, Vector3};
 use fabkit_light::{Chip, NoLight, drift};
 use fabkit_optics::Sights;
 
@@ -34,7 +34,7 @@ use crate::Error;
 use crate::bodies::UnknownName;
 use crate::error::{ErrorKind, Explained};
 use crate::ground_truth::{Viewpoint, pixels_of};
-use crate::pressing::{Contact, Moved};
+use crate::pressing::{Answer, Contact, Moved};
 use crate::scene::{Cast, Seen, SensorView};
 
 /// Why there is no picture.
@@ -223,9 +223,12 @@ impl<'a> Painter<'a> {
         Ok(match self {
             Self::Layers(layers) => layers.paint(seen.map, seen.answer),
             Self::Coat(coat) => coat.paint(seen),
-            Self::Glow(glow) => glow.paint(seen.map, seen.answer),
+            Self::Glow(glow) => {
+                let marks = moved(&scene.project.design.sensor, seen.answer);
+                Painted { marks, ..glow.paint(seen.map, seen.answer) }
+            }
             Self::Marks(marks) => {
-                let moved = marks.moved(seen.answer);
+                let moved = moved(&scene.project.design.sensor, seen.answer);
                 marks.paint(&scene.viewpoint, cast.samples, moved)?
             }
         })
@@ -342,6 +345,19 @@ impl Capturing<'_> {
             elastic: None,
             contact_level: self.cast.contact.name(),
         }
+    }
+}
+
+/// A sensor's marks, where they are now.
+fn moved(sensor: &Sensor, answer: Option<&Answer<'_>>) -> Vec<Moved> {
+    let at_rest = |mark: &Mark| Moved {
+        displacement_mm: Some(Vector3::zeros()),
+        axis: mark.axis,
+        mark: mark.clone(),
+    };
+    match (answer, &sensor.touch) {
+        (Some(answer), Some(touch)) => answer.marks(sensor, touch),
+        _ => sensor.marks.iter().map(at_rest).collect(),
     }
 }
 

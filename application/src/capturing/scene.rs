@@ -26,7 +26,7 @@ pub struct Scene<'a> {
     /// What shines, in words.
     pub lamps: String,
     pub(crate) lit: Lit,
-    solids: Vec<CompiledSolid>,
+    solids: Solids,
     pupil: Point3<f64>,
 }
 
@@ -54,13 +54,12 @@ impl<'a> Scene<'a> {
             return Err(missing().into());
         }
         let solids = bodies.into_iter().map(in_use).collect::<Result<Vec<_>, _>>()?;
+        let solids = Solids(solids);
         let emitters = Emitters::of(sensor, lighting).map_err(CaptureError::NoLight)?;
         let points = SurfacePoints::new(touch).map_err(Error::bug)?;
         let inner_mm = |point: &Point3<f64>, outward: &Vector3<f64>| {
-            let (scratch, found) = (&mut Scratch::default(), &mut Vec::new());
-            let ends =
-                solids.iter().filter_map(|solid| below(solid, (point, outward), scratch, found));
-            ends.map(|[_, to]| to).fold(0.0, f64::max)
+            let extent = solids.extent((point, outward), &mut Scratch::default(), &mut Vec::new());
+            extent.map_or(0.0, |[_, to]| to)
         };
         let lit = Lit::new(&points, &emitters, inner_mm, constants.bounce.value);
         let lit = lit.ok_or_else(|| CaptureError::Dark { sensor: sensor.name.clone() })?;
@@ -86,40 +85,20 @@ impl<'a> Scene<'a> {
         &self.layers[0]
     }
 
-    /// Stretches of a straight path in each layer, from the inside out, mm.
+    /// Stretches of a straight path in each layer, in order, from where to where and in which, mm.
     pub(super) fn stretches(&self, ray: &Ray, scratch: &mut Scratch) -> Vec<(f64, f64, usize)> {
-        let mut all = Vec::new();
-        for (layer, solid) in self.solids.iter().enumerate() {
-            let mut found = Vec::new();
-            solid.stretches_into(ray, scratch, &mut found);
-            all.extend(found.into_iter().map(|[from, to]| (from, to, layer)));
-        }
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        all
+        self.solids.stretches(ray, scratch)
     }
 
-    /// How thick the layers are together below a point of the surface at rest, along the normal, mm; nothing where it is not.
+    /// How thick the layers are together below a point of the surface at rest, along the normal, mm; nothing where they
+    /// are not.
     pub(crate) fn thickness_mm(
         &self,
         place: (&Point3<f64>, &Vector3<f64>),
         scratch: &mut Scratch,
         found: &mut Vec<[f64; 2]>,
     ) -> Option<f64> {
-        let (point, outward) = place;
-        if let [only] = &self.solids[..] {
-            return below(only, place, scratch, found).map(|[from, to]| to - from);
-        }
-        // One after the other, whatever goes into what.
-        let ray = Ray { origin: point + outward, direction: -outward };
-        let mut end: Option<[f64; 2]> = None;
-        for (from, to, _) in self.stretches(&ray, scratch) {
-            match &mut end {
-                None => end = Some([from, to]),
-                Some([_, last]) if from - *last < TOUCHING_MM => *last = last.max(to),
-                Some(_) => break,
-            }
-        }
-        end.map(|[from, to]| to - from)
+        self.solids.extent(place, scratch, found).map(|[from, to]| to - from)
     }
 
     /// How long the camera's path in the layer is at rest, and where it has become so much thicker, mm; from where the
@@ -160,15 +139,43 @@ pub(super) fn along(thickness_mm: f64, outward: &Vector3<f64>, direction: &Vecto
     thickness_mm / outward.dot(direction).max(LEAST_COSINE)
 }
 
-/// From where to where a solid lies below a point, along a normal, mm.
-fn below(
-    solid: &CompiledSolid,
-    (point, outward): (&Point3<f64>, &Vector3<f64>),
-    scratch: &mut Scratch,
-    found: &mut Vec<[f64; 2]>,
-) -> Option<[f64; 2]> {
-    // From a little outside, so that the surface itself is crossed.
-    let ray = Ray { origin: point + outward, direction: -outward };
-    solid.stretches_into(&ray, scratch, found);
-    found.first().map(|[from, to]| [from - 1.0, to - 1.0])
+/// Layers, from the inside out.
+#[derive(Debug)]
+struct Solids(Vec<CompiledSolid>);
+
+impl Solids {
+    fn stretches(&self, ray: &Ray, scratch: &mut Scratch) -> Vec<(f64, f64, usize)> {
+        let mut all = Vec::new();
+        for (layer, solid) in self.0.iter().enumerate() {
+            let mut found = Vec::new();
+            solid.stretches_into(ray, scratch, &mut found);
+            all.extend(found.into_iter().map(|[from, to]| (from, to, layer)));
+        }
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all
+    }
+
+    /// From where to where they lie below a point, along a normal, mm, one after the other, whatever goes into what.
+    fn extent(
+        &self,
+        (point, outward): (&Point3<f64>, &Vector3<f64>),
+        scratch: &mut Scratch,
+        found: &mut Vec<[f64; 2]>,
+    ) -> Option<[f64; 2]> {
+        // From a little outside, so that the surface itself is crossed.
+        let ray = Ray { origin: point + outward, direction: -outward };
+        if let [only] = &self.0[..] {
+            only.stretches_into(&ray, scratch, found);
+            return found.first().map(|[from, to]| [from - 1.0, to - 1.0]);
+        }
+        let mut extent: Option<[f64; 2]> = None;
+        for (from, to, _) in self.stretches(&ray, scratch) {
+            match &mut extent {
+                None => extent = Some([from, to]),
+                Some([_, last]) if from - *last < TOUCHING_MM => *last = last.max(to),
+                Some(_) => break,
+            }
+        }
+        extent.map(|[from, to]| [from - 1.0, to - 1.0])
+    }
 }

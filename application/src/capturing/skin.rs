@@ -7,7 +7,7 @@ use fabkit_elastic::LiquidStack;
 use fabkit_fixtures::Project;
 use fabkit_optics::Sights;
 
-use super::{Captured, Capturing, MarkScene, mark_pixels};
+use super::{Captured, Capturing, MarkScene, mark_pixels, moved};
 use crate::Error;
 use crate::ground_truth::Viewpoint;
 use crate::pressing::{Contact, Linear, Moved, on_solids};
@@ -34,7 +34,7 @@ impl Capturing<'_> {
         let sensor = &view.project.design.sensor;
         self.check(sensor, self.cast.presses.is_empty(), self.cast.contact)?;
         let scene = MarkScene::of(sensor, self.lighting, &self.constants)?;
-        let mut marks = scene.at_rest();
+        let mut marks = moved(sensor, None);
         if !self.cast.presses.is_empty() {
             let spacing_mm = match self.cast.contact {
                 Contact::Linear(Linear { spacing_mm, .. }) => spacing_mm,
@@ -46,11 +46,11 @@ impl Capturing<'_> {
                 self.cast.presses.iter().flat_map(|press| &press.bodies).cloned().collect();
             let outcome =
                 on_solids(&bodies, |pressers| Ok(stack.ready(pressers)?.press(pressers)?))?;
-            let moved = |moved: Moved| Moved {
+            let pressed = |moved: Moved| Moved {
                 displacement_mm: Some(outcome.displacement_mm(&stack, &moved.mark.point)),
                 ..moved
             };
-            marks = marks.into_iter().map(moved).collect();
+            marks = marks.into_iter().map(pressed).collect();
         }
         let painted = scene.paint(&view.viewpoint, self.cast.samples, marks)?;
         let camera = view.viewpoint.camera();

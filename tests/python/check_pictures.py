@@ -1,0 +1,148 @@
+"""Simulated pictures, read as papers read theirs.
+
+    python check_pictures.py PATH_TO_FABKIT
+
+ShadowTac: the authors' way to find dimples in the picture at rest, written anew from its description (code of the paper:
+channels are shifted towards their lamps until the three shadows of a dimple lie on each other, dark places of what is
+brightest are marked). UVDtact: markers must not be seen in white light, and be found by a threshold in ultraviolet. TacTip: dots
+that 30 x 30 pixels tell apart, for the paper's four tips. Fluidic sensor: how far markers move in the picture.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+# Of the published code: half of a marker's width in the picture, px, and by how much pictures shrink.
+MARKER_PX, SHRINK = 15, 5
+# Of the authors' crop, and how far from its edge a dimple lies whole within it, px.
+CROP_PX, EDGE_PX = 1200, 20
+NOISE_GREY = 1.2
+
+
+class Camera:
+    def __init__(self, fabkit: str, folder: Path) -> None:
+        self.fabkit, self.folder = fabkit, folder
+
+    def take(self, *words: str) -> tuple[dict, np.ndarray]:
+        picture = self.folder / "picture.png"
+        run = [self.fabkit, "capture", *words, "-o", str(picture), "--json"]
+        done = subprocess.run(run, capture_output=True, text=True, check=True)
+        return json.loads(done.stdout), np.asarray(Image.open(picture)).astype(float)
+
+
+def marks(document: dict) -> np.ndarray:
+    return np.array([mark["pixel"] for mark in document["marks"] if mark["pixel"]])
+
+
+def dimples(picture: np.ndarray, lamps_deg: list[float]) -> np.ndarray:
+    """Columns and rows of dimples in a square colour picture, by the directions of its lamps."""
+    shifted = []
+    for channel, angle in enumerate(np.deg2rad(lamps_deg)):
+        blurred = ndimage.uniform_filter(picture[..., channel], 11)
+        way = MARKER_PX * np.sin(angle), MARKER_PX * np.cos(angle)
+        shifted.append(ndimage.shift(blurred, way, order=1, mode="nearest"))
+    value = np.max(shifted, axis=0)[SHRINK // 2 :: SHRINK, SHRINK // 2 :: SHRINK]
+    narrow, wide = (
+        ndimage.uniform_filter(value, times * MARKER_PX // SHRINK + 1) for times in (2, 6)
+    )
+    rows, columns = np.mgrid[: value.shape[0], : value.shape[1]]
+    middle = value.shape[0] / 2
+    mask = (value < 0.85 * (2 * wide - narrow)) & (np.hypot(columns - middle, rows - middle) < middle)
+    labels, count = ndimage.label(ndimage.binary_opening(mask))
+    areas = ndimage.sum(mask, labels, range(1, count + 1))
+    centres = np.array(ndimage.center_of_mass(mask, labels, range(1, count + 1)))[:, ::-1]
+    least = (MARKER_PX / SHRINK / 2) ** 2 * np.pi * 0.3
+    return SHRINK * centres[(areas > least) & (areas < 300)] + SHRINK // 2
+
+
+def shadows(camera: Camera) -> bool:
+    document, picture = camera.take("shadowtac", "--reference")
+    left = (picture.shape[1] - CROP_PX) // 2
+    drawn = marks(document) - [left, 0]
+    inside = np.hypot(*(drawn - CROP_PX / 2).T) < CROP_PX / 2 - EDGE_PX
+    drawn = drawn[inside]
+    # Red, blue, green stand 120 degrees apart, the first on +y, which is up in the picture.
+    found = dimples(picture[:, left : left + CROP_PX], [90, 330, 210])
+    away, _ = cKDTree(found).query(drawn)
+    is_found = away < MARKER_PX
+    share, error = is_found.mean(), np.median(away[is_found])
+    print(f"ShadowTac: {len(drawn)} dimples in view, {100 * share:.1f} % found (at least 95), ", end="")
+    print(f"median error {error:.2f} px (below 2), {len(found)} found in all")
+    return share >= 0.95 and error < 2
+
+
+def inks(camera: Camera) -> bool:
+    with_markers, without = (
+        camera.take("uvdtact", "--reference", "--no-noise", *more)[1]
+        for more in ((), ("--set", "markers.count=0"))
+    )
+    seen = np.abs(with_markers - without)
+    document, picture = camera.take("uvdtact", "--reference", "--light", "uv", "--samples", "2")
+    red, _, blue = (picture[..., channel] for channel in range(3))
+    share = np.where(red > 20, blue / np.maximum(red + blue, 1), 0)
+    mask = share > ndimage.median_filter(share, 31) + 0.06
+    mask[red <= 20] = False
+    labels, count = ndimage.label(ndimage.binary_opening(mask, np.ones((2, 2))))
+    centres = np.array(ndimage.center_of_mass(mask, labels, range(1, count + 1)))[:, ::-1]
+    drawn = marks(document)
+    # The end of a slot is drawn, all of it is seen: up to its own length nearer to the camera.
+    away, which = cKDTree(centres).query(drawn)
+    is_found = away < 8
+    print(f"UVDtact: markers change white pictures by {seen.mean():.3f} grey on average ", end="")
+    print(f"(noise {NOISE_GREY}); {is_found.sum()} of {len(drawn)} found in ultraviolet, ", end="")
+    print(f"{len(set(which[is_found]))} apart, {count} places in all")
+    return seen.mean() < NOISE_GREY and len(set(which[is_found])) == len(drawn)
+
+
+def dots(camera: Camera) -> bool:
+    for tip in "ABCD":
+        document, picture = camera.take(
+            *("tactip", "--reference", "--samples", "8", "--no-noise", "--set", f"pins.layout={tip}")
+        )
+        drawn = marks(document)
+        peaks = (picture == ndimage.maximum_filter(picture, 3)) & (picture > 0)
+        # Two of 64 steps above the darkest around.
+        peaks &= picture > ndimage.minimum_filter(picture, 5) + 2 * 255 / 63
+        labels, count = ndimage.label(peaks, np.ones((3, 3)))
+        centres = np.array(ndimage.center_of_mass(peaks, labels, range(1, count + 1)))[:, ::-1]
+        away, which = cKDTree(centres).query(drawn)
+        resolved = len(set(which[away < 1.2]))
+        print(f"TacTip {tip}: {len(document['marks'])} dots drawn, {len(drawn)} in the picture, ", end="")
+        print(f"{resolved} told apart")
+    return True
+
+
+def skin(camera: Camera) -> bool:
+    moves = []
+    for depth in (1, 2, 3, 4, 5):
+        at = f"hemisphere@7mm,7mm,{depth}mm"
+        rest, pressed = (
+            camera.take("fluidic", *what, "--no-noise")[0]
+            for what in (("--reference",), ("--press", at, "--spacing", "2mm"))
+        )
+        pairs = zip(rest["marks"], pressed["marks"], strict=True)
+        by = [np.subtract(b["pixel"], a["pixel"]) for a, b in pairs if a["pixel"] and b["pixel"]]
+        moves.append(np.hypot(*np.array(by).T).max())
+        pitch = np.subtract(rest["marks"][1]["pixel"], rest["marks"][0]["pixel"])
+        of_pitch = moves[-1] / np.hypot(*pitch)
+        print(f"fluidic, {at}: markers move up to {moves[-1]:.1f} px, {of_pitch:.2f} of their pitch")
+    return bool(np.all(np.diff(moves) > 0))
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        camera = Camera(sys.argv[1], Path(folder))
+        wrong = [check.__name__ for check in (shadows, inks, dots, skin) if not check(camera)]
+    if wrong:
+        sys.exit(f"pictures that are not read as papers read theirs: {', '.join(wrong)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -15,7 +15,7 @@
 //! thinner and the picture darker, gel that is pushed aside makes it thicker and the picture brighter. *Lamps*
 //! ([`Emitters`]) are what shines of the drawn bodies: each place of the layer gets light from all of them that no opaque
 //! body hides, by cosine and distance, and the same from everywhere for what bounces on. Light goes sideways in the layer
-//! ([`spread`]). The *chip* ([`Chip`]) adds noise. [`fit`] finds constants.
+//! ([`Spread`]). The *chip* ([`Chip`]) adds noise. [`fit`] finds constants.
 //!
 //! ```
 //! use fabkit_light::{Chip, TwoStream};
@@ -49,4 +49,4 @@ pub use lamp::{Emitter, Emitters, NoLight};
 pub use layer::TwoStream;
 pub use peg::{Peg, PegHit};
 pub use planes::{Arrival, Planes};
-pub use spread::spread;
+pub use spread::Spread;

@@ -202,7 +202,7 @@ impl Scene {
                 print_sigma_mm: PRINT_SIGMA_MM,
                 allow_no_contact,
             };
-            let capturing = Capturing { cast, lighting, constants, seed };
+            let capturing = Capturing { cast, lighting, constants: &constants, seed };
             let mut found = Vec::new();
             let captured = capturing.take(&scene, |seen| {
                 found = arrays(seen.map, seen.sigma_mm);

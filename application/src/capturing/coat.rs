@@ -28,6 +28,7 @@ const BEHIND_MM: f64 = 0.02;
 const OFF_MM: f64 = 1e-3;
 
 /// A sensor in a light that shows which way its coat looks.
+#[derive(Debug)]
 pub(super) struct CoatScene<'a> {
     sensor: &'a Sensor,
     touch: &'a TouchSurface,

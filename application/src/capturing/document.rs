@@ -10,7 +10,7 @@ use crate::identity::design_hash;
 use crate::pressing::marks_document;
 
 /// What a simulated picture leaves out, for people.
-fn left_out(shows: &Shows) -> Vec<&'static str> {
+pub(super) fn left_out(shows: &Shows) -> Vec<&'static str> {
     let own: &[&str] = match shows {
         Shows::Thickness { .. } => &["the bending of light between lamps and curved layers"],
         Shows::Slopes { .. } => {

@@ -14,6 +14,7 @@ use crate::pressing::Answer;
 const BEFORE_MM: f64 = 0.5;
 
 /// A sensor in a light that makes its layers glow.
+#[derive(Debug)]
 pub(super) struct GlowScene<'a> {
     scene: Scene<'a>,
     colors: Vec<Rgb>,

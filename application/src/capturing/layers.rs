@@ -1,8 +1,8 @@
 //! Translucent layers over black: the thicker, the brighter.
 
 use fabkit_depth::truth::{DepthMap, NO_LABEL};
-use fabkit_geometry::{Lighting, Point3, Rgb, Scratch, Sensor, Vector3};
-use fabkit_light::spread;
+use fabkit_geometry::{Lighting, Rgb, Scratch, Sensor};
+use fabkit_light::Spread;
 use rayon::prelude::*;
 
 use super::scene::{Scene, along};
@@ -10,11 +10,32 @@ use super::{LightConstants, Painted, ray_mm};
 use crate::Error;
 use crate::pressing::Answer;
 
+/// Layers that differ by less are as thick everywhere, mm.
+const EVEN_MM: f64 = 1e-6;
+
 /// A sensor in a light that shows how thick its layers are.
+#[derive(Debug)]
 pub(super) struct LayerScene<'a> {
     scene: Scene<'a>,
     constants: &'a LightConstants,
     pub(super) exposure: f64,
+    /// What all rays see at rest, where that is kept.
+    at_rest: Option<AtRest>,
+}
+
+/// What each ray sees while nothing presses.
+#[derive(Debug)]
+struct AtRest {
+    /// Where the surface is met, mm.
+    range_mm: Vec<f64>,
+    /// Grey value and thickness, before light spreads.
+    seen: Vec<(f64, f64)>,
+    /// How light spreads.
+    spread: Spread,
+    /// Grey values when it has.
+    grey: Vec<f64>,
+    /// How thick the layers are everywhere, mm, if they are.
+    even_mm: Option<f64>,
 }
 
 impl<'a> LayerScene<'a> {
@@ -26,21 +47,50 @@ impl<'a> LayerScene<'a> {
         let scene = Scene::of(sensor, lighting, constants)?;
         let exposure = scene.middle().map_or(1.0, |[lit, mm]| constants.exposure(lit, mm))
             * constants.dimmer(scene.brightest());
-        Ok(Self { scene, constants, exposure })
+        Ok(Self { scene, constants, exposure, at_rest: None })
     }
 
     pub(super) fn words(&self) -> [String; 2] {
         [format!("thickness of {}", self.scene.layers.join(" and ")), self.scene.lamps.clone()]
     }
 
+    /// Keeps what rays see of a surface at rest: where a press moves nothing, that is seen again.
+    pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
+        let seen = self.rays(map, None);
+        let spread = self.spread(map, &seen);
+        let mut grey: Vec<f64> = seen.iter().map(|(grey, _)| *grey).collect();
+        spread.apply(&mut grey);
+        let range_mm = map.range_mm().to_vec();
+        let known = seen.iter().map(|(_, mm)| *mm).filter(|mm| mm.is_finite());
+        let [least, most] = known.fold([f64::INFINITY, 0.0], |[least, most], mm| {
+            [f64::min(least, mm), f64::max(most, mm)]
+        });
+        let even_mm = (most - least < EVEN_MM).then_some(f64::midpoint(least, most));
+        self.at_rest = Some(AtRest { range_mm, seen, spread, grey, even_mm });
+    }
+
     pub(super) fn paint(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Painted {
         let rays = self.rays(map, answer);
-        let (mut grey, thickness_mm): (Vec<f64>, Vec<f64>) = rays.into_iter().unzip();
-        let is_layer: Vec<bool> = thickness_mm.iter().map(|mm| mm.is_finite()).collect();
-        let sigma_px = self.constants.spread_mm.value / ray_mm(map);
-        spread(&mut grey, &is_layer, map.width_px() as usize, sigma_px);
+        let mut grey: Vec<f64> = rays.iter().map(|(grey, _)| *grey).collect();
+        match &self.at_rest {
+            // Light that spreads adds up: of what has changed alone.
+            Some(rest) => {
+                grey.iter_mut().zip(&rest.seen).for_each(|(now, before)| *now -= before.0);
+                rest.spread.apply(&mut grey);
+                grey.iter_mut().zip(&rest.grey).for_each(|(change, before)| *change += before);
+            }
+            None => self.spread(map, &rays).apply(&mut grey),
+        }
         let light: Vec<Rgb> = grey.into_iter().map(|grey| [grey; 3]).collect();
+        let thickness_mm = rays.into_iter().map(|(_, mm)| mm).collect();
         Painted { light, thickness_mm, marks: Vec::new() }
+    }
+
+    /// How light spreads where there is a layer.
+    fn spread(&self, map: &DepthMap<'_>, seen: &[(f64, f64)]) -> Spread {
+        let is_layer = seen.iter().map(|(_, mm)| mm.is_finite()).collect();
+        let sigma_px = self.constants.spread_mm.value / ray_mm(map);
+        Spread::new(is_layer, map.width_px() as usize, sigma_px)
     }
 
     /// Grey value and thickness that each ray meets.
@@ -48,28 +98,30 @@ impl<'a> LayerScene<'a> {
         let (scene, constants) = (&self.scene, self.constants);
         let (law, beside) = (constants.layer(), (constants.beside_grey.value, f64::NAN));
         let lower = answer.and_then(|answer| answer.lower_face(scene.innermost()));
-        let places: Vec<(Point3<f64>, Vector3<f64>)> =
-            map.point_in_sensor().zip(map.direction_in_sensor()).collect();
-        let ray =
-            |(scratch, found): &mut (Scratch, Vec<[f64; 2]>),
-             ((place, direction), label): (&(Point3<f64>, Vector3<f64>), &u16)| {
-                if *label == NO_LABEL {
-                    return beside;
-                }
-                // Where the surface was at rest, how far it has moved, and what lay below it.
-                let (depth_mm, outward) = scene.touch.depth_mm(place);
-                let rest = place + depth_mm * outward;
-                let Some(thick_mm) = scene.thickness_mm((&rest, &outward), scratch, found) else {
-                    return beside;
-                };
-                let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&rest));
-                let thickness_mm = (thick_mm - depth_mm - lower_mm).max(0.0);
-                let path_mm = along(thickness_mm, &outward, direction);
-                let sent = constants.ground_grey.value
-                    + constants.layer_grey.value * law.reflectance(path_mm);
-                (self.exposure * scene.lit.at(&rest) * sent, thickness_mm)
-            };
+        let rest = self.at_rest.as_ref();
+        let even_mm = rest.and_then(|rest| rest.even_mm);
+        let ray = |(scratch, found): &mut (Scratch, Vec<[f64; 2]>), i: usize| {
+            if let Some(rest) = rest.filter(|rest| map.range_mm()[i] == rest.range_mm[i]) {
+                return rest.seen[i];
+            }
+            if map.label()[i] == NO_LABEL {
+                return beside;
+            }
+            let Some((place, direction)) = map.arrival(i) else { return beside };
+            // Where the surface was at rest, how far it has moved, and what lay below it.
+            let (depth_mm, outward) = scene.touch.depth_mm(&place);
+            let foot = place + depth_mm * outward;
+            let thick_mm =
+                even_mm.or_else(|| scene.thickness_mm((&foot, &outward), scratch, found));
+            let Some(thick_mm) = thick_mm else { return beside };
+            let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&foot));
+            let thickness_mm = (thick_mm - depth_mm - lower_mm).max(0.0);
+            let path_mm = along(thickness_mm, &outward, &direction);
+            let sent =
+                constants.ground_grey.value + constants.layer_grey.value * law.reflectance(path_mm);
+            (self.exposure * scene.lit.at(&foot) * sent, thickness_mm)
+        };
         let memory = || (Scratch::default(), Vec::new());
-        places.par_iter().zip(map.label()).map_init(memory, ray).collect()
+        (0..map.range_mm().len()).into_par_iter().map_init(memory, ray).collect()
     }
 }

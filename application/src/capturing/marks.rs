@@ -25,6 +25,7 @@ const COARSE: usize = 12;
 const WHITE_GREY: f64 = 255.0;
 
 /// A sensor in a light that shows its marks.
+#[derive(Debug)]
 pub(super) struct MarkScene<'a> {
     sensor: &'a Sensor,
     marks: CompiledSolid,

@@ -14,17 +14,20 @@ mod marks;
 mod pegs;
 mod scene;
 mod skin;
+mod studio;
 mod table;
 
 use fabkit_depth::truth::DepthMap;
 use fabkit_geometry::{Lighting, Mark, Rgb, Sensor, Shows, Vector3};
 use fabkit_light::{Chip, NoLight, drift};
 use fabkit_optics::Sights;
+use rayon::prelude::*;
 
 pub use constants::{Constant, Known, LightConstants};
 pub use document::{comment, document};
 pub use scene::Scene;
 pub use skin::SkinView;
+pub use studio::Studio;
 
 use self::coat::CoatScene;
 use self::glowing::GlowScene;
@@ -139,7 +142,7 @@ pub struct Capturing<'a> {
     /// How the sensor is lit.
     pub lighting: &'a Lighting,
     /// What the light rests on.
-    pub constants: LightConstants,
+    pub constants: &'a LightConstants,
     /// For the noise; nothing for none, and no drift.
     pub seed: Option<u64>,
 }
@@ -193,6 +196,7 @@ struct Painted {
 }
 
 /// A sensor in one of its lights.
+#[derive(Debug)]
 enum Painter<'a> {
     Layers(LayerScene<'a>),
     Coat(CoatScene<'a>),
@@ -266,7 +270,7 @@ impl Capturing<'_> {
     ) -> Result<Captured, Error> {
         let sensor = &scene.project.design.sensor;
         self.check(sensor, self.cast.presses.is_empty(), self.cast.contact)?;
-        let painter = Painter::of(sensor, self.lighting, &self.constants)?;
+        let painter = Painter::of(sensor, self.lighting, self.constants)?;
         scene.cast(&self.cast, |seen| {
             also(&seen)?;
             let painted = painter.paint(scene, &self.cast, &seen)?;
@@ -300,23 +304,49 @@ impl Capturing<'_> {
         Ok(())
     }
 
-    /// What the chip makes of it: means over the samples of each pixel, with drift, noise, and the steps that it tells
-    /// apart.
+    /// What the chip makes of it.
     fn recorded(
         &self,
         sensor: &Sensor,
         painted: Painted,
-        [width_px, height_px]: [u32; 2],
+        size_px: [u32; 2],
         ([shown, lamps], exposure): ([String; 2], f64),
     ) -> Captured {
+        Captured {
+            size_px,
+            channels: self.channels(),
+            grey: self.values(sensor, &painted.light, size_px),
+            thickness_mm: painted.thickness_mm,
+            exposure,
+            drift_grey: self.drift_grey(),
+            shown,
+            lamps,
+            marks: painted.marks,
+            mark_pixels: Vec::new(),
+            elastic: None,
+            contact_level: self.cast.contact.name(),
+        }
+    }
+
+    fn channels(&self) -> usize {
+        if self.lighting.is_colored() { 3 } else { 1 }
+    }
+
+    fn drift_grey(&self) -> f64 {
+        self.seed.map_or(0.0, |seed| drift(self.constants.drift.value, seed))
+    }
+
+    /// What each pixel records of its rays: means over its samples, with drift, noise, and in the steps that the chip tells
+    /// apart.
+    fn values(&self, sensor: &Sensor, light: &[Rgb], [width, height]: [u32; 2]) -> Vec<f64> {
         let samples = self.cast.samples as usize;
-        let drift_grey = self.seed.map_or(0.0, |seed| drift(self.constants.drift.value, seed));
+        let drift_grey = self.drift_grey();
         let (chip, seed) = match self.seed {
             Some(seed) => (self.constants.chip(), seed),
             None => (Chip::IDEAL, 0),
         };
-        let (width, height) = (width_px as usize, height_px as usize);
-        let channels = if self.lighting.is_colored() { 3 } else { 1 };
+        let (width, height) = (width as usize, height as usize);
+        let channels = self.channels();
         // A chip of less than eight bits has less steps up to the same white; of more, nobody asks.
         let steps = f64::from((1u32 << sensor.grey_bits.min(8)) - 1);
         let stepped = |grey: f64| match sensor.grey_bits {
@@ -327,24 +357,11 @@ impl Capturing<'_> {
             let (pixel, channel) = (i / channels, i % channels);
             let first = pixel / width * samples * width * samples + pixel % width * samples;
             let rows = (0..samples).map(|row| first + row * width * samples);
-            let all = rows.flat_map(|begin| &painted.light[begin..begin + samples]);
+            let all = rows.flat_map(|begin| &light[begin..begin + samples]);
             let mean = all.map(|light| light[channel]).sum::<f64>() / (samples * samples) as f64;
             stepped(chip.records(mean + drift_grey, seed, i as u64))
         };
-        Captured {
-            size_px: [width_px, height_px],
-            channels,
-            grey: (0..width * height * channels).map(value).collect(),
-            thickness_mm: painted.thickness_mm,
-            exposure,
-            drift_grey,
-            shown,
-            lamps,
-            marks: painted.marks,
-            mark_pixels: Vec::new(),
-            elastic: None,
-            contact_level: self.cast.contact.name(),
-        }
+        (0..width * height * channels).into_par_iter().map(value).collect()
     }
 }
 

@@ -1,24 +1,16 @@
-//! Pictures of half presses, real or rendered, stitched like the halves that they show.
+//! Pictures of half presses that somebody has.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fabkit_export::{Element, ZarrArray, zarr_pack};
 use fabkit_picture::{ENDINGS, Picture, Values};
 use rayon::prelude::*;
-use serde_json::json;
 
-use super::Job;
-use super::samples::{Part, stitched_array, write_array};
-use super::store::{DatasetError, Store};
-use super::tiling::Tiling;
 use crate::error::listed;
 use crate::reading::{self, Expected};
 
 /// Words for the sides, in file names and in CSV, in the order of the halves.
 const SIDES: [&str; 2] = ["left", "right"];
-const HALVES: &str = "halves/image";
-const SAMPLES: &str = "samples/image";
 const LIST: Expected = Expected {
     what: "a list of captures",
     max_bytes: 1 << 20,
@@ -109,6 +101,11 @@ impl HalfCaptures {
         self.channels
     }
 
+    /// Of a half, row by row.
+    pub(super) fn picture(&self, half: usize) -> &[u8] {
+        &self.pictures[half]
+    }
+
     /// BLAKE3, in hex, over all pictures.
     pub fn hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
@@ -116,74 +113,6 @@ impl HalfCaptures {
             hasher.update(picture);
         }
         hasher.finalize().to_hex().to_string()
-    }
-
-    /// `halves/image` and, if there is a tiling for them, `samples/image`.
-    pub(super) fn arrays(
-        &self,
-        job: &Job,
-        tiling: Option<&Tiling>,
-        [height, width]: [u32; 2],
-    ) -> Vec<(String, ZarrArray)> {
-        let count = job.patterns.len();
-        let shape: Vec<u64> = [height, width, self.channels].map(u64::from).to_vec();
-        let halves = ZarrArray {
-            element: Element::U8,
-            samples: 2 * count as u64,
-            sample_shape: shape.clone(),
-            chunk_shape: shape,
-            samples_per_shard: count as u64,
-            dimensions: ["half", "row", "column", "channel"].map(String::from).to_vec(),
-            attributes: json!({ "is": "captures as given" }),
-        };
-        let mut arrays = vec![(HALVES.to_owned(), halves)];
-        arrays.extend(tiling.map(|tiling| {
-            let is = "captures stitched like the labels; 0 in the seam and off the surface";
-            let mut samples = stitched_array(count, tiling, [height, width], Element::U8, is);
-            samples.sample_shape.push(self.channels.into());
-            samples.chunk_shape.push(self.channels.into());
-            samples.dimensions.push("channel".into());
-            (SAMPLES.to_owned(), samples)
-        }));
-        arrays
-    }
-
-    /// Writes the pictures, and all pairs of them if they are materialised.
-    pub(super) fn write(
-        &self,
-        store: &Store,
-        job: &Job,
-        tiling: Option<&Tiling>,
-        arrays: &[(String, ZarrArray)],
-    ) -> Result<(), DatasetError> {
-        for (name, array) in arrays {
-            if let Some(tiling) = tiling.filter(|_| name == SAMPLES) {
-                let parts = (0..self.pictures.len()).into_par_iter();
-                let parts: Vec<Part> =
-                    parts.map(|half| self.part(job, tiling, half)).collect::<Result<_, _>>()?;
-                let parts: Vec<&Part> = parts.iter().collect();
-                write_array(store, name, array, tiling, &parts)?;
-                continue;
-            }
-            store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
-            (0..array.shards()).into_par_iter().try_for_each(|shard| {
-                store.put(&format!("{name}/{}", array.shard_path(shard)), || {
-                    let halves = array.samples_of(shard);
-                    let packed = halves.map(|half| zarr_pack(&self.pictures[half as usize]));
-                    Ok(array.shard(&packed.collect::<Result<Vec<_>, _>>()?))
-                })
-            })?;
-        }
-        Ok(())
-    }
-
-    fn part(&self, job: &Job, tiling: &Tiling, half: usize) -> Result<Part, DatasetError> {
-        let (picture, sides, own) = (&self.pictures[half], job.seam.sides(), job.half(half).1);
-        if self.channels == 1 {
-            return Part::new(tiling, sides, own, |pixel| [picture[pixel]]);
-        }
-        let (colors, _) = picture.as_chunks::<3>();
-        Part::new(tiling, sides, own, |pixel| colors[pixel])
     }
 }
 

@@ -12,6 +12,7 @@ use super::samples::Parts;
 use super::store::{DatasetError, Store};
 use super::tiling::Tiling;
 use super::{Files, Job};
+use crate::pressing::Answer;
 
 /// Half presses in one file.
 const HALVES_PER_SHARD: u64 = 16;
@@ -163,6 +164,28 @@ fn read_halves(
 
 /// Casts one half: the left ones in order, then the right ones.
 pub(super) fn cast_half(job: &Job, half: usize) -> Result<Half, DatasetError> {
+    with_map(job, half, Detail::default(), |map, _| Half {
+        indentation_mm: indentation_f32(map),
+        label: labels_u8(map),
+    })
+}
+
+/// How closely a half is looked at.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Detail {
+    /// Whether it has normals.
+    pub(super) has_normals: bool,
+    /// Where the surface moves by less than that, it is left at rest, mm.
+    pub(super) still_mm: f64,
+}
+
+/// Shows the map of a half, and what layers answer.
+pub(super) fn with_map<R>(
+    job: &Job,
+    half: usize,
+    detail: Detail,
+    look: impl FnOnce(&DepthMap<'_>, Option<&Answer<'_>>) -> R,
+) -> Result<R, DatasetError> {
     let (pattern, side) = job.half(half);
     let pressers = if side == Side::Left { &pattern.left } else { &pattern.right };
     let answer = match (job.ready, &pattern.felt) {
@@ -170,10 +193,12 @@ pub(super) fn cast_half(job: &Job, half: usize) -> Result<Half, DatasetError> {
         _ => None,
     };
     let map = match &answer {
-        Some(answer) => job.surface.yielded(pressers, answer, false),
+        Some(answer) => {
+            job.surface.yielded_beyond(pressers, answer, detail.has_normals, detail.still_mm)
+        }
         None => job.surface.pressed(pressers).with_membrane(job.contact.membrane_mm()),
     };
-    Ok(Half { indentation_mm: indentation_f32(&map), label: labels_u8(&map) })
+    Ok(look(&map, answer.as_ref()))
 }
 
 /// Whether any pixel on its own side sees what presses.

@@ -26,6 +26,7 @@ mod card;
 mod elsewhere;
 mod felt;
 mod halves;
+mod images;
 mod order;
 mod patterns;
 mod plan;
@@ -47,7 +48,8 @@ use serde_json::json;
 pub use captures::{HalfCaptures, InvalidCaptures};
 pub use elsewhere::{Files, shard};
 pub use felt::Felt;
-pub use order::{DatasetRequest, DatasetRequestError, prepare};
+pub use images::HalfImages;
+pub use order::{DatasetRequest, DatasetRequestError, ImageRequest, prepare};
 pub use patterns::{MAX_BODIES, MAX_PATTERNS, NamedPresses, NoPatterns, read as read_patterns};
 pub use plan::{DatasetPlan, Split};
 pub use read::{SampleArray, SampleError};
@@ -90,7 +92,7 @@ pub struct Job<'a> {
     /// What the folder will say about itself.
     pub plan: &'a DatasetPlan,
     /// Pictures of all halves.
-    pub captures: Option<&'a HalfCaptures>,
+    pub captures: Option<&'a HalfImages<'a>>,
     /// Write the stitched samples too, instead of their list alone.
     pub materialise: bool,
     /// Go on where an earlier run was stopped.

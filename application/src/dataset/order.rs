@@ -9,11 +9,14 @@ use serde_json::{Value, json};
 
 use super::room::Room;
 use super::{
-    DatasetPlan, HalfCaptures, InvalidCaptures, Job, NamedPresses, NoPatterns, felt, patterns,
+    DatasetPlan, HalfCaptures, HalfImages, InvalidCaptures, Job, NamedPresses, NoPatterns, felt,
+    patterns,
 };
+use crate::capturing::{self, LightConstants, Studio};
 use crate::diagnostics::{Diagnosed, SourceText};
 use crate::documents;
 use crate::error::{Error, ErrorKind, Explained, listed};
+use crate::fitting_light::read_constants;
 use crate::identity::design_hash;
 use crate::pressing::{Contact, Linear, Ready, threads};
 use crate::reading::{self, Expected};
@@ -27,6 +30,8 @@ pub struct DatasetRequest<'a> {
     pub presses: Option<&'a Path>,
     /// Pictures of the halves.
     pub captures: Option<&'a Path>,
+    /// Take pictures of the halves instead.
+    pub images: Option<ImageRequest<'a>>,
     /// How the surface answers.
     pub contact: Contact,
     /// What is left out on either side of the seam, mm.
@@ -39,6 +44,15 @@ pub struct DatasetRequest<'a> {
     pub materialise: bool,
     /// Go on where an earlier run was stopped.
     pub resume: bool,
+}
+
+/// What pictures of halves to take.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageRequest<'a> {
+    /// Which of the sensor's lights is on; its usual one where nobody says.
+    pub light: Option<&'a str>,
+    /// Constants of a unit's light.
+    pub constants: Option<&'a Path>,
 }
 
 /// What a data set cannot be made of.
@@ -109,7 +123,24 @@ pub fn prepare<R, E: From<Error>>(
     let rays = scene.rays_of_rows(1, 0..u32::MAX);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     let seam = Seam::new(&surface, SEAM_NORMAL, order.seam_margin_mm);
-    let captures = captures_of(order, &named, [rays.width_px(), rays.height_px()])?;
+    let drawn = &scene.project.design.sensor;
+    let light = match order.images {
+        Some(images) => Some((
+            capturing::lighting(drawn, images.light).map_err(Error::from)?,
+            match images.constants {
+                Some(path) => read_constants(drawn, path)?,
+                None => LightConstants::of(drawn),
+            },
+        )),
+        None => None,
+    };
+    let captures = match &light {
+        Some((lighting, constants)) => {
+            let studio = Studio::new(scene, &surface, lighting, constants, order.contact)?;
+            Some(HalfImages::Simulated(Box::new(studio), order.seed))
+        }
+        None => captures_of(order, &named, [rays.width_px(), rays.height_px()])?,
+    };
     let mut about = about(order, scene, &named, captures.as_ref());
     if let Some(ready) = &ready {
         about["elastic"] = felt::about(ready, &patterns);
@@ -154,10 +185,11 @@ fn captures_of(
     order: &DatasetRequest,
     named: &[NamedPresses],
     size_px: [u32; 2],
-) -> Result<Option<HalfCaptures>, Error> {
+) -> Result<Option<HalfImages<'static>>, Error> {
     let Some(place) = order.captures else { return Ok(None) };
     let names: Vec<String> = named.iter().map(|pattern| pattern.name.clone()).collect();
-    Ok(Some(HalfCaptures::read(place, &names, size_px).map_err(DatasetRequestError::from)?))
+    let given = HalfCaptures::read(place, &names, size_px).map_err(DatasetRequestError::from)?;
+    Ok(Some(HalfImages::Given(given)))
 }
 
 /// What the folder says about itself besides its patterns.
@@ -165,7 +197,7 @@ fn about(
     order: &DatasetRequest,
     scene: &SensorView,
     named: &[NamedPresses],
-    captures: Option<&HalfCaptures>,
+    captures: Option<&HalfImages<'_>>,
 ) -> Value {
     let design = &scene.project.design;
     json!({
@@ -173,7 +205,7 @@ fn about(
         "sensor": design.sensor.name,
         "design_hash": design_hash(design),
         "presses_hash": patterns::hash(named),
-        "captures_hash": captures.map(HalfCaptures::hash),
+        "images": captures.map(HalfImages::document),
         "viewpoint": scene.viewpoint.to_json(),
         "surface_seen": documents::coverage(&scene.coverage),
         "seed": order.seed,

@@ -6,7 +6,7 @@ use fabkit_geometry::sequences::Random;
 use serde_json::{Value, json};
 
 use super::store::KIND;
-use super::{HalfCaptures, Job, PressPattern, size_px};
+use super::{HalfImages, Job, PressPattern, size_px};
 
 /// What a pattern, and a sample, is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,7 +118,7 @@ impl DatasetPlan {
             "version": KIND.version,
             "materialised": job.materialise,
             "size_px": [height_px, width_px],
-            "image_channels": job.captures.map(HalfCaptures::channels),
+            "image_channels": job.captures.map(HalfImages::channels),
             "halves": 2 * self.patterns.len(),
             "samples": self.patterns.len().pow(2),
             "patterns": patterns.collect::<Vec<_>>(),

@@ -38,7 +38,8 @@ impl Room {
         let pixels: u64 = size_px.map(u64::from).iter().product();
         let (patterns, if_so) =
             (patterns as u64, |so: bool, bytes: u64| if so { bytes } else { 0 });
-        let of_halves = if_so(order.materialise, PART) + if_so(order.captures.is_some(), CAPTURE);
+        let of_halves = if_so(order.materialise, PART)
+            + if_so(order.captures.is_some() || order.images.is_some(), CAPTURE);
         let shared = SHARED + 2 * patterns * of_halves;
         let (more, field) = match order.contact {
             Contact::Rigid => (0, 0),

@@ -34,6 +34,9 @@ pub enum DatasetError {
         /// What is wrong.
         error: PressingError,
     },
+    /// A picture that cannot be taken.
+    #[error(transparent)]
+    Picture(Box<crate::Error>),
     /// Somebody else sent a file that is none of this data set's.
     #[error("a worker sent `{name}`, {what}")]
     Stranger {
@@ -53,6 +56,7 @@ impl Explained for DatasetError {
             Self::Folder(error) => error.kind(),
             Self::Read(error) => error.kind(),
             Self::Press { error, .. } => error.kind(),
+            Self::Picture(error) => error.kind(),
             Self::Stranger { .. } => ErrorKind::Io,
             Self::Cancelled => ErrorKind::Interrupted,
             Self::Export(_) => ErrorKind::Bug,
@@ -64,6 +68,7 @@ impl Explained for DatasetError {
             Self::Folder(error) => error.hint(),
             Self::Read(error) => error.hint(),
             Self::Press { error, .. } => error.hint(),
+            Self::Picture(error) => error.hint(),
             Self::Stranger { .. } => Some(SAME_VERSION.into()),
             Self::Cancelled => Some("what is finished stays, and can be gone on with".into()),
             Self::Export(_) => None,

@@ -76,6 +76,13 @@ impl DepthMap<'_> {
         })
     }
 
+    /// Where a ray ends, and the unit direction in which it arrives, mm in the sensor frame; nothing of rays that are none.
+    #[inline]
+    pub fn arrival(&self, pixel: usize) -> Option<(Point3<f64>, Vector3<f64>)> {
+        let ray = self.surface.rays().ray(pixel)?;
+        Some((ray.at(self.range_mm[pixel]), ray.direction))
+    }
+
     /// The unit direction in which each ray arrives there, sensor frame; NaN of rays that are none.
     pub fn direction_in_sensor(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         let rays = self.surface.rays();

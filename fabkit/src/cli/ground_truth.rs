@@ -149,6 +149,16 @@ pub struct Dataset {
     /// `PATTERN-right.png`, or a CSV file with the columns pattern, side, file
     #[arg(long, value_name = "DIR|CSV", conflicts_with = "probes")]
     pub captures: Option<PathBuf>,
+    /// Take a picture of each half, as `capture` does, and stitch them like the halves; each with noise of its own, which
+    /// --seed decides
+    #[arg(long, conflicts_with_all = ["probes", "captures"])]
+    pub images: bool,
+    /// Which of the sensor's lights is on in them [default: its usual one]
+    #[arg(long, value_name = "NAME", requires = "images")]
+    pub light: Option<String>,
+    /// Constants of a unit's light for them, as `fit-light` writes them
+    #[arg(long, value_name = "FILE.json", requires = "images")]
+    pub constants: Option<PathBuf>,
     /// Also write a picture of random samples
     #[arg(long, value_name = "FILE.png", conflicts_with = "probes")]
     pub contact_sheet: Option<PathBuf>,

@@ -60,7 +60,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
             allow_no_contact: args.allow_no_contact,
         },
         lighting,
-        constants,
+        constants: &constants,
         seed: (!args.no_noise).then_some(args.seed),
     };
     let camera = viewpoint.camera();

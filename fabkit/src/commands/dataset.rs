@@ -5,7 +5,9 @@ mod probes;
 use std::path::Path;
 use std::time::Instant;
 
-use fabkit_application::dataset::{self, DatasetPlan, DatasetRequest, Job, WrittenDataset};
+use fabkit_application::dataset::{
+    self, DatasetPlan, DatasetRequest, ImageRequest, Job, WrittenDataset,
+};
 use fabkit_application::documents;
 use fabkit_application::export::png;
 use fabkit_application::picture::is_named_as_one as is_picture;
@@ -33,6 +35,10 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
     let order = DatasetRequest {
         presses: args.presses.as_deref(),
         captures: args.captures.as_deref(),
+        images: args.images.then_some(ImageRequest {
+            light: args.light.as_deref(),
+            constants: args.constants.as_deref(),
+        }),
         contact: args.view.contact.contact()?,
         seam_margin_mm: args.seam_margin,
         allow_no_contact: args.allow_no_contact,
@@ -71,6 +77,7 @@ fn roles(args: &Dataset) -> Roles {
     let is_folder = captures.is_some_and(Path::is_dir);
     view::roles(&args.design, &args.view)
         .reads("--presses", &args.presses)
+        .reads("--constants", &args.constants)
         .reads_all("--captures", captures, |n| if is_folder { is_half(n) } else { is_picture(n) })
         .writes("-o", args.probes.then_some(&args.output))
         .writes("--contact-sheet", &args.contact_sheet)

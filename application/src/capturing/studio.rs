@@ -1,0 +1,97 @@
+//! One picture after the other of the same sensor.
+
+use fabkit_depth::truth::{DepthMap, ReferenceSurface};
+use fabkit_geometry::Lighting;
+use serde_json::{Value, json};
+
+use super::{Capturing, LightConstants, Painter};
+use crate::Error;
+use crate::ground_truth::deepest;
+use crate::pressing::{Answer, Contact};
+use crate::scene::{Cast, Seen, SensorView};
+
+/// A sensor, its camera and its light, with all that no press changes.
+#[derive(Debug)]
+pub struct Studio<'a> {
+    scene: &'a SensorView,
+    capturing: Capturing<'a>,
+    painter: Painter<'a>,
+}
+
+impl<'a> Studio<'a> {
+    /// What moves by less is not seen to move, mm: R-Tac0's layer changes by 0.08 grey then, of a noise of 0.8.
+    pub const STILL_MM: f64 = 2e-3;
+
+    /// Of a surface as the camera sees it, a ray a pixel.
+    ///
+    /// # Errors
+    /// As for [`Capturing::take`].
+    pub fn new(
+        scene: &'a SensorView,
+        surface: &ReferenceSurface<'_>,
+        lighting: &'a Lighting,
+        constants: &'a LightConstants,
+        contact: Contact,
+    ) -> Result<Self, Error> {
+        let sensor = &scene.project.design.sensor;
+        let cast = Cast {
+            presses: &[],
+            samples: 1,
+            contact,
+            shear_mm: [0.0; 2],
+            print_sigma_mm: 0.0,
+            allow_no_contact: true,
+        };
+        let capturing = Capturing { cast, lighting, constants, seed: None };
+        capturing.check(sensor, false, contact)?;
+        let mut painter = Painter::of(sensor, lighting, constants)?;
+        if let Painter::Layers(layers) = &mut painter {
+            layers.prepare(&surface.untouched());
+        }
+        Ok(Self { scene, capturing, painter })
+    }
+
+    /// Values of a pixel: 1, or 3 for red, green and blue.
+    pub fn channels(&self) -> usize {
+        self.capturing.channels()
+    }
+
+    /// Whether maps need their normals.
+    pub fn wants_normals(&self) -> bool {
+        matches!(self.painter, Painter::Coat(_))
+    }
+
+    /// The picture of a press, row by row, 0 to 255, not rounded; without a seed without noise and drift.
+    ///
+    /// # Errors
+    /// As for [`Capturing::take`].
+    pub fn take(
+        &self,
+        map: &DepthMap<'_>,
+        answer: Option<&Answer<'_>>,
+        seed: Option<u64>,
+    ) -> Result<Vec<f64>, Error> {
+        let sensor = &self.scene.project.design.sensor;
+        let touch = self.scene.touch()?;
+        let deepest = self.wants_normals().then(|| deepest(map, touch)).flatten();
+        let seen = Seen { map, sigma_mm: &[], deepest, surface_px: 0, answer };
+        let painted = self.painter.paint(self.scene, &self.capturing.cast, &seen)?;
+        let capturing = Capturing { seed, ..self.capturing.clone() };
+        Ok(capturing.values(sensor, &painted.light, [map.width_px(), map.height_px()]))
+    }
+
+    /// What pictures rest on, as JSON.
+    pub fn document(&self) -> Value {
+        let Capturing { lighting, constants, .. } = &self.capturing;
+        let [shown, lamps] = self.painter.words();
+        json!({
+            "is_simulated": true,
+            "light": lighting.name,
+            "shown": shown,
+            "lamps": lamps,
+            "exposure": self.painter.exposure(),
+            "constants": constants.document(&lighting.shows),
+            "left_out": super::document::left_out(&lighting.shows),
+        })
+    }
+}

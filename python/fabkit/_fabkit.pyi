@@ -199,6 +199,7 @@ class DatasetOrder:
         scene: Scene,
         presses: str | None,
         captures: str | None,
+        images: tuple[str | None, str | None] | None,
         contact: _Contact,
         seam_margin_mm: float,
         seed: int,

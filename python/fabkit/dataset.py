@@ -187,6 +187,9 @@ def write(
     camera: Camera | str | PathLike[str] | None = None,
     pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
     captures: str | PathLike[str] | None = None,
+    images: bool = False,
+    light: str | None = None,
+    constants: str | PathLike[str] | None = None,
     contact: str | None = None,
     membrane_mm: float | str = 0.0,
     friction: float | None = None,
@@ -214,6 +217,10 @@ def write(
         As for :class:`fabkit.depth.Scene`.
     captures
         Pictures of the halves, to be stitched like them: a folder, or a CSV file.
+    images
+        Take a picture of each half instead, simulated, each with noise of its own.
+    light, constants
+        For them, as for :meth:`fabkit.depth.Scene.capture`.
     contact
         How the surface answers: ``"rigid"``, ``"membrane"`` with ``membrane_mm``, or ``"linear"``:
         its layers give way as elastic ones do, and bulge. Without it, ``"membrane"`` where there is
@@ -257,6 +264,7 @@ def write(
     options = (
         None if presses is None else os.fspath(presses),
         None if captures is None else os.fspath(captures),
+        (light, None if constants is None else os.path.abspath(constants)) if images else None,
         _arrays.contact(contact, membrane_mm, friction, spacing_mm),
         _arrays.length_mm(seam_margin_mm, "seam_margin_mm"),
         seed,

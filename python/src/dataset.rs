@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use fabkit_application::Error;
 use fabkit_application::dataset::{
-    self, Begun, DatasetError, DatasetRequest, Job, SampleArray, WrittenDataset,
+    self, Begun, DatasetError, DatasetRequest, ImageRequest, Job, SampleArray, WrittenDataset,
 };
 use fabkit_application::export::Element;
 use fabkit_application::progress::Step;
@@ -28,6 +28,8 @@ pub struct DatasetOrder {
     sensor: String,
     presses: Option<PathBuf>,
     captures: Option<PathBuf>,
+    /// Whether to take pictures, the light, and constants of a unit's own.
+    images: Option<(Option<String>, Option<PathBuf>)>,
     contact: Contacting,
     seam_margin_mm: f64,
     seed: u64,
@@ -43,6 +45,7 @@ impl DatasetOrder {
         scene: &Scene,
         presses: Option<PathBuf>,
         captures: Option<PathBuf>,
+        images: Option<(Option<String>, Option<PathBuf>)>,
         contact: Contacting,
         seam_margin_mm: f64,
         seed: u64,
@@ -55,6 +58,7 @@ impl DatasetOrder {
             sensor,
             presses,
             captures,
+            images,
             contact,
             seam_margin_mm,
             seed,
@@ -110,6 +114,10 @@ impl DatasetOrder {
         let order = DatasetRequest {
             presses: self.presses.as_deref(),
             captures: self.captures.as_deref(),
+            images: self.images.as_ref().map(|(light, constants)| ImageRequest {
+                light: light.as_deref(),
+                constants: constants.as_deref(),
+            }),
             contact: named(self.contact.clone()).map_err(Error::from)?,
             seam_margin_mm: self.seam_margin_mm,
             seed: self.seed,

@@ -121,7 +121,7 @@ def dots(camera: Camera) -> bool:
 
 def skin(camera: Camera) -> bool:
     moves = []
-    for depth in (1, 2, 3, 4, 5):
+    for depth in (2, 5):
         at = f"hemisphere@7mm,7mm,{depth}mm"
         rest, pressed = (
             camera.take("fluidic", *what, "--no-noise")[0]

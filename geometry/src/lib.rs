@@ -60,7 +60,7 @@ pub use circuit::*;
 pub use compiled::{CompiledSolid, Crossing, PlacedPrimitive, Ray, Scratch};
 pub use lens::*;
 pub use lettered::{LETTERED, is_lettered, without_letters};
-pub use lighting::{LampGroup, Lighting, Rgb, Shows, WHITE};
+pub use lighting::{Column, LampGroup, Lighting, Rgb, Shows, WHITE};
 pub use liquid::*;
 pub use mark::{Carrier, Mark};
 pub use model::*;

@@ -1,5 +1,9 @@
 //! The ways in which a sensor is lit, and what its camera sees of a touch by that light.
 
+use nalgebra::{Point3, Vector3};
+
+use crate::NominalCamera;
+
 /// Light as the camera's red, green and blue record it, relative to each other.
 pub type Rgb = [f64; 3];
 
@@ -15,6 +19,8 @@ pub struct Lighting {
     pub lamps: Vec<LampGroup>,
     /// What it shows.
     pub shows: Shows,
+    /// What looks at that, if it is not the sensor's camera.
+    pub camera: Option<NominalCamera>,
 }
 
 /// Lamps that are all placements of one body.
@@ -47,6 +53,13 @@ pub enum Shows {
         /// From the inside out, with the colour of each.
         layers: Vec<(String, Rgb)>,
     },
+    /// How far columns of dyed liquid reach, in the light of the room.
+    Columns {
+        /// The liquid, all of it.
+        liquid: String,
+        /// In the order of the channels that move them.
+        columns: Vec<Column>,
+    },
     /// Where light marks are on a dark ground.
     Marks {
         /// What they are drawn in, all of them.
@@ -54,10 +67,22 @@ pub enum Shows {
     },
 }
 
+/// A column of liquid that a channel moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// The middle of its end at rest, on the face that is looked at, sensor frame, mm.
+    pub end: Point3<f64>,
+    /// The way in which that moves while the channel is squeezed, unit.
+    pub way: Vector3<f64>,
+    /// Across that, in the face that is looked at, mm.
+    pub width_mm: f64,
+}
+
 impl Lighting {
     /// By all placements of a body, whose light has no colour that is seen.
     pub fn by(name: &'static str, lamp: impl Into<String>, shows: Shows) -> Self {
-        Self { name, lamps: vec![LampGroup { body: lamp.into(), colors: vec![WHITE] }], shows }
+        let lamps = vec![LampGroup { body: lamp.into(), colors: vec![WHITE] }];
+        Self { name, lamps, shows, camera: None }
     }
 
     /// Whether it makes layers glow.
@@ -68,7 +93,9 @@ impl Lighting {
     /// Whether a picture has colours.
     pub fn is_colored(&self) -> bool {
         let is_colored = |color: &Rgb| color.iter().any(|part| *part != color[0]);
-        self.glows() || self.lamps.iter().any(|group| group.colors.iter().any(is_colored))
+        self.glows()
+            || matches!(self.shows, Shows::Columns { .. })
+            || self.lamps.iter().any(|group| group.colors.iter().any(is_colored))
     }
 }
 

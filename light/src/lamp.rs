@@ -208,7 +208,7 @@ fn without_shown(sensor: &Sensor, lighting: &Lighting) -> Sensor {
     let is_shown = |name: &String| match &lighting.shows {
         Shows::Slopes { coat, printed } => name == coat || printed.as_ref() == Some(name),
         Shows::Marks { marks } => name == marks,
-        Shows::Thickness { .. } | Shows::Glow { .. } => false,
+        Shows::Thickness { .. } | Shows::Glow { .. } | Shows::Columns { .. } => false,
     };
     without.bodies.retain(|body| !is_shown(&body.name));
     without

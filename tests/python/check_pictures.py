@@ -119,21 +119,42 @@ def dots(camera: Camera) -> bool:
     return True
 
 
+def ends_px(picture: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+    """Where columns end: the first pixel from the left of their rows that is half as red as what they are."""
+    found = []
+    for column, row in drawn:
+        line = picture[round(row), :, 0] - picture[round(row), :, 1]
+        half = line[round(column) + 20 : round(column) + 60].mean() / 2
+        # Before it, so that bits of dirt elsewhere do not count.
+        first = round(column) - 40
+        after = first + int(np.argmax(line[first:] > half))
+        found.append(after - 1 + (half - line[after - 1]) / (line[after] - line[after - 1]))
+    return np.array(found)
+
+
 def skin(camera: Camera) -> bool:
-    moves = []
+    is_right = True
     for depth in (2, 5):
-        at = f"hemisphere@7mm,7mm,{depth}mm"
-        rest, pressed = (
-            camera.take("fluidic", *what, "--no-noise")[0]
-            for what in (("--reference",), ("--press", at, "--spacing", "2mm"))
-        )
-        pairs = zip(rest["marks"], pressed["marks"], strict=True)
-        by = [np.subtract(b["pixel"], a["pixel"]) for a, b in pairs if a["pixel"] and b["pixel"]]
-        moves.append(np.hypot(*np.array(by).T).max())
-        pitch = np.subtract(rest["marks"][1]["pixel"], rest["marks"][0]["pixel"])
-        of_pitch = moves[-1] / np.hypot(*pitch)
-        print(f"fluidic, {at}: markers move up to {moves[-1]:.1f} px, {of_pitch:.2f} of their pitch")
-    return bool(np.all(np.diff(moves) > 0))
+        press = ("--press", f"hemisphere@20mm,3mm,{depth}mm", "--spacing", "2mm")
+        moves = []
+        for light in (("--light", "display", "--samples", "4"), ()):
+            taken = [
+                camera.take("fluidic", *light, *what, "--no-noise")
+                for what in (("--reference",), press)
+            ]
+            pixels = [np.array([mark["pixel"] for mark in document["marks"]]) for document, _ in taken]
+            moves.append(np.hypot(*(pixels[1] - pixels[0]).T))
+            if light:
+                # Read from the pictures as well: there is nothing else to read them from in a lab.
+                seen = [ends_px(picture, where) for (_, picture), where in zip(taken, pixels, strict=True)]
+                off = np.abs(np.abs(seen[1] - seen[0]) - moves[-1]).max()
+                is_right &= off < 0.25
+            else:
+                pitch = np.hypot(*(pixels[0][1] - pixels[0][0]))
+        columns, markers = (by.max() for by in moves)
+        print(f"fluidic, {press[1]}: columns move up to {columns:.1f} px (read {off:.2f} px off), ", end="")
+        print(f"markers up to {markers:.1f} px, {markers / pitch:.2f} of their pitch")
+    return bool(is_right)
 
 
 def main() -> None:

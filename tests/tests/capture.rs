@@ -149,3 +149,71 @@ fn what_cannot_be_captured_is_refused_and_nothing_is_written() {
     refused(&[&["capture", "rtac0", "-o", "a.png"][..], &rigid].concat(), "friction");
     assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 0);
 }
+
+/// The middle of what is brighter than a grey value around a pixel, weighted by how much.
+fn centroid(picture: &Picture, width: usize, [x, y]: [f64; 2], reach: f64, above: f64) -> [f64; 2] {
+    let mut sums = [0.0; 3];
+    for (i, grey) in picture.grey.iter().enumerate() {
+        let at = [(i % width) as f64, (i / width) as f64];
+        if (at[0] - x).hypot(at[1] - y) < reach && *grey > above {
+            let more = grey - above;
+            sums = [sums[0] + more, sums[1] + more * at[0], sums[2] + more * at[1]];
+        }
+    }
+    [sums[1] / sums[0], sums[2] / sums[0]]
+}
+
+#[test]
+fn marks_are_where_they_are_said_to_be() {
+    let root = tempfile::tempdir().unwrap();
+    // At rest, and while something presses between them.
+    for what in [&["--reference"][..], &["--press", "hemisphere@7mm,7mm,4mm", "--spacing", "2mm"]] {
+        let (said, picture) =
+            capture(root.path(), "fluidic", &[what, &["--no-noise"]].concat(), "a.png");
+        let mut worst: f64 = 0.0;
+        for mark in said["marks"].as_array().unwrap() {
+            let pixel = [0, 1].map(|i| mark["pixel"][i].as_f64().unwrap());
+            let seen = centroid(&picture, 640, pixel, 16.0, 60.0);
+            worst = worst.max((seen[0] - pixel[0]).hypot(seen[1] - pixel[1]));
+        }
+        // Of a disc that is 10 px wide and seen aslant; its rim is a tenth of a millimetre thick.
+        assert!(worst < 0.3, "{worst}");
+    }
+}
+
+#[test]
+fn pictures_of_halves_are_captures_and_come_back_after_an_interruption() {
+    let root = tempfile::tempdir().unwrap();
+    let presses = ["ball@24deg,120deg,1mm", "ball@30deg,170deg,0.8mm"];
+    let list = format!("first = {}\nsecond = {}\n", presses[0], presses[1]);
+    std::fs::write(root.path().join("list.txt"), list).unwrap();
+    let fixed = ["dataset", "rtac0", "--presses", "list.txt", "--contact", "linear", "--images"];
+    let more = ["--spacing", "0.5mm", "--materialise", "-o", "set", "--json"];
+    let run = |last: &[&str]| fabkit(root.path(), &[&fixed[..], &more, last].concat()).ok();
+    run(&[]);
+    let set = root.path().join("set");
+    let files = ["halves/image/c/0/0/0/0", "samples/image/c/0/0/0/0"];
+    let before = files.map(|file| std::fs::read(set.join(file)).unwrap());
+    files.iter().for_each(|file| std::fs::remove_file(set.join(file)).unwrap());
+    run(&["--resume"]);
+    assert!(files.map(|file| std::fs::read(set.join(file)).unwrap()) == before);
+
+    let halves = fabkit_application::dataset::DatasetReader::open(&set).unwrap();
+    let images = halves.array("halves/image").unwrap().unwrap();
+    for (half, press) in presses.iter().enumerate() {
+        let image = images.sample(half).unwrap();
+        // Of two patterns: seeds are 5 apart, for a seed of 1.
+        let seed = (5 + half).to_string();
+        let alone = ["--press", press, "--spacing", "0.5mm", "--seed", &seed];
+        let (_, alone) = capture(root.path(), "rtac0", &alone, "alone.png");
+        let off = alone.grey.iter().zip(&image).map(|(a, b)| (a - f64::from(*b)).abs());
+        let off: Vec<f64> = off.collect();
+        // The same noise; nodes of a press by itself lie around it, those of many everywhere.
+        let far = off.iter().filter(|off| **off > 1.0).count();
+        assert!(far * 500 < off.len(), "{far} of {}", off.len());
+        assert!(off.iter().copied().fold(0.0, f64::max) < 12.0);
+    }
+    let other = fabkit(root.path(), &[&fixed[..], &["--light", "uv", "-o", "other"]].concat());
+    assert!(other.code == Some(2) && other.stderr.contains("no light `uv`"), "{other:?}");
+    assert!(!root.path().join("other").exists());
+}

@@ -55,6 +55,8 @@ pub struct LightConstants {
     pub coat: [Constant; 3],
     /// How fast layers that glow use up the light that makes them, 1/mm.
     pub uv_per_mm: Constant,
+    /// How fast dyed liquid swallows green and blue light, 1/mm.
+    pub dye_per_mm: Constant,
     /// What light marks and their dark ground send back.
     pub marks: [Constant; 2],
     /// How bright the brightest mark at rest is: what the exposure is set for.
@@ -138,6 +140,12 @@ impl LightConstants {
                 Chosen,
                 "ink of 1 part in 21 of elastomer: two thirds are used up in the 2 mm of both layers",
             ),
+            dye_per_mm: constant(
+                "dye_per_mm",
+                0.8,
+                Chosen,
+                "red food dye: a tenth passes a sheet of 3 mm",
+            ),
             marks: [
                 constant("marks_send_back", 0.85, Chosen, "white paint and white resin"),
                 constant("ground_sends_back", 0.05, Chosen, "black rubber and black paint"),
@@ -177,10 +185,11 @@ impl LightConstants {
             }
             Shows::Glow { .. } => vec![&self.uv_per_mm, &self.spread_mm, &self.bounce],
             Shows::Marks { .. } => self.marks.iter().chain([&self.bounce]).collect(),
+            Shows::Columns { .. } => self.marks.iter().chain([&self.dye_per_mm]).collect(),
         };
         all.extend([&self.beside_grey, &self.read_noise, &self.shot_noise, &self.drift]);
         match shows {
-            Shows::Marks { .. } => all.push(&self.mark_grey),
+            Shows::Marks { .. } | Shows::Columns { .. } => all.push(&self.mark_grey),
             _ => all.extend(&self.middle_grey),
         }
         all

@@ -20,6 +20,7 @@ pub(super) fn left_out(shows: &Shows) -> Vec<&'static str> {
             &["light that one ink takes up of the other", "light that is scattered"]
         }
         Shows::Marks { .. } => &["shadows of marks on marks", "how the ground moves"],
+        Shows::Columns { .. } => &["the bending of light in the display", "menisci", "shadows"],
     };
     let all = [
         "what bounces on, but for a constant",

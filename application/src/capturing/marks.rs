@@ -11,7 +11,7 @@ use fabkit_optics::{Sights, Tracer};
 use rayon::prelude::*;
 
 use super::scene::in_use;
-use super::{CaptureError, LightConstants, Painted, moved};
+use super::{CaptureError, LightConstants, Painted, moved, sends_back};
 use crate::Error;
 use crate::ground_truth::Viewpoint;
 use crate::pressing::Moved;
@@ -190,19 +190,11 @@ impl<'a> MarkScene<'a> {
         rays: &PixelRays,
         stack: &fabkit_optics::Stack,
     ) -> Ground {
-        let [_, dark] = &self.constants.marks;
-        let unknown = 0.3;
-        let sends = |name: &String| {
-            if self.lamps.contains(name) {
-                return f64::INFINITY;
-            }
-            match self.ground.body(name).map(|body| body.substance.is_dark) {
-                Some(Some(true)) => dark.value,
-                Some(Some(false)) => 1.0 - dark.value,
-                // The surface is seen through what lies on it: what marks stand on.
-                None => dark.value,
-                Some(None) => unknown,
-            }
+        let [light, dark] = &self.constants.marks;
+        let sends = |name: &String| match self.lamps.contains(name) {
+            true => f64::INFINITY,
+            // The surface is seen through what lies on it: what marks stand on.
+            false => sends_back(self.ground.body(name), [light.value, dark.value]),
         };
         let sends: Vec<f64> = rays.seen_by_names().iter().map(sends).collect();
         let (width, height) = (rays.width_px() as usize, rays.height_px() as usize);

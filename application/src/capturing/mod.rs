@@ -5,6 +5,7 @@
 //! does to them is what [`crate::pressing`] says.
 
 mod coat;
+mod columns;
 mod constants;
 mod document;
 mod glowing;
@@ -18,7 +19,7 @@ mod studio;
 mod table;
 
 use fabkit_depth::truth::DepthMap;
-use fabkit_geometry::{Lighting, Mark, Rgb, Sensor, Shows, Vector3};
+use fabkit_geometry::{Body, Lighting, Mark, Rgb, Sensor, Shows, Vector3};
 use fabkit_light::{Chip, NoLight, drift};
 use fabkit_optics::Sights;
 use rayon::prelude::*;
@@ -201,7 +202,7 @@ enum Painter<'a> {
     Layers(LayerScene<'a>),
     Coat(CoatScene<'a>),
     Glow(GlowScene<'a>),
-    Marks(MarkScene<'a>),
+    Marks(Box<MarkScene<'a>>),
 }
 
 impl<'a> Painter<'a> {
@@ -214,7 +215,13 @@ impl<'a> Painter<'a> {
             Shows::Thickness { .. } => Self::Layers(LayerScene::of(sensor, lighting, constants)?),
             Shows::Slopes { .. } => Self::Coat(CoatScene::of(sensor, lighting, constants)?),
             Shows::Glow { .. } => Self::Glow(GlowScene::of(sensor, lighting, constants)?),
-            Shows::Marks { .. } => Self::Marks(MarkScene::of(sensor, lighting, constants)?),
+            Shows::Marks { .. } => {
+                Self::Marks(Box::new(MarkScene::of(sensor, lighting, constants)?))
+            }
+            Shows::Columns { .. } => {
+                let sensor = sensor.name.clone();
+                return Err(CaptureError::OtherLight { sensor }.into());
+            }
         })
     }
 
@@ -364,6 +371,19 @@ impl Capturing<'_> {
         (0..width * height * channels).into_par_iter().map(value).collect()
     }
 }
+
+/// Which part of the light comes back from what a camera sees, light or dark: of the surface and of nothing it is what is
+/// dark, of what nobody says a third.
+fn sends_back(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
+    match body.map(|body| body.substance.is_dark) {
+        None | Some(Some(true)) => dark,
+        Some(Some(false)) => light,
+        Some(None) => UNKNOWN_SENDS,
+    }
+}
+
+/// Chosen: what is neither white nor black.
+const UNKNOWN_SENDS: f64 = 0.3;
 
 /// A sensor's marks, where they are now.
 fn moved(sensor: &Sensor, answer: Option<&Answer<'_>>) -> Vec<Moved> {

@@ -159,6 +159,7 @@ pub struct FittedLight {
 }
 
 /// Captures and what the solver says of the same, for one depth.
+#[derive(Clone, Debug)]
 struct Fit<'a> {
     profiles: &'a [Profile],
     /// Ring of each profile.
@@ -217,7 +218,7 @@ impl FittingLight<'_> {
             .collect();
         let ready = Ready::for_all(self.sensor, Some(SPACING_MM), threads())?;
         let soft_mm = scene.touch.soft_mm();
-        let mut best: Option<(f64, f64, Vec<f64>, Fit<'_>)> = None;
+        let mut fits: Vec<OfDepth<'_>> = Vec::new();
         for part in DEPTHS {
             let depth_mm = part * soft_mm;
             let patch = |polar: &f64| {
@@ -226,32 +227,34 @@ impl FittingLight<'_> {
             };
             let patches = rings_rad.iter().map(patch).collect::<Result<Vec<_>, Error>>()?;
             let fit = Fit { profiles: &profiles, ring_of: &ring_of, patches, rest: &rest };
-            let Some(values) = fit.solve(None) else { continue };
-            let cost: f64 = fit.residuals(&values, None).iter().map(|r| r * r).sum();
-            if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
-                best = Some((cost, depth_mm, values, fit));
-            }
+            let Some(values) = fit.solve() else { continue };
+            fits.push(OfDepth { depth_mm, values, fit });
         }
-        let Some((_, pin_depth_mm, values, fit)) = best else {
-            return Err(FitLightError::NoFit.into());
-        };
+        let best =
+            (0..fits.len()).min_by(|a, b| fits[*a].cost(None).total_cmp(&fits[*b].cost(None)));
+        let best = best.ok_or(FitLightError::NoFit)?;
+        let OfDepth { depth_mm: pin_depth_mm, values, fit } = &fits[best];
         let captures: Vec<usize> = captures.into_iter().collect();
-        let held_out: Vec<Vec<f64>> = captures
-            .par_iter()
-            .map(|capture| fit.solve(Some(*capture)))
-            .collect::<Option<_>>()
-            .ok_or(FitLightError::NoFit)?;
+        // Without a capture another depth may be the best: one of those beside it.
+        let beside = &fits[best.saturating_sub(1)..(best + 2).min(fits.len())];
+        let without = |capture: &usize| {
+            let each = beside.iter().filter_map(|of| of.without(*capture));
+            each.min_by(|a, b| a.cost(Some(*capture)).total_cmp(&b.cost(Some(*capture))))
+        };
+        let held_out: Vec<OfDepth<'_>> =
+            captures.par_iter().map(without).collect::<Option<_>>().ok_or(FitLightError::NoFit)?;
+        let values_of: Vec<Vec<f64>> = held_out.iter().map(|of| of.values.clone()).collect();
         let mut stated: Vec<f64> = observations
             .iter()
             .map(|o| scene.touch.depth_mm(&o.contact.contact_in_sensor_mm).0)
             .collect();
         Ok(FittedLight {
-            sigmas: jackknife(&held_out),
+            sigmas: jackknife(&values_of),
             rings: fit.held_out(&captures, &held_out, &rings_rad),
             held_out_profile_rms_grey: 0.0,
-            reference: fit.at_rest(&values),
+            reference: fit.at_rest(values),
             reference_rms_grey: 0.0,
-            pin_depth_mm,
+            pin_depth_mm: *pin_depth_mm,
             stated_depth_mm: median(&mut stated),
             captures: captures.len(),
             values: std::array::from_fn(|k| values[k]),
@@ -278,17 +281,41 @@ impl FittingLight<'_> {
     }
 }
 
+/// What explains captures best if pins went so deep.
+#[derive(Clone, Debug)]
+struct OfDepth<'a> {
+    depth_mm: f64,
+    values: Vec<f64>,
+    fit: Fit<'a>,
+}
+
+impl OfDepth<'_> {
+    fn cost(&self, without: Option<usize>) -> f64 {
+        self.fit.cost(&self.values, without)
+    }
+
+    /// The same without one capture.
+    fn without(&self, capture: usize) -> Option<Self> {
+        let residuals = |values: &[f64]| self.fit.residuals(values, Some(capture));
+        let values = fit(residuals, &self.values)?;
+        Some(Self { values, ..self.clone() })
+    }
+}
+
 impl Fit<'_> {
-    fn solve(&self, without: Option<usize>) -> Option<Vec<f64>> {
+    fn solve(&self) -> Option<Vec<f64>> {
         // What a layer sends back is about its scatter times what an endless one does.
         let scatter: [f64; 4] = [0.1, 0.3, 0.8, 2.0];
         let from = |scatter: &f64| {
-            fit(|values| self.residuals(values, without), &[120.0 / scatter, 10.0, *scatter, 0.3])
+            fit(|values| self.residuals(values, None), &[120.0 / scatter, 10.0, *scatter, 0.3])
         };
-        let cost =
-            |values: &Vec<f64>| self.residuals(values, without).iter().map(|r| r * r).sum::<f64>();
+        let cost = |values: &Vec<f64>| self.cost(values, None);
         let all = scatter.iter().filter_map(from);
         all.min_by(|a, b| cost(a).total_cmp(&cost(b)))
+    }
+
+    fn cost(&self, values: &[f64], without: Option<usize>) -> f64 {
+        self.residuals(values, without).iter().map(|left| left * left).sum()
     }
 
     /// Profiles ring by ring for these constants.
@@ -323,9 +350,14 @@ impl Fit<'_> {
         self.rest.iter().map(grey).collect()
     }
 
-    fn held_out(&self, captures: &[usize], held_out: &[Vec<f64>], rings_rad: &[f64]) -> Vec<Ring> {
+    fn held_out(
+        &self,
+        captures: &[usize],
+        held_out: &[OfDepth<'_>],
+        rings_rad: &[f64],
+    ) -> Vec<Ring> {
         let predicted: Vec<Vec<[f64; BINS]>> =
-            held_out.iter().map(|values| self.simulated(values)).collect();
+            held_out.iter().map(|of| of.fit.simulated(&of.values)).collect();
         let ring = |(ring, polar): (usize, &f64)| {
             let mut left: [Vec<f64>; BINS] = Default::default();
             let mut now: [Vec<f64>; BINS] = Default::default();

@@ -24,6 +24,7 @@ pub fn slopes(
         name: "colored",
         lamps: vec![LampGroup { body: LED.into(), colors: colors.into_iter().collect() }],
         shows: Shows::Slopes { coat: coat.into(), printed: printed.map(String::from) },
+        camera: None,
     }
 }
 

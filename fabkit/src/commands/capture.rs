@@ -10,7 +10,7 @@ use fabkit_application::capturing::{
 use fabkit_application::export::png_with_comment;
 use fabkit_application::fitting_light::read_constants;
 use fabkit_application::fixtures::{Press, Project};
-use fabkit_application::ground_truth::{Collected, Wanted};
+use fabkit_application::ground_truth::{Collected, Viewpoint, Wanted};
 use fabkit_application::pressing::{Pressing, farthest};
 use fabkit_application::reading::has_ending;
 use fabkit_application::scene::{Cast, SensorView, press_error};
@@ -45,6 +45,12 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
     let (project, viewpoint) = view::seen_from(&args.design, &view)?;
     let sensor = &project.design.sensor;
     let lighting = lighting(sensor, args.light.as_deref()).map_err(Error::from)?;
+    let viewpoint = match &lighting.camera {
+        Some(camera) if args.camera.is_none() && args.pose.is_none() => {
+            Viewpoint::new(camera, None, None).map_err(Failure::bug)?
+        }
+        _ => viewpoint,
+    };
     let presses = presses(&project, args)?;
     let constants = match &args.constants {
         Some(path) => read_constants(sensor, path)?,

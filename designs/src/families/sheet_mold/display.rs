@@ -1,7 +1,10 @@
 //! The display: three sheets with straight channels between them, a strip that closes their vents, and
 //! a plate on spacers that holds the second camera above.
 
-use fabkit_geometry::{Body, Color, Landmark, Path, Point3, Pose, Process, Profile, Vector3};
+use fabkit_geometry::{
+    Body, Color, Column, Landmark, Lighting, NominalCamera, Path, Point3, Pose, Process, Profile,
+    Shows, Vector3,
+};
 
 use super::bodies::*;
 use super::joints::Joints;
@@ -9,8 +12,8 @@ use super::layers::{display_channel_y, display_inlet, rest_x};
 use super::layout::{Layout, bolt_hole_mm};
 use super::parameters::SheetMold;
 use super::sheets::{sheet, with_holes};
-use crate::assembling::SENSOR;
-use crate::blocks::BLACK;
+use crate::assembling::{SENSOR, flipped};
+use crate::blocks::{BLACK, camera_at, nominal_lens};
 use crate::fits::Fit;
 
 const CLEAR: Color = [214, 228, 234];
@@ -69,6 +72,33 @@ fn seal(p: &SheetMold) -> Profile {
     let last = display_channel_y(p).into_iter().fold(0.0, f64::max);
     let half = last + vent_mm(p) + SEAL_BEYOND_MM;
     Profile::new(Path::rectangle([0.0; 2], [2.0 * SEAL_HALF_MM, 2.0 * half], 0.0))
+}
+
+/// The columns as the second camera sees them.
+pub fn lighting(p: &SheetMold, layout: &Layout) -> Lighting {
+    let column = |y: f64| Column {
+        end: layout.sensor_from_display.point(Point3::new(
+            rest_x(p),
+            y,
+            2.0 * p.display.sheet.mm(),
+        )),
+        way: layout.sensor_from_display.vector(-Vector3::x()),
+        width_mm: p.display.channel_width.mm(),
+    };
+    let columns = display_channel_y(p).into_iter().map(column).collect();
+    let size = [p.camera.width_px, p.camera.height_px];
+    let camera = camera_at(0.0, size, p.camera.field_of_view, nominal_lens!(p.camera));
+    // Above the display, looking down.
+    let above = Pose::translation(0.0, 0.0, layout.display_pupil_z_mm).then_in(flipped());
+    Lighting {
+        name: "display",
+        lamps: Vec::new(),
+        shows: Shows::Columns { liquid: DISPLAY_LIQUID.into(), columns },
+        camera: Some(NominalCamera {
+            sensor_from_camera: layout.sensor_from_display.then_in(above),
+            ..camera
+        }),
+    }
 }
 
 /// The display's sheets, from below, and the camera's plate.

@@ -72,7 +72,10 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
         circuits: vec![circuit::circuit(p, layout)],
         liquid: Some(skin::skin(p, layout)),
         marks: molds::marks(p, layout),
-        lightings: vec![places(bodies::MARKER_PAINT, bodies::LED_STRIP)],
+        lightings: vec![
+            places(bodies::MARKER_PAINT, bodies::LED_STRIP),
+            display::lighting(p, layout),
+        ],
         contrasts: vec![[bodies::MARKER_PAINT, bodies::MARKER_LAYER].map(String::from)],
         press_fits: vec![press_fit(NEEDLE, TUBE, stretch_mm, reason)],
         sight: names(&[bodies::MARKER_PAINT]),

@@ -30,7 +30,7 @@ pub fn drift(sigma: f64, seed: u64) -> f64 {
 }
 
 /// A number of a normal distribution that depends on both and on nothing else (Box and Muller 1958).
-fn normal(seed: u64, number: u64) -> f64 {
+pub fn normal(seed: u64, number: u64) -> f64 {
     let first = mixed(mixed(seed) ^ number);
     let [a, b] =
         [first, mixed(first)].map(|bits| ((bits >> 11) as f64 + 0.5) / (1u64 << 53) as f64);

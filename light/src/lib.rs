@@ -41,7 +41,7 @@ mod peg;
 mod planes;
 mod spread;
 
-pub use chip::{Chip, drift};
+pub use chip::{Chip, drift, normal};
 pub use coat::Coat;
 pub use fit::{fit, linear_fit};
 pub use glow::glow;

@@ -217,3 +217,32 @@ fn pictures_of_halves_are_captures_and_come_back_after_an_interruption() {
     assert!(other.code == Some(2) && other.stderr.contains("no light `uv`"), "{other:?}");
     assert!(!root.path().join("other").exists());
 }
+
+#[test]
+fn a_unit_is_another_sensor_of_the_same_design() {
+    let root = tempfile::tempdir().unwrap();
+    let of = |more: &[&str], name: &str| {
+        capture(root.path(), "9dtact", &[&["--reference", "--no-noise"], more].concat(), name)
+    };
+    let (drawn, as_drawn) = of(&[], "drawn.png");
+    let (said, unit) = of(&["--unit", "3"], "unit.png");
+    let (_, again) = of(&["--unit", "3", "--threads", "1"], "again.png");
+    let (_, other) = of(&["--unit", "4"], "other.png");
+    assert!(drawn["unit"].is_null() && unit.grey == again.grey);
+    let differ = |a: &Picture, b: &Picture| {
+        a.grey.iter().zip(&b.grey).filter(|(a, b)| (*a - *b).abs() > 1.0).count()
+    };
+    assert!(differ(&unit, &as_drawn) > 10_000 && differ(&unit, &other) > 10_000);
+    // A core that stands higher leaves less above it.
+    let core_mm = said["unit"]["core_off_mm"][2].as_f64().unwrap();
+    let thin_mm = said["thickness_mm"][0].as_f64().unwrap();
+    assert!(
+        (thin_mm - (2.5 - core_mm)).abs() < 1e-6 && core_mm.abs() > 1e-3,
+        "{thin_mm} {core_mm}"
+    );
+    // Its camera's pose is that of the unit, for the truth as well.
+    let moved = [&said, &drawn]
+        .map(|of| of["viewpoint"]["sensor_from_camera"]["translation_mm"][0].as_f64().unwrap());
+    let by_mm = said["unit"]["camera_moved_mm"][0].as_f64().unwrap();
+    assert!((moved[0] - moved[1] - by_mm).abs() < 1e-12);
+}

@@ -1,6 +1,6 @@
 //! What a picture's light rests on: constants with their sources.
 
-use fabkit_geometry::{Assembly, Body, Clarity, CompiledSolid, Kind, Sensor, Shows};
+use fabkit_geometry::{Assembly, Body, Clarity, CompiledSolid, Kind, Sensor, Shows, Vector3};
 use fabkit_light::{Chip, TwoStream};
 use serde_json::{Value, json};
 
@@ -55,6 +55,8 @@ pub struct LightConstants {
     pub coat: [Constant; 3],
     /// How fast layers that glow use up the light that makes them, 1/mm.
     pub uv_per_mm: Constant,
+    /// How far off the core of the layers' mold stands, sensor frame, mm: layers are thinner on that side.
+    pub core_off_mm: Vector3<f64>,
     /// How fast dyed liquid swallows green and blue light, 1/mm.
     pub dye_per_mm: Constant,
     /// What light marks and their dark ground send back.
@@ -140,6 +142,7 @@ impl LightConstants {
                 Chosen,
                 "ink of 1 part in 21 of elastomer: two thirds are used up in the 2 mm of both layers",
             ),
+            core_off_mm: Vector3::zeros(),
             dye_per_mm: constant(
                 "dye_per_mm",
                 0.8,

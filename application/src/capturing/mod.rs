@@ -17,6 +17,7 @@ mod scene;
 mod skin;
 mod studio;
 mod table;
+mod unit;
 
 use fabkit_depth::truth::DepthMap;
 use fabkit_geometry::{Body, Lighting, Mark, Rgb, Sensor, Shows, Vector3};
@@ -29,6 +30,7 @@ pub use document::{comment, document};
 pub use scene::Scene;
 pub use skin::SkinView;
 pub use studio::Studio;
+pub use unit::Unit;
 
 use self::coat::CoatScene;
 use self::glowing::GlowScene;

@@ -27,6 +27,8 @@ pub struct Scene<'a> {
     pub lamps: String,
     pub(crate) lit: Lit,
     solids: Solids,
+    /// How far off the core of their mold stands.
+    core_off_mm: Vector3<f64>,
     pupil: Point3<f64>,
 }
 
@@ -65,7 +67,8 @@ impl<'a> Scene<'a> {
         let lit = lit.ok_or_else(|| CaptureError::Dark { sensor: sensor.name.clone() })?;
         let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
         let lamps = emitters.what;
-        Ok(Self { touch, layers, lamps, lit, solids, pupil })
+        let core_off_mm = constants.core_off_mm;
+        Ok(Self { touch, layers, lamps, lit, solids, core_off_mm, pupil })
     }
 
     /// How much light there is in the middle of the surface, and how long the path in the layer is there, mm.
@@ -98,7 +101,9 @@ impl<'a> Scene<'a> {
         scratch: &mut Scratch,
         found: &mut Vec<[f64; 2]>,
     ) -> Option<f64> {
-        self.solids.extent(place, scratch, found).map(|[from, to]| to - from)
+        let drawn = self.solids.extent(place, scratch, found).map(|[from, to]| to - from);
+        // Where the core stands nearer to the surface, less is around it.
+        drawn.map(|mm| (mm - self.core_off_mm.dot(place.1)).max(0.0))
     }
 
     /// How long the camera's path in the layer is at rest, and where it has become so much thicker, mm; from where the

@@ -12,7 +12,7 @@ use super::{
     DatasetPlan, HalfCaptures, HalfImages, InvalidCaptures, Job, NamedPresses, NoPatterns, felt,
     patterns,
 };
-use crate::capturing::{self, LightConstants, Studio};
+use crate::capturing::{self, LightConstants, Studio, Unit};
 use crate::diagnostics::{Diagnosed, SourceText};
 use crate::documents;
 use crate::error::{Error, ErrorKind, Explained, listed};
@@ -53,6 +53,8 @@ pub struct ImageRequest<'a> {
     pub light: Option<&'a str>,
     /// Constants of a unit's light.
     pub constants: Option<&'a Path>,
+    /// Which unit the scene's sensor is; nothing for what is drawn.
+    pub unit: Option<Unit>,
 }
 
 /// What a data set cannot be made of.
@@ -125,13 +127,17 @@ pub fn prepare<R, E: From<Error>>(
     let seam = Seam::new(&surface, SEAM_NORMAL, order.seam_margin_mm);
     let drawn = &scene.project.design.sensor;
     let light = match order.images {
-        Some(images) => Some((
-            capturing::lighting(drawn, images.light).map_err(Error::from)?,
-            match images.constants {
+        Some(images) => {
+            let lighting = capturing::lighting(drawn, images.light).map_err(Error::from)?;
+            let mut constants = match images.constants {
                 Some(path) => read_constants(drawn, path)?,
                 None => LightConstants::of(drawn),
-            },
-        )),
+            };
+            if let Some(unit) = images.unit {
+                unit.change(&mut constants);
+            }
+            Some((lighting, constants))
+        }
         None => None,
     };
     let captures = match &light {
@@ -206,6 +212,7 @@ fn about(
         "design_hash": design_hash(design),
         "presses_hash": patterns::hash(named),
         "images": captures.map(HalfImages::document),
+        "unit": order.images.and_then(|images| images.unit).map(|unit| unit.document(&design.sensor)),
         "viewpoint": scene.viewpoint.to_json(),
         "surface_seen": documents::coverage(&scene.coverage),
         "seed": order.seed,

@@ -56,6 +56,10 @@ pub struct Capture {
     /// Constants of a unit's light, as `fit-light` writes them [default: those of R-Tac0's published unit]
     #[arg(long, value_name = "FILE.json")]
     pub constants: Option<PathBuf>,
+    /// Of another sensor of the same design: where its camera sits, how bright its lamps are, how its layers came out
+    /// differ from the drawing as usual tolerances let them; the same number is the same unit
+    #[arg(long, value_name = "N")]
+    pub unit: Option<u64>,
     /// Of noise and drift: another seed is another picture of the same
     #[arg(long, value_name = "N", default_value = "0")]
     pub seed: u64,

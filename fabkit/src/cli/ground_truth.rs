@@ -156,6 +156,9 @@ pub struct Dataset {
     /// Which of the sensor's lights is on in them [default: its usual one]
     #[arg(long, value_name = "NAME", requires = "images")]
     pub light: Option<String>,
+    /// In them and in the truth: of another sensor of the same design, as for `capture`
+    #[arg(long, value_name = "N", requires = "images")]
+    pub unit: Option<u64>,
     /// Constants of a unit's light for them, as `fit-light` writes them
     #[arg(long, value_name = "FILE.json", requires = "images")]
     pub constants: Option<PathBuf>,

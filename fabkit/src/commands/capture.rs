@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use fabkit_application::Error;
 use fabkit_application::capturing::{
-    Captured, Capturing, LightConstants, SkinView, comment, document, lighting,
+    Captured, Capturing, LightConstants, SkinView, Unit, comment, document, lighting,
 };
 use fabkit_application::export::png_with_comment;
 use fabkit_application::fitting_light::read_constants;
@@ -42,7 +42,8 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         let message = "friction and the distance of nodes belong to `linear` contact";
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
-    let (project, viewpoint) = view::seen_from(&args.design, &view)?;
+    let unit = args.unit.map(Unit);
+    let (project, viewpoint) = view::seen_from(&args.design, &view, unit)?;
     let sensor = &project.design.sensor;
     let lighting = lighting(sensor, args.light.as_deref()).map_err(Error::from)?;
     let viewpoint = match &lighting.camera {
@@ -52,10 +53,13 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         _ => viewpoint,
     };
     let presses = presses(&project, args)?;
-    let constants = match &args.constants {
+    let mut constants = match &args.constants {
         Some(path) => read_constants(sensor, path)?,
         None => LightConstants::of(sensor),
     };
+    if let Some(unit) = unit {
+        unit.change(&mut constants);
+    }
     let capturing = Capturing {
         cast: Cast {
             presses: &presses,
@@ -87,7 +91,8 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         })?
     };
     let words = comment(&project, &capturing, &captured);
-    let json = document(&project, &viewpoint, &capturing, &captured);
+    let mut json = document(&project, &viewpoint, &capturing, &captured);
+    json["unit"] = json!(unit.map(|unit| unit.document(sensor)));
     write(args, &captured, &words, json, &mut truth)
 }
 

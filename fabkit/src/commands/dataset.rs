@@ -5,6 +5,7 @@ mod probes;
 use std::path::Path;
 use std::time::Instant;
 
+use fabkit_application::capturing::Unit;
 use fabkit_application::dataset::{
     self, DatasetPlan, DatasetRequest, ImageRequest, Job, WrittenDataset,
 };
@@ -28,7 +29,7 @@ use crate::table::grouped;
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     roles(args).check()?;
-    let scene = view::scene(&args.design, &args.view)?;
+    let scene = view::scene_of(&args.design, &args.view, args.unit.map(Unit))?;
     if args.probes {
         return probes::run(args, &scene);
     }
@@ -38,6 +39,7 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
         images: args.images.then_some(ImageRequest {
             light: args.light.as_deref(),
             constants: args.constants.as_deref(),
+            unit: args.unit.map(Unit),
         }),
         contact: args.view.contact.contact()?,
         seam_margin_mm: args.seam_margin,

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use fabkit_application::capturing::Unit;
 use fabkit_application::fixtures::Project;
 use fabkit_application::ground_truth::{SurfaceCoverage, Viewpoint};
 use fabkit_application::scene::{SensorView, viewpoint_from_files, words};
@@ -20,7 +21,16 @@ pub(super) fn roles(design: &Design, view: &View) -> Roles {
 }
 
 pub(super) fn scene(design: &Design, view: &View) -> Result<SensorView, Failure> {
-    let (project, viewpoint) = seen_from(design, view)?;
+    scene_of(design, view, None)
+}
+
+/// The same of another unit.
+pub(super) fn scene_of(
+    design: &Design,
+    view: &View,
+    unit: Option<Unit>,
+) -> Result<SensorView, Failure> {
+    let (project, viewpoint) = seen_from(design, view, unit)?;
     Ok(SensorView::new(project, viewpoint)?)
 }
 
@@ -28,6 +38,7 @@ pub(super) fn scene(design: &Design, view: &View) -> Result<SensorView, Failure>
 pub(super) fn seen_from(
     design: &Design,
     view: &View,
+    unit: Option<Unit>,
 ) -> Result<(Arc<Project>, Viewpoint), Failure> {
     let target = Target::new(&design.sensor);
     if let Some(name) = target.fixture.or(target.part) {
@@ -35,7 +46,10 @@ pub(super) fn seen_from(
         let hint = format!("write `{}`; what presses is named with --press", target.sensor);
         return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
-    let project = Source::find(target.sensor)?.load(&design.set)?;
+    let mut project = Source::find(target.sensor)?.load(&design.set)?;
+    if let Some(unit) = unit {
+        unit.build(&mut project.design.sensor);
+    }
     let viewpoint = viewpoint_from_files(&project, view.camera.as_deref(), view.pose.as_deref())?;
     Ok((Arc::new(project), viewpoint))
 }

@@ -12,6 +12,7 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Mutex;
 use std::time::Instant;
 
 use crate::run::{built, check, exists, in_ci, root, skip, tool};
@@ -52,21 +53,55 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
             true => None,
             false => Some(crate::python_package::unpacked()?),
         };
-        let mut runner = Runner::new(&fabkit, &python, package.as_deref())?;
-        for (path, page) in &pages {
-            if only.is_none_or(|word| path.to_string_lossy().contains(word)) {
-                faults.extend(run_page(&mut runner, path, page).err());
-            }
-        }
-        for block in &runner.skipped {
+        let runner = || Runner::new(&fabkit, &python, package.as_deref());
+        let chosen: Vec<_> = pages
+            .iter()
+            .filter(|(path, _)| only.is_none_or(|word| path.to_string_lossy().contains(word)))
+            .collect();
+        let (runners, found) = run_pages([runner()?, runner()?], &chosen);
+        faults.extend(found);
+        let mut skipped: Vec<String> =
+            runners.iter().flat_map(|runner| runner.skipped.iter().cloned()).collect();
+        skipped.sort();
+        for block in skipped {
             println!("xtask: NOT RUN {block}");
         }
-        println!("xtask: ran {} commands and programs of the book", runner.ran);
+        let ran: usize = runners.iter().map(|runner| runner.ran).sum();
+        println!("xtask: ran {ran} commands and programs of the book");
     }
     if !faults.is_empty() {
         return Err(faults.join("\n"));
     }
     html(&docs)
+}
+
+/// Runs pages two at a time, as they come, each in a folder of its own; faults are in the order of the pages.
+fn run_pages(
+    mut runners: [Runner; 2],
+    pages: &[(&PathBuf, &markdown::Page)],
+) -> ([Runner; 2], Vec<String>) {
+    let waiting = Mutex::new(pages.iter().enumerate());
+    let faults = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for runner in &mut runners {
+            let (waiting, faults) = (&waiting, &faults);
+            scope.spawn(move || {
+                loop {
+                    // Not in the loop's head: there the lock would be held while the page runs.
+                    let next = waiting.lock().ok().and_then(|mut waiting| waiting.next());
+                    let Some((place, (path, page))) = next else { return };
+                    if let Err(fault) = run_page(runner, path, page)
+                        && let Ok(mut faults) = faults.lock()
+                    {
+                        faults.push((place, fault));
+                    }
+                }
+            });
+        }
+    });
+    let mut faults = faults.into_inner().unwrap_or_default();
+    faults.sort();
+    (runners, faults.into_iter().map(|(_, fault)| fault).collect())
 }
 
 fn run_page(runner: &mut Runner, path: &Path, page: &markdown::Page) -> Result<(), String> {

@@ -144,7 +144,7 @@ const VALUES: [fn(&Half) -> Vec<u8>; 2] =
     [|half| bytes_of_f32(&half.indentation_mm), |half| half.label.clone()];
 
 /// What an earlier run, or somebody else, cast.
-fn read_halves(
+pub(super) fn read_halves(
     store: &Store,
     arrays: &[ZarrArray],
     places: Range<usize>,
@@ -164,38 +164,33 @@ fn read_halves(
 
 /// Casts one half: the left ones in order, then the right ones.
 pub(super) fn cast_half(job: &Job, half: usize) -> Result<Half, DatasetError> {
-    with_map(job, half, Detail::default(), |map, _| Half {
+    with_map(job, half, false, |map, _| Half {
         indentation_mm: indentation_f32(map),
         label: labels_u8(map),
     })
 }
 
-/// How closely a half is looked at.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Detail {
-    /// Whether it has normals.
-    pub(super) has_normals: bool,
-    /// Where the surface moves by less than that, it is left at rest, mm.
-    pub(super) still_mm: f64,
+/// What layers answer to a half, if they are asked and touched.
+pub(super) fn answer<'a>(job: &Job<'a>, half: usize) -> Result<Option<Answer<'a>>, DatasetError> {
+    let (pattern, side) = job.half(half);
+    match (job.ready, &pattern.felt) {
+        (Some(ready), Some(felt)) => felt.answer(ready, job.contact, side),
+        _ => Ok(None),
+    }
 }
 
-/// Shows the map of a half, and what layers answer.
+/// Shows the map of a half, and what layers answer, with normals if they are wanted.
 pub(super) fn with_map<R>(
     job: &Job,
     half: usize,
-    detail: Detail,
+    has_normals: bool,
     look: impl FnOnce(&DepthMap<'_>, Option<&Answer<'_>>) -> R,
 ) -> Result<R, DatasetError> {
     let (pattern, side) = job.half(half);
     let pressers = if side == Side::Left { &pattern.left } else { &pattern.right };
-    let answer = match (job.ready, &pattern.felt) {
-        (Some(ready), Some(felt)) => felt.answer(ready, job.contact, side)?,
-        _ => None,
-    };
+    let answer = answer(job, half)?;
     let map = match &answer {
-        Some(answer) => {
-            job.surface.yielded_beyond(pressers, answer, detail.has_normals, detail.still_mm)
-        }
+        Some(answer) => job.surface.yielded(pressers, answer, has_normals),
         None => job.surface.pressed(pressers).with_membrane(job.contact.membrane_mm()),
     };
     Ok(look(&map, answer.as_ref()))

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::captures::HalfCaptures;
-use super::halves::Detail;
 use super::samples::{Part, stitched_array, write_array};
 use super::store::{DatasetError, Store};
 use super::tiling::Tiling;
@@ -54,21 +53,31 @@ impl HalfImages<'_> {
         }
     }
 
-    fn picture(&self, job: &Job, half: usize) -> Result<Cow<'_, [u8]>, DatasetError> {
-        match self {
-            Self::Given(captures) => Ok(Cow::Borrowed(captures.picture(half))),
-            Self::Simulated(studio, seed) => {
-                let detail =
-                    Detail { has_normals: studio.wants_normals(), still_mm: Studio::STILL_MM };
-                // As far from those of other halves as seeds are from each other.
-                let seed = seed.wrapping_mul(2 * job.patterns.len() as u64 + 1) + half as u64;
-                let taken = halves::with_map(job, half, detail, |map, answer| {
-                    studio.take(map, answer, Some(seed))
-                })?;
-                let taken = taken.map_err(|error| DatasetError::Picture(Box::new(error)))?;
-                Ok(Cow::Owned(taken.iter().map(|grey| grey.round() as u8).collect()))
-            }
-        }
+    fn picture(
+        &self,
+        store: &Store,
+        job: &Job,
+        halves: &[ZarrArray],
+        half: usize,
+    ) -> Result<Cow<'_, [u8]>, DatasetError> {
+        let (studio, seed) = match self {
+            Self::Given(captures) => return Ok(Cow::Borrowed(captures.picture(half))),
+            Self::Simulated(studio, seed) => (studio, seed),
+        };
+        // As far from those of other halves as seeds are from each other.
+        let seed = Some(seed.wrapping_mul(2 * job.patterns.len() as u64 + 1) + half as u64);
+        let taken = if studio.wants_normals() {
+            halves::with_map(job, half, true, |map, answer| studio.take(map, answer, seed))?
+        } else {
+            // Its truth has been written: rays need not be cast again.
+            let written = halves::read_halves(store, halves, half..half + 1)?;
+            let Some(truth) = written.first() else { return Ok(Cow::Owned(Vec::new())) };
+            let (by_mm, label) = (&truth.indentation_mm, &truth.label);
+            let map = job.surface.indented(by_mm, label, Studio::STILL_MM);
+            studio.take(&map, halves::answer(job, half)?.as_ref(), seed)
+        };
+        let taken = taken.map_err(|error| DatasetError::Picture(Box::new(error)))?;
+        Ok(Cow::Owned(taken.iter().map(|grey| grey.round() as u8).collect()))
     }
 
     /// `halves/image` and, if there is a tiling for them, `samples/image`.
@@ -104,12 +113,13 @@ impl HalfImages<'_> {
         arrays
     }
 
-    /// Writes the pictures, and all pairs of them if they are materialised.
+    /// Writes the pictures, and all pairs of them if they are materialised; the halves' truth has been written.
     pub(super) fn write(
         &self,
         store: &Store,
         job: &Job,
         tiling: Option<&Tiling>,
+        halves: &[ZarrArray],
         arrays: &[(String, ZarrArray)],
     ) -> Result<(), DatasetError> {
         // Each is taken once, whatever it is needed for, and none where all files are there.
@@ -117,9 +127,9 @@ impl HalfImages<'_> {
             (0..array.shards()).map(move |shard| format!("{name}/{}", array.shard_path(shard)))
         });
         let is_whole = names.into_iter().all(|name| store.has(&name));
-        let halves = if is_whole { 0 } else { 2 * job.patterns.len() };
-        let taken = (0..halves).into_par_iter().map(|half| {
-            let picture = self.picture(job, half)?;
+        let count = if is_whole { 0 } else { 2 * job.patterns.len() };
+        let taken = (0..count).into_par_iter().map(|half| {
+            let picture = self.picture(store, job, halves, half)?;
             let part = tiling.map(|tiling| self.part(job, tiling, half, &picture)).transpose()?;
             Ok((zarr_pack(&picture)?, part))
         });

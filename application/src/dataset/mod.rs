@@ -215,7 +215,7 @@ impl Begun {
             samples::write(&store, &samples, tiling, &parts)?;
         }
         if let Some(captures) = job.captures {
-            captures.write(&store, job, tiling, &images)?;
+            captures.write(&store, job, tiling, halves, &images)?;
         }
         let (found, made) = store.finish()?;
         let halves = 2 * job.patterns.len();

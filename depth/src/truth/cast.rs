@@ -75,6 +75,20 @@ impl<'a> ReferenceSurface<'a> {
         self.range_mm.iter().filter(|range| range.is_finite()).count()
     }
 
+    /// A map from what was kept of it, mm and labels, row by row, without normals: what has moved by less than `still_mm` is
+    /// at rest.
+    pub fn indented(&self, indentation_mm: &[f32], label: &[u8], still_mm: f64) -> DepthMap<'_> {
+        let mut map = self.untouched();
+        for (range_mm, by_mm) in map.range_mm.iter_mut().zip(indentation_mm) {
+            let by_mm = f64::from(*by_mm);
+            if by_mm.abs() >= still_mm {
+                *range_mm -= by_mm;
+            }
+        }
+        map.label = label.iter().map(|label| u16::from(*label)).collect();
+        map
+    }
+
     /// The map without contact.
     pub fn untouched(&self) -> DepthMap<'_> {
         let seen = |range: &f64| if range.is_finite() { SURFACE_LABEL } else { NO_LABEL };

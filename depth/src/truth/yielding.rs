@@ -23,12 +23,6 @@ const HALVINGS: u32 = 40;
 const STILL_MM: f64 = 1e-6;
 /// Steps of the differences that give normals, mm: below what the finest nodes tell apart.
 const NORMAL_STEP_MM: f64 = 0.01;
-/// Where so much counts as still, rays end within this part of it.
-const NEAR_OF_STILL: f64 = 0.05;
-/// Rays along each side of a block of which it is asked as a whole whether the surface moves there.
-const BLOCK: usize = 8;
-/// It does not where its corners and its middle move by less than this part of what counts: surfaces move smoothly.
-const OF_STILL: f64 = 0.5;
 /// A ray that meets the surface flatter than this is marched along, cosine.
 const GRAZING: f64 = 0.05;
 
@@ -47,8 +41,6 @@ pub trait Yielding: Sync {
 
 /// The moved surface along one ray.
 struct Along<'a> {
-    /// How near is near enough, mm.
-    near_mm: f64,
     touch: &'a TouchSurface,
     moved: &'a dyn Yielding,
     ray: &'a Ray,
@@ -64,7 +56,7 @@ impl Along<'_> {
     /// Where the ray leaves the gel, from where it would at rest.
     fn exit_mm(&self, rest_mm: f64, cosine: f64) -> f64 {
         let mut at = [rest_mm, self.depth_mm(rest_mm)];
-        if at[1].abs() <= self.near_mm {
+        if at[1].abs() <= NEAR_MM {
             return rest_mm;
         }
         if cosine < GRAZING {
@@ -73,7 +65,7 @@ impl Along<'_> {
         let mut next_mm = rest_mm + at[1] / cosine;
         for _ in 0..SECANT_STEPS {
             let next = [next_mm, self.depth_mm(next_mm)];
-            if next[1].abs() <= self.near_mm {
+            if next[1].abs() <= NEAR_MM {
                 return next_mm;
             }
             let slope = (next[1] - at[1]) / (next[0] - at[0]);
@@ -133,36 +125,14 @@ impl ReferenceSurface<'_> {
         moved: &dyn Yielding,
         has_normals: bool,
     ) -> DepthMap<'_> {
-        self.yielded_beyond(pressers, moved, has_normals, 0.0)
-    }
-
-    /// The same, but that rays where the surface has moved by less than that, mm, are as at rest.
-    pub fn yielded_beyond(
-        &self,
-        pressers: &[Presser],
-        moved: &dyn Yielding,
-        has_normals: bool,
-        still_mm: f64,
-    ) -> DepthMap<'_> {
         let mut map = self.pressed(pressers);
         let touch = &self.touch;
         let pixels = (0..map.range_mm.len()).into_par_iter();
-        let near_mm = NEAR_MM.max(NEAR_OF_STILL * still_mm);
-        let still = (still_mm > 0.0).then(|| self.still(moved, still_mm));
-        let blocks = (map.width_px() as usize).div_ceil(BLOCK);
-        let width = map.width_px() as usize;
-        let is_still = |pixel: usize| {
-            let block = pixel / width / BLOCK * blocks + pixel % width / BLOCK;
-            still.as_ref().is_some_and(|still| still[block])
-        };
         let seen = |pixel: usize| -> Option<(usize, f64, bool, Option<Vector3<f64>>)> {
             let rest_mm = self.range_mm()[pixel];
             let ray = self.rays().ray(pixel).filter(|_| rest_mm.is_finite())?;
-            if map.label[pixel] <= SURFACE_LABEL && is_still(pixel) {
-                return None;
-            }
             let (_, outward) = touch.depth_mm(&ray.at(rest_mm));
-            let along = Along { near_mm, touch, moved, ray: &ray };
+            let along = Along { touch, moved, ray: &ray };
             let gel_mm = along.exit_mm(rest_mm, outward.dot(&ray.direction));
             let rigid_mm = map.range_mm[pixel];
             let is_rigid = map.label[pixel] > SURFACE_LABEL;
@@ -188,33 +158,5 @@ impl ReferenceSurface<'_> {
             map.moved.extend(normal.map(|normal| (pixel as u32, normal)));
         }
         map
-    }
-
-    /// Which blocks of rays see nothing of what has moved by so much, mm, row by row.
-    fn still(&self, moved: &dyn Yielding, still_mm: f64) -> Vec<bool> {
-        let rays = self.rays();
-        let (width, height) = (rays.width_px() as usize, rays.height_px() as usize);
-        let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
-        let is_still = |row: usize, column: usize| {
-            let rest_mm = self.range_mm()[row * width + column];
-            // What lies beside the surface says nothing of it.
-            let Some(ray) = rays.ray(row * width + column).filter(|_| rest_mm.is_finite()) else {
-                return false;
-            };
-            let at_rest = ray.at(rest_mm);
-            let (_, outward) = self.touch.depth_mm(&at_rest);
-            moved.outwards_mm(&at_rest, &outward).abs() < OF_STILL * still_mm
-        };
-        let block = |i: usize| {
-            let of = |first: usize, most: usize| {
-                [first, (first + BLOCK - 1).min(most - 1), (first + BLOCK / 2).min(most - 1)]
-            };
-            let (down, across) = (of(i / columns * BLOCK, height), of(i % columns * BLOCK, width));
-            is_still(down[2], across[2])
-                && down[..2]
-                    .iter()
-                    .all(|row| across[..2].iter().all(|column| is_still(*row, *column)))
-        };
-        (0..rows * columns).into_par_iter().map(block).collect()
     }
 }

@@ -114,6 +114,11 @@ fn pictures_say_what_they_are_and_are_the_same_again() {
     let ((drift, noise), (other_drift, _)) = (off(&first), off(&other));
     assert!((0.5..1.5).contains(&noise), "{noise}");
     assert!((drift - other_drift).abs() > 0.1, "{drift} {other_drift}");
+    // The same press in two parts.
+    let parts =
+        ["--indenter", "ball@1mm,-2mm", "--depth", "1mm", "--spacing", "0.5mm", "--seed", "3"];
+    capture(root.path(), "9dtact", &parts, "parts.png");
+    assert!(bytes == std::fs::read(root.path().join("parts.png")).unwrap());
     // Rays are means: what is cast four times as finely is the same picture, but for edges.
     let (finer, _) = of(&["--no-noise", "--samples", "2"], "e.png");
     let same = finer.grey.iter().zip(&ideal.grey).filter(|(a, b)| (*a - *b).abs() <= 1.0).count();

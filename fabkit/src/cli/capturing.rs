@@ -6,12 +6,12 @@ use clap::{Args, ValueEnum};
 use fabkit_application::pressing::{Contact, Linear};
 use fabkit_application::scene::MAX_SAMPLES;
 
-use super::pressing::{friction, shear, spacing};
+use super::pressing::{depth, friction, shear, spacing};
 use super::{Design, length_within};
 
 /// `fabkit capture`.
 #[derive(Debug, Args)]
-#[command(group(clap::ArgGroup::new("what").args(["press", "reference"]).required(true)))]
+#[command(group(clap::ArgGroup::new("what").args(["press", "indenter", "reference"]).required(true)))]
 pub struct Capture {
     /// Which sensor.
     #[command(flatten)]
@@ -27,6 +27,12 @@ pub struct Capture {
     /// polar angle, azimuth and depth; may be repeated
     #[arg(long, value_name = "ID")]
     pub press: Vec<String>,
+    /// The same in two parts: an indenter and a place, for example `ball@30deg,120deg`
+    #[arg(long, value_name = "INDENTER@PLACE", requires = "depth")]
+    pub indenter: Option<String>,
+    /// How deep the indenter goes, along the surface's normal there
+    #[arg(long, value_parser = depth, value_name = "LENGTH", requires = "indenter")]
+    pub depth: Option<f64>,
     /// Nothing presses
     #[arg(long)]
     pub reference: bool,
@@ -44,7 +50,7 @@ pub struct Capture {
     #[arg(long, value_parser = spacing, value_name = "LENGTH")]
     pub spacing: Option<f64>,
     /// Go on where a press does not touch the surface, or where the camera sees nothing of it
-    #[arg(long, requires = "press")]
+    #[arg(long, conflicts_with = "reference")]
     pub allow_no_contact: bool,
     /// Cast N x N rays for each pixel, which records their mean
     #[arg(long, value_name = "N", default_value = "1",

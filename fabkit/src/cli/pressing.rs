@@ -130,7 +130,7 @@ pub(super) fn friction(text: &str) -> Result<f64, String> {
     }
 }
 
-fn depth(text: &str) -> Result<f64, String> {
+pub(super) fn depth(text: &str) -> Result<f64, String> {
     length_within(text, DEPTH_LIMITS_MM)
 }
 

@@ -171,5 +171,7 @@ fn presses(project: &Project, args: &Capture) -> Result<Vec<Press>, Failure> {
     let press = |id: &String| {
         finder.press(id).map_err(|error| press_error(&args.design.sensor, error).into())
     };
-    args.press.iter().map(press).collect()
+    let of_indenter = args.indenter.as_ref().zip(args.depth);
+    let of_indenter = of_indenter.map(|(indenter, depth_mm)| format!("{indenter},{depth_mm}mm"));
+    args.press.iter().chain(&of_indenter).map(press).collect()
 }

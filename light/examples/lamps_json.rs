@@ -13,6 +13,9 @@ const HEIGHT_MM: f64 = 10.0;
 /// Places along each side of a cell.
 const IN_CELL: usize = 4;
 
+/// Its name, where lamps stand, their colours, and what else there is.
+type Scene = (&'static str, Vec<Pose>, Vec<Rgb>, Option<Body>);
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let lamp = Solid::cuboid(4.0, 3.0, 0.1).at_z(-0.1);
     let in_middle = vec![Pose::translation(0.0, 0.0, 0.0)];
@@ -25,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Body::made("glass", "a slab", Process::Laser, Solid::cuboid(400.0, 400.0, 100.0).at_z(4.0))
             .in_light(Clarity::Clear);
     glass.substance.refractive_index = Some(1.5);
-    let scenes: [(&str, Vec<Pose>, Vec<Rgb>, Option<Body>); 4] = [
+    let scenes: [Scene; 4] = [
         ("open", in_middle.clone(), vec![WHITE], None),
         (
             "plate in the way",

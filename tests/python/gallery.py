@@ -1,4 +1,4 @@
-"""Simulated pictures of all sensors, at rest and pressed, on one sheet.
+"""Simulated pictures of all sensors, at rest and pressed, without noise, on one sheet.
 
     python gallery.py PATH_TO_FABKIT SHEET.png
 """
@@ -40,7 +40,8 @@ def main() -> None:
         for number, (title, sensor, press) in enumerate(SENSORS):
             for pressed, what in enumerate((["--reference"], ["--press", *press])):
                 picture = Path(folder) / "picture.png"
-                subprocess.run([fabkit, "capture", *sensor, *what, "-o", str(picture)], check=True)
+                run = [fabkit, "capture", *sensor, *what, "--no-noise", "-o", str(picture)]
+                subprocess.run(run, check=True)
                 image = Image.open(picture).convert("RGB")
                 scale = min(WIDTH / image.width, HEIGHT / image.height)
                 way = Image.Resampling.NEAREST if scale > 1 else Image.Resampling.LANCZOS
@@ -53,7 +54,8 @@ def main() -> None:
                 if not pressed:
                     font = ImageFont.load_default(15)
                     draw.text((left, top + 2), f"{title}, at rest and pressed", "black", font)
-    sheet.quantize(192).save(sheet_file, optimize=True)
+    # In all its colours: a palette would draw steps that no picture has.
+    sheet.save(sheet_file, optimize=True)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ mod manifest;
 mod npz;
 mod opc;
 mod parquet;
+mod pickle;
 mod picture;
 mod plate;
 mod ply;
@@ -51,6 +52,7 @@ pub use manifest::{
 pub use npz::{Array, NpzPieces, Values, npy, npz};
 pub use opc::zip;
 pub use parquet::{Column, parquet};
+pub use pickle::npy_of_lists;
 pub use picture::{grey8_png, grey16_png, png, png_with_comment};
 pub use plate::{Bed, Spot, pack};
 pub use ply::{Cloud, CloudPoint};

@@ -105,7 +105,7 @@ pub fn npy(array: &Array) -> Result<Vec<u8>, ExportError> {
     Ok(bytes)
 }
 
-fn header(shape: &[usize], descriptor: &str) -> Vec<u8> {
+pub(crate) fn header(shape: &[usize], descriptor: &str) -> Vec<u8> {
     // A tuple of one needs its comma.
     let shape: String = shape.iter().map(|n| format!("{n}, ")).collect();
     let mut header = format!(

@@ -21,7 +21,7 @@ use fabkit_application::packaging::{LICENSES, License};
 use fabkit_application::pictures::Viewer;
 
 pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins};
-pub use capturing::{Capture, CaptureContact, FitLight};
+pub use capturing::{Capture, CaptureContact, FitLight, OpticsPack};
 pub use ground_truth::{Dataset, Depth, View};
 pub use new::New;
 pub use pressing::{ContactArgs, ContactLevel, PressArgs};
@@ -119,6 +119,9 @@ pub enum Command {
     /// Fit the constants of a real unit's light to its captures of pins, for `capture`
     #[command(after_help = examples::FIT_LIGHT)]
     FitLight(FitLight),
+    /// Render what simulators measure on a real unit: its picture at rest, and what slopes or depths look like
+    #[command(after_help = examples::OPTICS_PACK)]
+    OpticsPack(OpticsPack),
     /// Compute how soft layers give way to a press: force curve, contact, displacements
     #[command(after_help = examples::PRESS)]
     Press(PressArgs),

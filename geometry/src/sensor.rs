@@ -98,6 +98,8 @@ pub struct Sensor {
     pub lightings: Vec<Lighting>,
     /// How many bits of a grey value its camera gives.
     pub grey_bits: u32,
+    /// Quality of the JPEG in which its camera sends pictures, 1 to 100; nothing where it sends them as they are.
+    pub jpeg_quality: Option<u8>,
     /// Force that what is touched must bear in every direction, N; `None` where nobody asks.
     pub load_n: Option<f64>,
     /// The camera as designed.
@@ -151,6 +153,7 @@ impl Sensor {
             marks: Vec::new(),
             lightings: Vec::new(),
             grey_bits: 8,
+            jpeg_quality: None,
             load_n: None,
             camera,
             sight: Vec::new(),

@@ -17,6 +17,23 @@ const BESIDES: usize = 32 << 20;
 /// The widest pixels that are decoded: four values of 16 bits, in bytes.
 const WIDEST: usize = 8;
 
+/// What [`crate::jpeg`] says.
+pub(crate) fn jpeg(size_px: [u32; 2], values: &[u8], quality: u8) -> Result<Vec<u8>, PictureError> {
+    let wrong = |reason: &str| Format::Jpeg.unreadable(reason);
+    let [width, height] = size_px.map(|px| u16::try_from(px).unwrap_or(0));
+    let pixels = usize::from(width) * usize::from(height);
+    let color = match values.len().checked_div(pixels) {
+        Some(1) => jpeg_encoder::ColorType::Luma,
+        Some(3) => jpeg_encoder::ColorType::Rgb,
+        _ => return Err(wrong("such a picture cannot be written")),
+    };
+    let mut file = Vec::new();
+    let mut encoder = jpeg_encoder::Encoder::new(&mut file, quality.clamp(1, 100));
+    encoder.set_sampling_factor(jpeg_encoder::SamplingFactor::F_1_1);
+    encoder.encode(values, width, height, color).map_err(|e| wrong(&e.to_string()))?;
+    Ok(file)
+}
+
 /// A kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {

@@ -1,4 +1,4 @@
-//! Reads pictures that cameras took: PNG, JPEG, TIFF and BMP, told apart by their first bytes.
+//! Reads pictures that cameras took: PNG, JPEG, TIFF and BMP, told apart by their first bytes. Writes JPEG as cameras do.
 //!
 //! Values are those of the file, row by row from the top, without what viewers add: colour profiles are
 //! not applied, and orientation tags are left alone, because calibration wants pixels where the chip has
@@ -130,6 +130,27 @@ pub fn read(bytes: &[u8], most_pixels: u64) -> Result<Picture, PictureError> {
         return Err(format.unreadable("it holds fewer pixels than it says"));
     }
     Ok(Picture { width_px, height_px, channels: channels as u32, values })
+}
+
+/// Writes values of 8 bits, row by row, as JPEG of a quality from 1 to 100: one channel as grey, three as red, green and
+/// blue, their colours as fine as their brightness. The same bytes on every machine.
+///
+/// ```
+/// let grey = [90; 16 * 8];
+/// let file = fabkit_picture::jpeg([16, 8], &grey, 70)?;
+/// let back = fabkit_picture::read(&file, 1000)?;
+/// assert_eq!((back.width_px, back.height_px, back.channels), (16, 8, 1));
+/// # Ok::<(), fabkit_picture::PictureError>(())
+/// ```
+///
+/// # Errors
+/// Other than one or three values a pixel, or a side of 0 or of more than 65,535 px.
+pub fn jpeg(
+    [width, height]: [u32; 2],
+    values: &[u8],
+    quality: u8,
+) -> Result<Vec<u8>, PictureError> {
+    formats::jpeg([width, height], values, quality)
 }
 
 /// The first `channels` of each pixel's samples: those behind are transparency.

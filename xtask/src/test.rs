@@ -105,9 +105,16 @@ fn oracles(python: &Path) -> Result<(), String> {
             skip(consumer, "it is not installed; the system's packages have it")?;
         }
     }
-    for oracle in
-        ["files", "contracts", "boards", "intrinsics", "dataset", "tetrahedra", "pictures"]
-    {
+    for oracle in [
+        "files",
+        "contracts",
+        "boards",
+        "intrinsics",
+        "dataset",
+        "tetrahedra",
+        "pictures",
+        "optics",
+    ] {
         all.push(reader(&format!("tests/python/check_{oracle}.py"), &[]));
     }
     all.push(glb);

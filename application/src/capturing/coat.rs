@@ -149,7 +149,7 @@ impl<'a> CoatScene<'a> {
     }
 
     /// What is sent along a ray from a place that looks along `facing`, whose foot on the surface at rest is `rest`.
-    fn lit(
+    pub(super) fn lit(
         &self,
         rest: &Point3<f64>,
         facing: &Vector3<f64>,

@@ -124,7 +124,7 @@ impl LightConstants {
         const PINS: &str = "R-Tac0's published captures of pins, 15, by `fit-light`; 2.4 grey rms are left of profiles; layer_grey and scatter_per_mm are known as their product alone";
         const COATS: &str =
             "silicone with aluminium powder and a little white: between matt paint and satin metal";
-        const PAIRS: &str = "differences of R-Tac0's published captures: 1.2 grey rms a pair";
+        const PAIRS: &str = "differences of R-Tac0's published captures, 1.2 grey rms a pair after the JPEG of quality 70 in which they came";
         Self {
             scatter_per_mm: constant("scatter_per_mm", 0.14, Fitted, PINS),
             layer_grey: constant("layer_grey", 921.0, Fitted, PINS),
@@ -162,7 +162,7 @@ impl LightConstants {
             )),
             beside_grey: constant("beside_grey", 12.0, Chosen, "black plastic in stray light"),
             read_noise: constant("read_noise_grey", 0.4, Chosen, "usual for small chips"),
-            shot_noise: constant("shot_noise_grey", 0.06, Measured, PAIRS),
+            shot_noise: constant("shot_noise_grey", 0.13, Fitted, PAIRS),
             drift: constant(
                 "drift_grey",
                 1.8,

@@ -25,7 +25,6 @@ pub(super) fn left_out(shows: &Shows) -> Vec<&'static str> {
     let all = [
         "what bounces on, but for a constant",
         "vignetting and defocus of the lens",
-        "the JPEG in which some cameras send pictures",
         "what the camera sees beside the surface, but for a constant",
     ];
     own.iter().copied().chain(all).collect()
@@ -60,6 +59,7 @@ pub fn document(
         "seed": capturing.seed,
         "exposure": captured.exposure,
         "drift_grey": captured.drift_grey,
+        "jpeg_quality": capturing.jpeg_quality(&project.design.sensor),
         "range_grey": captured.range_grey(),
         "shown": captured.shown,
         "thickness_mm": (thickness[0] <= thickness[1]).then_some(thickness),

@@ -16,8 +16,8 @@ const EVEN_MM: f64 = 1e-6;
 /// A sensor in a light that shows how thick its layers are.
 #[derive(Debug)]
 pub(super) struct LayerScene<'a> {
-    scene: Scene<'a>,
-    constants: &'a LightConstants,
+    pub(super) scene: Scene<'a>,
+    pub(super) constants: &'a LightConstants,
     pub(super) exposure: f64,
     /// What all rays see at rest, where that is kept.
     at_rest: Option<AtRest>,

@@ -12,8 +12,10 @@ mod glowing;
 mod layers;
 mod lit;
 mod marks;
+mod pack;
 mod pegs;
 mod scene;
+mod sent;
 mod skin;
 mod studio;
 mod table;
@@ -27,6 +29,7 @@ use rayon::prelude::*;
 
 pub use constants::{Constant, Known, LightConstants};
 pub use document::{comment, document};
+pub use pack::{OpticsPack, optics_pack};
 pub use scene::Scene;
 pub use skin::SkinView;
 pub use studio::Studio;
@@ -84,6 +87,24 @@ pub enum CaptureError {
         /// The light.
         light: &'static str,
     },
+    /// Light of which simulators have no tables.
+    #[error(
+        "simulators have tables of slopes and of thickness; `{sensor}` in `{light}` light shows something else"
+    )]
+    NoTable {
+        /// The sensor.
+        sensor: String,
+        /// Its light.
+        light: &'static str,
+    },
+    /// Slopes on a surface that is not flat.
+    #[error(
+        "tables of slopes count pixels of one size on a flat gel; the surface of `{sensor}` is curved"
+    )]
+    NotFlat {
+        /// The sensor.
+        sensor: String,
+    },
     /// Nobody knows how it is lit.
     #[error(transparent)]
     NoLight(#[from] NoLight),
@@ -111,6 +132,10 @@ impl Explained for CaptureError {
                 return Some(UnknownName::new("light", light, known.iter().copied()).hint());
             }
             Self::OtherConstants { .. } => "leave the constants out",
+            Self::NoTable { .. } => {
+                "take another of its lights, or render pictures with `fabkit capture`"
+            }
+            Self::NotFlat { .. } => "render its pictures with `fabkit capture` or `fabkit dataset`",
             Self::RigidMarks { .. } => "take `linear` contact",
             Self::NoLight(NoLight::NoLamps { .. }) => "draw its lamps",
             Self::Dark { .. } => "`fabkit check` says what is in the way",
@@ -288,7 +313,7 @@ impl Capturing<'_> {
             let words = (painter.words(), painter.exposure());
             let elastic = seen.answer.map(crate::pressing::answer);
             let mark_pixels = mark_pixels(&scene.viewpoint, scene.sights(), &painted.marks);
-            let captured = self.recorded(sensor, painted, size_px, words);
+            let captured = self.recorded(sensor, painted, size_px, words)?;
             Ok::<_, Error>(Captured { elastic, mark_pixels, ..captured })
         })
     }
@@ -320,11 +345,11 @@ impl Capturing<'_> {
         painted: Painted,
         size_px: [u32; 2],
         ([shown, lamps], exposure): ([String; 2], f64),
-    ) -> Captured {
-        Captured {
+    ) -> Result<Captured, Error> {
+        Ok(Captured {
             size_px,
             channels: self.channels(),
-            grey: self.values(sensor, &painted.light, size_px),
+            grey: self.values(sensor, &painted.light, size_px)?,
             thickness_mm: painted.thickness_mm,
             exposure,
             drift_grey: self.drift_grey(),
@@ -334,7 +359,7 @@ impl Capturing<'_> {
             mark_pixels: Vec::new(),
             elastic: None,
             contact_level: self.cast.contact.name(),
-        }
+        })
     }
 
     fn channels(&self) -> usize {
@@ -345,9 +370,22 @@ impl Capturing<'_> {
         self.seed.map_or(0.0, |seed| drift(self.constants.drift.value, seed))
     }
 
-    /// What each pixel records of its rays: means over its samples, with drift, noise, and in the steps that the chip tells
-    /// apart.
-    fn values(&self, sensor: &Sensor, light: &[Rgb], [width, height]: [u32; 2]) -> Vec<f64> {
+    /// The quality of the JPEG in which pictures come; a picture without noise comes as it is.
+    fn jpeg_quality(&self, sensor: &Sensor) -> Option<u8> {
+        sensor.jpeg_quality.filter(|_| self.seed.is_some())
+    }
+
+    /// What comes of each pixel's rays: means over its samples, with drift, noise, in the steps that the chip tells apart,
+    /// as the camera sends them.
+    fn values(&self, sensor: &Sensor, light: &[Rgb], size_px: [u32; 2]) -> Result<Vec<f64>, Error> {
+        let taken = self.taken(sensor, light, size_px);
+        match self.jpeg_quality(sensor) {
+            Some(quality) => sent::sent(&taken, size_px, quality),
+            None => Ok(taken),
+        }
+    }
+
+    fn taken(&self, sensor: &Sensor, light: &[Rgb], [width, height]: [u32; 2]) -> Vec<f64> {
         let samples = self.cast.samples as usize;
         let drift_grey = self.drift_grey();
         let (chip, seed) = match self.seed {

@@ -64,7 +64,7 @@ impl Capturing<'_> {
         let stack = view.viewpoint.stack(&seen).map_err(SceneError::Light)?;
         let mark_pixels = mark_pixels(&view.viewpoint, &Sights::new(stack), &painted.marks);
         let captured = self.recorded(sensor, painted, size_px, words);
-        Ok(Captured { mark_pixels, ..captured })
+        Ok(Captured { mark_pixels, ..captured? })
     }
 
     /// What the skin answers, if something presses it.

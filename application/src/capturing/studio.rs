@@ -77,7 +77,7 @@ impl<'a> Studio<'a> {
         let seen = Seen { map, sigma_mm: &[], deepest, surface_px: 0, answer };
         let painted = self.painter.paint(self.scene, &self.capturing.cast, &seen)?;
         let capturing = Capturing { seed, ..self.capturing.clone() };
-        Ok(capturing.values(sensor, &painted.light, [map.width_px(), map.height_px()]))
+        capturing.values(sensor, &painted.light, [map.width_px(), map.height_px()])
     }
 
     /// What pictures rest on, as JSON.

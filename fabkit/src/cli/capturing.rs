@@ -69,7 +69,7 @@ pub struct Capture {
     /// Of noise and drift: another seed is another picture of the same
     #[arg(long, value_name = "N", default_value = "0")]
     pub seed: u64,
-    /// Neither noise nor drift
+    /// Neither noise nor drift, and not as the JPEG in which a camera sends it
     #[arg(long, conflicts_with = "seed")]
     pub no_noise: bool,
     /// Of a grey value in the file
@@ -102,6 +102,30 @@ impl Capture {
             }
         }
     }
+}
+
+/// `fabkit optics-pack`.
+#[derive(Debug, Args)]
+pub struct OpticsPack {
+    /// Which sensor.
+    #[command(flatten)]
+    pub design: Design,
+    /// Camera file (fabkit, OpenCV, ROS or Kalibr) [default: the one that the pose file names, else
+    /// the sensor's nominal lens]
+    #[arg(long, value_name = "FILE")]
+    pub camera: Option<PathBuf>,
+    /// Pose file with `camera_from_sensor` [default: where the design puts the camera]
+    #[arg(long, value_name = "FILE")]
+    pub pose: Option<PathBuf>,
+    /// Which of the sensor's lights is on [default: its usual one]
+    #[arg(long, value_name = "NAME")]
+    pub light: Option<String>,
+    /// Constants of a unit's light, as `fit-light` writes them [default: those of R-Tac0's published unit]
+    #[arg(long, value_name = "FILE.json")]
+    pub constants: Option<PathBuf>,
+    /// The folder to write into
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
 }
 
 /// `fabkit fit-light`.

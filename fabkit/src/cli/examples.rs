@@ -78,6 +78,11 @@ Examples:
   fabkit fit-light rtac0 --camera camera.yaml --captures pictures -o light.json
   fabkit capture rtac0 --constants light.json --press ball@24deg,120deg,1mm -o pressed.png";
 
+pub(crate) const OPTICS_PACK: &str = "\
+Examples:
+  fabkit optics-pack digit-like -o digit-optics
+  fabkit optics-pack rtac0 --constants light.json -o rtac0-optics";
+
 pub(crate) const DATASET: &str = "\
 Examples:
   fabkit dataset rtac0 -o data

@@ -28,6 +28,7 @@ const CONTRACTS: &[(&str, &str)] = &[
     ("list", include_str!("../../schemas/list.json")),
     ("man", include_str!("../../schemas/man.json")),
     ("new", include_str!("../../schemas/new.json")),
+    ("optics-pack", include_str!("../../schemas/optics-pack.json")),
     ("press", include_str!("../../schemas/press.json")),
     ("probes", include_str!("../../schemas/probes.json")),
     ("profile", include_str!("../../schemas/profile.json")),

@@ -18,6 +18,7 @@ mod list;
 mod man;
 mod misread;
 mod new;
+mod optics_pack;
 mod packaged;
 mod press;
 mod profile;
@@ -154,6 +155,7 @@ fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Press(args) => press::run(args),
         Command::Capture(args) => capture::run(args),
         Command::FitLight(args) => fit_light::run(args),
+        Command::OpticsPack(args) => optics_pack::run(args),
         Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Calibrate { what } => calibrate::run(what),
         Command::Sweep(args) => sweep::run(args, &cli.global),
@@ -175,6 +177,7 @@ fn prints_its_result(command: &Command) -> bool {
             | Command::Export(_)
             | Command::Guide(_)
             | Command::New(_)
+            | Command::OpticsPack(_)
             | Command::Sweep(_)
             | Command::Verify(_)
             | Command::Render(_)

@@ -107,6 +107,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
         press_fits: press_fits(p, &Joints::new(p, &layout)),
         touch: Some(touch.into()),
         lightings: vec![thickness([bodies::TRANSLUCENT_GEL])],
+        jpeg_quality: u8::try_from(p.camera.jpeg_quality).ok().filter(|quality| *quality > 0),
         sight: sight(&[(bodies::TRANSLUCENT_GEL, &p.translucent_gel.material)], bodies::BLACK_COAT),
         ..blocks::sensor(header, camera, bodies)
     }

@@ -202,6 +202,8 @@ sections! {
         height_px: u32 = 16..=20000,
         /// Frames per second.
         frame_rate: u32 = 1..=10000,
+        /// Quality of the JPEG in which it sends pictures, as encoders count it; 0 for none.
+        jpeg_quality: u32 = 0..=100,
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=220.0,
         /// How the lens lays angles onto the picture.

@@ -1,0 +1,62 @@
+//! `fabkit optics-pack SENSOR -o DIR`
+
+use fabkit_application::Error;
+use fabkit_application::capturing::{LightConstants, lighting, optics_pack};
+use fabkit_application::fitting_light::read_constants;
+use fabkit_application::staging::write_all;
+use serde_json::{Value, json};
+
+use super::{Outcome, view};
+use crate::cli::{ContactArgs, OpticsPack, View};
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::table::size;
+
+pub(super) fn run(args: &OpticsPack) -> Result<Outcome, Failure> {
+    let contact = ContactArgs { contact: None, membrane: 0.0, friction: None, spacing: None };
+    let view = View { camera: args.camera.clone(), pose: args.pose.clone(), contact };
+    let output = Some(args.output.join("optics.json"));
+    view::roles(&args.design, &view)
+        .reads("--constants", &args.constants)
+        .writes("-o", &output)
+        .check()?;
+    let scene = view::scene(&args.design, &view)?;
+    let sensor = &scene.project.design.sensor;
+    let lighting = lighting(sensor, args.light.as_deref()).map_err(Error::from)?;
+    let constants = match &args.constants {
+        Some(path) => read_constants(sensor, path)?,
+        None => LightConstants::of(sensor),
+    };
+    let pack = optics_pack(&scene, lighting, &constants)?;
+    interrupt::begin_writing()?;
+    write_all(&args.output, &pack.files, &interrupt::requested)?;
+    let mut json = pack.document;
+    let folder = args.output.display();
+    json["folder"] = json!(folder.to_string());
+    let listed = pack.files.iter();
+    json["files"] =
+        listed.map(|file| json!({ "file": file.name, "bytes": file.bytes.len() })).collect();
+    let mut text = String::new();
+    for file in &pack.files {
+        text += &format!("{folder}/{}: {}\n", file.name, size(file.bytes.len() as u64));
+    }
+    text += &words(&json);
+    Ok(Outcome { text, json, failed: false })
+}
+
+fn words(json: &Value) -> String {
+    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+    let of = |name: &str| number(&json[name]);
+    let size = format!("simulated; {} x {} px", json["width_px"], json["height_px"]);
+    if json["shows"] == "slopes" {
+        let [least, most] = [0, 1].map(|k| number(&json["mm_per_pixel_range"][k]));
+        return format!(
+            "{size} of {:.4} mm ({least:.4} to {most:.4}, taken as one); over the picture, polynomials miss {:.0} % of what gentle slopes change\n",
+            of("mm_per_pixel"),
+            100.0 * of("polynomials_miss"),
+        );
+    }
+    let darkest = json["darkest_grey"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let ends = darkest.iter().map(|grey| grey.to_string()).collect::<Vec<_>>().join(", ");
+    format!("{size}; nothing is left of the layers at {ends} grey darker than at rest\n")
+}

@@ -5,23 +5,28 @@
 //! and what the pins cannot tell. [`solve_pose`] is the bare solver.
 
 mod candidates;
+mod groups;
 mod joint;
 mod linear;
 mod refine;
 mod scatter;
 mod selection;
+mod tolerances;
 
-use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, JointEstimate};
+use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, JointEstimate, POSE_COUNT};
 use fabkit_geometry::Pose;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Rotation3};
 
 pub use candidates::{Drawing, Medium, Optics, ParameterSet};
 pub use joint::{JointCovariance, joint_estimate};
 pub use refine::{Loss, PoseSolution, SolveError, refine};
 pub use scatter::{PinScatter, pin_scatter};
+pub use groups::Scatter;
 pub use selection::{Selection, Trial};
+pub use tolerances::{Difference, TOLERANCE_SIGMAS};
 
-use crate::model::{FitParameter, Model, Observation};
+use self::tolerances::Expected;
+use crate::model::{FitParameter, MarkOffsets, Model, Observation};
 
 /// Residuals beyond this many standard deviations count by their length: one in ninety if all are
 /// normal.
@@ -42,11 +47,18 @@ pub struct CalibrationOptions<'a> {
     pub drawn: Option<Drawing<'a>>,
     /// How residuals count.
     pub loss: Loss,
+    /// Where marks are found beside their tips, if that is known.
+    pub mark_offsets: Option<&'a MarkOffsets>,
 }
 
 impl Default for CalibrationOptions<'_> {
     fn default() -> Self {
-        Self { gel_index: SILICONE_INDEX, drawn: None, loss: Loss::Huber(HUBER) }
+        Self {
+            gel_index: SILICONE_INDEX,
+            drawn: None,
+            loss: Loss::Huber(HUBER),
+            mark_offsets: None,
+        }
     }
 }
 
@@ -67,6 +79,8 @@ pub struct PoseCalibration {
     pub covariance: DMatrix<f64>,
     /// The chosen camera, and how sure it and its pose are together.
     pub joint: JointEstimate,
+    /// How large the errors of pins and of captures are, and what the fit has of them alone.
+    pub errors: Scatter,
     /// Residuals over what they should be; 1 if the model and the standard deviations are right.
     pub misfit: f64,
 }
@@ -80,6 +94,42 @@ impl PoseCalibration {
     /// The pose alone, with the camera as given; `None` if that could not be fitted.
     pub fn plain(&self) -> Option<&Trial> {
         self.selection.trials.iter().find(|trial| trial.candidate == ParameterSet::PLAIN)
+    }
+
+    /// Standard deviations of the pose's six parameters from leaving out each capture in turn, over those that are claimed
+    /// for the same errors: 1 where the claim is right. `None` for fewer than three captures.
+    pub fn jackknife_ratio(&self) -> Option<[f64; POSE_COUNT]> {
+        let chosen = self.chosen();
+        let count = chosen.left_out.len() as f64;
+        if count < 3.0 {
+            return None;
+        }
+        let pose = &chosen.fit.model.camera_from_sensor;
+        let off = |other: &Pose| -> [f64; POSE_COUNT] {
+            let turned = Rotation3::from_matrix_unchecked(
+                other.rotation() * pose.rotation().transpose(),
+            );
+            let (turn, shift) =
+                (turned.scaled_axis(), other.translation_mm() - pose.translation_mm());
+            std::array::from_fn(|i| if i < 3 { turn[i] } else { shift[i - 3] })
+        };
+        let all: Vec<[f64; POSE_COUNT]> = chosen.left_out.iter().map(off).collect();
+        Some(std::array::from_fn(|i| {
+            let mean = all.iter().map(|off| off[i]).sum::<f64>() / count;
+            let squares = all.iter().map(|off| (off[i] - mean).powi(2)).sum::<f64>();
+            let claimed = self.errors.covariance[(i, i)].max(f64::MIN_POSITIVE).sqrt();
+            // Quenouille and Tukey: (n - 1) / n of the squares' sum.
+            ((count - 1.0) / count * squares).sqrt() / claimed
+        }))
+    }
+
+    /// Where the camera is by the drawn bodies, if they can explain the pixels at all: by the best of those explanations.
+    pub fn drawn(&self) -> Option<Pose> {
+        let drawn = self.selection.trials.iter().filter(|trial| {
+            trial.candidate.optics.medium == Medium::Drawn && trial.is_plausible()
+        });
+        let best = drawn.min_by(|a, b| a.held_out_rms_px.total_cmp(&b.held_out_rms_px))?;
+        Some(best.fit.model.camera_from_sensor)
     }
 
     /// The chosen model.
@@ -147,21 +197,31 @@ pub fn calibrate(
     let believed = scatter.filter(|s| s.degrees_of_freedom >= MIN_SCATTER_FREEDOM);
     // The pictures' noise is within the scatter; a pin seen worse than it repeats keeps its own.
     let floor_px = believed.map_or(0.0, |scatter| scatter.rms_px / std::f64::consts::SQRT_2);
+    let of_mark = |o: &Observation| {
+        let found = options.mark_offsets?.of(&o.contact.contact_in_sensor_mm);
+        found.map(|offset| offset.sigma_px)
+    };
     let observations: Vec<Observation> = observations
         .iter()
-        .map(|o| Observation { sigma_px: o.sigma_px.max(floor_px), ..o.clone() })
+        .map(|o| {
+            let sigma_px = o.sigma_px.hypot(of_mark(o).unwrap_or(0.0)).max(floor_px);
+            Observation { sigma_px, ..o.clone() }
+        })
         .collect();
     // What is before the lens is for the pixels to say.
     let camera = &camera.clone().undrawn();
     let mut model = Model::new(*camera.camera(), *start);
     model.expected_translation_mm = nominal.map(|pose| *pose.translation_mm());
-    let selection = selection::select(&model, &observations, captures, options)
+    model.mark_offsets = options.mark_offsets.cloned().unwrap_or_default();
+    let expected = Expected { given: camera, nominal, drawn: options.drawn };
+    let selection = selection::select(&model, &observations, captures, options, &expected)
         .map_err(|failed| CalibrationError::NoExplanation { failed })?;
     let fit = &selection.trials[selection.chosen].fit;
     let coordinates = 2 * observations.len();
     let freedom = coordinates.saturating_sub(fit.parameters.len()).max(1);
     let misfit = (fit.cost / freedom as f64).sqrt();
-    let joint = joint_estimate(camera, fit, &observations, options.loss, misfit.max(1.0))?;
+    let errors = groups::scatter(fit, &observations, options.loss);
+    let joint = joint_estimate(camera, fit, &observations, options.loss, &errors.covariance)?;
     Ok(PoseCalibration {
         given: camera.clone(),
         observations,
@@ -169,6 +229,7 @@ pub fn calibrate(
         selection,
         covariance: joint.of_fit,
         joint: joint.estimate,
+        errors,
         misfit,
     })
 }

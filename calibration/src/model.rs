@@ -2,7 +2,8 @@
 //!
 //! A pin's nominal contact, sensor frame, is displaced by the seating offset along the pin and by
 //! the lean around the sensor's axis, then moved with the dome as it was seated in that capture,
-//! then carried into the camera's frame and projected. Each of these has a derivative.
+//! then carried into the camera's frame and projected. Each of these has a derivative. Its mark is
+//! found some way beside that pixel, which is known beforehand and hardly changes with any of them.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -211,6 +212,41 @@ pub struct Model {
     /// How far from where they are contacts seem to be, because light is bent again behind the camera's
     /// interface; the rest seem to be where they are.
     pub displacements: Displacements,
+    /// How far from the pixels of their tips marks are found; the rest are found there.
+    pub mark_offsets: MarkOffsets,
+}
+
+/// Where the mark of a pin is found beside the pixel of its tip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MarkOffset {
+    /// How far, px.
+    pub by_px: Vector2<f64>,
+    /// How much farther for each millimetre that the pin goes in deeper, px/mm.
+    pub by_depth: Vector2<f64>,
+    /// Standard deviation along each coordinate, px.
+    pub sigma_px: f64,
+}
+
+/// Offsets of marks, by the contacts of their pins, sensor frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MarkOffsets(BTreeMap<[u64; 3], MarkOffset>);
+
+impl MarkOffsets {
+    /// Of each contact's nominal place.
+    pub fn new(all: impl IntoIterator<Item = (Point3<f64>, MarkOffset)>) -> Self {
+        Self(all.into_iter().map(|(place, offset)| (key(&place), offset)).collect())
+    }
+
+    /// Of a contact's nominal place, if it is known.
+    pub fn of(&self, place: &Point3<f64>) -> Option<MarkOffset> {
+        self.0.get(&key(place)).copied()
+    }
+
+    fn at(&self, place: &Point3<f64>, deeper_mm: f64) -> Vector2<f64> {
+        self.of(place).map_or_else(Vector2::zeros, |offset| {
+            offset.by_px + deeper_mm * offset.by_depth
+        })
+    }
 }
 
 /// By contacts, sensor frame, mm.
@@ -248,6 +284,7 @@ impl Model {
             drawn: None,
             interface_shift_mm: 0.0,
             displacements: Displacements::default(),
+            mark_offsets: MarkOffsets::default(),
         }
     }
 
@@ -278,12 +315,13 @@ impl Model {
         }
     }
 
-    /// Where a contact is seen, px.
+    /// Where the mark of a contact is seen, px.
     ///
     /// # Errors
     /// It lies outside what the camera can see.
     pub fn project(&self, contact: &Contact) -> Result<Point2<f64>, OutsideDomain> {
-        self.camera.project(&self.camera_from_sensor.point(self.seated(contact)))
+        let tip = self.camera.project(&self.camera_from_sensor.point(self.seated(contact)))?;
+        Ok(tip + self.mark_offset(contact))
     }
 
     /// [`Model::project`] with its derivatives by each of `parameters`, in their units.
@@ -316,7 +354,9 @@ impl Model {
                 }
                 FitParameter::InterfaceShift => by_interface.column(6).into(),
                 FitParameter::SeatingOffset => {
+                    let offset = self.mark_offsets.of(&contact.contact_in_sensor_mm);
                     by_sensor * turned_with_dome(contact.axis_in_sensor.unwrap_or_default())
+                        + offset.map_or_else(Vector2::zeros, |offset| offset.by_depth)
                 }
                 FitParameter::Lean => {
                     by_sensor * turned_with_dome(way_round(contact.contact_in_sensor_mm))
@@ -339,7 +379,21 @@ impl Model {
                 }
             };
         }
-        Ok(projection.pixel)
+        Ok(projection.pixel + self.mark_offset(contact))
+    }
+
+    /// Change of a mark's pixel with its contact's place in the sensor frame, px/mm.
+    ///
+    /// # Errors
+    /// As [`Model::project`].
+    pub fn by_place(&self, contact: &Contact) -> Result<Matrix2x3<f64>, OutsideDomain> {
+        let point = self.camera_from_sensor.point(self.seated(contact));
+        let projection = self.camera.project_with_jacobians(&point)?;
+        Ok(projection.by_point * self.camera_from_sensor.rotation())
+    }
+
+    fn mark_offset(&self, contact: &Contact) -> Vector2<f64> {
+        self.mark_offsets.at(&contact.contact_in_sensor_mm, self.seating_offset_mm)
     }
 
     /// Change of a pixel with pose and shift by way of the drawn interface, which they move before the lens.

@@ -47,6 +47,8 @@ pub struct ExtrinsicsReport<'a> {
     pub calibration: &'a PoseCalibration,
     /// Why the bodies that the design draws took no part, as a sentence.
     pub not_drawn: Option<&'a str>,
+    /// Why it is not known how far from their tips marks are found, if it is not.
+    pub not_marked: Option<&'a str>,
 }
 
 impl ExtrinsicsReport<'_> {

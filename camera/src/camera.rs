@@ -245,6 +245,30 @@ impl Camera {
         Self { interface: Interface::Drawn, ..self.in_air() }
     }
 
+    /// A part of its picture as the picture of a camera of its own, from a column and a row, px: it sees along the same rays.
+    /// Its axis may lie anywhere outside.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, Point2};
+    /// let camera = Camera::equidistant(640, 480, 2.5)?;
+    /// let part = camera.part([500, 20], [64, 48])?;
+    /// let [whole, own] = [(&camera, [520.0, 30.0]), (&part, [20.0, 10.0])];
+    /// let ray = |(camera, [x, y]): (&Camera, [f64; 2])| camera.unproject(&Point2::new(x, y)).unwrap();
+    /// assert!((ray(whole).direction - ray(own).direction).norm() < 1e-12);
+    /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+    /// ```
+    ///
+    /// # Errors
+    /// An empty part.
+    pub fn part(&self, first_px: [u32; 2], size_px: [u32; 2]) -> Result<Self, InvalidCamera> {
+        let [width_px, height_px] = size_px;
+        check_around(width_px, height_px, &self.interface).finish()?;
+        let mut values: Vec<f64> = self.lens.parameters().map(|(_, value)| value).collect();
+        values[2] -= f64::from(first_px[0]);
+        values[3] -= f64::from(first_px[1]);
+        Ok(Self { width_px, height_px, lens: self.lens.with_parameters(&values)?, ..*self })
+    }
+
     /// Names with units, and values, of everything that can be calibrated: `fx_px`, `fy_px`,
     /// `cx_px`, `cy_px`, the lens's coefficients, the interface's parameters.
     pub fn parameters(&self) -> Vec<(&'static str, f64)> {

@@ -214,6 +214,7 @@ pub struct Extrinsics {
     discrepancies: Vec<Discrepancy>,
     calibration: pose::PoseCalibration,
     not_drawn: Option<String>,
+    not_marked: Option<String>,
 }
 
 impl Extrinsics {
@@ -226,6 +227,7 @@ impl Extrinsics {
             discrepancies: &self.discrepancies,
             calibration: &self.calibration,
             not_drawn: self.not_drawn.as_deref(),
+            not_marked: self.not_marked.as_deref(),
         }
     }
 }
@@ -292,6 +294,7 @@ pub fn extrinsics(
             camera_file: &camera_file,
             landmarks: &landmarks,
             captures: &captures,
+            tip_radius_mm: landmarks.tip_radius_mm,
             gel_index,
         };
         from_pins::solve(&inputs, |report| {
@@ -303,6 +306,7 @@ pub fn extrinsics(
                 discrepancies: report.discrepancies.to_vec(),
                 calibration: report.calibration.clone(),
                 not_drawn: report.not_drawn.map(str::to_owned),
+                not_marked: report.not_marked.map(str::to_owned),
             })
         })
     })

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use fabkit_calibration::assignment::{Discrepancy, assign};
-use fabkit_calibration::extrinsics::{CalibrationOptions, Drawing, calibrate};
+use fabkit_calibration::extrinsics::{CalibrationOptions, Drawing, PoseCalibration, calibrate};
 use fabkit_calibration::landmarks::{self, PinLandmarks};
+use fabkit_calibration::model::MarkOffsets;
 use fabkit_calibration::report::ExtrinsicsReport;
 use fabkit_camera::CameraEstimate;
 use fabkit_camera::files;
@@ -14,11 +15,16 @@ use fabkit_geometry::{Point3, Pose, Sensor};
 
 use super::CalibratingError;
 use super::captures::PinCaptures;
+use super::marks::PinMarks;
 use crate::Error;
+use crate::capturing::LightConstants;
 use crate::reading::{self, Expected};
 
 /// Above this part of all marks without a hole, the labels or the camera are wrong, not the pins.
 const MAX_DOUBTFUL: f64 = 0.2;
+
+/// Farther from where the design has it no camera looks at rendered pins, mm: it would stand in what is drawn.
+const RENDERED_MM: f64 = 3.0;
 
 /// What a pose is solved from.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +39,8 @@ pub struct Inputs<'a> {
     pub landmarks: &'a PinLandmarks,
     /// What was seen.
     pub captures: &'a PinCaptures<'a>,
+    /// Radius of the pins' tips, mm; 0 where nobody says it.
+    pub tip_radius_mm: f64,
     /// Refractive index of the gel behind an interface that is tried.
     pub gel_index: f64,
 }
@@ -59,11 +67,40 @@ pub fn solve<R, E: From<CalibratingError>>(
         |pose: &Pose, contacts: &[Point3<f64>]| bodies.displacements(pose, contacts);
     let drawn = bodies.interface();
     let drawn = drawn.map(|interface| Drawing { interface, displacements: &displacements });
-    let options =
-        CalibrationOptions { gel_index: inputs.gel_index, drawn, ..CalibrationOptions::default() };
     let start = &assignment.model.camera_from_sensor;
-    let calibration = calibrate(camera, &assignment.observations, start, Some(&nominal), &options)
-        .map_err(CalibratingError::from)?;
+    let observations = &assignment.observations;
+    let solve = |offsets: &MarkOffsets| {
+        let options = CalibrationOptions {
+            gel_index: inputs.gel_index,
+            drawn,
+            mark_offsets: Some(offsets),
+            ..CalibrationOptions::default()
+        };
+        calibrate(camera, observations, start, Some(&nominal), &options)
+    };
+    let constants = LightConstants::of(sensor);
+    let rendered = PinMarks::of(sensor, camera.camera(), &constants, inputs.tip_radius_mm);
+    let calibration = match &rendered {
+        Ok(Some(rendered)) => {
+            // Turned as it is, where the design has it; then where the drawn bodies say it is.
+            let turned = Pose::new(*start.rotation(), *nominal.translation_mm()).unwrap_or(nominal);
+            let first = solve(&rendered.all(&turned, observations));
+            let is_near = |pose: &Pose| {
+                (pose.translation_mm() - turned.translation_mm()).norm() < RENDERED_MM
+            };
+            match first.as_ref().ok().and_then(PoseCalibration::drawn).filter(is_near) {
+                Some(pose) => solve(&rendered.all(&pose, observations)),
+                None => first,
+            }
+        }
+        _ => solve(&MarkOffsets::default()),
+    };
+    let calibration = calibration.map_err(CalibratingError::from)?;
+    let not_marked = match rendered {
+        Ok(Some(_)) => None,
+        Ok(None) => Some("nobody says how layers show these pins".to_owned()),
+        Err(error) => Some(error.to_string()),
+    };
     let report = ExtrinsicsReport {
         sensor: &sensor.name,
         camera_file: inputs.camera_file,
@@ -72,6 +109,7 @@ pub fn solve<R, E: From<CalibratingError>>(
         discrepancies: &assignment.discrepancies,
         calibration: &calibration,
         not_drawn: bodies.why_not(),
+        not_marked: not_marked.as_deref(),
     };
     if doubtful as f64 > MAX_DOUBTFUL * marks as f64 {
         let discrepancies = report.doubt_sentences();

@@ -5,6 +5,7 @@ pub mod captures;
 mod error;
 pub mod extrinsics;
 pub mod intrinsics;
+mod marks;
 pub mod pictures;
 pub mod pose_file;
 

@@ -15,10 +15,12 @@ const EVEN_MM: f64 = 1e-6;
 
 /// A sensor in a light that shows how thick its layers are.
 #[derive(Debug)]
-pub(super) struct LayerScene<'a> {
+pub(crate) struct LayerScene<'a> {
     pub(super) scene: Scene<'a>,
     pub(super) constants: &'a LightConstants,
     pub(super) exposure: f64,
+    /// How far neighbouring rays meet the surface from each other, mm, where maps are parts of a picture.
+    ray_mm: Option<f64>,
     /// What all rays see at rest, where that is kept.
     at_rest: Option<AtRest>,
 }
@@ -39,7 +41,7 @@ struct AtRest {
 }
 
 impl<'a> LayerScene<'a> {
-    pub(super) fn of(
+    pub(crate) fn of(
         sensor: &'a Sensor,
         lighting: &'a Lighting,
         constants: &'a LightConstants,
@@ -47,7 +49,12 @@ impl<'a> LayerScene<'a> {
         let scene = Scene::of(sensor, lighting, constants)?;
         let exposure = scene.middle().map_or(1.0, |[lit, mm]| constants.exposure(lit, mm))
             * constants.dimmer(scene.brightest());
-        Ok(Self { scene, constants, exposure, at_rest: None })
+        Ok(Self { scene, constants, exposure, ray_mm: None, at_rest: None })
+    }
+
+    /// The same for parts of the picture that is as fine as this map.
+    pub(crate) fn for_parts_of(self, map: &DepthMap<'_>) -> Self {
+        Self { ray_mm: Some(ray_mm(map)), ..self }
     }
 
     pub(super) fn words(&self) -> [String; 2] {
@@ -69,7 +76,7 @@ impl<'a> LayerScene<'a> {
         self.at_rest = Some(AtRest { range_mm, seen, spread, grey, even_mm });
     }
 
-    pub(super) fn paint(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Painted {
+    pub(crate) fn paint(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Painted {
         let rays = self.rays(map, answer);
         let mut grey: Vec<f64> = rays.iter().map(|(grey, _)| *grey).collect();
         match &self.at_rest {
@@ -89,7 +96,8 @@ impl<'a> LayerScene<'a> {
     /// How light spreads where there is a layer.
     fn spread(&self, map: &DepthMap<'_>, seen: &[(f64, f64)]) -> Spread {
         let is_layer = seen.iter().map(|(_, mm)| mm.is_finite()).collect();
-        let sigma_px = self.constants.spread_mm.value / ray_mm(map);
+        let ray_mm = self.ray_mm.unwrap_or_else(|| ray_mm(map));
+        let sigma_px = self.constants.spread_mm.value / ray_mm;
         Spread::new(is_layer, map.width_px() as usize, sigma_px)
     }
 

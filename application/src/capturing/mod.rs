@@ -37,7 +37,8 @@ pub use unit::Unit;
 
 use self::coat::CoatScene;
 use self::glowing::GlowScene;
-use self::layers::LayerScene;
+pub(crate) use self::layers::LayerScene;
+pub(crate) use self::sent::sent;
 use self::marks::MarkScene;
 use crate::Error;
 use crate::bodies::UnknownName;
@@ -214,9 +215,9 @@ impl Captured {
 }
 
 /// What rays see, before a chip records it.
-struct Painted {
+pub(crate) struct Painted {
     /// Of each ray, in grey values.
-    light: Vec<Rgb>,
+    pub(crate) light: Vec<Rgb>,
     /// As in [`Captured`].
     thickness_mm: Vec<f64>,
     /// As in [`Captured`].
@@ -380,7 +381,7 @@ impl Capturing<'_> {
     fn values(&self, sensor: &Sensor, light: &[Rgb], size_px: [u32; 2]) -> Result<Vec<f64>, Error> {
         let taken = self.taken(sensor, light, size_px);
         match self.jpeg_quality(sensor) {
-            Some(quality) => sent::sent(&taken, size_px, quality),
+            Some(quality) => sent(&taken, size_px, quality),
             None => Ok(taken),
         }
     }

@@ -31,8 +31,7 @@ pub struct JointCovariance {
 
 /// The covariance of a fit and of the camera that it was made with.
 ///
-/// `given` is the camera before the fit; `enlarge` multiplies the standard deviations that follow
-/// from those of the observations, because residuals are larger.
+/// `given` is the camera before the fit; `noise` the covariance of what was solved for by the errors of observations alone.
 ///
 /// # Errors
 /// Numbers beyond what can be computed with.
@@ -41,17 +40,16 @@ pub fn joint_estimate(
     fit: &PoseSolution,
     observations: &[Observation],
     loss: Loss,
-    enlarge: f64,
+    noise: &DMatrix<f64>,
 ) -> Result<JointCovariance, InvalidCovariance> {
     let camera = &fit.model.camera;
     let held: Vec<FitParameter> =
         camera.parameters().into_iter().map(|(name, _)| FitParameter::Camera(name)).collect();
-    let noise = &fit.covariance * enlarge.powi(2);
     let of_given = covariance_of_given(given, fit, &held);
     let scale = scale_of_given(given, fit);
     // What is solved for, by the given parameters.
     let taken_up = -(&fit.covariance * mixed(fit, &held, observations, loss)) * &scale;
-    let of_fit = symmetric(&noise + &taken_up * &of_given * taken_up.transpose());
+    let of_fit = symmetric(noise + &taken_up * &of_given * taken_up.transpose());
     // Pose and camera, by what is solved for, and by the given parameters.
     let by_fit = by_fit(fit, &held);
     let mut by_given = &by_fit * &taken_up;

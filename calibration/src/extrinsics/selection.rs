@@ -1,23 +1,18 @@
 //! Choosing by evidence: every explanation is fitted, and judged on captures it has not seen.
 
 use fabkit_camera::Interface;
+use fabkit_geometry::Pose;
 use nalgebra::Vector2;
 
 use super::CalibrationOptions;
 use super::candidates::{Medium, Optics, ParameterSet};
 use super::refine::{Loss, PoseSolution, SolveError, refine};
+use super::tolerances::{Difference, Expected, TOLERANCE_SIGMAS, log_likelihood};
 use crate::model::{FitParameter, Model, Observation};
 use crate::observability::{Unobservable, unobservable_from};
 
-/// An explanation with more parameters must lower the held-out error by this part.
-const WORTH_A_PARAMETER: f64 = 0.01;
-/// An explanation that puts the camera where it cannot be must be better by this part.
-const WORTH_AN_IMPLAUSIBLE_POSE: f64 = 0.15;
-/// An explanation without the bodies that the design draws must be better by this part: they are there.
-const WORTH_DENYING_A_DRAWING: f64 = 0.1;
-/// What bends light is known where it is drawn: each of the lens's terms that changed since it was calibrated
-/// must make the rest better by this part.
-const WORTH_ANOTHER_LENS: f64 = 0.05;
+/// Each parameter beyond the pose must make what was left out more likely by this factor's logarithm.
+const WORTH_A_PARAMETER: f64 = 0.5;
 /// Reseated domes must lower Akaike's criterion by this: odds of 150 to 1.
 const WORTH_A_SEAT: f64 = 10.0;
 /// Farther than this from where the design puts it the camera cannot be: three standard deviations
@@ -39,6 +34,8 @@ pub struct Trial {
     pub held_out_rms_px: f64,
     /// Residual of each observation when its capture was left out; `None` where that fails.
     pub held_out_px: Vec<Option<Vector2<f64>>>,
+    /// The capture of each observation.
+    captures: Vec<usize>,
     /// Akaike's information criterion, corrected for few observations (Hurvich & Tsai 1989), for
     /// the standard deviations the observations state. The smallest is best.
     pub aicc: f64,
@@ -46,9 +43,30 @@ pub struct Trial {
     pub unobservable: Vec<Unobservable>,
     /// How far the sensor's origin is from where the design puts it, camera frame, mm.
     pub from_design_mm: Option<f64>,
+    /// What it says of the unit, against the drawing and the lens's own calibration.
+    pub differences: Vec<Difference>,
+    /// Poses without each capture in turn, of those without which it can be fitted.
+    pub left_out: Vec<Pose>,
 }
 
 impl Trial {
+    /// Whether the unit is the drawn one, by this explanation.
+    pub fn within_tolerances(&self) -> bool {
+        self.differences.iter().all(|difference| difference.sigmas() <= TOLERANCE_SIGMAS)
+    }
+
+    /// What differs by more than is made.
+    pub fn differs(&self) -> impl Iterator<Item = &Difference> {
+        self.differences.iter().filter(|difference| difference.sigmas() > TOLERANCE_SIGMAS)
+    }
+
+    /// The logarithm of the density of all pins that were left out, px^-2 each: of a normal distribution about their
+    /// prediction that is as wide as they scatter.
+    pub fn log_predictive_density(&self) -> f64 {
+        let variance = 0.5 * self.held_out_rms_px.powi(2);
+        -(self.held_out_px.len() as f64) * ((std::f64::consts::TAU * variance).ln() + 1.0)
+    }
+
     /// Whether the camera is where it can be.
     pub fn is_plausible(&self) -> bool {
         self.from_design_mm.is_none_or(|distance| distance < PLAUSIBLE_MM)
@@ -82,8 +100,10 @@ pub(super) fn select(
     observations: &[Observation],
     captures: usize,
     options: &CalibrationOptions<'_>,
+    expected: &Expected<'_>,
 ) -> Result<Selection, Vec<(ParameterSet, SolveError)>> {
-    let judge = |candidate| judge(candidate, start, observations, captures, options);
+    let judge =
+        |candidate| judge(candidate, start, observations, captures, options, expected);
     let mut trials = Vec::new();
     let mut failed = Vec::new();
     let mut attempt = |candidate, trials: &mut Vec<Trial>| match judge(candidate) {
@@ -122,8 +142,7 @@ pub(super) fn select(
     let eligible = (0..trials.len()).filter(|i| {
         !trials[*i].candidate.seating || !trials[*i].names(FitParameter::SeatingOffset)
     });
-    let is_drawn = media.contains(&Medium::Drawn);
-    let mut chosen = best(&trials, eligible, is_drawn);
+    let mut chosen = best(&trials, eligible, captures);
     if captures > 2 {
         attempt(ParameterSet { reseating: true, ..trials[chosen].candidate }, &mut trials);
         // Nobody can know the seat of a capture that was left out: held-out errors say whether the
@@ -161,23 +180,44 @@ impl Trial {
         self.fit.parameters.len().saturating_sub(6 + from_drawing)
     }
 
-    /// Held-out error with what its complications must earn, and with what it must earn that denies what is
-    /// drawn.
-    fn price(&self, is_drawn: bool) -> f64 {
-        let extra = self.free_parameters().min(12) as f64;
-        let implausible = if self.is_plausible() { 0.0 } else { WORTH_AN_IMPLAUSIBLE_POSE };
-        let denies = is_drawn && self.candidate.optics.medium != Medium::Drawn;
-        let undrawn = if denies { WORTH_DENYING_A_DRAWING } else { 0.0 };
-        let terms = if denies { 0 } else { self.candidate.optics.radial_terms };
-        let changed = if is_drawn { WORTH_ANOTHER_LENS * terms as f64 } else { 0.0 };
-        self.held_out_rms_px * (1.0 + WORTH_A_PARAMETER * extra + implausible + undrawn + changed)
+    /// How well it predicts, with what it says of the unit and what its complications must earn. Pins of a capture that err
+    /// together count for less than pins that do not.
+    fn score(&self, together: f64) -> f64 {
+        let extra = WORTH_A_PARAMETER * self.free_parameters().min(12) as f64;
+        self.log_predictive_density() / together + log_likelihood(&self.differences) - extra
+    }
+
+    /// For how many pins one counts, where those of a capture err together: 1 + (m - 1) r for m pins each and a correlation
+    /// r within captures (Kish 1965).
+    fn together(&self, captures: usize, observations: &[usize]) -> f64 {
+        let mut sums = vec![(Vector2::zeros(), 0.0); captures];
+        for (residual, capture) in self.held_out_px.iter().zip(observations) {
+            let Some(residual) = residual else { return 1.0 };
+            sums[*capture].0 += residual;
+            sums[*capture].1 += 1.0;
+        }
+        let (mut between, mut all, mut groups) = (0.0, 0.0, 0.0);
+        for (sum, count) in sums.iter().filter(|(_, count)| *count > 0.0) {
+            between += sum.norm_squared() / count;
+            all += count;
+            groups += 1.0;
+        }
+        let squares = self.held_out_rms_px.powi(2) * all;
+        let within = (squares - between) / (all - groups);
+        let each = all / groups;
+        // Mean squares between captures and within them, by one degree of freedom.
+        let ratio = between / groups / within;
+        let correlation = (ratio - 1.0) / (ratio - 1.0 + each);
+        if correlation.is_finite() { 1.0 + (each - 1.0) * correlation.clamp(0.0, 1.0) } else { 1.0 }
     }
 }
 
-fn best(trials: &[Trial], among: impl IntoIterator<Item = usize>, is_drawn: bool) -> usize {
-    let price = |i: usize| trials[i].price(is_drawn);
-    let cheapest = among.into_iter().min_by(|a, b| price(*a).total_cmp(&price(*b)).then(a.cmp(b)));
-    cheapest.unwrap_or(0)
+fn best(trials: &[Trial], among: impl IntoIterator<Item = usize>, captures: usize) -> usize {
+    let plainest = trials.iter().min_by(|a, b| a.held_out_rms_px.total_cmp(&b.held_out_rms_px));
+    let together = plainest.map_or(1.0, |trial| trial.together(captures, &trial.captures));
+    let score = |i: usize| trials[i].score(together);
+    let likeliest = among.into_iter().max_by(|a, b| score(*a).total_cmp(&score(*b)).then(b.cmp(a)));
+    likeliest.unwrap_or(0)
 }
 
 fn judge(
@@ -186,10 +226,11 @@ fn judge(
     observations: &[Observation],
     captures: usize,
     options: &CalibrationOptions<'_>,
+    known: &Expected<'_>,
 ) -> Result<Trial, SolveError> {
     let loss = options.loss;
     let fit = candidate.fit(start, observations, captures, options)?;
-    let held_out_px = held_out(&fit, observations, captures, loss);
+    let (held_out_px, left_out) = held_out(&fit, observations, captures, loss);
     let parameters = &fit.parameters;
     // What a prior holds counts as far as the pixels moved it: little, for a dome's seat.
     let (n, k) = (2.0 * observations.len() as f64, effective_parameters(&fit));
@@ -207,6 +248,9 @@ fn judge(
         aicc: fit.cost + 2.0 * k + correction,
         unobservable,
         from_design_mm: expected.map(shift),
+        differences: known.differences(&candidate, &fit),
+        left_out,
+        captures: observations.iter().map(|o| o.contact.capture).collect(),
         fit,
     })
 }
@@ -227,8 +271,9 @@ fn held_out(
     observations: &[Observation],
     captures: usize,
     loss: Loss,
-) -> Vec<Option<Vector2<f64>>> {
+) -> (Vec<Option<Vector2<f64>>>, Vec<Pose>) {
     let mut residuals = vec![None; observations.len()];
+    let mut poses = Vec::new();
     for capture in 0..captures {
         let others: Vec<Observation> =
             observations.iter().filter(|o| o.contact.capture != capture).cloned().collect();
@@ -240,6 +285,7 @@ fn held_out(
             *seat = [0.0; 3];
         }
         let Ok(refitted) = refine(&start, &fit.parameters, &others, loss) else { continue };
+        poses.push(refitted.model.camera_from_sensor);
         for (residual, observation) in residuals.iter_mut().zip(observations) {
             if observation.contact.capture == capture {
                 let projected = refitted.model.project(&observation.contact).ok();
@@ -247,7 +293,7 @@ fn held_out(
             }
         }
     }
-    residuals
+    (residuals, poses)
 }
 
 /// Root mean square length, px; infinite if a residual is missing.

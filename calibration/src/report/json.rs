@@ -54,6 +54,15 @@ impl ExtrinsicsReport<'_> {
             "covariance_of": POSE_PARAMETERS,
             "joint_covariance": self.joint_json(),
             "tried": trials.collect::<Vec<_>>(),
+            "explanations": calibration.selection.trials.iter().map(explanation_json).collect::<Vec<_>>(),
+            "within_tolerances": chosen.within_tolerances(),
+            "jackknife_ratio": calibration.jackknife_ratio(),
+            "errors": {
+                "pins": calibration.errors.pins,
+                "dome_shift_mm": calibration.errors.dome_mm,
+                "dome_turn_rad": calibration.errors.dome_rad,
+            },
+            "marks_rendered": self.not_marked.is_none(),
             "not_fitted": calibration.selection.failed.iter().map(|(candidate, error)| {
                 json!({ "name": candidate.to_string(), "reason": error.to_string() })
             }).collect::<Vec<_>>(),
@@ -115,6 +124,24 @@ impl ExtrinsicsReport<'_> {
             "pins": pins,
         })
     }
+}
+
+fn explanation_json(trial: &Trial) -> Value {
+    let differs = trial.differs().map(|difference| {
+        json!({
+            "name": difference.name,
+            "by": difference.by,
+            "sigma": difference.sigma,
+            "sigmas": difference.sigmas(),
+        })
+    });
+    json!({
+        "name": trial.candidate.to_string(),
+        "held_out_rms_px": number(trial.held_out_rms_px),
+        "log_predictive_density": number(trial.log_predictive_density()),
+        "within_tolerances": trial.within_tolerances(),
+        "differs": differs.collect::<Vec<_>>(),
+    })
 }
 
 fn trial_json(trial: &Trial) -> Value {

@@ -27,8 +27,22 @@ impl ExtrinsicsReport<'_> {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.doubt_sentences();
         warnings.extend(self.not_drawn.map(str::to_owned));
+        warnings.extend(self.not_marked.map(|why| {
+            format!("Marks are taken to be found where tips are, which they are not: {why}.")
+        }));
         let calibration = self.calibration;
         let chosen = self.chosen();
+        let differs: Vec<String> = chosen
+            .differs()
+            .map(|d| format!("{} by {:+.3} ({:.1} sigma)", d.name, d.by, d.sigmas()))
+            .collect();
+        if !differs.is_empty() {
+            warnings.push(format!(
+                "The unit is not the one that is drawn, or its landmarks are not, or this stands for something else: it \
+                 differs in {}.",
+                differs.join(", ")
+            ));
+        }
         if !calibration.selection.seating_shows {
             warnings.push(
                 "A seating offset (all pins going in farther or less far than designed) is not \

@@ -29,12 +29,18 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
     };
     let kind = args.pin.as_deref();
     let captures = captures::read(&args.captures, args.reference.as_deref(), &landmarks, kind)?;
+    let tip_radius_mm = match landmarks.tip_radius_mm {
+        // A list from elsewhere: the pins of this sensor's own dome.
+        0.0 => own_landmarks(args).map_or(0.0, |own| own.tip_radius_mm),
+        told => told,
+    };
     let inputs = Inputs {
         sensor: &design.sensor,
         camera: &camera,
         camera_file: &args.camera.display().to_string(),
         landmarks: &landmarks,
         captures: &captures,
+        tip_radius_mm,
         gel_index: args.gel_index,
     };
     solve(&inputs, |report| {

@@ -1,0 +1,177 @@
+//! Errors that all pins of a capture share: a dome is taken off and put on again, and never sits as it did.
+//!
+//! Residuals of a capture are taken for those of its pins, each by itself, and of six small motions of the whole dome. How
+//! large both are is what makes the residuals most likely, with what the fit has taken up accounted for (restricted maximum
+//! likelihood: Patterson and Thompson 1971). The covariance of the fit, which weighs pins one by one, follows from both.
+
+use nalgebra::{DMatrix, DVector, Matrix2x3, Vector2, Vector3};
+
+use super::refine::{Loss, PoseSolution};
+use crate::model::{FitParameter, Observation};
+
+/// Proportions of the dome's six motions, one standard deviation: how far it shifts, mm, and turns about the middle of its
+/// pins, rad.
+const SHIFT_MM: f64 = 0.1;
+const TURN_RAD: f64 = 0.005;
+/// Fewer captures than this say nothing of what differs between them.
+const LEAST_CAPTURES: usize = 5;
+/// Variances of the dome's motions that are tried, by those above and beside the pins': powers of ten in steps.
+const POWERS: [f64; 2] = [-3.0, 4.0];
+const STEPS: usize = 28;
+
+/// How large errors are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scatter {
+    /// Of pins by themselves, over what their observations say; at least 1.
+    pub pins: f64,
+    /// How far the dome shifts, mm, and turns, rad, from capture to capture.
+    pub dome_mm: f64,
+    /// The same.
+    pub dome_rad: f64,
+    /// Covariance of what was solved for by both.
+    pub covariance: DMatrix<f64>,
+}
+
+/// One capture.
+struct Group {
+    /// Pixels by what was solved for, and by the dome's six motions, these in their proportions.
+    by_fit: DMatrix<f64>,
+    by_dome: DMatrix<f64>,
+    residuals: DVector<f64>,
+    /// Variances of the residuals, as they are weighed.
+    variances: DVector<f64>,
+}
+
+impl Group {
+    fn covariance(&self, dome: f64) -> DMatrix<f64> {
+        DMatrix::from_diagonal(&self.variances) + &self.by_dome * self.by_dome.transpose() * dome
+    }
+}
+
+/// Of a fit.
+pub(super) fn scatter(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> Scatter {
+    let groups = groups(fit, observations, loss);
+    let is_reseated = fit.parameters.iter().any(|p| matches!(p, FitParameter::Reseating(..)));
+    let prior = prior(fit);
+    let alone = Likelihood::of(&groups, &prior, 0.0);
+    let mut best = (0.0, alone);
+    if !is_reseated && groups.len() >= LEAST_CAPTURES {
+        for step in 0..=STEPS {
+            let power = POWERS[0] + (POWERS[1] - POWERS[0]) * step as f64 / STEPS as f64;
+            let dome = 10f64.powf(power);
+            let tried = Likelihood::of(&groups, &prior, dome);
+            let logarithm = |l: &Option<Likelihood>| {
+                l.as_ref().map_or(f64::NEG_INFINITY, |likelihood| likelihood.logarithm)
+            };
+            if logarithm(&tried) > logarithm(&best.1) {
+                best = (dome, tried);
+            }
+        }
+    }
+    let (dome, likelihood) = best;
+    let variance = likelihood.map_or(1.0, |likelihood| likelihood.variance).max(1.0);
+    let count = fit.parameters.len();
+    let mut noise = DMatrix::zeros(count, count);
+    for group in &groups {
+        let weighted = DMatrix::from_diagonal(&group.variances.map(f64::recip)) * &group.by_fit;
+        noise += weighted.transpose() * group.covariance(dome) * &weighted * variance;
+    }
+    noise += DMatrix::from_diagonal(&prior);
+    let covariance = &fit.covariance * noise * &fit.covariance;
+    let covariance = (&covariance + covariance.transpose()) * 0.5;
+    let share = (dome * variance).sqrt();
+    Scatter {
+        pins: variance.sqrt(),
+        dome_mm: SHIFT_MM * share,
+        dome_rad: TURN_RAD * share,
+        covariance,
+    }
+}
+
+/// What priors say of each parameter: one over its variance, or 0.
+fn prior(fit: &PoseSolution) -> DVector<f64> {
+    let of = |parameter: &FitParameter| {
+        fit.model.prior(*parameter).map_or(0.0, |(_, sigma)| sigma.powi(-2))
+    };
+    DVector::from_iterator(fit.parameters.len(), fit.parameters.iter().map(of))
+}
+
+fn groups(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> Vec<Group> {
+    let captures = observations.iter().map(|o| o.contact.capture + 1).max().unwrap_or(0);
+    let middle = observations.iter().map(|o| o.contact.contact_in_sensor_mm.coords).sum::<Vector3<f64>>()
+        / observations.len().max(1) as f64;
+    let of_capture = |capture: usize| {
+        let here: Vec<&Observation> =
+            observations.iter().filter(|o| o.contact.capture == capture).collect();
+        let rows = 2 * here.len();
+        let mut group = Group {
+            by_fit: DMatrix::zeros(rows, fit.parameters.len()),
+            by_dome: DMatrix::zeros(rows, 6),
+            residuals: DVector::zeros(rows),
+            variances: DVector::from_element(rows, 1.0),
+        };
+        let mut columns = vec![Vector2::zeros(); fit.parameters.len()];
+        for (i, observation) in here.iter().enumerate() {
+            let contact = &observation.contact;
+            // Every fit has seen all pins.
+            let Ok(pixel) = fit.model.differentiate(contact, &fit.parameters, &mut columns) else {
+                continue;
+            };
+            let Ok(by_place) = fit.model.by_place(contact) else { continue };
+            let residual = observation.pixel - pixel;
+            let precision = observation.sigma_px.powi(-2);
+            let (_, weight) = loss.of(residual.norm_squared() * precision);
+            let lever = (contact.contact_in_sensor_mm.coords - middle).cross_matrix();
+            let by_turn: Matrix2x3<f64> = -by_place * lever;
+            for axis in 0..2 {
+                let row = 2 * i + axis;
+                for (k, column) in columns.iter().enumerate() {
+                    group.by_fit[(row, k)] = column[axis];
+                }
+                for k in 0..3 {
+                    group.by_dome[(row, k)] = SHIFT_MM * by_place[(axis, k)];
+                    group.by_dome[(row, 3 + k)] = TURN_RAD * by_turn[(axis, k)];
+                }
+                group.residuals[row] = residual[axis];
+                group.variances[row] = 1.0 / (weight * precision);
+            }
+        }
+        (rows > 0).then_some(group)
+    };
+    (0..captures).filter_map(of_capture).collect()
+}
+
+/// How likely residuals are, for a variance of the dome's motions beside the pins'.
+struct Likelihood {
+    logarithm: f64,
+    /// Of the pins by themselves, over what they are said to have.
+    variance: f64,
+}
+
+impl Likelihood {
+    fn of(groups: &[Group], prior: &DVector<f64>, dome: f64) -> Option<Self> {
+        let count = prior.len();
+        let mut information = DMatrix::from_diagonal(prior);
+        let mut gradient = DVector::zeros(count);
+        let (mut square, mut determinant, mut coordinates) = (0.0, 0.0, 0);
+        for group in groups {
+            let factor = group.covariance(dome).cholesky()?;
+            determinant += 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
+            let solved = factor.solve(&group.by_fit);
+            information += group.by_fit.transpose() * &solved;
+            gradient += solved.transpose() * &group.residuals;
+            square += group.residuals.dot(&factor.solve(&group.residuals));
+            coordinates += group.residuals.len();
+        }
+        // In units in which parameters are alike.
+        let scale = information.diagonal().map(|v| v.max(f64::MIN_POSITIVE).sqrt().recip());
+        let units = DMatrix::from_diagonal(&scale);
+        let factor = (&units * &information * &units).cholesky()?;
+        let step = factor.solve(&(&units * &gradient));
+        square -= (&units * gradient).dot(&step);
+        let free = coordinates.checked_sub(count).filter(|free| *free > 0)? as f64;
+        let of_fit = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
+        let variance = (square / free).max(f64::MIN_POSITIVE);
+        Some(Self { logarithm: -0.5 * (free * variance.ln() + determinant + of_fit - 2.0 * scale.map(f64::ln).sum()), variance })
+    }
+}

@@ -1,0 +1,155 @@
+//! What on a unit must differ from its drawing for an explanation to hold.
+
+use fabkit_camera::{CameraEstimate, Interface};
+use fabkit_geometry::{Pose, Vector3};
+
+use super::candidates::{Drawing, Medium, ParameterSet};
+use super::refine::PoseSolution;
+use crate::drawn::{INDEX_SIGMA, PLACE_SIGMA_MM};
+use crate::model::{Axis, FitParameter};
+
+/// How far a camera sits from where it is drawn along each axis, mm, and how far it tilts, rad (one standard deviation
+/// each): a board in its seat, and a lens that is screwed until it is focused. Chosen.
+const CAMERA_MM: f64 = 1.0;
+const TILT_RAD: f64 = 0.035;
+/// How much farther than drawn all pins go in, and how far their tips lean, mm: printed seats and pins. Chosen.
+const SEATING_MM: f64 = 0.15;
+const LEAN_MM: f64 = 0.3;
+/// How well a lens is known whose file does not say so: its focal lengths as a part of them, and its coefficients. Chosen:
+/// boards in a few dozen pictures do as well.
+const FOCAL_SHARE: f64 = 0.01;
+const COEFFICIENT: f64 = 0.02;
+/// What differs by more standard deviations is not what is drawn.
+pub const TOLERANCE_SIGMAS: f64 = 3.0;
+/// An interface of another kind than the drawn one.
+const OTHER_KIND: f64 = 0.1;
+
+/// Something that an explanation says of the unit, against what the drawing or the lens's own calibration says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// What, with its unit.
+    pub name: String,
+    /// How much more it is.
+    pub by: f64,
+    /// Standard deviation of that, from what is made and from the pixels together.
+    pub sigma: f64,
+    /// Whether a fit has weighed it already.
+    is_weighed: bool,
+}
+
+impl Difference {
+    /// How many standard deviations it is off.
+    pub fn sigmas(&self) -> f64 {
+        self.by.abs() / self.sigma
+    }
+
+    fn new(name: impl ToString, by: f64, made: f64, fitted: f64) -> Self {
+        Self { name: name.to_string(), by, sigma: made.hypot(fitted), is_weighed: false }
+    }
+}
+
+/// What is known before any picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Expected<'a> {
+    /// The lens by its own calibration.
+    pub given: &'a CameraEstimate,
+    /// Where the design has the camera.
+    pub nominal: Option<&'a Pose>,
+    /// What it draws before the lens.
+    pub drawn: Option<Drawing<'a>>,
+}
+
+impl Expected<'_> {
+    /// All that a fit says of the unit.
+    pub fn differences(&self, of: &ParameterSet, fit: &PoseSolution) -> Vec<Difference> {
+        let mut all = self.of_pose(fit);
+        let fitted = |parameter: FitParameter| {
+            let at = fit.parameters.iter().position(|found| *found == parameter);
+            at.map_or(0.0, |at| fit.covariance[(at, at)].max(0.0).sqrt())
+        };
+        for parameter in &fit.parameters {
+            let value = fit.model.value(*parameter).unwrap_or(0.0);
+            let (by, made) = match parameter {
+                FitParameter::SeatingOffset => (value, SEATING_MM),
+                FitParameter::Lean => (value, LEAN_MM),
+                FitParameter::FocalScale => self.focal_scale(fit),
+                FitParameter::Camera(name) if !name.starts_with("interface_") => {
+                    self.coefficient(name, value)
+                }
+                _ => continue,
+            };
+            all.push(Difference::new(parameter, by, made, fitted(*parameter)));
+        }
+        let Some(drawn) = &self.drawn else { return all };
+        let as_drawn = drawn.interface.as_designed();
+        let index = drawn.interface.index_outside();
+        match (of.optics.medium, as_drawn) {
+            (Medium::Drawn, _) => {
+                for (parameter, sigma) in
+                    FitParameter::DRAWN.into_iter().zip([PLACE_SIGMA_MM, INDEX_SIGMA])
+                {
+                    let by = fit.model.prior(parameter).map_or(0.0, |(away, _)| away);
+                    let name = parameter.to_string();
+                    all.push(Difference { name, by, sigma, is_weighed: true });
+                }
+            }
+            (Medium::Given, _) if *fit.model.camera.interface() == Interface::None => {
+                all.push(Difference::new("interface_index_outside", 1.0 - index, INDEX_SIGMA, 0.0));
+            }
+            (Medium::Given, _) => {}
+            (Medium::Gel(_), Interface::Flat(flat)) => {
+                let parameter = FitParameter::Camera("interface_distance_mm");
+                let by = fit.model.value(parameter).unwrap_or(0.0) - flat.distance_mm;
+                all.push(Difference::new(parameter, by, PLACE_SIGMA_MM, fitted(parameter)));
+            }
+            (Medium::Gel(_), _) => {
+                all.push(Difference::new("interface_is_flat", 1.0, OTHER_KIND, 0.0));
+            }
+        }
+        all
+    }
+
+    fn of_pose(&self, fit: &PoseSolution) -> Vec<Difference> {
+        let Some(nominal) = self.nominal else { return Vec::new() };
+        let sigma = |at: usize| fit.covariance[(at, at)].max(0.0).sqrt();
+        let pose = &fit.model.camera_from_sensor;
+        let off = pose.translation_mm() - nominal.translation_mm();
+        let mut all: Vec<Difference> = Axis::ALL
+            .into_iter()
+            .enumerate()
+            .map(|(i, axis)| {
+                let name = FitParameter::Translation(axis);
+                Difference::new(name, off[i], CAMERA_MM, sigma(3 + i))
+            })
+            .collect();
+        // How a camera is turned about its axis nobody draws to the degree.
+        let [now, drawn] = [pose, nominal].map(|pose| pose.vector(Vector3::z()));
+        let tilt_rad = now.cross(&drawn).norm().atan2(now.dot(&drawn));
+        all.push(Difference::new("tilt_rad", tilt_rad, TILT_RAD, sigma(0).hypot(sigma(1))));
+        all
+    }
+
+    fn sigma_of(&self, name: &str) -> Option<f64> {
+        let at = self.given.names().iter().position(|found| *found == name)?;
+        Some(self.given.covariance()?[(at, at)].max(0.0).sqrt())
+    }
+
+    fn focal_scale(&self, fit: &PoseSolution) -> (f64, f64) {
+        let [now, before] =
+            [&fit.model.camera, self.given.camera()].map(|camera| camera.lens().intrinsics().fx_px);
+        (now / before - 1.0, self.sigma_of("fx_px").map_or(FOCAL_SHARE, |sigma| sigma / before))
+    }
+
+    fn coefficient(&self, name: &str, value: f64) -> (f64, f64) {
+        let given = self.given.camera().parameters();
+        let before = given.iter().find(|(found, _)| *found == name).map_or(0.0, |(_, v)| *v);
+        (value - before, self.sigma_of(name).unwrap_or(COEFFICIENT))
+    }
+}
+
+/// The logarithm of how unlikely differences are: that of Student's t of four degrees of freedom, over its highest value.
+/// Drawings are wrong more often than normal distributions have it, and then by any amount.
+pub(super) fn log_likelihood(differences: &[Difference]) -> f64 {
+    let fresh = differences.iter().filter(|difference| !difference.is_weighed);
+    -fresh.map(|difference| 2.5 * (difference.sigmas().powi(2) / 4.0).ln_1p()).sum::<f64>()
+}

@@ -18,10 +18,10 @@ use fabkit_geometry::Pose;
 use nalgebra::{DMatrix, Rotation3};
 
 pub use candidates::{Drawing, Medium, Optics, ParameterSet};
+pub use groups::Scatter;
 pub use joint::{JointCovariance, joint_estimate};
 pub use refine::{Loss, PoseSolution, SolveError, refine};
 pub use scatter::{PinScatter, pin_scatter};
-pub use groups::Scatter;
 pub use selection::{Selection, Trial};
 pub use tolerances::{Difference, TOLERANCE_SIGMAS};
 
@@ -106,9 +106,8 @@ impl PoseCalibration {
         }
         let pose = &chosen.fit.model.camera_from_sensor;
         let off = |other: &Pose| -> [f64; POSE_COUNT] {
-            let turned = Rotation3::from_matrix_unchecked(
-                other.rotation() * pose.rotation().transpose(),
-            );
+            let turned =
+                Rotation3::from_matrix_unchecked(other.rotation() * pose.rotation().transpose());
             let (turn, shift) =
                 (turned.scaled_axis(), other.translation_mm() - pose.translation_mm());
             std::array::from_fn(|i| if i < 3 { turn[i] } else { shift[i - 3] })
@@ -117,19 +116,10 @@ impl PoseCalibration {
         Some(std::array::from_fn(|i| {
             let mean = all.iter().map(|off| off[i]).sum::<f64>() / count;
             let squares = all.iter().map(|off| (off[i] - mean).powi(2)).sum::<f64>();
-            let claimed = self.errors.covariance[(i, i)].max(f64::MIN_POSITIVE).sqrt();
+            let claimed = self.errors.of_pixels[(i, i)].max(f64::MIN_POSITIVE).sqrt();
             // Quenouille and Tukey: (n - 1) / n of the squares' sum.
             ((count - 1.0) / count * squares).sqrt() / claimed
         }))
-    }
-
-    /// Where the camera is by the drawn bodies, if they can explain the pixels at all: by the best of those explanations.
-    pub fn drawn(&self) -> Option<Pose> {
-        let drawn = self.selection.trials.iter().filter(|trial| {
-            trial.candidate.optics.medium == Medium::Drawn && trial.is_plausible()
-        });
-        let best = drawn.min_by(|a, b| a.held_out_rms_px.total_cmp(&b.held_out_rms_px))?;
-        Some(best.fit.model.camera_from_sensor)
     }
 
     /// The chosen model.
@@ -249,15 +239,14 @@ pub fn pose_without_start(camera: &Camera, observations: &[Observation]) -> Opti
     linear::pose_from_rays(&rays, &points)
 }
 
-/// Solves for the pose through the bodies that a design draws, from a pose near enough to see all pins; with
+/// Solves for the pose through the bodies that a design draws, from a model near enough to see all pins; with
 /// it for what molds, prints and data sheets leave open of them.
 ///
 /// # Errors
 /// As [`refine`]; an interface that is not before the camera.
 pub fn solve_drawn(
-    camera: &Camera,
     observations: &[Observation],
-    start: &Pose,
+    start: &Model,
     drawing: &Drawing<'_>,
     loss: Loss,
 ) -> Result<PoseSolution, SolveError> {
@@ -265,8 +254,8 @@ pub fn solve_drawn(
         optics: Optics { medium: Medium::Drawn, radial_terms: 0 },
         ..ParameterSet::PLAIN
     };
-    let parameters = set.parameters(camera, 0);
-    candidates::fit_drawn(drawing, &Model::new(*camera, *start), &parameters, observations, loss)
+    let parameters = set.parameters(&start.camera, 0);
+    candidates::fit_drawn(drawing, start, &parameters, observations, loss)
 }
 
 /// Solves for the pose alone, from a linear solution if there is one and else from `nominal`.

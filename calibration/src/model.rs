@@ -21,6 +21,11 @@ const RESEATING_SHIFT_MM: f64 = 0.3;
 /// How far a dome can turn on its seat, rad (one standard deviation): 1 degree.
 const RESEATING_TURN_RAD: f64 = 0.0175;
 
+/// How well it is known how much a layer scatters, as a logarithm, and how far light goes sideways in it, mm (one standard
+/// deviation each): a factor of two, and what published captures of one unit leave open.
+const SCATTER_SIGMA: f64 = 0.7;
+const SPREAD_SIGMA_MM: f64 = 0.15;
+
 /// Parameters of a lens before its coefficients: two focal lengths, two coordinates of the centre.
 const INTRINSICS: usize = 4;
 
@@ -77,6 +82,10 @@ pub enum FitParameter {
     FocalScale,
     /// How much farther from the lens than drawn the interface lies, mm: see [`Model::drawn`].
     InterfaceShift,
+    /// How much more than assumed the layer scatters, as a logarithm: it moves marks, see [`MarkOffset`].
+    LayerScatter,
+    /// How much farther than assumed light goes sideways in the layer, mm: it moves marks as well.
+    LayerSpread,
     /// A parameter of the camera, by the name that [`Camera::parameters`] gives it.
     Camera(&'static str),
     /// How the dome sits in one capture.
@@ -97,6 +106,9 @@ impl FitParameter {
     /// What a drawing leaves open of the interface that it draws.
     pub const DRAWN: [Self; 2] = [Self::InterfaceShift, Self::Camera("interface_index_outside")];
 
+    /// What of the light moves marks.
+    pub const LIGHT: [Self; 2] = [Self::LayerScatter, Self::LayerSpread];
+
     /// What is known before any picture is taken, as one standard deviation in the parameter's
     /// unit: assembly holds the camera to a few degrees and millimetres, a pin stops within 2 mm,
     /// a lens is within a few tens of percent of its data sheet. A combination about which
@@ -109,6 +121,8 @@ impl FitParameter {
             Self::Lean => 1.0,
             Self::FocalScale => 0.3,
             Self::InterfaceShift => drawn::PLACE_SIGMA_MM,
+            Self::LayerScatter => SCATTER_SIGMA,
+            Self::LayerSpread => SPREAD_SIGMA_MM,
             Self::Camera("interface_distance_mm") => 10.0,
             Self::Camera("interface_index_outside") => 0.1,
             Self::Camera("fx_px" | "fy_px") => 100.0,
@@ -133,6 +147,8 @@ impl FitParameter {
             Self::Camera("interface_distance_mm") => "the gel's distance from the lens",
             Self::Camera("interface_index_outside") => "the gel's refractive index",
             Self::InterfaceShift => "how far the gel's face lies from where it is drawn",
+            Self::LayerScatter => "how much the layer scatters",
+            Self::LayerSpread => "how far light goes sideways in the layer",
             Self::Camera(_) => "a parameter of the camera",
             Self::Reseating(..) => "how the dome sits",
         };
@@ -149,6 +165,8 @@ impl fmt::Display for FitParameter {
             Self::Lean => f.write_str("lean_mm"),
             Self::FocalScale => f.write_str("focal_scale"),
             Self::InterfaceShift => f.write_str("interface_shift_mm"),
+            Self::LayerScatter => f.write_str("layer_scatter_log"),
+            Self::LayerSpread => f.write_str("layer_spread_mm"),
             Self::Camera(name) => f.write_str(name),
             Self::Reseating(capture, MountingError::ShiftX) => {
                 write!(f, "capture_{capture}_shift_x_mm")
@@ -209,6 +227,10 @@ pub struct Model {
     pub drawn: Option<DrawnInterface>,
     /// See [`FitParameter::InterfaceShift`].
     pub interface_shift_mm: f64,
+    /// See [`FitParameter::LayerScatter`].
+    pub layer_scatter_log: f64,
+    /// See [`FitParameter::LayerSpread`].
+    pub layer_spread_mm: f64,
     /// How far from where they are contacts seem to be, because light is bent again behind the camera's
     /// interface; the rest seem to be where they are.
     pub displacements: Displacements,
@@ -223,6 +245,8 @@ pub struct MarkOffset {
     pub by_px: Vector2<f64>,
     /// How much farther for each millimetre that the pin goes in deeper, px/mm.
     pub by_depth: Vector2<f64>,
+    /// By each of [`FitParameter::LIGHT`], px for one of its unit.
+    pub by_light: [Vector2<f64>; 2],
     /// Standard deviation along each coordinate, px.
     pub sigma_px: f64,
 }
@@ -242,10 +266,9 @@ impl MarkOffsets {
         self.0.get(&key(place)).copied()
     }
 
-    fn at(&self, place: &Point3<f64>, deeper_mm: f64) -> Vector2<f64> {
-        self.of(place).map_or_else(Vector2::zeros, |offset| {
-            offset.by_px + deeper_mm * offset.by_depth
-        })
+    /// Whether none is known.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
     }
 }
 
@@ -283,6 +306,8 @@ impl Model {
             reseatings: Vec::new(),
             drawn: None,
             interface_shift_mm: 0.0,
+            layer_scatter_log: 0.0,
+            layer_spread_mm: 0.0,
             displacements: Displacements::default(),
             mark_offsets: MarkOffsets::default(),
         }
@@ -339,6 +364,7 @@ impl Model {
         let projection = self.camera.project_with_jacobians(&point)?;
         let turned = point - self.camera_from_sensor.translation_mm();
         let by_interface = self.by_interface(&projection.by_parameters);
+        let of_mark = self.mark_offsets.of(&contact.contact_in_sensor_mm);
         let by_sensor: Matrix2x3<f64> = projection.by_point * self.camera_from_sensor.rotation();
         let intrinsics = self.camera.lens().intrinsics();
         let turn = self.reseatings.get(contact.capture).map_or(0.0, |[_, _, turn]| *turn);
@@ -353,10 +379,13 @@ impl Model {
                     projection.by_point.column(axis.index()) + by_interface.column(3 + axis.index())
                 }
                 FitParameter::InterfaceShift => by_interface.column(6).into(),
+                FitParameter::LayerScatter => {
+                    of_mark.map_or_else(Vector2::zeros, |o| o.by_light[0])
+                }
+                FitParameter::LayerSpread => of_mark.map_or_else(Vector2::zeros, |o| o.by_light[1]),
                 FitParameter::SeatingOffset => {
-                    let offset = self.mark_offsets.of(&contact.contact_in_sensor_mm);
                     by_sensor * turned_with_dome(contact.axis_in_sensor.unwrap_or_default())
-                        + offset.map_or_else(Vector2::zeros, |offset| offset.by_depth)
+                        + of_mark.map_or_else(Vector2::zeros, |offset| offset.by_depth)
                 }
                 FitParameter::Lean => {
                     by_sensor * turned_with_dome(way_round(contact.contact_in_sensor_mm))
@@ -393,7 +422,13 @@ impl Model {
     }
 
     fn mark_offset(&self, contact: &Contact) -> Vector2<f64> {
-        self.mark_offsets.at(&contact.contact_in_sensor_mm, self.seating_offset_mm)
+        self.mark_offsets.of(&contact.contact_in_sensor_mm).map_or_else(Vector2::zeros, |offset| {
+            let [scatter, spread] = offset.by_light;
+            offset.by_px
+                + self.seating_offset_mm * offset.by_depth
+                + self.layer_scatter_log * scatter
+                + self.layer_spread_mm * spread
+        })
     }
 
     /// Change of a pixel with pose and shift by way of the drawn interface, which they move before the lens.
@@ -425,6 +460,8 @@ impl Model {
                     values[1] *= 1.0 + step;
                 }
                 FitParameter::InterfaceShift => next.interface_shift_mm += step,
+                FitParameter::LayerScatter => next.layer_scatter_log += step,
+                FitParameter::LayerSpread => next.layer_spread_mm += step,
                 FitParameter::Camera(name) => {
                     values.get_or_insert_with(current)[self.camera_index(name)?] += step;
                 }
@@ -464,6 +501,8 @@ impl Model {
             FitParameter::Lean => self.lean_mm,
             FitParameter::FocalScale => 0.0,
             FitParameter::InterfaceShift => self.interface_shift_mm,
+            FitParameter::LayerScatter => self.layer_scatter_log,
+            FitParameter::LayerSpread => self.layer_spread_mm,
             FitParameter::Camera(name) => {
                 self.camera.parameters().into_iter().find(|(found, _)| *found == name)?.1
             }
@@ -495,6 +534,8 @@ impl Model {
                 (self.camera_from_sensor.translation_mm() - expected)[axis.index()]
             }
             FitParameter::InterfaceShift => self.interface_shift_mm,
+            FitParameter::LayerScatter => self.layer_scatter_log,
+            FitParameter::LayerSpread => self.layer_spread_mm,
             FitParameter::Camera("interface_index_outside") => {
                 let away = self.index_outside()? - self.drawn.as_ref()?.index_outside();
                 return Some((away, drawn::INDEX_SIGMA));
@@ -507,6 +548,7 @@ impl Model {
     /// Whether the drawing says beforehand what a parameter is.
     pub(crate) fn is_drawn(&self, parameter: FitParameter) -> bool {
         self.drawn.is_some() && FitParameter::DRAWN.contains(&parameter)
+            || FitParameter::LIGHT.contains(&parameter)
     }
 
     fn displaced(&self, contact: &Contact) -> Point3<f64> {

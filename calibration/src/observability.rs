@@ -171,8 +171,21 @@ fn without_drawn(
     information: &DMatrix<f64>,
     parameters: &[FitParameter],
 ) -> Vec<Unobservable> {
+    told_without(model, information, parameters, &|p| model.is_drawn(p))
+}
+
+/// The combinations that pixels leave unknown, of all parameters but some that are known beforehand.
+fn told_without(
+    model: &Model,
+    information: &DMatrix<f64>,
+    parameters: &[FitParameter],
+    is_known: &dyn Fn(FitParameter) -> bool,
+) -> Vec<Unobservable> {
     let (drawn, rest): (Vec<usize>, Vec<usize>) =
-        (0..parameters.len()).partition(|i| model.is_drawn(parameters[*i]));
+        (0..parameters.len()).partition(|i| is_known(parameters[*i]));
+    if drawn.is_empty() {
+        return unobservable(information, parameters);
+    }
     let part = |rows: &[usize], columns: &[usize]| {
         DMatrix::from_fn(rows.len(), columns.len(), |r, c| information[(rows[r], columns[c])])
     };
@@ -209,7 +222,7 @@ pub fn unobservable_from(
             add_information(&mut information, &columns, observation.sigma_px.powi(-2));
         }
     }
-    unobservable(&information, parameters)
+    told_without(model, &information, parameters, &|p| FitParameter::LIGHT.contains(&p))
 }
 
 /// Adds `weight J^T J` of one pixel.

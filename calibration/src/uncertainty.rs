@@ -69,7 +69,11 @@ pub fn surface_sigma(
             FitParameter::FocalScale | FitParameter::InterfaceShift | FitParameter::Camera(_) => {
                 Vector3::zeros()
             }
-            FitParameter::SeatingOffset | FitParameter::Lean | FitParameter::Reseating(..) => {
+            FitParameter::SeatingOffset
+            | FitParameter::Lean
+            | FitParameter::LayerScatter
+            | FitParameter::LayerSpread
+            | FitParameter::Reseating(..) => {
                 continue;
             }
         };

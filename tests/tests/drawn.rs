@@ -14,7 +14,7 @@ use fabkit_application::fixtures;
 use fabkit_calibration::drawn::{INDEX_SIGMA, PLACE_SIGMA_MM};
 use fabkit_calibration::extrinsics::{Drawing, Loss, PoseSolution, solve_drawn, solve_pose};
 use fabkit_calibration::landmarks::PinLandmark;
-use fabkit_calibration::model::{Contact, Observation};
+use fabkit_calibration::model::{Contact, Model, Observation};
 use fabkit_camera::{Camera, Interface};
 use fabkit_designs::builtin_yaml;
 use fabkit_fixtures::DrawnBodies;
@@ -132,7 +132,8 @@ impl Bench {
             Drawing { interface: self.bodies.interface().unwrap(), displacements: &displacements };
         let start = self.sensor.camera.sensor_from_camera.inverse();
         let drawn =
-            solve_drawn(&self.camera, &observations, &start, &drawing, Loss::Squares).unwrap();
+            solve_drawn(&observations, &Model::new(self.camera, start), &drawing, Loss::Squares)
+                .unwrap();
         let ignored = solve_pose(&self.camera, &observations, Some(&start), Loss::Squares).unwrap();
         let off_mm =
             (ignored.model.camera_from_sensor.translation_mm() - truth.translation_mm()).norm();

@@ -78,8 +78,18 @@ fn held_out_captures_are_predicted_nearly_as_well_as_pins_repeat() {
     for text in ["explanation", "warnings"].iter().flat_map(|k| report[k].as_array().unwrap()) {
         println!("- {}", text.as_str().unwrap());
     }
-    assert!(held_out_px <= 3.4 && held_out_px <= 1.35 * scatter_px);
-    assert!((6.0..7.0).contains(&plain_px));
+    // What is drawn comes first: other explanations predict better, and put the camera centimetres off.
+    assert!(held_out_px <= 1.35 * scatter_px);
+    assert!(report["model"]["name"].as_str().unwrap().starts_with("drawn"));
+    // The unit is not the drawn one, and it says in what.
+    assert_eq!(report["within_tolerances"], false);
+    let warnings = report["warnings"].as_array().unwrap().iter();
+    let said = warnings.filter(|text| text.as_str().unwrap().contains("it differs in")).count();
+    assert_eq!(said, 1);
+    let ratios = report["jackknife_ratio"].as_array().unwrap();
+    println!("jackknife over claimed  {ratios:?}");
+    assert!(ratios.iter().all(|ratio| (0.7..1.4).contains(&number(ratio))));
+    assert!((5.0..7.0).contains(&plain_px));
     assert_eq!(report["seating_offset_observable"], false);
     let html = fs::read_to_string(root.path().join("report.html")).unwrap();
     assert!(html.contains("A seating offset") && html.contains("not observable with these pins"));

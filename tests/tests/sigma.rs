@@ -200,7 +200,8 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
                 refine(&start, &parameters, &observations, Loss::Squares).unwrap();
             let rays = PixelRays::new(&fit.model.camera, &fit.model.camera_from_sensor.inverse());
             maps.push(ReferenceSurface::cast(touch, &rays).unwrap().range_mm().to_vec());
-            let joint = joint_estimate(lens, &fit, &observations, Loss::Squares, &fit.covariance).unwrap();
+            let joint =
+                joint_estimate(lens, &fit, &observations, Loss::Squares, &fit.covariance).unwrap();
             last = Some((fit, joint));
         }
         let (fit, JointCovariance { estimate, .. }) = last.unwrap();

@@ -29,6 +29,8 @@ pub struct PinCaptures<'a> {
     pub records: Vec<CaptureRecord>,
     /// For the solver, in the same order.
     pub marked: Vec<MarkedCapture<'a>>,
+    /// Whether all marks were found in pictures here; else they are whatever somebody took for pins.
+    pub is_detected: bool,
 }
 
 /// One capture before its picture is looked at.
@@ -100,7 +102,8 @@ pub fn read<'a>(
         detections = pictures::detect_all(&reference, &seen, &DetectionOptions::default())?;
     }
     let mut detections = detections.into_iter();
-    let mut captures = PinCaptures::default();
+    let is_detected = planned.iter().all(|capture| capture.marks.is_none());
+    let mut captures = PinCaptures { is_detected, ..PinCaptures::default() };
     for Planned { file, pins, labelled, marks } in planned {
         let detected = || {
             let marks = detections.next().map(|detection| detection.marks).unwrap_or_default();

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use fabkit_calibration::assignment::{Discrepancy, assign};
-use fabkit_calibration::extrinsics::{CalibrationOptions, Drawing, PoseCalibration, calibrate};
+use fabkit_calibration::extrinsics::{CalibrationOptions, Drawing, calibrate, solve_drawn};
 use fabkit_calibration::landmarks::{self, PinLandmarks};
-use fabkit_calibration::model::MarkOffsets;
+use fabkit_calibration::model::{MarkOffsets, Model};
 use fabkit_calibration::report::ExtrinsicsReport;
 use fabkit_camera::CameraEstimate;
 use fabkit_camera::files;
@@ -79,18 +79,29 @@ pub fn solve<R, E: From<CalibratingError>>(
         calibrate(camera, observations, start, Some(&nominal), &options)
     };
     let constants = LightConstants::of(sensor);
-    let rendered = PinMarks::of(sensor, camera.camera(), &constants, inputs.tip_radius_mm);
+    let rendered = match captures.is_detected {
+        true => PinMarks::of(sensor, camera.camera(), &constants, inputs.tip_radius_mm),
+        false => Ok(None),
+    };
     let calibration = match &rendered {
         Ok(Some(rendered)) => {
             // Turned as it is, where the design has it; then where the drawn bodies say it is.
             let turned = Pose::new(*start.rotation(), *nominal.translation_mm()).unwrap_or(nominal);
-            let first = solve(&rendered.all(&turned, observations));
+            let offsets = rendered.all(&turned, observations, None);
+            let through = |drawing: Drawing<'_>| {
+                let mut model = Model::new(camera.camera().in_air(), turned);
+                model.expected_translation_mm = Some(*nominal.translation_mm());
+                model.mark_offsets = offsets.clone();
+                solve_drawn(observations, &model, &drawing, CalibrationOptions::default().loss)
+            };
+            let pose = drawn.and_then(|drawing| through(drawing).ok());
+            let pose = pose.map(|fit| fit.model.camera_from_sensor);
             let is_near = |pose: &Pose| {
                 (pose.translation_mm() - turned.translation_mm()).norm() < RENDERED_MM
             };
-            match first.as_ref().ok().and_then(PoseCalibration::drawn).filter(is_near) {
-                Some(pose) => solve(&rendered.all(&pose, observations)),
-                None => first,
+            match pose.filter(is_near) {
+                Some(pose) => solve(&rendered.all(&pose, observations, Some(&offsets))),
+                None => solve(&offsets),
             }
         }
         _ => solve(&MarkOffsets::default()),
@@ -98,6 +109,9 @@ pub fn solve<R, E: From<CalibratingError>>(
     let calibration = calibration.map_err(CalibratingError::from)?;
     let not_marked = match rendered {
         Ok(Some(_)) => None,
+        Ok(None) if !captures.is_detected => {
+            Some("pixels that were given instead of pictures are taken for tips".to_owned())
+        }
         Ok(None) => Some("nobody says how layers show these pins".to_owned()),
         Err(error) => Some(error.to_string()),
     };

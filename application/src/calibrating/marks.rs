@@ -31,12 +31,14 @@ const ELSEWHERE: f64 = 128.0;
 /// A grey value of 255 is this bright in a picture.
 const WHITE: f64 = 255.0;
 
-/// How well an offset is known, as a part of it: other constants of light than the unit's, pins together instead of each by
-/// itself.
+/// How well an offset is known, as a part of it: pins press together instead of each by itself.
 const SHARE_KNOWN: f64 = 0.03;
 
 /// So much less deep a pin is pressed in to see what depth does, mm.
 const LESS_MM: f64 = 0.15;
+/// So many times as much a layer scatters, and so much farther light goes in it, mm, to see what light does.
+const MORE_SCATTER: f64 = 2.0;
+const WIDER_MM: f64 = 0.15;
 /// Without noise the faintest marks are found.
 const FAINTEST: f64 = 0.01;
 
@@ -50,6 +52,9 @@ pub(super) struct PinMarks<'a> {
     sights: Arc<Sights>,
     layers: LayerScene<'a>,
     ready: Ready,
+    constants: &'a LightConstants,
+    /// A layer that scatters more, and one in which light goes farther.
+    others: [LightConstants; 2],
     radius_mm: f64,
     jpeg_quality: Option<u8>,
 }
@@ -84,14 +89,28 @@ impl<'a> PinMarks<'a> {
             sights,
             layers: layers.for_parts_of(&whole.untouched()),
             ready: Ready::for_all(sensor, None, threads())?,
+            constants,
+            others: {
+                let mut others = [constants.clone(), constants.clone()];
+                // As bright at rest, about: nothing is to become white.
+                others[0].scatter_per_mm.value *= MORE_SCATTER;
+                others[0].layer_grey.value /= MORE_SCATTER;
+                others[1].spread_mm.value += WIDER_MM;
+                others
+            },
             radius_mm,
             jpeg_quality: sensor.jpeg_quality,
         }))
     }
 
-    /// How far from the pixels of their tips marks are found, with the camera at a pose. Those without a mark that is found,
-    /// or a tip that is seen, are left out.
-    pub(super) fn all(&self, camera_from_sensor: &Pose, observations: &[Observation]) -> MarkOffsets {
+    /// How far from the pixels of their tips marks are found, with the camera at a pose, and what changes that: all but the
+    /// offsets themselves as `known` has it. Pins without a mark that is found, or a tip that is seen, are left out.
+    pub(super) fn all(
+        &self,
+        camera_from_sensor: &Pose,
+        observations: &[Observation],
+        known: Option<&MarkOffsets>,
+    ) -> MarkOffsets {
         let mut pins: Vec<Pin> = Vec::new();
         for contact in observations.iter().map(|observation| &observation.contact) {
             let place = contact.contact_in_sensor_mm;
@@ -100,18 +119,40 @@ impl<'a> PinMarks<'a> {
                 pins.push((place, inwards.unwrap_or_else(|| -self.touch.depth_mm(&place).1)));
             }
         }
-        let found = pins.par_iter().filter_map(|pin| {
-            let by_px = self.offset(camera_from_sensor, pin)?;
-            let shallower = (pin.0 - LESS_MM * pin.1, pin.1);
-            let less = self.offset(camera_from_sensor, &shallower);
-            let by_depth = less.map_or_else(Vector2::zeros, |less| (by_px - less) / LESS_MM);
-            let sigma_px = SHARE_KNOWN * by_px.norm() / std::f64::consts::SQRT_2;
-            Some((pin.0, MarkOffset { by_px, by_depth, sigma_px }))
-        });
-        MarkOffsets::new(found.collect::<Vec<_>>())
+        let of_pin = |pin: &Pin| {
+            let before = known.map(|known| known.of(&pin.0));
+            let offset = match before {
+                Some(before) => {
+                    let [by_px] = self.offsets(camera_from_sensor, pin, [self.constants])?;
+                    MarkOffset { by_px, ..before? }
+                }
+                None => self.differentiated(camera_from_sensor, pin)?,
+            };
+            Some((pin.0, offset))
+        };
+        MarkOffsets::new(pins.par_iter().filter_map(of_pin).collect::<Vec<_>>())
     }
 
-    fn offset(&self, camera_from_sensor: &Pose, (contact, axis): &Pin) -> Option<Vector2<f64>> {
+    /// An offset with its derivatives.
+    fn differentiated(&self, camera_from_sensor: &Pose, pin: &Pin) -> Option<MarkOffset> {
+        let [scatters, spreads] = &self.others;
+        let [by_px, more, wider] =
+            self.offsets(camera_from_sensor, pin, [self.constants, scatters, spreads])?;
+        let shallower = (pin.0 - LESS_MM * pin.1, pin.1);
+        let less = self.offsets(camera_from_sensor, &shallower, [self.constants]);
+        let by_depth = less.map_or_else(Vector2::zeros, |[less]| (by_px - less) / LESS_MM);
+        let by_light = [(more - by_px) / MORE_SCATTER.ln(), (wider - by_px) / WIDER_MM];
+        let sigma_px = SHARE_KNOWN * by_px.norm() / std::f64::consts::SQRT_2;
+        Some(MarkOffset { by_px, by_depth, by_light, sigma_px })
+    }
+
+    /// For several constants of the layer.
+    fn offsets<const N: usize>(
+        &self,
+        camera_from_sensor: &Pose,
+        (contact, axis): &Pin,
+        constants: [&LightConstants; N],
+    ) -> Option<[Vector2<f64>; N]> {
         let sensor_from_camera = camera_from_sensor.inverse();
         let lens = self.camera.in_air();
         let mut viewer = Viewer::new(&lens, &sensor_from_camera, &self.sights);
@@ -123,27 +164,27 @@ impl<'a> PinMarks<'a> {
                 Solid::sphere(self.radius_mm),
                 Solid::cylinder(self.radius_mm, PIN_MM),
             ]),
-            sensor_from_body: Pose::z_to(
-                outward,
-                contact + self.radius_mm * outward,
-            ),
+            sensor_from_body: Pose::z_to(outward, contact + self.radius_mm * outward),
         };
         let presser = Presser::new(body.name.clone(), &body.solid, body.sensor_from_body).ok()?;
         let answer = self.ready.answer(self.touch, &[body], [0.0; 2], None).ok()?;
         let window = Window::around(&self.camera, &tip)?;
         let rays = PixelRays::new(&window.camera, &sensor_from_camera).through(&self.sights);
         let surface = ReferenceSurface::cast(self.touch, &rays).ok()?;
-        let grey = |light: Vec<[f64; 3]>| light.into_iter().map(|[grey, ..]| grey);
-        let rest = grey(self.layers.paint(&surface.untouched(), None).light);
-        let pressed = surface.yielded(&[presser], &answer, false);
-        let pressed = grey(self.layers.paint(&pressed, Some(&answer)).light);
-        let rest = window.within(rest, self.jpeg_quality)?;
-        let pressed = window.within(pressed, self.jpeg_quality)?;
-        let found = detect(&rest, &pressed, &options()).ok()?;
-        let off = |mark: &Point2<f64>| (mark - tip).norm();
-        let marks = found.marks.iter().map(|mark| mark.pixel);
-        let mark = marks.min_by(|a, b| off(a).total_cmp(&off(b)))?;
-        Some(mark - tip)
+        let (rest, pressed) = (surface.untouched(), surface.yielded(&[presser], &answer, false));
+        let mut found = [Vector2::zeros(); N];
+        for (found, constants) in found.iter_mut().zip(constants) {
+            let rest = self.layers.paint_by(constants, &rest, None);
+            let pressed = self.layers.paint_by(constants, &pressed, Some(&answer));
+            let [rest, pressed] = [rest, pressed].map(|painted| {
+                window.within(painted.light.into_iter().map(|[grey, ..]| grey), self.jpeg_quality)
+            });
+            let detected = detect(&rest?, &pressed?, &options()).ok()?;
+            let off = |mark: &Point2<f64>| (mark - tip).norm();
+            let marks = detected.marks.iter().map(|mark| mark.pixel);
+            *found = marks.min_by(|a, b| off(a).total_cmp(&off(b)))? - tip;
+        }
+        Some(found)
     }
 }
 

@@ -63,8 +63,8 @@ impl<'a> LayerScene<'a> {
 
     /// Keeps what rays see of a surface at rest: where a press moves nothing, that is seen again.
     pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
-        let seen = self.rays(map, None);
-        let spread = self.spread(map, &seen);
+        let seen = self.rays(self.constants, map, None);
+        let spread = self.spread(self.constants, map, &seen);
         let mut grey: Vec<f64> = seen.iter().map(|(grey, _)| *grey).collect();
         spread.apply(&mut grey);
         let range_mm = map.range_mm().to_vec();
@@ -77,7 +77,17 @@ impl<'a> LayerScene<'a> {
     }
 
     pub(crate) fn paint(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Painted {
-        let rays = self.rays(map, answer);
+        self.paint_by(self.constants, map, answer)
+    }
+
+    /// The same with other constants of the layer, where nothing is kept of the surface at rest.
+    pub(crate) fn paint_by(
+        &self,
+        constants: &LightConstants,
+        map: &DepthMap<'_>,
+        answer: Option<&Answer<'_>>,
+    ) -> Painted {
+        let rays = self.rays(constants, map, answer);
         let mut grey: Vec<f64> = rays.iter().map(|(grey, _)| *grey).collect();
         match &self.at_rest {
             // Light that spreads adds up: of what has changed alone.
@@ -86,7 +96,7 @@ impl<'a> LayerScene<'a> {
                 rest.spread.apply(&mut grey);
                 grey.iter_mut().zip(&rest.grey).for_each(|(change, before)| *change += before);
             }
-            None => self.spread(map, &rays).apply(&mut grey),
+            None => self.spread(constants, map, &rays).apply(&mut grey),
         }
         let light: Vec<Rgb> = grey.into_iter().map(|grey| [grey; 3]).collect();
         let thickness_mm = rays.into_iter().map(|(_, mm)| mm).collect();
@@ -94,16 +104,26 @@ impl<'a> LayerScene<'a> {
     }
 
     /// How light spreads where there is a layer.
-    fn spread(&self, map: &DepthMap<'_>, seen: &[(f64, f64)]) -> Spread {
+    fn spread(
+        &self,
+        constants: &LightConstants,
+        map: &DepthMap<'_>,
+        seen: &[(f64, f64)],
+    ) -> Spread {
         let is_layer = seen.iter().map(|(_, mm)| mm.is_finite()).collect();
         let ray_mm = self.ray_mm.unwrap_or_else(|| ray_mm(map));
-        let sigma_px = self.constants.spread_mm.value / ray_mm;
+        let sigma_px = constants.spread_mm.value / ray_mm;
         Spread::new(is_layer, map.width_px() as usize, sigma_px)
     }
 
     /// Grey value and thickness that each ray meets.
-    fn rays(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Vec<(f64, f64)> {
-        let (scene, constants) = (&self.scene, self.constants);
+    fn rays(
+        &self,
+        constants: &LightConstants,
+        map: &DepthMap<'_>,
+        answer: Option<&Answer<'_>>,
+    ) -> Vec<(f64, f64)> {
+        let scene = &self.scene;
         let (law, beside) = (constants.layer(), (constants.beside_grey.value, f64::NAN));
         let lower = answer.and_then(|answer| answer.lower_face(scene.innermost()));
         let rest = self.at_rest.as_ref();

@@ -121,7 +121,10 @@ impl ParameterSet {
         options: &CalibrationOptions<'_>,
     ) -> Result<PoseSolution, SolveError> {
         let loss = options.loss;
-        let parameters = self.parameters(&start.camera, captures);
+        let mut parameters = self.parameters(&start.camera, captures);
+        if !start.mark_offsets.is_empty() {
+            parameters.extend(FitParameter::LIGHT);
+        }
         let index = match (self.optics.medium, &options.drawn) {
             (Medium::Gel(index), _) => index,
             (Medium::Drawn, Some(drawing)) => {

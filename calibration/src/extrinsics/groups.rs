@@ -9,6 +9,10 @@ use nalgebra::{DMatrix, DVector, Matrix2x3, Vector2, Vector3};
 use super::refine::{Loss, PoseSolution};
 use crate::model::{FitParameter, Observation};
 
+/// Three shifts, and three turns.
+const MOTIONS: usize = 6;
+/// Each motion is looked at so often after all of them together.
+const ROUNDS: usize = 2;
 /// Proportions of the dome's six motions, one standard deviation: how far it shifts, mm, and turns about the middle of its
 /// pins, rad.
 const SHIFT_MM: f64 = 0.1;
@@ -22,13 +26,15 @@ const STEPS: usize = 28;
 /// How large errors are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scatter {
-    /// Of pins by themselves, over what their observations say; at least 1.
+    /// Of pins by themselves, over what their observations say; at least 1 where domes do not move.
     pub pins: f64,
-    /// How far the dome shifts, mm, and turns, rad, from capture to capture.
-    pub dome_mm: f64,
-    /// The same.
-    pub dome_rad: f64,
-    /// Covariance of what was solved for by both.
+    /// How far the dome shifts along the sensor's axes from capture to capture, mm.
+    pub dome_mm: [f64; 3],
+    /// How far it turns about axes along those through the middle of its pins, rad.
+    pub dome_rad: [f64; 3],
+    /// Covariance of what was solved for by these errors alone: what leaving out captures shows.
+    pub of_pixels: DMatrix<f64>,
+    /// The same with what is only known beforehand.
     pub covariance: DMatrix<f64>,
 }
 
@@ -43,8 +49,9 @@ struct Group {
 }
 
 impl Group {
-    fn covariance(&self, dome: f64) -> DMatrix<f64> {
-        DMatrix::from_diagonal(&self.variances) + &self.by_dome * self.by_dome.transpose() * dome
+    fn covariance(&self, dome: &[f64; MOTIONS]) -> DMatrix<f64> {
+        let motions = DMatrix::from_diagonal(&DVector::from_column_slice(dome));
+        DMatrix::from_diagonal(&self.variances) + &self.by_dome * motions * self.by_dome.transpose()
     }
 }
 
@@ -53,39 +60,58 @@ pub(super) fn scatter(fit: &PoseSolution, observations: &[Observation], loss: Lo
     let groups = groups(fit, observations, loss);
     let is_reseated = fit.parameters.iter().any(|p| matches!(p, FitParameter::Reseating(..)));
     let prior = prior(fit);
-    let alone = Likelihood::of(&groups, &prior, 0.0);
-    let mut best = (0.0, alone);
+    let mut best = ([0.0; MOTIONS], Likelihood::of(&groups, &prior, &[0.0; MOTIONS]));
     if !is_reseated && groups.len() >= LEAST_CAPTURES {
-        for step in 0..=STEPS {
-            let power = POWERS[0] + (POWERS[1] - POWERS[0]) * step as f64 / STEPS as f64;
-            let dome = 10f64.powf(power);
-            let tried = Likelihood::of(&groups, &prior, dome);
-            let logarithm = |l: &Option<Likelihood>| {
-                l.as_ref().map_or(f64::NEG_INFINITY, |likelihood| likelihood.logarithm)
-            };
+        let logarithm = |l: &Option<Likelihood>| {
+            l.as_ref().map_or(f64::NEG_INFINITY, |likelihood| likelihood.logarithm)
+        };
+        let consider = |dome: [f64; MOTIONS], best: &mut ([f64; MOTIONS], Option<Likelihood>)| {
+            let tried = Likelihood::of(&groups, &prior, &dome);
             if logarithm(&tried) > logarithm(&best.1) {
-                best = (dome, tried);
+                *best = (dome, tried);
+            }
+        };
+        variances().for_each(|all| consider([all; MOTIONS], &mut best));
+        for _ in 0..ROUNDS {
+            for motion in 0..MOTIONS {
+                for one in std::iter::once(0.0).chain(variances()) {
+                    let mut dome = best.0;
+                    dome[motion] = one;
+                    consider(dome, &mut best);
+                }
             }
         }
     }
     let (dome, likelihood) = best;
-    let variance = likelihood.map_or(1.0, |likelihood| likelihood.variance).max(1.0);
+    // What pins are said to have holds the dome's motions as well, where it is their scatter.
+    let least = if dome == [0.0; MOTIONS] { 1.0 } else { 0.0 };
+    let variance = likelihood.map_or(1.0, |likelihood| likelihood.variance).max(least);
     let count = fit.parameters.len();
     let mut noise = DMatrix::zeros(count, count);
     for group in &groups {
         let weighted = DMatrix::from_diagonal(&group.variances.map(f64::recip)) * &group.by_fit;
-        noise += weighted.transpose() * group.covariance(dome) * &weighted * variance;
+        noise += weighted.transpose() * group.covariance(&dome) * &weighted * variance;
     }
-    noise += DMatrix::from_diagonal(&prior);
-    let covariance = &fit.covariance * noise * &fit.covariance;
-    let covariance = (&covariance + covariance.transpose()) * 0.5;
-    let share = (dome * variance).sqrt();
+    let of = |noise: &DMatrix<f64>| {
+        let covariance = &fit.covariance * noise * &fit.covariance;
+        (&covariance + covariance.transpose()) * 0.5
+    };
+    let of_pixels = of(&noise);
+    let covariance = of(&(noise + DMatrix::from_diagonal(&prior)));
+    let moves = |motion: usize| (dome[motion] * variance).sqrt();
     Scatter {
         pins: variance.sqrt(),
-        dome_mm: SHIFT_MM * share,
-        dome_rad: TURN_RAD * share,
+        dome_mm: std::array::from_fn(|axis| SHIFT_MM * moves(axis)),
+        dome_rad: std::array::from_fn(|axis| TURN_RAD * moves(3 + axis)),
+        of_pixels,
         covariance,
     }
+}
+
+/// Variances of the dome's motions that are tried.
+fn variances() -> impl Iterator<Item = f64> {
+    let step = (POWERS[1] - POWERS[0]) / STEPS as f64;
+    (0..=STEPS).map(move |k| 10f64.powf(POWERS[0] + step * k as f64))
 }
 
 /// What priors say of each parameter: one over its variance, or 0.
@@ -98,15 +124,16 @@ fn prior(fit: &PoseSolution) -> DVector<f64> {
 
 fn groups(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> Vec<Group> {
     let captures = observations.iter().map(|o| o.contact.capture + 1).max().unwrap_or(0);
-    let middle = observations.iter().map(|o| o.contact.contact_in_sensor_mm.coords).sum::<Vector3<f64>>()
-        / observations.len().max(1) as f64;
+    let middle =
+        observations.iter().map(|o| o.contact.contact_in_sensor_mm.coords).sum::<Vector3<f64>>()
+            / observations.len().max(1) as f64;
     let of_capture = |capture: usize| {
         let here: Vec<&Observation> =
             observations.iter().filter(|o| o.contact.capture == capture).collect();
         let rows = 2 * here.len();
         let mut group = Group {
             by_fit: DMatrix::zeros(rows, fit.parameters.len()),
-            by_dome: DMatrix::zeros(rows, 6),
+            by_dome: DMatrix::zeros(rows, MOTIONS),
             residuals: DVector::zeros(rows),
             variances: DVector::from_element(rows, 1.0),
         };
@@ -149,7 +176,7 @@ struct Likelihood {
 }
 
 impl Likelihood {
-    fn of(groups: &[Group], prior: &DVector<f64>, dome: f64) -> Option<Self> {
+    fn of(groups: &[Group], prior: &DVector<f64>, dome: &[f64; MOTIONS]) -> Option<Self> {
         let count = prior.len();
         let mut information = DMatrix::from_diagonal(prior);
         let mut gradient = DVector::zeros(count);
@@ -172,6 +199,10 @@ impl Likelihood {
         let free = coordinates.checked_sub(count).filter(|free| *free > 0)? as f64;
         let of_fit = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
         let variance = (square / free).max(f64::MIN_POSITIVE);
-        Some(Self { logarithm: -0.5 * (free * variance.ln() + determinant + of_fit - 2.0 * scale.map(f64::ln).sum()), variance })
+        Some(Self {
+            logarithm: -0.5
+                * (free * variance.ln() + determinant + of_fit - 2.0 * scale.map(f64::ln).sum()),
+            variance,
+        })
     }
 }

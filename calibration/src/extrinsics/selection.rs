@@ -13,6 +13,8 @@ use crate::observability::{Unobservable, unobservable_from};
 
 /// Each parameter beyond the pose must make what was left out more likely by this factor's logarithm.
 const WORTH_A_PARAMETER: f64 = 0.5;
+/// What is drawn is believed where held-out errors are no more than this many times those of what predicts best.
+const NEARLY: f64 = 1.3;
 /// Reseated domes must lower Akaike's criterion by this: odds of 150 to 1.
 const WORTH_A_SEAT: f64 = 10.0;
 /// Farther than this from where the design puts it the camera cannot be: three standard deviations
@@ -102,8 +104,7 @@ pub(super) fn select(
     options: &CalibrationOptions<'_>,
     expected: &Expected<'_>,
 ) -> Result<Selection, Vec<(ParameterSet, SolveError)>> {
-    let judge =
-        |candidate| judge(candidate, start, observations, captures, options, expected);
+    let judge = |candidate| judge(candidate, start, observations, captures, options, expected);
     let mut trials = Vec::new();
     let mut failed = Vec::new();
     let mut attempt = |candidate, trials: &mut Vec<Trial>| match judge(candidate) {
@@ -142,7 +143,8 @@ pub(super) fn select(
     let eligible = (0..trials.len()).filter(|i| {
         !trials[*i].candidate.seating || !trials[*i].names(FitParameter::SeatingOffset)
     });
-    let mut chosen = best(&trials, eligible, captures);
+    let physical = if media.contains(&Medium::Drawn) { Medium::Drawn } else { Medium::Given };
+    let mut chosen = best(&trials, eligible, captures, physical);
     if captures > 2 {
         attempt(ParameterSet { reseating: true, ..trials[chosen].candidate }, &mut trials);
         // Nobody can know the seat of a capture that was left out: held-out errors say whether the
@@ -176,7 +178,8 @@ impl Trial {
 
     /// Parameters besides the pose; what the drawing says beforehand is none that the pixels have to tell.
     fn free_parameters(&self) -> usize {
-        let from_drawing = if self.candidate.optics.medium == Medium::Drawn { 2 } else { 0 };
+        let known = |p: &&FitParameter| self.fit.model.is_drawn(**p);
+        let from_drawing = self.fit.parameters.iter().filter(known).count();
         self.fit.parameters.len().saturating_sub(6 + from_drawing)
     }
 
@@ -189,9 +192,9 @@ impl Trial {
 
     /// For how many pins one counts, where those of a capture err together: 1 + (m - 1) r for m pins each and a correlation
     /// r within captures (Kish 1965).
-    fn together(&self, captures: usize, observations: &[usize]) -> f64 {
+    fn together(&self, captures: usize) -> f64 {
         let mut sums = vec![(Vector2::zeros(), 0.0); captures];
-        for (residual, capture) in self.held_out_px.iter().zip(observations) {
+        for (residual, capture) in self.held_out_px.iter().zip(&self.captures) {
             let Some(residual) = residual else { return 1.0 };
             sums[*capture].0 += residual;
             sums[*capture].1 += 1.0;
@@ -212,12 +215,32 @@ impl Trial {
     }
 }
 
-fn best(trials: &[Trial], among: impl IntoIterator<Item = usize>, captures: usize) -> usize {
-    let plainest = trials.iter().min_by(|a, b| a.held_out_rms_px.total_cmp(&b.held_out_rms_px));
-    let together = plainest.map_or(1.0, |trial| trial.together(captures, &trial.captures));
-    let score = |i: usize| trials[i].score(together);
-    let likeliest = among.into_iter().max_by(|a, b| score(*a).total_cmp(&score(*b)).then(b.cmp(a)));
-    likeliest.unwrap_or(0)
+/// What is drawn, with the lens as it is calibrated, where that predicts nearly as well as anything: how far a mark is
+/// found from its tip is not known to the last tenth of a pixel, and other explanations turn that into millimetres. Else the
+/// likeliest.
+fn best(
+    trials: &[Trial],
+    among: impl IntoIterator<Item = usize>,
+    captures: usize,
+    physical: Medium,
+) -> usize {
+    let among: Vec<usize> = among.into_iter().collect();
+    let held_out_px = |i: &usize| trials[*i].held_out_rms_px;
+    let nearest = among.iter().copied().min_by(|a, b| held_out_px(a).total_cmp(&held_out_px(b)));
+    let Some(nearest) = nearest else { return 0 };
+    let together = trials[nearest].together(captures);
+    let score = |i: &usize| trials[*i].score(together);
+    let likeliest = |among: &[usize]| {
+        among.iter().copied().max_by(|a, b| score(a).total_cmp(&score(b)).then(b.cmp(a)))
+    };
+    let is_physical = |i: &usize| {
+        let optics = trials[*i].candidate.optics;
+        optics.medium == physical
+            && optics.radial_terms == 0
+            && held_out_px(i) <= NEARLY * held_out_px(&nearest)
+    };
+    let drawn: Vec<usize> = among.iter().copied().filter(is_physical).collect();
+    likeliest(&drawn).or_else(|| likeliest(&among)).unwrap_or(nearest)
 }
 
 fn judge(

@@ -12,9 +12,10 @@ use crate::model::{Axis, FitParameter};
 /// each): a board in its seat, and a lens that is screwed until it is focused. Chosen.
 const CAMERA_MM: f64 = 1.0;
 const TILT_RAD: f64 = 0.035;
-/// How much farther than drawn all pins go in, and how far their tips lean, mm: printed seats and pins. Chosen.
+/// How much farther than drawn all pins go in, mm: printed seats and pins. Chosen.
 const SEATING_MM: f64 = 0.15;
-const LEAN_MM: f64 = 0.3;
+/// How far tips lean, mm: as on the one published unit.
+const LEAN_MM: f64 = 0.5;
 /// How well a lens is known whose file does not say so: its focal lengths as a part of them, and its coefficients. Chosen:
 /// boards in a few dozen pictures do as well.
 const FOCAL_SHARE: f64 = 0.01;

@@ -27,9 +27,11 @@ impl ExtrinsicsReport<'_> {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.doubt_sentences();
         warnings.extend(self.not_drawn.map(str::to_owned));
-        warnings.extend(self.not_marked.map(|why| {
-            format!("Marks are taken to be found where tips are, which they are not: {why}.")
-        }));
+        warnings.extend(
+            self.not_marked.map(|why| {
+                format!("It is not known how far from their tips marks are found: {why}.")
+            }),
+        );
         let calibration = self.calibration;
         let chosen = self.chosen();
         let differs: Vec<String> = chosen

@@ -31,8 +31,9 @@ const ELSEWHERE: f64 = 128.0;
 /// A grey value of 255 is this bright in a picture.
 const WHITE: f64 = 255.0;
 
-/// How well an offset is known, as a part of it: pins press together instead of each by itself.
-const SHARE_KNOWN: f64 = 0.03;
+/// How well an offset is known, as a part of it: pins press together instead of each by itself, and light differs from what is
+/// assumed by more than two numbers.
+const SHARE_KNOWN: f64 = 0.06;
 
 /// So much less deep a pin is pressed in to see what depth does, mm.
 const LESS_MM: f64 = 0.15;

@@ -5,7 +5,7 @@ use std::process::Command;
 use crate::run::{check, fabkit, program, root};
 
 /// In the gate; together with starting all processes, well below two minutes.
-const SECONDS: &str = "75";
+const SECONDS: &str = "50";
 /// More than that time allows.
 const RUNS: &str = "1000000";
 /// The gate looks at the same inputs each time; another seed looks at others.

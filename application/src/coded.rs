@@ -336,6 +336,7 @@ fn calibrating(error: &CalibratingError) -> About {
     match error {
         CalibratingError::Folder { folder, source } => system(folder, source, "file_unreadable"),
         CalibratingError::NoCaptures { folder } => About::at("no_captures", folder),
+        CalibratingError::Unlabelled { file } => About::at("unlabelled", Path::new(file)),
         CalibratingError::NoReference { folder } => About::at("no_reference", folder),
         CalibratingError::TooManyPictures { folder } => About::at("too_many_pictures", folder),
         CalibratingError::Camera { file, .. } => About::at("bad_camera_file", file),

@@ -7,7 +7,7 @@ mod files;
 use std::ops::Range;
 use std::sync::Arc;
 
-use fabkit_depth::truth::{DepthMap, PixelRays, Presser, ReferenceSurface};
+use fabkit_depth::truth::{DepthMap, PixelRays, Presser, ReferenceSurface, Sigmas};
 use fabkit_fixtures::{Press, PressBody, Project};
 use fabkit_geometry::{Pose, TouchSurface};
 use fabkit_optics::{Sights, TILE};
@@ -78,8 +78,8 @@ pub struct Cast<'a> {
 pub struct Seen<'a> {
     /// Ground truth.
     pub map: &'a DepthMap<'a>,
-    /// Standard deviation of its range, mm, row by row.
-    pub sigma_mm: &'a [f64],
+    /// How sure it is.
+    pub sigmas: &'a Sigmas,
     /// The deepest contact; `None` without contact.
     pub deepest: Option<Deepest>,
     /// How many pixels see the surface.
@@ -272,10 +272,10 @@ impl SensorView {
         };
         let deepest = deepest(&contact, touch);
         let map = contact.with_membrane(cast.contact.membrane_mm());
-        let sigma_mm = map.sigma_mm(&self.viewpoint.uncertainty(cast.print_sigma_mm));
+        let sigmas = map.sigmas(&self.viewpoint.uncertainty(cast.print_sigma_mm));
         look(Seen {
             map: &map,
-            sigma_mm: &sigma_mm,
+            sigmas: &sigmas,
             deepest,
             surface_px: surface.seen(),
             answer: answer.as_ref(),

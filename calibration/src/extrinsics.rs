@@ -5,6 +5,7 @@
 //! and what the pins cannot tell. [`solve_pose`] is the bare solver.
 
 mod candidates;
+mod crosschecks;
 mod groups;
 mod joint;
 mod linear;
@@ -14,10 +15,11 @@ mod selection;
 mod tolerances;
 
 use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, JointEstimate, POSE_COUNT};
-use fabkit_geometry::Pose;
+use fabkit_geometry::{Point3, Pose, Vector3};
 use nalgebra::{DMatrix, Rotation3};
 
 pub use candidates::{Drawing, Medium, Optics, ParameterSet};
+pub use crosschecks::{CrossChecks, FAR_SIGMAS};
 pub use groups::Scatter;
 pub use joint::{JointCovariance, joint_estimate};
 pub use refine::{Loss, PoseSolution, SolveError, refine};
@@ -49,6 +51,18 @@ pub struct CalibrationOptions<'a> {
     pub loss: Loss,
     /// Where marks are found beside their tips, if that is known.
     pub mark_offsets: Option<&'a MarkOffsets>,
+    /// How the surface lies at a contact; without, pins are taken to be pushed straight in.
+    pub outward: Option<Outward<'a>>,
+}
+
+/// The outward unit normal of a surface at a place, sensor frame.
+#[derive(Clone, Copy)]
+pub struct Outward<'a>(pub &'a dyn Fn(&Point3<f64>) -> Vector3<f64>);
+
+impl std::fmt::Debug for Outward<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Outward")
+    }
 }
 
 impl Default for CalibrationOptions<'_> {
@@ -58,6 +72,7 @@ impl Default for CalibrationOptions<'_> {
             drawn: None,
             loss: Loss::Huber(HUBER),
             mark_offsets: None,
+            outward: None,
         }
     }
 }
@@ -81,6 +96,8 @@ pub struct PoseCalibration {
     pub joint: JointEstimate,
     /// How large the errors of pins and of captures are, and what the fit has of them alone.
     pub errors: Scatter,
+    /// What other captures would make of it.
+    pub checks: CrossChecks,
     /// Residuals over what they should be; 1 if the model and the standard deviations are right.
     pub misfit: f64,
 }
@@ -212,6 +229,7 @@ pub fn calibrate(
     let misfit = (fit.cost / freedom as f64).sqrt();
     let errors = groups::scatter(fit, &observations, options.loss);
     let joint = joint_estimate(camera, fit, &observations, options.loss, &errors.covariance)?;
+    let checks = crosschecks::cross_checks(fit, &observations, options, &errors.of_pixels);
     Ok(PoseCalibration {
         given: camera.clone(),
         observations,
@@ -220,6 +238,7 @@ pub fn calibrate(
         covariance: joint.of_fit,
         joint: joint.estimate,
         errors,
+        checks,
         misfit,
     })
 }

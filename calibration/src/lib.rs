@@ -22,6 +22,7 @@ pub mod landmarks;
 pub mod model;
 pub mod observability;
 pub mod pins;
+pub mod planning;
 pub mod report;
 pub mod synthetic;
 pub mod uncertainty;

@@ -30,6 +30,19 @@ pub struct CaptureRecord {
     pub pins_found: usize,
 }
 
+/// A part of a capture around a pin.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// Which of the calibration's observations.
+    pub observation: usize,
+    /// Its first column and row in the capture, px.
+    pub first_px: [u32; 2],
+    /// Its width and height, px.
+    pub size_px: [u32; 2],
+    /// Its file.
+    pub png: Vec<u8>,
+}
+
 /// A calibration with where it comes from.
 #[derive(Clone, Copy, Debug)]
 pub struct ExtrinsicsReport<'a> {
@@ -49,6 +62,8 @@ pub struct ExtrinsicsReport<'a> {
     pub not_drawn: Option<&'a str>,
     /// Why it is not known how far from their tips marks are found, if it is not.
     pub not_marked: Option<&'a str>,
+    /// Pins that are far off, as far as there are pictures of them.
+    pub crops: &'a [Crop],
 }
 
 impl ExtrinsicsReport<'_> {

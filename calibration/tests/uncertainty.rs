@@ -32,15 +32,17 @@ fn depth_scatters_as_predicted() {
         let place = centre + outward * 15.0;
         let seen = truth.camera_from_sensor.point(place);
         let pixel = truth.camera.project(&seen).unwrap();
-        let (mut depth, mut pixels) = (0.0, 0.0);
+        let (mut depth, mut pixels, mut points) = (0.0, 0.0, 0.0);
         for fit in &fits {
             let ray = fit.model.camera.unproject(&pixel).unwrap();
             let centre = fit.model.camera_from_sensor.point(centre);
             // From within the ball: the far crossing.
             let b = ray.direction.dot(&(centre - ray.origin_in_camera));
             let closest = (centre - ray.origin_in_camera).norm_squared() - b * b;
-            let z = ray.at(b + (15.0f64.powi(2) - closest).sqrt()).z;
-            depth += (z - seen.z).powi(2) / 400.0;
+            let found = ray.at(b + (15.0f64.powi(2) - closest).sqrt());
+            depth += (found.z - seen.z).powi(2) / 400.0;
+            let found = fit.model.camera_from_sensor.inverse().point(found);
+            points += (found - place).norm_squared() / 400.0;
             let point = fit.model.camera_from_sensor.point(place);
             pixels += (fit.model.camera.project(&point).unwrap() - pixel).norm_squared() / 400.0;
         }
@@ -52,6 +54,8 @@ fn depth_scatters_as_predicted() {
         assert!((ratio - 1.0).abs() < 0.15, "depth at {polar_deg} degrees: {ratio}");
         let ratio = pixels.sqrt() / predicted.pixel_px;
         assert!((ratio - 1.0).abs() < 0.15, "pixel at {polar_deg} degrees: {ratio}");
+        let ratio = points.sqrt() / predicted.point_mm;
+        assert!((ratio - 1.0).abs() < 0.15, "point at {polar_deg} degrees: {ratio}");
         assert!(predicted.depth_range_mm > 0.0);
     }
 }

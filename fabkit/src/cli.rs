@@ -7,6 +7,7 @@ mod capturing;
 mod completing;
 mod examples;
 mod ground_truth;
+mod guide;
 mod new;
 mod pressing;
 mod sweep;
@@ -20,11 +21,14 @@ use fabkit_application::memory;
 use fabkit_application::packaging::{LICENSES, License};
 use fabkit_application::pictures::Viewer;
 
-pub use calibrate::{Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins};
+pub use calibrate::{
+    Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins, CalibratePlan,
+};
 pub use capturing::{Capture, CaptureContact, FitLight, OpticsPack};
-pub use ground_truth::{Dataset, Depth, View};
+pub use ground_truth::{CameraArgs, Dataset, Depth};
+pub use guide::Guide;
 pub use new::New;
-pub use pressing::{ContactArgs, ContactLevel, PressArgs};
+pub use pressing::{ContactLevel, PressArgs};
 pub use sweep::Sweep;
 
 /// Shortest and longest edge of tetrahedra, mm.
@@ -289,33 +293,6 @@ pub struct Export {
     /// not look whether the design passes `check`
     #[arg(long)]
     pub force: bool,
-}
-
-/// `fabkit guide`.
-#[derive(Debug, Args)]
-pub struct Guide {
-    #[command(flatten)]
-    pub design: Design,
-    /// The folder to write index.html, guide.json, bom.csv and parts.csv into
-    #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
-    /// How many to build: what is in each sensor is counted that often, molds and tools once
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000), value_name = "N")]
-    pub units: u32,
-    /// Slice parts of filament with PrusaSlicer for their times and masses; takes minutes. Without, they are
-    /// fabkit's own estimates
-    #[arg(long)]
-    pub slice: bool,
-    /// The language of the page
-    #[arg(long, default_value = "en", value_enum)]
-    pub language: Language,
-}
-
-/// A language that pages are written in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Language {
-    /// English
-    En,
 }
 
 /// `fabkit diff`.

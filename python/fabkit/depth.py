@@ -51,7 +51,15 @@ class Truth:
     incidence_rad: NDArray[np.float64]
     """Angle between ray and normal, rad."""
     sigma_mm: NDArray[np.float64]
-    """Standard deviation of the range, mm."""
+    """Standard deviation of the range, mm. A range begins where its ray was bent last: it may err
+    by far more than the point at its end does."""
+    point_sigma_mm: NDArray[np.float64]
+    """Standard deviation of ``point_in_sensor``, root of the sum of squares over x, y, z, mm."""
+    indentation_sigma_mm: NDArray[np.float64]
+    """Standard deviation of ``indentation_mm``, for presses that are where they are said to be."""
+    normal_sigma_rad: NDArray[np.float64]
+    """Standard deviation of ``normal_in_sensor``, by position: how much it turns between what is
+    shown and what should be, rad."""
     label_names: list[str]
     """``none``, ``surface``, then what presses."""
     seen_by: NDArray[np.uint8]
@@ -73,7 +81,8 @@ class Truth:
         Parameters
         ----------
         show
-            ``range_mm``, ``z_mm``, ``indentation_mm``, ``incidence_rad`` or ``sigma_mm``.
+            ``range_mm``, ``z_mm``, ``indentation_mm``, ``incidence_rad``, ``sigma_mm``,
+            ``point_sigma_mm`` or ``indentation_sigma_mm``.
         """
         return _fabkit.false_color(_arrays.numbers(getattr(self, show), show))
 

@@ -228,6 +228,7 @@ impl Extrinsics {
             calibration: &self.calibration,
             not_drawn: self.not_drawn.as_deref(),
             not_marked: self.not_marked.as_deref(),
+            crops: &[],
         }
     }
 }

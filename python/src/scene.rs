@@ -161,7 +161,7 @@ impl Scene {
             };
             scene.cast(&cast, |seen| {
                 let elastic = seen.answer.map(|answer| pressing::answer(answer).to_string());
-                Ok((arrays(seen.map, seen.sigma_mm), elastic))
+                Ok((arrays(seen.map, seen.sigmas), elastic))
             })
         })?;
         Ok((arrays::dictionary(py, seen)?, elastic))
@@ -205,7 +205,7 @@ impl Scene {
             let capturing = Capturing { cast, lighting, constants: &constants, seed };
             let mut found = Vec::new();
             let captured = capturing.take(&scene, |seen| {
-                found = arrays(seen.map, seen.sigma_mm);
+                found = arrays(seen.map, seen.sigmas);
                 Ok(())
             })?;
             let document =

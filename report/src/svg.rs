@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
 // Looks are attributes and not style sheets, which not every program that prints HTML applies to
 // drawings.
 
@@ -67,6 +70,19 @@ impl Svg {
             size[0],
             size[1],
             escape(title)
+        );
+    }
+
+    /// A picture from its upper left corner, its pixels as squares; `png` is its file.
+    pub fn picture(&mut self, corner: [f64; 2], size: [f64; 2], png: &[u8]) {
+        let _ = write!(
+            self.body,
+            r#"<image x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}" style="image-rendering: pixelated" href="data:image/png;base64,{}"/>"#,
+            corner[0],
+            corner[1],
+            size[0],
+            size[1],
+            STANDARD.encode(png)
         );
     }
 

@@ -98,9 +98,7 @@ fn casting_in_bands_changes_no_byte() {
     };
     let whole = scene
         .cast(&cast, |seen| {
-            Ok::<_, Error>(
-                fabkit_application::export::npz(&arrays(seen.map, seen.sigma_mm)).unwrap(),
-            )
+            Ok::<_, Error>(fabkit_application::export::npz(&arrays(seen.map, seen.sigmas)).unwrap())
         })
         .unwrap();
     assert!(fs::read(root.path().join("d.npz")).unwrap() == whole);

@@ -200,7 +200,7 @@ fn sigma_is_by_how_much_the_pose_moves_the_range() {
         covariance[parameter][parameter] = 1.0;
         let joint = JointEstimate::independent(&(*camera).into(), Some(&covariance)).unwrap();
         let uncertainty = Uncertainty { joint: Some(joint), shape_mm: 0.0 };
-        let sigma_mm = surface.untouched().sigma_mm(&uncertainty);
+        let sigma_mm = surface.untouched().sigmas(&uncertainty).range_mm().collect::<Vec<_>>();
         let moved = |by: f64| {
             let turn = Vector3::ith(parameter % 3, by);
             let translation = camera_from_sensor.translation_mm();

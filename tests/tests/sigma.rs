@@ -1,6 +1,8 @@
 //! The sigma of ground truth against the scatter of simulated recalibrations.
 
-use fabkit_application::depth::truth::{PixelRays, ReferenceSurface, Uncertainty};
+use fabkit_application::depth::truth::{
+    DepthMap, PixelRays, Presser, ReferenceSurface, Sigmas, Uncertainty,
+};
 use fabkit_calibration::extrinsics::{JointCovariance, Loss, PoseSolution, joint_estimate, refine};
 use fabkit_calibration::intrinsics::{self, BoardView, LensModel};
 use fabkit_calibration::landmarks::PinLandmark;
@@ -11,7 +13,7 @@ use fabkit_camera::{
     Lens, Point2, Vector2,
 };
 use fabkit_geometry::sequences::Random;
-use fabkit_geometry::{Angle, Point3, Pose, Vector3};
+use fabkit_geometry::{Angle, Point3, Pose, Solid, Vector3};
 use fabkit_tests::builtin_designs;
 
 const TRIALS: usize = 500;
@@ -47,21 +49,48 @@ fn pins() -> Vec<PinLandmark> {
     (1..).zip(places).map(pin).collect()
 }
 
-/// For each pixel that sees the surface in all maps, in order.
-fn scatter_over_sigma(maps: &[Vec<f64>], predicted: &[f64]) -> Vec<f64> {
+/// For each pixel that has a value in all maps, in order; a map holds that many `axes` of one pixel after the other, of which
+/// the squares are summed.
+fn scatter_over_sigma(maps: &[Vec<f64>], axes: usize, predicted: &[f64]) -> Vec<f64> {
     let count = maps.len() as f64;
+    let variance = |at: usize| {
+        let mean = maps.iter().map(|map| map[at]).sum::<f64>() / count;
+        maps.iter().map(|map| (map[at] - mean).powi(2)).sum::<f64>() / (count - 1.0)
+    };
     let mut ratios: Vec<f64> = (0..predicted.len())
-        .filter(|&pixel| maps.iter().all(|map| map[pixel].is_finite()))
-        .filter(|&pixel| predicted[pixel].is_finite())
+        .filter(|&pixel| maps.iter().all(|map| map[axes * pixel].is_finite()))
+        .filter(|&pixel| predicted[pixel].is_finite() && predicted[pixel] > 0.0)
         .map(|pixel| {
-            let mean = maps.iter().map(|map| map[pixel]).sum::<f64>() / count;
-            let square = |map: &Vec<f64>| (map[pixel] - mean).powi(2);
-            let variance = maps.iter().map(square).sum::<f64>() / (count - 1.0);
-            variance.sqrt() / predicted[pixel]
+            let all = (axes * pixel..axes * (pixel + 1)).map(variance).sum::<f64>();
+            all.sqrt() / predicted[pixel]
         })
         .collect();
     ratios.sort_by(f64::total_cmp);
     ratios
+}
+
+/// What is known of each pixel, and how many numbers that is.
+const QUANTITIES: [(&str, usize); 4] =
+    [("range", 1), ("point", 3), ("indentation", 1), ("normal", 3)];
+
+/// Each of them, pixel by pixel.
+fn quantities(map: &DepthMap) -> [Vec<f64>; 4] {
+    let flat = |all: Vec<Vector3<f64>>| all.into_iter().flat_map(|v| [v.x, v.y, v.z]).collect();
+    [
+        map.range_mm().to_vec(),
+        flat(map.point_in_sensor().map(|point| point.coords).collect()),
+        map.indentation_mm().collect(),
+        flat(map.normal_in_sensor()),
+    ]
+}
+
+fn predicted(sigmas: &Sigmas) -> [Vec<f64>; 4] {
+    [
+        sigmas.range_mm().collect(),
+        sigmas.point_mm().collect(),
+        sigmas.indentation_mm().collect(),
+        sigmas.normal_rad().collect(),
+    ]
 }
 
 #[test]
@@ -87,7 +116,8 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
         let mut noise = Random::new(4);
         let values: Vec<f64> = camera.parameters().into_iter().map(|(_, value)| value).collect();
 
-        let mut maps = Vec::new();
+        let mut maps: [Vec<Vec<f64>>; 4] = Default::default();
+        let mut labels: Vec<Vec<u16>> = Vec::new();
         let mut pose_covariance = [[0.0; 6]; 6];
         for _ in 0..TRIALS {
             let observations = bench.observe(&captures, SIGMA_PX).unwrap();
@@ -100,7 +130,12 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
             }
             let camera = camera.with_parameters(&values).unwrap();
             let rays = PixelRays::new(&camera, &fit.model.camera_from_sensor.inverse());
-            maps.push(ReferenceSurface::cast(touch, &rays).unwrap().range_mm().to_vec());
+            let surface = ReferenceSurface::cast(touch, &rays).unwrap();
+            let map = surface.pressed(&[ball()]);
+            labels.push(map.label().to_vec());
+            for (all, now) in maps.iter_mut().zip(quantities(&map)) {
+                all.push(now);
+            }
         }
 
         let mut camera_covariance = DMatrix::zeros(values.len(), values.len());
@@ -112,23 +147,44 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
         let uncertainty = Uncertainty { joint: Some(joint.unwrap()), shape_mm: 0.0 };
         let rays = PixelRays::new(&camera, &assembled.inverse());
         let surface = ReferenceSurface::cast(touch, &rays).unwrap();
-        let predicted = surface.untouched().sigma_mm(&uncertainty);
-        let ratios = scatter_over_sigma(&maps, &predicted);
-        let at = |share: f64| ratios[(share * (ratios.len() - 1) as f64) as usize];
-        println!(
-            "{} with camera: {with_camera}: scatter / sigma {:.3} at the median of {} pixels, \
-             {:.3} to {:.3} over 90 % of them",
-            camera.interface().kind_name(),
-            at(0.5),
-            ratios.len(),
-            at(0.05),
-            at(0.95),
-        );
-        assert!(ratios.len() > 1000);
-        // A standard deviation of 500 trials is known to 3.2 %; a few parameters move all pixels.
-        assert!((at(0.5) - 1.0).abs() < 0.15, "{}", at(0.5));
-        assert!(at(0.05) > 0.8 && at(0.95) < 1.2, "{} {}", at(0.05), at(0.95));
+        let map = surface.pressed(&[ball()]);
+        labels.push(map.label().to_vec());
+        let predicted = predicted(&map.sigmas(&uncertainty));
+        // First order ends at edges.
+        let is_smooth = |pixel: usize| labels.iter().all(|all| all[pixel] == labels[0][pixel]);
+        for (((name, axes), maps), mut predicted) in
+            QUANTITIES.into_iter().zip(&maps).zip(predicted)
+        {
+            for (pixel, sigma) in predicted.iter_mut().enumerate() {
+                if !is_smooth(pixel) {
+                    *sigma = f64::NAN;
+                }
+            }
+            let ratios = scatter_over_sigma(maps, axes, &predicted);
+            let at = |share: f64| ratios[(share * (ratios.len() - 1) as f64) as usize];
+            println!(
+                "{} with camera: {with_camera}: scatter / sigma of {name} {:.3} at the median of {} pixels, \
+                 {:.3} to {:.3} over 90 % of them",
+                camera.interface().kind_name(),
+                at(0.5),
+                ratios.len(),
+                at(0.05),
+                at(0.95),
+            );
+            // Indentation is known where something presses.
+            assert!(ratios.len() > if name == "indentation" { 40 } else { 1000 });
+            // A standard deviation of 500 trials is known to 3.2 %; a few parameters move all pixels.
+            assert!((at(0.5) - 1.0).abs() < 0.15, "{name}: {}", at(0.5));
+            assert!(at(0.05) > 0.8 && at(0.95) < 1.2, "{name}: {} {}", at(0.05), at(0.95));
+        }
     }
+}
+
+/// A ball of 12 mm that is pressed 2 mm deep into one side.
+fn ball() -> Presser {
+    let outward = Vector3::new(0.5, 0.2, 0.8).normalize();
+    let middle = Point3::new(0.0, 0.0, 6.0) + 25.0 * outward;
+    Presser::new("ball", &Solid::sphere(12.0), Pose::z_to(outward, middle)).unwrap()
 }
 
 /// Views of a board of 8 x 6 corners, seen from all sides, with normal noise.
@@ -209,7 +265,11 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
         let surface = ReferenceSurface::cast(touch, &rays).unwrap();
         let ratios = |joint: JointEstimate| {
             let uncertainty = Uncertainty { joint: Some(joint), shape_mm: 0.0 };
-            let ratios = scatter_over_sigma(&maps, &surface.untouched().sigma_mm(&uncertainty));
+            let ratios = scatter_over_sigma(
+                &maps,
+                1,
+                &surface.untouched().sigmas(&uncertainty).range_mm().collect::<Vec<_>>(),
+            );
             assert!(ratios.len() > 1000);
             let at = |share: f64| ratios[(share * (ratios.len() - 1) as f64) as usize];
             [at(0.05), at(0.5), at(0.95)]

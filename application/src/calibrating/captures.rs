@@ -29,6 +29,8 @@ pub struct PinCaptures<'a> {
     pub records: Vec<CaptureRecord>,
     /// For the solver, in the same order.
     pub marked: Vec<MarkedCapture<'a>>,
+    /// Where the pictures are, if marks were found in pictures.
+    pub folder: Option<PathBuf>,
     /// Whether all marks were found in pictures here; else they are whatever somebody took for pins.
     pub is_detected: bool,
 }
@@ -56,6 +58,56 @@ pub fn read<'a>(
     landmarks: &'a PinLandmarks,
     kind: Option<&str>,
 ) -> Result<PinCaptures<'a>, Error> {
+    let (planned, reference) = planned(folder, reference, landmarks, kind)?;
+    let seen: Vec<PathBuf> =
+        planned.iter().filter(|c| c.marks.is_none()).map(|c| folder.join(&c.file)).collect();
+    let mut detections = Vec::new();
+    if !seen.is_empty() {
+        let Some(reference) = reference else {
+            return Err(CalibratingError::NoReference { folder: folder.into() }.into());
+        };
+        detections = pictures::detect_all(&reference, &seen, &DetectionOptions::default())?;
+    }
+    let mut detections = detections.into_iter();
+    let is_detected = planned.iter().all(|capture| capture.marks.is_none());
+    let mut captures =
+        PinCaptures { is_detected, folder: Some(folder.into()), ..PinCaptures::default() };
+    for Planned { file, pins, labelled, marks } in planned {
+        let detected = || {
+            let marks = detections.next().map(|detection| detection.marks).unwrap_or_default();
+            marks.iter().map(|m| Mark { pixel: m.pixel, sigma_px: m.sigma_px }).collect()
+        };
+        let marks: Vec<Mark> = marks.unwrap_or_else(detected);
+        captures.add(file, MarkedCapture { marks, pins, labelled });
+    }
+    Ok(captures)
+}
+
+/// The pins of each capture of a folder, by their places among the landmarks; pictures are not looked at.
+///
+/// # Errors
+/// As for [`read`], but for what is wrong with pictures; captures that do not say which pins they show.
+pub fn pressed(
+    folder: &Path,
+    landmarks: &PinLandmarks,
+    kind: Option<&str>,
+) -> Result<Vec<Vec<usize>>, Error> {
+    let (planned, _) = planned(folder, None, landmarks, kind)?;
+    let unlabelled = |capture: &&Planned<'_>| !capture.labelled;
+    if let Some(capture) = planned.iter().find(unlabelled) {
+        return Err(CalibratingError::Unlabelled { file: capture.file.clone() }.into());
+    }
+    let place = |pin: &&PinLandmark| landmarks.pins.iter().position(|found| found == *pin);
+    Ok(planned.iter().map(|capture| capture.pins.iter().filter_map(place).collect()).collect())
+}
+
+/// What a folder holds, and the picture without contact, if it is there.
+fn planned<'a>(
+    folder: &Path,
+    reference: Option<&Path>,
+    landmarks: &'a PinLandmarks,
+    kind: Option<&str>,
+) -> Result<(Vec<Planned<'a>>, Option<PathBuf>), Error> {
     let files = pictures_in(folder)?;
     let list = list_in(folder)?;
     let reference = match reference {
@@ -92,27 +144,7 @@ pub fn read<'a>(
     if planned.is_empty() {
         return Err(CalibratingError::NoCaptures { folder: folder.into() }.into());
     }
-    let seen: Vec<PathBuf> =
-        planned.iter().filter(|c| c.marks.is_none()).map(|c| folder.join(&c.file)).collect();
-    let mut detections = Vec::new();
-    if !seen.is_empty() {
-        let Some(reference) = reference else {
-            return Err(CalibratingError::NoReference { folder: folder.into() }.into());
-        };
-        detections = pictures::detect_all(&reference, &seen, &DetectionOptions::default())?;
-    }
-    let mut detections = detections.into_iter();
-    let is_detected = planned.iter().all(|capture| capture.marks.is_none());
-    let mut captures = PinCaptures { is_detected, ..PinCaptures::default() };
-    for Planned { file, pins, labelled, marks } in planned {
-        let detected = || {
-            let marks = detections.next().map(|detection| detection.marks).unwrap_or_default();
-            marks.iter().map(|m| Mark { pixel: m.pixel, sigma_px: m.sigma_px }).collect()
-        };
-        let marks: Vec<Mark> = marks.unwrap_or_else(detected);
-        captures.add(file, MarkedCapture { marks, pins, labelled });
-    }
-    Ok(captures)
+    Ok((planned, reference))
 }
 
 /// A capture whose pins were found elsewhere.

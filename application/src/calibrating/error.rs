@@ -55,6 +55,18 @@ pub enum CalibratingError {
         /// The earlier one.
         there: String,
     },
+    /// A capture whose name does not say which holes had pins.
+    #[error("{file}: its name does not say which holes had pins")]
+    Unlabelled {
+        /// Its picture.
+        file: String,
+    },
+    /// A camera that is none.
+    #[error("{why}")]
+    NoForecast {
+        /// Why.
+        why: String,
+    },
     /// OpenCV's detector and a board that it is not for.
     #[error("OpenCV's detector finds checkerboards, and this is a ChArUco board")]
     Charuco,
@@ -265,6 +277,12 @@ impl Explained for CalibratingError {
             Self::SamePicture { .. } => {
                 "give each picture once; the same one again is no new evidence"
             }
+            Self::Unlabelled { .. } => {
+                return Some(format!(
+                    "name it after its holes, as 01_05_08.png, or list its pins in {LIST}"
+                ));
+            }
+            Self::NoForecast { .. } => "correct the sensor's `camera`",
             Self::Charuco => "use fabkit's own detector, or give what OpenCV found",
             Self::NoOpencv => "build fabkit with its feature `opencv`, or give what OpenCV found",
             Self::Undetected { source, .. } => match source {

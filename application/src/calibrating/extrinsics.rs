@@ -3,10 +3,13 @@
 use std::path::Path;
 
 use fabkit_calibration::assignment::{Discrepancy, assign};
-use fabkit_calibration::extrinsics::{CalibrationOptions, Drawing, calibrate, solve_drawn};
+use fabkit_calibration::extrinsics::{
+    CalibrationOptions, Drawing, Outward, PoseCalibration, calibrate, solve_drawn,
+};
+use fabkit_calibration::image::GreyImage;
 use fabkit_calibration::landmarks::{self, PinLandmarks};
 use fabkit_calibration::model::{MarkOffsets, Model};
-use fabkit_calibration::report::ExtrinsicsReport;
+use fabkit_calibration::report::{Crop, ExtrinsicsReport};
 use fabkit_camera::CameraEstimate;
 use fabkit_camera::files;
 use fabkit_designs::Design;
@@ -16,6 +19,7 @@ use fabkit_geometry::{Point3, Pose, Sensor};
 use super::CalibratingError;
 use super::captures::PinCaptures;
 use super::marks::PinMarks;
+use super::pictures::read_grey;
 use crate::Error;
 use crate::capturing::LightConstants;
 use crate::reading::{self, Expected};
@@ -25,6 +29,10 @@ const MAX_DOUBTFUL: f64 = 0.2;
 
 /// Farther from where the design has it no camera looks at rendered pins, mm: it would stand in what is drawn.
 const RENDERED_MM: f64 = 3.0;
+
+/// Most pictures of pins that are far off, and their sides, px: the least that a picture has.
+const CROPS: usize = 8;
+const CROP_PX: usize = 64;
 
 /// What a pose is solved from.
 #[derive(Clone, Copy, Debug)]
@@ -69,11 +77,15 @@ pub fn solve<R, E: From<CalibratingError>>(
     let drawn = drawn.map(|interface| Drawing { interface, displacements: &displacements });
     let start = &assignment.model.camera_from_sensor;
     let observations = &assignment.observations;
+    let touch = sensor.touch.as_ref();
+    let normal = touch.map(|touch| |place: &Point3<f64>| touch.depth_mm(place).1);
+    let outward = normal.as_ref().map(|normal| Outward(normal));
     let solve = |offsets: &MarkOffsets| {
         let options = CalibrationOptions {
             gel_index: inputs.gel_index,
             drawn,
             mark_offsets: Some(offsets),
+            outward,
             ..CalibrationOptions::default()
         };
         calibrate(camera, observations, start, Some(&nominal), &options)
@@ -124,12 +136,44 @@ pub fn solve<R, E: From<CalibratingError>>(
         calibration: &calibration,
         not_drawn: bodies.why_not(),
         not_marked: not_marked.as_deref(),
+        crops: &crops(&calibration, captures),
     };
     if doubtful as f64 > MAX_DOUBTFUL * marks as f64 {
         let discrepancies = report.doubt_sentences();
         return Err(CalibratingError::Doubtful { doubtful, marks, discrepancies }.into());
     }
     look(&report)
+}
+
+/// The pictures of pins that are far off; those that cannot be read again are left out.
+fn crops(calibration: &PoseCalibration, captures: &PinCaptures<'_>) -> Vec<Crop> {
+    let Some(folder) = &captures.folder else { return Vec::new() };
+    let crop = |observation: usize| {
+        let pin = calibration.observations.get(observation)?;
+        let record = captures.records.get(pin.contact.capture)?;
+        let picture = read_grey(&folder.join(&record.file)).ok()?;
+        let size = [picture.width_px(), picture.height_px()];
+        let [columns, rows] = [0, 1].map(|axis| {
+            // No picture is smaller.
+            let from = pin.pixel[axis].round().max(0.0) as usize;
+            let from = from.saturating_sub(CROP_PX / 2).min(size[axis] - CROP_PX);
+            from..from + CROP_PX
+        });
+        let grey: Vec<f32> = rows
+            .clone()
+            .flat_map(|row| columns.clone().map(move |column| row * size[0] + column))
+            .map(|at| picture.values()[at])
+            .collect();
+        let size_px = [columns.len() as u32, rows.len() as u32];
+        let png = GreyImage::new(size_px[0], size_px[1], grey).ok()?.to_png();
+        Some(Crop {
+            observation,
+            first_px: [columns.start as u32, rows.start as u32],
+            size_px,
+            png,
+        })
+    };
+    calibration.checks.far.iter().take(CROPS).filter_map(|(pin, _)| crop(*pin)).collect()
 }
 
 /// Reads a camera's file.

@@ -7,6 +7,7 @@ pub mod extrinsics;
 pub mod intrinsics;
 mod marks;
 pub mod pictures;
+pub mod planning;
 pub mod pose_file;
 
 pub use error::CalibratingError;

@@ -1,6 +1,6 @@
 //! One picture after the other of the same sensor.
 
-use fabkit_depth::truth::{DepthMap, ReferenceSurface};
+use fabkit_depth::truth::{DepthMap, ReferenceSurface, Sigmas};
 use fabkit_geometry::Lighting;
 use serde_json::{Value, json};
 
@@ -74,7 +74,7 @@ impl<'a> Studio<'a> {
         let sensor = &self.scene.project.design.sensor;
         let touch = self.scene.touch()?;
         let deepest = self.wants_normals().then(|| deepest(map, touch)).flatten();
-        let seen = Seen { map, sigma_mm: &[], deepest, surface_px: 0, answer };
+        let seen = Seen { map, sigmas: &Sigmas::default(), deepest, surface_px: 0, answer };
         let painted = self.painter.paint(self.scene, &self.capturing.cast, &seen)?;
         let capturing = Capturing { seed, ..self.capturing.clone() };
         capturing.values(sensor, &painted.light, [map.width_px(), map.height_px()])

@@ -1,6 +1,6 @@
 //! Files of a map that comes in pieces, from the top down: what is large is in memory once.
 
-use fabkit_depth::truth::{DepthMap, NO_LABEL};
+use fabkit_depth::truth::{DepthMap, NO_LABEL, Sigmas};
 use fabkit_export::{Cloud, ExportError, NpzPieces, grey8_png, png};
 
 use super::files::{self, Shown};
@@ -25,8 +25,8 @@ pub struct Wanted {
     pub cloud: bool,
 }
 
-/// Place of the standard deviations among [`arrays`].
-const SIGMA: &str = "sigma_mm";
+/// Standard deviations of ranges and of points among [`arrays`].
+const SIGMAS: [&str; 2] = ["sigma_mm", "point_sigma_mm"];
 /// Of names, which do not grow.
 const NAMES: &str = "_names";
 
@@ -36,9 +36,9 @@ pub struct Collected {
     wanted: Wanted,
     size_px: [u32; 2],
     npz: Option<NpzPieces>,
-    sigma_at: usize,
+    sigmas_at: [usize; 2],
     /// Where there are no arrays that have it.
-    sigma_mm: Vec<f64>,
+    sigmas_mm: [Vec<f64>; 2],
     shown_mm: Vec<f64>,
     /// White where the surface is seen.
     mask: Vec<u8>,
@@ -58,7 +58,7 @@ impl Wanted {
     pub fn bytes_per_ray(self) -> u64 {
         let if_so = |so: bool, bytes: u64| if so { bytes } else { 0 };
         // Of arrays, or of standard deviations alone.
-        let maps = if self.npz { 92 } else { 8 };
+        let maps = if self.npz { 116 } else { 16 };
         let shown = if_so(self.shown.is_some(), 8);
         // Files that stay, at worst as large as what they hold.
         let files =
@@ -78,8 +78,8 @@ impl Collected {
             wanted,
             size_px,
             npz: None,
-            sigma_at: 0,
-            sigma_mm: Vec::new(),
+            sigmas_at: [0; 2],
+            sigmas_mm: Default::default(),
             shown_mm: Vec::new(),
             mask: Vec::new(),
             cloud: wanted.cloud.then(files::cloud),
@@ -94,18 +94,20 @@ impl Collected {
     ///
     /// # Errors
     /// Arrays that are larger than their file can be.
-    pub fn add(&mut self, map: &DepthMap, sigma_mm: &[f64]) -> Result<(), ExportError> {
+    pub fn add(&mut self, map: &DepthMap, sigmas: &Sigmas) -> Result<(), ExportError> {
         if self.names.is_empty() {
             self.names = map.names().to_vec();
         }
         self.contact_px += map.contact().filter(|contact| *contact).count();
         if self.wanted.npz {
-            self.add_arrays(map, sigma_mm)?;
+            self.add_arrays(map, sigmas)?;
         } else {
-            self.sigma_mm.extend(sigma_mm);
+            let [ranges, points] = &mut self.sigmas_mm;
+            ranges.extend(sigmas.range_mm());
+            points.extend(sigmas.point_mm());
         }
         if let Some(shown) = self.wanted.shown {
-            self.shown_mm.extend(shown.values_mm(map, sigma_mm));
+            self.shown_mm.extend(shown.values_mm(map, sigmas));
         }
         if self.wanted.mask {
             self.mask.extend(
@@ -118,8 +120,8 @@ impl Collected {
         Ok(())
     }
 
-    fn add_arrays(&mut self, map: &DepthMap, sigma_mm: &[f64]) -> Result<(), ExportError> {
-        let pieces = arrays(map, sigma_mm);
+    fn add_arrays(&mut self, map: &DepthMap, sigmas: &Sigmas) -> Result<(), ExportError> {
+        let pieces = arrays(map, sigmas);
         let is_first = self.npz.is_none();
         let npz = match &mut self.npz {
             Some(npz) => npz,
@@ -129,7 +131,8 @@ impl Collected {
                     true => array.shape[0],
                     false => height,
                 });
-                self.sigma_at = pieces.iter().position(|array| array.name == SIGMA).unwrap_or(0);
+                self.sigmas_at = SIGMAS
+                    .map(|name| pieces.iter().position(|array| array.name == name).unwrap_or(0));
                 none.insert(NpzPieces::new(&pieces, &rows.collect::<Vec<_>>())?)
             }
         };
@@ -140,12 +143,12 @@ impl Collected {
         Ok(())
     }
 
-    /// The middle of all standard deviations, mm; `NaN` if there are none.
-    pub fn median_sigma_mm(&self) -> f64 {
-        match &self.npz {
-            Some(npz) => median(|| npz.values_f64(self.sigma_at)),
-            None => median(|| self.sigma_mm.iter().copied()),
-        }
+    /// The middles of all standard deviations of ranges and of points, mm; `NaN` if there are none.
+    pub fn median_sigmas_mm(&self) -> [f64; 2] {
+        [0, 1].map(|which| match &self.npz {
+            Some(npz) => median(|| npz.values_f64(self.sigmas_at[which])),
+            None => median(|| self.sigmas_mm[which].iter().copied()),
+        })
     }
 
     /// The bytes of the arrays; empty if they are not wanted. They are handed out once.

@@ -1,7 +1,7 @@
 //! Maps as arrays, pictures and clouds.
 
 use fabkit_depth::Picture;
-use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, false_color};
+use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, Sigmas, false_color};
 use fabkit_export::{Array, Cloud, CloudPoint, ExportError, Values, float_tiff, grey16_png};
 
 /// A step of 16-bit pictures, mm: 1 um, so that they reach to 65 mm.
@@ -22,18 +22,18 @@ pub enum Shown {
 
 impl Shown {
     /// Values pixel by pixel, mm.
-    pub fn values_mm(self, map: &DepthMap, sigma_mm: &[f64]) -> Vec<f64> {
+    pub fn values_mm(self, map: &DepthMap, sigmas: &Sigmas) -> Vec<f64> {
         match self {
             Self::Range => map.range_mm().to_vec(),
             Self::Z => map.z_mm().collect(),
             Self::Indentation => map.indentation_mm().collect(),
-            Self::Sigma => sigma_mm.to_vec(),
+            Self::Sigma => sigmas.range_mm().collect(),
         }
     }
 }
 
 /// Everything about a press, for `numpy.load`: rows x columns, vectors with a third axis.
-pub fn arrays(map: &DepthMap, sigma_mm: &[f64]) -> Vec<Array> {
+pub fn arrays(map: &DepthMap, sigmas: &Sigmas) -> Vec<Array> {
     let shape = vec![map.height_px() as usize, map.width_px() as usize];
     let array = |name: &str, values| Array { name: name.into(), shape: shape.clone(), values };
     let vectors = |name: &str, values: Vec<f64>| Array {
@@ -58,7 +58,10 @@ pub fn arrays(map: &DepthMap, sigma_mm: &[f64]) -> Vec<Array> {
         array("indentation_mm", Values::F64(map.indentation_mm().collect())),
         array("contact", Values::Bool(map.contact().collect())),
         array("incidence_rad", Values::F64(map.incidence_rad().collect())),
-        array("sigma_mm", Values::F64(sigma_mm.to_vec())),
+        array("sigma_mm", Values::F64(sigmas.range_mm().collect())),
+        array("point_sigma_mm", Values::F64(sigmas.point_mm().collect())),
+        array("indentation_sigma_mm", Values::F64(sigmas.indentation_mm().collect())),
+        array("normal_sigma_rad", Values::F64(sigmas.normal_rad().collect())),
         names("label_names", map.names().to_vec()),
         array("seen_by", Values::U8(seen_by)),
         names("seen_by_names", seen_by_names),

@@ -6,6 +6,7 @@ use fabkit_report::{escape, page};
 
 use super::maps::HoleRow;
 use super::{ExtrinsicsReport, rms_px};
+use crate::extrinsics::FAR_SIGMAS;
 use crate::model::FitParameter;
 
 impl ExtrinsicsReport<'_> {
@@ -33,6 +34,7 @@ impl ExtrinsicsReport<'_> {
             self.residual_against_radius(),
             self.residual_against_hole()
         );
+        body += &self.cross_checks();
         body += &self.captures_table();
         body += &self.repeatability_table();
         if let Some([pixel, depth]) = self.uncertainty_maps() {
@@ -134,9 +136,14 @@ impl ExtrinsicsReport<'_> {
             let held_out = rms_px(self.of_capture(i).map(|(.., held)| held));
             let expected = record.pins_expected.map_or("no label".into(), |n| n.to_string());
             let show = |value: Option<f64>| value.map_or("".into(), |v| format!("{v:.2}"));
+            let checks = &self.calibration.checks;
+            let without = checks.without_mm.get(i).copied().flatten();
+            let without = without.map_or("".into(), |mm| format!("{mm:.3}"));
+            let times = checks.influence(i).map_or("".into(), |times| format!("{times:.1}"));
             let _ = writeln!(
                 rows,
-                "<tr><td>{}</td><td>{expected}</td><td>{}</td><td>{used}</td><td>{}</td><td>{}</td></tr>",
+                "<tr><td>{}</td><td>{expected}</td><td>{}</td><td>{used}</td><td>{}</td><td>{}</td><td>{without}</td>\
+                 <td>{times}</td></tr>",
                 escape(&record.file),
                 record.pins_found,
                 show(fitted),
@@ -145,8 +152,65 @@ impl ExtrinsicsReport<'_> {
         }
         format!(
             "<h2>Captures</h2>\n<table><tr><th>file</th><th>pins labelled</th><th>marks found</th>\
-             <th>used</th><th>rms, px</th><th>held out, px</th></tr>\n{rows}</table>\n"
+             <th>used</th><th>rms, px</th><th>held out, px</th><th>surface without it, mm</th><th>times its share\
+             </th></tr>\n{rows}</table>\n"
         )
+    }
+
+    /// What other captures would make of it, and pins that are far off.
+    fn cross_checks(&self) -> String {
+        let checks = &self.calibration.checks;
+        let mut text = "<h2>Cross-checks</h2>\n".to_owned();
+        if checks.sigma_mm > 0.0 {
+            let halves = match checks.halves_mm {
+                Some(mm) => format!(
+                    "Every other capture and the rest put it {mm:.3} mm apart; {:.3} mm are to be expected.",
+                    checks.halves_expected_mm()
+                ),
+                None => "There are too few captures to compare halves of them.".to_owned(),
+            };
+            let _ = writeln!(
+                text,
+                "<p>Points of the surface, where pins touch, are known to {:.3} mm (1 sigma, root mean square) as far as \
+                 pins and captures err. {halves}</p>",
+                checks.sigma_mm
+            );
+        }
+        let count = checks.far.len();
+        if count == 0 {
+            let _ = writeln!(text, "<p>No pin is farther off than {FAR_SIGMAS} sigma.</p>");
+            return text;
+        }
+        let _ = writeln!(
+            text,
+            "<p>{count} pins are farther off than {FAR_SIGMAS} sigma; one in 450 is by chance. They count by their length, not \
+             by its square.</p>"
+        );
+        let mut rows = String::new();
+        for (observation, sigmas) in &checks.far {
+            let pin = &self.calibration.observations[*observation];
+            let file = self.captures.get(pin.contact.capture).map_or("", |record| &record.file);
+            let _ = writeln!(
+                rows,
+                "<tr><td>{}</td><td>{}</td><td>{:.1}, {:.1}</td><td>{sigmas:.1}</td></tr>",
+                escape(file),
+                pin.contact.hole,
+                pin.pixel.x,
+                pin.pixel.y
+            );
+        }
+        let _ = writeln!(
+            text,
+            "<table><tr><th>file</th><th>hole</th><th>seen at, px</th><th>sigma</th></tr>\n{rows}</table>"
+        );
+        let crops: String = self.crops.iter().filter_map(|crop| self.crop(crop)).collect();
+        if !crops.is_empty() {
+            let _ = writeln!(
+                text,
+                "<div class=\"pair\">{crops}</div>\n<p>Red: from where the model expects the mark to where it was found.</p>"
+            );
+        }
+        text
     }
 
     fn repeatability_table(&self) -> String {

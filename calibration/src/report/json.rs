@@ -62,12 +62,40 @@ impl ExtrinsicsReport<'_> {
                 "dome_shift_mm": calibration.errors.dome_mm,
                 "dome_turn_rad": calibration.errors.dome_rad,
             },
+            "cross_checks": self.cross_checks_json(),
             "marks_rendered": self.not_marked.is_none(),
             "not_fitted": calibration.selection.failed.iter().map(|(candidate, error)| {
                 json!({ "name": candidate.to_string(), "reason": error.to_string() })
             }).collect::<Vec<_>>(),
             "explanation": self.explanation(),
             "warnings": self.warnings(),
+        })
+    }
+
+    fn cross_checks_json(&self) -> Value {
+        let checks = &self.calibration.checks;
+        let without = self.captures.iter().enumerate().map(|(capture, record)| {
+            json!({
+                "file": record.file,
+                "surface_mm": checks.without_mm.get(capture).copied().flatten(),
+                "influence": checks.influence(capture),
+            })
+        });
+        let far = checks.far.iter().map(|(observation, sigmas)| {
+            let observation = &self.calibration.observations[*observation];
+            json!({
+                "file": self.captures.get(observation.contact.capture).map(|record| &record.file),
+                "hole": observation.contact.hole,
+                "pixel": [observation.pixel.x, observation.pixel.y],
+                "sigmas": sigmas,
+            })
+        });
+        json!({
+            "sigma_mm": checks.sigma_mm,
+            "halves_mm": checks.halves_mm,
+            "halves_expected_mm": checks.halves_expected_mm(),
+            "without": without.collect::<Vec<_>>(),
+            "far_pins": far.collect::<Vec<_>>(),
         })
     }
 

@@ -7,13 +7,15 @@ use fabkit_geometry::{Matrix3, Point3, Vector3};
 use fabkit_report::{FLOOR, FRAME, Plot, Svg, VECTOR, escape, shade, step};
 use nalgebra::Vector2;
 
-use super::{ExtrinsicsReport, magnification};
+use super::{Crop, ExtrinsicsReport, magnification};
 use crate::model::{FitParameter, Observation};
 use crate::uncertainty::{SurfaceSigma, surface_sigma};
 
 /// Rings and places on a ring of the uncertainty maps.
 const RINGS: usize = 14;
 const PLACES: usize = 48;
+/// A pixel of a crop is drawn this large.
+const ENLARGED: f64 = 6.0;
 
 /// A pin: where it is seen and how far from where the model puts it, px.
 struct Seen {
@@ -106,6 +108,28 @@ impl ExtrinsicsReport<'_> {
         }
         self.scatter_level(&mut plot);
         plot.finish("residual against hole")
+    }
+
+    /// A pin that is far off, in its picture.
+    pub(super) fn crop(&self, crop: &Crop) -> Option<String> {
+        let pin = self.calibration.observations.get(crop.observation)?;
+        let residuals = self.chosen().fit.residuals_px(std::slice::from_ref(pin));
+        let residual = (*residuals.first()?)?;
+        let [width, height] = crop.size_px.map(|px| ENLARGED * f64::from(px));
+        // The middle of the first pixel is at 0, 0.
+        let at = |pixel: Vector2<f64>| {
+            [0, 1].map(|axis| ENLARGED * (pixel[axis] - f64::from(crop.first_px[axis]) + 0.5))
+        };
+        let mut svg = Svg::new(width, height);
+        svg.picture([0.0; 2], [width, height], &crop.png);
+        svg.line(at(pin.pixel.coords - residual), at(pin.pixel.coords), VECTOR);
+        let title = self.tooltip(pin, residual);
+        svg.dot(at(pin.pixel.coords), 0.5 * ENLARGED, "#c0392b", &title);
+        Some(format!(
+            "<figure class=\"crop\">{}<figcaption>{}</figcaption></figure>",
+            svg.finish(&title),
+            escape(&title)
+        ))
     }
 
     fn tallest_px(&self, residuals: &[(&Observation, Vector2<f64>)]) -> f64 {

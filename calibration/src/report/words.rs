@@ -10,6 +10,12 @@ use crate::model::FitParameter;
 
 /// Residuals this much above what pins and pictures explain mean that the model is incomplete.
 const MISFIT: f64 = 1.3;
+/// Halves that differ by more than this many times what is to be expected are not of one unit.
+const APART: f64 = 2.5;
+/// A capture that moves the surface by more than this many times what one of so many should is to be looked at.
+const INFLUENTIAL: f64 = 4.0;
+/// So many pins that are far off are named, the farthest first; the report has all.
+const MOST_FAR: usize = 5;
 /// Fewer pins than this make any statement about explanations weak.
 const FEW_PINS: usize = 25;
 /// Farther from what is drawn than this many standard deviations a fit is at the end of its prior.
@@ -92,6 +98,41 @@ impl ExtrinsicsReport<'_> {
                      the one that is drawn, or this stands for something else.",
                     parameter.in_words(),
                     away.abs() / known
+                ));
+            }
+        }
+        let checks = &calibration.checks;
+        if let Some(halves_mm) =
+            checks.halves_mm.filter(|mm| *mm > APART * checks.halves_expected_mm())
+            && checks.sigma_mm > 0.0
+        {
+            warnings.push(format!(
+                "Every other capture by itself puts the surface {halves_mm:.3} mm from where the rest does; {:.3} mm were \
+                 to be expected: something changes between captures.",
+                checks.halves_expected_mm()
+            ));
+        }
+        let residuals = chosen.fit.residuals_px(&calibration.observations);
+        for (observation, sigmas) in checks.far.iter().take(MOST_FAR) {
+            let pin = &calibration.observations[*observation];
+            let file = self.captures.get(pin.contact.capture).map_or("?", |record| &record.file);
+            let off_px = residuals[*observation].map_or(f64::NAN, |residual| residual.norm());
+            warnings.push(format!(
+                "{file}: the mark of the pin in hole {} is {off_px:.1} px, {sigmas:.1} sigma, from where it is expected: \
+                 look at it.",
+                pin.contact.hole
+            ));
+        }
+        for (capture, record) in self.captures.iter().enumerate() {
+            let moved_mm = checks.without_mm.get(capture).copied().flatten();
+            if let Some((moved_mm, times)) = moved_mm.zip(checks.influence(capture))
+                && times > INFLUENTIAL
+            {
+                warnings.push(format!(
+                    "{} alone moves the surface by {moved_mm:.3} mm, {times:.1} times as much as one capture of {} should: \
+                     look at it.",
+                    record.file,
+                    self.captures.len()
                 ));
             }
         }

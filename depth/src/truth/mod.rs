@@ -38,6 +38,6 @@ pub use map::{DepthMap, NO_LABEL, SURFACE_LABEL};
 pub use picture::{false_color, scale_color};
 pub use presser::Presser;
 pub use rays::PixelRays;
-pub use sigma::Uncertainty;
+pub use sigma::{Sigmas, Uncertainty};
 pub use stitch::{Seam, Side};
 pub use yielding::Yielding;

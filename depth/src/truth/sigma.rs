@@ -1,27 +1,33 @@
 //! How sure ground truth is: from the joint covariance of camera and pose, and from the printer.
 //!
-//! A pixel's range is where its ray, `o + t d` in the camera frame, meets a surface that moves with
-//! the pose. If parameters change by a little, the ray changes by `do` and `dd`, a point of the
-//! surface by `dx`, and the range by
+//! A pixel's range is where its ray, `o + t d` in the sensor frame, meets a surface. If parameters change by a
+//! little, the ray changes by `do` and `dd`, and the range and the point that the pixel shows by
 //!
 //! ```text
-//! dt = n . (dx - do - t dd) / (n . d)
+//! dt = -n . (do + t dd) / (n . d)          dP = do + t dd + d dt
 //! ```
 //!
-//! because the ray then meets the moved tangent plane. Behind media that bend it, o and d are those of its
-//! last piece, and their changes are found by following it again from a pupil and in a direction a step to
-//! either side. A row of such derivatives on both sides of a
-//! covariance is the variance. Errors of the shape itself act along the normal, so that a ray sees
-//! them divided by `|n . d|`. All of it is of first order: it holds where the surface is smooth over
-//! the width of the error, not at creases, and grows without bound where a ray only grazes.
+//! because the ray then meets the tangent plane elsewhere: the point slides along the surface. Behind media that
+//! bend it, o and d are those of its last piece, and their changes are found by following it again from a pupil
+//! and in a direction a step to either side. A range begins where its ray was bent last, so that it may err by far
+//! more than the point at its end does. An indentation is the difference of two ranges along one ray, which
+//! err together. A normal turns by as much as the surface does between the point that is shown and the one that
+//! should be, which the pixels beside it tell.
+//!
+//! A row of such derivatives on both sides of a covariance is the variance. Errors of the shape itself act along the
+//! normal, so that a ray sees them divided by `|n . d|`; what presses and what is pressed err apart, and a normal
+//! knows nothing of them. All of it is of first order: it holds where the surface is smooth over
+//! the width of the error, not at creases, and grows without bound where a ray only grazes. How the surface answers
+//! to what presses is not in it: that is the error of a model.
 
-use fabkit_camera::{Camera, DMatrix, JointEstimate, POSE_COUNT, Point2};
-use fabkit_geometry::{Point3, Pose, Ray, Vector3};
+use fabkit_camera::{Camera, DMatrix, JointEstimate, POSE_COUNT};
+use fabkit_geometry::{Matrix3, Point3, Ray, Vector3};
 use fabkit_optics::{Sights, Tracer};
 use rayon::prelude::*;
 
 use super::PixelRays;
-use super::map::{DepthMap, NO_LABEL};
+use super::map::{DepthMap, NO_LABEL, SURFACE_LABEL};
+use super::tiles::TILE_PX;
 
 /// Step of central differences in units of a parameter, or of its value where that is above 1.
 /// Rays are good to 1e-15 and bend little over it, so that derivatives are good to 1e-8.
@@ -39,6 +45,51 @@ pub struct Uncertainty {
     pub shape_mm: f64,
 }
 
+/// Standard deviations pixel by pixel, row by row; `NaN` where no surface is seen.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sigmas(Vec<Sigma>);
+
+/// Of one pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sigma {
+    range_mm: f64,
+    point_mm: f64,
+    indentation_mm: f64,
+    normal_rad: f64,
+}
+
+impl Sigma {
+    const NOTHING: Self = Self {
+        range_mm: f64::NAN,
+        point_mm: f64::NAN,
+        indentation_mm: f64::NAN,
+        normal_rad: f64::NAN,
+    };
+}
+
+impl Sigmas {
+    /// Of the range, mm.
+    pub fn range_mm(&self) -> impl Iterator<Item = f64> + '_ {
+        self.0.iter().map(|sigma| sigma.range_mm)
+    }
+
+    /// Of the point that a pixel shows, sensor frame, root of the sum of squares over the axes, mm.
+    pub fn point_mm(&self) -> impl Iterator<Item = f64> + '_ {
+        self.0.iter().map(|sigma| sigma.point_mm)
+    }
+
+    /// Of the indentation, mm: 0 where nothing has moved.
+    pub fn indentation_mm(&self) -> impl Iterator<Item = f64> + '_ {
+        self.0.iter().map(|sigma| sigma.indentation_mm)
+    }
+
+    /// Of the normal, root of the sum of squares over both ways in which it turns, rad; `NaN` also where no pixel beside
+    /// one sees the same.
+    pub fn normal_rad(&self) -> impl Iterator<Item = f64> + '_ {
+        self.0.iter().map(|sigma| sigma.normal_rad)
+    }
+}
+
 /// What moves the range at a pixel.
 enum Cause {
     /// One of the pose's parameters, by its place among them.
@@ -54,104 +105,237 @@ struct Stepped {
     width: f64,
 }
 
+/// How a ray, or its last piece, changes with a parameter, sensor frame.
+#[derive(Clone, Copy)]
+struct Change {
+    origin: Vector3<f64>,
+    direction: Vector3<f64>,
+}
+
 impl DepthMap<'_> {
-    /// Standard deviation of each pixel's range, mm; `NaN` where no surface is seen.
-    pub fn sigma_mm(&self, uncertainty: &Uncertainty) -> Vec<f64> {
+    /// How sure each pixel's truth is.
+    pub fn sigmas(&self, uncertainty: &Uncertainty) -> Sigmas {
         let rays = self.surface.rays();
         let (causes, covariance) = match &uncertainty.joint {
             Some(joint) => causes(rays.camera(), joint),
             None => (Vec::new(), DMatrix::zeros(0, 0)),
         };
-        let normals = self.normal_in_sensor();
-        let pixel = |tracer: &mut Option<Tracer>, pixel: usize| -> f64 {
-            let (Some(ray), true) = (rays.ray(pixel), self.label[pixel] != NO_LABEL) else {
-                return f64::NAN;
+        let (at_rest, normals) = (self.surface.normal_in_sensor(), self.normal_in_sensor());
+        let shown = Shown { map: self, normals: &normals };
+        let pixel = |tracer: &mut Option<Tracer>, pixel: usize| -> Option<Sigma> {
+            let ray = rays.ray(pixel).filter(|_| self.label[pixel] != NO_LABEL)?;
+            let nothing = Vector3::repeat(f64::NAN);
+            let mut change = |cause: &Cause| match tracer.as_mut() {
+                Some(tracer) => bent(rays, pixel, &ray, cause, tracer),
+                None => straight(rays, pixel, cause),
             };
-            let camera_from_sensor = rays.camera_from_sensor();
-            let seen = Seen::new(camera_from_sensor, &ray, self.range_mm[pixel], &normals[pixel]);
-            let at = rays.at_px(pixel);
-            let row: Vec<f64> = match tracer {
-                Some(tracer) => {
-                    let bent = Bent { rays, at, ray, tangent: normals[pixel] };
-                    causes.iter().map(|by| bent.by(by, self.range_mm[pixel], tracer)).collect()
-                }
-                None => {
-                    let by_pose = seen.by_pose(camera_from_sensor);
-                    let by = |cause: &Cause| match cause {
-                        Cause::Pose(i) => by_pose[*i],
-                        Cause::Camera(stepped) => seen.by_camera(stepped, &at),
-                    };
-                    causes.iter().map(by).collect()
-                }
+            let unknown = Change { origin: nothing, direction: nothing };
+            let changes: Vec<Change> =
+                causes.iter().map(|cause| change(cause).unwrap_or(unknown)).collect();
+            let now = End { ray: &ray, range_mm: self.range_mm[pixel], normal: &normals[pixel] };
+            let before = self.surface.range_mm()[pixel];
+            let before = End { ray: &ray, range_mm: before, normal: &at_rest[pixel] };
+            let is_pressed = self.label[pixel] > SURFACE_LABEL;
+            let by: Vec<[f64; 5]> = changes
+                .iter()
+                .map(|change| {
+                    let (range, point) = now.by(change);
+                    let indentation = before.by(change).0 - range;
+                    [point.x, point.y, point.z, range, indentation]
+                })
+                .collect();
+            let spread = spread(&by, &covariance);
+            let shape = |end: &End<'_>| uncertainty.shape_mm / end.cosine();
+            // The same surface errs alike with a press and without.
+            let of_indentation = match is_pressed {
+                true => shape(&before).hypot(shape(&now)),
+                false => shape(&before) - shape(&now),
             };
-            let variance = (uncertainty.shape_mm / seen.cosine).powi(2)
-                + quadratic(&row, |r, c| covariance[(r, c)]);
-            variance.max(0.0).sqrt()
+            let points = Matrix3::from_fn(|r, c| spread[r][c]);
+            let turned = shown.normal_by_point(pixel);
+            let of_normal = turned.map(|by| (by * points * by.transpose()).trace());
+            let with_shape = |variance: f64, shape: f64| (variance + shape * shape).max(0.0).sqrt();
+            Some(Sigma {
+                range_mm: with_shape(spread[3][3], shape(&now)),
+                point_mm: with_shape(points.trace(), shape(&now)),
+                indentation_mm: with_shape(spread[4][4], of_indentation),
+                normal_rad: of_normal.map_or(f64::NAN, |variance| variance.max(0.0).sqrt()),
+            })
         };
         let tracer = || rays.media().map(Sights::media_tracer);
-        (0..rays.len()).into_par_iter().map_init(tracer, pixel).collect()
+        let all = (0..rays.len())
+            .into_par_iter()
+            .map_init(tracer, |tracer, at| pixel(tracer, at).unwrap_or(Sigma::NOTHING));
+        Sigmas(all.collect())
     }
 }
 
-/// A pixel whose ray was bent on its way.
-struct Bent<'a> {
-    rays: &'a PixelRays,
-    at: Point2<f64>,
-    /// Its last piece, sensor frame.
-    ray: Ray,
-    /// Normal of what it ends at, sensor frame.
-    tangent: Vector3<f64>,
+/// `sum C_rc a_r a_c'` over rows of derivatives.
+fn spread(by: &[[f64; 5]], covariance: &DMatrix<f64>) -> [[f64; 5]; 5] {
+    let mut spread = [[0.0; 5]; 5];
+    for (r, row) in by.iter().enumerate() {
+        let mut weighted = [0.0; 5];
+        for (c, other) in by.iter().enumerate() {
+            for (sum, value) in weighted.iter_mut().zip(other) {
+                *sum += covariance[(r, c)] * value;
+            }
+        }
+        for (sums, value) in spread.iter_mut().zip(row) {
+            for (sum, weighted) in sums.iter_mut().zip(&weighted) {
+                *sum += value * weighted;
+            }
+        }
+    }
+    spread
 }
 
-impl Bent<'_> {
-    /// Range by a cause; NaN where a step leads through other faces on both sides, as at an edge.
-    fn by(&self, cause: &Cause, range_mm: f64, tracer: &mut Tracer) -> f64 {
-        let here = (self.ray.origin.coords, self.ray.direction);
-        let width = match cause {
-            Cause::Pose(_) => 2.0 * STEP,
-            Cause::Camera(stepped) => stepped.width,
-        };
-        let mut side = |is_after: bool| {
-            let path = tracer.follow(&self.moved(cause, is_after)?);
-            // Rays of one kind begin their last piece near each other.
-            let is_near = (path.last.origin.coords - here.0).norm() < NEIGHBOUR_MM;
-            is_near.then_some((path.last.origin.coords, path.last.direction))
-        };
-        let (before, after, width) = match (side(false), side(true)) {
-            (Some(before), Some(after)) => (before, after, width),
-            (Some(before), None) => (before, here, 0.5 * width),
-            (None, Some(after)) => (here, after, 0.5 * width),
-            (None, None) => return f64::NAN,
-        };
-        let moved = (after.0 - before.0) + range_mm * (after.1 - before.1);
-        -self.tangent.dot(&moved) / (width * self.tangent.dot(&self.ray.direction))
+/// Where a ray ends.
+struct End<'a> {
+    ray: &'a Ray,
+    range_mm: f64,
+    normal: &'a Vector3<f64>,
+}
+
+impl End<'_> {
+    /// Between ray and normal.
+    fn cosine(&self) -> f64 {
+        self.ray.direction.dot(self.normal)
     }
 
-    /// The ray from the pupil, sensor frame, after a step of a cause, or before it.
-    fn moved(&self, cause: &Cause, is_after: bool) -> Option<Ray> {
-        let camera_from_sensor = self.rays.camera_from_sensor();
-        let (rotation, translation) =
-            (camera_from_sensor.rotation(), camera_from_sensor.translation_mm());
-        // Rotation of the camera by a small vector, and the translation.
-        let (camera, turned, shifted) = match cause {
-            Cause::Pose(i) => {
-                let step = if is_after { STEP } else { -STEP };
-                let by = Vector3::ith(i % 3, step);
-                let none = Vector3::zeros();
-                let (turned, shifted) = if *i < 3 { (by, none) } else { (none, by) };
-                (self.rays.camera(), turned, shifted)
-            }
-            Cause::Camera(stepped) => {
-                let camera = if is_after { &stepped.after } else { &stepped.before };
-                (camera, Vector3::zeros(), Vector3::zeros())
-            }
-        };
-        let direction = camera.unproject(&self.at).ok()?.direction;
-        let back = |v: Vector3<f64>| rotation.tr_mul(&(v - turned.cross(&v)));
-        // The translation is not turned with the rest.
-        let pupil = -rotation.tr_mul(&(translation + shifted - turned.cross(translation)));
-        Some(Ray { origin: Point3::from(pupil), direction: back(direction).normalize() })
+    /// How range and point change with the ray.
+    fn by(&self, change: &Change) -> (f64, Vector3<f64>) {
+        let moved = change.origin + self.range_mm * change.direction;
+        let range = -self.normal.dot(&moved) / self.cosine();
+        (range, moved + range * self.ray.direction)
     }
+}
+
+/// What pixels show, and the normals there, sensor frame.
+struct Shown<'a> {
+    map: &'a DepthMap<'a>,
+    normals: &'a [Vector3<f64>],
+}
+
+impl Shown<'_> {
+    /// How the normal turns along what a pixel sees, by where that is; `None` where nothing beside it is the same.
+    fn normal_by_point(&self, pixel: usize) -> Option<Matrix3<f64>> {
+        let width = self.map.width_px() as usize;
+        let (column, row) = (pixel % width, pixel / width);
+        // In its row of tiles, so that the whole and its bands say the same.
+        let (top, height) =
+            (row / TILE_PX as usize * TILE_PX as usize, self.map.label.len() / width);
+        let ends = [
+            [(column > 0).then(|| pixel - 1), (column + 1 < width).then_some(pixel + 1)],
+            [
+                (row > top).then(|| pixel - width),
+                (row + 1 < (top + TILE_PX as usize).min(height)).then_some(pixel + width),
+            ],
+        ];
+        let here = self.map.label[pixel];
+        let [across, down] = ends.map(|ends| {
+            let [before, after] =
+                ends.map(|end| end.filter(|&end| self.map.label[end] == here).unwrap_or(pixel));
+            let step = self.point(after)? - self.point(before)?;
+            Some((step, self.normals[after] - self.normals[before]))
+        });
+        let ((x, normal_x), (y, normal_y)) = across.zip(down)?;
+        // The ways along the surface that go with each of the two steps alone.
+        let [xx, xy, yy] = [x.dot(&x), x.dot(&y), y.dot(&y)];
+        let determinant = xx * yy - xy * xy;
+        if determinant <= 0.0 {
+            return None;
+        }
+        let [to_x, to_y] = [(yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant];
+        Some(normal_x * to_x.transpose() + normal_y * to_y.transpose())
+    }
+
+    fn point(&self, pixel: usize) -> Option<Vector3<f64>> {
+        let ray = self.map.surface.rays().ray(pixel)?;
+        Some(ray.at(self.map.range_mm[pixel]).coords)
+    }
+}
+
+/// How a ray changes that goes straight to the surface from where the camera has it.
+fn straight(rays: &PixelRays, pixel: usize, cause: &Cause) -> Option<Change> {
+    let rotation = rays.camera_from_sensor().rotation();
+    match cause {
+        Cause::Pose(i) => {
+            let by = Vector3::ith(i % 3, 1.0);
+            let ray = rays.ray(pixel)?;
+            let back = |v: Vector3<f64>| -rotation.tr_mul(&v);
+            Some(match *i < 3 {
+                true => {
+                    let (from, way) = (rotation * ray.origin.coords, rotation * ray.direction);
+                    Change { origin: back(by.cross(&from)), direction: back(by.cross(&way)) }
+                }
+                false => Change { origin: back(by), direction: Vector3::zeros() },
+            })
+        }
+        Cause::Camera(stepped) => {
+            let at = rays.at_px(pixel);
+            let (before, after) =
+                (stepped.before.unproject(&at).ok()?, stepped.after.unproject(&at).ok()?);
+            let along = |by: Vector3<f64>| rotation.tr_mul(&by) / stepped.width;
+            Some(Change {
+                origin: along(after.origin_in_camera - before.origin_in_camera),
+                direction: along(after.direction - before.direction),
+            })
+        }
+    }
+}
+
+/// How the last piece of a ray changes; nothing where a step leads through other faces on both sides, as at an edge.
+fn bent(
+    rays: &PixelRays,
+    pixel: usize,
+    ray: &Ray,
+    cause: &Cause,
+    tracer: &mut Tracer,
+) -> Option<Change> {
+    let here = (ray.origin.coords, ray.direction);
+    let width = match cause {
+        Cause::Pose(_) => 2.0 * STEP,
+        Cause::Camera(stepped) => stepped.width,
+    };
+    let mut side = |is_after: bool| {
+        let path = tracer.follow(&moved(rays, pixel, cause, is_after)?);
+        // Rays of one kind begin their last piece near each other.
+        let is_near = (path.last.origin.coords - here.0).norm() < NEIGHBOUR_MM;
+        is_near.then_some((path.last.origin.coords, path.last.direction))
+    };
+    let (before, after, width) = match (side(false), side(true)) {
+        (Some(before), Some(after)) => (before, after, width),
+        (Some(before), None) => (before, here, 0.5 * width),
+        (None, Some(after)) => (here, after, 0.5 * width),
+        (None, None) => return None,
+    };
+    Some(Change { origin: (after.0 - before.0) / width, direction: (after.1 - before.1) / width })
+}
+
+/// The ray from the pupil, sensor frame, after a step of a cause, or before it.
+fn moved(rays: &PixelRays, pixel: usize, cause: &Cause, is_after: bool) -> Option<Ray> {
+    let camera_from_sensor = rays.camera_from_sensor();
+    let (rotation, translation) =
+        (camera_from_sensor.rotation(), camera_from_sensor.translation_mm());
+    // Rotation of the camera by a small vector, and the translation.
+    let (camera, turned, shifted) = match cause {
+        Cause::Pose(i) => {
+            let step = if is_after { STEP } else { -STEP };
+            let by = Vector3::ith(i % 3, step);
+            let none = Vector3::zeros();
+            let (turned, shifted) = if *i < 3 { (by, none) } else { (none, by) };
+            (rays.camera(), turned, shifted)
+        }
+        Cause::Camera(stepped) => {
+            let camera = if is_after { &stepped.after } else { &stepped.before };
+            (camera, Vector3::zeros(), Vector3::zeros())
+        }
+    };
+    let direction = camera.unproject(&rays.at_px(pixel)).ok()?.direction;
+    let back = |v: Vector3<f64>| rotation.tr_mul(&(v - turned.cross(&v)));
+    // The translation is not turned with the rest.
+    let pupil = -rotation.tr_mul(&(translation + shifted - turned.cross(translation)));
+    Some(Ray { origin: Point3::from(pupil), direction: back(direction).normalize() })
 }
 
 /// The parameters that have a variance, and the covariance of those.
@@ -164,53 +348,6 @@ fn causes(camera: &Camera, joint: &JointEstimate) -> (Vec<Cause>, DMatrix<f64>) 
     let matrix = joint.covariance();
     let covariance = DMatrix::from_fn(free.len(), free.len(), |r, c| matrix[(free[r], free[c])]);
     (causes, covariance)
-}
-
-/// A pixel's end, in the camera frame.
-struct Seen {
-    point: Point3<f64>,
-    normal: Vector3<f64>,
-    range_mm: f64,
-    /// Between ray and normal.
-    cosine: f64,
-}
-
-impl Seen {
-    fn new(camera_from_sensor: &Pose, ray: &Ray, range_mm: f64, normal: &Vector3<f64>) -> Self {
-        Self {
-            point: camera_from_sensor.point(ray.at(range_mm)),
-            normal: camera_from_sensor.vector(*normal),
-            range_mm,
-            cosine: ray.direction.dot(normal),
-        }
-    }
-
-    /// Range by rotation and translation of the pose.
-    fn by_pose(&self, camera_from_sensor: &Pose) -> [f64; 6] {
-        // n . (w x r) = w . (r x n)
-        let turned = (self.point.coords - camera_from_sensor.translation_mm()).cross(&self.normal);
-        let n = self.normal;
-        [turned.x, turned.y, turned.z, n.x, n.y, n.z].map(|by| by / self.cosine)
-    }
-
-    /// Range by one of the camera's parameters; NaN where a step leaves the lens's domain.
-    fn by_camera(&self, stepped: &Stepped, at_px: &Point2<f64>) -> f64 {
-        let (Ok(before), Ok(after)) =
-            (stepped.before.unproject(at_px), stepped.after.unproject(at_px))
-        else {
-            return f64::NAN;
-        };
-        let moved = after.at(self.range_mm) - before.at(self.range_mm);
-        -self.normal.dot(&moved) / (stepped.width * self.cosine)
-    }
-}
-
-fn quadratic(row: &[f64], matrix: impl Fn(usize, usize) -> f64) -> f64 {
-    let terms = row
-        .iter()
-        .enumerate()
-        .map(|(r, x)| row.iter().enumerate().map(|(c, y)| x * matrix(r, c) * y).sum::<f64>());
-    terms.sum()
 }
 
 /// One-sided where the camera itself is at a limit of its parameter; `None` where none exists on

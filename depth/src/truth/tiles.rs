@@ -7,7 +7,7 @@ use super::PixelRays;
 use super::ball::Ball;
 
 /// Edge of a tile, px. Smaller tiles have tighter cones, larger ones fewer of them to test.
-const TILE_PX: u32 = 16;
+pub(super) const TILE_PX: u32 = 16;
 
 /// Cones are widened by this much, rad: rounding must not hide anything.
 const SLACK_RAD: f64 = 1e-9;

@@ -20,6 +20,9 @@ pub enum Calibrate {
     /// Solve for the pose of the camera from pictures of pins in a calibration dome
     #[command(after_help = examples::EXTRINSICS)]
     Extrinsics(CalibrateExtrinsics),
+    /// Say how sure the surface will be after so many captures of pins, and which holes to press next
+    #[command(after_help = examples::PLAN)]
+    Plan(CalibratePlan),
 }
 
 /// `fabkit calibrate intrinsics`.
@@ -127,6 +130,33 @@ pub struct CalibrateExtrinsics {
     /// Write a report as one HTML file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
+}
+
+/// `fabkit calibrate plan`.
+#[derive(Debug, Args)]
+pub struct CalibratePlan {
+    /// Name of a built-in sensor, or path to a YAML file
+    #[arg(add = completing::sensors())]
+    pub sensor: String,
+    /// Change a parameter, for example `fixtures.pin_dome.captures.noise_px=0.5`
+    #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
+    pub set: Vec<String>,
+    /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's; its covariance takes part [default: the sensor's nominal
+    /// lens, as if it were exact]
+    #[arg(long, value_name = "FILE.yaml")]
+    pub camera: Option<PathBuf>,
+    /// Folder of the captures that there are, named as for `extrinsics`; the pictures are not looked at
+    #[arg(long, value_name = "DIR")]
+    pub done: Option<PathBuf>,
+    /// Which kind of pin was used in them, where the dome has several
+    #[arg(long, value_name = "KIND", requires = "done")]
+    pub pin: Option<String>,
+    /// How many captures to take from now on [default: what is left of the number in the sensor's file]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=500))]
+    pub captures: Option<u16>,
+    /// Pins in each [default: the number in the sensor's file]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub pins: Option<u16>,
 }
 
 fn lens_model(name: &str) -> Result<LensModel, String> {

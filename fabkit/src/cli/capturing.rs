@@ -6,8 +6,20 @@ use clap::{Args, ValueEnum};
 use fabkit_application::pressing::{Contact, Linear};
 use fabkit_application::scene::MAX_SAMPLES;
 
+use super::ground_truth::CameraArgs;
 use super::pressing::{depth, friction, shear, spacing};
 use super::{Design, length_within};
+
+/// What lights a picture.
+#[derive(Debug, Args)]
+pub struct LightArgs {
+    /// Which of the sensor's lights is on, for example `uv` [default: its usual one]
+    #[arg(long, value_name = "NAME")]
+    pub light: Option<String>,
+    /// Constants of a unit's light, as `fit-light` writes them [default: those of R-Tac0's published unit]
+    #[arg(long, value_name = "FILE.json")]
+    pub constants: Option<PathBuf>,
+}
 
 /// `fabkit capture`.
 #[derive(Debug, Args)]
@@ -16,13 +28,9 @@ pub struct Capture {
     /// Which sensor.
     #[command(flatten)]
     pub design: Design,
-    /// Camera file (fabkit, OpenCV, ROS or Kalibr) [default: the one that the pose file names, else
-    /// the sensor's nominal lens]
-    #[arg(long, value_name = "FILE")]
-    pub camera: Option<PathBuf>,
-    /// Pose file with `camera_from_sensor` [default: where the design puts the camera]
-    #[arg(long, value_name = "FILE")]
-    pub pose: Option<PathBuf>,
+    /// Where the camera is.
+    #[command(flatten)]
+    pub camera: CameraArgs,
     /// What presses, for example `semi-dome-017`, or `hemisphere@30deg,120deg,1.2mm`: an indenter by
     /// polar angle, azimuth and depth; may be repeated
     #[arg(long, value_name = "ID")]
@@ -56,12 +64,9 @@ pub struct Capture {
     #[arg(long, value_name = "N", default_value = "1",
           value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     pub samples: u32,
-    /// Which of the sensor's lights is on, for example `uv` [default: its usual one]
-    #[arg(long, value_name = "NAME")]
-    pub light: Option<String>,
-    /// Constants of a unit's light, as `fit-light` writes them [default: those of R-Tac0's published unit]
-    #[arg(long, value_name = "FILE.json")]
-    pub constants: Option<PathBuf>,
+    /// What lights it.
+    #[command(flatten)]
+    pub light: LightArgs,
     /// Of another sensor of the same design: where its camera sits, how bright its lamps are, how its layers came out
     /// differ from the drawing as usual tolerances let them; the same number is the same unit
     #[arg(long, value_name = "N")]
@@ -110,19 +115,12 @@ pub struct OpticsPack {
     /// Which sensor.
     #[command(flatten)]
     pub design: Design,
-    /// Camera file (fabkit, OpenCV, ROS or Kalibr) [default: the one that the pose file names, else
-    /// the sensor's nominal lens]
-    #[arg(long, value_name = "FILE")]
-    pub camera: Option<PathBuf>,
-    /// Pose file with `camera_from_sensor` [default: where the design puts the camera]
-    #[arg(long, value_name = "FILE")]
-    pub pose: Option<PathBuf>,
-    /// Which of the sensor's lights is on [default: its usual one]
-    #[arg(long, value_name = "NAME")]
-    pub light: Option<String>,
-    /// Constants of a unit's light, as `fit-light` writes them [default: those of R-Tac0's published unit]
-    #[arg(long, value_name = "FILE.json")]
-    pub constants: Option<PathBuf>,
+    /// Where the camera is.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// What lights it.
+    #[command(flatten)]
+    pub light: LightArgs,
     /// The folder to write into
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,

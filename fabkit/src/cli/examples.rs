@@ -103,6 +103,11 @@ Examples:
   fabkit calibrate extrinsics 9dtact --camera camera.yaml --captures pictures --pin long -o pose.yaml \
 --report pose.html";
 
+pub(crate) const PLAN: &str = "\
+Examples:
+  fabkit calibrate plan rtac0 --captures 10
+  fabkit calibrate plan rtac0 --camera camera.yaml --done pictures --pin long";
+
 pub(crate) const SWEEP: &str = "\
 Examples:
   fabkit sweep sweep.yaml -o out/sweep

@@ -12,9 +12,9 @@ use super::{Design, length_within};
 const PROBE_LIMITS_MM: [f64; 2] = [0.01, 20.0];
 const MAX_PROBES: i64 = 10_000_000;
 
-/// Where the camera is, and how truth is computed.
+/// Where the camera is.
 #[derive(Debug, Args)]
-pub struct View {
+pub struct CameraArgs {
     /// Camera file (fabkit, OpenCV, ROS or Kalibr) [default: the one that the pose file names, else
     /// the sensor's nominal lens]
     #[arg(long, value_name = "FILE")]
@@ -22,6 +22,14 @@ pub struct View {
     /// Pose file with `camera_from_sensor` [default: where the design puts the camera]
     #[arg(long, value_name = "FILE")]
     pub pose: Option<PathBuf>,
+}
+
+/// Where the camera is, and how truth is computed.
+#[derive(Debug, Args)]
+pub struct View {
+    /// Where the camera is.
+    #[command(flatten)]
+    pub camera: CameraArgs,
     /// How the surface answers.
     #[command(flatten)]
     pub contact: ContactArgs,

@@ -18,7 +18,7 @@ use fabkit_application::staging::write_each;
 use serde_json::{Value, json};
 
 use super::{Outcome, view};
-use crate::cli::{Capture, CaptureContact, ContactArgs, View};
+use crate::cli::{Capture, CaptureContact};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::table::size;
@@ -27,11 +27,9 @@ use crate::table::size;
 const PRINT_SIGMA_MM: f64 = 0.05;
 
 pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
-    let contact = ContactArgs { contact: None, membrane: 0.0, friction: None, spacing: None };
-    let view = View { camera: args.camera.clone(), pose: args.pose.clone(), contact };
     let output = Some(args.output.clone());
-    view::roles(&args.design, &view)
-        .reads("--constants", &args.constants)
+    view::roles(&args.design, &args.camera)
+        .reads("--constants", &args.light.constants)
         .writes("-o", &output)
         .writes("--truth", &args.truth)
         .check()?;
@@ -43,17 +41,17 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
     let unit = args.unit.map(Unit);
-    let (project, viewpoint) = view::seen_from(&args.design, &view, unit)?;
+    let (project, viewpoint) = view::seen_from(&args.design, &args.camera, unit)?;
     let sensor = &project.design.sensor;
-    let lighting = lighting(sensor, args.light.as_deref()).map_err(Error::from)?;
+    let lighting = lighting(sensor, args.light.light.as_deref()).map_err(Error::from)?;
     let viewpoint = match &lighting.camera {
-        Some(camera) if args.camera.is_none() && args.pose.is_none() => {
+        Some(camera) if args.camera.camera.is_none() && args.camera.pose.is_none() => {
             Viewpoint::new(camera, None, None).map_err(Failure::bug)?
         }
         _ => viewpoint,
     };
     let presses = presses(&project, args)?;
-    let mut constants = match &args.constants {
+    let mut constants = match &args.light.constants {
         Some(path) => read_constants(sensor, path)?,
         None => LightConstants::of(sensor),
     };
@@ -85,7 +83,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         let scene = SensorView::new(Arc::clone(&project), viewpoint.clone())?;
         capturing.take(&scene, |seen| {
             if args.truth.is_some() {
-                truth.add(seen.map, seen.sigma_mm).map_err(fabkit_application::Error::bug)?;
+                truth.add(seen.map, seen.sigmas).map_err(fabkit_application::Error::bug)?;
             }
             Ok(())
         })?

@@ -12,6 +12,7 @@ const CONTRACTS: &[(&str, &str)] = &[
     ("calibrate-extrinsics", include_str!("../../schemas/calibrate-extrinsics.json")),
     ("calibrate-intrinsics", include_str!("../../schemas/calibrate-intrinsics.json")),
     ("calibrate-pins", include_str!("../../schemas/calibrate-pins.json")),
+    ("calibrate-plan", include_str!("../../schemas/calibrate-plan.json")),
     ("capture", include_str!("../../schemas/capture.json")),
     ("chain", include_str!("../../schemas/chain.json")),
     ("check", include_str!("../../schemas/check.json")),

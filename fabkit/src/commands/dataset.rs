@@ -29,7 +29,7 @@ use crate::table::grouped;
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     roles(args).check()?;
-    let scene = view::scene_of(&args.design, &args.view, args.unit.map(Unit))?;
+    let scene = view::scene_of(&args.design, &args.view.camera, args.unit.map(Unit))?;
     if args.probes {
         return probes::run(args, &scene);
     }
@@ -77,7 +77,7 @@ fn roles(args: &Dataset) -> Roles {
     };
     let captures = args.captures.as_deref();
     let is_folder = captures.is_some_and(Path::is_dir);
-    view::roles(&args.design, &args.view)
+    view::roles(&args.design, &args.view.camera)
         .reads("--presses", &args.presses)
         .reads("--constants", &args.constants)
         .reads_all("--captures", captures, |n| if is_folder { is_half(n) } else { is_picture(n) })

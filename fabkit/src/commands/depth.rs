@@ -19,7 +19,7 @@ use crate::interrupt;
 use crate::table::size;
 
 pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
-    view::roles(&args.design, &args.view)
+    view::roles(&args.design, &args.view.camera)
         .writes("-o", &args.output)
         .writes("--png", &args.png)
         .writes("--grey", &args.grey)
@@ -32,7 +32,7 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
         let message = format!("{} does not name a .png file", path.display());
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
-    let scene = view::scene(&args.design, &args.view)?;
+    let scene = view::scene(&args.design, &args.view.camera)?;
     let presses = presses(&scene, args)?;
     let cast = Cast {
         presses: &presses,
@@ -58,7 +58,7 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
     let mut collected = Collected::new(wanted, [width, height]);
     let mut elastic = None;
     scene.cast_in_bands(&cast, wanted.bytes_per_ray(), |seen| {
-        collected.add(seen.map, seen.sigma_mm).map_err(unwritable)?;
+        collected.add(seen.map, seen.sigmas).map_err(unwritable)?;
         collected.surface_px += seen.surface_px;
         elastic = elastic.take().or_else(|| seen.answer.map(pressing::answer));
         // Of equals, the last one, as within a band.
@@ -77,7 +77,7 @@ fn write(
     mut collected: Collected,
     (level, elastic): (&str, Option<Value>),
 ) -> Result<Outcome, Failure> {
-    let median = collected.median_sigma_mm();
+    let [median, of_points] = collected.median_sigmas_mm();
     let mut files = files(args, &mut collected)?;
     if let Some(path) = &args.coverage_map {
         files.push((path.clone(), scene.coverage_map()?));
@@ -116,7 +116,9 @@ fn write(
     let sigma_of = scene.viewpoint.sigma_of();
     let sigma_parameters = scene.viewpoint.sigma_parameters();
     let alone = if sigma_parameters.is_empty() { " alone: no covariance was given" } else { "" };
-    text += &format!("median sigma of the range: {median:.4} mm, of {sigma_of}{alone}\n");
+    text += &format!(
+        "median sigma of points on the surface: {of_points:.4} mm, of ranges: {median:.4} mm; of {sigma_of}{alone}\n"
+    );
     if args.grey.is_some() {
         text += &format!("grey: {GREY_STEP_MM} mm a step, 0 where there is no value\n");
     }
@@ -139,6 +141,7 @@ fn write(
         "contact_level": level,
         "elastic": elastic,
         "median_sigma_mm": Some(median).filter(|median| median.is_finite()),
+        "median_point_sigma_mm": Some(of_points).filter(|median| median.is_finite()),
         "sigma_of": sigma_of,
         "sigma_parameters": sigma_parameters,
         "grey_step_mm": GREY_STEP_MM,

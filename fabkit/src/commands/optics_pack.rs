@@ -7,23 +7,21 @@ use fabkit_application::staging::write_all;
 use serde_json::{Value, json};
 
 use super::{Outcome, view};
-use crate::cli::{ContactArgs, OpticsPack, View};
+use crate::cli::OpticsPack;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::table::size;
 
 pub(super) fn run(args: &OpticsPack) -> Result<Outcome, Failure> {
-    let contact = ContactArgs { contact: None, membrane: 0.0, friction: None, spacing: None };
-    let view = View { camera: args.camera.clone(), pose: args.pose.clone(), contact };
     let output = Some(args.output.join("optics.json"));
-    view::roles(&args.design, &view)
-        .reads("--constants", &args.constants)
+    view::roles(&args.design, &args.camera)
+        .reads("--constants", &args.light.constants)
         .writes("-o", &output)
         .check()?;
-    let scene = view::scene(&args.design, &view)?;
+    let scene = view::scene(&args.design, &args.camera)?;
     let sensor = &scene.project.design.sensor;
-    let lighting = lighting(sensor, args.light.as_deref()).map_err(Error::from)?;
-    let constants = match &args.constants {
+    let lighting = lighting(sensor, args.light.light.as_deref()).map_err(Error::from)?;
+    let constants = match &args.light.constants {
         Some(path) => read_constants(sensor, path)?,
         None => LightConstants::of(sensor),
     };

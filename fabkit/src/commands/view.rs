@@ -9,35 +9,35 @@ use fabkit_application::scene::{SensorView, viewpoint_from_files, words};
 use fabkit_application::source::{Source, Target};
 
 use super::{ErrorKind, Failure};
-use crate::cli::{Design, View};
+use crate::cli::{CameraArgs, Design};
 use crate::roles::Roles;
 
 /// The files that say what is seen, and from where.
-pub(super) fn roles(design: &Design, view: &View) -> Roles {
+pub(super) fn roles(design: &Design, camera: &CameraArgs) -> Roles {
     Roles::default()
         .reads("SENSOR", Target::new(&design.sensor).files())
-        .reads("--camera", &view.camera)
-        .reads("--pose", &view.pose)
+        .reads("--camera", &camera.camera)
+        .reads("--pose", &camera.pose)
 }
 
-pub(super) fn scene(design: &Design, view: &View) -> Result<SensorView, Failure> {
-    scene_of(design, view, None)
+pub(super) fn scene(design: &Design, camera: &CameraArgs) -> Result<SensorView, Failure> {
+    scene_of(design, camera, None)
 }
 
 /// The same of another unit.
 pub(super) fn scene_of(
     design: &Design,
-    view: &View,
+    camera: &CameraArgs,
     unit: Option<Unit>,
 ) -> Result<SensorView, Failure> {
-    let (project, viewpoint) = seen_from(design, view, unit)?;
+    let (project, viewpoint) = seen_from(design, camera, unit)?;
     Ok(SensorView::new(project, viewpoint)?)
 }
 
 /// A sensor, and the camera that looks at it.
 pub(super) fn seen_from(
     design: &Design,
-    view: &View,
+    camera: &CameraArgs,
     unit: Option<Unit>,
 ) -> Result<(Arc<Project>, Viewpoint), Failure> {
     let target = Target::new(&design.sensor);
@@ -50,7 +50,8 @@ pub(super) fn seen_from(
     if let Some(unit) = unit {
         unit.build(&mut project.design.sensor);
     }
-    let viewpoint = viewpoint_from_files(&project, view.camera.as_deref(), view.pose.as_deref())?;
+    let viewpoint =
+        viewpoint_from_files(&project, camera.camera.as_deref(), camera.pose.as_deref())?;
     Ok((Arc::new(project), viewpoint))
 }
 

@@ -4,7 +4,7 @@
 mod depths;
 mod slopes;
 
-use fabkit_export::{Array, ExportError, Values, npz, png, zip};
+use fabkit_export::{Array, Values, npz, png};
 use fabkit_geometry::{Lighting, Shows};
 use serde_json::{Value, json};
 
@@ -97,9 +97,4 @@ fn array(name: &str, shape: &[usize], values: Values) -> Array {
 
 fn npz_file(name: &str, arrays: &[Array]) -> Result<OutputFile, Error> {
     Ok(file(name, npz(arrays).map_err(Error::bug)?))
-}
-
-/// Arrays that have been written one by one, in one file.
-fn npz_of_arrays(arrays: &[(&str, &[u8])]) -> Result<Vec<u8>, ExportError> {
-    zip(arrays)
 }

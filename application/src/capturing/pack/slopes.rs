@@ -6,7 +6,7 @@
 //! under the names of the latter.
 
 use fabkit_depth::truth::{DepthMap, NO_LABEL};
-use fabkit_export::{Values, npy, npy_of_lists};
+use fabkit_export::{Values, npy, npy_of_lists, zip};
 use fabkit_geometry::{Lighting, Point3, Rgb, TouchSurface, Vector3};
 use fabkit_light::linear_fit;
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use super::super::coat::CoatScene;
 use super::super::{CaptureError, LightConstants};
-use super::{OpticsPack, array, at_rest, background_png, colors, file, npz_file, npz_of_arrays};
+use super::{OpticsPack, array, at_rest, background_png, colors, file, npz_file};
 use crate::Error;
 use crate::picture::jpeg;
 use crate::scene::SensorView;
@@ -114,10 +114,8 @@ pub(super) fn pack(
     // Blue first, as the colours of these pictures.
     let lists: Vec<Vec<f64>> = [2, 1, 0].iter().flat_map(|k| shadows[*k].clone()).collect();
     let lists = npy_of_lists(&[3, WAYS, HEIGHTS], &lists).map_err(Error::bug)?;
-    let shadow_table = npz_of_arrays(&[
-        ("shadowDirections.npy", &ways.map_err(Error::bug)?),
-        ("shadowTable.npy", &lists),
-    ]);
+    let shadow_table =
+        zip(&[("shadowDirections.npy", &ways.map_err(Error::bug)?), ("shadowTable.npy", &lists)]);
     let params = serde_json::to_string_pretty(&params([width, height], pixel_mm));
     let config = json!({
         "image_width": width, "image_height": height, "num_bins": BINS, "mm_per_pixel": pixel_mm,

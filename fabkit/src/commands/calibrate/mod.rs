@@ -3,6 +3,7 @@
 mod extrinsics;
 mod intrinsics;
 mod pins;
+mod plan;
 
 use super::Outcome;
 use crate::cli::Calibrate;
@@ -13,5 +14,6 @@ pub(super) fn run(what: &Calibrate) -> Result<Outcome, Failure> {
         Calibrate::Intrinsics(args) => intrinsics::run(args),
         Calibrate::Pins(args) => pins::run(args),
         Calibrate::Extrinsics(args) => extrinsics::run(args),
+        Calibrate::Plan(args) => plan::run(args),
     }
 }

@@ -1,0 +1,282 @@
+//! What captures of pins will tell, and which to take next.
+
+use fabkit_calibration::landmarks::PinLandmark;
+use fabkit_calibration::model::{Contact, FitParameter, Observation};
+use fabkit_calibration::planning::{Expectation, Looseness, Plan, Setup};
+use fabkit_camera::{Camera, CameraEstimate, Point2};
+use fabkit_fixtures::{Forecast, Project};
+use serde_json::{Value, json};
+
+use super::CalibratingError;
+use super::marks::PinMarks;
+use crate::Error;
+use crate::capturing::LightConstants;
+use crate::source::Source;
+
+/// Marks of pins nearer to each other than this many of their diameters run into one another.
+const APART_DIAMETERS: f64 = 3.0;
+/// Numbers of captures, and of pins in each, that are looked at.
+const CAPTURES: [usize; 6] = [3, 5, 10, 20, 40, 80];
+const PINS: [usize; 3] = [3, 5, 8];
+
+/// What is planned.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted<'a> {
+    /// The calibrated lens; without, the design's, of which nothing is known to err.
+    pub lens: Option<&'a CameraEstimate>,
+    /// Pins of the captures that there are, by their places among the landmarks.
+    pub done: &'a [Vec<usize>],
+    /// How many more to take; without, what the design plans in all.
+    pub captures: Option<usize>,
+    /// Pins in each; without, as many as the design plans.
+    pub pins: Option<usize>,
+}
+
+/// What to press next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NextCapture {
+    /// The kind of all its pins.
+    pub kind: String,
+    /// Their holes, ascending.
+    pub holes: Vec<u32>,
+    /// What is then expected; `None` as long as the pins do not tell the pose.
+    pub expected: Option<Expectation>,
+}
+
+/// What captures come to.
+#[derive(Clone, Debug)]
+pub struct CapturePlan {
+    /// Captures, pins in each, what they come to; all pins in turn.
+    pub efforts: Vec<(usize, usize, Option<Expectation>)>,
+    /// The same number of captures, with all kinds of pin and with each alone.
+    pub kinds: Vec<(String, Option<Expectation>)>,
+    /// What the captures that there are come to.
+    pub done: Option<Expectation>,
+    /// Which to take.
+    pub next: Vec<NextCapture>,
+    /// How many of the pins have marks that were rendered.
+    pub marks_rendered: usize,
+    /// Why none were.
+    pub not_marked: Option<String>,
+    /// Pins that the camera sees, of all.
+    pub pins_seen: [usize; 2],
+    /// How far pins and dome are from where they should be.
+    pub looseness: Looseness,
+    /// Standard deviation of a mark's place along each coordinate, px.
+    pub noise_px: f64,
+    /// How many captures, and pins in each, kinds are compared with.
+    pub compared: [usize; 2],
+}
+
+/// The pins of a sensor's dome or plate, and what they tell.
+///
+/// # Errors
+/// A sensor without one, dimensions that make none, a camera that is none.
+pub fn forecast(source: &Source, project: &Project) -> Result<Forecast, Error> {
+    let forecast = project.pin_forecast().map_err(|error| source.error(error))?;
+    forecast.map_err(|why| CalibratingError::NoForecast { why }.into())
+}
+
+/// Plans.
+///
+/// # Errors
+/// Layers that cannot be pressed; a camera that is none.
+pub fn plan(
+    project: &Project,
+    forecast: &Forecast,
+    wanted: &Wanted<'_>,
+) -> Result<CapturePlan, Error> {
+    let sensor = &project.design.sensor;
+    let nominal = CameraEstimate::from(forecast.model.camera.in_air());
+    let lens = wanted.lens.unwrap_or(&nominal);
+    let mut model = forecast.model.clone();
+    let camera = |interface| {
+        let own = lens.camera();
+        Camera::new(own.width_px(), own.height_px(), *own.lens(), interface)
+    };
+    model.camera = camera(*forecast.model.camera.interface()).map_err(Error::bug)?;
+    let tip_mm = forecast.landmarks.tip_radius_mm;
+    let constants = LightConstants::of(sensor);
+    let rendered = PinMarks::of(sensor, lens.camera(), &constants, tip_mm);
+    let not_marked = match &rendered {
+        Ok(Some(_)) => None,
+        Ok(None) => Some("nobody says how layers show these pins".to_owned()),
+        Err(error) => Some(error.to_string()),
+    };
+    let mut is_seen = forecast.is_seen.clone();
+    if let Ok(Some(rendered)) = &rendered {
+        let contacts: Vec<Observation> = forecast.landmarks.pins.iter().map(unseen).collect();
+        let offsets = rendered.all(&model.camera_from_sensor, &contacts, None);
+        for (pin, is_seen) in forecast.landmarks.pins.iter().zip(&mut is_seen) {
+            // A pin whose mark is not found tells nothing.
+            *is_seen &= offsets.of(&pin.contact_in_sensor_mm).is_some();
+        }
+        model.mark_offsets = offsets;
+    }
+    let mut parameters = forecast.parameters.clone();
+    let marks_rendered = match model.mark_offsets.is_empty() {
+        true => 0,
+        false => {
+            parameters.extend(FitParameter::LIGHT);
+            is_seen.iter().filter(|is_seen| **is_seen).count()
+        }
+    };
+    let forecast = Forecast { model, parameters, is_seen, ..forecast.clone() };
+    let setup = forecast.setup(lens);
+    let plan = Plan::new(&setup);
+    let effort = forecast.effort;
+    let per_capture = wanted.pins.unwrap_or(effort.pins_per_capture);
+    let more = wanted.captures.unwrap_or_else(|| effort.captures.saturating_sub(wanted.done.len()));
+    let of = |captures: usize, pins: usize| {
+        (captures, pins, plan.expect(&forecast.in_turn(captures, pins)))
+    };
+    let efforts = CAPTURES.iter().flat_map(|captures| PINS.map(|pins| of(*captures, pins)));
+    let total = wanted.done.len() + more;
+    Ok(CapturePlan {
+        efforts: efforts.collect(),
+        kinds: kinds(&forecast, setup, [total, per_capture]),
+        done: plan.expect(wanted.done),
+        next: next(&forecast, &plan, wanted.done, more, per_capture, 2.0 * tip_mm),
+        marks_rendered,
+        not_marked,
+        pins_seen: [
+            forecast.is_seen.iter().filter(|is_seen| **is_seen).count(),
+            forecast.landmarks.pins.len(),
+        ],
+        looseness: forecast.looseness,
+        noise_px: effort.sigma_px,
+        compared: [total, per_capture],
+    })
+}
+
+/// What the mark of a pin is asked for with.
+fn unseen(pin: &PinLandmark) -> Observation {
+    Observation {
+        contact: Contact {
+            capture: 0,
+            hole: pin.hole,
+            contact_in_sensor_mm: pin.contact_in_sensor_mm,
+            axis_in_sensor: pin.axis_in_sensor,
+        },
+        pixel: Point2::origin(),
+        sigma_px: 1.0,
+    }
+}
+
+/// The kinds of pin, in the order in which they are listed.
+fn kinds_of(forecast: &Forecast) -> Vec<&str> {
+    let mut kinds: Vec<&str> = Vec::new();
+    for pin in &forecast.landmarks.pins {
+        if !kinds.contains(&pin.kind.as_str()) {
+            kinds.push(&pin.kind);
+        }
+    }
+    kinds
+}
+
+/// All kinds together, and each alone.
+fn kinds(
+    forecast: &Forecast,
+    setup: Setup<'_>,
+    [captures, pins]: [usize; 2],
+) -> Vec<(String, Option<Expectation>)> {
+    let kinds = kinds_of(forecast);
+    let alone = |kind: Option<&str>| {
+        let is_seen: Vec<bool> = forecast
+            .landmarks
+            .pins
+            .iter()
+            .zip(&forecast.is_seen)
+            .map(|(pin, is_seen)| *is_seen && kind.is_none_or(|kind| pin.kind == kind))
+            .collect();
+        let forecast = Forecast { is_seen, ..forecast.clone() };
+        Plan::new(&Setup { is_seen: &forecast.is_seen, ..setup })
+            .expect(&forecast.in_turn(captures, pins))
+    };
+    let all = std::iter::once(("all".to_owned(), alone(None)));
+    all.chain(kinds.iter().map(|kind| ((*kind).to_owned(), alone(Some(kind))))).collect()
+}
+
+/// One capture after the other, of pins of one kind, whose marks do not run into one another.
+fn next(
+    forecast: &Forecast,
+    plan: &Plan,
+    done: &[Vec<usize>],
+    count: usize,
+    pins: usize,
+    diameter_mm: f64,
+) -> Vec<NextCapture> {
+    let all = &forecast.landmarks.pins;
+    let mut captures = done.to_vec();
+    let mut next = Vec::new();
+    for _ in 0..count {
+        let of_kind = |kind: &&str| {
+            let may = |pin: usize, chosen: &[usize]| {
+                let apart = |other: &usize| {
+                    let [here, there] = [pin, *other].map(|pin| all[pin].contact_in_sensor_mm);
+                    (here - there).norm() > APART_DIAMETERS * diameter_mm
+                };
+                all[pin].kind == **kind && chosen.iter().all(apart)
+            };
+            plan.next(&captures, pins, may)
+        };
+        let best = kinds_of(forecast).iter().map(of_kind).min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((chosen, _)) = best.filter(|(chosen, _)| !chosen.is_empty()) else { break };
+        let mut holes: Vec<u32> = chosen.iter().map(|pin| all[*pin].hole).collect();
+        holes.sort_unstable();
+        let kind = all[chosen[0]].kind.clone();
+        captures.push(chosen);
+        next.push(NextCapture { kind, holes, expected: plan.expect(&captures) });
+    }
+    next
+}
+
+impl CapturePlan {
+    /// For programs.
+    pub fn to_json(&self, sensor: &str, camera: Option<&str>) -> Value {
+        let Looseness { across_mm, along_mm, seating_mm, dome_mm, dome_rad } = self.looseness;
+        let expected = |expected: &Option<Expectation>| {
+            expected.as_ref().map(|e| {
+                json!({
+                    "surface_mm": e.surface_mm,
+                    "worst_mm": e.worst_mm,
+                    "position_mm": e.position_mm,
+                    "scatter_px": e.scatter_px,
+                    "seating_solved": e.seating_solved,
+                })
+            })
+        };
+        let efforts = self.efforts.iter().map(|(captures, pins, e)| {
+            json!({ "captures": captures, "pins": pins, "expected": expected(e) })
+        });
+        let kinds =
+            self.kinds.iter().map(|(kind, e)| json!({ "kind": kind, "expected": expected(e) }));
+        let next = self.next.iter().map(|next| {
+            json!({ "kind": next.kind, "holes": next.holes, "expected": expected(&next.expected) })
+        });
+        json!({
+            "format": "fabkit-capture-plan",
+            "version": 1,
+            "simulated": true,
+            "sensor": sensor,
+            "camera": camera,
+            "noise_px": self.noise_px,
+            "looseness": {
+                "tip_across_mm": across_mm,
+                "tip_along_mm": along_mm,
+                "seating_mm": seating_mm,
+                "dome_mm": dome_mm,
+                "dome_deg": dome_rad.map(f64::to_degrees),
+            },
+            "pins": self.pins_seen[1],
+            "pins_seen": self.pins_seen[0],
+            "marks_rendered": self.marks_rendered,
+            "not_marked": self.not_marked,
+            "compared": { "captures": self.compared[0], "pins": self.compared[1] },
+            "efforts": efforts.collect::<Vec<_>>(),
+            "kinds": kinds.collect::<Vec<_>>(),
+            "done": expected(&self.done),
+            "next": next.collect::<Vec<_>>(),
+        })
+    }
+}

@@ -1,0 +1,361 @@
+//! How far off the surface will be, before anything is pressed: pins with play in a dome that is taken off and put on again,
+//! and what is known of marks and lens.
+//!
+//! The solver weighs pins one by one (`W`), with priors `P`; pins err by `S`, which ties those of a capture together by
+//! the dome's seat, and all presses of one pin by what is not known of its mark. With the derivatives `X` of the pixels by
+//! what is solved for and `B` by what is held, of covariance `C`, to first order
+//!
+//! ```text
+//! A = X'WX + P        covariance = A^-1 (X'W S WX + P) A^-1 + G C G'        G = -A^-1 X'WB
+//! ```
+//!
+//! and a place of the surface moves with all of it as in [`crate::uncertainty`]. Held are the lens, and how deep all pins sit
+//! in their holes, unless solving for that is better. Simulated calibrations judge it
+//! (`cargo test --release -p fabkit-tests --test planning`).
+
+use fabkit_camera::CameraEstimate;
+use fabkit_geometry::{Point3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x6, Matrix3, Vector2};
+
+use crate::information::ScaledCholesky;
+use crate::landmarks::PinLandmark;
+use crate::model::{Contact, FitParameter, Model};
+use crate::observability::position_covariance;
+use crate::uncertainty::surface_derivatives;
+
+/// How far pins and their dome are from where they should be, one standard deviation each.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Looseness {
+    /// Of a tip across its pin, along each of two axes, mm.
+    pub across_mm: f64,
+    /// Of a tip along its pin, mm.
+    pub along_mm: f64,
+    /// Of all tips together along their pins, the same in all captures, mm.
+    pub seating_mm: f64,
+    /// Of the dome in a capture, along the sensor's axes, mm.
+    pub dome_mm: [f64; 3],
+    /// By how much it is turned about axes along those through the middle of its pins, rad.
+    pub dome_rad: [f64; 3],
+}
+
+/// What is planned with.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup<'a> {
+    /// Camera, pose, and how far marks are found from tips.
+    pub model: &'a Model,
+    /// What will be solved for.
+    pub parameters: &'a [FitParameter],
+    /// The model's lens by its own calibration.
+    pub lens: &'a CameraEstimate,
+    /// What may be pressed.
+    pub pins: &'a [PinLandmark],
+    /// Which of them nothing hides.
+    pub is_seen: &'a [bool],
+    /// How far pins are from there.
+    pub looseness: Looseness,
+    /// Standard deviation of a mark's place along each coordinate of a picture, px.
+    pub noise_px: f64,
+    /// Points of the surface with their outward unit normals, sensor frame, mm.
+    pub places: &'a [(Point3<f64>, Vector3<f64>)],
+}
+
+/// Pins that may be pressed, and what they tell.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What is solved for, how deep pins sit, and the lens.
+    parameters: Vec<FitParameter>,
+    /// How many of them are solved for.
+    solved: usize,
+    model: Model,
+    /// Of those: one over the variance that is known beforehand, or 0.
+    priors: Vec<f64>,
+    /// Covariance of the rest.
+    of_held: DMatrix<f64>,
+    pins: Vec<Pin>,
+    /// Mean over places of the surface of `D'D`, `D` the derivatives of a point by all parameters, mm2.
+    surface: DMatrix<f64>,
+    /// The same of each place.
+    places: Vec<DMatrix<f64>>,
+}
+
+/// One pin in one hole, where the camera sees it.
+#[derive(Clone, Debug)]
+struct Pin {
+    /// Its place among those that were given.
+    index: usize,
+    /// Pixels by all parameters.
+    by: DMatrix<f64>,
+    by_dome: Matrix2x6<f64>,
+    /// By itself, anew in each press, px2.
+    own: Matrix2<f64>,
+    /// The same in each press, px2.
+    of_mark: Matrix2<f64>,
+    /// What its detector says, px2.
+    stated: f64,
+}
+
+/// What a plan comes to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expectation {
+    /// Standard deviation of a point of the surface that a pixel shows, root mean square over the surface, mm.
+    pub surface_mm: f64,
+    /// The same where it is largest.
+    pub worst_mm: f64,
+    /// Of the camera's place, root of the sum of squares over the axes, mm.
+    pub position_mm: f64,
+    /// By how much the same pin is off from capture to capture, root mean square, px.
+    pub scatter_px: f64,
+    /// Whether it is better to solve for how deep all pins sit than to take it for as drawn.
+    pub seating_solved: bool,
+}
+
+impl Plan {
+    /// Works out what each pin tells, and how the surface moves.
+    pub fn new(setup: &Setup<'_>) -> Self {
+        let Setup { model, parameters, lens, pins, .. } = *setup;
+        let covariance = lens.covariance();
+        let names = lens.names();
+        let held = (0..if covariance.is_some() { names.len() } else { 0 })
+            .map(|i| FitParameter::Camera(names[i]))
+            .filter(|held| !parameters.contains(held));
+        let place = |held: &FitParameter| match held {
+            FitParameter::Camera(name) => names.iter().position(|found| found == name),
+            _ => None,
+        };
+        let rest: Vec<FitParameter> =
+            std::iter::once(FitParameter::SeatingOffset).chain(held).collect();
+        let of_held = DMatrix::from_fn(rest.len(), rest.len(), |r, c| {
+            let both = place(&rest[r]).zip(place(&rest[c]));
+            let of_seating =
+                if r == 0 && c == 0 { setup.looseness.seating_mm.powi(2) } else { 0.0 };
+            covariance.zip(both).map_or(of_seating, |(matrix, at)| matrix[at])
+        });
+        let all = [parameters, &rest[..]].concat();
+        let middle = pins.iter().map(|pin| pin.contact_in_sensor_mm.coords).sum::<Vector3<f64>>()
+            / pins.len().max(1) as f64;
+        let seen = pins.iter().enumerate().zip(setup.is_seen).filter(|(_, is_seen)| **is_seen);
+        let of_pin = |((index, pin), _): ((usize, &PinLandmark), &bool)| {
+            Pin::new(index, pin, setup, &all, &middle)
+        };
+        let places: Vec<DMatrix<f64>> = setup
+            .places
+            .iter()
+            .filter_map(|(place, normal)| surface_derivatives(model, &all, *place, *normal))
+            .map(|by| by.point.transpose() * &by.point)
+            .collect();
+        let mut surface = DMatrix::zeros(all.len(), all.len());
+        for place in &places {
+            surface += place / places.len() as f64;
+        }
+        let prior = |parameter: &FitParameter| {
+            model.prior(*parameter).map_or(0.0, |(_, sigma)| sigma.powi(-2))
+        };
+        Self {
+            solved: parameters.len(),
+            model: model.clone(),
+            priors: parameters.iter().map(prior).collect(),
+            of_held,
+            pins: seen.filter_map(of_pin).collect(),
+            surface,
+            places,
+            parameters: all,
+        }
+    }
+
+    /// The pins that the camera sees, by their places among those that were given.
+    pub fn seen(&self) -> impl Iterator<Item = usize> + '_ {
+        self.pins.iter().map(|pin| pin.index)
+    }
+
+    /// What captures of these pins come to; `None` where they do not tell all that is solved for.
+    pub fn expect(&self, captures: &[Vec<usize>]) -> Option<Expectation> {
+        let captures = self.known(captures);
+        let of = |place: &DMatrix<f64>, covariance: &DMatrix<f64>| {
+            trace_of_product(place, covariance).max(0.0)
+        };
+        let surface = |covariance: &DMatrix<f64>| of(&self.surface, covariance);
+        let with = |also: usize| Some((also, self.covariance(&captures, self.solved + also)?));
+        let both = [0, 1].into_iter().filter_map(with);
+        let (also, covariance) = both.min_by(|a, b| surface(&a.1).total_cmp(&surface(&b.1)))?;
+        let worst = self.places.iter().map(|place| of(place, &covariance)).fold(0.0, f64::max);
+        let pose = &self.model.camera_from_sensor;
+        let position = position_covariance(&covariance, &self.parameters, pose);
+        Some(Expectation {
+            surface_mm: surface(&covariance).sqrt(),
+            worst_mm: worst.sqrt(),
+            position_mm: position.trace().max(0.0).sqrt(),
+            scatter_px: std::f64::consts::SQRT_2 * floor_px(&captures),
+            seating_solved: also > 0,
+        })
+    }
+
+    /// The pins of the next capture after `done`, of those that `may` go with those chosen before them: each the one that
+    /// makes the surface surest. With what it then is, where nothing but pins errs, root mean square, mm.
+    pub fn next(
+        &self,
+        done: &[Vec<usize>],
+        count: usize,
+        may: impl Fn(usize, &[usize]) -> bool,
+    ) -> (Vec<usize>, f64) {
+        // What is known beforehand makes a beginning possible.
+        let vague: Vec<f64> =
+            self.solved().iter().map(|parameter| parameter.prior_sigma().powi(-2)).collect();
+        let vague = DMatrix::from_diagonal(&DVector::from_vec(vague));
+        let before = vague + self.information(&self.known(done));
+        let size = self.solved;
+        let surface = self.surface.view((0, 0), (size, size)).into_owned();
+        let value = |pins: &[usize]| {
+            let information = &before + self.information(&self.known(&[pins.to_vec()]));
+            let factor = ScaledCholesky::new(&information)?;
+            Some(trace_of_product(&surface, &factor.inverse()).max(0.0).sqrt())
+        };
+        let (mut chosen, mut surface_mm) = (Vec::new(), f64::INFINITY);
+        while chosen.len() < count {
+            let with = |pin: usize| [&chosen[..], &[pin]].concat();
+            let candidates = self.seen().filter(|pin| may(*pin, &chosen));
+            let best = candidates
+                .filter_map(|pin| Some((pin, value(&with(pin))?)))
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((pin, mm)) = best else { break };
+            chosen.push(pin);
+            surface_mm = mm;
+        }
+        (chosen, surface_mm)
+    }
+
+    fn known(&self, captures: &[Vec<usize>]) -> Vec<Vec<&Pin>> {
+        let find = |index: &usize| self.pins.iter().find(|pin| pin.index == *index);
+        captures.iter().map(|capture| capture.iter().filter_map(find).collect()).collect()
+    }
+
+    /// What captures tell if each is weighed as it errs.
+    fn information(&self, captures: &[Vec<&Pin>]) -> DMatrix<f64> {
+        let count = self.solved;
+        let mut information = DMatrix::zeros(count, count);
+        for capture in captures.iter().filter(|capture| !capture.is_empty()) {
+            let (by, noise) = stacked(capture, count);
+            let Some(factor) = noise.cholesky() else { continue };
+            information += by.transpose() * factor.solve(&by);
+        }
+        information
+    }
+
+    fn solved(&self) -> &[FitParameter] {
+        &self.parameters[..self.solved]
+    }
+
+    /// Of all parameters, if the first `count` are solved for.
+    fn covariance(&self, captures: &[Vec<&Pin>], count: usize) -> Option<DMatrix<f64>> {
+        let all = self.parameters.len();
+        let held = all - count;
+        let from = self.of_held.nrows() - held;
+        let of_held = self.of_held.view((from, from), (held, held));
+        let floor = floor_px(captures).powi(2);
+        let weight = |pin: &Pin| pin.stated.max(floor).recip();
+        let mut information = DMatrix::zeros(count, all);
+        let mut noise = DMatrix::zeros(count, count);
+        for capture in captures {
+            // How the dome's seat of this capture moves what is solved for.
+            let mut seat = DMatrix::zeros(count, 6);
+            for pin in capture {
+                let by_fit = pin.by.columns(0, count);
+                let weighted = by_fit.transpose() * weight(pin);
+                information += &weighted * &pin.by;
+                noise += &weighted * pin.own * weighted.transpose();
+                seat += &weighted * pin.by_dome;
+            }
+            noise += &seat * seat.transpose();
+        }
+        // All presses of a pin err together by its mark.
+        for pin in &self.pins {
+            let pressed = captures.iter().flatten().filter(|found| found.index == pin.index);
+            let weighted = pin.by.columns(0, count).transpose() * weight(pin);
+            let times = pressed.count() as f64;
+            noise += &weighted * pin.of_mark * weighted.transpose() * times.powi(2);
+        }
+        let mut of_fit = information.columns(0, count).into_owned();
+        for (i, prior) in self.priors.iter().enumerate() {
+            of_fit[(i, i)] += prior;
+            noise[(i, i)] += prior;
+        }
+        let inverse = ScaledCholesky::new(&of_fit)?.inverse();
+        let mut by_held = DMatrix::identity(all, all).columns(count, held).into_owned();
+        by_held.rows_mut(0, count).copy_from(&(-&inverse * information.columns(count, held)));
+        let mut covariance = &by_held * of_held * by_held.transpose();
+        let mut of_pixels = covariance.view_mut((0, 0), (count, count));
+        of_pixels += &inverse * noise * &inverse;
+        Some(covariance)
+    }
+}
+
+impl Pin {
+    fn new(
+        index: usize,
+        pin: &PinLandmark,
+        setup: &Setup<'_>,
+        parameters: &[FitParameter],
+        middle: &Vector3<f64>,
+    ) -> Option<Self> {
+        let Setup { model, looseness, noise_px, .. } = *setup;
+        let contact = Contact {
+            capture: usize::MAX,
+            hole: pin.hole,
+            contact_in_sensor_mm: pin.contact_in_sensor_mm,
+            axis_in_sensor: pin.axis_in_sensor,
+        };
+        let mut columns = vec![Vector2::zeros(); parameters.len()];
+        let pixel = model.differentiate(&contact, parameters, &mut columns).ok()?;
+        if !model.camera.sees(&pixel) {
+            return None;
+        }
+        let by_place = model.by_place(&contact).ok()?;
+        let axis = pin.axis_in_sensor.unwrap_or_default();
+        let along = axis * axis.transpose();
+        let of_tip = (Matrix3::identity() - along) * looseness.across_mm.powi(2)
+            + along * looseness.along_mm.powi(2);
+        let by_turn = -by_place * (pin.contact_in_sensor_mm.coords - middle).cross_matrix();
+        let by_dome = Matrix2x6::from_fn(|r, c| match c {
+            0..3 => by_place[(r, c)] * looseness.dome_mm[c],
+            _ => by_turn[(r, c - 3)] * looseness.dome_rad[c - 3],
+        });
+        let of_mark = model.mark_offsets.of(&pin.contact_in_sensor_mm);
+        let of_mark = of_mark.map_or(0.0, |mark| mark.sigma_px.powi(2));
+        Some(Self {
+            index,
+            by: DMatrix::from_fn(2, columns.len(), |r, c| columns[c][r]),
+            by_dome,
+            own: by_place * of_tip * by_place.transpose() + Matrix2::identity() * noise_px.powi(2),
+            of_mark: Matrix2::identity() * of_mark,
+            stated: noise_px.powi(2) + of_mark,
+        })
+    }
+}
+
+/// Pixels of a capture by what is solved for, and their covariance.
+fn stacked(capture: &[&Pin], count: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+    let rows = 2 * capture.len();
+    let mut by = DMatrix::zeros(rows, count);
+    let mut by_dome = DMatrix::zeros(rows, 6);
+    let mut noise = DMatrix::zeros(rows, rows);
+    for (i, pin) in capture.iter().enumerate() {
+        by.rows_mut(2 * i, 2).copy_from(&pin.by.columns(0, count));
+        by_dome.rows_mut(2 * i, 2).copy_from(&pin.by_dome);
+        noise.view_mut((2 * i, 2 * i), (2, 2)).copy_from(&(pin.own + pin.of_mark));
+    }
+    noise += &by_dome * by_dome.transpose();
+    (by, noise)
+}
+
+/// How well pins repeat along each coordinate, px: what the solver finds, and takes for the least that any of them errs.
+fn floor_px(captures: &[Vec<&Pin>]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for pin in captures.iter().flatten() {
+        sum += 0.5 * (pin.own.trace() + (pin.by_dome * pin.by_dome.transpose()).trace());
+        count += 1.0;
+    }
+    if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
+}
+
+fn trace_of_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> f64 {
+    a.iter().zip(b.transpose().iter()).map(|(a, b)| a * b).sum()
+}

@@ -27,8 +27,10 @@ pub fn run(args: &[String]) -> Result<(), String> {
 }
 
 /// Few pixels of each sensor.
-pub fn sample(python: &Path, fabkit: &Path) -> Result<(), String> {
-    check(script(python, fabkit).args(["--sample", SAMPLE]))
+pub fn sample(python: &Path, fabkit: &Path) -> Command {
+    let mut script = script(python, fabkit);
+    script.args(["--sample", SAMPLE]);
+    script
 }
 
 fn script(python: &Path, fabkit: &Path) -> Command {

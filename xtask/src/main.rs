@@ -15,6 +15,7 @@ mod python;
 mod python_package;
 mod real_captures;
 mod run;
+mod rust_tests;
 mod test;
 mod variants;
 

@@ -12,6 +12,11 @@ const REQUIREMENTS: &str = "python/requirements-dev.txt";
 /// Builds the wheel, installs it into an environment of its own, runs tests and examples, and checks
 /// types and style.
 pub fn run() -> Result<(), String> {
+    checks()?.iter_mut().try_for_each(check)
+}
+
+/// Installs the package, and says what judges it.
+pub fn checks() -> Result<Vec<Command>, String> {
     let folder = folder();
     let python = environment(&folder)?;
     let tool = |name: &str| {
@@ -30,11 +35,13 @@ pub fn run() -> Result<(), String> {
             .arg(&python)
             .args(wheels),
     )?;
-    check(tool("pyright").arg("--pythonpath").arg(&python))?;
+    let mut pyright = tool("pyright");
+    pyright.arg("--pythonpath").arg(&python);
     // Tests, and the examples in the docstrings of what is installed.
     let mut pytest = Command::new(&python);
     pytest.args(["-m", "pytest", "-q", "--pyargs", "fabkit", "python/tests"]);
-    check(pytest.current_dir(root()))
+    pytest.current_dir(root());
+    Ok(vec![pytest, pyright])
 }
 
 /// A folder with the package alone, for the `PYTHONPATH` of any interpreter.

@@ -1,5 +1,6 @@
 //! `cargo xtask test`
 
+use std::env;
 use std::path::Path;
 use std::process::Command;
 
@@ -37,27 +38,55 @@ const CONSUMERS: [&str; 2] = ["admesh", "prusa-slicer"];
 /// Builds, lets the outside oracles read what the command writes, and runs all tests.
 pub fn run() -> Result<(), String> {
     build_workspace()?;
+    let tests = crate::rust_tests::build()?;
+    let mut side_by_side = Vec::new();
+    if in_ci() {
+        // First, because cargo waits for cargo, and nothing else here asks it for anything.
+        let mut lint = Command::new(env::current_exe().map_err(|e| format!("xtask: {e}"))?);
+        lint.arg("lint");
+        side_by_side.push(lint);
+    }
+    let mut package = match crate::python::uv() {
+        Ok(_) => crate::python_package::checks()?,
+        Err(why) => {
+            skip("the Python package", &why)?;
+            Vec::new()
+        }
+    };
+    // The long ones first, so that the last one does not run alone for long.
     match crate::python::environment() {
-        Ok(python) => oracles(&python)?,
-        Err(why) => skip("the outside oracles and other kernels", &why)?,
+        Ok(python) => {
+            let (long, short) = oracles(&python)?;
+            side_by_side.extend(long);
+            side_by_side.append(&mut package);
+            side_by_side.extend(tests.beside_others);
+            side_by_side.extend(short);
+        }
+        Err(why) => {
+            skip("the outside oracles and other kernels", &why)?;
+            side_by_side.append(&mut package);
+            side_by_side.extend(tests.beside_others);
+        }
     }
-    match crate::python::uv() {
-        Ok(_) => crate::python_package::run()?,
-        Err(why) => skip("the Python package", &why)?,
+    let mut failed = Vec::new();
+    let mut note = |result: Result<(), String>| failed.extend(result.err());
+    note(check_side_by_side(side_by_side));
+    // These measure, or do harm: nothing else runs beside them.
+    for mut test in tests.alone {
+        note(check(&mut test));
     }
-    crate::fuzz::run(std::iter::empty())?;
+    note(crate::fuzz::run(std::iter::empty()));
     #[cfg(unix)]
-    crate::faults::run(&[])?;
-    // Last, so that its summary ends the output. Doc tests are part of it.
-    let tests = ["test", "--workspace", "--release", "--no-fail-fast"];
-    let tests = check(cargo().args(tests).env("FABKIT", fabkit()?));
+    note(crate::faults::run(&[]));
+    note(crate::rust_tests::documented());
     for step in skipped() {
         println!("xtask: SKIPPED {step}");
     }
-    tests
+    if failed.is_empty() { Ok(()) } else { Err(failed.join("\n")) }
 }
 
-fn oracles(python: &Path) -> Result<(), String> {
+/// What takes minutes, and what takes seconds.
+fn oracles(python: &Path) -> Result<(Vec<Command>, Vec<Command>), String> {
     let fabkit = fabkit()?;
     let script = |path: &str| {
         let mut command = Command::new(python);
@@ -80,19 +109,16 @@ fn oracles(python: &Path) -> Result<(), String> {
         }
         Err(why) => skip("pages in a browser, and gltf-validator", &why)?,
     }
-    crate::light::sample(python, &fabkit)?;
-    // On all cores by itself.
+    let mut long = verified(python, &fabkit)?;
     let (count, seed) = VARIANTS;
-    crate::variants::judge(python, &fabkit, count, seed)?;
-
-    // The long ones first, so that the last one does not run alone for long.
-    let mut all = verified(python, &fabkit)?;
+    long.insert(0, crate::variants::judge(python, &fabkit, count, seed));
     let mut tests = Command::new(python);
     tests
         .args(["-m", "unittest", "discover", "--start-directory"])
         .arg(root().join("verify/tests"));
     tests.env("FABKIT", &fabkit).env("FABKIT_PYTHON", python);
-    all.push(tests);
+    long.push(tests);
+    let mut all = vec![crate::light::sample(python, &fabkit)];
     for consumer in CONSUMERS {
         if installed(consumer) {
             all.push(reader("tests/python/consumers.py", &[consumer]));
@@ -121,7 +147,7 @@ fn oracles(python: &Path) -> Result<(), String> {
     let mut elastic = script("tests/python/check_elastic.py");
     elastic.arg(built("release", "examples/press_json"));
     all.push(elastic);
-    check_side_by_side(all)
+    Ok((long, all))
 }
 
 /// What other kernels rebuild.

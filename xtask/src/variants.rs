@@ -18,15 +18,13 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     let count: u32 = count.parse().ok().filter(|count| *count > 0).ok_or(USAGE)?;
     let seed: u64 = seed.parse().map_err(|_| USAGE)?;
     let python = crate::python::environment()?;
-    judge(&python, &fabkit()?, count, seed)
+    check(&mut judge(&python, &fabkit()?, count, seed))
 }
 
 /// The same with an environment and a binary that are there.
-pub fn judge(python: &Path, fabkit: &Path, count: u32, seed: u64) -> Result<(), String> {
-    check(
-        Command::new(python)
-            .arg(root().join("xtask/variants/run.py"))
-            .arg(fabkit)
-            .args([count.to_string(), seed.to_string()]),
-    )
+pub fn judge(python: &Path, fabkit: &Path, count: u32, seed: u64) -> Command {
+    let mut command = Command::new(python);
+    command.arg(root().join("xtask/variants/run.py")).arg(fabkit);
+    command.args([count.to_string(), seed.to_string()]);
+    command
 }

@@ -1,0 +1,95 @@
+//! The workspace's Rust tests as programs, which other work can stand beside: `cargo test` runs them one after the other,
+//! and most keep one core busy.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use crate::run::{cargo, check, fabkit};
+
+/// Started first, the longest before the others.
+const LONG: [&str; 13] = [
+    "assemblies",
+    "constraints",
+    "calibrate",
+    "found_marks",
+    "edits",
+    "checks",
+    "fit_light",
+    "capture",
+    "buying",
+    "flat",
+    "failures",
+    "bodies",
+    "planning",
+];
+
+/// They measure time and memory, and want the machine for themselves.
+const ALONE: [&str; 2] = ["budget", "memory"];
+
+/// Programs of tests.
+pub struct Tests {
+    /// The longest first.
+    pub beside_others: Vec<Command>,
+    /// One after the other, with nothing else running.
+    pub alone: Vec<Command>,
+}
+
+/// Builds all of them.
+pub fn build() -> Result<Tests, String> {
+    let mut build = cargo();
+    build.args(["test", "--workspace", "--release", "--no-run", "--message-format=json"]);
+    let output = build.stderr(Stdio::inherit()).output();
+    let output = output.map_err(|e| format!("cannot build the tests: {e}"))?;
+    if !output.status.success() {
+        return Err(format!("building the tests: {}", output.status));
+    }
+    let messages = String::from_utf8_lossy(&output.stdout);
+    let mut programs: Vec<Program> = messages.lines().filter_map(Program::of).collect();
+    programs.sort_by_key(Program::rank);
+    let fabkit = fabkit()?;
+    let (alone, beside): (Vec<_>, Vec<_>) =
+        programs.iter().partition(|program| ALONE.contains(&program.name.as_str()));
+    let commands = |programs: Vec<&Program>| {
+        programs.into_iter().map(|program| program.command(&fabkit)).collect()
+    };
+    Ok(Tests { beside_others: commands(beside), alone: commands(alone) })
+}
+
+/// The examples in what is documented; cargo alone can run them.
+pub fn documented() -> Result<(), String> {
+    check(cargo().args(["test", "--workspace", "--release", "--doc"]).env("FABKIT", fabkit()?))
+}
+
+struct Program {
+    name: String,
+    /// Where cargo would start it.
+    folder: PathBuf,
+    path: PathBuf,
+}
+
+impl Program {
+    /// From one of cargo's messages, if it is about a program of tests.
+    fn of(line: &str) -> Option<Self> {
+        let message: Value = serde_json::from_str(line).ok()?;
+        let is_test = message["profile"]["test"].as_bool()?;
+        let path = message["executable"].as_str().filter(|_| is_test)?;
+        let manifest = Path::new(message["manifest_path"].as_str()?);
+        Some(Self {
+            name: message["target"]["name"].as_str()?.to_owned(),
+            folder: manifest.parent()?.to_owned(),
+            path: path.into(),
+        })
+    }
+
+    fn rank(&self) -> usize {
+        LONG.iter().position(|name| *name == self.name).unwrap_or(LONG.len())
+    }
+
+    fn command(&self, fabkit: &Path) -> Command {
+        let mut command = Command::new(&self.path);
+        command.current_dir(&self.folder).env("FABKIT", fabkit);
+        command
+    }
+}

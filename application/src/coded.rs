@@ -18,6 +18,7 @@ use crate::exporting::{self, ExportFailure};
 use crate::pictures::PictureError;
 use crate::pressing::PressingError;
 use crate::reading::ReadError;
+use crate::reconstructing::ReconstructError;
 use crate::rereading::RereadError;
 use crate::resumable::FolderError;
 use crate::scene::SceneError;
@@ -140,6 +141,12 @@ pub fn about(error: &Error) -> About {
         Error::Scene(error) => About::of(scene(error)),
         Error::Pressing(error) => About::of(pressing(error)),
         Error::Capture(_) | Error::FitLight(_) => About::of("no_light"),
+        Error::Reconstruct(error) => match error {
+            ReconstructError::OtherLight { .. } => About::of("no_light"),
+            ReconstructError::OtherSize { file, .. } => About::at("other_size", file),
+            ReconstructError::Dark { file, .. } => About::at("bad_picture", file),
+            ReconstructError::SameName { first, .. } => About::at("same_name", first),
+        },
         Error::Gel(BallTestError::Elastic(_)) => About::of("no_contact_solution"),
         Error::Gel(_) => About::of("no_modulus"),
         Error::DatasetRequest(DatasetRequestError::NoPatterns(_)) => About::of("no_presses"),

@@ -18,6 +18,7 @@ use crate::memory::MemoryError;
 use crate::pictures::PictureError;
 use crate::pressing::PressingError;
 use crate::reading::ReadError;
+use crate::reconstructing::ReconstructError;
 use crate::rereading::RereadError;
 use crate::resumable::FolderError;
 use crate::scene::SceneError;
@@ -100,6 +101,9 @@ pub enum Error {
     Pressing(#[from] PressingError),
     /// Captures that tell no constants of light.
     FitLight(#[from] FitLightError),
+    /// No depth from pictures.
+    #[error(transparent)]
+    Reconstruct(#[from] ReconstructError),
     /// A picture that a camera would take, of a sensor whose light nobody knows.
     Capture(#[from] CaptureError),
     /// Readings of a gel that give no modulus.
@@ -155,6 +159,7 @@ impl Error {
             Self::Pressing(error) => error,
             Self::Capture(error) => error,
             Self::FitLight(error) => error,
+            Self::Reconstruct(error) => error,
             Self::Gel(error) => error,
             Self::DatasetRequest(error) => error,
             Self::Dataset(error) => error,

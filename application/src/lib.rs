@@ -63,6 +63,7 @@ pub mod pictures;
 pub mod pressing;
 pub mod progress;
 pub mod reading;
+pub mod reconstructing;
 pub mod rereading;
 pub mod resumable;
 pub mod scene;

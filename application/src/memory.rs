@@ -45,6 +45,8 @@ pub enum Less {
     Camera,
     /// Pixels of pictures that are read.
     Pictures,
+    /// How many pictures at once.
+    Files,
     /// Variants of a sweep.
     Variants,
     /// Nothing: the data set is as it is.
@@ -56,6 +58,7 @@ impl Less {
         match self {
             Self::Rays => "ask for fewer samples or files",
             Self::Pixels => "ask for a smaller picture",
+            Self::Files => "give fewer pictures at once",
             Self::Camera => "take a smaller camera",
             Self::Pictures => "take smaller pictures",
             Self::Variants => "plan fewer variants",

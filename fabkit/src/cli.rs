@@ -24,7 +24,7 @@ use fabkit_application::pictures::Viewer;
 pub use calibrate::{
     Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins, CalibratePlan,
 };
-pub use capturing::{Capture, CaptureContact, FitLight, OpticsPack};
+pub use capturing::{Capture, CaptureContact, FitLight, OpticsPack, Reconstruct};
 pub use ground_truth::{CameraArgs, Dataset, Depth};
 pub use guide::Guide;
 pub use new::New;
@@ -123,6 +123,9 @@ pub enum Command {
     /// Fit the constants of a real unit's light to its captures of pins, for `capture`
     #[command(after_help = examples::FIT_LIGHT)]
     FitLight(FitLight),
+    /// Say how deep pictures are pressed, from how dark their layers have become: no network
+    #[command(after_help = examples::RECONSTRUCT)]
+    Reconstruct(Reconstruct),
     /// Render what simulators measure on a real unit: its picture at rest, and what slopes or depths look like
     #[command(after_help = examples::OPTICS_PACK)]
     OpticsPack(OpticsPack),

@@ -52,6 +52,9 @@ probes 0 dataset rtac0 --probes --count 20 -o probes.csv
 completions 0 completions fish
 man 0 man
 capture 0 capture 9dtact --press ball@0mm,0mm,1mm -o capture.png
+capture 0 capture 9dtact --reference -o rest.png
+reconstruct 0 reconstruct 9dtact --reference rest.png capture.png -o depth
+calibrate-plan 0 calibrate plan digit-like --captures 2
 optics-pack 0 optics-pack gelsight-like -o optics
 optics-pack 0 optics-pack 9dtact -o depths
 press 0 press digit-like --indenter ball@0mm,0mm --depth 0.4mm --steps 2 --shear 0.1mm,0mm --csv curve.csv

@@ -226,7 +226,7 @@ impl LightConstants {
     }
 
     /// As JSON.
-    pub(super) fn document(&self, shows: &Shows) -> Value {
+    pub fn document(&self, shows: &Shows) -> Value {
         let constant = |constant: &&Constant| {
             json!({
                 "name": constant.name,

@@ -1,7 +1,7 @@
 //! Translucent layers over black: the thicker, the brighter.
 
 use fabkit_depth::truth::{DepthMap, NO_LABEL};
-use fabkit_geometry::{Lighting, Rgb, Scratch, Sensor};
+use fabkit_geometry::{Lighting, Point3, Rgb, Scratch, Sensor};
 use fabkit_light::Spread;
 use rayon::prelude::*;
 
@@ -23,6 +23,16 @@ pub(crate) struct LayerScene<'a> {
     ray_mm: Option<f64>,
     /// What all rays see at rest, where that is kept.
     at_rest: Option<AtRest>,
+}
+
+/// What a ray sees of layers that nothing presses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SeenAtRest {
+    /// Where it meets the surface, sensor frame, mm.
+    pub place: Point3<f64>,
+    /// How thick they are there along the normal, mm, and along the ray.
+    pub thick_mm: f64,
+    pub path_mm: f64,
 }
 
 /// What each ray sees while nothing presses.
@@ -101,6 +111,19 @@ impl<'a> LayerScene<'a> {
         let light: Vec<Rgb> = grey.into_iter().map(|grey| [grey; 3]).collect();
         let thickness_mm = rays.into_iter().map(|(_, mm)| mm).collect();
         Painted { light, thickness_mm, marks: Vec::new() }
+    }
+
+    /// What each ray of a surface at rest sees of the layers; nothing of those that see none.
+    pub(crate) fn seen_at_rest(&self, map: &DepthMap<'_>) -> Vec<Option<SeenAtRest>> {
+        let ray = |(scratch, found): &mut (Scratch, Vec<[f64; 2]>), i: usize| {
+            let (place, direction) = map.arrival(i).filter(|_| map.label()[i] != NO_LABEL)?;
+            let (_, outward) = self.scene.touch.depth_mm(&place);
+            let thick_mm = self.scene.thickness_mm((&place, &outward), scratch, found)?;
+            let path_mm = along(thick_mm, &outward, &direction);
+            Some(SeenAtRest { place, thick_mm, path_mm })
+        };
+        let memory = || (Scratch::default(), Vec::new());
+        (0..map.range_mm().len()).into_par_iter().map_init(memory, ray).collect()
     }
 
     /// How light spreads where there is a layer.

@@ -19,6 +19,7 @@ mod sent;
 mod skin;
 mod studio;
 mod table;
+mod thins;
 mod unit;
 
 use fabkit_depth::truth::DepthMap;
@@ -40,6 +41,7 @@ use self::glowing::GlowScene;
 pub(crate) use self::layers::LayerScene;
 use self::marks::MarkScene;
 pub(crate) use self::sent::sent;
+pub(crate) use self::thins::Thins;
 use crate::Error;
 use crate::bodies::UnknownName;
 use crate::error::{ErrorKind, Explained};
@@ -446,7 +448,7 @@ fn mark_pixels(viewpoint: &Viewpoint, sights: &Sights, marks: &[Moved]) -> Vec<O
 }
 
 /// How far neighbouring rays meet the surface from each other, mm: the median along rows.
-fn ray_mm(map: &DepthMap<'_>) -> f64 {
+pub(crate) fn ray_mm(map: &DepthMap<'_>) -> f64 {
     use fabkit_depth::truth::NO_LABEL;
     let places: Vec<_> = map.point_in_sensor().collect();
     let width = map.width_px() as usize;

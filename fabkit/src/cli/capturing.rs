@@ -157,6 +157,29 @@ pub struct FitLight {
     pub output: Option<PathBuf>,
 }
 
+/// `fabkit reconstruct`.
+#[derive(Debug, Args)]
+pub struct Reconstruct {
+    /// Which sensor.
+    #[command(flatten)]
+    pub design: Design,
+    /// Pictures with contact: PNG, JPEG, TIFF or BMP
+    #[arg(required = true, value_name = "IMAGE")]
+    pub pictures: Vec<PathBuf>,
+    /// The picture without contact, from the same camera
+    #[arg(long, value_name = "IMAGE")]
+    pub reference: PathBuf,
+    /// Where the camera is.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// What lights it.
+    #[command(flatten)]
+    pub light: LightArgs,
+    /// The folder to write one NPZ file for each picture into
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+}
+
 const PIN_RADIUS_LIMITS_MM: [f64; 2] = [0.1, 5.0];
 
 fn pin_radius(text: &str) -> Result<f64, String> {

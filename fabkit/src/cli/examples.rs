@@ -103,6 +103,11 @@ Examples:
   fabkit calibrate extrinsics 9dtact --camera camera.yaml --captures pictures --pin long -o pose.yaml \
 --report pose.html";
 
+pub(crate) const RECONSTRUCT: &str = "\
+Examples:
+  fabkit reconstruct rtac0 --reference ref.png picture.png -o depth
+  fabkit reconstruct rtac0 --pose pose.yaml --constants light.json --reference ref.png pictures/*.png -o depth";
+
 pub(crate) const PLAN: &str = "\
 Examples:
   fabkit calibrate plan rtac0 --captures 10

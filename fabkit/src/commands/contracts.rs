@@ -33,6 +33,7 @@ const CONTRACTS: &[(&str, &str)] = &[
     ("press", include_str!("../../schemas/press.json")),
     ("probes", include_str!("../../schemas/probes.json")),
     ("profile", include_str!("../../schemas/profile.json")),
+    ("reconstruct", include_str!("../../schemas/reconstruct.json")),
     ("render", include_str!("../../schemas/render.json")),
     ("reread", include_str!("../../schemas/reread.json")),
     ("show", include_str!("../../schemas/show.json")),

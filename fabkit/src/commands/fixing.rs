@@ -16,6 +16,7 @@ pub(super) fn fix(command: &mut Command) -> Result<Option<Vec<Change>>, Failure>
         Command::Depth(args) => of(&mut args.design),
         Command::Capture(args) => of(&mut args.design),
         Command::FitLight(args) => of(&mut args.design),
+        Command::Reconstruct(args) => of(&mut args.design),
         Command::OpticsPack(args) => of(&mut args.design),
         Command::Press(args) => of(&mut args.design),
         Command::Dataset(args) => of(&mut args.design),

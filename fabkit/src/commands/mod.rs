@@ -24,6 +24,7 @@ mod press;
 mod profile;
 mod profiled;
 mod progress;
+mod reconstruct;
 mod render;
 mod reread;
 mod schema;
@@ -155,6 +156,7 @@ fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Press(args) => press::run(args),
         Command::Capture(args) => capture::run(args),
         Command::FitLight(args) => fit_light::run(args),
+        Command::Reconstruct(args) => reconstruct::run(args),
         Command::OpticsPack(args) => optics_pack::run(args),
         Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Calibrate { what } => calibrate::run(what),
@@ -178,6 +180,7 @@ fn prints_its_result(command: &Command) -> bool {
             | Command::Guide(_)
             | Command::New(_)
             | Command::OpticsPack(_)
+            | Command::Reconstruct(_)
             | Command::Sweep(_)
             | Command::Verify(_)
             | Command::Render(_)

@@ -1,0 +1,69 @@
+//! Why there is no depth.
+
+use std::path::PathBuf;
+
+use crate::error::{ErrorKind, Explained};
+
+/// Why there is no depth.
+#[derive(Debug, thiserror::Error)]
+pub enum ReconstructError {
+    /// Light that does not show thickness.
+    #[error(
+        "depth is reconstructed where light shows how thick layers are; `{sensor}` in `{light}` light shows something else"
+    )]
+    OtherLight {
+        /// The sensor.
+        sensor: String,
+        /// Its light.
+        light: &'static str,
+    },
+    /// A picture of another size than the camera takes.
+    #[error(
+        "{}: {} x {} px; the camera takes {} x {} px",
+        .file.display(), .size_px[0], .size_px[1], .expected_px[0], .expected_px[1]
+    )]
+    OtherSize {
+        /// The picture.
+        file: PathBuf,
+        /// Its width and height, px.
+        size_px: [usize; 2],
+        /// The camera's, px.
+        expected_px: [usize; 2],
+    },
+    /// A picture at rest in which nothing is lit.
+    #[error("{}: the surface is darker than {} grey nearly everywhere: this is no picture of it at rest", .file.display(), .least_grey)]
+    Dark {
+        /// The picture.
+        file: PathBuf,
+        /// What is bright enough, grey.
+        least_grey: f64,
+    },
+    /// Pictures whose depth would go into one file.
+    #[error("{} and {} would both be written as {}", .first.display(), .second.display(), .name)]
+    SameName {
+        /// A picture.
+        first: PathBuf,
+        /// Another.
+        second: PathBuf,
+        /// The file.
+        name: String,
+    },
+}
+
+impl Explained for ReconstructError {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::BadInput
+    }
+
+    fn hint(&self) -> Option<String> {
+        let hint = match self {
+            Self::OtherLight { .. } => "sensors with translucent layers have it: rtac0, 9dtact",
+            Self::OtherSize { .. } => {
+                "give the camera that took the pictures, or pictures as it takes them"
+            }
+            Self::Dark { .. } => "take it with the lamps on, and nothing that touches",
+            Self::SameName { .. } => "rename one of them, or write them into folders of their own",
+        };
+        Some(hint.to_owned())
+    }
+}

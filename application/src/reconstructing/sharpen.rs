@@ -1,0 +1,165 @@
+//! Takes back light that went sideways in a layer.
+
+/// A blur reaches this many standard deviations.
+const REACH: f64 = 3.0;
+/// The widest, px: it must not reach beyond the tiles beside one.
+const MOST_REACH: usize = TILE_PX;
+/// Tiles with contact and those beside them are sharpened: elsewhere there is noise alone.
+const TILE_PX: usize = 16;
+
+/// Sharpens what a normal distribution has spread, once: as much is added as spreading what is seen would take away (van
+/// Cittert 1931). More of it sharpens noise as well.
+#[derive(Clone, Debug)]
+pub(super) struct Sharpener {
+    size_px: [usize; 2],
+    /// From the farthest neighbour before to the farthest after; their sum is 1.
+    weights: Vec<f32>,
+}
+
+impl Sharpener {
+    /// By a standard deviation, px; 0 changes nothing.
+    pub fn new(size_px: [usize; 2], sigma_px: f64) -> Self {
+        let reach = (REACH * sigma_px).ceil();
+        let reach = if reach.is_finite() { (reach as usize).min(MOST_REACH) } else { 0 };
+        let offset = |i: usize| i as f64 - reach as f64;
+        let weight =
+            |i: usize| if reach == 0 { 1.0 } else { (-0.5 * (offset(i) / sigma_px).powi(2)).exp() };
+        let all: Vec<f64> = (0..=2 * reach).map(weight).collect();
+        let sum: f64 = all.iter().sum();
+        Self { size_px, weights: all.into_iter().map(|weight| (weight / sum) as f32).collect() }
+    }
+
+    /// Values row by row, in tiles with contact and beside them; what lies beyond those counts as 0.
+    pub fn apply(&self, values: &mut [f32], contact: &[bool]) {
+        let tiles = Tiles::near(self.size_px, contact);
+        let [width, height] = self.size_px;
+        let reach = self.weights.len() / 2;
+        if reach == 0 || !tiles.is_near.contains(&true) {
+            return;
+        }
+        // Along rows, in runs of tiles; a row with room on both sides, so that no neighbour is asked for its place.
+        let mut along = vec![0.0f32; values.len()];
+        let mut row_values = vec![0.0f32; width + 2 * reach];
+        for row in 0..height {
+            for [from, to] in tiles.runs(row) {
+                row_values[reach + from..reach + to]
+                    .copy_from_slice(&values[row * width..][from..to]);
+                // Also beside the run, where columns will ask for it no more than this tile does.
+                let sums = &mut along[row * width..][from..to];
+                for (k, weight) in self.weights.iter().enumerate() {
+                    for (sum, value) in sums.iter_mut().zip(&row_values[from + k..]) {
+                        *sum += weight * value;
+                    }
+                }
+                row_values[reach + from..reach + to].fill(0.0);
+            }
+        }
+        let mut sums = vec![0.0f32; width];
+        for row in 0..height {
+            for [from, to] in tiles.runs(row) {
+                sums[from..to].fill(0.0);
+                for (k, weight) in self.weights.iter().enumerate() {
+                    let Some(other) = (row + k).checked_sub(reach).filter(|row| *row < height)
+                    else {
+                        continue;
+                    };
+                    let there = &along[other * width..][from..to];
+                    for (sum, value) in sums[from..to].iter_mut().zip(there) {
+                        *sum += weight * value;
+                    }
+                }
+                let here = &mut values[row * width..][from..to];
+                for (value, spread) in here.iter_mut().zip(&sums[from..to]) {
+                    *value += *value - spread;
+                }
+            }
+        }
+    }
+}
+
+/// Which tiles have contact, or lie beside one that has.
+struct Tiles {
+    width: usize,
+    across: usize,
+    is_near: Vec<bool>,
+}
+
+impl Tiles {
+    fn near(size_px: [usize; 2], contact: &[bool]) -> Self {
+        let [across, down] = size_px.map(|px| px.div_ceil(TILE_PX));
+        let mut touched = vec![false; across * down];
+        for (row, contacts) in contact.chunks(size_px[0]).enumerate() {
+            for (column, contacts) in contacts.chunks(TILE_PX).enumerate() {
+                touched[row / TILE_PX * across + column] |= contacts.contains(&true);
+            }
+        }
+        let beside = |tile: usize| {
+            let [column, row] = [tile % across, tile / across];
+            let rows = row.saturating_sub(1)..=(row + 1).min(down - 1);
+            let columns = column.saturating_sub(1)..=(column + 1).min(across - 1);
+            rows.flat_map(|row| columns.clone().map(move |column| row * across + column))
+                .any(|tile| touched[tile])
+        };
+        let is_near = (0..touched.len()).map(beside).collect();
+        Self { width: size_px[0], across, is_near }
+    }
+
+    /// Columns from where to where, in a row.
+    fn runs(&self, row: usize) -> Vec<[usize; 2]> {
+        let tiles = &self.is_near[row / TILE_PX * self.across..][..self.across];
+        let mut runs: Vec<[usize; 2]> = Vec::new();
+        for (tile, _) in tiles.iter().enumerate().filter(|(_, is_near)| **is_near) {
+            let (from, to) = (tile * TILE_PX, ((tile + 1) * TILE_PX).min(self.width));
+            match runs.last_mut() {
+                Some([_, last]) if *last == from => *last = to,
+                _ => runs.push([from, to]),
+            }
+        }
+        runs
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a normal distribution has spread is narrower and higher afterwards, and nothing changes far from contact.
+    #[test]
+    fn what_was_spread_is_brought_back() {
+        let (size, sigma) = ([200, 120], 4.0f64);
+        let at = |i: usize, sigma: f64| {
+            let [x, y] = [(i % 200) as f64 - 90.0, (i / 200) as f64 - 60.0];
+            (-0.5 * (x * x + y * y) / (sigma * sigma)).exp() as f32
+        };
+        // A normal distribution of 6 px, spread by 4: of 7.2 px, and lower by (6 / 7.2)^2.
+        let wide = (36.0 + sigma * sigma).sqrt();
+        let mut seen: Vec<f32> =
+            (0..200 * 120).map(|i| at(i, wide) * (36.0 / (wide * wide)) as f32).collect();
+        let contact: Vec<bool> = seen.iter().map(|value| *value > 0.2).collect();
+        let truth: Vec<f32> = (0..200 * 120).map(|i| at(i, 6.0)).collect();
+        let off = |seen: &[f32]| {
+            seen.iter().zip(&truth).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>()
+        };
+        let (before, first) = (off(&seen), seen[0]);
+        Sharpener::new(size, sigma).apply(&mut seen, &contact);
+        assert!(off(&seen) < 0.5 * before, "{} {before}", off(&seen));
+        assert_eq!(seen[0], first);
+        // By hand, in the middle: once more than what spreading again leaves, (36 / 68)^1 of the height.
+        let expected = 2.0 * 36.0 / 52.0 - 36.0 / 68.0;
+        assert!(
+            (f64::from(seen[60 * 200 + 90]) - expected).abs() < 0.01,
+            "{}",
+            seen[60 * 200 + 90]
+        );
+    }
+
+    #[test]
+    fn without_spread_or_contact_nothing_changes() {
+        let values: Vec<f32> = (0..64 * 64).map(|i| (i % 7) as f32).collect();
+        for (sigma, touched) in [(0.0, true), (3.0, false), (f64::NAN, true)] {
+            let mut same = values.clone();
+            Sharpener::new([64, 64], sigma).apply(&mut same, &vec![touched; 64 * 64]);
+            assert_eq!(same, values);
+        }
+    }
+}

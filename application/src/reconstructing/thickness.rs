@@ -1,0 +1,262 @@
+//! Depth from what is missing of a layer's light.
+
+use std::path::Path;
+
+use fabkit_calibration::image::GreyImage;
+use fabkit_geometry::{Lighting, Shows};
+
+use super::ReconstructError;
+use super::sharpen::Sharpener;
+use crate::Error;
+use crate::capturing::{LayerScene, LightConstants, Thins, ray_mm};
+use crate::pressing::{Contact, Linear};
+use crate::scene::{Cast, SensorView};
+
+/// Of a grey value of 255 in a picture.
+const WHITE: f32 = 255.0;
+/// Rays that meet the surface flatter than this see it as if they met it so, cosine.
+const LEAST_COSINE: f64 = 0.2;
+/// Where the picture at rest is darker, nothing is said, grey.
+const LEAST_GREY: f64 = 8.0;
+/// Fewer pixels that are bright enough, as a part of those that see the surface, are no picture of it.
+const LEAST_LIT: f64 = 0.25;
+/// So much darker than at rest, in the mean of a square around it, something presses, grey. Chosen: three times what the mean of a square
+/// of R-Tac0's pictures differs by from one picture at rest to the next.
+const CONTACT_GREY: f32 = 3.0;
+/// No layer sends more back than this part of the light.
+const MOST_BACK: f32 = 0.98;
+/// Half a side of that square, px.
+const AROUND: usize = 2;
+/// Pictures are brighter or darker than the one at rest as a whole by this part at most; steps in which that is looked for.
+const MOST_DRIFT: f32 = 0.1;
+const DRIFT_STEPS: usize = 160;
+/// Every so many-th pixel is asked for it.
+const DRIFT_STRIDE: usize = 7;
+
+/// What pixels at rest say, each list row by row: what is computed for all of them at once lies together.
+#[derive(Clone, Debug, Default)]
+struct Laws {
+    /// Grey values at rest; 0 where nothing is said.
+    at_rest: Vec<f32>,
+    /// Light that is sent back at rest, as a part of what an endless layer sends.
+    back: Vec<f32>,
+    /// How much less of it for each grey value darker.
+    per_grey: Vec<f32>,
+    /// Depth if nothing were left of the layers, mm; not a number where no surface is seen.
+    most_mm: Vec<f32>,
+    /// One over the path at rest, in units of what the law makes of `back`.
+    over_path: Vec<f32>,
+}
+
+/// Knows the light of a sensor at rest.
+#[derive(Clone, Debug)]
+pub struct Reconstructor {
+    size_px: [usize; 2],
+    laws: Laws,
+    sharpener: Sharpener,
+}
+
+/// What a picture shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reconstructed {
+    /// How much nearer the surface is than at rest, along each pixel's ray, mm, as `indentation_mm` of truth; negative
+    /// where gel bulges; not a number where no surface is seen.
+    pub depth_mm: Vec<f32>,
+    /// Where something presses.
+    pub contact: Vec<bool>,
+    /// How much brighter the picture is as a whole than the one at rest: 1 is not.
+    pub brighter: f32,
+}
+
+impl Reconstructed {
+    /// The deepest contact, mm.
+    pub fn deepest_mm(&self) -> Option<f32> {
+        let pressed = self.depth_mm.iter().zip(&self.contact).filter(|(_, contact)| **contact);
+        pressed.map(|(mm, _)| *mm).max_by(f32::total_cmp)
+    }
+}
+
+impl Reconstructor {
+    /// From a sensor as its camera sees it, and its picture at rest, which came from `file`.
+    ///
+    /// # Errors
+    /// Light that shows something else than thickness, layers that cannot be pressed, a picture of another size or of something else.
+    pub fn new(
+        scene: &SensorView,
+        lighting: &Lighting,
+        constants: &LightConstants,
+        (file, reference): (&Path, &GreyImage),
+    ) -> Result<Self, Error> {
+        let sensor = &scene.project.design.sensor;
+        if !matches!(lighting.shows, Shows::Thickness { .. }) {
+            let (sensor, light) = (sensor.name.clone(), lighting.name);
+            return Err(ReconstructError::OtherLight { sensor, light }.into());
+        }
+        let camera = scene.viewpoint.camera();
+        let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
+        check_size(file, reference, size_px)?;
+        let layers = LayerScene::of(sensor, lighting, constants)?;
+        let thins = Thins::of(&layers, sensor)?;
+        let (law, ground) =
+            (constants.layer(), constants.ground_grey.value / constants.layer_grey.value);
+        let cast = Cast {
+            presses: &[],
+            samples: 1,
+            contact: Contact::Linear(Linear::default()),
+            shear_mm: [0.0; 2],
+            print_sigma_mm: 0.0,
+            allow_no_contact: true,
+        };
+        let (surface_px, sharpener, laws) = scene.cast(&cast, |seen| {
+            let at_rest = layers.seen_at_rest(seen.map);
+            let cosines = seen.map.incidence_rad().map(|rad| rad.cos().max(LEAST_COSINE));
+            let sigma_px = constants.spread_mm.value / ray_mm(seen.map);
+            let mut laws = Laws::default();
+            for ((seen, cosine), value) in at_rest.iter().zip(cosines).zip(reference.values()) {
+                let grey = f64::from(WHITE * value);
+                laws.push(seen.filter(|_| grey >= LEAST_GREY).map(|seen| {
+                    let back = law.reflectance(seen.path_mm);
+                    let most_mm = seen.thick_mm / thins.at(&seen.place) / cosine;
+                    [grey, back, (back + ground) / grey, most_mm, (1.0 - back) / back]
+                }));
+            }
+            let surface_px = at_rest.iter().flatten().count();
+            Ok::<_, Error>((surface_px, Sharpener::new(size_px, sigma_px), laws))
+        })?;
+        let lit = laws.at_rest.iter().filter(|grey| **grey > 0.0).count();
+        if (lit as f64) < LEAST_LIT * surface_px as f64 {
+            return Err(ReconstructError::Dark { file: file.into(), least_grey: LEAST_GREY }.into());
+        }
+        Ok(Self { size_px, laws, sharpener })
+    }
+
+    /// Width and height of pictures, px.
+    pub fn size_px(&self) -> [usize; 2] {
+        self.size_px
+    }
+
+    /// What a picture shows, which came from `file`.
+    ///
+    /// # Errors
+    /// A picture of another size.
+    pub fn reconstruct(&self, file: &Path, picture: &GreyImage) -> Result<Reconstructed, Error> {
+        check_size(file, picture, self.size_px)?;
+        Ok(self.of_values(picture.values()))
+    }
+
+    /// The same of brightness from 0 to 1, row by row; as many values as pixels.
+    pub fn of_values(&self, values: &[f32]) -> Reconstructed {
+        let brighter = self.brighter(values);
+        let scale = WHITE / brighter;
+        let at_rest = &self.laws.at_rest;
+        let mut darker: Vec<f32> =
+            at_rest.iter().zip(values).map(|(rest, value)| rest - scale * value).collect();
+        let around = self.around(&darker);
+        let contact: Vec<bool> = around.iter().map(|mean| *mean > CONTACT_GREY).collect();
+        self.sharpener.apply(&mut darker, &contact);
+        let depth_mm = self.laws.depth_mm(&darker);
+        Reconstructed { depth_mm, contact, brighter }
+    }
+
+    /// How much brighter most of a picture is than the one at rest: what a press changes is the smaller part.
+    fn brighter(&self, values: &[f32]) -> f32 {
+        let mut counts = [0u32; DRIFT_STEPS + 1];
+        let of_ratio = |ratio: f32| ((ratio - 1.0) / MOST_DRIFT + 1.0) * 0.5 * DRIFT_STEPS as f32;
+        for (rest, value) in self.laws.at_rest.iter().zip(values).step_by(DRIFT_STRIDE) {
+            let step = of_ratio(WHITE * value / rest).round();
+            if *rest > 0.0 && (0.0..=DRIFT_STEPS as f32).contains(&step) {
+                counts[step as usize] += 1;
+            }
+        }
+        // The densest stretch of some steps, and its middle by weight.
+        const STRETCH: usize = 9;
+        let sums = counts.windows(STRETCH).enumerate();
+        let densest =
+            sums.max_by_key(|(at, window)| (window.iter().sum::<u32>(), std::cmp::Reverse(*at)));
+        let Some((at, window)) =
+            densest.filter(|(_, window)| window.iter().any(|count| *count > 0))
+        else {
+            return 1.0;
+        };
+        let (mut sum, mut weight) = (0.0f32, 0.0f32);
+        for (i, count) in window.iter().enumerate() {
+            sum += *count as f32 * (at + i) as f32;
+            weight += *count as f32;
+        }
+        (2.0 * sum / weight / DRIFT_STEPS as f32 - 1.0) * MOST_DRIFT + 1.0
+    }
+
+    /// Means over a square around each pixel; 0 where no surface is seen, and at the border.
+    fn around(&self, darker: &[f32]) -> Vec<f32> {
+        let [width, height] = self.size_px;
+        let side = 2 * AROUND + 1;
+        let share = 1.0 / (side * side) as f32;
+        let mut along = vec![0.0f32; darker.len()];
+        for (row, sums) in darker.chunks_exact(width).zip(along.chunks_exact_mut(width)) {
+            let middle = &mut sums[AROUND..width - AROUND];
+            for k in 0..side {
+                for (sum, value) in middle.iter_mut().zip(&row[k..]) {
+                    *sum += value;
+                }
+            }
+        }
+        let mut means = vec![0.0f32; darker.len()];
+        let mut sums = vec![0.0f32; width];
+        for row in AROUND..height.saturating_sub(AROUND) {
+            sums.copy_from_slice(&along[(row - AROUND) * width..(row - AROUND + 1) * width]);
+            for other in row - AROUND + 1..=row + AROUND {
+                for (sum, value) in sums.iter_mut().zip(&along[other * width..(other + 1) * width])
+                {
+                    *sum += value;
+                }
+            }
+            let here = row * width..(row + 1) * width;
+            let at_rest = &self.laws.at_rest[here.clone()];
+            for ((mean, sum), rest) in means[here].iter_mut().zip(&sums).zip(at_rest) {
+                *mean = if *rest > 0.0 { share * sum } else { 0.0 };
+            }
+        }
+        means
+    }
+}
+
+impl Laws {
+    /// Of one more pixel: each list's value.
+    fn push(&mut self, law: Option<[f64; 5]>) {
+        let [at_rest, back, per_grey, most_mm, over_path] =
+            law.unwrap_or([0.0, 0.0, 0.0, f64::NAN, 0.0]).map(|value| value as f32);
+        self.at_rest.push(at_rest);
+        self.back.push(back);
+        self.per_grey.push(per_grey);
+        self.most_mm.push(most_mm);
+        self.over_path.push(over_path);
+    }
+
+    /// Depth by how much darker each pixel is, mm.
+    fn depth_mm(&self, darker: &[f32]) -> Vec<f32> {
+        let mut depth_mm: Vec<f32> = self
+            .back
+            .iter()
+            .zip(&self.per_grey)
+            .zip(darker)
+            .map(|((back, per_grey), darker)| {
+                // No more than all of the layers can be missing, and brighter than endless ones none are.
+                let back = (back - per_grey * darker).clamp(0.0, MOST_BACK);
+                back / (1.0 - back)
+            })
+            .collect();
+        let known = self.most_mm.iter().zip(&self.over_path);
+        for (depth, (most_mm, over_path)) in depth_mm.iter_mut().zip(known) {
+            *depth = most_mm * (1.0 - *depth * over_path);
+        }
+        depth_mm
+    }
+}
+
+fn check_size(file: &Path, picture: &GreyImage, expected_px: [usize; 2]) -> Result<(), Error> {
+    let size_px = [picture.width_px(), picture.height_px()];
+    if size_px == expected_px {
+        return Ok(());
+    }
+    Err(ReconstructError::OtherSize { file: file.into(), size_px, expected_px }.into())
+}

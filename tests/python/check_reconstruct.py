@@ -1,0 +1,80 @@
+"""Depth that `fabkit reconstruct` finds in pictures, beside what they were made of; and in real captures of pins.
+
+    python check_reconstruct.py path/to/fabkit [--captures DIR --pose POSE.yaml --constants LIGHT.json]
+
+Simulated presses first. CAPTURES is a folder of R-Tac0's published captures, ref.png in it, with the pose and the light that
+`calibrate extrinsics` and `fit-light` find in them. On demand.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+PRESSES = ["hemisphere@30deg,120deg,1.2mm", "semi-dome-017", "semi-dome-040", "semi-dome-088"]
+# Around a pin's mark, px, the deepest place is looked for.
+AROUND_PX = 6
+
+
+def run(fabkit: str, *words: Any) -> dict[str, Any]:
+    done = subprocess.run([fabkit, *map(str, words), "--json"], check=True, capture_output=True, text=True)
+    return json.loads(done.stdout)
+
+
+def simulated(fabkit: str, folder: Path) -> None:
+    run(fabkit, "capture", "rtac0", "--reference", "-o", folder / "ref.png")
+    for seed, press in enumerate(PRESSES):
+        picture = folder / f"{seed}.png"
+        run(fabkit, "capture", "rtac0", "--press", press, "--seed", seed, "-o", picture, "--truth", folder / f"{seed}-truth.npz")
+        told = run(fabkit, "reconstruct", "rtac0", "--reference", folder / "ref.png", picture, "-o", folder / "out")
+        truth, found = np.load(folder / f"{seed}-truth.npz"), np.load(folder / "out" / f"{seed}.npz")
+        pressed = truth["contact"] & np.isfinite(found["depth_mm"])
+        miss = (found["depth_mm"] - truth["indentation_mm"])[pressed]
+        print(f"{press}: L1 {np.abs(miss).mean():.3f} mm where it presses, {100 * (np.abs(miss) < 0.1).mean():.0f} % below 0.1 mm, "
+              f"mean {miss.mean():+.3f}; a constant 0 is {truth['indentation_mm'][pressed].mean():.3f} mm off; "
+              f"{told['pictures_per_s']:.0f} pictures/s; simulated")
+
+
+def real(fabkit: str, args: argparse.Namespace, folder: Path) -> None:
+    pictures = sorted(path for path in args.captures.glob("*.png") if path.name != "ref.png")
+    reference = args.captures / "ref.png"
+    run(fabkit, "reconstruct", "rtac0", "--pose", args.pose, "--constants", args.constants, "--reference", reference,
+        *pictures, "-o", folder / "real")
+    run(fabkit, "depth", "rtac0", "--reference", "--pose", args.pose, "-o", folder / "rest.npz")
+    rest = np.load(folder / "rest.npz")
+    cosine, rings = np.cos(rest["incidence_rad"]), {}
+    for image in run(fabkit, "calibrate", "pins", "--reference", reference, *pictures)["images"]:
+        depth = np.load(folder / "real" / f"{Path(image['file']).stem}.npz")["depth_mm"]
+        for pin in image["pins"]:
+            x, y = (round(value) for value in pin["pixel"])
+            window = slice(max(0, y - AROUND_PX), y + AROUND_PX + 1), slice(max(0, x - AROUND_PX), x + AROUND_PX + 1)
+            place = rest["point_in_sensor"][y, x]
+            ring = int(np.degrees(np.arctan2(np.hypot(*place[:2]), place[2])) // 18) * 18
+            rings.setdefault(ring, []).append((np.nanmax(depth[window]), np.nanmax((depth * cosine)[window])))
+    for ring, depths in sorted(rings.items()):
+        along_ray, along_normal = np.median(depths, axis=0)
+        print(f"real pins from {ring} deg: {len(depths)}, median {along_ray:.2f} mm along the ray, {along_normal:.2f} mm along the "
+              f"normal, scatter {np.std([normal for _, normal in depths]):.2f}")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("fabkit")
+    parser.add_argument("--captures", type=Path)
+    parser.add_argument("--pose", type=Path)
+    parser.add_argument("--constants", type=Path)
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        simulated(args.fabkit, Path(folder))
+        if args.captures:
+            real(args.fabkit, args, Path(folder))
+
+
+if __name__ == "__main__":
+    main()

@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::run::{cargo, check, fabkit};
 
 /// Started first, the longest before the others.
-const LONG: [&str; 13] = [
+const LONG: [&str; 12] = [
     "assemblies",
     "constraints",
     "calibrate",
@@ -20,13 +20,21 @@ const LONG: [&str; 13] = [
     "capture",
     "buying",
     "flat",
-    "failures",
     "bodies",
     "planning",
 ];
 
 /// They measure time and memory, and want the machine for themselves.
-const ALONE: [&str; 2] = ["budget", "memory"];
+const ALONE: [&str; 8] = [
+    "budget",
+    "failures",
+    "fabkit_text",
+    "memory",
+    "own_materials",
+    "parameters",
+    "pose",
+    "problems",
+];
 
 /// Programs of tests.
 pub struct Tests {

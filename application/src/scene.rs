@@ -73,6 +73,20 @@ pub struct Cast<'a> {
     pub allow_no_contact: bool,
 }
 
+impl Cast<'_> {
+    /// Nothing presses, a ray a pixel, surfaces as drawn.
+    pub fn at_rest(contact: Contact) -> Self {
+        Self {
+            presses: &[],
+            samples: 1,
+            contact,
+            shear_mm: [0.0; 2],
+            print_sigma_mm: 0.0,
+            allow_no_contact: true,
+        }
+    }
+}
+
 /// What the camera sees of a press.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {

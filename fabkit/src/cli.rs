@@ -24,7 +24,7 @@ use fabkit_application::pictures::Viewer;
 pub use calibrate::{
     Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins, CalibratePlan,
 };
-pub use capturing::{Capture, CaptureContact, FitLight, OpticsPack, Reconstruct};
+pub use capturing::{Capture, CaptureContact, FitLight, LightArgs, OpticsPack, Reconstruct};
 pub use ground_truth::{CameraArgs, Dataset, Depth};
 pub use guide::Guide;
 pub use new::New;

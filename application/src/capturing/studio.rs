@@ -34,14 +34,7 @@ impl<'a> Studio<'a> {
         contact: Contact,
     ) -> Result<Self, Error> {
         let sensor = &scene.project.design.sensor;
-        let cast = Cast {
-            presses: &[],
-            samples: 1,
-            contact,
-            shear_mm: [0.0; 2],
-            print_sigma_mm: 0.0,
-            allow_no_contact: true,
-        };
+        let cast = Cast::at_rest(contact);
         let capturing = Capturing { cast, lighting, constants, seed: None };
         capturing.check(sensor, false, contact)?;
         let mut painter = Painter::of(sensor, lighting, constants)?;

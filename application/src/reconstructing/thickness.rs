@@ -99,14 +99,7 @@ impl Reconstructor {
         let thins = Thins::of(&layers, sensor)?;
         let (law, ground) =
             (constants.layer(), constants.ground_grey.value / constants.layer_grey.value);
-        let cast = Cast {
-            presses: &[],
-            samples: 1,
-            contact: Contact::Linear(Linear::default()),
-            shear_mm: [0.0; 2],
-            print_sigma_mm: 0.0,
-            allow_no_contact: true,
-        };
+        let cast = Cast::at_rest(Contact::Linear(Linear::default()));
         let (surface_px, sharpener, laws) = scene.cast(&cast, |seen| {
             let at_rest = layers.seen_at_rest(seen.map);
             let cosines = seen.map.incidence_rad().map(|rad| rad.cos().max(LEAST_COSINE));

@@ -3,12 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit_application::Error;
-use fabkit_application::capturing::{
-    Captured, Capturing, LightConstants, SkinView, Unit, comment, document, lighting,
-};
+use fabkit_application::capturing::{Captured, Capturing, SkinView, Unit, comment, document};
 use fabkit_application::export::png_with_comment;
-use fabkit_application::fitting_light::read_constants;
 use fabkit_application::fixtures::{Press, Project};
 use fabkit_application::ground_truth::{Collected, Viewpoint, Wanted};
 use fabkit_application::pressing::{Pressing, farthest};
@@ -43,7 +39,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
     let unit = args.unit.map(Unit);
     let (project, viewpoint) = view::seen_from(&args.design, &args.camera, unit)?;
     let sensor = &project.design.sensor;
-    let lighting = lighting(sensor, args.light.light.as_deref()).map_err(Error::from)?;
+    let (lighting, mut constants) = view::lit(sensor, &args.light)?;
     let viewpoint = match &lighting.camera {
         Some(camera) if args.camera.camera.is_none() && args.camera.pose.is_none() => {
             Viewpoint::new(camera, None, None).map_err(Failure::bug)?
@@ -51,10 +47,6 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         _ => viewpoint,
     };
     let presses = presses(&project, args)?;
-    let mut constants = match &args.light.constants {
-        Some(path) => read_constants(sensor, path)?,
-        None => LightConstants::of(sensor),
-    };
     if let Some(unit) = unit {
         unit.change(&mut constants);
     }

@@ -1,8 +1,6 @@
 //! `fabkit optics-pack SENSOR -o DIR`
 
-use fabkit_application::Error;
-use fabkit_application::capturing::{LightConstants, lighting, optics_pack};
-use fabkit_application::fitting_light::read_constants;
+use fabkit_application::capturing::optics_pack;
 use fabkit_application::staging::write_all;
 use serde_json::{Value, json};
 
@@ -20,11 +18,7 @@ pub(super) fn run(args: &OpticsPack) -> Result<Outcome, Failure> {
         .check()?;
     let scene = view::scene(&args.design, &args.camera)?;
     let sensor = &scene.project.design.sensor;
-    let lighting = lighting(sensor, args.light.light.as_deref()).map_err(Error::from)?;
-    let constants = match &args.light.constants {
-        Some(path) => read_constants(sensor, path)?,
-        None => LightConstants::of(sensor),
-    };
+    let (lighting, constants) = view::lit(sensor, &args.light)?;
     let pack = optics_pack(&scene, lighting, &constants)?;
     interrupt::begin_writing()?;
     write_all(&args.output, &pack.files, &interrupt::requested)?;

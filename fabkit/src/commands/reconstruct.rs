@@ -4,8 +4,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fabkit_application::Error;
-use fabkit_application::capturing::{LightConstants, lighting};
-use fabkit_application::fitting_light::read_constants;
 use fabkit_application::memory::{self, Less};
 use fabkit_application::reconstructing::{
     ReconstructError, Reconstructor, npz_of, pictures_per_s, read,
@@ -33,11 +31,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
         .check()?;
     let scene = view::scene(&args.design, &args.camera)?;
     let sensor = &scene.project.design.sensor;
-    let lighting = lighting(sensor, args.light.light.as_deref()).map_err(Error::from)?;
-    let constants = match &args.light.constants {
-        Some(path) => read_constants(sensor, path)?,
-        None => LightConstants::of(sensor),
-    };
+    let (lighting, constants) = view::lit(sensor, &args.light)?;
     let reference = read(&args.reference)?;
     let known = Reconstructor::new(&scene, lighting, &constants, (&args.reference, &reference))?;
     let [width, height] = known.size_px();

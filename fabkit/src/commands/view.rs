@@ -2,14 +2,17 @@
 
 use std::sync::Arc;
 
-use fabkit_application::capturing::Unit;
+use fabkit_application::Error;
+use fabkit_application::capturing::{LightConstants, Unit, lighting};
+use fabkit_application::fitting_light::read_constants;
 use fabkit_application::fixtures::Project;
+use fabkit_application::geometry::{Lighting, Sensor};
 use fabkit_application::ground_truth::{SurfaceCoverage, Viewpoint};
 use fabkit_application::scene::{SensorView, viewpoint_from_files, words};
 use fabkit_application::source::{Source, Target};
 
 use super::{ErrorKind, Failure};
-use crate::cli::{CameraArgs, Design};
+use crate::cli::{CameraArgs, Design, LightArgs};
 use crate::roles::Roles;
 
 /// The files that say what is seen, and from where.
@@ -53,6 +56,19 @@ pub(super) fn seen_from(
     let viewpoint =
         viewpoint_from_files(&project, camera.camera.as_deref(), camera.pose.as_deref())?;
     Ok((Arc::new(project), viewpoint))
+}
+
+/// What lights a sensor, and the constants of that light.
+pub(super) fn lit<'a>(
+    sensor: &'a Sensor,
+    args: &LightArgs,
+) -> Result<(&'a Lighting, LightConstants), Failure> {
+    let lighting = lighting(sensor, args.light.as_deref()).map_err(Error::from)?;
+    let constants = match &args.constants {
+        Some(path) => read_constants(sensor, path)?,
+        None => LightConstants::of(sensor),
+    };
+    Ok((lighting, constants))
 }
 
 /// Below this share of the surface a camera is taken for misplaced, and said to be.

@@ -63,14 +63,7 @@ fn at_rest(
     constants: &LightConstants,
     also: impl FnOnce(&crate::scene::Seen<'_>) -> Result<(), Error>,
 ) -> Result<Captured, Error> {
-    let cast = Cast {
-        presses: &[],
-        samples: 1,
-        contact: Contact::Linear(Linear::default()),
-        shear_mm: [0.0; 2],
-        print_sigma_mm: 0.0,
-        allow_no_contact: true,
-    };
+    let cast = Cast::at_rest(Contact::Linear(Linear::default()));
     Capturing { cast, lighting, constants, seed: None }.take(scene, also)
 }
 

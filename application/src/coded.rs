@@ -11,6 +11,7 @@ use fabkit_tetra::TetraError;
 use fabkit_text::{Problem, number_and_unit};
 use serde_json::{Value, json};
 
+use crate::benching::BenchError;
 use crate::bodies::UnknownName;
 use crate::calibrating::CalibratingError;
 use crate::dataset::{DatasetError, DatasetRequestError, SampleError};
@@ -138,13 +139,17 @@ pub fn about(error: &Error) -> About {
         Error::Slicing(error) => About::of(slicing(error)),
         Error::Picture(error) => picture(error),
         Error::Verifier(error) => verifier(error),
+        Error::Bench(BenchError::NoPackage { python, .. }) => About::at("no_bench", python),
+        Error::Bench(other) => of_kind(other.kind()),
         Error::Scene(error) => About::of(scene(error)),
         Error::Pressing(error) => About::of(pressing(error)),
         Error::Capture(_) | Error::FitLight(_) => About::of("no_light"),
         Error::Reconstruct(error) => match error {
             ReconstructError::OtherLight { .. } => About::of("no_light"),
             ReconstructError::OtherSize { file, .. } => About::at("other_size", file),
-            ReconstructError::Dark { file, .. } => About::at("bad_picture", file),
+            ReconstructError::Dark { file, .. } | ReconstructError::NoColors { file } => {
+                About::at("bad_picture", file)
+            }
             ReconstructError::SameName { first, .. } => About::at("same_name", first),
         },
         Error::Gel(BallTestError::Elastic(_)) => About::of("no_contact_solution"),

@@ -7,6 +7,7 @@
 use fabkit_elastic::BallTestError;
 
 use crate::authored::NotReplaced;
+use crate::benching::BenchError;
 use crate::bodies::UnknownName;
 use crate::calibrating::CalibratingError;
 use crate::capturing::CaptureError;
@@ -95,6 +96,8 @@ pub enum Error {
     Picture(#[from] PictureError),
     /// Other kernels that do not answer.
     Verifier(#[from] VerifierError),
+    /// Figures that a bench does not give.
+    Bench(#[from] BenchError),
     /// Ground truth that cannot be cast.
     Scene(#[from] SceneError),
     /// A press that has no result.
@@ -155,6 +158,7 @@ impl Error {
             Self::ExportFolder(error) => error,
             Self::Picture(error) => error,
             Self::Verifier(error) => error,
+            Self::Bench(error) => error,
             Self::Scene(error) => error,
             Self::Pressing(error) => error,
             Self::Capture(error) => error,

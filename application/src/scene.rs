@@ -309,15 +309,21 @@ impl SensorView {
         self.check_presses(presses, allow_no_contact).map(|_| ())
     }
 
-    /// Columns and rows of rays.
     fn check(&self, cast: &Cast) -> Result<[u32; 2], SceneError> {
+        within("membrane", cast.contact.membrane_mm(), MEMBRANE_LIMITS_MM)?;
+        within("print sigma", cast.print_sigma_mm, SIGMA_LIMITS_MM)?;
+        self.size_rays(cast.samples)
+    }
+
+    /// Columns and rows of rays, `samples` along each side of a pixel.
+    ///
+    /// # Errors
+    /// More of them than fabkit handles.
+    pub fn size_rays(&self, samples: u32) -> Result<[u32; 2], SceneError> {
         let camera = self.viewpoint.camera();
-        let samples = cast.samples;
         if !(1..=MAX_SAMPLES).contains(&samples) {
             return Err(SceneError::Samples { samples });
         }
-        within("membrane", cast.contact.membrane_mm(), MEMBRANE_LIMITS_MM)?;
-        within("print sigma", cast.print_sigma_mm, SIGMA_LIMITS_MM)?;
         let [width, height] = [camera.width_px(), camera.height_px()].map(|side| side * samples);
         if u64::from(width) * u64::from(height) <= MAX_RAYS {
             return Ok([width, height]);

@@ -269,6 +269,36 @@ impl Camera {
         Ok(Self { width_px, height_px, lens: self.lens.with_parameters(&values)?, ..*self })
     }
 
+    /// The same view in another number of pixels: what a simulator renders, or a picture that was shrunk, shows.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, Point2};
+    /// let camera = Camera::equidistant(640, 480, 2.5)?;
+    /// let small = camera.resized([160, 120])?;
+    /// // Corners of pictures stay corners: half a pixel beyond the centres of the outermost pixels.
+    /// let ray = |camera: &Camera, [x, y]: [f64; 2]| camera.unproject(&Point2::new(x, y)).unwrap();
+    /// let [whole, own] = [ray(&camera, [-0.5, 100.0]), ray(&small, [-0.5, 24.625])];
+    /// assert!((whole.direction - own.direction).norm() < 1e-12);
+    /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A picture without pixels, or with more than cameras have.
+    pub fn resized(&self, size_px: [u32; 2]) -> Result<Self, InvalidCamera> {
+        let [width_px, height_px] = size_px;
+        check_around(width_px, height_px, &self.interface).finish()?;
+        let by = [
+            f64::from(width_px) / f64::from(self.width_px),
+            f64::from(height_px) / f64::from(self.height_px),
+        ];
+        let mut values: Vec<f64> = self.lens.parameters().map(|(_, value)| value).collect();
+        for (i, by) in by.into_iter().enumerate() {
+            values[i] *= by;
+            values[i + 2] = (values[i + 2] + 0.5) * by - 0.5;
+        }
+        Ok(Self { width_px, height_px, lens: self.lens.with_parameters(&values)?, ..*self })
+    }
+
     /// Names with units, and values, of everything that can be calibrated: `fx_px`, `fy_px`,
     /// `cx_px`, `cy_px`, the lens's coefficients, the interface's parameters.
     pub fn parameters(&self) -> Vec<(&'static str, f64)> {

@@ -26,6 +26,7 @@ mod pickle;
 mod picture;
 mod plate;
 mod ply;
+mod robot;
 mod runs;
 mod stl;
 mod svg;
@@ -56,6 +57,9 @@ pub use pickle::npy_of_lists;
 pub use picture::{grey8_png, grey16_png, png, png_with_comment};
 pub use plate::{Bed, Spot, pack};
 pub use ply::{Cloud, CloudPoint};
+pub use robot::{
+    Inertia, Robot, RobotCamera, RobotFrame, RobotLink, RobotShape, mjcf, obj, sdf, urdf,
+};
 pub use runs::{Run, RunContent, zstd_of_runs};
 pub use stl::stl;
 pub use svg::{sheet_picture, svg};
@@ -63,7 +67,7 @@ pub use tetra::{TetraMesh, msh, vtk};
 pub use three_mf::{Document, Object, SlicerSettings, three_mf, three_mf_of_one_piece};
 pub use tiff::float_tiff;
 pub use tree::{
-    ExactFigures, LeafEntry, MeshFigures, SamplesDocument, TreeDocument, samples, tree,
+    ExactFigures, LeafEntry, MeshFigures, SamplesDocument, TreeDocument, moments, samples, tree,
 };
 pub use zarr::{
     DamagedChunk, Element, InvalidMetadata, Shard, StoredChunk, ZarrArray, zarr_checksum,

@@ -3,7 +3,7 @@
 mod figures;
 mod samples;
 
-pub use self::figures::ExactFigures;
+pub use self::figures::{ExactFigures, moments};
 pub use self::samples::{SamplesDocument, samples};
 
 use fabkit_geometry::{Color, Landmark, Placement, Pose, Solid};

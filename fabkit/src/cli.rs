@@ -2,6 +2,7 @@
 //! read; what needs the sensor to be checked is checked by the command.
 
 mod beds;
+mod bench;
 mod calibrate;
 mod capturing;
 mod completing;
@@ -20,7 +21,9 @@ use fabkit_application::geometry::Length;
 use fabkit_application::memory;
 use fabkit_application::packaging::{LICENSES, License};
 use fabkit_application::pictures::Viewer;
+use fabkit_application::robots::RobotFormat;
 
+pub use bench::Bench;
 pub use calibrate::{
     Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins, CalibratePlan,
 };
@@ -123,9 +126,12 @@ pub enum Command {
     /// Fit the constants of a real unit's light to its captures of pins, for `capture`
     #[command(after_help = examples::FIT_LIGHT)]
     FitLight(FitLight),
-    /// Say how deep pictures are pressed, from how dark their layers have become: no network
+    /// Say how deep pictures are pressed, from how dark layers or how bright slopes have become: no network
     #[command(after_help = examples::RECONSTRUCT)]
     Reconstruct(Reconstruct),
+    /// Run the paper's experiments in simulation, and print its table beside that
+    #[command(after_help = examples::BENCH)]
+    Bench(Bench),
     /// Render what simulators measure on a real unit: its picture at rest, and what slopes or depths look like
     #[command(after_help = examples::OPTICS_PACK)]
     OpticsPack(OpticsPack),
@@ -258,9 +264,14 @@ pub struct Export {
         value_enum,
         value_delimiter = ',',
         default_value = "stl,3mf,dxf",
+        default_value_if("robot", clap::builder::ArgPredicate::IsPresent, None),
         value_name = "LIST"
     )]
     pub format: Vec<FormatArg>,
+    /// For robots and simulators: links with exact masses, what is touched and feels, the camera; in place of
+    /// --format's usual files
+    #[arg(long, value_enum, value_delimiter = ',', conflicts_with_all = ["parts", "all"], value_name = "LIST")]
+    pub robot: Vec<RobotArg>,
     /// Largest distance between triangles and the exact surface, 0.0005 mm to 1 mm [default: 0.01mm]
     #[arg(long, value_parser = tolerance, value_name = "LENGTH")]
     pub tolerance: Option<f64>,
@@ -435,6 +446,28 @@ pub struct Render {
     /// camera]
     #[arg(long, value_name = "FILE")]
     pub pose: Option<PathBuf>,
+}
+
+/// A kind of description of robots.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum RobotArg {
+    /// ROS, PyBullet, TACTO, Drake, SAPIEN
+    Urdf,
+    /// MuJoCo, with a tactile sensor
+    Mjcf,
+    /// Gazebo, Drake
+    Sdf,
+}
+
+impl RobotArg {
+    /// What it stands for.
+    pub fn format(self) -> RobotFormat {
+        match self {
+            Self::Urdf => RobotFormat::Urdf,
+            Self::Mjcf => RobotFormat::Mjcf,
+            Self::Sdf => RobotFormat::Sdf,
+        }
+    }
 }
 
 /// A kind of file.

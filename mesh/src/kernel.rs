@@ -18,6 +18,13 @@ use crate::facets::Facets;
 /// few slivers reach the file.
 const MERGE_MM: f64 = 1e-5;
 
+/// The convex hull of points.
+pub(crate) fn hull(points: &[[f64; 3]]) -> Result<Facets, MeshError> {
+    let points: Vec<Vec3> = points.iter().map(|p| Vec3::new(p[0], p[1], p[2])).collect();
+    let hull = checked(Manifold::hull(&points).into_impl(), "the hull of points")?;
+    Ok(hull.to_facets())
+}
+
 /// What to do with two solids.
 pub(crate) use manifold_rust::types::OpType as Operation;
 

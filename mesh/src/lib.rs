@@ -25,6 +25,7 @@ mod extent;
 mod facets;
 mod fuse;
 mod halfedges;
+mod hull;
 mod kernel;
 mod measure;
 #[cfg(test)]
@@ -40,6 +41,7 @@ mod tessellate;
 
 use fabkit_geometry::{Pose, Solid};
 
+pub use hull::{Hull, convex_hull};
 pub use measure::Shell;
 pub use print::{PrintDefect, PrintMesh};
 pub use shading::ShadedMesh;

@@ -160,6 +160,29 @@ class Camera:
         numbers = [float(value) for value in {**known, **parameters}.values()]
         return Camera(self._native.with_parameters(numbers))
 
+    def behind_drawing(self) -> Camera:
+        """Say that it is a lens alone: the sensor's drawn bodies bend its rays.
+
+        Of other cameras their own model says how rays are bent, as it was fitted to what they see
+        through these bodies.
+
+        >>> import fabkit
+        >>> fabkit.load("rtac0").camera.behind_drawing().interface
+        'drawn'
+        """
+        return Camera(self._native.behind_drawing())
+
+    def resized(self, width_px: int, height_px: int) -> Camera:
+        """See the same in another number of pixels, without covariance.
+
+        >>> import fabkit
+        >>> camera = fabkit.load("rtac0").camera
+        >>> small = camera.resized(160, 120)
+        >>> small.width_px, small.height_px, round(small.parameters["cx_px"], 3)
+        (160, 120, 79.5)
+        """
+        return Camera(self._native.resized(width_px, height_px))
+
     def project(self, points_in_camera: ArrayLike) -> NDArray[np.float64]:
         """Find the pixels at which points are seen, inside the image or not.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 from dataclasses import dataclass, fields
@@ -162,6 +163,7 @@ class Scene:
         given = isinstance(camera, Camera)
         camera_file = None if isinstance(camera, Camera) or camera is None else os.fspath(camera)
         of_pose = None if covariance is None else _arrays.matrix(covariance, 6, "pose_covariance")
+        self._size_px: tuple[int, int] | None = None
         self._given = (camera if given else camera_file, pose_file or text or matrix, of_pose)
         self._native = _fabkit.Scene(
             self.sensor._project,  # pyright: ignore[reportPrivateUsage]
@@ -177,7 +179,22 @@ class Scene:
     def __reduce__(self) -> tuple[Any, ...]:
         # To another process of the same machine, or one that sees the same files.
         there = [os.path.abspath(x) if isinstance(x, str) else x for x in self._given]
-        return (_scene, (self.sensor, *there))
+        return (_scene, (self.sensor, *there, self._size_px))
+
+    def resized(self, width_px: int, height_px: int) -> Scene:
+        """See the same in another number of pixels: for simulators and networks.
+
+        Rays are bent as before. How sure camera and pose are is not carried over.
+
+        >>> import fabkit
+        >>> scene = fabkit.depth.Scene("rtac0").resized(160, 120)
+        >>> scene.cast().range_mm.shape
+        (120, 160)
+        """
+        small = copy.copy(self)
+        small._size_px = (width_px, height_px)
+        small._native = self._native.resized(width_px, height_px)
+        return small
 
     @property
     def camera(self) -> Camera:
@@ -289,8 +306,11 @@ class Scene:
         return Captured(grey, Truth(**found, elastic=said["elastic"]), said)
 
 
-def _scene(sensor: Sensor, camera: Any, pose: Any, pose_covariance: Any) -> Scene:
-    return Scene(sensor, camera=camera, pose=pose, pose_covariance=pose_covariance)
+def _scene(
+    sensor: Sensor, camera: Any, pose: Any, pose_covariance: Any, size_px: tuple[int, int] | None
+) -> Scene:
+    scene = Scene(sensor, camera=camera, pose=pose, pose_covariance=pose_covariance)
+    return scene if size_px is None else scene.resized(*size_px)
 
 
 def cast(

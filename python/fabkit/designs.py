@@ -315,7 +315,8 @@ class Design:
             Names of parts, layers or components; none is all parts.
         formats
             Of ``stl``, ``3mf``, ``dxf``, ``svg``, ``png``, ``tree``, ``step``, ``glb``, ``gerber``,
-            ``light``, ``msh``, ``vtk``.
+            ``light``, ``msh``, ``vtk``; and for robots, of a whole sensor, ``urdf``, ``mjcf``,
+            ``sdf``.
         tolerance_mm
             Largest distance between triangles and the exact surface; as all lengths, a number of
             mm, or text with a unit, ``"10 um"``.
@@ -447,6 +448,16 @@ class Sensor(Design):
         []
         """
         return [Change(*change) for change in self._project.changes()]
+
+    @property
+    def family(self) -> str:
+        """What kind of sensor its file describes, for example ``dome``.
+
+        >>> import fabkit
+        >>> fabkit.load("9dtact").family
+        'flat-gel'
+        """
+        return self._project.family()
 
     @property
     def camera(self) -> Camera:

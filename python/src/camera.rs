@@ -77,6 +77,18 @@ impl Camera {
         text.map_err(|error| Failure::Call { message: error.to_string(), hint }).or_raise(py)
     }
 
+    /// The lens alone, as the drawing has it.
+    fn behind_drawing(&self) -> Self {
+        Self { estimate: self.estimate.clone().behind_drawing() }
+    }
+
+    /// See [`camera::Camera::resized`]; without covariance.
+    fn resized(&self, py: Python<'_>, width_px: u32, height_px: u32) -> PyResult<Self> {
+        let made = || self.estimate.camera().resized([width_px, height_px]);
+        let camera = short(py, made)?.map_err(Failure::call).or_raise(py)?;
+        Ok(Self { estimate: camera.into() })
+    }
+
     /// The same kind of camera with other numbers and no covariance.
     fn with_parameters(&self, py: Python<'_>, parameters: Vec<f64>) -> PyResult<Self> {
         let camera = short(py, || self.estimate.camera().with_parameters(&parameters))?;

@@ -68,6 +68,11 @@ impl Project {
         Design { design: Arc::new(self.project.design.clone()) }
     }
 
+    /// The family that its file belongs to.
+    fn family(&self) -> &'static str {
+        self.project.design.family
+    }
+
     /// What gave way so that the sensor can be built: path, from, to, because.
     fn changes(&self) -> Vec<(String, String, String, String)> {
         let told = |change: Change| (change.path, change.from, change.to, change.because);

@@ -8,6 +8,7 @@ use fabkit_application::designs::Design;
 use fabkit_application::export::Bed;
 use fabkit_application::exporting::{self, DEFAULT_STOCK, ExportOptions, Format, Overwriting};
 use fabkit_application::progress::unwatched;
+use fabkit_application::robots::{RobotFormat, robot_files};
 use fabkit_application::source::read_profile;
 use fabkit_application::staging::{OutputFile, write_all};
 use fabkit_application::verifier::Verifier;
@@ -35,13 +36,18 @@ pub struct Wish {
 }
 
 impl Wish {
-    /// The options, and whether STEP is wanted too.
-    fn options(self) -> Result<(ExportOptions, bool), Failure> {
+    /// The options, whether STEP is wanted too, and what robots are.
+    fn options(self) -> Result<(ExportOptions, bool, Vec<RobotFormat>), Failure> {
         let usual = ExportOptions::default();
         let wants_step = self.formats.iter().any(|word| word == STEP);
-        let known = || Format::ALL.iter().map(|format| format.word()).chain([STEP]);
+        let is_asked = |robot: &RobotFormat| self.formats.iter().any(|word| word == robot.word());
+        let robots: Vec<RobotFormat> = RobotFormat::ALL.into_iter().filter(is_asked).collect();
+        let of_robots = || RobotFormat::ALL.iter().map(|format| format.word());
+        let known =
+            || Format::ALL.iter().map(|format| format.word()).chain([STEP]).chain(of_robots());
+        let is_own = |word: &&String| *word != STEP && of_robots().all(|robot| robot != *word);
         let mut formats = Vec::new();
-        for word in self.formats.iter().filter(|word| *word != STEP) {
+        for word in self.formats.iter().filter(is_own) {
             let format = Format::ALL.iter().find(|format| format.word() == word);
             formats.push(*format.ok_or_else(|| UnknownName::new("format", word, known()))?);
         }
@@ -64,7 +70,7 @@ impl Wish {
             profile_for_any_material: self.process_for_any_material,
             nominal: self.nominal,
         };
-        Ok((options, wants_step))
+        Ok((options, wants_step, robots))
     }
 }
 
@@ -82,13 +88,16 @@ pub fn exported(
 ) -> PyResult<Exported> {
     let design = Arc::clone(design);
     let exported = run(py, Interrupted::Leave, progress, move |link| {
-        let (options, wants_step) = wish.options()?;
+        let (options, wants_step, robots) = wish.options()?;
         exporting::require_profile_applies([&*design], &options)?;
         let parts = design.sensor.parts().count();
         link.show(0, if options.parts.is_empty() { parts } else { options.parts.len() });
         let mut exported = exporting::export(&design, &options, &|_| link.step())?;
         if wants_step {
             exported.add(Verifier::find()?.step_files(&design, &options.parts, &unwatched)?)?;
+        }
+        if !robots.is_empty() {
+            exported.add(robot_files(&design, &robots)?)?;
         }
         Ok(exported)
     })?;

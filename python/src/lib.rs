@@ -13,6 +13,7 @@ mod design;
 mod errors;
 mod export;
 mod hints;
+mod live;
 mod mesh;
 mod press;
 mod running;
@@ -39,13 +40,15 @@ mod _fabkit {
     #[pymodule_export]
     use crate::export::{Exported, write_files};
     #[pymodule_export]
+    use crate::live::{Live, LiveSkin};
+    #[pymodule_export]
     use crate::mesh::Mesh;
     #[pymodule_export]
     use crate::press::press;
     #[pymodule_export]
     use crate::running::fall;
     #[pymodule_export]
-    use crate::scene::{Scene, false_color};
+    use crate::scene::{Reconstructor, Scene, false_color};
     #[pymodule_export]
     use crate::sweep::{SweepPlan, SweepStore, run_sweep, save_sweep};
 

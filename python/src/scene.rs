@@ -1,6 +1,6 @@
 //! Ground truth: what a camera sees of a sensor's surface.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use fabkit_application::camera::files::{PoseFile, read_pose};
@@ -9,8 +9,9 @@ use fabkit_application::export::{Array, Values, png};
 use fabkit_application::fitting_light::read_constants;
 use fabkit_application::ground_truth::{Viewpoint, arrays, picture};
 use fabkit_application::pressing::{self, Contact, Linear, PressingError};
+use fabkit_application::reconstructing::{self, Taken};
 use fabkit_application::scene::{self, Cast, SceneError, ViewpointFiles, press_error};
-use numpy::{PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray2, PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -109,6 +110,17 @@ impl Scene {
             scene::SensorView::new(project, viewpoint)
         })?;
         Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?) })
+    }
+
+    /// The same view in another number of pixels.
+    fn resized(&self, py: Python<'_>, width_px: u32, height_px: u32) -> PyResult<Self> {
+        let view = Arc::clone(&self.scene);
+        let scene = short(py, || {
+            let viewpoint = view.viewpoint.resized([width_px, height_px]);
+            let viewpoint = viewpoint.map_err(|error| SceneError::viewpoint(None, error))?;
+            scene::SensorView::new(Arc::clone(&view.project), viewpoint)
+        })?;
+        Ok(Self { sensor: self.sensor.clone(), scene: Arc::new(scene.or_raise(py)?) })
     }
 
     /// What `sigma_mm` contains.
@@ -222,4 +234,63 @@ impl Scene {
         })?;
         Ok((arrays::dictionary(py, found)?, document))
     }
+}
+
+/// See [`reconstructing::Reconstructor`].
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct Reconstructor {
+    known: Arc<reconstructing::Reconstructor>,
+}
+
+#[pymethods]
+impl Reconstructor {
+    /// From the picture at rest, values from 0 to 1, rows x columns x channels.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        scene: &Scene,
+        light: Option<String>,
+        constants: Option<PathBuf>,
+        reference: PyReadonlyArray3<'_, f32>,
+    ) -> PyResult<Self> {
+        let view = Arc::clone(&scene.scene);
+        let reference = taken(&reference);
+        let known = run(py, Interrupted::Leave, None, move |_| {
+            let drawn = &view.project.design.sensor;
+            let lighting = capturing::lighting(drawn, light.as_deref())
+                .map_err(fabkit_application::Error::from)?;
+            let constants = match &constants {
+                Some(path) => read_constants(drawn, path)?,
+                None => LightConstants::of(drawn),
+            };
+            let given = (Path::new("reference"), &reference);
+            let known = reconstructing::Reconstructor::new(&view, lighting, &constants, given);
+            Ok::<_, Failure>(known?)
+        })?;
+        Ok(Self { known: Arc::new(known) })
+    }
+
+    /// Depth, mm, contact, and how much brighter the picture is as a whole than the one at rest.
+    fn depth<'py>(
+        &self,
+        py: Python<'py>,
+        picture: PyReadonlyArray3<'py, f32>,
+    ) -> PyResult<(Map<'py, f32>, Map<'py, bool>, f32)> {
+        let picture = taken(&picture);
+        let known = Arc::clone(&self.known);
+        let shown = short(py, move || known.reconstruct(Path::new("picture"), picture))?;
+        let shown = shown.or_raise(py)?;
+        let [width, height] = self.known.size_px();
+        let shape = [height, width];
+        let depth_mm = arrays::shaped(py, shown.depth_mm, &shape)?;
+        Ok((depth_mm, arrays::shaped(py, shown.contact, &shape)?, shown.brighter))
+    }
+}
+
+type Map<'py, T> = Bound<'py, PyArrayDyn<T>>;
+
+fn taken(picture: &PyReadonlyArray3<'_, f32>) -> Taken {
+    let &[height, width, channels] = picture.shape() else { unreachable!("three axes") };
+    let values = picture.as_array().iter().copied().collect();
+    Taken { size_px: [width, height], channels, values }
 }

@@ -42,6 +42,7 @@ check 0 check shadowtac
 check 1 check rtac0-published-2025/pin-dome
 export 0 export rtac0 -o out
 export 0 export rtac0/coupon -o coupon
+export 0 export 9dtact --robot urdf,mjcf,sdf -o robot
 reread 0 verify ./out
 gel-profile 0 profile gel.yaml -o batch.yaml
 new 0 new mine --family dome
@@ -63,6 +64,8 @@ error 2 show rtac1
 error 2 show rtac0 --set surface.radius=9 --set leds.count=80
 error 2 export rtac0 --tolerance=1
 error 2 exprot
+error 2 export rtac0/pin-dome --robot urdf
+error 2 bench rtac1 -o bench
 error 3 render rtac0 --size 10000x10000 -o a.png
 error 4 show nowhere.yaml
 """

@@ -17,7 +17,13 @@ from typing import Any
 
 import numpy as np
 
-PRESSES = ["hemisphere@30deg,120deg,1.2mm", "semi-dome-017", "semi-dome-040", "semi-dome-088"]
+PRESSES = {
+    "rtac0": ["hemisphere@30deg,120deg,1.2mm", "semi-dome-017", "semi-dome-040", "semi-dome-088"],
+    "9dtact": ["hemisphere@2mm,-3mm,1mm", "ball@-4mm,2mm,0.8mm"],
+    "digit-like": ["ball@0mm,0mm,0.8mm", "hemisphere@-2mm,-3mm,1mm", "ball@4mm,3mm,0.4mm"],
+    "gelsight-like": ["ball@0mm,0mm,0.8mm", "ball@3mm,2mm,0.5mm"],
+    "shadowtac": ["ball@10deg,0deg,1mm", "ball@24deg,120deg,0.8mm", "ball@40deg,200deg,0.7mm"],
+}
 # Around a pin's mark, px, the deepest place is looked for.
 AROUND_PX = 6
 
@@ -27,16 +33,17 @@ def run(fabkit: str, *words: Any) -> dict[str, Any]:
     return json.loads(done.stdout)
 
 
-def simulated(fabkit: str, folder: Path) -> None:
-    run(fabkit, "capture", "rtac0", "--reference", "-o", folder / "ref.png")
-    for seed, press in enumerate(PRESSES):
+def simulated(fabkit: str, sensor: str, folder: Path) -> None:
+    folder.mkdir()
+    run(fabkit, "capture", sensor, "--reference", "--seed", 99, "-o", folder / "ref.png")
+    for seed, press in enumerate(PRESSES[sensor]):
         picture = folder / f"{seed}.png"
-        run(fabkit, "capture", "rtac0", "--press", press, "--seed", seed, "-o", picture, "--truth", folder / f"{seed}-truth.npz")
-        told = run(fabkit, "reconstruct", "rtac0", "--reference", folder / "ref.png", picture, "-o", folder / "out")
+        run(fabkit, "capture", sensor, "--press", press, "--seed", seed, "-o", picture, "--truth", folder / f"{seed}-truth.npz")
+        told = run(fabkit, "reconstruct", sensor, "--reference", folder / "ref.png", picture, "-o", folder / "out")
         truth, found = np.load(folder / f"{seed}-truth.npz"), np.load(folder / "out" / f"{seed}.npz")
         pressed = truth["contact"] & np.isfinite(found["depth_mm"])
         miss = (found["depth_mm"] - truth["indentation_mm"])[pressed]
-        print(f"{press}: L1 {np.abs(miss).mean():.3f} mm where it presses, {100 * (np.abs(miss) < 0.1).mean():.0f} % below 0.1 mm, "
+        print(f"{sensor}, {press}: L1 {np.abs(miss).mean():.3f} mm where it presses, {100 * (np.abs(miss) < 0.1).mean():.0f} % below 0.1 mm, "
               f"mean {miss.mean():+.3f}; a constant 0 is {truth['indentation_mm'][pressed].mean():.3f} mm off; "
               f"{told['pictures_per_s']:.0f} pictures/s; simulated")
 
@@ -71,7 +78,8 @@ def main() -> None:
     parser.add_argument("--constants", type=Path)
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        simulated(args.fabkit, Path(folder))
+        for sensor in PRESSES:
+            simulated(args.fabkit, sensor, Path(folder) / sensor)
         if args.captures:
             real(args.fabkit, args, Path(folder))
 

@@ -9,7 +9,7 @@ use fabkit_application::capturing::{Capturing, LightConstants, lighting};
 use fabkit_application::fixtures::Project;
 use fabkit_application::ground_truth::Viewpoint;
 use fabkit_application::pressing::{Contact, Linear};
-use fabkit_application::reconstructing::Reconstructor;
+use fabkit_application::reconstructing::{Reconstructor, Taken};
 use fabkit_application::scene::{Cast, SensorView};
 use fabkit_application::source::Source;
 use fabkit_tests::fabkit;
@@ -62,9 +62,11 @@ impl Bench {
         Shown { values, depth_mm, contact }
     }
 
-    fn picture(&self, values: &[f32]) -> GreyImage {
+    fn picture(&self, values: &[f32]) -> Taken {
         let camera = self.scene.viewpoint.camera();
-        GreyImage::new(camera.width_px(), camera.height_px(), values.to_vec()).unwrap()
+        let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
+        let channels = values.len() / (size_px[0] * size_px[1]);
+        Taken { size_px, channels, values: values.to_vec() }
     }
 
     fn knows(&self) -> Reconstructor {
@@ -86,13 +88,16 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 
 #[test]
 fn depth_is_what_the_pictures_were_made_of() {
-    for (sensor, press) in
-        [("rtac0", "hemisphere@30deg,120deg,1.2mm"), ("9dtact", "hemisphere@2mm,-3mm,1mm")]
-    {
+    for (sensor, press) in [
+        ("rtac0", "hemisphere@30deg,120deg,1.2mm"),
+        ("9dtact", "hemisphere@2mm,-3mm,1mm"),
+        ("digit-like", "ball@3mm,2mm,0.6mm"),
+    ] {
         let bench = Bench::new(sensor);
         let known = bench.knows();
         let shown = bench.take(Some(press));
-        let found = known.of_values(&shown.values);
+        let found =
+            known.reconstruct(Path::new("pressed.png"), bench.picture(&shown.values)).unwrap();
         let of = |wanted: bool, value: &dyn Fn(usize) -> f64| {
             mean((0..shown.depth_mm.len()).filter(|i| shown.contact[*i] == wanted).map(value))
         };
@@ -110,20 +115,25 @@ fn depth_is_what_the_pictures_were_made_of() {
         assert!((found.brighter - 1.0).abs() < 0.01, "{}", found.brighter);
         // A picture that is brighter as a whole is the same press.
         let brighter: Vec<f32> = shown.values.iter().map(|value| (1.05 * value).min(1.0)).collect();
-        let again = known.of_values(&brighter);
+        let again = known.reconstruct(Path::new("brighter.png"), bench.picture(&brighter)).unwrap();
         assert!((again.brighter / found.brighter - 1.05).abs() < 0.005, "{}", again.brighter);
         let off = found.depth_mm.iter().zip(&again.depth_mm);
         assert!(mean(off.map(|(a, b)| f64::from((a - b).abs()))) < 0.02);
     }
 }
 
+fn grey_png([width, height]: [u32; 2], value: f32) -> Vec<u8> {
+    GreyImage::new(width, height, vec![value; (width * height) as usize]).unwrap().to_png()
+}
+
 #[test]
 fn what_cannot_be_reconstructed_is_refused_by_name() {
     let root = tempfile::tempdir().unwrap();
-    let small = GreyImage::new(100, 80, vec![0.5; 8000]).unwrap().to_png();
-    let dark = GreyImage::new(640, 480, vec![0.0; 640 * 480]).unwrap().to_png();
+    let small = grey_png([100, 80], 0.5);
+    let dark = grey_png([640, 480], 0.0);
     std::fs::write(root.path().join("small.png"), small).unwrap();
     std::fs::write(root.path().join("dark.png"), dark).unwrap();
+    std::fs::write(root.path().join("square.png"), grey_png([400, 400], 0.5)).unwrap();
     std::fs::create_dir(root.path().join("other")).unwrap();
     std::fs::copy(root.path().join("dark.png"), root.path().join("other/dark.png")).unwrap();
     for (words, told) in [
@@ -132,7 +142,12 @@ fn what_cannot_be_reconstructed_is_refused_by_name() {
             "100 x 80 px; the camera takes 640 x 480 px",
         ),
         (&["rtac0", "small.png", "--reference", "dark.png"], "no picture of it at rest"),
-        (&["shadowtac", "dark.png", "--reference", "dark.png"], "shows something else"),
+        (&["uvdtact", "dark.png", "--reference", "small.png"], "the camera takes 400 x 400 px"),
+        (
+            &["uvdtact", "square.png", "--reference", "square.png", "--light", "uv"],
+            "shows something else",
+        ),
+        (&["digit-like", "dark.png", "--reference", "dark.png"], "this picture has no colours"),
         (
             &["rtac0", "dark.png", "other/dark.png", "--reference", "dark.png"],
             "would both be written as dark.npz",

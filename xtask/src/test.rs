@@ -140,6 +140,7 @@ fn oracles(python: &Path) -> Result<(Vec<Command>, Vec<Command>), String> {
         "tetrahedra",
         "pictures",
         "optics",
+        "robot",
     ] {
         all.push(reader(&format!("tests/python/check_{oracle}.py"), &[]));
     }

@@ -12,7 +12,8 @@ use crate::Error;
 use crate::memory::{self, Less};
 use crate::reading::{self, Expected};
 
-const PICTURE: Expected = Expected {
+/// Pictures of tactile sensors.
+pub(crate) const PICTURE: Expected = Expected {
     what: "a picture",
     max_bytes: 256 << 20,
     hint: "pictures of tactile sensors are files of a few megabytes at most",

@@ -29,7 +29,7 @@ const OFF_MM: f64 = 1e-3;
 
 /// A sensor in a light that shows which way its coat looks.
 #[derive(Debug)]
-pub(super) struct CoatScene<'a> {
+pub(crate) struct CoatScene<'a> {
     sensor: &'a Sensor,
     touch: &'a TouchSurface,
     /// Thickness of the coat, mm.
@@ -51,7 +51,7 @@ pub(super) struct CoatScene<'a> {
 type Arrives = Vector3<f64>;
 
 impl<'a> CoatScene<'a> {
-    pub(super) fn of(
+    pub(crate) fn of(
         sensor: &'a Sensor,
         lighting: &'a Lighting,
         constants: &'a LightConstants,
@@ -148,6 +148,32 @@ impl<'a> CoatScene<'a> {
         sum
     }
 
+    /// Light of each colour of lamp that arrives at a place at rest, and as deep as layers give way: pieces of a colour
+    /// together, each its way times its density.
+    pub(crate) fn by_color(&self, rest: &Point3<f64>) -> Vec<(Rgb, [Vector3<f64>; 2])> {
+        let around = self.plan.around(rest);
+        let mut colors: Vec<(Rgb, [Vector3<f64>; 2])> = Vec::new();
+        for (piece, arrives) in &self.lamps {
+            let at = |all: &Vec<Arrives>| around.iter().map(|(i, share)| *share * all[*i]).sum();
+            let both: [Vector3<f64>; 2] = arrives.each_ref().map(at);
+            match colors.iter_mut().find(|(color, _)| *color == piece.color) {
+                Some((_, sums)) => (0..2).for_each(|k| sums[k] += both[k]),
+                None => colors.push((piece.color, both)),
+            }
+        }
+        colors
+    }
+
+    /// What bounces on, at places that look anywhere.
+    pub(crate) fn bounced(&self) -> Rgb {
+        self.mean.map(|part| self.constants.bounce.value * self.coat.diffuse * part)
+    }
+
+    /// What the coat sends back.
+    pub(crate) fn coat(&self) -> Coat {
+        self.coat
+    }
+
     /// What is sent along a ray from a place that looks along `facing`, whose foot on the surface at rest is `rest`.
     pub(super) fn lit(
         &self,
@@ -159,8 +185,7 @@ impl<'a> CoatScene<'a> {
     ) -> Rgb {
         let around = self.plan.around(rest);
         let share_deep = (depth_mm / self.soft_mm).clamp(0.0, 1.0);
-        let bounced = self.constants.bounce.value * self.coat.diffuse;
-        let mut sum = self.mean.map(|part| bounced * part);
+        let mut sum = self.bounced();
         for (piece, [at_rest, deep]) in &self.lamps {
             let mut arrives = Vector3::zeros();
             for (i, share) in &around {

@@ -22,7 +22,7 @@ pub(super) struct ColumnScene<'a> {
     /// The sensor with that camera instead of its own, and without the liquid.
     sensor: Sensor,
     liquid: CompiledSolid,
-    columns: &'a [Column],
+    pub(super) columns: &'a [Column],
     constants: &'a LightConstants,
     pub(super) exposure: f64,
 }
@@ -50,22 +50,6 @@ impl<'a> ColumnScene<'a> {
 
     pub(super) fn words(&self) -> [String; 2] {
         [format!("ends of {} columns", self.columns.len()), "the room".to_owned()]
-    }
-
-    /// Columns as marks at their ends, moved by what channels do.
-    pub(super) fn ends(&self, channels: &[ChannelMoved]) -> Vec<Moved> {
-        let end = |(i, column): (usize, &Column)| {
-            let moves_mm = channels.get(i).map_or(0.0, |channel| channel.column_moves_mm);
-            let mark = Mark {
-                name: format!("column {}", i + 1),
-                point: column.end,
-                axis: Vector3::z(),
-                radius_mm: 0.5 * column.width_mm,
-                carrier: Carrier::Gel,
-            };
-            Moved { displacement_mm: Some(moves_mm * column.way), axis: mark.axis, mark }
-        };
-        self.columns.iter().enumerate().map(end).collect()
     }
 
     pub(super) fn paint(
@@ -118,4 +102,20 @@ impl<'a> ColumnScene<'a> {
             across.norm() < column.width_mm
         })
     }
+}
+
+/// Columns as marks at their ends, moved by what channels do.
+pub(crate) fn column_ends(columns: &[Column], channels: &[ChannelMoved]) -> Vec<Moved> {
+    let end = |(i, column): (usize, &Column)| {
+        let moves_mm = channels.get(i).map_or(0.0, |channel| channel.column_moves_mm);
+        let mark = Mark {
+            name: format!("column {}", i + 1),
+            point: column.end,
+            axis: Vector3::z(),
+            radius_mm: 0.5 * column.width_mm,
+            carrier: Carrier::Gel,
+        };
+        Moved { displacement_mm: Some(moves_mm * column.way), axis: mark.axis, mark }
+    };
+    columns.iter().enumerate().map(end).collect()
 }

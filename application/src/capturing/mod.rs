@@ -28,6 +28,7 @@ use fabkit_light::{Chip, NoLight, drift};
 use fabkit_optics::Sights;
 use rayon::prelude::*;
 
+pub(crate) use columns::column_ends;
 pub use constants::{Constant, Known, LightConstants};
 pub use document::{comment, document};
 pub use pack::{OpticsPack, optics_pack};
@@ -36,7 +37,7 @@ pub use skin::SkinView;
 pub use studio::Studio;
 pub use unit::Unit;
 
-use self::coat::CoatScene;
+pub(crate) use self::coat::CoatScene;
 use self::glowing::GlowScene;
 pub(crate) use self::layers::LayerScene;
 use self::marks::MarkScene;
@@ -429,7 +430,7 @@ fn sends_back(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
 const UNKNOWN_SENDS: f64 = 0.3;
 
 /// A sensor's marks, where they are now.
-fn moved(sensor: &Sensor, answer: Option<&Answer<'_>>) -> Vec<Moved> {
+pub(crate) fn moved(sensor: &Sensor, answer: Option<&Answer<'_>>) -> Vec<Moved> {
     let at_rest = |mark: &Mark| Moved {
         displacement_mm: Some(Vector3::zeros()),
         axis: mark.axis,
@@ -442,7 +443,11 @@ fn moved(sensor: &Sensor, answer: Option<&Answer<'_>>) -> Vec<Moved> {
 }
 
 /// Where marks are in the picture.
-fn mark_pixels(viewpoint: &Viewpoint, sights: &Sights, marks: &[Moved]) -> Vec<Option<[f64; 2]>> {
+pub(crate) fn mark_pixels(
+    viewpoint: &Viewpoint,
+    sights: &Sights,
+    marks: &[Moved],
+) -> Vec<Option<[f64; 2]>> {
     let place = |moved: &Moved| Some(moved.mark.point + moved.displacement_mm?);
     pixels_of(viewpoint, sights, &marks.iter().map(place).collect::<Vec<_>>())
 }

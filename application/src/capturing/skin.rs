@@ -8,7 +8,7 @@ use fabkit_fixtures::Project;
 use fabkit_geometry::{Sensor, Shows};
 use fabkit_optics::Sights;
 
-use super::columns::ColumnScene;
+use super::columns::{ColumnScene, column_ends};
 use super::{Captured, Capturing, MarkScene, mark_pixels};
 use crate::Error;
 use crate::ground_truth::Viewpoint;
@@ -40,7 +40,7 @@ impl Capturing<'_> {
         let (painted, words) = if let Shows::Columns { .. } = self.lighting.shows {
             let scene = ColumnScene::of(sensor, self.lighting, self.constants)?;
             let channels = pressed.as_ref().map(|(_, outcome)| &outcome.channels[..]);
-            let ends = scene.ends(channels.unwrap_or_default());
+            let ends = column_ends(scene.columns, channels.unwrap_or_default());
             (scene.paint(&view.viewpoint, samples, ends)?, (scene.words(), scene.exposure))
         } else {
             let scene = MarkScene::of(sensor, self.lighting, self.constants)?;

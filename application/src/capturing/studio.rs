@@ -22,7 +22,7 @@ impl<'a> Studio<'a> {
     /// What moves by less is not seen to move, mm: R-Tac0's layer changes by 0.08 grey then, of a noise of 0.8.
     pub const STILL_MM: f64 = 2e-3;
 
-    /// Of a surface as the camera sees it, a ray a pixel.
+    /// Of a surface as the camera sees it, by the rays it was cast with: a pixel records the mean of its own.
     ///
     /// # Errors
     /// As for [`Capturing::take`].
@@ -34,7 +34,8 @@ impl<'a> Studio<'a> {
         contact: Contact,
     ) -> Result<Self, Error> {
         let sensor = &scene.project.design.sensor;
-        let cast = Cast::at_rest(contact);
+        let samples = surface.rays().width_px() / scene.viewpoint.camera().width_px();
+        let cast = Cast { samples, ..Cast::at_rest(contact) };
         let capturing = Capturing { cast, lighting, constants, seed: None };
         capturing.check(sensor, false, contact)?;
         let mut painter = Painter::of(sensor, lighting, constants)?;
@@ -70,7 +71,9 @@ impl<'a> Studio<'a> {
         let seen = Seen { map, sigmas: &Sigmas::default(), deepest, surface_px: 0, answer };
         let painted = self.painter.paint(self.scene, &self.capturing.cast, &seen)?;
         let capturing = Capturing { seed, ..self.capturing.clone() };
-        capturing.values(sensor, &painted.light, [map.width_px(), map.height_px()])
+        let samples = self.capturing.cast.samples;
+        let size_px = [map.width_px(), map.height_px()].map(|side| side / samples);
+        capturing.values(sensor, &painted.light, size_px)
     }
 
     /// What pictures rest on, as JSON.

@@ -218,7 +218,7 @@ fn meshed_at(
 
 /// Densities, g/cm3, by body, as far as they are known: of what is mixed for a layer, of the design's own
 /// materials, and of usual stock.
-fn densities(design: &Design) -> BTreeMap<&str, f64> {
+pub(crate) fn densities(design: &Design) -> BTreeMap<&str, f64> {
     let mixed = design.sensor.chain.iter().filter_map(|step| match &step.action {
         Action::Pour(pour) => Some((&*pour.layer, pour.mix.density_g_per_cm3)),
         Action::Spray(spray) => Some((&*spray.layer, spray.mix.density_g_per_cm3)),

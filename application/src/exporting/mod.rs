@@ -32,7 +32,7 @@ pub use self::boards::{FinishedBoard, board, boards};
 use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
 pub use self::folder::{FolderError, FolderRefusal, Overwriting, WrittenExport, write};
-pub(crate) use self::glb::shown as shown_glb;
+pub(crate) use self::glb::{densities, shown as shown_glb};
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;

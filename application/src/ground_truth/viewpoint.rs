@@ -89,6 +89,16 @@ impl Viewpoint {
         Ok(Self { estimate, sensor_from_camera, is_nominal })
     }
 
+    /// The same view in another number of pixels; nothing is said of how sure it is.
+    ///
+    /// # Errors
+    /// A picture without pixels, or with more than cameras have.
+    pub fn resized(&self, size_px: [u32; 2]) -> Result<Self, InvalidViewpoint> {
+        let camera = CameraEstimate::from(self.camera().resized(size_px)?);
+        let estimate = JointEstimate::independent(&camera, None)?;
+        Ok(Self { estimate, ..self.clone() })
+    }
+
     /// Whether the camera is a lens alone, so that the drawn bodies bend its rays: the design's, or one whose
     /// file says so. Other files were fitted to what the camera saw through the bodies: their model says how
     /// rays are bent.

@@ -9,7 +9,7 @@ use crate::error::{ErrorKind, Explained};
 pub enum ReconstructError {
     /// Light that does not show thickness.
     #[error(
-        "depth is reconstructed where light shows how thick layers are; `{sensor}` in `{light}` light shows something else"
+        "depth is reconstructed where light shows how thick layers are, or which way a coat looks; `{sensor}` in `{light}` light shows something else"
     )]
     OtherLight {
         /// The sensor.
@@ -29,6 +29,12 @@ pub enum ReconstructError {
         size_px: [usize; 2],
         /// The camera's, px.
         expected_px: [usize; 2],
+    },
+    /// A grey picture where colours say which way a coat looks.
+    #[error("{}: this picture has no colours, and each lamp is told by its own", .file.display())]
+    NoColors {
+        /// The picture.
+        file: PathBuf,
     },
     /// A picture at rest in which nothing is lit.
     #[error("{}: the surface is darker than {} grey nearly everywhere: this is no picture of it at rest", .file.display(), .least_grey)]
@@ -57,10 +63,13 @@ impl Explained for ReconstructError {
 
     fn hint(&self) -> Option<String> {
         let hint = match self {
-            Self::OtherLight { .. } => "sensors with translucent layers have it: rtac0, 9dtact",
+            Self::OtherLight { .. } => {
+                "sensors with translucent layers or coloured lamps have it: rtac0, 9dtact, shadowtac, digit-like"
+            }
             Self::OtherSize { .. } => {
                 "give the camera that took the pictures, or pictures as it takes them"
             }
+            Self::NoColors { .. } => "take pictures in colour, as `fabkit capture` makes them",
             Self::Dark { .. } => "take it with the lamps on, and nothing that touches",
             Self::SameName { .. } => "rename one of them, or write them into folders of their own",
         };

@@ -1,10 +1,10 @@
-//! From pictures to depth without a network: how dark a layer has become says how thin it is, and so how far its surface is
-//! pressed in.
+//! From pictures to depth without a network, by what a sensor's light shows.
 //!
-//! What it needs is the picture at rest and the drawn layers. The picture at rest says how much light there is at each
-//! pixel; the law of the layer ([`TwoStream`](fabkit_light::TwoStream)) turns what is missing of it into thickness, and
-//! what lies below gives way as an elastic press of a ball says. Of an endless layer's light `L`, ground `g` as a part
-//! of it, scattering `s` and a path `p` in the layer,
+//! Where light shows **thickness** (R-Tac0, 9DTact), how dark a layer has become says how thin it is, and so how far its
+//! surface is pressed in. What it needs is the picture at rest and the drawn layers. The picture at rest says how much
+//! light there is at each pixel; the law of the layer ([`TwoStream`](fabkit_light::TwoStream)) turns what is missing of
+//! it into thickness, and what lies below gives way as an elastic press of a ball says. Of an endless layer's light `L`,
+//! ground `g` as a part of it, scattering `s` and a path `p` in the layer,
 //!
 //! ```text
 //! grey at rest = E L (R(p) + g)        R(p) = s p / (1 + s p)
@@ -13,29 +13,164 @@
 //!
 //! and `E L` is what the picture at rest has over `R(p) + g`. Light that goes sideways in the layer makes what is narrow
 //! shallower; some of it is taken back.
+//!
+//! Where light shows **slopes** (ShadowTac, DIGIT, GelSight), each place of the coat looks where the drawn lamps would
+//! give it the colours that it has (photometric stereo, Woodham 1980), again beside the picture at rest; and the surface
+//! is the one whose neighbouring places lie across these ways, along the camera's own rays.
 
 mod error;
+mod heights;
 mod sharpen;
+mod slopes;
+mod taken;
 mod thickness;
 
 use std::path::Path;
 use std::time::Instant;
 
-use fabkit_calibration::image::GreyImage;
 use fabkit_export::{Array, Values, npz};
+use fabkit_geometry::{Lighting, Shows};
 
 use crate::Error;
-use crate::calibrating::pictures::read_grey;
+use crate::capturing::LightConstants;
+use crate::scene::SensorView;
+
+use slopes::Slopes;
+use thickness::Thickness;
 
 pub use error::ReconstructError;
-pub use thickness::{Reconstructed, Reconstructor};
+pub use taken::Taken;
 
-/// Reads a picture.
-///
-/// # Errors
-/// A file that cannot be read, or is no picture that can be used.
-pub fn read(path: &Path) -> Result<GreyImage, Error> {
-    read_grey(path)
+/// What a picture shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reconstructed {
+    /// How much nearer the surface is than at rest, along each pixel's ray, mm, as `indentation_mm` of truth; negative
+    /// where gel bulges; not a number where no surface is seen.
+    pub depth_mm: Vec<f32>,
+    /// Where something presses.
+    pub contact: Vec<bool>,
+    /// How much brighter the picture is as a whole than the one at rest: 1 is not.
+    pub brighter: f32,
+}
+
+impl Reconstructed {
+    /// The deepest contact, mm.
+    pub fn deepest_mm(&self) -> Option<f32> {
+        let pressed = self.depth_mm.iter().zip(&self.contact).filter(|(_, contact)| **contact);
+        pressed.map(|(mm, _)| *mm).max_by(f32::total_cmp)
+    }
+}
+
+/// Knows the light of a sensor at rest.
+#[derive(Clone, Debug)]
+pub struct Reconstructor {
+    size_px: [usize; 2],
+    shown: Shown,
+}
+
+#[derive(Clone, Debug)]
+enum Shown {
+    Thickness(Box<Thickness>),
+    Slopes(Box<Slopes>),
+}
+
+impl Reconstructor {
+    /// From a sensor as its camera sees it, and its picture at rest, which came from `file`.
+    ///
+    /// # Errors
+    /// Light that shows neither thickness nor slopes, layers that cannot be pressed, a picture of another size or of
+    /// something else, or without colours where they are needed.
+    pub fn new(
+        scene: &SensorView,
+        lighting: &Lighting,
+        constants: &LightConstants,
+        (file, reference): (&Path, &Taken),
+    ) -> Result<Self, Error> {
+        let camera = scene.viewpoint.camera();
+        let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
+        check_size(file, reference, size_px)?;
+        let shown = match &lighting.shows {
+            Shows::Thickness { .. } => {
+                let grey = reference.clone().grey();
+                Shown::Thickness(Box::new(Thickness::new(
+                    scene,
+                    lighting,
+                    constants,
+                    (file, &grey),
+                )?))
+            }
+            Shows::Slopes { .. } => {
+                check_colors(file, reference)?;
+                Shown::Slopes(Box::new(Slopes::new(
+                    scene,
+                    lighting,
+                    constants,
+                    (file, &reference.values),
+                )?))
+            }
+            _ => {
+                let (sensor, light) = (scene.project.design.sensor.name.clone(), lighting.name);
+                return Err(ReconstructError::OtherLight { sensor, light }.into());
+            }
+        };
+        Ok(Self { size_px, shown })
+    }
+
+    /// Width and height of pictures, px.
+    pub fn size_px(&self) -> [usize; 2] {
+        self.size_px
+    }
+
+    /// What a picture shows, which came from `file`.
+    ///
+    /// # Errors
+    /// A picture of another size, or without colours where they are needed.
+    pub fn reconstruct(&self, file: &Path, picture: Taken) -> Result<Reconstructed, Error> {
+        check_size(file, &picture, self.size_px)?;
+        Ok(match &self.shown {
+            Shown::Thickness(known) => known.of_values(&picture.grey()),
+            Shown::Slopes(known) => {
+                check_colors(file, &picture)?;
+                known.of_values(&picture.values)
+            }
+        })
+    }
+
+    /// Pictures that one core reconstructs in a second, decoding apart: of the fastest of some runs.
+    ///
+    /// # Errors
+    /// As for [`Self::reconstruct`].
+    pub fn pictures_per_s(&self, file: &Path, picture: &Taken) -> Result<f64, Error> {
+        const RUNS: usize = 5;
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(Error::bug)?;
+        let mut fastest_s = f64::INFINITY;
+        for _ in 0..RUNS {
+            let picture = picture.clone();
+            let start = Instant::now();
+            std::hint::black_box(one.install(|| self.reconstruct(file, picture))?);
+            fastest_s = fastest_s.min(start.elapsed().as_secs_f64());
+        }
+        Ok(fastest_s.recip())
+    }
+}
+
+fn check_size(
+    file: &Path,
+    picture: &Taken,
+    expected_px: [usize; 2],
+) -> Result<(), ReconstructError> {
+    if picture.size_px == expected_px {
+        return Ok(());
+    }
+    let (file, size_px) = (file.to_owned(), picture.size_px);
+    Err(ReconstructError::OtherSize { file, size_px, expected_px })
+}
+
+fn check_colors(file: &Path, picture: &Taken) -> Result<(), ReconstructError> {
+    if picture.channels == 3 {
+        return Ok(());
+    }
+    Err(ReconstructError::NoColors { file: file.to_owned() })
 }
 
 /// For `numpy.load`: `depth_mm` and `contact`, rows x columns.
@@ -53,15 +188,4 @@ pub fn npz_of(size_px: [usize; 2], shown: &Reconstructed) -> Result<Vec<u8>, Err
         array("contact", Values::Bool(shown.contact.clone())),
     ])
     .map_err(Error::bug)
-}
-
-/// Pictures that one core reconstructs in a second, decoding apart: of the fastest of some runs.
-pub fn pictures_per_s(reconstructor: &Reconstructor, picture: &GreyImage) -> f64 {
-    const RUNS: usize = 5;
-    let run = |_| {
-        let start = Instant::now();
-        std::hint::black_box(reconstructor.of_values(picture.values()));
-        start.elapsed().as_secs_f64()
-    };
-    (0..RUNS).map(run).fold(f64::INFINITY, f64::min).recip()
 }

@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use fabkit_calibration::image::GreyImage;
-use fabkit_geometry::{Lighting, Shows};
+use fabkit_geometry::Lighting;
 
-use super::ReconstructError;
 use super::sharpen::Sharpener;
+use super::{ReconstructError, Reconstructed};
 use crate::Error;
 use crate::capturing::{LayerScene, LightConstants, Thins, ray_mm};
 use crate::pressing::{Contact, Linear};
@@ -48,53 +47,28 @@ struct Laws {
     over_path: Vec<f32>,
 }
 
-/// Knows the light of a sensor at rest.
+/// Knows how bright layers are at rest.
 #[derive(Clone, Debug)]
-pub struct Reconstructor {
+pub(super) struct Thickness {
     size_px: [usize; 2],
     laws: Laws,
     sharpener: Sharpener,
 }
 
-/// What a picture shows.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reconstructed {
-    /// How much nearer the surface is than at rest, along each pixel's ray, mm, as `indentation_mm` of truth; negative
-    /// where gel bulges; not a number where no surface is seen.
-    pub depth_mm: Vec<f32>,
-    /// Where something presses.
-    pub contact: Vec<bool>,
-    /// How much brighter the picture is as a whole than the one at rest: 1 is not.
-    pub brighter: f32,
-}
-
-impl Reconstructed {
-    /// The deepest contact, mm.
-    pub fn deepest_mm(&self) -> Option<f32> {
-        let pressed = self.depth_mm.iter().zip(&self.contact).filter(|(_, contact)| **contact);
-        pressed.map(|(mm, _)| *mm).max_by(f32::total_cmp)
-    }
-}
-
-impl Reconstructor {
-    /// From a sensor as its camera sees it, and its picture at rest, which came from `file`.
+impl Thickness {
+    /// From a sensor as its camera sees it, and brightness at rest, which came from `file`.
     ///
     /// # Errors
-    /// Light that shows something else than thickness, layers that cannot be pressed, a picture of another size or of something else.
+    /// Layers that cannot be pressed; a picture of something else.
     pub fn new(
         scene: &SensorView,
         lighting: &Lighting,
         constants: &LightConstants,
-        (file, reference): (&Path, &GreyImage),
+        (file, reference): (&Path, &[f32]),
     ) -> Result<Self, Error> {
         let sensor = &scene.project.design.sensor;
-        if !matches!(lighting.shows, Shows::Thickness { .. }) {
-            let (sensor, light) = (sensor.name.clone(), lighting.name);
-            return Err(ReconstructError::OtherLight { sensor, light }.into());
-        }
         let camera = scene.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
-        check_size(file, reference, size_px)?;
         let layers = LayerScene::of(sensor, lighting, constants)?;
         let thins = Thins::of(&layers, sensor)?;
         let (law, ground) =
@@ -105,7 +79,7 @@ impl Reconstructor {
             let cosines = seen.map.incidence_rad().map(|rad| rad.cos().max(LEAST_COSINE));
             let sigma_px = constants.spread_mm.value / ray_mm(seen.map);
             let mut laws = Laws::default();
-            for ((seen, cosine), value) in at_rest.iter().zip(cosines).zip(reference.values()) {
+            for ((seen, cosine), value) in at_rest.iter().zip(cosines).zip(reference) {
                 let grey = f64::from(WHITE * value);
                 laws.push(seen.filter(|_| grey >= LEAST_GREY).map(|seen| {
                     let back = law.reflectance(seen.path_mm);
@@ -123,21 +97,7 @@ impl Reconstructor {
         Ok(Self { size_px, laws, sharpener })
     }
 
-    /// Width and height of pictures, px.
-    pub fn size_px(&self) -> [usize; 2] {
-        self.size_px
-    }
-
-    /// What a picture shows, which came from `file`.
-    ///
-    /// # Errors
-    /// A picture of another size.
-    pub fn reconstruct(&self, file: &Path, picture: &GreyImage) -> Result<Reconstructed, Error> {
-        check_size(file, picture, self.size_px)?;
-        Ok(self.of_values(picture.values()))
-    }
-
-    /// The same of brightness from 0 to 1, row by row; as many values as pixels.
+    /// What a picture of brightness from 0 to 1 shows, row by row; as many values as pixels.
     pub fn of_values(&self, values: &[f32]) -> Reconstructed {
         let brighter = self.brighter(values);
         let scale = WHITE / brighter;
@@ -244,12 +204,4 @@ impl Laws {
         }
         depth_mm
     }
-}
-
-fn check_size(file: &Path, picture: &GreyImage, expected_px: [usize; 2]) -> Result<(), Error> {
-    let size_px = [picture.width_px(), picture.height_px()];
-    if size_px == expected_px {
-        return Ok(());
-    }
-    Err(ReconstructError::OtherSize { file: file.into(), size_px, expected_px }.into())
 }

@@ -18,6 +18,7 @@ Examples:
   fabkit export rtac0/shell --format stl --tolerance 2um
   fabkit export rtac0 --fixtures --bed bambu-a1 -o out/all
   fabkit export rtac0 --set coat.thickness=0.1mm -o out/thin
+  fabkit export rtac0 --robot urdf,mjcf -o out/robot
 
 A file fabkit.yaml in the working folder may say what options are where they are not given: `bed`, \
 `stock`, `profile` (--process), `tolerance`, `kerf`, `output` (in place of `out`), below `format: 1`.";
@@ -107,6 +108,11 @@ pub(crate) const RECONSTRUCT: &str = "\
 Examples:
   fabkit reconstruct rtac0 --reference ref.png picture.png -o depth
   fabkit reconstruct rtac0 --pose pose.yaml --constants light.json --reference ref.png pictures/*.png -o depth";
+
+pub(crate) const BENCH: &str = "\
+Examples:
+  fabkit bench uvdtact --quick -o bench
+  fabkit bench rtac0 --set translucent_gel.thickness=1.2mm --seed 1 -o thin";
 
 pub(crate) const PLAN: &str = "\
 Examples:

@@ -9,6 +9,7 @@ use crate::failure::{ErrorKind, Failure};
 /// Each document with its JSON Schema, by the name behind `fabkit schema --output`.
 const CONTRACTS: &[(&str, &str)] = &[
     ("archive", include_str!("../../schemas/archive.json")),
+    ("bench", include_str!("../../schemas/bench.json")),
     ("calibrate-extrinsics", include_str!("../../schemas/calibrate-extrinsics.json")),
     ("calibrate-intrinsics", include_str!("../../schemas/calibrate-intrinsics.json")),
     ("calibrate-pins", include_str!("../../schemas/calibrate-pins.json")),

@@ -12,6 +12,7 @@ use fabkit_application::exporting::{
 };
 use fabkit_application::guiding;
 use fabkit_application::packaging::{self, GUIDE_FOLDER, Terms};
+use fabkit_application::robots::robot_files;
 use fabkit_application::source::{self, Faults, Target};
 use fabkit_application::verifier::Verifier;
 use serde_json::{Value, json};
@@ -39,6 +40,11 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
         let option = if args.all { "--all" } else { "--fixtures" };
         let message = format!("{option} is for a whole sensor, not for {}", args.sensor);
         let hint = format!("write `fabkit export {} {option}`", target.sensor);
+        return Err(Failure::new(ErrorKind::BadInput, message, hint));
+    }
+    if !args.robot.is_empty() && (target.fixture.is_some() || target.part.is_some()) {
+        let message = format!("--robot is for a whole sensor, not for {}", args.sensor);
+        let hint = format!("write `fabkit export {} --robot ...`", target.sensor);
         return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
     let chosen = Chosen::new(args, &Defaults::read()?)?;
@@ -109,6 +115,12 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
         for ((_, exported), (_, design)) in of_fixtures.iter_mut().zip(&fixtures) {
             exported.add(step_files(design, &[])?)?;
         }
+    }
+    if !args.robot.is_empty() {
+        let mut formats: Vec<_> = args.robot.iter().map(|robot| robot.format()).collect();
+        formats.sort();
+        formats.dedup();
+        exported.add(robot_files(&design, &formats)?)?;
     }
 
     let mut guides = Vec::new();

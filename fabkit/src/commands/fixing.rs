@@ -17,6 +17,7 @@ pub(super) fn fix(command: &mut Command) -> Result<Option<Vec<Change>>, Failure>
         Command::Capture(args) => of(&mut args.design),
         Command::FitLight(args) => of(&mut args.design),
         Command::Reconstruct(args) => of(&mut args.design),
+        Command::Bench(args) => of(&mut args.design),
         Command::OpticsPack(args) => of(&mut args.design),
         Command::Press(args) => of(&mut args.design),
         Command::Dataset(args) => of(&mut args.design),

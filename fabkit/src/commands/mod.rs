@@ -1,6 +1,7 @@
 //! The `fabkit` command: one file per subcommand. A command returns what goes to standard output as text; this module
 //! alone prints.
 
+mod bench;
 mod calibrate;
 mod capture;
 mod check;
@@ -157,6 +158,7 @@ fn run(cli: &Cli) -> Result<Outcome, Failure> {
         Command::Capture(args) => capture::run(args),
         Command::FitLight(args) => fit_light::run(args),
         Command::Reconstruct(args) => reconstruct::run(args),
+        Command::Bench(args) => bench::run(args, &cli.global),
         Command::OpticsPack(args) => optics_pack::run(args),
         Command::Dataset(args) => dataset::run(args, &cli.global),
         Command::Calibrate { what } => calibrate::run(what),
@@ -173,6 +175,7 @@ fn prints_its_result(command: &Command) -> bool {
         command,
         Command::Calibrate { what: Calibrate::Intrinsics(_) | Calibrate::Extrinsics(_) }
             | Command::Capture(_)
+            | Command::Bench(_)
             | Command::Check(_)
             | Command::Dataset(_)
             | Command::Depth(_)

@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fabkit_application::Error;
 use fabkit_application::memory::{self, Less};
-use fabkit_application::reconstructing::{
-    ReconstructError, Reconstructor, npz_of, pictures_per_s, read,
-};
+use fabkit_application::reconstructing::{ReconstructError, Reconstructor, Taken, npz_of};
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
@@ -32,7 +30,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     let scene = view::scene(&args.design, &args.camera)?;
     let sensor = &scene.project.design.sensor;
     let (lighting, constants) = view::lit(sensor, &args.light)?;
-    let reference = read(&args.reference)?;
+    let reference = Taken::read(&args.reference)?;
     let known = Reconstructor::new(&scene, lighting, &constants, (&args.reference, &reference))?;
     let [width, height] = known.size_px();
     let bytes = (BYTES_A_PIXEL * width * height * outputs.len()) as u64;
@@ -40,9 +38,11 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     let (mut files, mut listed, mut text) = (Vec::new(), Vec::new(), String::new());
     let mut rate = None;
     for (path, picture) in &outputs {
-        let values = read(picture)?;
-        let shown = known.reconstruct(picture, &values)?;
-        rate = rate.or_else(|| Some(pictures_per_s(&known, &values)));
+        let taken = Taken::read(picture)?;
+        if rate.is_none() {
+            rate = Some(known.pictures_per_s(picture, &taken)?);
+        }
+        let shown = known.reconstruct(picture, taken)?;
         let bytes = npz_of(known.size_px(), &shown)?;
         let contact_px = shown.contact.iter().filter(|contact| **contact).count();
         let deepest_mm = shown.deepest_mm();

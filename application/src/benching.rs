@@ -1,0 +1,113 @@
+//! The bench is Python, because what learns there is: `fabkit.bench`, of the package that `pip install` knows. This finds
+//! an interpreter that has it, and hands over what it says.
+
+use std::env;
+use std::ffi::OsString;
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::thread;
+
+use serde_json::Value;
+
+use crate::verifier::PYTHON_VARIABLE;
+use crate::{ErrorKind, Explained};
+
+/// Starts the bench, whatever the current folder holds: `-c` looks there first.
+const START: &str = "import sys\nsys.path = [path for path in sys.path if path]\n\
+    try:\n    from fabkit.bench.__main__ import main\nexcept ImportError as error:\n    \
+    print(f'error: {error}', file=sys.stderr)\n    sys.exit(9)\nsys.exit(main())\n";
+/// What it ends with where the package is missing.
+const MISSING: i32 = 9;
+
+/// Why there are no figures.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// No interpreter, or one without the package.
+    #[error("{} cannot run the bench: {why}", .python.display())]
+    NoPackage {
+        /// The interpreter.
+        python: PathBuf,
+        /// What it, or the system, said.
+        why: String,
+    },
+    /// The bench refused what it was asked.
+    #[error("{said}")]
+    Refused {
+        /// What it said.
+        said: String,
+        /// What to do about it, if it said so.
+        hint: Option<String>,
+    },
+    /// It ended in another way.
+    #[error("the bench stopped without an answer ({0})")]
+    NoAnswer(String),
+}
+
+impl Explained for BenchError {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::NoPackage { .. } | Self::Refused { .. } => ErrorKind::BadInput,
+            Self::NoAnswer(_) => ErrorKind::Bug,
+        }
+    }
+
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::NoPackage { .. } => Some(format!(
+                "install the Python package with its extra `bench`, and name its interpreter by an absolute path in \
+                 {PYTHON_VARIABLE}"
+            )),
+            Self::Refused { hint, .. } => hint.clone(),
+            Self::NoAnswer(_) => None,
+        }
+    }
+}
+
+/// Runs the bench with its own arguments, which ask for JSON; `tell` gets what it says on the way.
+///
+/// # Errors
+/// [`BenchError`].
+pub fn run(arguments: &[OsString], tell: &(dyn Fn(&str) + Sync)) -> Result<Value, BenchError> {
+    let named = env::var_os(PYTHON_VARIABLE).filter(|name| !name.is_empty());
+    let python = PathBuf::from(named.unwrap_or_else(|| "python3".into()));
+    let missing = |why: String| BenchError::NoPackage { python: python.clone(), why };
+    let mut command = Command::new(&python);
+    command.args(["-c", START]).args(arguments);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().map_err(|error| missing(error.to_string()))?;
+    let (out, err) = (child.stdout.take(), child.stderr.take());
+    let mut answer = String::new();
+    let failed = thread::scope(|scope| {
+        let told = scope.spawn(|| {
+            // What follows an error belongs to it.
+            let mut failed: Vec<String> = Vec::new();
+            for line in err.into_iter().flat_map(|err| BufReader::new(err).lines()).flatten() {
+                match failed.is_empty() && !line.starts_with("error: ") {
+                    true => tell(&line),
+                    false => failed.push(line),
+                }
+            }
+            failed
+        });
+        if let Some(mut out) = out {
+            // What cannot be read is no JSON.
+            let _ = out.read_to_string(&mut answer);
+        }
+        told.join().unwrap_or_default()
+    });
+    let status = child.wait().map_err(|error| BenchError::NoAnswer(error.to_string()))?;
+    let (hints, said): (Vec<String>, Vec<String>) =
+        failed.into_iter().partition(|line| line.trim_start().starts_with("= help: "));
+    let said = said.join("\n");
+    let said = said.strip_prefix("error: ").unwrap_or(&said).to_owned();
+    match status.code() {
+        Some(0) => serde_json::from_str(&answer).map_err(|e| BenchError::NoAnswer(e.to_string())),
+        Some(MISSING) => Err(missing(said)),
+        _ if said.is_empty() => Err(BenchError::NoAnswer(status.to_string())),
+        _ => {
+            let hint = hints.first().map(|hint| hint.trim_start().replacen("= help: ", "", 1));
+            Err(BenchError::Refused { said, hint })
+        }
+    }
+}

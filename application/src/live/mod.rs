@@ -1,0 +1,270 @@
+//! A sensor that is kept ready: press after press, with picture, depth and force, at the rate that simulators and studies
+//! ask for.
+//!
+//! What no press changes is computed once: where rays meet the surface, what the layers answer to tractions, the picture
+//! at rest. It lives on a thread of its own, which borrows from the sensor's scene and answers what is asked through a
+//! channel; presses that are asked for together are taken side by side. All of it is simulated, at small strain.
+
+mod skin;
+
+use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread;
+
+use fabkit_depth::truth::{DepthMap, ReferenceSurface, SURFACE_LABEL};
+use fabkit_fixtures::Press;
+use fabkit_geometry::{Pose, TouchSurface};
+use rayon::prelude::*;
+use serde_json::Value;
+
+use crate::Error;
+use crate::capturing::{self, LightConstants, Studio};
+use crate::ground_truth::pressers;
+use crate::pressing::{Answer, Contact, Linear, Moved, Ready, Step, soft_layers, threads};
+use crate::scene::SensorView;
+
+pub use skin::{LiveSkin, SkinShown};
+
+/// How a sensor is kept.
+#[derive(Clone, Debug, Default)]
+pub struct LiveOptions {
+    /// Which of its lights is on; the usual one where none is named.
+    pub light: Option<String>,
+    /// What the light rests on; nothing for the sensor's own.
+    pub constants: Option<LightConstants>,
+    /// Rays along each side of a pixel; 0 counts as 1.
+    pub samples: u32,
+    /// Distance of the surface's nodes, mm; nothing for what a few seconds allow.
+    pub spacing_mm: Option<f64>,
+}
+
+/// What to press.
+#[derive(Clone, Debug)]
+pub struct LivePress {
+    /// Bodies in their places, all at once; none for a sensor at rest.
+    pub press: Press,
+    /// How far all of it then moves along the surface, mm, as for [`Ready::answer`].
+    pub shear_mm: [f64; 2],
+    /// Coulomb's coefficient for that; nothing for the touched material's own.
+    pub friction: Option<f64>,
+    /// Of noise and drift; nothing for neither.
+    pub seed: Option<u64>,
+}
+
+/// What a press does. Lists of pixels go row by row.
+#[derive(Clone, Debug)]
+pub struct LiveShown {
+    /// Grey values from 0 to 255, not rounded, pixel by pixel: one, or red, green and blue.
+    pub grey: Vec<f64>,
+    /// How much nearer the surface is than at rest, along each pixel's ray, mm: the mean of its rays; not a number where no surface is
+    /// seen.
+    pub indentation_mm: Vec<f32>,
+    /// Where what presses is seen, by any of a pixel's rays.
+    pub contact: Vec<bool>,
+    /// Forces and contact; nothing where nothing touches.
+    pub step: Option<Step>,
+    /// What the camera follows, as it has moved.
+    pub marks: Vec<Moved>,
+    /// Where it is seen, px.
+    pub mark_px: Vec<Option<[f64; 2]>>,
+}
+
+type Asked = (Vec<LivePress>, Sender<Result<Vec<LiveShown>, Error>>);
+
+/// What is known as soon as a sensor is ready.
+#[derive(Clone, Debug)]
+pub struct LiveAbout {
+    /// Columns and rows of pictures.
+    pub size_px: [usize; 2],
+    /// Values of a pixel: 1 or 3.
+    pub channels: usize,
+    /// How the sensor is lit, what its layers are, and what is left out, as JSON.
+    pub document: Value,
+}
+
+/// A sensor that waits for presses; it is put away when this is dropped.
+#[derive(Debug)]
+pub struct Live {
+    asks: Sender<Asked>,
+    about: LiveAbout,
+}
+
+impl Live {
+    /// Makes a sensor ready: seconds.
+    ///
+    /// # Errors
+    /// A light that is not there, layers that are stiff, rays or nodes beyond their limits.
+    pub fn new(scene: Arc<SensorView>, options: LiveOptions) -> Result<Self, Error> {
+        let (asks, asked) = mpsc::channel();
+        let (begin, begun) = mpsc::sync_channel(1);
+        thread::spawn(move || {
+            let kept = keep(&scene, &options, |about, kept| {
+                // Nobody waits if the caller was interrupted.
+                if begin.send(Ok(about)).is_ok() {
+                    answer_all(&asked, kept);
+                }
+            });
+            if let Err(error) = kept {
+                let _ = begin.send(Err(error));
+            }
+        });
+        let about = begun.recv().map_err(|_| Error::bug("a live sensor did not start"))??;
+        Ok(Self { asks, about })
+    }
+
+    /// What is known before any press.
+    pub fn about(&self) -> &LiveAbout {
+        &self.about
+    }
+
+    /// Presses, each on a surface at rest: side by side.
+    ///
+    /// # Errors
+    /// Of the first that has one: deeper than the layers, a contact that does not converge, no known friction.
+    pub fn press(&self, presses: Vec<LivePress>) -> Result<Vec<LiveShown>, Error> {
+        let (reply, replied) = mpsc::channel();
+        let gone = |_| Error::bug("a live sensor has stopped");
+        self.asks.send((presses, reply)).map_err(|_| Error::bug("a live sensor has stopped"))?;
+        replied.recv().map_err(gone)?
+    }
+}
+
+fn answer_all(asked: &Receiver<Asked>, kept: &Kept<'_>) {
+    while let Ok((presses, reply)) = asked.recv() {
+        let shown = presses.par_iter().map(|press| kept.press(press)).collect();
+        // Who asked may have been interrupted.
+        let _ = reply.send(shown);
+    }
+}
+
+/// All that no press changes.
+struct Kept<'a> {
+    scene: &'a SensorView,
+    touch: &'a TouchSurface,
+    samples: usize,
+    surface: &'a ReferenceSurface<'a>,
+    ready: Ready,
+    studio: Studio<'a>,
+}
+
+fn keep(
+    scene: &SensorView,
+    options: &LiveOptions,
+    work: impl FnOnce(LiveAbout, &Kept<'_>),
+) -> Result<(), Error> {
+    let sensor = &scene.project.design.sensor;
+    let lighting = capturing::lighting(sensor, options.light.as_deref())?;
+    let own;
+    let constants = match &options.constants {
+        Some(constants) => constants,
+        None => {
+            own = LightConstants::of(sensor);
+            &own
+        }
+    };
+    let touch = scene.touch()?;
+    let contact = Contact::Linear(Linear { spacing_mm: options.spacing_mm, friction: None });
+    let samples = options.samples.max(1);
+    let size_px = scene.size_rays(samples)?.map(|side| (side / samples) as usize);
+    let rays = scene.rays_of_rows(samples, 0..u32::MAX);
+    let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
+    let ready = Ready::for_all(sensor, options.spacing_mm, threads())?;
+    let studio = Studio::new(scene, &surface, lighting, constants, contact)?;
+    let mut document = studio.document();
+    document["layers"] = soft_layers(&ready.soft.layers);
+    document["layers_left_out"] = ready.soft.left_out.clone().into();
+    document["spacing_mm"] = ready.spacing_mm.into();
+    let about = LiveAbout { size_px, channels: studio.channels(), document };
+    let samples = samples as usize;
+    work(about, &Kept { scene, touch, samples, surface: &surface, ready, studio });
+    Ok(())
+}
+
+impl Kept<'_> {
+    fn press(&self, asked: &LivePress) -> Result<LiveShown, Error> {
+        let LivePress { press, shear_mm, friction, seed } = asked;
+        let answer = match press.bodies.is_empty() {
+            true => None,
+            false => match self.ready.answer(self.touch, &press.bodies, *shear_mm, *friction) {
+                Err(error) if error.is_no_contact() => None,
+                answer => Some(answer?),
+            },
+        };
+        let Some(answer) = answer else {
+            return self.shown(&self.surface.untouched(), None, *seed);
+        };
+        let mut moved = press.clone();
+        let way = Pose::translation(answer.way_mm.x, answer.way_mm.y, answer.way_mm.z);
+        for body in &mut moved.bodies {
+            body.sensor_from_body = way.then_in(body.sensor_from_body);
+        }
+        let pressers = pressers(&[moved]).map_err(Error::bug)?;
+        let map = self.surface.yielded(&pressers, &answer, self.studio.wants_normals());
+        self.shown(&map, Some(&answer), *seed)
+    }
+
+    fn shown(
+        &self,
+        map: &DepthMap<'_>,
+        answer: Option<&Answer<'_>>,
+        seed: Option<u64>,
+    ) -> Result<LiveShown, Error> {
+        let grey = self.studio.take(map, answer, seed)?;
+        let sensor = &self.scene.project.design.sensor;
+        let marks = capturing::moved(sensor, answer);
+        let mark_px = capturing::mark_pixels(&self.scene.viewpoint, self.scene.sights(), &marks);
+        let width = map.width_px() as usize;
+        let by_ray: Vec<f64> = map.indentation_mm().collect();
+        let touched: Vec<bool> = map.label().iter().map(|label| *label > SURFACE_LABEL).collect();
+        Ok(LiveShown {
+            grey,
+            indentation_mm: of_pixels(&by_ray, width, self.samples, mean),
+            contact: of_pixels(&touched, width, self.samples, |rays| rays.contains(&true)),
+            step: answer.map(|answer| answer.step),
+            marks,
+            mark_px,
+        })
+    }
+}
+
+/// What becomes of each pixel's rays, which lie in rows of `width`.
+fn of_pixels<T: Copy, U>(
+    rays: &[T],
+    width: usize,
+    samples: usize,
+    of: impl Fn(&[T]) -> U,
+) -> Vec<U> {
+    let mut own = Vec::with_capacity(samples * samples);
+    let mut pixels = Vec::with_capacity(rays.len() / (samples * samples));
+    for rows in rays.chunks_exact(width * samples) {
+        for column in (0..width).step_by(samples) {
+            own.clear();
+            rows.chunks_exact(width).for_each(|row| own.extend(&row[column..column + samples]));
+            pixels.push(of(&own));
+        }
+    }
+    pixels
+}
+
+/// Of the rays that see the surface.
+fn mean(rays_mm: &[f64]) -> f32 {
+    let seen = rays_mm.iter().filter(|mm| mm.is_finite());
+    let (sum, count) = seen.fold((0.0, 0.0), |(sum, count), mm| (sum + mm, count + 1.0));
+    // Nothing over nothing: no surface is seen.
+    (sum / count) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_made_of_their_own_rays() {
+        let rays: Vec<f64> = vec![1.0, 3.0, f64::NAN, f64::NAN, 5.0, 7.0, 2.0, f64::NAN];
+        let means = of_pixels(&rays, 4, 2, mean);
+        assert_eq!(means[0], 4.0);
+        assert_eq!(means[1], 2.0);
+        assert!(of_pixels(&rays[2..4], 2, 1, mean)[0].is_nan());
+        assert_eq!(of_pixels(&[true, false, false, false], 2, 2, |r| r.contains(&true)), [true]);
+    }
+}

@@ -1,0 +1,56 @@
+//! Pictures as cameras sent them.
+
+use std::path::Path;
+
+use fabkit_picture::{Picture, PictureError};
+
+use crate::Error;
+use crate::calibrating::CalibratingError;
+use crate::calibrating::pictures::PICTURE;
+use crate::reading;
+
+/// Weights of red, green and blue in brightness, as in ITU-R BT.709.
+const BRIGHTNESS: [f32; 3] = [0.2126, 0.7152, 0.0722];
+/// The most pixels of a picture.
+const MAX_PIXELS: u64 = 64 << 20;
+
+/// A picture, values from 0 to 1, row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Taken {
+    /// Columns and rows.
+    pub size_px: [usize; 2],
+    /// Values of a pixel: 1, or 3 for red, green and blue.
+    pub channels: usize,
+    /// As many as pixels times channels.
+    pub values: Vec<f32>,
+}
+
+impl Taken {
+    /// Reads a PNG, JPEG, TIFF or BMP.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no picture that can be used.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let bytes = reading::read(path, PICTURE)?;
+        let wrong = |error: PictureError| {
+            let source = error.into();
+            Error::from(CalibratingError::Picture { file: path.display().to_string(), source })
+        };
+        let Picture { width_px, height_px, channels, values } =
+            fabkit_picture::read(&bytes, MAX_PIXELS).map_err(wrong)?;
+        let values = (0..values.len()).filter_map(|i| values.get(i)).collect();
+        let size_px = [width_px, height_px].map(|px| px as usize);
+        Ok(Self { size_px, channels: channels as usize, values })
+    }
+
+    /// Brightness of each pixel.
+    pub fn grey(self) -> Vec<f32> {
+        let (colors, _) = self.values.as_chunks::<3>();
+        match self.channels {
+            3 => {
+                colors.iter().map(|color| (0..3).map(|k| BRIGHTNESS[k] * color[k]).sum()).collect()
+            }
+            _ => self.values,
+        }
+    }
+}

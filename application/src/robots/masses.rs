@@ -1,0 +1,56 @@
+//! What a body weighs.
+
+use fabkit_export::Inertia;
+use fabkit_geometry::{Body, Clarity, Duty, Kind, Matrix3, Vector3};
+
+/// g/cm3 to kg/mm3.
+const KG_PER_MM3: f64 = 1e-6;
+const MM_PER_M: f64 = 1000.0;
+
+/// Of what is bought, by what it does and how it is. Chosen, rounded, g/cm3: steel of screws; brass of inserts, nuts and
+/// spacers; glass; rubber and cables; electronics in plastic, and anything else.
+const STEEL: f64 = 7.85;
+const BRASS: f64 = 8.4;
+const GLASS: f64 = 2.2;
+const BENDS: f64 = 1.6;
+const UNKNOWN: f64 = 1.5;
+
+/// A body's mass, and where it is known from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mass {
+    pub volume_mm3: f64,
+    pub density_g_per_cm3: f64,
+    /// `material` or `chosen`.
+    pub source: &'static str,
+    pub inertia: Inertia,
+}
+
+/// From the exact solid's moments in the sensor frame.
+pub(super) fn mass(
+    body: &Body,
+    known: Option<f64>,
+    (volume_mm3, centre_mm, inertia_mm5): (f64, Vector3<f64>, Matrix3<f64>),
+) -> Mass {
+    let (density_g_per_cm3, source) = match known {
+        Some(density) => (density, "material"),
+        None => (chosen(body), "chosen"),
+    };
+    let per_mm3 = density_g_per_cm3 * KG_PER_MM3;
+    let inertia = Inertia {
+        mass_kg: per_mm3 * volume_mm3,
+        centre_m: centre_mm / MM_PER_M,
+        about_centre: per_mm3 / (MM_PER_M * MM_PER_M) * inertia_mm5,
+    };
+    Mass { volume_mm3, density_g_per_cm3, source, inertia }
+}
+
+fn chosen(body: &Body) -> f64 {
+    match body.duty {
+        Duty::Fastens => STEEL,
+        Duty::Threads => BRASS,
+        _ if body.kind != Kind::Bought => UNKNOWN,
+        _ if body.gives_mm > 0.0 => BENDS,
+        _ if body.clarity() == Clarity::Clear => GLASS,
+        _ => UNKNOWN,
+    }
+}

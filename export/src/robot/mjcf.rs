@@ -1,0 +1,134 @@
+//! MJCF, MuJoCo's own format.
+
+use std::fmt::Write as _;
+
+use fabkit_geometry::{Matrix3, Vector3};
+
+use super::xml::{comment, escaped, number, numbers, place, vector};
+use super::{Robot, RobotLink};
+
+/// What is only seen, and what is touched, as MuJoCo's viewer groups them.
+const SEEN: &str = "contype=\"0\" conaffinity=\"0\" group=\"2\"";
+const TOUCHED: &str = "group=\"3\"";
+
+/// The text of an MJCF file: a body for the base, one in it for each soft layer, sites for frames, the camera, and what the
+/// touched surface's vertices feel.
+///
+/// MuJoCo moves a mesh's origin to its centre and turns it by its own axes, and moves the geometry back: a `tactile` sensor
+/// reads right only where its geometry is the very mesh that it samples, which is so here.
+pub fn mjcf(robot: &Robot) -> String {
+    let mut text = format!(
+        "{}\n<mujoco model=\"{}\">\n  <compiler angle=\"radian\" autolimits=\"true\"/>\n  <asset>\n",
+        comment(&robot.comment),
+        escaped(&robot.name)
+    );
+    let shapes = || robot.links.iter().flat_map(|link| link.visuals.iter().chain(&link.collisions));
+    let mut files: Vec<&str> = shapes().map(|shape| &*shape.file).collect();
+    files.sort_unstable();
+    files.dedup();
+    // Writing to a string cannot fail.
+    for file in files {
+        let _ = writeln!(text, "    <mesh name=\"{}\" file=\"{}\"/>", mesh(file), escaped(file));
+    }
+    text += "  </asset>\n  <worldbody>\n";
+    let mut links = robot.links.iter();
+    if let Some(base) = links.next() {
+        let _ = writeln!(text, "    <body name=\"{}\">", escaped(&base.name));
+        text += &of_link(base, 6);
+        for link in links {
+            let _ = writeln!(text, "      <body name=\"{}\">", escaped(&link.name));
+            text += &of_link(link, 8);
+            text += "      </body>\n";
+        }
+        for frame in &robot.frames {
+            let _ = writeln!(
+                text,
+                "      <site name=\"{}\" pos=\"{}\" quat=\"{}\" size=\"0.0005\"/>",
+                escaped(&frame.name),
+                place(&frame.sensor_from_frame),
+                quaternion(frame.sensor_from_frame.rotation()),
+            );
+        }
+        if let Some(camera) = &robot.camera {
+            // It looks along -z with y up.
+            let pose = &camera.sensor_from_camera;
+            let turned = pose.rotation() * Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));
+            let _ = writeln!(
+                text,
+                "      <camera name=\"camera\" pos=\"{}\" quat=\"{}\" fovy=\"{}\" resolution=\"{} {}\"/>",
+                place(pose),
+                quaternion(&turned),
+                number(camera.view_rad[1].to_degrees()),
+                camera.size_px[0],
+                camera.size_px[1],
+            );
+        }
+        text += "    </body>\n";
+    }
+    text += "  </worldbody>\n";
+    if let Some(file) = &robot.touch {
+        let name = mesh(file);
+        let _ = writeln!(
+            text,
+            "  <sensor>\n    <tactile name=\"tactile\" geom=\"touch\" mesh=\"{name}\"/>\n  </sensor>"
+        );
+    }
+    text + "</mujoco>\n"
+}
+
+fn mesh(file: &str) -> String {
+    escaped(file.strip_suffix(".obj").unwrap_or(file))
+}
+
+fn of_link(link: &RobotLink, deep: usize) -> String {
+    let indent = " ".repeat(deep);
+    let mut text = format!(
+        "{indent}<inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{}\"/>\n",
+        vector(&link.inertia.centre_m),
+        number(link.inertia.mass_kg),
+        numbers(link.inertia.six()),
+    );
+    for shape in &link.visuals {
+        let _ = writeln!(
+            text,
+            "{indent}<geom type=\"mesh\" mesh=\"{}\" rgba=\"{}\" {SEEN}/>",
+            mesh(&shape.file),
+            numbers(shape.rgba)
+        );
+    }
+    let friction = link.friction.map_or_else(String::new, |friction| {
+        format!(" friction=\"{} 0.005 0.0001\"", number(friction))
+    });
+    for shape in &link.collisions {
+        let _ = writeln!(
+            text,
+            "{indent}<geom name=\"{}\" type=\"mesh\" mesh=\"{}\" rgba=\"{}\"{friction} {TOUCHED}/>",
+            escaped(&shape.name),
+            mesh(&shape.file),
+            numbers(shape.rgba)
+        );
+    }
+    text
+}
+
+/// w, x, y, z.
+fn quaternion(r: &Matrix3<f64>) -> String {
+    // The largest of the four is found by its square, so that nothing is divided by little (Shepperd 1978).
+    let squares = [
+        1.0 + r.trace(),
+        1.0 + 2.0 * r[(0, 0)] - r.trace(),
+        1.0 + 2.0 * r[(1, 1)] - r.trace(),
+        1.0 + 2.0 * r[(2, 2)] - r.trace(),
+    ];
+    let largest = (0..4).max_by(|a, b| squares[*a].total_cmp(&squares[*b])).unwrap_or(0);
+    let double = squares[largest].sqrt();
+    let sum = |i: usize, j: usize| (r[(i, j)] + r[(j, i)]) / double / 2.0;
+    let difference = |i: usize, j: usize| (r[(i, j)] - r[(j, i)]) / double / 2.0;
+    let half = double / 2.0;
+    numbers(match largest {
+        0 => [half, difference(2, 1), difference(0, 2), difference(1, 0)],
+        1 => [difference(2, 1), half, sum(0, 1), sum(0, 2)],
+        2 => [difference(0, 2), sum(0, 1), half, sum(1, 2)],
+        _ => [difference(1, 0), sum(0, 2), sum(1, 2), half],
+    })
+}

@@ -1,0 +1,73 @@
+//! URDF, as ROS, PyBullet, Drake, SAPIEN and MuJoCo's importer read it.
+
+use std::fmt::Write as _;
+
+use super::xml::{comment, escaped, number, numbers, place, roll_pitch_yaw, vector};
+use super::{Robot, RobotLink, RobotShape};
+
+/// The text of a URDF file.
+///
+/// Soft layers are links of their own, welded to the base. MuJoCo is told to keep them apart.
+pub fn urdf(robot: &Robot) -> String {
+    let mut text = format!(
+        "<?xml version=\"1.0\"?>\n{}\n<robot name=\"{}\">\n",
+        comment(&robot.comment),
+        escaped(&robot.name)
+    );
+    text += "  <mujoco>\n    <compiler strippath=\"false\" fusestatic=\"false\" discardvisual=\"false\" \
+             balanceinertia=\"false\"/>\n  </mujoco>\n";
+    for link in &robot.links {
+        text += &of_link(link);
+    }
+    let base = robot.links.first().map_or("base", |link| &link.name);
+    // Writing to a string cannot fail.
+    for link in robot.links.iter().skip(1) {
+        let _ = write!(text, "{}", weld(base, &link.name, "0 0 0", "0 0 0"));
+    }
+    for frame in &robot.frames {
+        let _ = writeln!(text, "  <link name=\"{}\"/>", escaped(&frame.name));
+        let pose = &frame.sensor_from_frame;
+        text += &weld(base, &frame.name, &place(pose), &numbers(roll_pitch_yaw(pose.rotation())));
+    }
+    text + "</robot>\n"
+}
+
+fn weld(base: &str, link: &str, xyz: &str, rpy: &str) -> String {
+    format!(
+        "  <joint name=\"{link}-weld\" type=\"fixed\">\n    <parent link=\"{base}\"/>\n    <child link=\"{link}\"/>\n    \
+         <origin xyz=\"{xyz}\" rpy=\"{rpy}\"/>\n  </joint>\n",
+        base = escaped(base),
+        link = escaped(link),
+    )
+}
+
+fn of_link(link: &RobotLink) -> String {
+    let [xx, yy, zz, xy, xz, yz] = link.inertia.six().map(number);
+    let mut text = format!(
+        "  <link name=\"{}\">\n    <inertial>\n      <origin xyz=\"{}\" rpy=\"0 0 0\"/>\n      <mass value=\"{}\"/>\n      \
+         <inertia ixx=\"{xx}\" ixy=\"{xy}\" ixz=\"{xz}\" iyy=\"{yy}\" iyz=\"{yz}\" izz=\"{zz}\"/>\n    </inertial>\n",
+        escaped(&link.name),
+        vector(&link.inertia.centre_m),
+        number(link.inertia.mass_kg),
+    );
+    for shape in &link.visuals {
+        let color = format!(
+            "      <material name=\"{}\"><color rgba=\"{}\"/></material>\n",
+            escaped(&shape.name),
+            numbers(shape.rgba)
+        );
+        text += &of_shape("visual", shape, &color);
+    }
+    for shape in &link.collisions {
+        text += &of_shape("collision", shape, "");
+    }
+    text + "  </link>\n"
+}
+
+fn of_shape(kind: &str, shape: &RobotShape, more: &str) -> String {
+    format!(
+        "    <{kind} name=\"{}\">\n      <geometry><mesh filename=\"{}\"/></geometry>\n{more}    </{kind}>\n",
+        escaped(&shape.name),
+        escaped(&shape.file)
+    )
+}

@@ -1,0 +1,213 @@
+"""The fluidic sensor's experiment: what the camera below would see, from columns of liquid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fabkit import sim
+from fabkit.bench import _learn
+from fabkit.bench._bench import Family, first_line
+from fabkit.bench._report import Row
+from fabkit.bench.half_ellipsoid import folds
+from fabkit.errors import FabkitError, invalid
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from fabkit.bench._bench import Bench
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much is pressed."""
+
+    places: int = 60
+    depths: int = 8
+    deepest_mm: float = 4.0
+    reach_mm: float = 18.0
+    """Places are within a square of this half side."""
+    spacing_mm: float = 2.0
+    folds: int = 5
+
+
+# From the published arrays: a ridge from ten lags of columns to markers, on the last fifth.
+_RIDGE_R2 = 0.48
+_READ = "columns of the published series move 3 to 15 px, in pictures of another display"
+# Likeness (SSIM) of predicted images, and of the constant mean image.
+_LIKENESS = (0.9045, 0.8920)
+
+
+@dataclass(frozen=True, eq=False)
+class Touches:
+    """Presses: one of each a row."""
+
+    column_mm: NDArray[np.float64]
+    """How far each column of liquid moved: n x channels."""
+    column_px: NDArray[np.float64]
+    """The same in the display's picture: n x 2 channels."""
+    marker_px: NDArray[np.float64]
+    """How far each marker moved in the picture: n x 2 m."""
+    place: NDArray[np.int64]
+    """Number of its place: n."""
+
+
+def _touches(bench: Bench) -> Touches:
+    size: Size = bench.size
+    skin = sim.Skin(bench.design, spacing_mm=size.spacing_mm)
+    random = bench.random("places")
+    places = random.uniform(-size.reach_mm, size.reach_mm, (size.places, 2))
+    depths = np.linspace(size.deepest_mm / size.depths, size.deepest_mm, size.depths)
+    columns: list[NDArray[np.float64]] = []
+    ends: list[NDArray[np.float64]] = []
+    markers: list[NDArray[np.float64]] = []
+    at: list[int] = []
+    bench.tell(f"  pressing {size.places} places, {size.depths} times each")
+    for number, (x, y) in enumerate(places):
+        names = [f"hemisphere@{x:.2f}mm,{y:.2f}mm,{depth:.3f}mm" for depth in depths]
+        try:
+            many = skin.press_all(names)
+        except FabkitError as error:
+            bench.said.append(f"place {x:.1f} mm, {y:.1f} mm left out: {first_line(error)}")
+            continue
+        columns.append(many.column_mm)
+        ends.append(many.column_px)
+        markers.append(many.mark_px)
+        at += [number] * len(names)
+    if not columns:
+        raise invalid("no place of the skin could be pressed")
+    return Touches(
+        np.concatenate(columns),
+        _moved(np.concatenate(ends)),
+        _moved(np.concatenate(markers)),
+        np.array(at),
+    )
+
+
+def _moved(pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Tell ways from the mean picture of (n, m, 2), of what is always seen: (n, 2 m)."""
+    # A model with an offset does not ask which picture is at rest.
+    moved = pixels - np.nanmean(pixels, axis=0)
+    return moved[:, np.isfinite(moved).all(axis=(0, 2))].reshape(len(moved), -1)
+
+
+@dataclass(frozen=True)
+class Found:
+    """How well markers are found."""
+
+    r2: float
+    """Of all markers together: 0 for the mean."""
+    rms_px: float
+    blind_r2: float
+    """That of the mean in training: at most 0."""
+    blind_px: float
+
+
+def _found(
+    bench: Bench, columns: NDArray[np.float64], touches: Touches, groups: NDArray[np.int64]
+) -> Found:
+    size: Size = bench.size
+    truth = touches.marker_px
+    found, blind = np.zeros_like(truth), np.zeros_like(truth)
+    for test in folds(groups, size.folds, bench.random("folds")):
+        ridge = _learn.Ridge().fit(columns[~test], truth[~test])
+        found[test] = ridge.predict(columns[test])
+        blind[test] = truth[~test].mean(axis=0)
+    spread = float(((truth - truth.mean(axis=0)) ** 2).sum())
+    left, guessed = (float(((one - truth) ** 2).sum()) for one in (found, blind))
+    return Found(
+        1 - left / spread,
+        float(np.sqrt(left / truth.size)),
+        1 - guessed / spread,
+        float(np.sqrt(guessed / truth.size)),
+    )
+
+
+def _markers(bench: Bench) -> list[Row]:
+    touches = bench.once("touches", lambda: _touches(bench))
+    count = len(touches.place)
+    said = (
+        "ridge from columns to markers, of presses at rest by a hemisphere; the paper: an LSTM on "
+        "ten steps of a finger's strokes. From its published arrays a ridge on ten steps of raw "
+        "pixels has R2 0.48; trivial guess: the mean picture"
+    )
+    # A picture tells where a column ends to a pixel: the paper takes the first that is black.
+    read, exact = np.round(touches.column_px), touches.column_mm
+    apart = "no place is in training and test"
+    shared = "the same place at another depth is in training"
+    places, single = touches.place, np.arange(count)
+    cases = {
+        "split by place": (read, places, _RIDGE_R2, f"; columns to a pixel; {apart}"),
+        "split at random": (read, single, None, f"; columns to a pixel; {shared}"),
+        "split by place, exact columns": (exact, places, None, f"; {apart}"),
+    }
+    rows: list[Row] = []
+    for name, (columns, groups, paper, note) in cases.items():
+        found = _found(bench, columns, touches, groups)
+        figures = (paper, found.r2, found.blind_r2)
+        rows.append(Row(f"markers from columns, {name}: R2", "", *figures, count, said + note))
+        figures = (None, found.rms_px, found.blind_px)
+        label = f"markers from columns, {name}: rms error"
+        rows.append(Row(label, "px", *figures, count, said + note))
+    return rows
+
+
+def _amplitudes(bench: Bench) -> list[Row]:
+    touches = bench.once("touches", lambda: _touches(bench))
+    pairs = touches.marker_px.reshape(len(touches.place), -1, 2)
+    ways = np.linalg.norm(pairs - pairs[:: bench.size.depths].mean(axis=0), axis=2)
+    note = (
+        "from the mean of the shallowest presses; the paper's pictures are cut to 340 px with "
+        "markers 34 px apart, and a finger's path and force are unknown"
+    )
+    columns_mm = np.abs(touches.column_mm).max(axis=1)
+    ends = touches.column_px.reshape(len(touches.place), -1, 2)
+    columns_px = float(np.linalg.norm(np.ptp(ends, axis=0), axis=1).max())
+    count = len(ways)
+    rows = [
+        Row("largest way of a marker", "px", 18.0, float(ways.max()), None, count, note),
+        Row("largest way of a column", "px", 15.0, columns_px, None, count, _READ),
+    ]
+    largest = float(np.median(columns_mm))
+    name = "way of the column that moves most, median press"
+    return [*rows, Row(name, "mm", None, largest, None, count, "the paper states no lengths")]
+
+
+def _images(bench: Bench) -> list[Row]:
+    """Say what is published, and that it is not run."""
+    note = (
+        "not run: needs pictures of the markers and the paper's encoder; from the published arrays "
+        "the constant mean image reaches 0.8920, the trivial guess beside it"
+    )
+    name = "likeness of predicted images, SSIM"
+    return [Row(name, "", _LIKENESS[0], None, _LIKENESS[1], 0, note)]
+
+
+def _figures(bench: Bench) -> dict[str, float]:
+    touches = _touches(bench)
+    return {"markers_rms_px": _found(bench, touches.column_mm, touches, touches.place).rms_px}
+
+
+_EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
+    "markers": _markers,
+    "amplitudes": _amplitudes,
+    "images": _images,
+}
+
+FAMILY = Family(
+    experiments=_EXPERIMENTS,
+    figures=_figures,
+    quick=Size(),
+    full=Size(places=150, spacing_mm=1.0, folds=10),
+    small=Size(places=6, depths=3, spacing_mm=3.0, folds=3),
+    choices=("places are drawn evenly over a square of the skin; the paper has one finger's path",),
+    left_out=(
+        "time: columns and markers are those at rest after each press",
+        "the LSTM and the encoder of images",
+    ),
+    plain=frozenset({"amplitudes", "images"}),
+)

@@ -1,0 +1,255 @@
+//! A sensor that is kept ready for presses.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use fabkit_application::Error;
+use fabkit_application::export::{Array, Values};
+use fabkit_application::fitting_light::read_constants;
+use fabkit_application::fixtures::{Press, PressBody};
+use fabkit_application::geometry::{Matrix3, Point3, Pose, Solid, Vector3};
+use fabkit_application::live::{self, LiveOptions, LivePress, LiveShown, SkinShown};
+use fabkit_application::scene::press_error;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays;
+use crate::design::Project;
+use crate::errors::Failure;
+use crate::running::{Interrupted, run};
+use crate::scene::Scene;
+
+/// Kind, sizes in mm, and `sensor_from_body`, (4, 4).
+type Body = (String, Vec<f64>, [[f64; 4]; 4]);
+/// Presses by name, bodies, a way along the surface, mm, friction, and a seed of noise.
+type Asked = (Vec<String>, Vec<Body>, [f64; 2], Option<f64>, Option<u64>);
+
+/// See [`live::Live`].
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct Live {
+    sensor: String,
+    scene: Arc<fabkit_application::scene::SensorView>,
+    live: Arc<live::Live>,
+}
+
+#[pymethods]
+impl Live {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        scene: &Scene,
+        light: Option<String>,
+        constants: Option<PathBuf>,
+        samples: u32,
+        spacing_mm: Option<f64>,
+    ) -> PyResult<Self> {
+        let (view, sensor) = (Arc::clone(&scene.scene), scene.sensor.clone());
+        let live = run(py, Interrupted::Leave, None, move |_| {
+            let drawn = &view.project.design.sensor;
+            let read = |path: &PathBuf| read_constants(drawn, path);
+            let constants = constants.as_ref().map(read).transpose()?;
+            let options = LiveOptions { light, constants, samples, spacing_mm };
+            Ok::<_, Failure>(live::Live::new(Arc::clone(&view), options)?)
+        })?;
+        Ok(Self { sensor, scene: Arc::clone(&scene.scene), live: Arc::new(live) })
+    }
+
+    /// How it is lit, what its layers are and what is left out, as JSON.
+    fn document(&self) -> String {
+        self.live.about().document.to_string()
+    }
+
+    /// Names of what the camera follows, and where it is at rest, mm.
+    fn marks(&self) -> Vec<(String, [f64; 3])> {
+        marks_of(&self.scene.project)
+    }
+
+    /// What presses do, each on a surface at rest: arrays by name, the first axis is the press.
+    fn press<'py>(&self, py: Python<'py>, asked: Vec<Asked>) -> PyResult<Bound<'py, PyDict>> {
+        let (live, scene) = (Arc::clone(&self.live), Arc::clone(&self.scene));
+        let sensor = self.sensor.clone();
+        let shown = run(py, Interrupted::Leave, None, move |_| {
+            let finder = scene.project.press_finder();
+            let find = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
+            let press = |(ids, bodies, shear_mm, friction, seed): Asked| {
+                let named = ids.iter().map(find).collect::<Result<Vec<Press>, Error>>()?;
+                let mut all: Vec<PressBody> = named.into_iter().flat_map(|p| p.bodies).collect();
+                for (i, body) in bodies.into_iter().enumerate() {
+                    all.push(placed(i, body)?);
+                }
+                let (id, summary) = (ids.join(" "), String::new());
+                let press = Press { id, summary, bodies: all, is_left_half: false };
+                Ok(LivePress { press, shear_mm, friction, seed })
+            };
+            let presses: Vec<LivePress> =
+                asked.into_iter().map(press).collect::<Result<_, Failure>>()?;
+            let shown = live.press(presses)?;
+            let about = live.about();
+            Ok::<_, Failure>(together(about.size_px, about.channels, &shown))
+        })?;
+        arrays::dictionary(py, shown)
+    }
+}
+
+/// A body of a kind at its place; its middle is its origin.
+fn placed(i: usize, (kind, sizes, pose): Body) -> Result<PressBody, Failure> {
+    let solid = match (kind.as_str(), &sizes[..]) {
+        ("ball", &[radius_mm]) => Solid::sphere(radius_mm),
+        ("cylinder", &[radius_mm, height_mm]) => {
+            Solid::rod(radius_mm, [-0.5 * height_mm, 0.5 * height_mm])
+        }
+        ("box", &[x_mm, y_mm, z_mm]) => Solid::cuboid(x_mm, y_mm, z_mm).at_z(-0.5 * z_mm),
+        ("capsule", &[radius_mm, height_mm]) => {
+            let half_mm = 0.5 * height_mm;
+            Solid::union([
+                Solid::rod(radius_mm, [-half_mm, half_mm]),
+                Solid::sphere(radius_mm).at_z(-half_mm),
+                Solid::sphere(radius_mm).at_z(half_mm),
+            ])
+        }
+        // Lower and upper corner of what surrounds it, then a point and an outward direction of each face.
+        ("convex", [min_x, min_y, min_z, max_x, max_y, max_z, faces @ ..]) => {
+            let (faces, _) = faces.as_chunks::<6>();
+            let behind = |[x, y, z, nx, ny, nz]: &[f64; 6]| {
+                Solid::behind(Point3::new(*x, *y, *z), Vector3::new(*nx, *ny, *nz))
+            };
+            let around = Solid::cuboid_between([*min_x, *min_y, *min_z], [*max_x, *max_y, *max_z]);
+            Solid::intersection([around].into_iter().chain(faces.iter().map(behind)))
+        }
+        _ => return Err(Failure::call(format!("there is no body `{kind}` of these sizes"))),
+    };
+    let rotation = Matrix3::from_fn(|row, column| pose[row][column]);
+    let translation = Vector3::from_fn(|row, _| pose[row][3]);
+    let pose = Pose::new(rotation, translation).ok_or_else(|| {
+        Failure::call("the pose of a body is no rigid motion: its rotation must be one")
+    })?;
+    Ok(PressBody { name: format!("{kind} {i}"), solid, sensor_from_body: pose })
+}
+
+/// All presses as arrays.
+fn together([width, height]: [usize; 2], channels: usize, shown: &[LiveShown]) -> Vec<Array> {
+    let count = shown.len();
+    let array = |name: &str, of_each: &[usize], values: Values| Array {
+        name: name.to_owned(),
+        shape: [&[count], of_each].concat(),
+        values,
+    };
+    let grey = shown.iter().flat_map(|one| one.grey.iter().map(|grey| grey.round() as u8));
+    let colors: &[usize] = if channels == 1 { &[] } else { &[channels] };
+    let map = [height, width];
+    let step = |of: fn(&fabkit_application::pressing::Step) -> Vec<f64>, size: usize| {
+        let of_one = move |one: &LiveShown| one.step.as_ref().map_or_else(|| vec![0.0; size], of);
+        Values::F64(shown.iter().flat_map(of_one).collect())
+    };
+    let marks = shown.first().map_or(0, |one| one.marks.len());
+    let unknown = [f64::NAN; 3];
+    let moved = shown
+        .iter()
+        .flat_map(|one| &one.marks)
+        .flat_map(|mark| mark.displacement_mm.map_or(unknown, <[f64; 3]>::from));
+    let pixels = shown.iter().flat_map(|one| &one.mark_px);
+    let pixels = pixels.flat_map(|px| px.unwrap_or([f64::NAN; 2]));
+    vec![
+        array("image", &[&map[..], colors].concat(), Values::U8(grey.collect())),
+        array(
+            "depth_mm",
+            &map,
+            Values::F32(shown.iter().flat_map(|one| one.indentation_mm.iter().copied()).collect()),
+        ),
+        array(
+            "contact",
+            &map,
+            Values::Bool(shown.iter().flat_map(|one| one.contact.iter().copied()).collect()),
+        ),
+        array("force_n", &[3], step(|step| step.force_n.iter().copied().collect(), 3)),
+        array("moment_nmm", &[3], step(|step| step.moment_nmm.iter().copied().collect(), 3)),
+        array("contact_area_mm2", &[], step(|step| vec![step.contact_area_mm2], 1)),
+        array("deepest_mm", &[], step(|step| vec![step.max_indentation_mm], 1)),
+        array("mark_displacement_mm", &[marks, 3], Values::F64(moved.collect())),
+        array("mark_px", &[marks, 2], Values::F64(pixels.collect())),
+    ]
+}
+
+/// See [`live::LiveSkin`].
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct LiveSkin {
+    sensor: String,
+    project: Arc<fabkit_application::fixtures::Project>,
+    live: Arc<live::LiveSkin>,
+}
+
+#[pymethods]
+impl LiveSkin {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        project: &Project,
+        sensor: String,
+        spacing_mm: Option<f64>,
+    ) -> PyResult<Self> {
+        let project = Arc::clone(&project.project);
+        let own = Arc::clone(&project);
+        let live = run(py, Interrupted::Leave, None, move |_| {
+            Ok::<_, Failure>(live::LiveSkin::new(own, spacing_mm)?)
+        })?;
+        Ok(Self { sensor, project, live: Arc::new(live) })
+    }
+
+    /// Names of the channels.
+    fn channels(&self) -> Vec<String> {
+        self.live.channels().map(str::to_owned).collect()
+    }
+
+    /// Names of what the camera follows, and where it is at rest, mm.
+    fn marks(&self) -> Vec<(String, [f64; 3])> {
+        marks_of(&self.project)
+    }
+
+    /// What presses do, each on a skin at rest: arrays by name, the first axis is the press.
+    fn press<'py>(&self, py: Python<'py>, asked: Vec<String>) -> PyResult<Bound<'py, PyDict>> {
+        let (live, project) = (Arc::clone(&self.live), Arc::clone(&self.project));
+        let sensor = self.sensor.clone();
+        let shown = run(py, Interrupted::Leave, None, move |_| {
+            let finder = project.skin_press_finder();
+            let find = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
+            let presses = asked.iter().map(find).collect::<Result<Vec<Press>, Error>>()?;
+            Ok::<_, Failure>(skins_together(&live.press(&presses)?))
+        })?;
+        arrays::dictionary(py, shown)
+    }
+}
+
+fn marks_of(project: &fabkit_application::fixtures::Project) -> Vec<(String, [f64; 3])> {
+    let marks = &project.design.sensor.marks;
+    marks.iter().map(|mark| (mark.name.clone(), mark.point.coords.into())).collect()
+}
+
+fn skins_together(shown: &[SkinShown]) -> Vec<Array> {
+    let array = |name: &str, of_each: &[usize], values: Vec<f64>| Array {
+        name: name.to_owned(),
+        shape: [&[shown.len()], of_each].concat(),
+        values: Values::F64(values),
+    };
+    let first = shown.first();
+    let columns = first.map_or(0, |one| one.column_mm.len());
+    let marks = first.map_or(0, |one| one.mark_mm.len());
+    let pixels = |of: fn(&SkinShown) -> &Vec<Option<[f64; 2]>>| -> Vec<f64> {
+        let all = shown.iter().flat_map(of);
+        all.flat_map(|px| px.unwrap_or([f64::NAN; 2])).collect()
+    };
+    vec![
+        array("force_n", &[3], shown.iter().flat_map(|one| one.force_n).collect()),
+        array(
+            "column_mm",
+            &[columns],
+            shown.iter().flat_map(|one| one.column_mm.iter().copied()).collect(),
+        ),
+        array("column_px", &[columns, 2], pixels(|one| &one.column_px)),
+        array(
+            "mark_displacement_mm",
+            &[marks, 3],
+            shown.iter().flat_map(|one| one.mark_mm.iter().flatten().copied()).collect(),
+        ),
+        array("mark_px", &[marks, 2], pixels(|one| &one.mark_px)),
+    ]
+}

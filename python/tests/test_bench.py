@@ -1,0 +1,229 @@
+"""Benches: figures that the seed decides, tables that need no network, errors that help."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import fabkit
+
+pytest.importorskip("sklearn")
+
+from fabkit.bench import _depth, _learn, _pictures, _run, dome, flat_gel, half_ellipsoid, sheet_mold
+from fabkit.bench.__main__ import main
+
+from fabkit import bench
+
+DOME = dome.Size(
+    size_px=(64, 48),
+    spacing_mm=0.9,
+    train_patterns=8,
+    test_patterns=3,
+    pixels=100,
+    epochs=15,
+    units=1,
+    tuning_patterns=2,
+    tuning_epochs=2,
+    trials=2,
+    direct=False,
+)
+
+
+@pytest.fixture(scope="module")
+def report() -> bench.Report:
+    return bench.run("rtac0", seed=3, size=DOME)
+
+
+def test_the_same_seed_gives_the_same_figures(report: bench.Report) -> None:
+    again = bench.run("rtac0", seed=3, size=DOME, rows=["depth"])
+    assert again.rows == [row for row in report.rows if row.experiment == "depth"]
+    other = bench.run("rtac0", seed=4, size=DOME, rows=["depth"])
+    assert other.rows != again.rows
+
+
+def test_a_report_is_json(report: bench.Report) -> None:
+    document = json.loads(json.dumps(report.document(), allow_nan=False))
+    assert (document["format"], document["version"]) == ("fabkit-bench", 1)
+    assert document["is_simulated"] is True
+    assert document["design_hash"] == fabkit.load("rtac0").design_hash
+    assert document["constants"]
+    assert document["left_out"]
+    assert {"name", "unit", "paper", "simulated", "baseline", "samples", "note"} <= set(
+        document["rows"][0]
+    )
+
+
+def test_a_page_needs_no_network(report: bench.Report) -> None:
+    page = report.html()
+    assert page.startswith("<!DOCTYPE html>")
+    assert "prefers-color-scheme: dark" in page
+    assert not any(word in page for word in ("http:", "https:", "src=", "url(", "@import", "<link"))
+    for row in report.rows:
+        assert row.name.replace("<", "&lt;") in page
+
+
+def test_learning_beats_a_guess(report: bench.Report) -> None:
+    rows = {row.name: row for row in report.rows}
+    row = rows["trained unit, unseen patterns: mean error, contact"]
+    assert row.simulated is not None
+    assert row.baseline is not None
+    assert row.simulated < 0.8 * row.baseline
+
+
+def test_what_cannot_be_pressed_is_said(report: bench.Report) -> None:
+    row = next(row for row in report.rows if "0 deg, 2 mm pressed" in row.name)
+    assert row.simulated is None
+    assert row.paper is not None
+    assert "at most 1.5 mm" in row.note
+
+
+def test_files_are_written_whole(report: bench.Report, tmp_path) -> None:
+    folder = tmp_path / "deep" / "bench"
+    report.save(folder)
+    assert sorted(path.name for path in folder.iterdir()) == ["bench.html", "bench.json"]
+    assert json.loads((folder / "bench.json").read_text()) == report.document()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(fabkit.FabkitError) as caught:
+        report.save(tmp_path / "file")
+    assert caught.value.exit_code == 4
+
+
+def test_the_slip_law_is_said_to_be_fitted() -> None:
+    rows = bench.run("rtac0", rows=["slip"]).rows
+    assert [row.paper for row in rows] == [3.1, 3.8, 5.1, 8.2]
+    assert all("fitted" in row.note for row in rows)
+    assert all(abs(row.simulated - row.paper) < 0.2 for row in rows)
+
+
+def test_columns_tell_markers() -> None:
+    size = sheet_mold.Size(places=6, depths=3, spacing_mm=3.0, folds=3)
+    rows = {row.name: row for row in bench.run("fluidic", size=size).rows}
+    row = rows["markers from columns, split at random: rms error"]
+    assert row.samples == 18
+    assert row.simulated < row.baseline
+    assert rows["likeness of predicted images, SSIM"].simulated is None
+
+
+def test_figures_are_finite_and_the_same_again() -> None:
+    size = flat_gel.Size(size_px=(48, 36), spacing_mm=1.0, train=20, test=3, pixels=60, epochs=3)
+    first, again = (bench.figures("digit-like", size=size) for _ in range(2))
+    assert first == again
+    assert first["depth_mae_mm"] > 0
+
+
+@pytest.mark.parametrize("seed", [-1, 2**31, 0.5, True])
+def test_a_seed_that_is_none(seed) -> None:
+    with pytest.raises(fabkit.FabkitError, match="the seed is"):
+        bench.run("rtac0", seed=seed, rows=["slip"])
+
+
+def test_unknown_experiments_and_families(monkeypatch) -> None:
+    with pytest.raises(fabkit.FabkitError) as caught:
+        bench.run("rtac0", rows=["slipp"])
+    assert caught.value.hint == "did you mean `slip`?"
+    monkeypatch.setattr(_run, "_MODULES", {"ring": "ring"})
+    with pytest.raises(fabkit.FabkitError, match="family dome, which has no experiment"):
+        bench.run("rtac0")
+
+
+def test_without_scikit_learn(monkeypatch) -> None:
+    def missing(name: str):
+        raise ImportError(name)
+
+    bench.experiments("rtac0")
+    monkeypatch.setattr(_learn.importlib, "import_module", missing)
+    monkeypatch.setattr(_run, "_family", lambda _: dome.FAMILY)
+    assert len(bench.run("rtac0", rows=["slip"]).rows) == 4
+    with pytest.raises(fabkit.FabkitError, match="scikit-learn") as caught:
+        bench.run("rtac0", rows=["depth"])
+    assert "fabkit-cad[bench]" in (caught.value.hint or "")
+
+
+def test_a_file_that_extends_a_sensor_is_run_as_that(tmp_path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("format: 1\nextends: rtac0\nname: mine\ncamera: {frame_rate: 200}\n")
+    report = bench.run(str(path), rows=["slip"])
+    assert report.sensor == "mine"
+    assert [row.paper for row in report.rows] == [None, 3.1, 3.8, 5.1, 8.2]
+
+
+def test_the_command(capsys, tmp_path) -> None:
+    asked = ["rtac0", "--rows", "slip", "--quiet"]
+    assert main([*asked, "--json", "-o", str(tmp_path)]) == 0
+    assert json.loads(capsys.readouterr().out)["sensor"] == "rtac0"
+    assert (tmp_path / "bench.html").exists()
+    assert main(asked) == 0
+    assert "simulated, seed 0, quick" in capsys.readouterr().out
+    assert main(["rtac1"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: ")
+    assert "help: did you mean `rtac0`?" in said
+    assert main(["rtac0", "--set", "coat"]) == 2
+
+
+def test_folds_try_each_sample_once_and_part_no_group() -> None:
+    groups = np.repeat(np.arange(7), 3)
+    masks = list(half_ellipsoid.folds(groups, 3, np.random.default_rng(0)))
+    assert (np.sum(masks, axis=0) == 1).all()
+    for mask in masks:
+        assert not set(groups[mask]) & set(groups[~mask])
+
+
+def test_slopes_are_summed_to_heights() -> None:
+    rows, columns = np.mgrid[0:40, 0:50]
+    heights = np.exp(-((rows - 18) ** 2 + (columns - 27) ** 2) / 50.0)
+    down, across = np.gradient(heights)
+    assert np.abs(flat_gel._summed(down, across) - heights).max() < 0.05
+
+
+def test_blur_and_neighbours() -> None:
+    picture = np.zeros((1, 21, 21), dtype=np.float32)
+    picture[0, 10, 10] = 1.0
+    soft = _pictures.blurred(picture, 1.5)
+    assert soft.sum() == pytest.approx(1.0, abs=1e-5)
+    assert soft[0, 10, 10] == soft.max()
+    assert _pictures.neighbourhoods(picture, 3)[0, 9, 11].tolist() == [0, 0, 0, 0, 0, 0, 1, 0, 0]
+
+
+def test_scores_are_over_their_mask() -> None:
+    mask = np.array([[[True, False]]])
+    seen = _depth.Seen(
+        darkness=mask.astype(np.float32),
+        depth_mm=np.array([[[1.0, 9.0]]], dtype=np.float32),
+        masks={"all": mask},
+    )
+    found = _depth.score(np.array([[[1.05, 0.0]]], dtype=np.float32), seen, "all")
+    assert found.mean_mm == pytest.approx(0.05, abs=1e-6)
+    assert found.near == 100.0
+
+
+def test_components_and_ridge_find_a_plane() -> None:
+    random = np.random.default_rng(0)
+    features = random.normal(size=(60, 4))
+    targets = features @ np.array([1.0, -2.0, 0.5, 3.0]) + 1.0
+    kept = _learn.Components(4).fit(features)(features)
+    with _learn.one_thread():
+        assert np.abs(_learn.Ridge().fit(kept, targets).predict(kept) - targets).max() < 0.01
+
+
+def test_the_command_asks_this_interpreter(tmp_path):
+    folder = str(tmp_path / "bench")
+    words = ["bench", "rtac0", "--rows", "slip", "--seed", "3", "-o", folder, "--json"]
+    done = subprocess.run(
+        [sys.executable, "-m", "fabkit", *words], capture_output=True, text=True, check=True
+    )
+    document = json.loads(done.stdout)
+    assert document["format"] == "fabkit-bench"
+    assert document["seed"] == 3
+    assert [row["paper"] for row in document["rows"]] == [3.1, 3.8, 5.1, 8.2]
+    written = json.loads((tmp_path / "bench" / "bench.json").read_text())
+    assert written["rows"] == document["rows"]
+    words[3] = "nothing"
+    command = [sys.executable, "-m", "fabkit", *words]
+    failed = subprocess.run(command, capture_output=True, text=True)
+    assert failed.returncode == 2
+    assert "slip" in json.loads(failed.stdout)["problems"][0]["hint"]

@@ -1,0 +1,142 @@
+"""Sensors that are kept ready, beside what single presses and captures say."""
+
+import pickle
+
+import fabkit.sim as sim
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import fabkit
+
+SIZE_PX = (80, 60)
+PRESS = "hemisphere@30deg,0deg,0.8mm"
+TIP_MM = 21.0
+
+
+@pytest.fixture(scope="module")
+def rtac0():
+    return sim.Sensor("rtac0", size_px=SIZE_PX, spacing_mm=0.6)
+
+
+def test_a_press_is_what_press_and_capture_say(rtac0):
+    felt = rtac0.press(PRESS, seed=None)
+    single = fabkit.press("rtac0", "hemisphere@30deg,0deg", 0.8, spacing_mm=0.6, steps=1)
+    # One looks at a patch around the place, the other at the whole dome: nodes differ.
+    assert_allclose(felt.force_n, single.force_n, atol=0.05 * np.linalg.norm(single.force_n))
+    captured = rtac0.scene.capture(PRESS, seed=None, spacing_mm=0.6)
+    assert np.abs(felt.image - captured.grey.round()).max() <= 3
+    seen = captured.truth.contact & felt.contact
+    assert seen.sum() > 0.8 * captured.truth.contact.sum()
+    assert_allclose(felt.depth_mm[seen], captured.truth.indentation_mm[seen], atol=1e-3)
+    # Between nodes 0.6 mm apart.
+    assert abs(felt.deepest_mm - 0.8) < 0.05
+
+
+@pytest.mark.parametrize("name", ["rtac0", "digit-like"])
+def test_fewer_pixels_see_the_same(name):
+    """Through whatever bends light: four pixels in their middle."""
+    scene = fabkit.depth.Scene(name)
+    camera = scene.camera
+    small = scene.resized(camera.width_px // 2, camera.height_px // 2)
+    full = scene.cast().point_in_sensor
+    middle = (full[::2, ::2] + full[1::2, ::2] + full[::2, 1::2] + full[1::2, 1::2]) / 4
+    off_mm = np.linalg.norm(small.cast().point_in_sensor - middle, axis=2)
+    assert np.nanmedian(off_mm) < 0.005
+    again = pickle.loads(pickle.dumps(small))
+    assert_array_equal(again.cast().range_mm, small.cast().range_mm)
+
+
+def test_presses_do_not_know_each_other(rtac0):
+    presses = [sim.Asked(f"hemisphere@20deg,{a}deg,0.5mm", seed=a) for a in (0, 120, 240)]
+    many = rtac0.press_all(presses)
+    for i, asked in enumerate(presses):
+        one = rtac0.press(asked.presser, seed=asked.seed)
+        for name in ("image", "depth_mm", "contact", "force_n", "mark_px"):
+            assert_array_equal(getattr(many[i], name), getattr(one, name))
+    assert len(many) == 3
+
+
+def test_what_does_not_touch_leaves_it_at_rest(rtac0):
+    rest, apart = rtac0.press(seed=None), rtac0.press(sim.ball(2.0).at(0, 0, 40), seed=None)
+    assert_array_equal(rest.image, apart.image)
+    assert not apart.contact.any()
+    assert not apart.force_n.any()
+    assert rest.deepest_mm == 0.0
+
+
+def test_bodies_of_ones_own(rtac0):
+    """A box by its edges, and by its triangles; a ball, and its own name for one."""
+    at = (0.5, 0, TIP_MM + 3 - 0.4)
+    mesh = fabkit.sim.convex(*_box_mesh(4, 5, 6))
+    felt = [rtac0.press(body.at(*at), seed=None) for body in (sim.box(4, 5, 6), mesh)]
+    assert_allclose(felt[0].force_n, felt[1].force_n, atol=1e-9)
+    assert_allclose(felt[0].depth_mm, felt[1].depth_mm, atol=1e-6)
+    assert felt[0].force_n[2] < -0.1
+    # Two at once push more than one.
+    both = rtac0.press([sim.ball(3).at(4, 0, 22.5), sim.ball(3).at(-4, 0, 22.5)], seed=None)
+    one = rtac0.press(sim.ball(3).at(4, 0, 22.5), seed=None)
+    assert both.force_n[2] < 1.5 * one.force_n[2] < 0
+    # Rings of nodes turn by a fraction of a step from one to the next.
+    assert abs(both.force_n[0]) < 0.01 * abs(both.force_n[2])
+
+
+def test_a_way_along_the_surface_needs_friction(rtac0):
+    straight = rtac0.press(PRESS, seed=None)
+    along = rtac0.press(PRESS, shear_mm=(0.0, "0.3 mm"), friction=0.5, seed=None)
+    assert abs(along.force_n[1]) > 0.02 > abs(straight.force_n[1])
+
+
+@pytest.mark.parametrize(
+    ("presser", "says"),
+    [
+        ("hemisphere@30deg,0deg,9mm", "9 mm"),
+        ("hammer@30deg,0deg,1mm", "hammer"),
+        (sim.ball(-1.0), "radius"),
+        (sim.Body("star", (1.0,), np.eye(4)), "star"),
+        (sim.ball(1.0).placed(2 * np.eye(4) - np.diag([0, 0, 0, 1])), "rigid"),
+    ],
+)
+def test_what_cannot_press_is_refused(rtac0, presser, says):
+    with pytest.raises(fabkit.FabkitError, match=says):
+        rtac0.press(presser)
+    # It is as ready as before.
+    assert rtac0.press(PRESS).contact.any()
+
+
+def test_a_hollow_is_not_convex():
+    points, triangles = _box_mesh(2, 2, 2)
+    dented = points.copy()
+    dented[0] *= 0.1
+    with pytest.raises(fabkit.FabkitError, match="not convex"):
+        sim.convex(dented, triangles)
+    with pytest.raises(fabkit.FabkitError, match="not convex"):
+        sim.convex(points, triangles[:, ::-1])
+
+
+def test_depth_comes_back_from_pictures(rtac0):
+    felt, rest = rtac0.press("hemisphere@20deg,90deg,1mm", seed=4), rtac0.press(seed=9)
+    depth_mm, contact = rtac0.reconstruct(felt.image, rest.image)
+    assert contact.sum() > 0.8 * felt.contact.sum()
+    assert abs(np.nanmax(depth_mm) - 1.0) < 0.3
+    with pytest.raises(fabkit.FabkitError, match="px"):
+        rtac0.reconstruct(felt.image[:-1], rest.image)
+
+
+def test_a_skin_with_channels():
+    skin = sim.Skin("fluidic", spacing_mm=2.0)
+    many = skin.press_all(["hemisphere@20mm,3mm,1mm", "hemisphere@20mm,3mm,2mm"])
+    assert many.force_n[1, 2] < many.force_n[0, 2] < 0
+    assert many.column_px.shape == (2, len(skin.column_names), 2)
+    assert np.abs(many.column_mm[1]).max() > np.abs(many.column_mm[0]).max() > 0
+    assert many.mark_displacement_mm.shape == (2, len(skin.mark_names), 3)
+    with pytest.raises(fabkit.FabkitError, match="rtac0"):
+        sim.Skin("rtac0")
+
+
+def _box_mesh(x_mm, y_mm, z_mm):
+    half = np.array([x_mm, y_mm, z_mm]) / 2
+    points = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)]) * 2 * half - half
+    quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    triangles = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
+    return points, np.array(triangles)

@@ -5,7 +5,7 @@ milliseconds. Everything is simulated: elastic layers at small strain, each pres
 rest, pictures with the constants that ``document`` names.
 
 >>> import fabkit.sim
->>> sensor = fabkit.sim.Sensor("rtac0", size_px=(80, 60), spacing_mm=0.8)
+>>> sensor = fabkit.sim.Sensor("rtac0", size_px=(80, 60), spacing_mm=0.5)
 >>> felt = sensor.press("hemisphere@30deg,0deg,0.6mm", seed=None)
 >>> felt.image.shape, felt.image.dtype, felt.depth_mm.shape
 ((60, 80), dtype('uint8'), (60, 80))
@@ -249,8 +249,8 @@ class Sensor:
     samples
         Rays along each side of a pixel, 1 to 8: a pixel records the mean of its own.
     spacing_mm
-        Distance of the surface's nodes: wider is faster; without it as fine as some seconds of
-        setup allow.
+        Distance of the surface's nodes: wider is faster, and rough where contacts are only some
+        nodes wide; without it as fine as some seconds of setup allow.
 
     Raises
     ------

@@ -161,7 +161,9 @@ def test_sensors_and_scenes_travel(rtac0, tmp_path):
     assert there.parameters["coat.thickness"] == sensor.parameters["coat.thickness"]
     pose = np.linalg.inv(rtac0.sensor_from_camera)
     pose[2, 3] += 0.5
-    scene = fabkit.depth.Scene(rtac0, pose=pose, pose_covariance=np.eye(6) * 1e-4)
+    camera = rtac0.camera.resized(80, 60)
+    covariance = np.eye(6) * 1e-4
+    scene = fabkit.depth.Scene(rtac0, camera=camera, pose=pose, pose_covariance=covariance)
     again = pickle.loads(pickle.dumps(scene))
     np.testing.assert_array_equal(scene.cast().sigma_mm, again.cast().sigma_mm)
     np.testing.assert_array_equal(scene.sensor_from_camera, again.sensor_from_camera)

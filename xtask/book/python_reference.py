@@ -23,28 +23,45 @@ def main(package):
     }
     top = modules.pop("__init__")
     print(prose(ast.get_docstring(top)))
-    exported = names_in(top)
-    home = {
-        node.name: node
-        for tree in modules.values()
-        for node in tree.body
-        if isinstance(node, (ast.ClassDef, ast.FunctionDef))
-    }
     print(f"\n## {package.name}")
-    for name in exported:
+    home = sources(top, package.name, modules)
+    for name in names_in(top):
         if name in home:
             describe(home[name], f"{package.name}.")
     for stem, tree in modules.items():
         # What is used by its module's name; the rest stands above.
-        public = [node for node in tree.body if is_public(node) and node.name not in exported]
+        public = [node for node in tree.body if is_public(node) and node is not home.get(node.name)]
         if "__all__" in assigned(tree):
             public = [node for node in public if node.name in names_in(tree)]
-        if not public or (stem in opened(top, package.name) and stem not in exported):
+        if not public or (stem in opened(top, package.name) and stem not in names_in(top)):
             continue
         print(f"\n## {package.name}.{stem}\n")
         print(prose(ast.get_docstring(tree)))
         for node in public:
             describe(node, f"{package.name}.{stem}.")
+    for inner in sorted(package.glob("*/__init__.py")):
+        tree, name = ast.parse(inner.read_text()), f"{package.name}.{inner.parent.name}"
+        print(f"\n## {name}\n")
+        print(prose(ast.get_docstring(tree)))
+        parts = {path.stem: ast.parse(path.read_text()) for path in inner.parent.glob("*.py")}
+        found = sources(tree, name, parts)
+        for public in names_in(tree):
+            describe(found[public], f"{name}.")
+
+
+def sources(tree, package, modules):
+    """Where the names come from that a package takes from its modules."""
+    found = {}
+    for node in tree.body:
+        if isinstance(node, ast.ImportFrom) and node.module.startswith(f"{package}."):
+            names = {alias.name for alias in node.names}
+            own = modules.get(node.module.removeprefix(f"{package}."))
+            # What a module has taken from another itself is looked for in all of them first.
+            for module in [*modules.values(), own]:
+                for part in module.body if module else ():
+                    if isinstance(part, (ast.ClassDef, ast.FunctionDef)) and part.name in names:
+                        found[part.name] = part
+    return found
 
 
 def opened(tree, package):

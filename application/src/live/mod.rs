@@ -209,12 +209,22 @@ impl Kept<'_> {
         answer: Option<&Answer<'_>>,
         seed: Option<u64>,
     ) -> Result<LiveShown, Error> {
-        let grey = self.studio.take(map, answer, seed)?;
+        let by_ray: Vec<f64> = map.indentation_mm().collect();
+        let grey = if self.studio.wants_normals() || answer.is_none() {
+            self.studio.take(map, answer, seed)?
+        } else {
+            // What has moved by less than anybody sees need not be painted again.
+            let seen = |mm: &f64| if mm.is_finite() { *mm as f32 } else { 0.0 };
+            let by_mm: Vec<f32> = by_ray.iter().map(seen).collect();
+            let label = |label: &u16| u8::try_from(*label).unwrap_or(u8::MAX);
+            let labels: Vec<u8> = map.label().iter().map(label).collect();
+            let moved = self.surface.indented(&by_mm, &labels, Studio::STILL_MM);
+            self.studio.take(&moved, answer, seed)?
+        };
         let sensor = &self.scene.project.design.sensor;
         let marks = capturing::moved(sensor, answer);
         let mark_px = capturing::mark_pixels(&self.scene.viewpoint, self.scene.sights(), &marks);
         let width = map.width_px() as usize;
-        let by_ray: Vec<f64> = map.indentation_mm().collect();
         let touched: Vec<bool> = map.label().iter().map(|label| *label > SURFACE_LABEL).collect();
         Ok(LiveShown {
             grey,

@@ -11,6 +11,7 @@ mod ground_truth;
 mod guide;
 mod new;
 mod pressing;
+mod robots;
 mod sweep;
 
 use std::path::PathBuf;
@@ -21,7 +22,6 @@ use fabkit_application::geometry::Length;
 use fabkit_application::memory;
 use fabkit_application::packaging::{LICENSES, License};
 use fabkit_application::pictures::Viewer;
-use fabkit_application::robots::RobotFormat;
 
 pub use bench::Bench;
 pub use calibrate::{
@@ -32,6 +32,7 @@ pub use ground_truth::{CameraArgs, Dataset, Depth};
 pub use guide::Guide;
 pub use new::New;
 pub use pressing::{ContactLevel, PressArgs};
+pub use robots::RobotArg;
 pub use sweep::Sweep;
 
 /// Shortest and longest edge of tetrahedra, mm.
@@ -446,28 +447,6 @@ pub struct Render {
     /// camera]
     #[arg(long, value_name = "FILE")]
     pub pose: Option<PathBuf>,
-}
-
-/// A kind of description of robots.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum RobotArg {
-    /// ROS, PyBullet, TACTO, Drake, SAPIEN
-    Urdf,
-    /// MuJoCo, with a tactile sensor
-    Mjcf,
-    /// Gazebo, Drake
-    Sdf,
-}
-
-impl RobotArg {
-    /// What it stands for.
-    pub fn format(self) -> RobotFormat {
-        match self {
-            Self::Urdf => RobotFormat::Urdf,
-            Self::Mjcf => RobotFormat::Mjcf,
-            Self::Sdf => RobotFormat::Sdf,
-        }
-    }
 }
 
 /// A kind of file.

@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use fabkit_application::Error;
 use fabkit_application::camera::files::{PoseFile, read_pose};
 use fabkit_application::capturing::{self, Capturing, LightConstants};
 use fabkit_application::export::{Array, Values, png};
 use fabkit_application::fitting_light::read_constants;
+use fabkit_application::geometry::{Lighting, Sensor};
 use fabkit_application::ground_truth::{Viewpoint, arrays, picture};
 use fabkit_application::pressing::{self, Contact, Linear, PressingError};
 use fabkit_application::reconstructing::{self, Taken};
@@ -200,12 +202,7 @@ impl Scene {
             let press = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
             let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
             let drawn = &scene.project.design.sensor;
-            let lighting = capturing::lighting(drawn, light.as_deref())
-                .map_err(fabkit_application::Error::from)?;
-            let constants = match &constants {
-                Some(path) => read_constants(drawn, path)?,
-                None => LightConstants::of(drawn),
-            };
+            let (lighting, constants) = lit(drawn, light.as_deref(), constants.as_deref())?;
             let cast = Cast {
                 presses: &presses,
                 samples,
@@ -236,6 +233,20 @@ impl Scene {
     }
 }
 
+/// What lights a sensor, and the constants of that light: a file's, or the sensor's own.
+fn lit<'a>(
+    sensor: &'a Sensor,
+    light: Option<&str>,
+    constants: Option<&Path>,
+) -> Result<(&'a Lighting, LightConstants), Error> {
+    let lighting = capturing::lighting(sensor, light)?;
+    let constants = match constants {
+        Some(path) => read_constants(sensor, path)?,
+        None => LightConstants::of(sensor),
+    };
+    Ok((lighting, constants))
+}
+
 /// See [`reconstructing::Reconstructor`].
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Reconstructor {
@@ -257,12 +268,7 @@ impl Reconstructor {
         let reference = taken(&reference);
         let known = run(py, Interrupted::Leave, None, move |_| {
             let drawn = &view.project.design.sensor;
-            let lighting = capturing::lighting(drawn, light.as_deref())
-                .map_err(fabkit_application::Error::from)?;
-            let constants = match &constants {
-                Some(path) => read_constants(drawn, path)?,
-                None => LightConstants::of(drawn),
-            };
+            let (lighting, constants) = lit(drawn, light.as_deref(), constants.as_deref())?;
             let given = (Path::new("reference"), &reference);
             let known = reconstructing::Reconstructor::new(&view, lighting, &constants, given);
             Ok::<_, Failure>(known?)

@@ -58,12 +58,13 @@ pub use picture::{grey8_png, grey16_png, png, png_with_comment};
 pub use plate::{Bed, Spot, pack};
 pub use ply::{Cloud, CloudPoint};
 pub use robot::{
-    Inertia, Robot, RobotCamera, RobotFrame, RobotLink, RobotShape, mjcf, obj, sdf, urdf,
+    Inertia, Robot, RobotCamera, RobotFrame, RobotLamp, RobotLink, RobotMesh, RobotShape,
+    RobotTetrahedra, RobotTouch, drake, mjcf, obj, sdf, tacex, tacsl, tacto, urdf, usd,
 };
 pub use runs::{Run, RunContent, zstd_of_runs};
 pub use stl::stl;
 pub use svg::{sheet_picture, svg};
-pub use tetra::{TetraMesh, msh, vtk};
+pub use tetra::{TetraMesh, msh, msh2, vtk};
 pub use three_mf::{Document, Object, SlicerSettings, three_mf, three_mf_of_one_piece};
 pub use tiff::float_tiff;
 pub use tree::{

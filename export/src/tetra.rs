@@ -1,8 +1,8 @@
-//! Tetrahedra with materials and sets of faces: Gmsh's MSH 4.1 and VTK's legacy format, both as text.
+//! Tetrahedra with materials and sets of faces: Gmsh's MSH 4.1 and 2.2, and VTK's legacy format, all as text.
 
 use std::fmt::Write as _;
 
-/// A mesh of tetrahedra, lengths in mm.
+/// A mesh of tetrahedra.
 #[derive(Clone, Copy, Debug)]
 pub struct TetraMesh<'a> {
     /// One line for people.
@@ -11,6 +11,8 @@ pub struct TetraMesh<'a> {
     pub notes: &'a [String],
     /// Nodes, mm.
     pub points_mm: &'a [[f64; 3]],
+    /// How long the file's unit is, mm: 1000 for a file in metres.
+    pub unit_mm: f64,
     /// Corners, of positive volume.
     pub cells: &'a [[u32; 4]],
     /// The material of each, by its place in `materials`.
@@ -39,17 +41,11 @@ pub fn msh(mesh: &TetraMesh) -> Vec<u8> {
     mesh.notes.iter().for_each(|note| {
         let _ = writeln!(text, "{note}");
     });
-    text += "$EndComments\n$PhysicalNames\n";
-    let _ = writeln!(text, "{}", mesh.faces.len() + mesh.materials.len());
-    for (i, (name, _)) in mesh.faces.iter().enumerate() {
-        let _ = writeln!(text, "2 {} \"{name}\"", i + 1);
-    }
-    for (i, name) in mesh.materials.iter().enumerate() {
-        let _ = writeln!(text, "3 {} \"{name}\"", i + 1);
-    }
-    text += "$EndPhysicalNames\n$Entities\n";
+    text += "$EndComments\n";
+    names(mesh, &mut text);
+    text += "$Entities\n";
     let _ = writeln!(text, "0 0 {} {}", mesh.faces.len(), mesh.materials.len());
-    let [low, high] = bounds(mesh.points_mm);
+    let [low, high] = bounds(mesh.points_mm).map(|end| end.map(|mm| mm / mesh.unit_mm));
     let bounds = [low, high].concat().iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
     for i in 1..=mesh.faces.len() {
         let _ = writeln!(text, "{i} {bounds} 1 {i} 0");
@@ -62,7 +58,7 @@ pub fn msh(mesh: &TetraMesh) -> Vec<u8> {
     for node in 1..=count {
         let _ = writeln!(text, "{node}");
     }
-    points(mesh.points_mm, &mut text);
+    points(mesh, &mut text);
     text += "$EndNodes\n$Elements\n";
     let triangles: usize = mesh.faces.iter().map(|(_, faces)| faces.len()).sum();
     let all = triangles + mesh.cells.len();
@@ -91,6 +87,62 @@ pub fn msh(mesh: &TetraMesh) -> Vec<u8> {
     text.into_bytes()
 }
 
+/// Gmsh's MSH 2.2 in ASCII, which libigl and with it UIPC read: the same groups, by the tags of elements.
+///
+/// Gmsh reference manual, section "MSH file format version 2 (Legacy)".
+pub fn msh2(mesh: &TetraMesh) -> Vec<u8> {
+    let mut text = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n");
+    names(mesh, &mut text);
+    // Writing to a string cannot fail, here and below.
+    let _ = writeln!(text, "$Nodes\n{}", mesh.points_mm.len());
+    for (i, point) in mesh.points_mm.iter().enumerate() {
+        let [x, y, z] = point.map(|mm| mm / mesh.unit_mm);
+        let _ = writeln!(text, "{} {x} {y} {z}", i + 1);
+    }
+    let triangles: usize = mesh.faces.iter().map(|(_, faces)| faces.len()).sum();
+    let _ = writeln!(text, "$EndNodes\n$Elements\n{}", triangles + mesh.cells.len());
+    let mut tag = 0;
+    for (i, (_, faces)) in mesh.faces.iter().enumerate() {
+        for [a, b, c] in *faces {
+            tag += 1;
+            let _ = writeln!(
+                text,
+                "{tag} {TRIANGLE} 2 {0} {0} {1} {2} {3}",
+                i + 1,
+                a + 1,
+                b + 1,
+                c + 1
+            );
+        }
+    }
+    for ([a, b, c, d], material) in mesh.cells.iter().zip(mesh.material_of) {
+        tag += 1;
+        let _ = writeln!(
+            text,
+            "{tag} {TETRAHEDRON} 2 {0} {0} {1} {2} {3} {4}",
+            material + 1,
+            a + 1,
+            b + 1,
+            c + 1,
+            d + 1
+        );
+    }
+    text += "$EndElements\n";
+    text.into_bytes()
+}
+
+fn names(mesh: &TetraMesh, text: &mut String) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "$PhysicalNames\n{}", mesh.faces.len() + mesh.materials.len());
+    for (i, (name, _)) in mesh.faces.iter().enumerate() {
+        let _ = writeln!(text, "2 {} \"{name}\"", i + 1);
+    }
+    for (i, name) in mesh.materials.iter().enumerate() {
+        let _ = writeln!(text, "3 {} \"{name}\"", i + 1);
+    }
+    *text += "$EndPhysicalNames\n";
+}
+
 /// VTK's legacy format, version 3.0, as an unstructured grid of tetrahedra alone: cells have `material`, nodes have one
 /// array of 0 and 1 for each set.
 ///
@@ -101,7 +153,7 @@ pub fn vtk(mesh: &TetraMesh) -> Vec<u8> {
     let mut text = format!(
         "# vtk DataFile Version 3.0\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {count} double\n"
     );
-    points(mesh.points_mm, &mut text);
+    points(mesh, &mut text);
     let cells = mesh.cells.len();
     let _ = writeln!(text, "CELLS {cells} {}", 5 * cells);
     for [a, b, c, d] in mesh.cells {
@@ -128,8 +180,9 @@ pub fn vtk(mesh: &TetraMesh) -> Vec<u8> {
 }
 
 /// The shortest digits that read as the same numbers.
-fn points(points_mm: &[[f64; 3]], text: &mut String) {
-    for [x, y, z] in points_mm {
+fn points(mesh: &TetraMesh, text: &mut String) {
+    for point in mesh.points_mm {
+        let [x, y, z] = point.map(|mm| mm / mesh.unit_mm);
         let _ = writeln!(text, "{x} {y} {z}");
     }
 }

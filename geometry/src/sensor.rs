@@ -112,6 +112,9 @@ pub struct Sensor {
     pub liquid: Option<LiquidSkin>,
     /// The part that fixtures hold, where it comes off the rest.
     pub detachable: Option<Detachable>,
+    /// Where a robot holds it: the middle of the robot's pattern, or of the sensor's own face below; z towards the
+    /// sensor, as out of a robot's flange. `None` where no such face is known.
+    pub mount: Option<Pose>,
     /// Its circuits: what is etched, soldered and wired.
     pub circuits: Vec<Circuit>,
 }
@@ -160,6 +163,7 @@ impl Sensor {
             touch: None,
             liquid: None,
             detachable: None,
+            mount: None,
             circuits: Vec::new(),
         }
     }

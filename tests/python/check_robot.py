@@ -1,6 +1,9 @@
-"""Reads what ``fabkit export --robot`` writes with MuJoCo, yourdfpy and trimesh: masses, frames, touch, camera.
+"""Reads what ``fabkit export --robot`` writes with MuJoCo, yourdfpy, trimesh, OpenUSD and Drake.
 
-    python tests/python/check_robot.py target/release/fabkit [SENSOR...]
+    python tests/python/check_robot.py target/release/fabkit [--mounts] [SENSOR...]
+
+Masses, frames, touch, tetrahedra, pieces, and where a hundred points are seen in each target's own projection; six families, and
+three mounts of one, or with `--mounts` of all that allow them.
 """
 
 import json
@@ -12,36 +15,132 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+import robot_readers as readers
 import trimesh
 import yourdfpy
-from scipy.spatial import ConvexHull
+from scipy import ndimage
+from scipy.spatial import ConvexHull, cKDTree
 
 SENSORS = ["rtac0", "shadowtac", "uvdtact", "tactip", "9dtact", "fluidic"]
+MOUNTS = ["iso-9409-1-50-4-m6", "robotiq-2f-85", "franka-hand"]
+# A command's exit code for what a description does not allow.
+REFUSED = 2
+FORMATS = "urdf,mjcf,sdf,usd,drake,tacto"
 # Of the meshes that are seen.
 CHORD_MM = 0.05
 PRESS_MM = 1.0
 TACTILE_WITHIN = 0.02
 BALL_MM = 4.0
+POINTS = 100
+POINTS_WITHIN_PX = 0.5
+# Steps from pixel to pixel change no more than this on one surface.
+EDGE_PX = 2.0
+COVERED_WITHIN_MM = 0.3
+# Samples of exact surfaces, so that what is nearest is known to about this, mm.
+APART_MM = 0.15
+SAMPLES_PER_MM2 = 20
+OUTER_PER_MM2 = 1
 
 
-def main(fabkit, sensors):
+def main(fabkit, words):
+    sensors = [word for word in words if not word.startswith("--")] or SENSORS
     for sensor in sensors:
-        with tempfile.TemporaryDirectory() as folder:
-            options = ["--robot", "urdf,mjcf,sdf", "-o", folder, "--quiet", "--force"]
-            subprocess.run([fabkit, "export", sensor, *options], check=True)
-            folder = Path(folder)
-            document = json.loads((folder / "robot.json").read_text())
-            worst = masses(folder, document)
-            model = mujoco_reads(folder / f"{sensor}.mjcf.xml", document)
-            pieces = cover(folder, document)
-            urdf_reads(folder / f"{sensor}.urdf", document)
-            sdf_reads(folder / f"{sensor}.sdf", document)
-            felt = touched(folder, sensor) if document["taxels"] else None
-            told = "" if felt is None else f"; {PRESS_MM:.1f} mm is felt as {felt:.4f} mm"
-            print(
-                f"{sensor}: {len(document['links'])} links, {1000 * document['mass_kg']:.2f} g, meshes within "
-                f"{100 * worst:.3f} %; {pieces} pieces; {model.ngeom} shapes{told}"
-            )
+        has_mounts = "--mounts" in words or sensor == SENSORS[0]
+        for mount in ["none", *(MOUNTS if has_mounts else [])]:
+            with tempfile.TemporaryDirectory() as folder:
+                options = ["--robot", FORMATS, "-o", folder, "--quiet", "--force"]
+                options += ["--set", f"adapter.pattern={mount}"]
+                done = subprocess.run([fabkit, "export", sensor, *options], capture_output=True, text=True)
+                if done.returncode == REFUSED and mount != "none":
+                    print(f"{sensor}, mount {mount}: refused, {done.stderr.splitlines()[0]}")
+                    continue
+                assert done.returncode == 0, done.stderr
+                print(f"{sensor}, mount {mount}: {checked(Path(folder), sensor)}", flush=True)
+
+
+def checked(folder, sensor):
+    document = json.loads((folder / "robot.json").read_text())
+    worst = masses(folder, document)
+    model = mujoco_reads(folder / f"{sensor}.mjcf.xml", document)
+    pieces = cover(folder, document)
+    urdf_reads(folder / f"{sensor}.urdf", document)
+    sdf_reads(folder / f"{sensor}.sdf", document)
+    readers.usd_reads(folder / f"{sensor}.usda", document)
+    readers.schemas_hold(folder, sensor, document)
+    for end in ["urdf", "drake.sdf"]:
+        shapes = readers.drake_reads(folder / f"{sensor}.{end}", document)
+        assert shapes == model.ngeom, shapes
+    told = [
+        f"{len(document['links'])} links, {1000 * document['mass_kg']:.2f} g",
+        f"meshes within {100 * worst:.3f} %",
+        f"{pieces} pieces, {stands_off(folder, document)}",
+    ]
+    if document["taxels"]:
+        readers.tetrahedra_read(folder, document)
+        told.append(f"{PRESS_MM:.1f} mm is felt as {touched(folder, sensor):.4f} mm")
+        told.append(f"{document['soft']['tetrahedra']} tetrahedra")
+        told.append(f"points within {camera_sees(folder, sensor, document):.3f} px")
+    return "; ".join(told)
+
+
+def camera_sees(folder, sensor, document):
+    """Points of the touched surface: our pixel, by `pinhole_px` to the pinhole's, beside each target's own projection."""
+    taxels = np.load(folder / "robot-taxels.npz")
+    rays = np.load(folder / "robot-rays.npz")["pinhole_px"]
+    known = np.flatnonzero((taxels["seen"] > 0) & (taxels["area_mm2"] > 0))
+    columns, rows = taxels["pixel"][known].T
+    # Linear between the four pixels around; beyond the pinhole, or at the edge of what the lens reaches, there are none.
+    ours = np.stack(
+        [ndimage.map_coordinates(rays[..., k], [rows, columns], order=1, cval=np.nan) for k in (0, 1)], axis=-1
+    )
+    # Where a body hides the surface, one pixel sees one and the next the other: nothing lies between.
+    row, column = (np.clip(at.astype(int), 1, size - 3) for at, size in zip((rows, columns), rays.shape))
+    steps = [rays[row + i, column + j] - rays[row + i, column + j - 1] for i in (0, 1) for j in (0, 1, 2)]
+    steps += [rays[row + i, column + j] - rays[row + i - 1, column + j] for i in (0, 1, 2) for j in (0, 1)]
+    uneven = np.ptp(steps[:6], axis=0).max(axis=1) + np.ptp(steps[6:], axis=0).max(axis=1)
+    inside = np.isfinite(ours).all(axis=1) & (uneven < EDGE_PX)
+    assert inside.mean() > 0.8, inside.mean()
+    chosen = np.random.default_rng(0).choice(np.flatnonzero(inside), min(POINTS, inside.sum()), replace=False)
+    places = taxels["place_mm"][known][chosen] / 1000
+    worst = 0.0
+    for target, project in readers.projections(folder, sensor, document):
+        off = np.abs(project(places) - ours[chosen]).max()
+        assert off < POINTS_WITHIN_PX, (target, off)
+        worst = max(worst, off)
+    return worst
+
+
+def stands_off(folder, document):
+    """How far the outside of all pieces is from anything that is drawn: what is hollow is filled."""
+    rng = np.random.default_rng(0)
+    drawn = {body["name"] for body in document["bodies"] if not body["bends_aside"]}
+    meshes = [trimesh.load(folder / f"robot-{name}.obj", process=False) for name in sorted(drawn)]
+    exact = cKDTree(np.concatenate([samples(mesh, SAMPLES_PER_MM2, rng) for mesh in meshes]))
+    pieces = [trimesh.load(path) for path in sorted(folder.glob("robot-base-[0-9]*.obj"))]
+    solid = [ConvexHull(1000 * piece.vertices).equations for piece in pieces]
+    if document["taxels"]:
+        solid.append(ConvexHull(1000 * trimesh.load(folder / "robot-touch.obj").vertices).equations)
+    off = []
+    for own, piece in enumerate(pieces):
+        places = samples(piece, OUTER_PER_MM2, rng)
+        hidden = np.zeros(len(places), dtype=bool)
+        for other, faces in enumerate(solid):
+            if other != own:
+                hidden |= (places @ faces[:, :3].T + faces[:, 3]).max(axis=1) < 1e-3
+        off.append(exact.query(places[~hidden])[0])
+    off = np.concatenate(off)
+    near = np.mean(off < COVERED_WITHIN_MM + APART_MM)
+    return f"{100 * near:.1f} % of their outside within {COVERED_WITHIN_MM} mm, at most {off.max():.1f} mm off"
+
+
+def samples(mesh, per_mm2, rng):
+    """Evenly over a mesh in metres; mm."""
+    areas = 1e6 * mesh.area_faces
+    count = int(per_mm2 * areas.sum()) + 10
+    corners = 1000 * mesh.triangles[rng.choice(len(areas), count, p=areas / areas.sum())]
+    u, v = rng.random((2, count, 1))
+    root = np.sqrt(u)
+    return (1 - root) * corners[:, 0] + root * (1 - v) * corners[:, 1] + root * v * corners[:, 2]
 
 
 def masses(folder, document):
@@ -143,7 +242,7 @@ def urdf_reads(path, document):
 
 
 def sdf_reads(path, document):
-    """No reader of it installs from PyPI alone without a hundred megabytes: what it says is compared here."""
+    """Drake reads SDF with its own elements; what Gazebo would read is compared here."""
     model = ET.parse(path).getroot().find("model")
     links = {link.get("name"): link for link in model.findall("link")}
     for link in document["links"]:
@@ -189,4 +288,4 @@ def touched(folder, sensor):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2:] or SENSORS)
+    main(sys.argv[1], sys.argv[2:])

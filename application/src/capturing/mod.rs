@@ -31,7 +31,7 @@ use rayon::prelude::*;
 pub(crate) use columns::column_ends;
 pub use constants::{Constant, Known, LightConstants};
 pub use document::{comment, document};
-pub use pack::{OpticsPack, optics_pack};
+pub use pack::{OpticsPack, SLOPE_BINS, optics_pack};
 pub use scene::Scene;
 pub use skin::SkinView;
 pub use studio::Studio;

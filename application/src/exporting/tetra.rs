@@ -43,6 +43,7 @@ pub(super) fn made(
         title: &title,
         notes: &notes,
         points_mm: &mesh.points_mm,
+        unit_mm: 1.0,
         cells: &mesh.cells,
         material_of: &mesh.layer_of,
         materials: &materials,

@@ -67,6 +67,16 @@ pub(crate) fn pixels_of(
     places.iter().map(pixel).collect()
 }
 
+/// Whether each place is seen: in the picture, and nothing opaque before it.
+pub(crate) fn are_seen(
+    viewpoint: &Viewpoint,
+    sights: &Sights,
+    places: &[Option<Point3<f64>>],
+) -> Vec<bool> {
+    let mut looking = Looking::new(viewpoint, sights);
+    places.iter().map(|place| place.is_some_and(|place| looking.look(&place).is_ok())).collect()
+}
+
 fn by_its_own_model(
     viewpoint: &Viewpoint,
     tracer: &mut Tracer,

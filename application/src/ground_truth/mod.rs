@@ -15,7 +15,7 @@ pub use collected::{Collected, Wanted};
 pub use coverage::{BESIDE_PICTURE, REFRACTION, SurfaceCoverage, coverage};
 pub use coverage_map::coverage_map;
 pub use files::{GREY_STEP_MM, Shown, arrays, picture};
-pub(crate) use looking::pixels_of;
+pub(crate) use looking::{are_seen, pixels_of};
 pub use penetration::{Penetration, approach, penetration};
 pub use presses::{Deepest, deepest, pressers};
 pub use viewpoint::{InvalidViewpoint, Viewpoint};

@@ -127,8 +127,8 @@ impl TouchMesh {
     }
 
     /// For `robot-taxels.npz`, in the order of the mesh's vertices: `place_mm`, `normal`, `tangents` (two each), `area_mm2` (0 for
-    /// those that only close the mesh), `pixel` (not a number where it is not seen).
-    pub fn arrays(&self, pixels: &[Option<[f64; 2]>]) -> Vec<Array> {
+    /// those that only close the mesh), `pixel` (not a number beside the picture), `seen` (1, or 0 where something opaque is before it).
+    pub fn arrays(&self, pixels: &[Option<[f64; 2]>], are_seen: &[bool]) -> Vec<Array> {
         let count = self.vertices_mm.len();
         let array = |name: &str, of_each: &[usize], values: Vec<f64>| Array {
             name: name.to_owned(),
@@ -154,6 +154,11 @@ impl TouchMesh {
                 self.feels.iter().map(|feels| if *feels { share } else { 0.0 }).collect(),
             ),
             array("pixel", &[2], pixels.collect()),
+            Array {
+                name: "seen".to_owned(),
+                shape: vec![count],
+                values: Values::U8(are_seen.iter().map(|seen| u8::from(*seen)).collect()),
+            },
         ]
     }
 }

@@ -135,6 +135,8 @@ pub(crate) fn apply(
     sensor: &mut Sensor,
     report: &mut Report,
 ) {
+    // Others have a mount of their own.
+    sensor.mount = face.map(|face| Pose::translation(0.0, 0.0, face.bottom_z_mm)).or(sensor.mount);
     if adapter.pattern == AdapterPattern::None {
         return;
     }
@@ -247,6 +249,7 @@ impl<'a> Plan<'a> {
     /// Adds the plate, what is bought for it, and the steps that mount it.
     fn add_to(&self, sensor: &mut Sensor) {
         let lowered = |pose: &Pose| SENSOR.at(*pose).lifted(-130.0);
+        sensor.mount = Some(self.mount());
         let mut bought = self.screws.bought(lowered, lowered);
         let (inside, beside) = self.robot_hardware();
         let names =

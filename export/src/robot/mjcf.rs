@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use fabkit_geometry::{Matrix3, Vector3};
-
-use super::xml::{comment, escaped, number, numbers, place, vector};
+use super::numbers::{number, numbers};
+use super::rotation::{looking_back, quaternion};
+use super::xml::{comment, escaped, place, vector};
 use super::{Robot, RobotLink};
 
 /// What is only seen, and what is touched, as MuJoCo's viewer groups them.
@@ -23,7 +23,7 @@ pub fn mjcf(robot: &Robot) -> String {
         escaped(&robot.name)
     );
     let shapes = || robot.links.iter().flat_map(|link| link.visuals.iter().chain(&link.collisions));
-    let mut files: Vec<&str> = shapes().map(|shape| &*shape.file).collect();
+    let mut files: Vec<&str> = shapes().map(|shape| &*shape.mesh.file).collect();
     files.sort_unstable();
     files.dedup();
     // Writing to a string cannot fail.
@@ -46,28 +46,24 @@ pub fn mjcf(robot: &Robot) -> String {
                 "      <site name=\"{}\" pos=\"{}\" quat=\"{}\" size=\"0.0005\"/>",
                 escaped(&frame.name),
                 place(&frame.sensor_from_frame),
-                quaternion(frame.sensor_from_frame.rotation()),
+                numbers(quaternion(frame.sensor_from_frame.rotation())),
             );
         }
-        if let Some(camera) = &robot.camera {
-            // It looks along -z with y up.
-            let pose = &camera.sensor_from_camera;
-            let turned = pose.rotation() * Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));
-            let _ = writeln!(
-                text,
-                "      <camera name=\"camera\" pos=\"{}\" quat=\"{}\" fovy=\"{}\" resolution=\"{} {}\"/>",
-                place(pose),
-                quaternion(&turned),
-                number(camera.view_rad[1].to_degrees()),
-                camera.size_px[0],
-                camera.size_px[1],
-            );
-        }
+        let camera = &robot.camera;
+        let _ = writeln!(
+            text,
+            "      <camera name=\"camera\" pos=\"{}\" quat=\"{}\" fovy=\"{}\" resolution=\"{} {}\"/>",
+            place(&camera.sensor_from_camera),
+            numbers(quaternion(&looking_back(camera))),
+            number(camera.view_rad()[1].to_degrees()),
+            camera.size_px[0],
+            camera.size_px[1],
+        );
         text += "    </body>\n";
     }
     text += "  </worldbody>\n";
-    if let Some(file) = &robot.touch {
-        let name = mesh(file);
+    if let Some(touch) = &robot.touch {
+        let name = mesh(&touch.mesh.file);
         let _ = writeln!(
             text,
             "  <sensor>\n    <tactile name=\"tactile\" geom=\"touch\" mesh=\"{name}\"/>\n  </sensor>"
@@ -92,7 +88,7 @@ fn of_link(link: &RobotLink, deep: usize) -> String {
         let _ = writeln!(
             text,
             "{indent}<geom type=\"mesh\" mesh=\"{}\" rgba=\"{}\" {SEEN}/>",
-            mesh(&shape.file),
+            mesh(&shape.mesh.file),
             numbers(shape.rgba)
         );
     }
@@ -104,31 +100,9 @@ fn of_link(link: &RobotLink, deep: usize) -> String {
             text,
             "{indent}<geom name=\"{}\" type=\"mesh\" mesh=\"{}\" rgba=\"{}\"{friction} {TOUCHED}/>",
             escaped(&shape.name),
-            mesh(&shape.file),
+            mesh(&shape.mesh.file),
             numbers(shape.rgba)
         );
     }
     text
-}
-
-/// w, x, y, z.
-fn quaternion(r: &Matrix3<f64>) -> String {
-    // The largest of the four is found by its square, so that nothing is divided by little (Shepperd 1978).
-    let squares = [
-        1.0 + r.trace(),
-        1.0 + 2.0 * r[(0, 0)] - r.trace(),
-        1.0 + 2.0 * r[(1, 1)] - r.trace(),
-        1.0 + 2.0 * r[(2, 2)] - r.trace(),
-    ];
-    let largest = (0..4).max_by(|a, b| squares[*a].total_cmp(&squares[*b])).unwrap_or(0);
-    let double = squares[largest].sqrt();
-    let sum = |i: usize, j: usize| (r[(i, j)] + r[(j, i)]) / double / 2.0;
-    let difference = |i: usize, j: usize| (r[(i, j)] - r[(j, i)]) / double / 2.0;
-    let half = double / 2.0;
-    numbers(match largest {
-        0 => [half, difference(2, 1), difference(0, 2), difference(1, 0)],
-        1 => [difference(2, 1), half, sum(0, 1), sum(0, 2)],
-        2 => [difference(0, 2), sum(0, 1), half, sum(1, 2)],
-        _ => [difference(1, 0), sum(0, 2), sum(1, 2), half],
-    })
 }

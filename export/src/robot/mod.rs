@@ -1,21 +1,32 @@
-//! Sensors as robots' descriptions and simulators read them: URDF (ROS 1.9), MJCF (MuJoCo 3 and 4) and SDF (Gazebo, 1.9).
+//! Sensors as robots' descriptions and simulators read them: URDF (ROS 1.9), MJCF (MuJoCo 3 and 4), SDF (Gazebo 1.9, and with Drake's
+//! own elements), USD (Isaac Sim, TacEx) and TACTO's YAML.
 //!
-//! Metres, kilograms and radians throughout, which all three ask for. Every link has the sensor's frame, so that nothing
+//! Metres, kilograms and radians throughout, which all of them ask for. Every link has the sensor's frame, so that nothing
 //! depends on how a reader composes transforms; what moves is welded to the base, because a sensor has no joints. Meshes are Wavefront
-//! OBJ in metres beside the file, found by their names alone.
+//! OBJ in metres beside the file, found by their names alone; USD holds them itself.
 
+mod isaac;
 mod mjcf;
+mod numbers;
 mod obj;
+mod rotation;
 mod sdf;
+mod tacto;
 mod urdf;
+mod usd;
 mod xml;
+
+use std::sync::Arc;
 
 use fabkit_geometry::{Matrix3, Pose, Vector3};
 
+pub use isaac::{tacex, tacsl};
 pub use mjcf::mjcf;
 pub use obj::obj;
-pub use sdf::sdf;
+pub use sdf::{drake, sdf};
+pub use tacto::tacto;
 pub use urdf::urdf;
+pub use usd::usd;
 
 /// A sensor with its links.
 #[derive(Clone, Debug)]
@@ -28,10 +39,58 @@ pub struct Robot {
     pub links: Vec<RobotLink>,
     /// Frames without a body.
     pub frames: Vec<RobotFrame>,
-    /// The camera, if a pinhole says something of it.
-    pub camera: Option<RobotCamera>,
-    /// The shape that is touched, by its file: its vertices feel.
-    pub touch: Option<String>,
+    /// The pinhole that stands for the camera.
+    pub camera: RobotCamera,
+    /// The shape that is touched: its vertices feel.
+    pub touch: Option<RobotTouch>,
+    /// What shines in its usual light.
+    pub lamps: Vec<RobotLamp>,
+}
+
+/// What is touched.
+#[derive(Clone, Debug)]
+pub struct RobotTouch {
+    /// Closed, convex.
+    pub mesh: Arc<RobotMesh>,
+    /// The link that it belongs to.
+    pub link: String,
+    /// Width along x and y, and height along z, of all that is felt, mm.
+    pub size_mm: [f64; 3],
+    /// Its highest place, mm.
+    pub top_z_mm: f64,
+    /// How deep it can be pressed, mm.
+    pub soft_mm: f64,
+    /// Layers below it in series, as one: Young's modulus, MPa.
+    pub young_mpa: f64,
+    /// Steps of each side of the table from slopes to colours that an optics pack has; nothing where light shows something else,
+    /// or where the surface is not flat.
+    pub slope_bins: Option<usize>,
+    /// Tetrahedra of all of them.
+    pub tetrahedra: Arc<RobotTetrahedra>,
+}
+
+/// Soft layers as tetrahedra, in metres in the file beside.
+#[derive(Clone, Debug)]
+pub struct RobotTetrahedra {
+    /// `robot-tetrahedra.vtk`.
+    pub file: String,
+    /// Nodes, sensor frame, mm.
+    pub points_mm: Vec<[f64; 3]>,
+    /// Corners, of positive volume.
+    pub cells: Vec<[u32; 4]>,
+    /// Triangles of the whole surface, counter-clockwise from outside.
+    pub surface: Vec<[u32; 3]>,
+}
+
+/// A lamp as a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotLamp {
+    /// Sensor frame, mm.
+    pub place_mm: [f64; 3],
+    /// Its colour.
+    pub rgb: [f64; 3],
+    /// How bright beside the others: 1 is the brightest.
+    pub share: f64,
 }
 
 /// A rigid body, or a soft layer taken for one.
@@ -100,13 +159,24 @@ impl Inertia {
     }
 }
 
-/// A mesh in a file beside.
+/// Triangles, counter-clockwise seen from outside, sensor frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotMesh {
+    /// The file beside that holds it: `robot-touch.obj`.
+    pub file: String,
+    /// mm.
+    pub vertices_mm: Vec<[f64; 3]>,
+    /// Corners.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A mesh with a name and a colour.
 #[derive(Clone, Debug)]
 pub struct RobotShape {
     /// Unique.
     pub name: String,
-    /// `robot-touch.obj`.
-    pub file: String,
+    /// What it looks like.
+    pub mesh: Arc<RobotMesh>,
     /// Red, green, blue and opacity, 0 to 1.
     pub rgba: [f64; 4],
 }
@@ -120,8 +190,8 @@ pub struct RobotFrame {
     pub sensor_from_frame: Pose,
 }
 
-/// What a pinhole camera can say of a lens.
-#[derive(Clone, Debug)]
+/// A pinhole with square pixels, its axis in the middle of its picture: what every format can say.
+#[derive(Clone, Debug, PartialEq)]
 pub struct RobotCamera {
     /// The frame's name in [`Robot::frames`]: z forward, x right, y down.
     pub frame: String,
@@ -129,8 +199,37 @@ pub struct RobotCamera {
     pub sensor_from_camera: Pose,
     /// Columns and rows.
     pub size_px: [u32; 2],
-    /// The whole angle of view along rows and columns, rad.
-    pub view_rad: [f64; 2],
+    /// Focal length, px.
+    pub focal_px: f64,
     /// The nearest that it sees, mm.
     pub near_mm: f64,
+}
+
+impl RobotCamera {
+    /// The whole angle of view along rows and columns, rad.
+    ///
+    /// ```
+    /// use fabkit_export::RobotCamera;
+    /// let camera = RobotCamera {
+    ///     frame: "camera_optical".into(), sensor_from_camera: fabkit_geometry::Pose::identity(),
+    ///     size_px: [640, 320], focal_px: 320.0, near_mm: 1.0,
+    /// };
+    /// let [across, down] = camera.view_rad().map(f64::to_degrees);
+    /// assert!((across - 90.0).abs() < 1e-12 && (down - 53.13).abs() < 0.01);
+    /// assert_eq!(camera.project([0.0, 0.0, 10.0]), Some([319.5, 159.5]));
+    /// ```
+    pub fn view_rad(&self) -> [f64; 2] {
+        self.size_px.map(|px| 2.0 * (f64::from(px) / 2.0 / self.focal_px).atan())
+    }
+
+    /// Where its axis meets the picture: column and row, 0 in the middle of the first pixel.
+    pub fn middle_px(&self) -> [f64; 2] {
+        self.size_px.map(|px| (f64::from(px) - 1.0) / 2.0)
+    }
+
+    /// Where a place in its frame is seen: column and row; nothing of what lies behind.
+    pub fn project(&self, [x, y, z]: [f64; 3]) -> Option<[f64; 2]> {
+        let [column, row] = self.middle_px();
+        (z > 0.0).then(|| [self.focal_px * x / z + column, self.focal_px * y / z + row])
+    }
 }

@@ -2,17 +2,18 @@
 
 use std::fmt::Write as _;
 
-use super::xml::{MM_PER_M, number};
+use super::RobotMesh;
+use super::numbers::{MM_PER_M, number};
 
 /// A mesh, mm, counter-clockwise seen from outside; the file is in metres, its vertices in the same order.
-pub fn obj(comment: &str, vertices_mm: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<u8> {
+pub fn obj(comment: &str, mesh: &RobotMesh) -> Vec<u8> {
     let mut text = format!("# {}\n", comment.replace('\n', " "));
     // Writing to a string cannot fail.
-    for vertex in vertices_mm {
+    for vertex in &mesh.vertices_mm {
         let [x, y, z] = vertex.map(|mm| number(mm / MM_PER_M));
         let _ = writeln!(text, "v {x} {y} {z}");
     }
-    for triangle in triangles {
+    for triangle in &mesh.triangles {
         let [a, b, c] = triangle.map(|i| i + 1);
         let _ = writeln!(text, "f {a} {b} {c}");
     }

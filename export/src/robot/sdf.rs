@@ -2,19 +2,111 @@
 
 use std::fmt::Write as _;
 
-use super::xml::{comment, escaped, number, numbers, place, roll_pitch_yaw, vector};
-use super::{Robot, RobotLink, RobotShape};
+use super::numbers::{MM_PER_M, number, numbers};
+use super::rotation::roll_pitch_yaw;
+use super::xml::{comment, escaped, place, vector};
+use super::{Robot, RobotCamera, RobotLink, RobotShape, RobotTouch};
+
+/// A camera looks along x with z up: turned so from a frame that looks along z with y down, rad.
+const LOOKS: &str = "0 -1.57079633 1.57079633";
+const PA_PER_MPA: f64 = 1e6;
 
 /// The text of an SDF file: a model with a link for each body, welded to the base.
 pub fn sdf(robot: &Robot) -> String {
+    model(robot, "<sdf version=\"1.9\">", &Gazebo)
+}
+
+/// The same with Drake's own elements: what is touched is made of tetrahedra that give way (compliant hydroelastic contact), what
+/// is stiff of convex pieces that do not. Drake's cameras are none of SDF's: `robot.json` has its intrinsics.
+///
+/// Drake, "Parsing models", section "drake:proximity_properties".
+pub fn drake(robot: &Robot) -> String {
+    model(robot, "<sdf version=\"1.9\" xmlns:drake=\"drake.mit.edu\">", &Drake(&robot.touch))
+}
+
+/// What readers differ in.
+trait Dialect {
+    /// Whether links carry cameras.
+    fn has_camera(&self) -> bool;
+    /// What else makes what is seen lucid; all read the fourth number of its colour.
+    fn lucid(&self, opacity: f64) -> String;
+    /// The geometry of what is bumped into, and what else is said of it.
+    fn bumped(&self, shape: &RobotShape, friction: Option<f64>) -> (String, String);
+}
+
+struct Gazebo;
+
+impl Dialect for Gazebo {
+    fn has_camera(&self) -> bool {
+        true
+    }
+
+    fn lucid(&self, opacity: f64) -> String {
+        format!("        <transparency>{}</transparency>\n", number(1.0 - opacity))
+    }
+
+    fn bumped(&self, shape: &RobotShape, friction: Option<f64>) -> (String, String) {
+        let surface = friction.map_or_else(String::new, |friction| {
+            let mu = number(friction);
+            format!("        <surface><friction><ode><mu>{mu}</mu><mu2>{mu}</mu2></ode></friction></surface>\n")
+        });
+        (mesh(&shape.mesh.file, ""), surface)
+    }
+}
+
+struct Drake<'a>(&'a Option<RobotTouch>);
+
+impl Dialect for Drake<'_> {
+    fn has_camera(&self) -> bool {
+        false
+    }
+
+    fn lucid(&self, _: f64) -> String {
+        String::new()
+    }
+
+    fn bumped(&self, shape: &RobotShape, friction: Option<f64>) -> (String, String) {
+        let mu = friction.map_or_else(String::new, |friction| {
+            let mu = number(friction);
+            format!(
+                "<drake:mu_static>{mu}</drake:mu_static><drake:mu_dynamic>{mu}</drake:mu_dynamic>"
+            )
+        });
+        let own = |inner: &str| {
+            format!(
+                "        <drake:proximity_properties>{inner}{mu}</drake:proximity_properties>\n"
+            )
+        };
+        match self.0.as_ref().filter(|touch| touch.mesh.file == shape.mesh.file) {
+            Some(touch) => {
+                let modulus = number(touch.young_mpa * PA_PER_MPA);
+                let gives = format!(
+                    "<drake:compliant_hydroelastic/><drake:hydroelastic_modulus>{modulus}</drake:hydroelastic_modulus>"
+                );
+                (mesh(&touch.tetrahedra.file, ""), own(&gives))
+            }
+            None => (
+                mesh(&shape.mesh.file, "<drake:declare_convex/>"),
+                own("<drake:rigid_hydroelastic/>"),
+            ),
+        }
+    }
+}
+
+fn mesh(file: &str, more: &str) -> String {
+    format!("<mesh><uri>{}</uri>{more}</mesh>", escaped(file))
+}
+
+fn model(robot: &Robot, root: &str, dialect: &dyn Dialect) -> String {
     let mut text = format!(
-        "<?xml version=\"1.0\"?>\n{}\n<sdf version=\"1.9\">\n  <model name=\"{}\">\n",
+        "<?xml version=\"1.0\"?>\n{}\n{root}\n  <model name=\"{}\">\n",
         comment(&robot.comment),
         escaped(&robot.name)
     );
     let base = robot.links.first().map_or("base", |link| &link.name);
     for (i, link) in robot.links.iter().enumerate() {
-        text += &of_link(link, if i == 0 { robot } else { &NO_SENSORS });
+        let camera = (i == 0 && dialect.has_camera()).then_some(&robot.camera);
+        text += &of_link(link, camera, dialect);
     }
     // Writing to a string cannot fail.
     for link in robot.links.iter().skip(1) {
@@ -40,20 +132,7 @@ pub fn sdf(robot: &Robot) -> String {
     text + "  </model>\n</sdf>\n"
 }
 
-/// A camera looks along x with z up: turned so from a frame that looks along z with y down, rad.
-const LOOKS: &str = "0 -1.57079633 1.57079633";
-
-/// For links that have no camera.
-static NO_SENSORS: Robot = Robot {
-    name: String::new(),
-    comment: String::new(),
-    links: Vec::new(),
-    frames: Vec::new(),
-    camera: None,
-    touch: None,
-};
-
-fn of_link(link: &RobotLink, sensors: &Robot) -> String {
+fn of_link(link: &RobotLink, camera: Option<&RobotCamera>, dialect: &dyn Dialect) -> String {
     let [xx, yy, zz, xy, xz, yz] = link.inertia.six().map(number);
     let mut text = format!(
         "    <link name=\"{}\">\n      <inertial>\n        <pose>{} 0 0 0</pose>\n        <mass>{}</mass>\n        \
@@ -66,20 +145,17 @@ fn of_link(link: &RobotLink, sensors: &Robot) -> String {
     for shape in &link.visuals {
         let [r, g, b, opacity] = shape.rgba;
         let more = format!(
-            "        <material><diffuse>{0}</diffuse><ambient>{0}</ambient></material>\n        <transparency>{1}</transparency>\n",
+            "        <material><diffuse>{0}</diffuse><ambient>{0}</ambient></material>\n{1}",
             numbers([r, g, b, opacity]),
-            number(1.0 - opacity)
+            dialect.lucid(opacity)
         );
-        text += &of_shape("visual", shape, &more);
+        text += &of_shape("visual", &shape.name, &mesh(&shape.mesh.file, ""), &more);
     }
-    let friction = link.friction.map_or_else(String::new, |friction| {
-        let mu = number(friction);
-        format!("        <surface><friction><ode><mu>{mu}</mu><mu2>{mu}</mu2></ode></friction></surface>\n")
-    });
     for shape in &link.collisions {
-        text += &of_shape("collision", shape, &friction);
+        let (geometry, more) = dialect.bumped(shape, link.friction);
+        text += &of_shape("collision", &shape.name, &geometry, &more);
     }
-    if let Some(camera) = &sensors.camera {
+    if let Some(camera) = camera {
         let _ = writeln!(
             text,
             "      <sensor name=\"camera\" type=\"camera\">\n        <pose relative_to=\"{}\">0 0 0 {LOOKS}</pose>\n        \
@@ -87,19 +163,18 @@ fn of_link(link: &RobotLink, sensors: &Robot) -> String {
              <image><width>{}</width><height>{}</height></image>\n          \
              <clip><near>{}</near><far>1</far></clip>\n        </camera>\n      </sensor>",
             escaped(&camera.frame),
-            number(camera.view_rad[0]),
+            number(camera.view_rad()[0]),
             camera.size_px[0],
             camera.size_px[1],
-            number(camera.near_mm / super::xml::MM_PER_M),
+            number(camera.near_mm / MM_PER_M),
         );
     }
     text + "    </link>\n"
 }
 
-fn of_shape(kind: &str, shape: &RobotShape, more: &str) -> String {
+fn of_shape(kind: &str, name: &str, geometry: &str, more: &str) -> String {
     format!(
-        "      <{kind} name=\"{}\">\n        <geometry><mesh><uri>{}</uri></mesh></geometry>\n{more}      </{kind}>\n",
-        escaped(&shape.name),
-        escaped(&shape.file)
+        "      <{kind} name=\"{}\">\n        <geometry>{geometry}</geometry>\n{more}      </{kind}>\n",
+        escaped(name)
     )
 }

@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::xml::{comment, escaped, number, numbers, place, roll_pitch_yaw, vector};
+use super::numbers::{number, numbers};
+use super::rotation::roll_pitch_yaw;
+use super::xml::{comment, escaped, place, vector};
 use super::{Robot, RobotLink, RobotShape};
 
 /// The text of a URDF file.
@@ -68,6 +70,6 @@ fn of_shape(kind: &str, shape: &RobotShape, more: &str) -> String {
     format!(
         "    <{kind} name=\"{}\">\n      <geometry><mesh filename=\"{}\"/></geometry>\n{more}    </{kind}>\n",
         escaped(&shape.name),
-        escaped(&shape.file)
+        escaped(&shape.mesh.file)
     )
 }

@@ -15,6 +15,8 @@ use crate::pressing::{Contact, Linear};
 use crate::scene::{Cast, SensorView};
 use crate::staging::OutputFile;
 
+pub use slopes::BINS as SLOPE_BINS;
+
 /// Files for simulators, and what they rest on.
 #[derive(Clone, Debug)]
 pub struct OpticsPack {

@@ -20,7 +20,7 @@ use crate::picture::jpeg;
 use crate::scene::SensorView;
 
 /// Bins of a slope's angle, and of its way: `floor(angle / (pi / 2 / (BINS - 1)))`.
-const BINS: usize = 125;
+pub const BINS: usize = 125;
 /// Coefficients of x^2, y^2, x y, x, y, 1.
 const TERMS: usize = 6;
 /// Places over the picture that a polynomial is fitted to.

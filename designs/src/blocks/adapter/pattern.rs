@@ -110,6 +110,11 @@ impl Plan<'_> {
         }
     }
 
+    /// The middle of the robot's pattern in the plate's underside, x along it, z to the sensor.
+    pub(super) fn mount(&self) -> Pose {
+        self.turn().then_in(upright([self.middle_mm(), 0.0], self.bottom_z))
+    }
+
     fn turn(&self) -> Pose {
         Pose::rotation_z(self.angle().0)
     }

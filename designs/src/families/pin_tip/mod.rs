@@ -14,7 +14,7 @@ mod layout;
 mod parameters;
 mod tip;
 
-use fabkit_geometry::{Detachable, DomeSurface, Grip, Path, PrintGroup, Process, Sensor};
+use fabkit_geometry::{Detachable, DomeSurface, Grip, Path, Pose, PrintGroup, Process, Sensor};
 
 use crate::assembling::names;
 use crate::blocks::LED;
@@ -82,6 +82,7 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
         press_fits: [board].into_iter().chain(screws).collect(),
         touch: Some(touch(&layout).into()),
         detachable: Some(detachable(&layout)),
+        mount: Some(Pose::translation(0.0, 0.0, layout.plate_bottom_z_mm)),
         sight: names(&[bodies::DOTS]),
         ..blocks::sensor(header, camera, bodies)
     }

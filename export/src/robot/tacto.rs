@@ -1,0 +1,87 @@
+//! TACTO's YAML: where its renderer has camera, gel and lamps.
+
+use std::fmt::Write as _;
+
+use super::numbers::{MM_PER_M, number};
+use super::rotation::{looking_back, roll_pitch_yaw};
+use super::{Robot, RobotTouch};
+
+/// OpenGL's fixed lights.
+const MOST_LAMPS: usize = 8;
+
+/// The text of a configuration of TACTO's renderer, in metres and degrees, or nothing for a sensor without a surface to touch.
+///
+/// Its gel is the touched mesh, which TACTO looks for from the folder that it is started in; width, height and origin describe the same
+/// for programs that read no mesh. It has no refraction and one pinhole, makes its gel larger by a fiftieth, and knows eight lamps:
+/// where there are more, every so many is taken. Their colours and places are the drawn ones; TACTO adds light and picture at rest,
+/// so intensities are to be tuned there.
+///
+/// facebookresearch/tacto, `config_digit.yml` and the README's section on configurations.
+pub fn tacto(robot: &Robot) -> Option<String> {
+    let touch = robot.touch.as_ref()?;
+    let camera = &robot.camera;
+    let metres = |values: &[f64]| {
+        let all: Vec<String> = values.iter().map(|mm| number(mm / MM_PER_M)).collect();
+        format!("[{}]", all.join(", "))
+    };
+    let plain = |values: &[f64]| {
+        format!("[{}]", values.iter().map(|value| number(*value)).collect::<Vec<_>>().join(", "))
+    };
+    let turned = roll_pitch_yaw(&looking_back(camera)).map(f64::to_degrees);
+    let step = robot.lamps.len().div_ceil(MOST_LAMPS).max(1);
+    let lamps: Vec<_> = robot.lamps.iter().step_by(step).collect();
+    let list = |of: &dyn Fn(usize) -> String| {
+        format!("[{}]", (0..lamps.len()).map(of).collect::<Vec<_>>().join(", "))
+    };
+    let RobotTouch { mesh, size_mm: [wide, high, _], top_z_mm, soft_mm, .. } = touch;
+    let mut text = format!("# {}\n", robot.comment.replace('\n', " "));
+    // Writing to a string cannot fail.
+    let _ = write!(
+        text,
+        "# Metres, degrees, sensor frame. {} of {} lamps.\n\
+         sensor:\n  \
+           camera:\n    \
+             - position: {}\n      \
+               orientation: {}\n      \
+               yfov: {}\n      \
+               znear: {}\n      \
+               lightIDList: {}\n  \
+           gel:\n    \
+             origin: {}\n    \
+             width: {}\n    \
+             height: {}\n    \
+             curvature: false\n    \
+             mesh: {}\n  \
+           lights:\n    \
+             origin: [0, 0, 0]\n    \
+             polar: false\n    \
+             xyz:\n      \
+               coords: {}\n    \
+             colors: {}\n    \
+             intensities: {}\n  \
+           noise:\n    \
+             color:\n      \
+               mean: 0\n      \
+               std: 0\n  \
+           force:\n    \
+             enable: false\n    \
+             range_force: [0, 100]\n    \
+             max_deformation: {}\n",
+        lamps.len(),
+        robot.lamps.len(),
+        metres(camera.sensor_from_camera.translation_mm().as_slice()),
+        plain(&turned),
+        number(camera.view_rad()[1].to_degrees()),
+        number(camera.near_mm / MM_PER_M),
+        list(&|i| i.to_string()),
+        metres(&[0.0, 0.0, *top_z_mm]),
+        number(wide / MM_PER_M),
+        number(high / MM_PER_M),
+        mesh.file,
+        list(&|i| metres(&lamps[i].place_mm)),
+        list(&|i| plain(&lamps[i].rgb)),
+        list(&|i| number(lamps[i].share)),
+        number(soft_mm / MM_PER_M),
+    );
+    Some(text)
+}

@@ -14,6 +14,9 @@ const STEPS_A_WAVE: usize = 4;
 /// The most steps along the meridian.
 const MAX_ALONG: usize = 1024;
 
+/// Columns that are there twice, so that four side by side are always in one piece.
+const BESIDE: usize = 3;
+
 /// How an interface moves, over s along its meridian and the azimuth; bicubic between the steps of a table.
 ///
 /// ```
@@ -41,7 +44,7 @@ pub struct Field {
     /// Columns.
     around: usize,
     /// Row after row: out of the body along the touched surface's normal, away from the pole along its meridian,
-    /// around counter-clockwise.
+    /// around counter-clockwise. Each row begins with its last column, and ends with its first two.
     parts: [Vec<f64>; 3],
     rings: Vec<RingPressures>,
 }
@@ -62,7 +65,8 @@ impl Field {
         let harmonics = outcome.amplitudes.len();
         // Even, so that what lies behind the pole is half of the columns away.
         let around = (STEPS_A_WAVE * harmonics).max(8);
-        let mut parts = [(); 3].map(|()| vec![0.0; (along + 1) * around]);
+        let width = around + BESIDE;
+        let mut parts = [(); 3].map(|()| vec![0.0; (along + 1) * width]);
         if interface < mesh.moving_interfaces() {
             let plan = FftPlanner::new().plan_fft_inverse(around);
             let mut work = vec![Complex::default(); plan.get_inplace_scratch_len()];
@@ -97,8 +101,10 @@ impl Field {
                         };
                     }
                     plan.process_with_scratch(&mut line, &mut work);
-                    let row = &mut part[row * around..(row + 1) * around];
-                    row.iter_mut().zip(&line).for_each(|(to, from)| *to = from.re);
+                    let row = &mut part[row * width..(row + 1) * width];
+                    for (i, to) in row.iter_mut().enumerate() {
+                        *to = line[(i + around - 1) % around].re;
+                    }
                 }
             }
         }
@@ -144,24 +150,27 @@ impl Field {
             return 0.0;
         }
         let row = s * self.along as f64;
-        let column = azimuth.rem_euclid(TAU) / TAU * self.around as f64;
+        let turns = azimuth / TAU;
+        // A hair below a whole turn may round to one.
+        let column = ((turns - turns.floor()) * self.around as f64).min(self.around as f64 - 1e-9);
         let (first_row, first_column) = (row.floor(), column.floor());
         let (by_row, by_column) = (cubic(row - first_row), cubic(column - first_column));
         let (first_row, first_column) = (first_row as isize, first_column as usize);
+        let width = self.around + BESIDE;
         let mut sum = 0.0;
         for (i, by_row) in (-1..).zip(by_row) {
             let row = first_row + i;
             // Behind the pole the other side goes on; what points away from it points back.
-            let (row, turn, sign) = match row < 0 {
-                true => (-row, self.around / 2, if part == 0 { 1.0 } else { -1.0 }),
-                false => (row.min(self.along as isize), 0, 1.0),
+            let (row, first, sign) = match row < 0 {
+                true => {
+                    let behind = (first_column + self.around / 2) % self.around;
+                    (-row, behind, if part == 0 { 1.0 } else { -1.0 })
+                }
+                false => (row.min(self.along as isize), first_column, 1.0),
             };
-            let values = &self.parts[part][row as usize * self.around..][..self.around];
-            let begin = first_column + self.around + turn - 1;
-            let mut around = 0.0;
-            for (j, by_column) in by_column.iter().enumerate() {
-                around += by_column * values[(begin + j) % self.around];
-            }
+            let values = &self.parts[part][row as usize * width + first..][..4];
+            let around: f64 =
+                values.iter().zip(by_column).map(|(value, share)| value * share).sum();
             sum += sign * by_row * around;
         }
         sum

@@ -287,6 +287,8 @@ class Sensor:
         self.document: dict[str, Any] = json.loads(self._live.document())
         """What pictures and forces rest on: lamps, constants with their sources, layers, and what
         is left out."""
+        self.sensor_from_touch = np.array(self._live.sensor_from_touch())
+        """Where the middle of what is touched is, z out of the sensor: (4, 4), mm."""
         marks = self._live.marks()
         self.mark_names = [name for name, _ in marks]
         """What the camera follows."""

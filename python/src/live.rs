@@ -59,6 +59,14 @@ impl Live {
         self.live.about().document.to_string()
     }
 
+    /// Where the middle of what is touched is, z out of the sensor: rows of (4, 4), mm.
+    fn sensor_from_touch(&self) -> [[f64; 4]; 4] {
+        let pose = self.live.about().sensor_from_touch;
+        let (turn, at) = (pose.rotation(), pose.translation_mm());
+        let row = |i: usize| [turn[(i, 0)], turn[(i, 1)], turn[(i, 2)], at[i]];
+        [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
+    }
+
     /// Names of what the camera follows, and where it is at rest, mm.
     fn marks(&self) -> Vec<(String, [f64; 3])> {
         marks_of(&self.scene.project)

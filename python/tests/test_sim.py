@@ -57,6 +57,32 @@ def test_presses_do_not_know_each_other(rtac0):
     assert len(many) == 3
 
 
+@pytest.mark.parametrize(
+    ("name", "press", "spacing_mm"),
+    [("tactip", "disc-107@20deg,30deg,1mm", 0.8), ("uvdtact", "hemisphere@20deg,30deg,0.5mm", 0.6)],
+)
+def test_what_is_kept_looks_like_what_is_captured(name, press, spacing_mm):
+    """Of marks and of glowing layers, too, only what has moved is painted anew."""
+    sensor = sim.Sensor(name, size_px=(80, 60), spacing_mm=spacing_mm)
+    felt = sensor.press(press, seed=None)
+    captured = sensor.scene.capture(press, seed=None, spacing_mm=spacing_mm)
+    off = np.abs(felt.image - captured.grey.round())
+    assert off.max() <= 6
+    assert np.mean(off > 1) < 0.01
+    changed = np.abs(captured.grey - sensor.press(seed=None).image)
+    assert changed.max() > 20
+
+
+def test_an_environment_around_it():
+    """The example's, by gymnasium's own rules."""
+    path = Path(__file__).parents[1] / "examples/robots/gymnasium_touch.py"
+    touch = runpy.run_path(str(path))["Touch"]()
+    check_env(touch, skip_render_check=True)
+    _, told = touch.reset(seed=1)
+    _, reward, *_ = touch.step(np.array([0.1], dtype=np.float32))
+    assert reward == -abs(touch.depth_mm - told["wanted_mm"])
+
+
 def test_what_does_not_touch_leaves_it_at_rest(rtac0):
     rest, apart = rtac0.press(seed=None), rtac0.press(sim.ball(2.0).at(0, 0, 40), seed=None)
     assert_array_equal(rest.image, apart.image)

@@ -1,6 +1,6 @@
 //! A reflective coat under coloured lamps: which way it looks, and what throws shadows on it.
 
-use fabkit_depth::truth::{NO_LABEL, Yielding as _};
+use fabkit_depth::truth::{DepthMap, NO_LABEL, Sigmas, Yielding as _};
 use fabkit_geometry::{
     Lighting, Mark, Point3, Rgb, Scratch, Sensor, Shows, SurfacePoints, TouchSurface, Vector3,
 };
@@ -24,6 +24,8 @@ const SHADOW_STEPS: u32 = 16;
 const SHADOW_REACH_MM: f64 = 8.0;
 /// The surface stands in the way of light that passes so deep behind it, mm.
 const BEHIND_MM: f64 = 0.02;
+/// How far light from one place of the table passes beside that from the next, mm.
+const BESIDE_MM: f64 = 0.5;
 /// Off a place, where its shadows begin, mm.
 const OFF_MM: f64 = 1e-3;
 
@@ -45,6 +47,39 @@ pub(crate) struct CoatScene<'a> {
     coat: Coat,
     pub(super) exposure: f64,
     words: [String; 2],
+    /// What each ray sees at rest, where many pictures are taken by the same rays.
+    at_rest: Option<Vec<Rgb>>,
+}
+
+/// What stands in the way of light: all of the surface that is pressed in, as far as it is seen, lies in a ball.
+#[derive(Clone, Copy)]
+struct Dent {
+    centre: Point3<f64>,
+    radius_mm: f64,
+}
+
+impl Dent {
+    fn of(map: &DepthMap<'_>, touch: &TouchSurface) -> Option<Self> {
+        let places = map.point_in_sensor().enumerate();
+        let pressed = |(i, place): (usize, Point3<f64>)| {
+            let is_in = map.has_moved(i) && touch.depth_mm(&place).0 > BEHIND_MM;
+            is_in.then_some(place.coords)
+        };
+        let places: Vec<Vector3<f64>> = places.filter_map(pressed).collect();
+        if places.is_empty() {
+            return None;
+        }
+        let centre = places.iter().sum::<Vector3<f64>>() / places.len() as f64;
+        let radius_mm = places.iter().map(|place| (place - centre).norm()).fold(0.0, f64::max);
+        Some(Self { centre: Point3::from(centre), radius_mm })
+    }
+
+    /// Whether light that goes on from a place may pass so near.
+    fn is_near(&self, from: &Point3<f64>, towards: &Vector3<f64>, slack_mm: f64) -> bool {
+        let way = self.centre - from;
+        let along_mm = way.dot(towards).clamp(0.0, SHADOW_REACH_MM);
+        (way - along_mm * towards).norm() < self.radius_mm + slack_mm
+    }
 }
 
 /// The way in which light arrives, times its density; zero where none does.
@@ -111,6 +146,7 @@ impl<'a> CoatScene<'a> {
             coat,
             exposure: 1.0,
             words,
+            at_rest: None,
         };
         // What bounces on: a part of what arrives on average over the surface.
         let mut sums = ([0.0; 3], 0.0);
@@ -205,41 +241,54 @@ impl<'a> CoatScene<'a> {
         sum
     }
 
+    /// For many pictures by the same rays: what nothing has changed is not painted again.
+    pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
+        let sigmas = Sigmas::default();
+        let seen = Seen { map, sigmas: &sigmas, deepest: None, surface_px: 0, answer: None };
+        self.at_rest = Some(self.paint(&seen).light);
+    }
+
     pub(super) fn paint(&self, seen: &Seen<'_>) -> Painted {
         let map = seen.map;
         let beside = [self.constants.beside_grey.value; 3];
         let marks = moved(self.sensor, seen.answer);
         let height_mm = self.height_mm();
         let pegs = Pegs::of(&marks, height_mm, SHADOW_MM);
-        let shadows = seen.answer.zip(seen.deepest).map(|(answer, deepest)| {
-            let reach_mm = 2.0 * answer.step.contact_radius_mm + SHADOW_REACH_MM;
-            (answer, deepest.point_in_sensor, reach_mm)
+        let dent = seen.answer.and_then(|answer| {
+            // A place on its way is as far from where the surface is as it lies below it.
+            let slack_mm = answer.limits_mm()[0] + self.coat_mm;
+            Dent::of(map, self.touch).map(|dent| (answer, dent, slack_mm))
         });
         let normals = map.normal_in_sensor();
         let places: Vec<(Point3<f64>, Vector3<f64>)> =
             map.point_in_sensor().zip(map.direction_in_sensor()).collect();
-        let ray = |i: usize| {
+        let ray = |near: &mut Vec<u32>, i: usize| {
             if map.label()[i] == NO_LABEL {
                 return beside;
             }
             let ((place, direction), outward) = (places[i], normals[i]);
+            if let Some(known) = &self.at_rest
+                && !map.has_moved(i)
+                && dent.is_none_or(|(_, dent, slack_mm)| !self.may_shade(&dent, &place, slack_mm))
+            {
+                return known[i];
+            }
             // The coat's inner face, which light meets.
             let inwards_mm = self.coat_mm / outward.dot(&direction).max(LEAST_COSINE);
             let mut at = place - inwards_mm * direction;
             let mut facing = -outward;
-            let near = pegs.near(&at.clone());
+            pegs.near(&at, near);
             let mut send = 1.0;
             if self.is_printed {
                 let is_in =
                     |peg: &Peg| (peg.centre + peg.radius_mm * peg.axis - at).norm() < peg.radius_mm;
-                if near.clone().any(is_in) {
+                if near.iter().map(|i| pegs.peg(*i)).any(is_in) {
                     let [_, dark] = &self.constants.marks;
                     send = dark.value / self.coat.diffuse;
                 }
             } else if let Some((hit_mm, normal)) = {
                 let from = at - SHADOW_MM * direction;
-                pegs.entry(near.clone(), &from, &direction)
-                    .filter(|(hit_mm, _)| *hit_mm < SHADOW_MM)
+                pegs.entry(near, &from, &direction).filter(|(hit_mm, _)| *hit_mm < SHADOW_MM)
             } {
                 at -= (SHADOW_MM - hit_mm) * direction;
                 facing = normal;
@@ -250,18 +299,17 @@ impl<'a> CoatScene<'a> {
             let mut is_hidden = |_: &Emitter, way: &Vector3<f64>| {
                 let towards = -way;
                 let by_mark = !self.is_printed
-                    && pegs
-                        .entry(near.clone(), &from, &towards)
-                        .is_some_and(|(mm, _)| mm < SHADOW_MM);
+                    && pegs.entry(near, &from, &towards).is_some_and(|(mm, _)| mm < SHADOW_MM);
                 by_mark
-                    || shadows.is_some_and(|(answer, deepest, reach_mm)| {
-                        (at - deepest).norm() < reach_mm && self.is_behind(answer, &from, &towards)
+                    || dent.is_some_and(|(answer, dent, slack_mm)| {
+                        dent.is_near(&from, &towards, slack_mm)
+                            && self.is_behind(answer, &from, &towards)
                     })
             };
             let light = self.lit(&rest, &facing, &direction, depth_mm, &mut is_hidden);
             light.map(|part| self.exposure * send * part)
         };
-        let light = (0..places.len()).into_par_iter().map(ray).collect();
+        let light = (0..places.len()).into_par_iter().map_init(Vec::new, ray).collect();
         Painted { light, thickness_mm: Vec::new(), marks }
     }
 
@@ -272,6 +320,21 @@ impl<'a> CoatScene<'a> {
             return 0.0;
         };
         self.touch.depth_mm(point).0 - self.coat_mm
+    }
+
+    /// Whether the shadow of what is pressed in may fall on a place at rest: light goes about as at the places of the table around it.
+    fn may_shade(&self, dent: &Dent, rest: &Point3<f64>, slack_mm: f64) -> bool {
+        let far_mm = dent.radius_mm + SHADOW_REACH_MM + slack_mm;
+        if (rest - dent.centre).norm() > far_mm {
+            return false;
+        }
+        let around = self.plan.around(rest);
+        self.lamps.iter().any(|(_, [at_rest, _])| {
+            around.iter().any(|(i, _)| {
+                let towards = (-at_rest[*i]).try_normalize(0.0);
+                towards.is_some_and(|way| dent.is_near(rest, &way, slack_mm + BESIDE_MM))
+            })
+        })
     }
 
     /// Whether the moved surface is between a place of it and a lamp.

@@ -41,6 +41,7 @@ pub(crate) use self::coat::CoatScene;
 use self::glowing::GlowScene;
 pub(crate) use self::layers::LayerScene;
 use self::marks::MarkScene;
+pub(crate) use self::scene::middle_of;
 pub(crate) use self::sent::sent;
 pub(crate) use self::thins::Thins;
 use crate::Error;

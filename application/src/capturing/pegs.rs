@@ -41,19 +41,30 @@ impl Pegs {
         own
     }
 
-    /// Those that may be near a place.
-    pub(super) fn near(&self, place: &Point3<f64>) -> impl Iterator<Item = &Peg> + Clone + use<'_> {
-        let found = self.cells.get(&cell(place, self.cell_mm)).map_or(&[][..], Vec::as_slice);
-        found.iter().map(|i| &self.pegs[*i as usize])
+    /// Those of which anything is within reach of a place, by number, into a list that is used again.
+    pub(super) fn near(&self, place: &Point3<f64>, found: &mut Vec<u32>) {
+        found.clear();
+        let own = self.cells.get(&cell(place, self.cell_mm)).map_or(&[][..], Vec::as_slice);
+        found.extend(own.iter().filter(|i| {
+            let peg = &self.pegs[**i as usize];
+            let reach_mm = self.cell_mm + self.height_mm + peg.radius_mm;
+            (peg.centre - place).norm_squared() < reach_mm * reach_mm
+        }));
+    }
+
+    /// One of them.
+    pub(super) fn peg(&self, number: u32) -> &Peg {
+        &self.pegs[number as usize]
     }
 
     /// The first that a ray enters: how far along it, mm, and the normal there.
-    pub(super) fn entry<'p>(
+    pub(super) fn entry(
         &self,
-        near: impl Iterator<Item = &'p Peg>,
+        near: &[u32],
         origin: &Point3<f64>,
         direction: &Vector3<f64>,
     ) -> Option<(f64, Vector3<f64>)> {
+        let near = near.iter().map(|i| self.peg(*i));
         let near = near.filter(|peg| peg.is_near(origin, direction, self.height_mm));
         let entries = near.filter_map(|peg| {
             let hit = peg.entry(origin, direction)?;

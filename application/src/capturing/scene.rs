@@ -130,7 +130,7 @@ pub(super) fn in_use(body: &Body) -> Result<CompiledSolid, Error> {
 }
 
 /// The middle of the surface and its normal.
-pub(super) fn middle_of(touch: &TouchSurface) -> Option<(Point3<f64>, Vector3<f64>)> {
+pub(crate) fn middle_of(touch: &TouchSurface) -> Option<(Point3<f64>, Vector3<f64>)> {
     match SurfacePoints::new(touch).ok()? {
         SurfacePoints::Dome(dome) => dome.towards(0.0, 0.0),
         SurfacePoints::Plane(pad) => {

@@ -39,8 +39,11 @@ impl<'a> Studio<'a> {
         let capturing = Capturing { cast, lighting, constants, seed: None };
         capturing.check(sensor, false, contact)?;
         let mut painter = Painter::of(sensor, lighting, constants)?;
-        if let Painter::Layers(layers) = &mut painter {
-            layers.prepare(&surface.untouched());
+        match &mut painter {
+            Painter::Layers(layers) => layers.prepare(&surface.untouched()),
+            Painter::Coat(coat) => coat.prepare(&surface.untouched()),
+            Painter::Marks(marks) => marks.prepare(&scene.viewpoint, samples)?,
+            Painter::Glow(_) => {}
         }
         Ok(Self { scene, capturing, painter })
     }

@@ -25,6 +25,9 @@ use crate::scene::SensorView;
 
 pub use skin::{LiveSkin, SkinShown};
 
+/// What moves by less stays where it is, mm: slopes are then some 1e-3, and pictures change by less than they are noisy.
+const STILL_MM: f64 = Studio::STILL_MM;
+
 /// How a sensor is kept.
 #[derive(Clone, Debug, Default)]
 pub struct LiveOptions {
@@ -80,6 +83,8 @@ pub struct LiveAbout {
     pub channels: usize,
     /// How the sensor is lit, what its layers are, and what is left out, as JSON.
     pub document: Value,
+    /// In the middle of what is touched, z out of the sensor.
+    pub sensor_from_touch: Pose,
 }
 
 /// A sensor that waits for presses; it is put away when this is dropped.
@@ -145,6 +150,8 @@ struct Kept<'a> {
     surface: &'a ReferenceSurface<'a>,
     ready: Ready,
     studio: Studio<'a>,
+    /// Where what the camera follows is seen at rest, px.
+    mark_px: Vec<Option<[f64; 2]>>,
 }
 
 fn keep(
@@ -174,9 +181,14 @@ fn keep(
     document["layers"] = soft_layers(&ready.soft.layers);
     document["layers_left_out"] = ready.soft.left_out.clone().into();
     document["spacing_mm"] = ready.spacing_mm.into();
-    let about = LiveAbout { size_px, channels: studio.channels(), document };
+    let (middle, outward) = capturing::middle_of(touch).ok_or_else(|| Error::bug("no middle"))?;
+    let sensor_from_touch = Pose::z_to(outward, middle);
+    let channels = studio.channels();
+    let about = LiveAbout { size_px, channels, document, sensor_from_touch };
     let samples = samples as usize;
-    work(about, &Kept { scene, touch, samples, surface: &surface, ready, studio });
+    let marks = capturing::moved(sensor, None);
+    let mark_px = capturing::mark_pixels(&scene.viewpoint, scene.sights(), &marks);
+    work(about, &Kept { scene, touch, samples, surface: &surface, ready, studio, mark_px });
     Ok(())
 }
 
@@ -199,8 +211,20 @@ impl Kept<'_> {
             body.sensor_from_body = way.then_in(body.sensor_from_body);
         }
         let pressers = pressers(&[moved]).map_err(Error::bug)?;
-        let map = self.surface.yielded(&pressers, &answer, self.studio.wants_normals());
+        let normals = self.studio.wants_normals();
+        let map = self.surface.yielded_beyond(STILL_MM, &pressers, &answer, normals);
         self.shown(&map, Some(&answer), *seed)
+    }
+
+    /// Of marks, looking anew at those that have moved.
+    fn pixels_of(&self, marks: &[Moved]) -> Vec<Option<[f64; 2]>> {
+        let has_moved = |mark: &Moved| mark.displacement_mm.is_none_or(|mm| mm.norm() > STILL_MM);
+        let moved: Vec<usize> = (0..marks.len()).filter(|i| has_moved(&marks[*i])).collect();
+        let own: Vec<Moved> = moved.iter().map(|i| marks[*i].clone()).collect();
+        let found = capturing::mark_pixels(&self.scene.viewpoint, self.scene.sights(), &own);
+        let mut pixels = self.mark_px.clone();
+        moved.into_iter().zip(found).for_each(|(i, pixel)| pixels[i] = pixel);
+        pixels
     }
 
     fn shown(
@@ -223,7 +247,7 @@ impl Kept<'_> {
         };
         let sensor = &self.scene.project.design.sensor;
         let marks = capturing::moved(sensor, answer);
-        let mark_px = capturing::mark_pixels(&self.scene.viewpoint, self.scene.sights(), &marks);
+        let mark_px = self.pixels_of(&marks);
         let width = map.width_px() as usize;
         let touched: Vec<bool> = map.label().iter().map(|label| *label > SURFACE_LABEL).collect();
         Ok(LiveShown {

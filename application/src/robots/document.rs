@@ -78,7 +78,8 @@ impl Told<'_> {
                 "nodes": soft.touch.tetrahedra.points_mm.len(),
                 "tetrahedra": soft.touch.tetrahedra.cells.len(),
                 "in_series_mpa": soft.touch.young_mpa,
-                "soft_mm": soft.touch.soft_mm,
+                "thickness_mm": soft.touch.thickness_mm,
+            "soft_mm": soft.touch.soft_mm,
                 "left_out": soft.left_out,
             })),
             "frames": self.robot.frames.iter().map(|frame| {

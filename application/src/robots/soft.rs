@@ -72,6 +72,7 @@ pub(super) fn soft(
         top_z_mm: touch.apex_z_mm(),
         soft_mm: touch.soft_mm(),
         young_mpa: in_series_mpa(&stack.layers),
+        thickness_mm: stack.layers.iter().map(|layer| layer.thickness_mm).sum(),
         slope_bins: (touch.plane().is_some() && shows_slopes(sensor)).then_some(SLOPE_BINS),
         tetrahedra: Arc::new(tetrahedra),
     };

@@ -50,6 +50,13 @@ impl DepthMap<'_> {
         &self.label
     }
 
+    /// Whether a pixel sees a presser, or the surface elsewhere than at rest.
+    pub fn has_moved(&self, pixel: usize) -> bool {
+        let (now_mm, rest_mm) = (self.range_mm[pixel], self.surface.range_mm()[pixel]);
+        self.label[pixel] > SURFACE_LABEL
+            || now_mm != rest_mm && !(now_mm.is_nan() && rest_mm.is_nan())
+    }
+
     /// What the labels mean: `none`, `surface`, then the pressers.
     pub fn names(&self) -> &[String] {
         &self.names

@@ -125,17 +125,33 @@ impl ReferenceSurface<'_> {
         moved: &dyn Yielding,
         has_normals: bool,
     ) -> DepthMap<'_> {
+        self.yielded_beyond(0.0, pressers, moved, has_normals)
+    }
+
+    /// The same, but where no presser is and the surface moves by no more than that, mm, rays end where they do at rest: most
+    /// of a picture is then found at a single look.
+    pub fn yielded_beyond(
+        &self,
+        still_mm: f64,
+        pressers: &[Presser],
+        moved: &dyn Yielding,
+        has_normals: bool,
+    ) -> DepthMap<'_> {
         let mut map = self.pressed(pressers);
         let touch = &self.touch;
         let pixels = (0..map.range_mm.len()).into_par_iter();
         let seen = |pixel: usize| -> Option<(usize, f64, bool, Option<Vector3<f64>>)> {
             let rest_mm = self.range_mm()[pixel];
             let ray = self.rays().ray(pixel).filter(|_| rest_mm.is_finite())?;
-            let (_, outward) = touch.depth_mm(&ray.at(rest_mm));
+            let is_rigid = map.label[pixel] > SURFACE_LABEL;
+            let rest = ray.at(rest_mm);
+            let (_, outward) = touch.depth_mm(&rest);
+            if !is_rigid && still_mm > 0.0 && moved.outwards_mm(&rest, &outward).abs() <= still_mm {
+                return None;
+            }
             let along = Along { touch, moved, ray: &ray };
             let gel_mm = along.exit_mm(rest_mm, outward.dot(&ray.direction));
             let rigid_mm = map.range_mm[pixel];
-            let is_rigid = map.label[pixel] > SURFACE_LABEL;
             let is_touched = is_rigid && {
                 let point = ray.at(rigid_mm);
                 let (depth_mm, outward) = touch.depth_mm(&point);

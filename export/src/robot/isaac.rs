@@ -31,7 +31,7 @@ pub fn tacsl(robot: &Robot) -> Option<String> {
     let [columns, rows] = [wide_mm, high_mm].map(|side| (side / apart_mm).round().max(2.0));
     // N/m of one point: E A / t. MPa mm2 / mm is N/mm.
     let area_mm2 = wide_mm * high_mm / (columns * rows);
-    let stiffness = touch.young_mpa * area_mm2 / touch.soft_mm * MM_PER_M;
+    let stiffness = touch.young_mpa * area_mm2 / touch.thickness_mm * MM_PER_M;
     // Layers that keep their volume have a third of Young's modulus for shear.
     let shear = stiffness / 3.0;
     let link = robot.links.iter().find(|link| link.name == touch.link)?;

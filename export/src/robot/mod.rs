@@ -62,6 +62,8 @@ pub struct RobotTouch {
     pub soft_mm: f64,
     /// Layers below it in series, as one: Young's modulus, MPa.
     pub young_mpa: f64,
+    /// All of them, below its middle, mm.
+    pub thickness_mm: f64,
     /// Steps of each side of the table from slopes to colours that an optics pack has; nothing where light shows something else,
     /// or where the surface is not flat.
     pub slope_bins: Option<usize>,

@@ -94,7 +94,7 @@ impl Explained for ReconstructError {
                  fold it into the weights"
             }
             Self::Card { .. } => {
-                "docs/capture.md shows a card; without one it is taken for R-Tac0's published network"
+                "`fabkit bench rtac0` writes one beside its network; without a card a network is taken for R-Tac0's published one"
             }
             Self::SameName { .. } => "rename one of them, or write them into folders of their own",
         };

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use super::drift::{LEAST_GREY, brighter};
 use super::{ReconstructError, Reconstructed};
 use crate::Error;
 use crate::identity::design_hash;
@@ -67,6 +68,9 @@ pub struct Normalisation {
     pub blur_px: usize,
     /// Standard deviation of that blur, px.
     pub blur_sigma_px: f32,
+    /// Whether a picture that is brighter or darker as a whole is scaled first, until most of it is as bright as at rest.
+    #[serde(default)]
+    pub as_bright_as_rest: bool,
     /// What is darker by less is taken for the same, grey.
     pub offset_grey: f32,
     /// What is darker by so much more is 1, and so is all above, grey.
@@ -84,8 +88,13 @@ pub struct Circle {
 
 impl Normalisation {
     /// That of R-Tac0's published network.
-    pub const PUBLISHED: Self =
-        Self { blur_px: 5, blur_sigma_px: 5.0, offset_grey: 3.0, maximum_grey: 47.0 };
+    pub const PUBLISHED: Self = Self {
+        blur_px: 5,
+        blur_sigma_px: 5.0,
+        as_bright_as_rest: false,
+        offset_grey: 3.0,
+        maximum_grey: 47.0,
+    };
 }
 
 /// A network with what it takes and gives.
@@ -172,7 +181,7 @@ fn read_card(path: &Path) -> Result<Card, Error> {
     }
     let card: Card =
         serde_json::from_value(value).map_err(|error| wrong(format!("has {error}")))?;
-    let Normalisation { blur_px, blur_sigma_px, offset_grey, maximum_grey } = card.input;
+    let Normalisation { blur_px, blur_sigma_px, offset_grey, maximum_grey, .. } = card.input;
     if blur_px % 2 == 0 || blur_px > MOST_BLUR_PX {
         return Err(wrong(format!(
             "has blur_px {blur_px}, which is no odd number up to {MOST_BLUR_PX}"
@@ -207,6 +216,8 @@ pub(super) struct Learned {
     blur: Vec<f32>,
     /// The picture at rest, blurred, grey; below everything where the mask is.
     at_rest: Vec<f32>,
+    /// The same not blurred, 0 where it is too dark to be compared; nothing where pictures are taken as they are.
+    compared: Option<Vec<f32>>,
 }
 
 impl Learned {
@@ -234,21 +245,32 @@ impl Learned {
                 }
             }
         }
+        let compared = input.as_bright_as_rest.then(|| {
+            let told = |(value, at_rest): (&f32, &f32)| {
+                let grey = WHITE * value;
+                if f64::from(grey) < LEAST_GREY || at_rest.is_infinite() { 0.0 } else { grey }
+            };
+            reference.iter().zip(&at_rest).map(told).collect()
+        });
         let output_mm = card.as_ref().map_or(2.0, |card| card.output_mm);
-        Ok(Self { network: network.clone(), input, output_mm, columns, blur, at_rest })
+        Ok(Self { network: network.clone(), input, output_mm, columns, blur, at_rest, compared })
     }
 
     /// What a picture shows, brightness from 0 to 1.
     pub fn of_values(&self, picture: &[f32]) -> Result<Reconstructed, Error> {
         let Normalisation { offset_grey, maximum_grey, .. } = self.input;
+        let compared = self.compared.as_ref();
+        let brighter = compared.map_or(1.0, |compared| brighter(compared, picture));
+        let scale = brighter.recip();
         let mut input = blurred(picture, self.columns, &self.blur);
         for (grey, at_rest) in input.iter_mut().zip(&self.at_rest) {
-            *grey = (at_rest - *grey - offset_grey).max(0.0).min(maximum_grey) / maximum_grey;
+            *grey =
+                (at_rest - scale * *grey - offset_grey).max(0.0).min(maximum_grey) / maximum_grey;
         }
         let contact = input.iter().map(|input| *input > 0.0).collect();
         let mut depth_mm = self.network.run_touched(&input, self.columns).map_err(Error::bug)?;
         depth_mm.iter_mut().for_each(|depth| *depth *= self.output_mm);
-        Ok(Reconstructed { depth_mm, contact, brighter: 1.0 })
+        Ok(Reconstructed { depth_mm, contact, brighter })
     }
 }
 

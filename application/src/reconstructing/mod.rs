@@ -19,6 +19,7 @@
 //! give it the colours that it has (photometric stereo, Woodham 1980), again beside the picture at rest; and the surface
 //! is the one whose neighbouring places lie across these ways, along the camera's own rays.
 
+mod drift;
 mod error;
 mod heights;
 mod learned;
@@ -53,7 +54,8 @@ pub struct Reconstructed {
     pub depth_mm: Vec<f32>,
     /// Where something presses.
     pub contact: Vec<bool>,
-    /// How much brighter the picture is as a whole than the one at rest: 1 is not, and with a network nobody looks for it.
+    /// How much brighter the picture is as a whole than the one at rest: 1 is not, and with a network whose card does not ask
+    /// for it nobody looks.
     pub brighter: f32,
 }
 

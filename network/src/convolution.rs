@@ -18,6 +18,9 @@ const TWO_WIDE: usize = 6;
 /// The same for a panel that is one register wide.
 const ONE_WIDE: usize = 8;
 
+/// Weights of a panel that the nearest cache holds beside all else, bytes.
+const NEAR_BYTES: usize = 16 << 10;
+
 /// Weights in the order in which they are read.
 #[derive(Clone, Debug)]
 pub struct Convolution {
@@ -192,9 +195,8 @@ impl WithSimd for Evaluation<'_> {
                     let starts = &starts[..rounded(ONE_WIDE)];
                     depthwise::<S>(
                         simd,
-                        weights,
-                        bias,
-                        map,
+                        [weights, bias],
+                        (map, inputs),
                         (runs, panel.count),
                         starts,
                         &mut sums,
@@ -207,9 +209,17 @@ impl WithSimd for Evaluation<'_> {
                     dense::<S, TWO_WIDE, 2>(simd, weights, bias, map, runs, starts, &mut sums);
                 }
                 apply(then, &mut sums[..windows.len() * width], width, panel.output);
-                for (pixel, sums) in pixels.iter().zip(sums.chunks_exact(width)) {
-                    let into = &mut into[pixel * outputs + panel.output..][..panel.count];
-                    into.copy_from_slice(&sums[..panel.count]);
+                let place = [outputs, panel.output];
+                match panel.count {
+                    16 => scatter::<16>(&sums, width, pixels, place, into),
+                    8 => scatter::<8>(&sums, width, pixels, place, into),
+                    1 => scatter::<1>(&sums, width, pixels, place, into),
+                    count => {
+                        for (pixel, sums) in pixels.iter().zip(sums.chunks_exact(width)) {
+                            let into = &mut into[pixel * outputs + panel.output..][..count];
+                            into.copy_from_slice(&sums[..count]);
+                        }
+                    }
                 }
             }
         }
@@ -230,21 +240,29 @@ fn dense<S: Simd, const AT_ONCE: usize, const WIDE: usize>(
     let mut weights = S::as_simd_f32s(weights).0.as_chunks::<WIDE>().0;
     let bias = S::as_simd_f32s(bias).0.as_chunks::<WIDE>().0[0];
     let sums = S::as_mut_simd_f32s(sums).0.as_chunks_mut::<WIDE>().0;
-    for (i, run) in runs.iter().enumerate() {
-        let (of_run, rest) = weights.split_at(run.count);
+    // Weights that stay in the nearest cache anyway need not be taken run by run.
+    let at_once = if size_of_val(weights) <= NEAR_BYTES { runs.len() } else { 1 };
+    for (i, runs) in runs.chunks(at_once).enumerate() {
+        let count = runs.iter().map(|run| run.count).sum();
+        let (of_runs, rest) = weights.split_at(count);
         weights = rest;
         let some = starts.as_chunks::<AT_ONCE>().0.iter();
         for (starts, sums) in some.zip(sums.as_chunks_mut::<AT_ONCE>().0) {
             let mut sum = if i == 0 { [bias; AT_ONCE] } else { *sums };
-            let mut inputs = [&map[..0]; AT_ONCE];
-            for p in 0..AT_ONCE {
-                inputs[p] = &map[starts[p] + run.offset..][..of_run.len()];
-            }
-            for k in 0..of_run.len() {
+            let mut left = of_runs;
+            for run in runs {
+                let (of_run, rest) = left.split_at(run.count);
+                left = rest;
+                let mut inputs = [&map[..0]; AT_ONCE];
                 for p in 0..AT_ONCE {
-                    let input = simd.splat_f32s(inputs[p][k]);
-                    for n in 0..WIDE {
-                        sum[p][n] = simd.mul_add_f32s(input, of_run[k][n], sum[p][n]);
+                    inputs[p] = &map[starts[p] + run.offset..][..of_run.len()];
+                }
+                for k in 0..of_run.len() {
+                    for p in 0..AT_ONCE {
+                        let input = simd.splat_f32s(inputs[p][k]);
+                        for n in 0..WIDE {
+                            sum[p][n] = simd.mul_add_f32s(input, of_run[k][n], sum[p][n]);
+                        }
                     }
                 }
             }
@@ -253,13 +271,12 @@ fn dense<S: Simd, const AT_ONCE: usize, const WIDE: usize>(
     }
 }
 
-/// Sums of a panel of `count` outputs that have inputs of their own.
+/// Sums of a panel of `count` outputs that have inputs of their own; `inputs` is how many channels the map has.
 #[inline(always)]
 fn depthwise<S: Simd>(
     simd: S,
-    weights: &[f32],
-    bias: &[f32],
-    map: &[f32],
+    [weights, bias]: [&[f32]; 2],
+    (map, inputs): (&[f32], usize),
     (runs, count): (&[Run], usize),
     starts: &[usize],
     sums: &mut [f32],
@@ -268,18 +285,44 @@ fn depthwise<S: Simd>(
     let bias = S::as_simd_f32s(bias).0[0];
     let sums = S::as_mut_simd_f32s(sums).0;
     let some = starts.as_chunks::<ONE_WIDE>().0.iter();
+    // Where channels fill registers, the map is one of registers.
+    let fills = inputs.is_multiple_of(S::F32_LANES);
+    let registers = S::as_simd_f32s(map).0;
     for (starts, sums) in some.zip(sums.as_chunks_mut::<ONE_WIDE>().0) {
         let mut sum = [bias; ONE_WIDE];
-        for (run, weight) in runs.iter().zip(weights) {
-            for p in 0..ONE_WIDE {
-                let inputs = &map[starts[p] + run.offset..][..count];
-                let input = match S::as_simd_f32s(inputs).0 {
-                    [input] => *input,
-                    _ => simd.partial_load_f32s(inputs),
-                };
-                sum[p] = simd.mul_add_f32s(input, *weight, sum[p]);
+        if fills {
+            let starts = starts.map(|start| start / S::F32_LANES);
+            for (run, weight) in runs.iter().zip(weights) {
+                let offset = run.offset / S::F32_LANES;
+                for p in 0..ONE_WIDE {
+                    sum[p] = simd.mul_add_f32s(registers[starts[p] + offset], *weight, sum[p]);
+                }
+            }
+        } else {
+            for (run, weight) in runs.iter().zip(weights) {
+                for p in 0..ONE_WIDE {
+                    let input = simd.partial_load_f32s(&map[starts[p] + run.offset..][..count]);
+                    sum[p] = simd.mul_add_f32s(input, *weight, sum[p]);
+                }
             }
         }
         *sums = sum;
+    }
+}
+
+/// Copies `N` numbers of each pixel's panel to where its channels are; a length that is known needs no call.
+#[inline(always)]
+fn scatter<const N: usize>(
+    sums: &[f32],
+    width: usize,
+    pixels: &[usize],
+    [outputs, first]: [usize; 2],
+    into: &mut [f32],
+) {
+    for (pixel, sums) in pixels.iter().zip(sums.chunks_exact(width)) {
+        let into = into[pixel * outputs + first..].first_chunk_mut::<N>();
+        if let (Some(into), Some(sums)) = (into, sums.first_chunk::<N>()) {
+            *into = *sums;
+        }
     }
 }

@@ -56,7 +56,11 @@ pub fn apply(steps: &[Pointwise], values: &mut [f32], width: usize, first: usize
     for step in steps {
         match step {
             Pointwise::Clip { least, most } => {
-                values.iter_mut().for_each(|value| *value = value.max(*least).min(*most));
+                // Comparisons that are one instruction each, where `max` and `min` would look for what is no number.
+                for value in values.iter_mut() {
+                    let above = if *value > *least { *value } else { *least };
+                    *value = if above < *most { above } else { *most };
+                }
             }
             Pointwise::Sigmoid => {
                 values.iter_mut().for_each(|value| *value = 1.0 / (1.0 + (-*value).exp()));

@@ -122,15 +122,21 @@ fn of_tile(
         let start = (tile.first[0] as usize + row) * given.size[1] + tile.first[1] as usize;
         &given.values[start..start + tile.size[1]]
     };
+    let rows = 0..tile.size[0];
     let asked: Vec<bool> = match wanted {
         Wanted::Everything => vec![true; tile.pixels()],
-        Wanted::Touched => (0..tile.size[0])
-            .flat_map(|row| row_of(row).iter().map(|value| *value != 0.0))
-            .collect(),
+        Wanted::Touched => {
+            // Most tiles are left here; without leaving a row earlier, many numbers are looked at in one step.
+            let is_touched =
+                |row| row_of(row).iter().fold(false, |any, value| any | (*value != 0.0));
+            if !rows.clone().any(is_touched) {
+                return None;
+            }
+            let mut asked = Vec::with_capacity(tile.pixels());
+            rows.for_each(|row| asked.extend(row_of(row).iter().map(|value| *value != 0.0)));
+            asked
+        }
     };
-    if !asked.contains(&true) {
-        return None;
-    }
     // From the last layer to the first: where each is looked at, and on which part.
     let mut needs = vec![(tile, asked)];
     for stage in chain.stages.iter().skip(1).rev() {
@@ -142,21 +148,20 @@ fn of_tile(
     let first = needs[needs.len() - 1].0.around(reach);
     read(chain, given, first, &mut room.before);
     let mut columns = first.size[1];
-    for (stage, (part, asked)) in chain.stages.iter().zip(needs.iter().rev()) {
+    for (i, (stage, (part, asked))) in chain.stages.iter().zip(needs.iter().rev()).enumerate() {
         let outputs = stage.convolution.outputs;
-        room.after.resize(part.pixels() * outputs, 0.0);
-        if !part.is_inside(given.size) {
-            room.after.fill(0.0);
+        let count = part.pixels() * outputs;
+        if room.after.len() < count {
+            room.after.resize(count, 0.0);
         }
-        let [rows, inside] = part.inside(given.size);
-        room.windows.clear();
-        room.pixels.clear();
-        for row in rows {
-            let start = row * part.size[1];
-            for column in inside.clone().filter(|column| asked[start + column]) {
-                room.windows.push(row * columns + column);
-                room.pixels.push(start + column);
-            }
+        if !part.is_inside(given.size) {
+            room.after[..count].fill(0.0);
+        }
+        if i > 0 && stage.convolution.kernel == [1, 1] {
+            // It looks where the one before was evaluated.
+            room.windows.clone_from(&room.pixels);
+        } else {
+            list(*part, asked, given.size, columns, room);
         }
         let places =
             Places { map: &room.before, columns, windows: &room.windows, pixels: &room.pixels };
@@ -170,6 +175,24 @@ fn of_tile(
     Some(found.map(|(asked, value)| if *asked { *value } else { 0.0 }).collect())
 }
 
+/// Lists the pixels of a part that are asked for and lie in the picture, and where their windows begin in the map before,
+/// which has so many columns.
+fn list(part: Part, asked: &[bool], picture: [usize; 2], columns: usize, room: &mut Room) {
+    let [rows, inside] = part.inside(picture);
+    room.windows.clear();
+    room.pixels.clear();
+    for row in rows {
+        let start = row * part.size[1];
+        let asked = &asked[start..start + part.size[1]];
+        for column in inside.clone() {
+            if asked[column] {
+                room.windows.push(row * columns + column);
+                room.pixels.push(start + column);
+            }
+        }
+    }
+}
+
 /// Where the layer before is looked at, by windows that reach so far.
 fn looked_at(part: Part, asked: &[bool], reach: [usize; 2]) -> (Part, Vec<bool>) {
     if reach == [0, 0] {
@@ -178,10 +201,19 @@ fn looked_at(part: Part, asked: &[bool], reach: [usize; 2]) -> (Part, Vec<bool>)
     let wider = part.around(reach);
     let [columns, wide] = [part.size[1], wider.size[1]];
     let mut found = vec![false; wider.pixels()];
+    let mut along = vec![false; wide];
     for (row, asked) in asked.chunks_exact(columns).enumerate() {
-        let mut along = vec![false; wide];
-        for (column, _) in asked.iter().enumerate().filter(|(_, asked)| **asked) {
-            along[column..=column + 2 * reach[1]].fill(true);
+        // How many more columns are looked at because of the last one that was asked for.
+        let mut left = 0;
+        for (column, along) in along.iter_mut().enumerate() {
+            if asked.get(column).is_some_and(|asked| *asked) {
+                left = 2 * reach[1] + 1;
+            }
+            *along = left > 0;
+            left = left.saturating_sub(1);
+        }
+        if !along.contains(&true) {
+            continue;
         }
         for found in found[row * wide..][..(2 * reach[0] + 1) * wide].chunks_exact_mut(wide) {
             found.iter_mut().zip(&along).for_each(|(found, along)| *found |= along);

@@ -80,8 +80,8 @@ pub struct Normalisation {
 /// A circle in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct Circle {
-    /// Its middle's column and row, px.
-    pub center_px: [f32; 2],
+    /// Its middle's column and row, px; nothing for where the camera sees the tip.
+    pub center_px: Option<[f32; 2]>,
     /// Its radius, px.
     pub radius_px: f32,
 }
@@ -231,16 +231,16 @@ impl Learned {
         memory::admit("this network", threads * network.bytes_a_thread(), Less::Network)?;
         let columns = scene.viewpoint.camera().width_px() as usize;
         let input = card.as_ref().map_or(Normalisation::PUBLISHED, |card| card.input);
-        let mask = match card {
-            Some(card) => card.mask,
-            None => around_the_tip(scene),
-        };
+        let published = Some(Circle { center_px: None, radius_px: PUBLISHED_MASK_PX });
+        let mask = card.as_ref().map_or(published, |card| card.mask);
         let blur = weights(input.blur_px, input.blur_sigma_px);
         let mut at_rest = blurred(reference, columns, &blur);
-        if let Some(Circle { center_px, radius_px }) = mask {
+        if let Some((middle, radius_px)) =
+            mask.and_then(|mask| Some((mask.middle(scene)?, mask.radius_px)))
+        {
             for (i, grey) in at_rest.iter_mut().enumerate() {
                 let [x, y] = [i % columns, i / columns].map(|px| px as f32);
-                if (x - center_px[0]).hypot(y - center_px[1]) > radius_px {
+                if (x - middle[0]).hypot(y - middle[1]) > radius_px {
                     *grey = f32::NEG_INFINITY;
                 }
             }
@@ -274,15 +274,19 @@ impl Learned {
     }
 }
 
-/// Where the camera sees the tip, as its model has it.
-fn around_the_tip(scene: &SensorView) -> Option<Circle> {
-    let touch = scene.project.design.sensor.touch.as_ref()?;
-    let tip = Point3::new(0.0, 0.0, touch.apex_z_mm());
-    let viewpoint = &scene.viewpoint;
-    let tip = viewpoint.sensor_from_camera.inverse().point(tip);
-    let pixel = viewpoint.camera().project(&tip).ok()?;
-    let center_px = [pixel.x as f32, pixel.y as f32];
-    Some(Circle { center_px, radius_px: PUBLISHED_MASK_PX })
+impl Circle {
+    /// Its middle; nothing where the camera's model knows no pixel of the tip.
+    fn middle(&self, scene: &SensorView) -> Option<[f32; 2]> {
+        if self.center_px.is_some() {
+            return self.center_px;
+        }
+        let touch = scene.project.design.sensor.touch.as_ref()?;
+        let viewpoint = &scene.viewpoint;
+        let tip = Point3::new(0.0, 0.0, touch.apex_z_mm());
+        let tip = viewpoint.sensor_from_camera.inverse().point(tip);
+        let pixel = viewpoint.camera().project(&tip).ok()?;
+        Some([pixel.x as f32, pixel.y as f32])
+    }
 }
 
 /// Of a bell of `sigma_px` that is cut off after `count` pixels; their sum is 1.

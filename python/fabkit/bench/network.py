@@ -79,19 +79,19 @@ def presses(design: Design, seed: int) -> tuple[list[str], list[str]]:
 
 
 def maps(
-    sensor: sim.Sensor, names: list[str], reference: NDArray[np.uint8], seed: int
+    sensor: sim.Sensor, names: list[str], rest: sim.Felt, seed: int
 ) -> Iterator[Maps]:
     """Press one after the other, and take pictures."""
     with tempfile.TemporaryDirectory() as folder:
         # A network that gives what it is given: what is made of pictures is said in one place alone.
         file = Path(folder) / "same.onnx"
         file.write_bytes(chain([]))
-        file.with_suffix(".json").write_text(json.dumps({**card(None), "output_mm": 1.0}))
+        file.with_suffix(".json").write_text(json.dumps({**card(None, rest), "output_mm": 1.0}))
         for start in range(0, len(names), _AT_ONCE):
             some = names[start : start + _AT_ONCE]
             asked = [sim.Asked(name, seed=seed + start + k) for k, name in enumerate(some)]
             many = sensor.press_all(asked)
-            darkness, _ = sensor.reconstruct(many.image, reference, network=file)
+            darkness, _ = sensor.reconstruct(many.image, rest.image, network=file)
             depth_mm = np.nan_to_num(many.depth_mm).clip(0, OUTPUT_MM).astype(np.float32)
             for k in range(len(some)):
                 yield Maps(darkness[k], depth_mm[k], many.contact[k], many.image[k])
@@ -144,11 +144,11 @@ def train(
     random = np.random.default_rng([seed, 1])
     learned, held_out = presses(design, seed)
     sensor = sim.Sensor(design, spacing_mm=0.3)
-    reference = sensor.press(seed=seed).image
+    rest = sensor.press(seed=seed)
     tell(f"pressing {len(learned)} times")
     drawn = [
         _squares(one, form.side_px, pixels, random)
-        for one in maps(sensor, learned, reference, 1000 + seed)
+        for one in maps(sensor, learned, rest, 1000 + seed)
         if one.darkness.any()
     ]
     squares, targets = (np.concatenate([one[k] for one in drawn]) for k in (0, 1))
@@ -157,13 +157,13 @@ def train(
     with one_thread():
         network.fit(squares, targets, epochs=epochs, tell=tell)
     words = f"{len(learned)} simulated presses, {len(targets)} pixels: semi-domes, pins, balls"
-    about = card(design) | {"training": f"{words}; seed {seed}, {epochs} epochs"}
+    about = card(design, rest) | {"training": f"{words}; seed {seed}, {epochs} epochs"}
     tell("trying what was held out")
     with tempfile.TemporaryDirectory() as folder:
         file = _save(Path(folder) / "network.onnx", network, about)
         scores = []
-        for one in maps(sensor, held_out, reference, 5000 + seed):
-            depth_mm, touched = sensor.reconstruct(one.image, reference, network=file)
+        for one in maps(sensor, held_out, rest, 5000 + seed):
+            depth_mm, touched = sensor.reconstruct(one.image, rest.image, network=file)
             error = np.abs(depth_mm - one.depth_mm)
             scores.append([error[touched].mean(), error[one.contact].mean()])
         l1_touched, l1_contact = np.mean(scores, axis=0)
@@ -175,12 +175,14 @@ def train(
     return network, about
 
 
-def card(design: Design | None) -> dict[str, Any]:
-    """Say what such networks take and give."""
+def card(design: Design | None, rest: sim.Felt) -> dict[str, Any]:
+    """Say what such networks take and give; the mask is as large as what is seen of the surface."""
     about: dict[str, Any] = {"format": "fabkit-network-card", "version": 1}
     if design is not None:
         about |= {"sensor": design.name, "design_hash": design.design_hash}
-    return about | {"input": INPUT, "output_mm": OUTPUT_MM, "mask": None}
+    radius_px = round(float(np.sqrt(np.isfinite(rest.depth_mm).sum() / np.pi)), 1)
+    mask = {"center_px": None, "radius_px": radius_px}
+    return about | {"input": INPUT, "output_mm": OUTPUT_MM, "mask": mask}
 
 
 def _save(file: Path, network: Small, about: dict[str, Any]) -> Path:

@@ -347,8 +347,8 @@ class Sensor:
 
         Returns
         -------
-        ``depth_mm`` as :attr:`Felt.depth_mm` (by a network 0 where nothing touches), and ``contact``, each (n, rows, columns), or without
-        n for one picture.
+        ``depth_mm`` as :attr:`Felt.depth_mm` (by a network 0 where nothing touches), and
+        ``contact``, each (n, rows, columns), or without n for one picture.
 
         Raises
         ------

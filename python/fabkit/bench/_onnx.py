@@ -1,7 +1,7 @@
-"""Writes chains of convolutions as ONNX, without its package: protocol buffers of three kinds of field.
+"""Writes chains of convolutions as ONNX, without its package.
 
-Numbers of fields are those of ``onnx.proto``. ``fabkit reconstruct`` reads what is written here, and so does
-ONNX Runtime.
+Protocol buffers of two kinds of field; their numbers are those of ``onnx.proto``. ``fabkit
+reconstruct`` reads what is written here, and so does ONNX Runtime.
 """
 
 from __future__ import annotations

@@ -1,13 +1,15 @@
 """Networks that tell depth from a pixel's neighbours, trained with numpy alone.
 
-A convolution, another one (of each channel for itself, which is cheap, or of all), and a perceptron at each pixel: the
-form of R-Tac0's published network. Learning looks at single pixels with the square around them, which is the same
-as looking at whole pictures, with less to compute where few pixels are touched.
+A convolution, another one (of each channel for itself, which is cheap, or of all), and a perceptron
+at each pixel: the form of R-Tac0's published network. Learning looks at single pixels with the
+square around them: the same as looking at whole pictures, but at their borders, and less to compute
+where few pixels are touched.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    Array = NDArray[np.float32]
+    Array = NDArray[Any]
 
 __all__ = ["PAPER", "SMALL", "Form", "Small"]
 
@@ -59,7 +61,7 @@ class Small:
         (c1, k1), (c2, k2) = form.first, form.second
         sizes = [c2, *form.hidden, 1]
         second = (k2 * k2, c1) if form.is_separable else (k2 * k2 * c1, c2)
-        shapes = [(k1 * k1, c1), second, *zip(sizes[:-1], sizes[1:], strict=True)]
+        shapes = [(k1 * k1, c1), second, *pairwise(sizes)]
         ins = [k1 * k1, k2 * k2 if form.is_separable else k2 * k2 * c1, *sizes[:-1]]
         self.weights: list[Array] = [
             (self._random.standard_normal(shape) * np.sqrt(2 / n)).astype(np.float32)
@@ -78,8 +80,8 @@ class Small:
         windows: NDArray[Any] = np.lib.stride_tricks.sliding_window_view(
             squares, (k1, k1), axis=(1, 2)
         )
-        given = [np.ascontiguousarray(windows).reshape(-1, k1 * k1)]
-        after = np.maximum(given[0] @ self.weights[0] + self.biases[0], 0)
+        given: list[Array] = [np.ascontiguousarray(windows).reshape(-1, k1 * k1)]
+        after: Array = np.maximum(given[0] @ self.weights[0] + self.biases[0], 0)
         if self.form.is_separable:
             given.append(after.reshape(-1, k2 * k2, c1))
             after = np.einsum("npc,pc->nc", given[-1], self.weights[1]) + self.biases[1]
@@ -100,9 +102,9 @@ class Small:
         size = np.abs(error)
         is_small = size < _SQUARE_BELOW
         losses = np.where(is_small, error**2 / (2 * _SQUARE_BELOW), size - _SQUARE_BELOW / 2)
-        slope = np.clip(error / _SQUARE_BELOW, -1, 1)[:, None] / np.float32(len(error))
-        by_weights: list[Array] = [np.empty(0)] * len(self.weights)
-        by_biases: list[Array] = [np.empty(0)] * len(self.weights)
+        slope: Array = np.clip(error / _SQUARE_BELOW, -1, 1)[:, None] / np.float32(len(error))
+        by_weights: list[Array] = list(self.weights)
+        by_biases: list[Array] = list(self.weights)
         for i in range(len(self.weights) - 1, -1, -1):
             by_biases[i] = slope.sum(axis=0)
             if i == 1 and self.form.is_separable:
@@ -111,11 +113,11 @@ class Small:
             else:
                 by_weights[i] = given[i].T @ slope
                 slope = slope @ self.weights[i].T if i else slope
-            # What the layer is given went through a Relu, but for pixels and what a separable one gives.
+            # What a layer is given went through a Relu, but for what a separable one gives.
             if i > (2 if self.form.is_separable else 0) or i == 1:
                 slope = slope * (given[i] > 0)
             if i == 1:
-                slope = slope.reshape(-1, self.form.first[0])
+                slope = slope.reshape((-1, self.form.first[0]))
         return float(losses.mean()), by_weights, by_biases
 
     def fit(
@@ -128,7 +130,7 @@ class Small:
         rate: float = 2e-3,
         tell: Callable[[str], None] | None = None,
     ) -> None:
-        """Learn by Adam, with steps that shrink to nothing; squares (n, side, side), targets (n,)."""
+        """Learn by Adam, with steps that shrink; squares (n, side, side), targets (n,)."""
         parameters = [*self.weights, *self.biases]
         means = [np.zeros_like(one) for one in parameters]
         squared = [np.zeros_like(one) for one in parameters]
@@ -154,13 +156,13 @@ class Small:
     def onnx(self) -> bytes:
         """Write it as ONNX; what comes out is no less than 0."""
         (c1, k1), (c2, k2) = self.form.first, self.form.second
-        first = self.weights[0].T.reshape(c1, 1, k1, k1)
+        first: Array = self.weights[0].T.reshape((c1, 1, k1, k1))
         layers: list[Convolution | Relu] = [Convolution(first, self.biases[0]), Relu()]
         if self.form.is_separable:
-            second = self.weights[1].T.reshape(c1, 1, k2, k2)
+            second: Array = self.weights[1].T.reshape((c1, 1, k2, k2))
             layers.append(Convolution(second, self.biases[1], groups=c1))
         else:
-            second = self.weights[1].reshape(k2, k2, c1, c2).transpose(3, 2, 0, 1)
+            second = self.weights[1].reshape((k2, k2, c1, c2)).transpose(3, 2, 0, 1)
             layers += [Convolution(second, self.biases[1]), Relu()]
         for weights, bias in zip(self.weights[2:], self.biases[2:], strict=True):
             layers += [Convolution(weights.T[:, :, None, None], bias), Relu()]

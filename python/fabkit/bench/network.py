@@ -1,8 +1,9 @@
-"""``python -m fabkit.bench.network SENSOR -o FILE.onnx``: a small depth network of a simulated unit, with its card.
+"""``python -m fabkit.bench.network SENSOR -o FILE.onnx``: a small depth network, with its card.
 
-For sensors whose light shows thickness and that have semi-domes (R-Tac0). It learns from simulated pictures of the
-size that the camera takes: some of the semi-domes, pins, balls and hemispheres; the other semi-domes are held out.
-``fabkit reconstruct --network FILE.onnx`` evaluates it. Seeded, on one thread of numpy's.
+For sensors whose light shows thickness and that have semi-domes (R-Tac0). It learns from simulated
+pictures of the size that the camera takes: most of the semi-domes, pins, balls and hemispheres; the
+other semi-domes are held out. ``fabkit reconstruct --network FILE.onnx`` evaluates it. Seeded, on
+one thread of numpy's.
 """
 
 from __future__ import annotations
@@ -78,12 +79,10 @@ def presses(design: Design, seed: int) -> tuple[list[str], list[str]]:
     return learned, [name for pair in held_out for name in pair]
 
 
-def maps(
-    sensor: sim.Sensor, names: list[str], rest: sim.Felt, seed: int
-) -> Iterator[Maps]:
+def maps(sensor: sim.Sensor, names: list[str], rest: sim.Felt, seed: int) -> Iterator[Maps]:
     """Press one after the other, and take pictures."""
     with tempfile.TemporaryDirectory() as folder:
-        # A network that gives what it is given: what is made of pictures is said in one place alone.
+        # It gives what it is given: what is made of pictures is said in one place alone.
         file = Path(folder) / "same.onnx"
         file.write_bytes(chain([]))
         file.with_suffix(".json").write_text(json.dumps({**card(None, rest), "output_mm": 1.0}))
@@ -133,7 +132,9 @@ def train(
     epochs
         How often each is looked at.
     is_paper
-        Take the form of R-Tac0's published network, 413,057 numbers, instead of 2,705.
+        Take the form of R-Tac0's published network, 413,057 numbers, instead of the small one.
+    tell
+        Is called with what is going on.
 
     Returns
     -------
@@ -151,7 +152,8 @@ def train(
         for one in maps(sensor, learned, rest, 1000 + seed)
         if one.darkness.any()
     ]
-    squares, targets = (np.concatenate([one[k] for one in drawn]) for k in (0, 1))
+    squares = np.concatenate([one[0] for one in drawn])
+    targets = np.concatenate([one[1] for one in drawn])
     tell(f"learning from {len(targets)} pixels")
     network = Small(form, seed)
     with one_thread():
@@ -161,11 +163,11 @@ def train(
     tell("trying what was held out")
     with tempfile.TemporaryDirectory() as folder:
         file = _save(Path(folder) / "network.onnx", network, about)
-        scores = []
+        scores: list[list[float]] = []
         for one in maps(sensor, held_out, rest, 5000 + seed):
             depth_mm, touched = sensor.reconstruct(one.image, rest.image, network=file)
             error = np.abs(depth_mm - one.depth_mm)
-            scores.append([error[touched].mean(), error[one.contact].mean()])
+            scores.append([float(error[touched].mean()), float(error[one.contact].mean())])
         l1_touched, l1_contact = np.mean(scores, axis=0)
     about["held_out"] = {
         "presses": f"{len(held_out)} of semi-domes that it has not seen, simulated",

@@ -111,13 +111,13 @@ class Small:
                 by_weights[i] = np.einsum("npc,nc->pc", given[i], slope)
                 slope = slope[:, None, :] * self.weights[i]
             else:
-                by_weights[i] = given[i].T @ slope
-                slope = slope @ self.weights[i].T if i else slope
+                by_weights[i] = np.transpose(given[i]) @ slope
+                slope = slope @ np.transpose(self.weights[i]) if i else slope
             # What a layer is given went through a Relu, but for what a separable one gives.
             if i > (2 if self.form.is_separable else 0) or i == 1:
                 slope = slope * (given[i] > 0)
             if i == 1:
-                slope = slope.reshape((-1, self.form.first[0]))
+                slope = np.reshape(slope, (-1, self.form.first[0]))
         return float(losses.mean()), by_weights, by_biases
 
     def fit(
@@ -156,14 +156,14 @@ class Small:
     def onnx(self) -> bytes:
         """Write it as ONNX; what comes out is no less than 0."""
         (c1, k1), (c2, k2) = self.form.first, self.form.second
-        first: Array = self.weights[0].T.reshape((c1, 1, k1, k1))
+        first: Array = np.reshape(np.transpose(self.weights[0]), (c1, 1, k1, k1))
         layers: list[Convolution | Relu] = [Convolution(first, self.biases[0]), Relu()]
         if self.form.is_separable:
-            second: Array = self.weights[1].T.reshape((c1, 1, k2, k2))
+            second: Array = np.reshape(np.transpose(self.weights[1]), (c1, 1, k2, k2))
             layers.append(Convolution(second, self.biases[1], groups=c1))
         else:
-            second = self.weights[1].reshape((k2, k2, c1, c2)).transpose(3, 2, 0, 1)
+            second = np.transpose(np.reshape(self.weights[1], (k2, k2, c1, c2)), (3, 2, 0, 1))
             layers += [Convolution(second, self.biases[1]), Relu()]
         for weights, bias in zip(self.weights[2:], self.biases[2:], strict=True):
-            layers += [Convolution(weights.T[:, :, None, None], bias), Relu()]
+            layers += [Convolution(np.transpose(weights)[:, :, None, None], bias), Relu()]
         return chain(layers)

@@ -178,11 +178,13 @@ def train(
 
 
 def card(design: Design | None, rest: sim.Felt) -> dict[str, Any]:
-    """Say what such networks take and give; the mask is as large as what is seen of the surface."""
+    """Say what such networks take and give; the mask holds all that is seen of the surface."""
     about: dict[str, Any] = {"format": "fabkit-network-card", "version": 1}
     if design is not None:
         about |= {"sensor": design.name, "design_hash": design.design_hash}
-    radius_px = round(float(np.sqrt(np.isfinite(rest.depth_mm).sum() / np.pi)), 1)
+    row, column = np.nonzero(np.isfinite(rest.depth_mm))
+    away_px = np.hypot(row - row.mean(), column - column.mean())
+    radius_px = float(np.ceil(away_px.max()))
     mask = {"center_px": None, "radius_px": radius_px}
     return about | {"input": INPUT, "output_mm": OUTPUT_MM, "mask": mask}
 

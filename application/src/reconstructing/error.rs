@@ -52,7 +52,7 @@ pub enum ReconstructError {
         /// The file.
         file: PathBuf,
         /// What is wrong with it.
-        source: NetworkError,
+        source: Box<NetworkError>,
     },
     /// A card that does not say what a network takes and gives.
     #[error("{} {what}", .file.display())]

@@ -118,7 +118,10 @@ impl DepthNetwork {
     /// Files that cannot be read, networks of other layers than are known, a card of something else.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let bytes = reading::read(file, NETWORK)?;
-        let wrong = |source| ReconstructError::Network { file: file.to_owned(), source };
+        let wrong = |error| {
+            let (file, source) = (file.to_owned(), Box::new(error));
+            ReconstructError::Network { file, source }
+        };
         let network = Network::read(&bytes).map_err(wrong)?;
         let path = Self::card_of(file);
         let card = match path.exists() && path != file {

@@ -127,7 +127,7 @@ class Small:
         *,
         epochs: int,
         batch: int = 512,
-        rate: float = 2e-3,
+        rate: float = 5e-3,
         tell: Callable[[str], None] | None = None,
     ) -> None:
         """Learn by Adam, with steps that shrink; squares (n, side, side), targets (n,)."""

@@ -114,8 +114,8 @@ def train(
     design: Design,
     *,
     seed: int = 0,
-    pixels: int = 2000,
-    epochs: int = 12,
+    pixels: int = 1500,
+    epochs: int = 36,
     is_paper: bool = False,
     tell: Callable[[str], None] | None = None,
 ) -> tuple[Small, dict[str, Any]]:
@@ -204,8 +204,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("sensor", help="a built-in sensor, or a YAML file")
     parser.add_argument("-o", "--output", required=True, metavar="FILE.onnx")
     parser.add_argument("--seed", type=int, default=0, help="of patterns, noise and numbers")
-    parser.add_argument("--pixels", type=int, default=2000, help="to learn from, of each press")
-    parser.add_argument("--epochs", type=int, default=12, help="how often each is looked at")
+    parser.add_argument("--pixels", type=int, default=1500, help="to learn from, of each press")
+    parser.add_argument("--epochs", type=int, default=36, help="how often each is looked at")
     parser.add_argument("--paper", action="store_true", help="in the form of the published one")
     asked = parser.parse_args(arguments)
     try:

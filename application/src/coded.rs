@@ -150,6 +150,9 @@ pub fn about(error: &Error) -> About {
             ReconstructError::Dark { file, .. } | ReconstructError::NoColors { file } => {
                 About::at("bad_picture", file)
             }
+            ReconstructError::Network { file, .. } | ReconstructError::Card { file, .. } => {
+                About::at("bad_network", file)
+            }
             ReconstructError::SameName { first, .. } => About::at("same_name", first),
         },
         Error::Gel(BallTestError::Elastic(_)) => About::of("no_contact_solution"),

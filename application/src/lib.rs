@@ -35,6 +35,7 @@ pub use fabkit_fixtures as fixtures;
 pub use fabkit_geometry as geometry;
 pub use fabkit_guide as guide;
 pub use fabkit_mesh as mesh;
+pub use fabkit_network as network;
 pub use fabkit_picture as picture;
 pub use fabkit_sweep as sweep;
 pub use fabkit_text as text;

@@ -49,6 +49,8 @@ pub enum Less {
     Files,
     /// Variants of a sweep.
     Variants,
+    /// Channels of a network.
+    Network,
     /// Nothing: the data set is as it is.
     Nothing,
 }
@@ -62,6 +64,7 @@ impl Less {
             Self::Camera => "take a smaller camera",
             Self::Pictures => "take smaller pictures",
             Self::Variants => "plan fewer variants",
+            Self::Network => "take a network of fewer channels, or fewer threads",
             Self::Nothing => "read the data set on a machine with more",
         }
     }

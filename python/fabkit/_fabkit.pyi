@@ -173,7 +173,12 @@ class LiveSkin:
 
 class Reconstructor:
     def __init__(
-        self, scene: Scene, light: str | None, constants: str | None, reference: NDArray[np.float32]
+        self,
+        scene: Scene,
+        light: str | None,
+        constants: str | None,
+        reference: NDArray[np.float32],
+        network: str | None,
     ) -> None: ...
     def depth(self, picture: _Picture) -> tuple[_Picture, NDArray[np.bool_], float]: ...
 

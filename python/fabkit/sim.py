@@ -276,7 +276,7 @@ class Sensor:
             scene = scene.resized(*size_px)
         self.scene = scene
         """The surface, and the camera that looks at it."""
-        self._known: tuple[NDArray[np.float32], _fabkit.Reconstructor] | None = None
+        self._known: tuple[NDArray[np.float32], str | None, _fabkit.Reconstructor] | None = None
         self._lit = (light, None if constants is None else os.fspath(constants))
         self._live = _fabkit.Live(
             scene._native,  # pyright: ignore[reportPrivateUsage]
@@ -328,9 +328,13 @@ class Sensor:
         return Many(**self._live.press([_native(one) for one in asked]))
 
     def reconstruct(
-        self, images: ArrayLike, reference: ArrayLike
+        self,
+        images: ArrayLike,
+        reference: ArrayLike,
+        *,
+        network: str | PathLike[str] | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-        """Find depth from pictures without a network, as ``fabkit reconstruct`` does.
+        """Find depth from pictures, as ``fabkit reconstruct`` does.
 
         Parameters
         ----------
@@ -338,23 +342,30 @@ class Sensor:
             rows x columns, rows x columns x 3, or n of either: real pictures or simulated ones.
         reference
             The picture at rest.
+        network
+            An ONNX file, a chain of convolutions from one channel to one; what it takes and gives
+            stands in the file of the same name that ends in ``.json``, or else it is taken for
+            R-Tac0's published network. Without it depth is found by what the sensor's light shows.
 
         Returns
         -------
-        ``depth_mm`` as :attr:`Felt.depth_mm`, and ``contact``, each (n, rows, columns), or without
-        n for one picture.
+        ``depth_mm`` as :attr:`Felt.depth_mm` (by a network 0 where nothing touches), and
+        ``contact``, each (n, rows, columns), or without n for one picture.
 
         Raises
         ------
         FabkitError
-            A sensor whose light shows neither thickness nor slopes, pictures of another size.
+            A sensor whose light shows neither thickness nor slopes, pictures of another size, a
+            network of other layers.
         """
         rest = _taken(reference, "reference")
         # Seconds; the same picture at rest serves many calls.
-        if self._known is None or not np.array_equal(self._known[0], rest):
+        by = None if network is None else os.fspath(network)
+        same = self._known is not None and self._known[1] == by
+        if self._known is None or not same or not np.array_equal(self._known[0], rest):
             native = self.scene._native  # pyright: ignore[reportPrivateUsage]
-            self._known = (rest, _fabkit.Reconstructor(native, *self._lit, rest))
-        known = self._known[1]
+            self._known = (rest, by, _fabkit.Reconstructor(native, *self._lit, rest, by))
+        known = self._known[2]
         given = np.asarray(images)
         is_one = given.ndim == np.asarray(reference).ndim
         shown = [known.depth(_taken(one, "images")) for one in (given[None] if is_one else given)]

@@ -11,7 +11,7 @@ use fabkit_application::fitting_light::read_constants;
 use fabkit_application::geometry::{Lighting, Sensor};
 use fabkit_application::ground_truth::{Viewpoint, arrays, picture};
 use fabkit_application::pressing::{self, Contact, Linear, PressingError};
-use fabkit_application::reconstructing::{self, Taken};
+use fabkit_application::reconstructing::{self, DepthNetwork, Taken};
 use fabkit_application::scene::{self, Cast, SceneError, ViewpointFiles, press_error};
 use numpy::{PyArray2, PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -255,7 +255,7 @@ pub struct Reconstructor {
 
 #[pymethods]
 impl Reconstructor {
-    /// From the picture at rest, values from 0 to 1, rows x columns x channels.
+    /// From the picture at rest, values from 0 to 1, rows x columns x channels; by the network of a file, if one is given.
     #[new]
     fn new(
         py: Python<'_>,
@@ -263,13 +263,19 @@ impl Reconstructor {
         light: Option<String>,
         constants: Option<PathBuf>,
         reference: PyReadonlyArray3<'_, f32>,
+        network: Option<PathBuf>,
     ) -> PyResult<Self> {
         let view = Arc::clone(&scene.scene);
         let reference = taken(&reference);
         let known = run(py, Interrupted::Leave, None, move |_| {
+            let given = (Path::new("reference"), &reference);
+            if let Some(file) = network {
+                let network = DepthNetwork::read(&file)?;
+                let known = reconstructing::Reconstructor::with_network(&view, &network, given);
+                return Ok::<_, Failure>(known?);
+            }
             let drawn = &view.project.design.sensor;
             let (lighting, constants) = lit(drawn, light.as_deref(), constants.as_deref())?;
-            let given = (Path::new("reference"), &reference);
             let known = reconstructing::Reconstructor::new(&view, lighting, &constants, given);
             Ok::<_, Failure>(known?)
         })?;

@@ -1,4 +1,5 @@
-//! Depth from pictures without a network, against the truth that the pictures were made of: simulated.
+//! Depth from pictures: without a network, against the truth that the pictures were made of, simulated; with one, against
+//! what a network says that is small enough to be worked out by hand.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,6 +9,7 @@ use fabkit_application::calibration::image::GreyImage;
 use fabkit_application::capturing::{Capturing, LightConstants, lighting};
 use fabkit_application::fixtures::Project;
 use fabkit_application::ground_truth::Viewpoint;
+use fabkit_application::network::writing::{Layer, chain};
 use fabkit_application::pressing::{Contact, Linear};
 use fabkit_application::reconstructing::{Reconstructor, Taken};
 use fabkit_application::scene::{Cast, SensorView};
@@ -124,6 +126,85 @@ fn depth_is_what_the_pictures_were_made_of() {
 
 fn grey_png([width, height]: [u32; 2], value: f32) -> Vec<u8> {
     GreyImage::new(width, height, vec![value; (width * height) as usize]).unwrap().to_png()
+}
+
+/// A picture of R-Tac0's size, grey, and darker in a square of 40 px.
+fn pressed(grey: f32, darker: f32) -> Vec<u8> {
+    let square = |i: usize| (220..260).contains(&(i / 640)) && (300..340).contains(&(i % 640));
+    let value = |i| (grey - if square(i) { darker } else { 0.0 }) / 255.0;
+    GreyImage::new(640, 480, (0..640 * 480).map(value).collect()).unwrap().to_png()
+}
+
+#[test]
+fn a_network_says_what_it_was_trained_to_say() {
+    let root = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(root.path().join(name), bytes).unwrap();
+    write("rest.png", &pressed(120.0, 0.0));
+    write("pressed.png", &pressed(120.0, 26.0));
+    // Darker as a whole by a twentieth.
+    write("darker.png", &pressed(114.0, 26.0));
+    let double = Layer::convolution([1, 1, 1, 1], 1, &[2.0], &[0.0]);
+    write("net.onnx", &chain(&[double.clone(), Layer::operator("Relu")]));
+    let words = ["reconstruct", "rtac0", "--network", "net.onnx", "--reference", "rest.png"];
+    let run = |more: &[&str]| fabkit(root.path(), &[&words, more, &["-o", "out"]].concat());
+    let is_near = |found: &serde_json::Value, wanted: f64| {
+        let found = found.as_f64().unwrap();
+        assert!((found - wanted).abs() < 1e-4, "{found} {wanted}");
+    };
+    // Without a card it takes what R-Tac0's published network takes: less 3, over 47, twice that, times 2 mm.
+    let text = run(&["pressed.png"]).ok().stdout;
+    assert!(text.contains("net.onnx has no card") && !text.contains("warning"), "{text}");
+    let json = run(&["pressed.png", "--json"]).ok().json();
+    is_near(&json["files"][0]["deepest_mm"], 2.0 * 2.0 * 23.0 / 47.0);
+    // The blur carries the square's edges outwards.
+    let contact_px = json["files"][0]["contact_px"].as_u64().unwrap();
+    assert!((40 * 40..44 * 44).contains(&contact_px), "{contact_px}");
+    assert_eq!(json["network"]["parameters"], 2);
+    assert_eq!(json["constants"], serde_json::json!([]));
+    // A card says something else.
+    let card = |more: serde_json::Value| {
+        let mut card = serde_json::json!({
+            "format": "fabkit-network-card", "version": 1, "sensor": "rtac0",
+            "design_hash": "0", "training": "nothing", "output_mm": 1.0,
+            "input": { "blur_px": 1, "blur_sigma_px": 1.0, "offset_grey": 1.0, "maximum_grey": 50.0 },
+        });
+        card.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        write("net.json", card.to_string().as_bytes());
+    };
+    card(serde_json::json!({}));
+    let text = run(&["pressed.png"]).ok().stdout;
+    assert!(text.contains("warning: net.onnx was trained for another design"), "{text}");
+    assert!(text.contains("net.onnx was trained for rtac0 on nothing"), "{text}");
+    let json = run(&["pressed.png", "darker.png", "--json"]).ok().json();
+    is_near(&json["files"][0]["deepest_mm"], 2.0 * 25.0 / 50.0);
+    assert_eq!(json["files"][0]["contact_px"], 1600);
+    assert_eq!(json["files"][1]["contact_px"], 640 * 480);
+    card(serde_json::json!({ "mask": { "center_px": [319.5, 239.5], "radius_px": 10.0 } }));
+    let json = run(&["pressed.png", "--json"]).ok().json();
+    assert_eq!(json["files"][0]["contact_px"], 316);
+    let input = serde_json::json!({
+        "blur_px": 1, "blur_sigma_px": 1.0, "offset_grey": 1.0, "maximum_grey": 50.0, "as_bright_as_rest": true,
+    });
+    card(serde_json::json!({ "input": input }));
+    let json = run(&["darker.png", "--json"]).ok().json();
+    assert_eq!(json["files"][0]["contact_px"], 1600);
+    is_near(&json["files"][0]["brighter"], 0.95);
+    // What is none.
+    for (file, bytes, told) in [
+        ("net.json", &b"{}"[..], "net.json is not of the format fabkit-network-card 1"),
+        ("net.json", b"[", "net.json is no JSON"),
+        ("net.onnx", b"none", "net.onnx: this is no ONNX file"),
+    ] {
+        write(file, bytes);
+        let failed = run(&["pressed.png", "--json"]);
+        assert_eq!(failed.code, Some(2));
+        let problem = &failed.json()["problems"][0];
+        assert_eq!(problem["code"], "bad_network");
+        assert!(problem["message"].as_str().unwrap().contains(told), "{problem}");
+    }
+    let strided = double.with("strides", &[2, 2]);
+    write("net.onnx", &chain(&[strided]));
+    assert!(run(&["pressed.png"]).stderr.contains("node 1 `n0`: Conv with strides [2, 2]"));
 }
 
 #[test]

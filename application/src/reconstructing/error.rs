@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use fabkit_network::NetworkError;
+
 use crate::error::{ErrorKind, Explained};
 
 /// Why there is no depth.
@@ -44,6 +46,22 @@ pub enum ReconstructError {
         /// What is bright enough, grey.
         least_grey: f64,
     },
+    /// A file that is no network, or one of other layers than are known.
+    #[error("{}: {source}", .file.display())]
+    Network {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: Box<NetworkError>,
+    },
+    /// A card that does not say what a network takes and gives.
+    #[error("{} {what}", .file.display())]
+    Card {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
     /// Pictures whose depth would go into one file.
     #[error("{} and {} would both be written as {}", .first.display(), .second.display(), .name)]
     SameName {
@@ -71,6 +89,13 @@ impl Explained for ReconstructError {
             }
             Self::NoColors { .. } => "take pictures in colour, as `fabkit capture` makes them",
             Self::Dark { .. } => "take it with the lamps on, and nothing that touches",
+            Self::Network { .. } => {
+                "export it as one chain of convolutions that keep the picture's size, without batch normalisation: exporters \
+                 fold it into the weights"
+            }
+            Self::Card { .. } => {
+                "`fabkit bench rtac0` writes one beside its network; without a card a network is taken for R-Tac0's published one"
+            }
             Self::SameName { .. } => "rename one of them, or write them into folders of their own",
         };
         Some(hint.to_owned())

@@ -1,4 +1,5 @@
-//! From pictures to depth without a network, by what a sensor's light shows.
+//! From pictures to depth: by a network that somebody has trained ([`DepthNetwork`]), or without one, by what a sensor's light
+//! shows.
 //!
 //! Where light shows **thickness** (R-Tac0, 9DTact), how dark a layer has become says how thin it is, and so how far its
 //! surface is pressed in. What it needs is the picture at rest and the drawn layers. The picture at rest says how much
@@ -18,8 +19,10 @@
 //! give it the colours that it has (photometric stereo, Woodham 1980), again beside the picture at rest; and the surface
 //! is the one whose neighbouring places lie across these ways, along the camera's own rays.
 
+mod drift;
 mod error;
 mod heights;
+mod learned;
 mod sharpen;
 mod slopes;
 mod taken;
@@ -35,21 +38,24 @@ use crate::Error;
 use crate::capturing::LightConstants;
 use crate::scene::SensorView;
 
+use learned::Learned;
 use slopes::Slopes;
 use thickness::Thickness;
 
 pub use error::ReconstructError;
+pub use learned::{Card, Circle, DepthNetwork, Normalisation};
 pub use taken::Taken;
 
 /// What a picture shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstructed {
     /// How much nearer the surface is than at rest, along each pixel's ray, mm, as `indentation_mm` of truth; negative
-    /// where gel bulges; not a number where no surface is seen.
+    /// where gel bulges; not a number where no surface is seen. By a network, what it was trained on, and 0 where nothing touches.
     pub depth_mm: Vec<f32>,
     /// Where something presses.
     pub contact: Vec<bool>,
-    /// How much brighter the picture is as a whole than the one at rest: 1 is not.
+    /// How much brighter the picture is as a whole than the one at rest: 1 is not, and with a network whose card does not ask
+    /// for it nobody looks.
     pub brighter: f32,
 }
 
@@ -75,6 +81,7 @@ pub struct Reconstructor {
 enum Shown {
     Thickness(Box<Thickness>),
     Slopes(Box<Slopes>),
+    Learned(Box<Learned>),
 }
 
 impl Reconstructor {
@@ -119,6 +126,22 @@ impl Reconstructor {
         Ok(Self { size_px, shown })
     }
 
+    /// By a network, from a sensor as its camera sees it, and its picture at rest, which came from `file`.
+    ///
+    /// # Errors
+    /// A picture of another size, a network that needs more memory than is allowed.
+    pub fn with_network(
+        scene: &SensorView,
+        network: &DepthNetwork,
+        (file, reference): (&Path, &Taken),
+    ) -> Result<Self, Error> {
+        let camera = scene.viewpoint.camera();
+        let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
+        check_size(file, reference, size_px)?;
+        let learned = Learned::new(network, scene, &reference.clone().grey())?;
+        Ok(Self { size_px, shown: Shown::Learned(Box::new(learned)) })
+    }
+
     /// Width and height of pictures, px.
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
@@ -132,6 +155,7 @@ impl Reconstructor {
         check_size(file, &picture, self.size_px)?;
         Ok(match &self.shown {
             Shown::Thickness(known) => known.of_values(&picture.grey()),
+            Shown::Learned(known) => known.of_values(&picture.grey())?,
             Shown::Slopes(known) => {
                 check_colors(file, &picture)?;
                 known.of_values(&picture.values)

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use fabkit_geometry::Lighting;
 
+use super::drift::{LEAST_GREY, brighter};
 use super::sharpen::Sharpener;
 use super::{ReconstructError, Reconstructed};
 use crate::Error;
@@ -15,8 +16,6 @@ use crate::scene::{Cast, SensorView};
 const WHITE: f32 = 255.0;
 /// Rays that meet the surface flatter than this see it as if they met it so, cosine.
 const LEAST_COSINE: f64 = 0.2;
-/// Where the picture at rest is darker, nothing is said, grey.
-const LEAST_GREY: f64 = 8.0;
 /// Fewer pixels that are bright enough, as a part of those that see the surface, are no picture of it.
 const LEAST_LIT: f64 = 0.25;
 /// So much darker than at rest, in the mean of a square around it, something presses, grey. Chosen: three times what the mean of a square
@@ -26,12 +25,6 @@ const CONTACT_GREY: f32 = 3.0;
 const MOST_BACK: f32 = 0.98;
 /// Half a side of that square, px.
 const AROUND: usize = 2;
-/// Pictures are brighter or darker than the one at rest as a whole by this part at most; steps in which that is looked for.
-const MOST_DRIFT: f32 = 0.1;
-const DRIFT_STEPS: usize = 160;
-/// Every so many-th pixel is asked for it.
-const DRIFT_STRIDE: usize = 7;
-
 /// What pixels at rest say, each list row by row: what is computed for all of them at once lies together.
 #[derive(Clone, Debug, Default)]
 struct Laws {
@@ -99,7 +92,7 @@ impl Thickness {
 
     /// What a picture of brightness from 0 to 1 shows, row by row; as many values as pixels.
     pub fn of_values(&self, values: &[f32]) -> Reconstructed {
-        let brighter = self.brighter(values);
+        let brighter = brighter(&self.laws.at_rest, values);
         let scale = WHITE / brighter;
         let at_rest = &self.laws.at_rest;
         let mut darker: Vec<f32> =
@@ -109,34 +102,6 @@ impl Thickness {
         self.sharpener.apply(&mut darker, &contact);
         let depth_mm = self.laws.depth_mm(&darker);
         Reconstructed { depth_mm, contact, brighter }
-    }
-
-    /// How much brighter most of a picture is than the one at rest: what a press changes is the smaller part.
-    fn brighter(&self, values: &[f32]) -> f32 {
-        let mut counts = [0u32; DRIFT_STEPS + 1];
-        let of_ratio = |ratio: f32| ((ratio - 1.0) / MOST_DRIFT + 1.0) * 0.5 * DRIFT_STEPS as f32;
-        for (rest, value) in self.laws.at_rest.iter().zip(values).step_by(DRIFT_STRIDE) {
-            let step = of_ratio(WHITE * value / rest).round();
-            if *rest > 0.0 && (0.0..=DRIFT_STEPS as f32).contains(&step) {
-                counts[step as usize] += 1;
-            }
-        }
-        // The densest stretch of some steps, and its middle by weight.
-        const STRETCH: usize = 9;
-        let sums = counts.windows(STRETCH).enumerate();
-        let densest =
-            sums.max_by_key(|(at, window)| (window.iter().sum::<u32>(), std::cmp::Reverse(*at)));
-        let Some((at, window)) =
-            densest.filter(|(_, window)| window.iter().any(|count| *count > 0))
-        else {
-            return 1.0;
-        };
-        let (mut sum, mut weight) = (0.0f32, 0.0f32);
-        for (i, count) in window.iter().enumerate() {
-            sum += *count as f32 * (at + i) as f32;
-            weight += *count as f32;
-        }
-        (2.0 * sum / weight / DRIFT_STEPS as f32 - 1.0) * MOST_DRIFT + 1.0
     }
 
     /// Means over a square around each pixel; 0 where no surface is seen, and at the border.

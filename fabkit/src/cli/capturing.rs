@@ -175,6 +175,10 @@ pub struct Reconstruct {
     /// What lights it.
     #[command(flatten)]
     pub light: LightArgs,
+    /// A network to find depth with: a chain of convolutions; FILE.json beside it says what it takes [default: depth from
+    /// the light's own laws]
+    #[arg(long, value_name = "FILE.onnx", conflicts_with = "constants")]
+    pub network: Option<PathBuf>,
     /// The folder to write one NPZ file for each picture into
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use fabkit_application::Error;
 use fabkit_application::memory::{self, Less};
-use fabkit_application::reconstructing::{ReconstructError, Reconstructor, Taken, npz_of};
+use fabkit_application::reconstructing::{
+    DepthNetwork, ReconstructError, Reconstructor, Taken, npz_of,
+};
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
@@ -24,6 +26,10 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     view::roles(&args.design, &args.camera)
         .reads("--constants", &args.light.constants)
         .reads("--reference", [&args.reference])
+        .reads(
+            "--network",
+            args.network.iter().flat_map(|file| [file.clone(), DepthNetwork::card_of(file)]),
+        )
         .reads("IMAGE", &args.pictures)
         .writes("-o", &paths)
         .check()?;
@@ -31,11 +37,22 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     let sensor = &scene.project.design.sensor;
     let (lighting, constants) = view::lit(sensor, &args.light)?;
     let reference = Taken::read(&args.reference)?;
-    let known = Reconstructor::new(&scene, lighting, &constants, (&args.reference, &reference))?;
+    let rest = (args.reference.as_path(), &reference);
+    let network = args.network.as_deref().map(DepthNetwork::read).transpose()?;
+    let known = match &network {
+        Some(network) => Reconstructor::with_network(&scene, network, rest)?,
+        None => Reconstructor::new(&scene, lighting, &constants, rest)?,
+    };
     let [width, height] = known.size_px();
     let bytes = (BYTES_A_PIXEL * width * height * outputs.len()) as u64;
     memory::admit("what these pictures show", bytes, Less::Files)?;
     let (mut files, mut listed, mut text) = (Vec::new(), Vec::new(), String::new());
+    if let Some(network) = &network {
+        if let Some(warning) = network.warning(&scene) {
+            text += &format!("warning: {warning}\n");
+        }
+        text += &format!("{}\n", network.words());
+    }
     let mut rate = None;
     for (path, picture) in &outputs {
         let taken = Taken::read(picture)?;
@@ -68,12 +85,18 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     write_each(written, &interrupt::requested)?;
     let rate = rate.unwrap_or(f64::NAN);
     text += &format!("{rate:.0} pictures a second on one core, read and written apart\n");
+    // A network knows nothing of how light behaves.
+    let constants = match &network {
+        Some(_) => json!([]),
+        None => json!(constants.document(&lighting.shows)),
+    };
     let json = json!({
         "format": "fabkit-reconstruction",
         "version": 1,
         "sensor": sensor.name,
         "light": lighting.name,
-        "constants": constants.document(&lighting.shows),
+        "constants": constants,
+        "network": network.map(|network| network.document(&scene)),
         "width_px": known.size_px()[0],
         "height_px": known.size_px()[1],
         "pictures_per_s": rate,

@@ -16,6 +16,7 @@ use fabkit_application::designs::builtin_yaml;
 use fabkit_application::designs::profile::{MeasuredProfile, ProcessProfile};
 use fabkit_application::fixtures::{Project, load};
 use fabkit_application::ground_truth::Viewpoint;
+use fabkit_application::network::Network;
 use fabkit_application::sweeping;
 use fabkit_application::text::{Name, Scalar};
 
@@ -29,7 +30,7 @@ pub struct Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 14] = [
+pub const TARGETS: [Target; 15] = [
     Target { name: "sensor", run: sensor },
     Target { name: "override", run: r#override },
     Target { name: "camera", run: camera },
@@ -44,6 +45,7 @@ pub const TARGETS: [Target; 14] = [
     Target { name: "zarr", run: zarr },
     Target { name: "profile", run: profile },
     Target { name: "coupon", run: coupon },
+    Target { name: "network", run: network },
 ];
 
 /// The sensor that others refer to.
@@ -120,6 +122,14 @@ pub fn picture(data: &[u8]) {
         let _ = find_corners(&image, a_board());
         let _ = detect(&image, &image.blurred(1.0), &DetectionOptions::default());
     });
+}
+
+/// A depth network; what is one is evaluated on a little picture.
+pub fn network(data: &[u8]) {
+    if let Ok(network) = Network::read(data) {
+        let _ = network.run(&[0.5; 12], 4);
+        let _ = network.run_touched(&[0.0, 1.0], 2);
+    }
 }
 
 /// The list in a folder of captures of pins.

@@ -1,0 +1,283 @@
+//! From a graph to a chain of layers that can be evaluated.
+
+use crate::NetworkError;
+use crate::convolution::Convolution;
+use crate::onnx::{Attribute, Graph, Node, Tensor, graph, tensor};
+use crate::pointwise::{Constant, Pointwise};
+
+/// More channels than this between two layers are refused: a tile of them must fit in memory.
+const MOST_CHANNELS: usize = 1024;
+/// A pixel is told from at most so many pixels on each side.
+const MOST_REACH_PX: usize = 64;
+
+/// A convolution, and what is done to each of its numbers afterwards.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    pub convolution: Convolution,
+    pub then: Vec<Pointwise>,
+}
+
+/// A picture of one channel in, a map of one channel out.
+#[derive(Clone, Debug, Default)]
+pub struct Chain {
+    /// What is done to the picture before the first convolution.
+    pub before: Vec<Pointwise>,
+    pub stages: Vec<Stage>,
+}
+
+/// Reads a chain.
+///
+/// # Errors
+/// Whatever is no chain of known operators; see [`NetworkError`].
+pub fn chain(bytes: &[u8]) -> Result<Chain, NetworkError> {
+    let mut graph = graph(bytes)?;
+    let [input] = &graph.inputs[..] else {
+        return Err(NetworkError::Inputs { takes: listed(&graph.inputs) });
+    };
+    let mut reading =
+        Reading { current: input.clone(), channels: 1, reach: [0, 0], chain: Chain::default() };
+    let nodes = std::mem::take(&mut graph.nodes);
+    for (number, node) in nodes.into_iter().enumerate() {
+        let at = At { node: &format!("{} `{}`", number + 1, node.name), operator: &node.operator };
+        if !matches!(&node.domain[..], "" | "ai.onnx") {
+            let operator = format!("{}.{}", node.domain, node.operator);
+            return Err(NetworkError::Operator { node: at.node.to_owned(), operator });
+        }
+        if node.operator == "Constant" {
+            let value = node.attributes.get("value").and_then(|value| value.tensor.clone());
+            let (Some(value), [name]) = (value, &node.outputs[..]) else {
+                return Err(at.wrong("something else than `value`", "a tensor in it"));
+            };
+            graph.constants.insert(name.clone(), value);
+            continue;
+        }
+        reading.take(&graph, at, &node)?;
+    }
+    let Reading { current, channels, chain, .. } = reading;
+    if graph.outputs != [current] {
+        return Err(NetworkError::Outputs { gives: listed(&graph.outputs) });
+    }
+    if channels != 1 {
+        return Err(NetworkError::Channels { channels });
+    }
+    Ok(chain)
+}
+
+fn listed(names: &[String]) -> String {
+    match names {
+        [] => "nothing".to_owned(),
+        names => format!("`{}`", names.join("`, `")),
+    }
+}
+
+/// Which node is read, for messages.
+#[derive(Clone, Copy)]
+struct At<'a> {
+    node: &'a str,
+    operator: &'a str,
+}
+
+impl At<'_> {
+    fn wrong(self, found: impl Into<String>, accepted: &str) -> NetworkError {
+        NetworkError::Attribute {
+            node: self.node.to_owned(),
+            operator: self.operator.to_owned(),
+            found: found.into(),
+            accepted: accepted.to_owned(),
+        }
+    }
+}
+
+/// How far a chain has been read.
+struct Reading {
+    /// What the last node gives.
+    current: String,
+    channels: usize,
+    /// How far a pixel sees, rows and columns, px.
+    reach: [usize; 2],
+    chain: Chain,
+}
+
+impl Reading {
+    fn take(&mut self, graph: &Graph, at: At, node: &Node) -> Result<(), NetworkError> {
+        let known = ["Conv", "Relu", "Clip", "Sigmoid", "Identity", "Add", "Sub", "Mul", "Div"];
+        if !known.contains(&at.operator) {
+            let (node, operator) = (at.node.to_owned(), at.operator.to_owned());
+            return Err(NetworkError::Operator { node, operator });
+        }
+        let data = self.input(at, node)?;
+        let [output] = &node.outputs[..] else {
+            return Err(at.wrong(format!("{} outputs", node.outputs.len()), "one"));
+        };
+        let others: Vec<&str> =
+            (0..node.inputs.len()).filter(|i| *i != data).map(|i| &node.inputs[i][..]).collect();
+        let constant = |i: usize| others.get(i).filter(|name| !name.is_empty());
+        match at.operator {
+            "Conv" => self.convolve(graph, at, node, &others)?,
+            "Relu" => self.then(Pointwise::Clip { least: 0.0, most: f32::INFINITY }),
+            "Sigmoid" => self.then(Pointwise::Sigmoid),
+            "Clip" => {
+                // Limits are attributes up to version 6 of the operator, inputs since version 11.
+                let limit = |i: usize, key: &str, none: f32| match constant(i) {
+                    Some(name) => match one(graph, name)?.values[..] {
+                        [value] => Ok(value),
+                        _ => Err(at.wrong("limits of a shape", "one number for each")),
+                    },
+                    None => Ok(node.attributes.get(key).and_then(|key| key.float).unwrap_or(none)),
+                };
+                let least = limit(0, "min", f32::NEG_INFINITY)?;
+                self.then(Pointwise::Clip { least, most: limit(1, "max", f32::INFINITY)? });
+            }
+            "Identity" => {}
+            operator => {
+                let Some(name) = constant(0) else {
+                    return Err(at.wrong("one input", "one map and one constant"));
+                };
+                let constant = self.constant(at, &one(graph, name)?)?;
+                self.then(match operator {
+                    "Add" => Pointwise::Add(constant),
+                    // Exactly the same.
+                    "Sub" => Pointwise::Add(constant.negative()),
+                    "Mul" => Pointwise::Multiply(constant),
+                    _ => Pointwise::Divide(constant),
+                });
+            }
+        }
+        self.current.clone_from(output);
+        Ok(())
+    }
+
+    /// Which of a node's inputs is what the node before it gives.
+    fn input(&self, at: At, node: &Node) -> Result<usize, NetworkError> {
+        // What is added or multiplied may stand in either place.
+        let places = if matches!(at.operator, "Add" | "Mul") { 2 } else { 1 };
+        let found = node.inputs.iter().take(places).position(|name| *name == self.current);
+        found.ok_or_else(|| NetworkError::NoChain {
+            node: at.node.to_owned(),
+            operator: at.operator.to_owned(),
+            takes: node.inputs.first().cloned().unwrap_or_default(),
+            before: self.current.clone(),
+        })
+    }
+
+    fn then(&mut self, pointwise: Pointwise) {
+        let Chain { before, stages } = &mut self.chain;
+        stages.last_mut().map_or(before, |stage| &mut stage.then).push(pointwise);
+    }
+
+    /// One number for all channels, or one for each.
+    fn constant(&self, at: At, found: &Tensor) -> Result<Constant, NetworkError> {
+        let per_channel: Vec<usize> = vec![self.channels, 1, 1];
+        let shape = found.shape.strip_prefix(&[1]).filter(|rest| rest.len() == 3);
+        match found.values[..] {
+            [value] if found.shape.len() <= 4 => Ok(Constant::Same(value)),
+            _ if shape.unwrap_or(&found.shape) == per_channel => {
+                Ok(Constant::Channels(found.values.clone()))
+            }
+            _ => {
+                let accepted =
+                    format!("one number, or {} x 1 x 1: one for each channel", self.channels);
+                Err(at.wrong(format!("a constant of shape {:?}", found.shape), &accepted))
+            }
+        }
+    }
+
+    fn convolve(
+        &mut self,
+        graph: &Graph,
+        at: At,
+        node: &Node,
+        others: &[&str],
+    ) -> Result<(), NetworkError> {
+        let Some(weights) = others.first() else {
+            return Err(at.wrong("no weights", "a constant"));
+        };
+        let weights = one(graph, weights)?;
+        let &[outputs, per_group, rows, columns] = &weights.shape[..] else {
+            let found = format!("weights of shape {:?}", weights.shape);
+            return Err(at.wrong(found, "outputs x inputs x rows x columns"));
+        };
+        let bias = match others.get(1).filter(|name| !name.is_empty()) {
+            None => vec![0.0; outputs],
+            Some(name) => one(graph, name)?.values,
+        };
+        if bias.len() != outputs {
+            return Err(at.wrong(format!("{} offsets", bias.len()), "one for each output"));
+        }
+        let groups = node.attributes.get("group").and_then(|group| group.integer).unwrap_or(1);
+        let groups = usize::try_from(groups).unwrap_or(0);
+        let fits = groups.checked_mul(per_group) == Some(self.channels);
+        if !fits || !outputs.is_multiple_of(groups) {
+            let found = format!(
+                "{outputs} x {per_group} channels in {groups} groups after {} channels",
+                self.channels
+            );
+            return Err(at.wrong(found, "as many inputs as there are, groups of equal size"));
+        }
+        if outputs > MOST_CHANNELS {
+            let found = format!("{outputs} channels");
+            return Err(NetworkError::TooLarge { found, limit: MOST_CHANNELS });
+        }
+        check_window(at, node, [rows, columns])?;
+        self.reach = [self.reach[0] + rows / 2, self.reach[1] + columns / 2];
+        let reach_px = self.reach[0].max(self.reach[1]);
+        if reach_px > MOST_REACH_PX {
+            let found = format!("a reach of {reach_px} px to each side");
+            return Err(NetworkError::TooLarge { found, limit: MOST_REACH_PX });
+        }
+        self.channels = outputs;
+        let convolution =
+            Convolution::new(&weights.values, &bias, [outputs, per_group, rows, columns], groups);
+        self.chain.stages.push(Stage { convolution, then: Vec::new() });
+        Ok(())
+    }
+}
+
+/// A constant by its name.
+fn one(graph: &Graph, name: &str) -> Result<Tensor, NetworkError> {
+    let missing = || {
+        let found = "there is none of this name".to_owned();
+        NetworkError::Constant { name: name.to_owned(), found }
+    };
+    tensor(name, graph.constants.get(name).cloned().ok_or_else(missing)?)
+}
+
+/// A map stays as large as it is, and pixels are looked at around their own place.
+fn check_window(at: At, node: &Node, kernel: [usize; 2]) -> Result<(), NetworkError> {
+    let given = |key: &str| node.attributes.get(key);
+    let numbers = |key: &str| given(key).map_or(&[][..], |key: &Attribute| &key.integers[..]);
+    let [rows, columns] = kernel;
+    if rows % 2 == 0 || columns % 2 == 0 {
+        return Err(at.wrong(format!("a kernel of {rows} x {columns}"), "an odd size"));
+    }
+    let shape = numbers("kernel_shape");
+    if !shape.is_empty() && shape != [rows as i64, columns as i64] {
+        return Err(at.wrong(format!("kernel_shape {shape:?}"), "that of its weights"));
+    }
+    for key in ["strides", "dilations"] {
+        if numbers(key).iter().any(|number| *number != 1) {
+            return Err(at.wrong(format!("{key} {:?}", numbers(key)), "1"));
+        }
+    }
+    let half = [rows / 2, columns / 2, rows / 2, columns / 2].map(|px| px as i64);
+    let auto = given("auto_pad").and_then(|key| key.text.clone()).unwrap_or_default();
+    let pads = match &auto[..] {
+        "" | "NOTSET" => numbers("pads"),
+        "SAME_UPPER" | "SAME_LOWER" => &half,
+        "VALID" => &[],
+        other => return Err(at.wrong(format!("auto_pad {other}"), "SAME_UPPER or pads")),
+    };
+    if pads != half && !(pads.is_empty() && half == [0; 4]) {
+        return Err(at.wrong(format!("pads {pads:?}"), &format!("{half:?}: maps keep their size")));
+    }
+    Ok(())
+}
+
+/// A list of what is accepted that messages show is what is read.
+#[cfg(test)]
+#[test]
+fn messages_name_what_is_read() {
+    for operator in ["Conv", "Relu", "Clip", "Sigmoid", "Identity", "Add", "Sub", "Mul", "Div"] {
+        assert!(crate::error::ACCEPTED.contains(operator));
+    }
+}

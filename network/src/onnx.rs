@@ -1,0 +1,179 @@
+//! What of an ONNX file is read: the graph, its nodes, and constants.
+//!
+//! Numbers of fields are those of `onnx.proto` (<https://github.com/onnx/onnx/blob/main/onnx/onnx.proto>), which are
+//! never reused. What is not listed here is passed over: names for people, types of what lies between, versions.
+
+use std::collections::BTreeMap;
+
+use crate::NetworkError;
+use crate::wire::{Fields, Value, floats, integers, message, text};
+
+/// `TensorProto.DataType.FLOAT`.
+const FLOAT: u64 = 1;
+/// `TensorProto.DataLocation.EXTERNAL`.
+const EXTERNAL: u64 = 1;
+
+/// A constant: 32 bit numbers, the last axis fastest.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tensor {
+    pub shape: Vec<usize>,
+    pub values: Vec<f32>,
+}
+
+/// What a node is told beside its inputs; of each kind what was given.
+#[derive(Clone, Debug, Default)]
+pub struct Attribute<'a> {
+    pub float: Option<f32>,
+    pub integer: Option<i64>,
+    pub text: Option<String>,
+    pub integers: Vec<i64>,
+    /// A constant, not yet read.
+    pub tensor: Option<Fields<'a>>,
+}
+
+/// One step.
+#[derive(Clone, Debug, Default)]
+pub struct Node<'a> {
+    pub name: String,
+    pub operator: String,
+    pub domain: String,
+    pub inputs: Vec<String>,
+    pub outputs: Vec<String>,
+    pub attributes: BTreeMap<String, Attribute<'a>>,
+}
+
+/// Steps in an order in which they can be done, and what they need.
+#[derive(Clone, Debug, Default)]
+pub struct Graph<'a> {
+    pub nodes: Vec<Node<'a>>,
+    /// Constants, not yet read, by name.
+    pub constants: BTreeMap<String, Fields<'a>>,
+    pub inputs: Vec<String>,
+    pub outputs: Vec<String>,
+}
+
+/// The graph of a model.
+///
+/// # Errors
+/// Bytes of something else.
+pub fn graph(bytes: &[u8]) -> Result<Graph<'_>, NetworkError> {
+    let (mut version, mut found) = (None, None);
+    for field in Fields::of(bytes) {
+        match field? {
+            (1, Value::Varint(number)) => version = Some(number),
+            (7, value) => found = Some(message(value)?),
+            _ => {}
+        }
+    }
+    // Every model says which version of the format it is written in, and has one graph.
+    let (Some(_), Some(fields)) = (version, found) else { return Err(NetworkError::NoOnnx) };
+    let mut graph = Graph::default();
+    for field in fields {
+        match field? {
+            (1, value) => graph.nodes.push(node(message(value)?)?),
+            (5, value) => {
+                let constant = message(value)?;
+                graph.constants.insert(named(constant.clone(), 8)?, constant);
+            }
+            (11, value) => graph.inputs.push(named(message(value)?, 1)?),
+            (12, value) => graph.outputs.push(named(message(value)?, 1)?),
+            _ => {}
+        }
+    }
+    // Older files list their constants as inputs, too.
+    let Graph { inputs, constants, .. } = &mut graph;
+    inputs.retain(|name| !constants.contains_key(name));
+    Ok(graph)
+}
+
+/// The text in field `number`; empty if there is none.
+fn named(fields: Fields<'_>, number: u64) -> Result<String, NetworkError> {
+    let mut name = String::new();
+    for field in fields {
+        let (field, value) = field?;
+        if field == number {
+            name = text(value)?;
+        }
+    }
+    Ok(name)
+}
+
+fn node(fields: Fields<'_>) -> Result<Node<'_>, NetworkError> {
+    let mut node = Node::default();
+    for field in fields {
+        match field? {
+            (1, value) => node.inputs.push(text(value)?),
+            (2, value) => node.outputs.push(text(value)?),
+            (3, value) => node.name = text(value)?,
+            (4, value) => node.operator = text(value)?,
+            (5, value) => {
+                let (name, attribute) = attribute(message(value)?)?;
+                node.attributes.insert(name, attribute);
+            }
+            (7, value) => node.domain = text(value)?,
+            _ => {}
+        }
+    }
+    Ok(node)
+}
+
+fn attribute(fields: Fields<'_>) -> Result<(String, Attribute<'_>), NetworkError> {
+    let (mut name, mut attribute) = (String::new(), Attribute::default());
+    for field in fields {
+        match field? {
+            (1, value) => name = text(value)?,
+            (2, Value::Fixed32(bits)) => attribute.float = Some(f32::from_bits(bits)),
+            (3, Value::Varint(number)) => attribute.integer = Some(number as i64),
+            (4, value) => attribute.text = Some(text(value)?),
+            (5, value) => attribute.tensor = Some(message(value)?),
+            (8, value) => integers(value, &mut attribute.integers)?,
+            _ => {}
+        }
+    }
+    Ok((name, attribute))
+}
+
+/// A constant's shape and numbers.
+///
+/// # Errors
+/// Another type of numbers, numbers in another file, fewer or more than its shape says, some that are not finite.
+pub fn tensor(name: &str, fields: Fields<'_>) -> Result<Tensor, NetworkError> {
+    let wrong = |found: &str| {
+        let (name, found) = (name.to_owned(), found.to_owned());
+        NetworkError::Constant { name, found }
+    };
+    let (mut shape, mut values, mut raw) = (Vec::new(), Vec::new(), None);
+    for field in fields {
+        match field? {
+            (1, value) => integers(value, &mut shape)?,
+            (2, Value::Varint(kind)) if kind != FLOAT => {
+                return Err(wrong(&format!("its numbers are of type {kind}")));
+            }
+            (4, value) => floats(value, &mut values)?,
+            (9, Value::Bytes(bytes)) => raw = Some(Value::Bytes(bytes)),
+            (14, Value::Varint(EXTERNAL)) => return Err(wrong("its numbers are in another file")),
+            _ => {}
+        }
+    }
+    if let Some(raw) = raw {
+        floats(raw, &mut values)?;
+    }
+    let sizes: Option<Vec<usize>> =
+        shape.iter().map(|size| usize::try_from(*size).ok().filter(|size| *size > 0)).collect();
+    let product = |sizes: &Vec<usize>| {
+        sizes.iter().try_fold(1usize, |product, size| product.checked_mul(*size))
+    };
+    let Some((shape, count)) = sizes
+        .and_then(|sizes| Some((product(&sizes)?, sizes)))
+        .map(|(count, sizes)| (sizes, count))
+    else {
+        return Err(wrong("its shape has an axis without numbers"));
+    };
+    if count != values.len() {
+        return Err(wrong(&format!("{} numbers for a shape of {count}", values.len())));
+    }
+    if values.iter().any(|value| !value.is_finite()) {
+        return Err(wrong("a number is not finite"));
+    }
+    Ok(Tensor { shape, values })
+}

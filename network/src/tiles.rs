@@ -1,0 +1,237 @@
+//! A chain of layers over a picture, tile by tile.
+//!
+//! Of each tile, a layer is evaluated only where the next one looks at it, and the last one only where it is asked for.
+//! Beyond the picture every layer sees zeros, as the paddings of its convolutions say.
+
+use rayon::prelude::*;
+
+use crate::chain::Chain;
+use crate::convolution::Places;
+use crate::pointwise::apply;
+
+/// Rows and columns of a tile, px: maps of sixty-four channels around it stay in the second cache.
+pub const TILE_PX: usize = 32;
+
+/// Where what comes out is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// Everywhere.
+    Everything,
+    /// Where the picture is not zero.
+    Touched,
+}
+
+/// A part of a picture: its first row and column, which may lie beyond the picture, and how many there are.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    first: [isize; 2],
+    size: [usize; 2],
+}
+
+impl Part {
+    /// The same with so many more rows and columns on each side.
+    fn around(self, reach: [usize; 2]) -> Self {
+        Self {
+            first: [0, 1].map(|k| self.first[k] - reach[k] as isize),
+            size: [0, 1].map(|k| self.size[k] + 2 * reach[k]),
+        }
+    }
+
+    fn pixels(self) -> usize {
+        self.size[0] * self.size[1]
+    }
+
+    /// Its rows and columns that lie in a picture of `rows` x `columns`.
+    fn inside(self, picture: [usize; 2]) -> [std::ops::Range<usize>; 2] {
+        [0, 1].map(|k| {
+            let clamped = |at: isize| at.clamp(0, self.size[k] as isize) as usize;
+            clamped(-self.first[k])..clamped(picture[k] as isize - self.first[k])
+        })
+    }
+
+    fn is_inside(self, picture: [usize; 2]) -> bool {
+        self.inside(picture) == self.size.map(|size| 0..size)
+    }
+}
+
+/// What a thread works in; what it holds afterwards means nothing.
+#[derive(Default)]
+struct Room {
+    before: Vec<f32>,
+    after: Vec<f32>,
+    windows: Vec<usize>,
+    pixels: Vec<usize>,
+}
+
+/// The picture as it is given, row by row; rows and columns.
+#[derive(Clone, Copy)]
+struct Given<'a> {
+    values: &'a [f32],
+    size: [usize; 2],
+}
+
+/// Bytes that a thread works in, at most.
+pub fn bytes_a_thread(chain: &Chain) -> u64 {
+    let mut part = Part { first: [0, 0], size: [TILE_PX, TILE_PX] };
+    let mut largest = part.pixels();
+    for stage in chain.stages.iter().rev() {
+        largest = largest.max(part.pixels() * stage.convolution.outputs);
+        part = part.around(stage.convolution.kernel.map(|px| px / 2));
+    }
+    let a_pixel = 2 * size_of::<usize>() + (1 + chain.stages.len()) * size_of::<bool>();
+    (2 * size_of::<f32>() * largest.max(part.pixels()) + a_pixel * part.pixels()) as u64
+}
+
+/// What a chain makes of a picture of `columns` columns.
+pub fn evaluate(chain: &Chain, values: &[f32], columns: usize, wanted: Wanted) -> Vec<f32> {
+    let mut all = vec![0.0; values.len()];
+    if values.is_empty() {
+        return all;
+    }
+    let given = Given { values, size: [values.len() / columns, columns] };
+    let across = columns.div_ceil(TILE_PX);
+    let count = across * given.size[0].div_ceil(TILE_PX);
+    let part = |tile: usize| {
+        let first = [tile / across * TILE_PX, tile % across * TILE_PX];
+        let size = [0, 1].map(|k| TILE_PX.min(given.size[k] - first[k]));
+        Part { first: first.map(|px| px as isize), size }
+    };
+    let tiles: Vec<Option<Vec<f32>>> = (0..count)
+        .into_par_iter()
+        .map_init(Room::default, |room, tile| of_tile(chain, given, part(tile), wanted, room))
+        .collect();
+    for (tile, found) in tiles.into_iter().enumerate() {
+        let (Part { first, size }, Some(found)) = (part(tile), found) else { continue };
+        for (row, found) in found.chunks_exact(size[1]).enumerate() {
+            let start = (first[0] as usize + row) * columns + first[1] as usize;
+            all[start..start + size[1]].copy_from_slice(found);
+        }
+    }
+    all
+}
+
+/// What comes out in one tile, zeros where it is not wanted; nothing where all of it is not.
+fn of_tile(
+    chain: &Chain,
+    given: Given,
+    tile: Part,
+    wanted: Wanted,
+    room: &mut Room,
+) -> Option<Vec<f32>> {
+    let row_of = |row: usize| {
+        let start = (tile.first[0] as usize + row) * given.size[1] + tile.first[1] as usize;
+        &given.values[start..start + tile.size[1]]
+    };
+    let rows = 0..tile.size[0];
+    let asked: Vec<bool> = match wanted {
+        Wanted::Everything => vec![true; tile.pixels()],
+        Wanted::Touched => {
+            // Most tiles are left here; without leaving a row earlier, many numbers are looked at in one step.
+            let is_touched =
+                |row| row_of(row).iter().fold(false, |any, value| any | (*value != 0.0));
+            if !rows.clone().any(is_touched) {
+                return None;
+            }
+            let mut asked = Vec::with_capacity(tile.pixels());
+            rows.for_each(|row| asked.extend(row_of(row).iter().map(|value| *value != 0.0)));
+            asked
+        }
+    };
+    // From the last layer to the first: where each is looked at, and on which part.
+    let mut needs = vec![(tile, asked)];
+    for stage in chain.stages.iter().skip(1).rev() {
+        let (part, asked) = &needs[needs.len() - 1];
+        needs.push(looked_at(*part, asked, stage.convolution.kernel.map(|px| px / 2)));
+    }
+    let reach =
+        chain.stages.first().map_or([0, 0], |stage| stage.convolution.kernel.map(|px| px / 2));
+    let first = needs[needs.len() - 1].0.around(reach);
+    read(chain, given, first, &mut room.before);
+    let mut columns = first.size[1];
+    for (i, (stage, (part, asked))) in chain.stages.iter().zip(needs.iter().rev()).enumerate() {
+        let outputs = stage.convolution.outputs;
+        let count = part.pixels() * outputs;
+        if room.after.len() < count {
+            room.after.resize(count, 0.0);
+        }
+        if !part.is_inside(given.size) {
+            room.after[..count].fill(0.0);
+        }
+        if i > 0 && stage.convolution.kernel == [1, 1] {
+            // It looks where the one before was evaluated.
+            room.windows.clone_from(&room.pixels);
+        } else {
+            list(*part, asked, given.size, columns, room);
+        }
+        let places =
+            Places { map: &room.before, columns, windows: &room.windows, pixels: &room.pixels };
+        stage.convolution.evaluate(places, &stage.then, &mut room.after);
+        std::mem::swap(&mut room.before, &mut room.after);
+        columns = part.size[1];
+    }
+    let (_, asked) = &needs[0];
+    // Without any convolution all of the tile was read.
+    let found = asked.iter().zip(&room.before);
+    Some(found.map(|(asked, value)| if *asked { *value } else { 0.0 }).collect())
+}
+
+/// Lists the pixels of a part that are asked for and lie in the picture, and where their windows begin in the map before,
+/// which has so many columns.
+fn list(part: Part, asked: &[bool], picture: [usize; 2], columns: usize, room: &mut Room) {
+    let [rows, inside] = part.inside(picture);
+    room.windows.clear();
+    room.pixels.clear();
+    for row in rows {
+        let start = row * part.size[1];
+        let asked = &asked[start..start + part.size[1]];
+        for column in inside.clone() {
+            if asked[column] {
+                room.windows.push(row * columns + column);
+                room.pixels.push(start + column);
+            }
+        }
+    }
+}
+
+/// Where the layer before is looked at, by windows that reach so far.
+fn looked_at(part: Part, asked: &[bool], reach: [usize; 2]) -> (Part, Vec<bool>) {
+    if reach == [0, 0] {
+        return (part, asked.to_vec());
+    }
+    let wider = part.around(reach);
+    let [columns, wide] = [part.size[1], wider.size[1]];
+    let mut found = vec![false; wider.pixels()];
+    let mut along = vec![false; wide];
+    for (row, asked) in asked.chunks_exact(columns).enumerate() {
+        // How many more columns are looked at because of the last one that was asked for.
+        let mut left = 0;
+        for (column, along) in along.iter_mut().enumerate() {
+            if asked.get(column).is_some_and(|asked| *asked) {
+                left = 2 * reach[1] + 1;
+            }
+            *along = left > 0;
+            left = left.saturating_sub(1);
+        }
+        if !along.contains(&true) {
+            continue;
+        }
+        for found in found[row * wide..][..(2 * reach[0] + 1) * wide].chunks_exact_mut(wide) {
+            found.iter_mut().zip(&along).for_each(|(found, along)| *found |= along);
+        }
+    }
+    (wider, found)
+}
+
+/// A part of the picture, zeros beyond it, through what is done before the first layer.
+fn read(chain: &Chain, given: Given, part: Part, into: &mut Vec<f32>) {
+    into.clear();
+    into.resize(part.pixels(), 0.0);
+    let [rows, columns] = part.inside(given.size);
+    for row in rows {
+        let from = (part.first[0] + row as isize) as usize * given.size[1];
+        let from = from + (part.first[1] + columns.start as isize) as usize;
+        let into = &mut into[row * part.size[1]..][columns.clone()];
+        into.copy_from_slice(&given.values[from..from + into.len()]);
+        apply(&chain.before, into, 1, 0);
+    }
+}

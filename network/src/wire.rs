@@ -1,0 +1,142 @@
+//! Protocol buffers' wire format: what is needed to read ONNX, and no more.
+//!
+//! <https://protobuf.dev/programming-guides/encoding/>. Nothing is copied, and nothing is called again from within
+//! itself: messages lie in each other as deep as the reader above asks for them.
+
+use crate::NetworkError;
+
+/// What a field holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value<'a> {
+    /// An integer of any kind.
+    Varint(u64),
+    /// Eight bytes, little endian.
+    Fixed64(u64),
+    /// A text, a message, bytes, or numbers one after the other.
+    Bytes(&'a [u8]),
+    /// Four bytes, little endian.
+    Fixed32(u32),
+}
+
+/// The fields of a message, in the order of its bytes.
+#[derive(Clone, Debug)]
+pub struct Fields<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Fields<'a> {
+    /// Of a message.
+    pub fn of(message: &'a [u8]) -> Self {
+        Self { rest: message }
+    }
+
+    fn varint(&mut self) -> Result<u64, NetworkError> {
+        let (value, used) = varint(self.rest)?;
+        self.rest = &self.rest[used..];
+        Ok(value)
+    }
+
+    fn take(&mut self, count: u64) -> Result<&'a [u8], NetworkError> {
+        let count = usize::try_from(count).map_err(|_| NetworkError::Truncated)?;
+        let (taken, rest) = self.rest.split_at_checked(count).ok_or(NetworkError::Truncated)?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], NetworkError> {
+        let (taken, rest) = self.rest.split_first_chunk().ok_or(NetworkError::Truncated)?;
+        self.rest = rest;
+        Ok(*taken)
+    }
+
+    fn field(&mut self) -> Result<(u64, Value<'a>), NetworkError> {
+        let key = self.varint()?;
+        let value = match key & 7 {
+            0 => Value::Varint(self.varint()?),
+            1 => Value::Fixed64(u64::from_le_bytes(self.array()?)),
+            2 => {
+                let count = self.varint()?;
+                Value::Bytes(self.take(count)?)
+            }
+            5 => Value::Fixed32(u32::from_le_bytes(self.array()?)),
+            // Groups, which ONNX has none of, and what is not defined.
+            _ => return Err(NetworkError::NoOnnx),
+        };
+        Ok((key >> 3, value))
+    }
+}
+
+impl<'a> Iterator for Fields<'a> {
+    type Item = Result<(u64, Value<'a>), NetworkError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let field = self.field();
+        if field.is_err() {
+            // What follows a fault means nothing.
+            self.rest = &[];
+        }
+        Some(field)
+    }
+}
+
+/// The integer that bytes begin with, and how many it takes.
+fn varint(bytes: &[u8]) -> Result<(u64, usize), NetworkError> {
+    let mut value = 0u64;
+    for (i, byte) in bytes.iter().take(10).enumerate() {
+        value |= u64::from(byte & 0x7f) << (7 * i);
+        if byte & 0x80 == 0 {
+            return Ok((value, i + 1));
+        }
+    }
+    Err(if bytes.len() < 10 { NetworkError::Truncated } else { NetworkError::NoOnnx })
+}
+
+/// Appends integers: one, or some one after the other.
+pub fn integers(value: Value<'_>, into: &mut Vec<i64>) -> Result<(), NetworkError> {
+    match value {
+        // Negative numbers are written as their two's complement.
+        Value::Varint(one) => into.push(one as i64),
+        Value::Bytes(mut bytes) => {
+            while !bytes.is_empty() {
+                let (one, used) = varint(bytes)?;
+                into.push(one as i64);
+                bytes = &bytes[used..];
+            }
+        }
+        _ => return Err(NetworkError::NoOnnx),
+    }
+    Ok(())
+}
+
+/// Appends numbers: one, or some one after the other.
+pub fn floats(value: Value<'_>, into: &mut Vec<f32>) -> Result<(), NetworkError> {
+    match value {
+        Value::Fixed32(bits) => into.push(f32::from_bits(bits)),
+        Value::Bytes(bytes) => {
+            let (fours, rest) = bytes.as_chunks::<4>();
+            if !rest.is_empty() {
+                return Err(NetworkError::Truncated);
+            }
+            into.extend(fours.iter().map(|four| f32::from_le_bytes(*four)));
+        }
+        _ => return Err(NetworkError::NoOnnx),
+    }
+    Ok(())
+}
+
+/// A text.
+pub fn text(value: Value<'_>) -> Result<String, NetworkError> {
+    let Value::Bytes(bytes) = value else { return Err(NetworkError::NoOnnx) };
+    String::from_utf8(bytes.to_vec()).map_err(|_| NetworkError::NoOnnx)
+}
+
+/// A message.
+pub fn message(value: Value<'_>) -> Result<Fields<'_>, NetworkError> {
+    match value {
+        Value::Bytes(bytes) => Ok(Fields::of(bytes)),
+        _ => Err(NetworkError::NoOnnx),
+    }
+}

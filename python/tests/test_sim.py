@@ -1,10 +1,13 @@
 """Sensors that are kept ready, beside what single presses and captures say."""
 
 import pickle
+import runpy
+from pathlib import Path
 
 import fabkit.sim as sim
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import check_env
 from numpy.testing import assert_allclose, assert_array_equal
 
 import fabkit
@@ -58,14 +61,17 @@ def test_presses_do_not_know_each_other(rtac0):
 
 
 @pytest.mark.parametrize(
-    ("name", "press", "spacing_mm"),
-    [("tactip", "disc-107@20deg,30deg,1mm", 0.8), ("uvdtact", "hemisphere@20deg,30deg,0.5mm", 0.6)],
+    ("name", "light", "press", "spacing_mm"),
+    [
+        ("tactip", None, "disc-107@20deg,30deg,1mm", 0.8),
+        ("uvdtact", "uv", "hemisphere@20deg,30deg,0.5mm", 0.6),
+    ],
 )
-def test_what_is_kept_looks_like_what_is_captured(name, press, spacing_mm):
+def test_what_is_kept_looks_like_what_is_captured(name, light, press, spacing_mm):
     """Of marks and of glowing layers, too, only what has moved is painted anew."""
-    sensor = sim.Sensor(name, size_px=(80, 60), spacing_mm=spacing_mm)
+    sensor = sim.Sensor(name, size_px=(80, 60), spacing_mm=spacing_mm, light=light)
     felt = sensor.press(press, seed=None)
-    captured = sensor.scene.capture(press, seed=None, spacing_mm=spacing_mm)
+    captured = sensor.scene.capture(press, seed=None, spacing_mm=spacing_mm, light=light)
     off = np.abs(felt.image - captured.grey.round())
     assert off.max() <= 6
     assert np.mean(off > 1) < 0.01
@@ -81,6 +87,16 @@ def test_an_environment_around_it():
     _, told = touch.reset(seed=1)
     _, reward, *_ = touch.step(np.array([0.1], dtype=np.float32))
     assert reward == -abs(touch.depth_mm - told["wanted_mm"])
+
+
+def test_a_first_touch_is_nothing(rtac0):
+    """A loop that comes down on a sensor does not stop between nothing and a contact."""
+    depths_mm = [0.002, 0.005, 0.01, 0.02]
+    tip = rtac0.sensor_from_touch[:3, 3]
+    felt = [rtac0.press(sim.ball(4.0).at(*np.add(tip, [0, 0, 4.0 - mm]))) for mm in depths_mm]
+    forces = [-one.force_n[2] for one in felt]
+    assert forces == sorted(forces)
+    assert forces[-1] < 0.01
 
 
 def test_what_does_not_touch_leaves_it_at_rest(rtac0):

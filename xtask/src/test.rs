@@ -148,6 +148,7 @@ fn oracles(python: &Path) -> Result<(Vec<Command>, Vec<Command>), String> {
         "pictures",
         "optics",
         "robot",
+        "robot_examples",
     ] {
         all.push(reader(&format!("tests/python/check_{oracle}.py"), &[]));
     }

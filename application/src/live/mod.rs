@@ -198,7 +198,8 @@ impl Kept<'_> {
         let answer = match press.bodies.is_empty() {
             true => None,
             false => match self.ready.answer(self.touch, &press.bodies, *shear_mm, *friction) {
-                Err(error) if error.is_no_contact() => None,
+                // Smaller than a node is nothing: a loop must not stop at the first touch.
+                Err(error) if error.is_no_contact() || error.is_first_touch() => None,
                 answer => Some(answer?),
             },
         };

@@ -85,10 +85,18 @@ impl Explained for PressingError {
     }
 }
 
+/// A ball of 4 mm goes so deep in before nodes 1 mm apart feel it, mm.
+const FIRST_TOUCH_MM: f64 = 0.05;
+
 impl PressingError {
     /// Whether nothing touches.
     pub fn is_no_contact(&self) -> bool {
         matches!(self, Self::Elastic(ElasticError::NoContact { .. }))
+    }
+
+    /// Whether what touches goes so little in that no node of the surface is below it: the first touch of a smooth body.
+    pub fn is_first_touch(&self) -> bool {
+        matches!(self, Self::Elastic(ElasticError::TooCoarse { depth_mm, .. }) if *depth_mm < FIRST_TOUCH_MM)
     }
 }
 

@@ -25,7 +25,7 @@ class Touch(gymnasium.Env):
         self.observation_space = spaces.Box(0, 255, self._felt(0.0).image.shape, dtype=np.uint8)
 
     def _felt(self, depth_mm):
-        ball = fabkit.sim.ball(BALL_MM).at(*(self.tip + [0, 0, BALL_MM - depth_mm]))
+        ball = fabkit.sim.ball(BALL_MM).at(*np.add(self.tip, [0, 0, BALL_MM - depth_mm]))
         return self.sensor.press(ball, seed=int(self.np_random.integers(2**31)))
 
     def reset(self, *, seed=None, options=None):

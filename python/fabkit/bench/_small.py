@@ -29,6 +29,10 @@ __all__ = ["PAPER", "SMALL", "Form", "Small"]
 _SQUARE_BELOW = 0.02
 
 
+RATE = 5e-3
+"""How fast networks learn at first."""
+
+
 @dataclass(frozen=True)
 class Form:
     """Sizes of a network."""
@@ -127,7 +131,7 @@ class Small:
         *,
         epochs: int,
         batch: int = 512,
-        rate: float = 5e-3,
+        rate: float = RATE,
         tell: Callable[[str], None] | None = None,
     ) -> None:
         """Learn by Adam, with steps that shrink; squares (n, side, side), targets (n,)."""

@@ -21,7 +21,7 @@ import numpy as np
 from fabkit import sim
 from fabkit.bench._learn import one_thread
 from fabkit.bench._onnx import chain
-from fabkit.bench._small import PAPER, SMALL, Small
+from fabkit.bench._small import PAPER, RATE, SMALL, Small
 from fabkit.designs import load
 from fabkit.errors import FabkitError, invalid
 
@@ -116,6 +116,7 @@ def train(
     seed: int = 0,
     pixels: int = 1500,
     epochs: int = 36,
+    rate: float = RATE,
     is_paper: bool = False,
     tell: Callable[[str], None] | None = None,
 ) -> tuple[Small, dict[str, Any]]:
@@ -131,6 +132,8 @@ def train(
         To learn from, of each press.
     epochs
         How often each is looked at.
+    rate
+        How fast it learns at first.
     is_paper
         Take the form of R-Tac0's published network, 413,057 numbers, instead of the small one.
     tell
@@ -157,7 +160,7 @@ def train(
     tell(f"learning from {len(targets)} pixels")
     network = Small(form, seed)
     with one_thread():
-        network.fit(squares, targets, epochs=epochs, tell=tell)
+        network.fit(squares, targets, epochs=epochs, rate=rate, tell=tell)
     words = f"{len(learned)} simulated presses, {len(targets)} pixels: semi-domes, pins, balls"
     about = card(design, rest) | {"training": f"{words}; seed {seed}, {epochs} epochs"}
     tell("trying what was held out")
@@ -206,6 +209,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0, help="of patterns, noise and numbers")
     parser.add_argument("--pixels", type=int, default=1500, help="to learn from, of each press")
     parser.add_argument("--epochs", type=int, default=36, help="how often each is looked at")
+    parser.add_argument("--rate", type=float, default=RATE, help="how fast it learns at first")
     parser.add_argument("--paper", action="store_true", help="in the form of the published one")
     asked = parser.parse_args(arguments)
     try:
@@ -214,6 +218,7 @@ def main(arguments: list[str] | None = None) -> int:
             seed=asked.seed,
             pixels=asked.pixels,
             epochs=asked.epochs,
+            rate=asked.rate,
             is_paper=asked.paper,
             tell=lambda what: print(what, file=sys.stderr, flush=True),
         )

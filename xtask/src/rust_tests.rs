@@ -9,8 +9,12 @@ use serde_json::Value;
 use crate::run::{cargo, check, fabkit};
 
 /// Started first, the longest before the others.
-const LONG: [&str; 12] = [
+const LONG: [&str; 16] = [
+    "reality",
+    "presses",
     "assemblies",
+    "guide",
+    "reconstruct",
     "constraints",
     "calibrate",
     "found_marks",

@@ -106,12 +106,7 @@ impl Pixels {
             .rays
             .iter()
             .map(|ray| ray.map_or(unknown, |ray| <Vector3<f64>>::into(ray.direction)));
-        let seen = |place: &Option<Point3<f64>>| {
-            let pixel = pinhole.project(place.as_ref()?.coords.into())?;
-            let is_within =
-                |k: usize| (-0.5..f64::from(pinhole.size_px[k]) - 0.5).contains(&pixel[k]);
-            (is_within(0) && is_within(1)).then_some(pixel)
-        };
+        let seen = |place: &Option<Point3<f64>>| pinhole.sees(place.as_ref()?.coords.into());
         let pixels = self.places_in_camera.iter().map(|place| seen(place).unwrap_or([f64::NAN; 2]));
         let array = |name: &str, of_each: usize, values: Values| Array {
             name: name.to_owned(),
@@ -138,12 +133,7 @@ impl Pixels {
     /// How much of the picture the pinhole shows: 1 is all that the lens reaches.
     pub fn share(&self, pinhole: &RobotCamera) -> f64 {
         let reached = self.places_in_camera.iter().flatten();
-        let is_seen = |place: &&Point3<f64>| {
-            let pixel = pinhole.project(place.coords.into());
-            pixel.is_some_and(|pixel| {
-                (0..2).all(|k| (-0.5..f64::from(pinhole.size_px[k]) - 0.5).contains(&pixel[k]))
-            })
-        };
+        let is_seen = |place: &&Point3<f64>| pinhole.sees(place.coords.into()).is_some();
         let (seen, all) = (reached.clone().filter(is_seen).count(), reached.count());
         if all == 0 { 0.0 } else { seen as f64 / all as f64 }
     }

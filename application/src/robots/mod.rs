@@ -24,7 +24,7 @@ use fabkit_export::{
     Robot, RobotFrame, RobotMesh, RobotShape, drake, mjcf, npz, obj, sdf, tacex, tacsl, tacto,
     urdf, usd,
 };
-use fabkit_geometry::{Point3, Pose, SurfacePoints};
+use fabkit_geometry::{Point3, Pose, Sensor, SurfacePoints};
 use fabkit_optics::Sights;
 
 use self::bodies::{Standing, link, seen, standing};
@@ -33,6 +33,7 @@ use self::document::Told;
 use self::soft::{lamps, soft};
 use self::taxels::TouchMesh;
 use crate::Error;
+use crate::capturing::middle_of;
 use crate::exporting::ForeignFile;
 use crate::ground_truth::{Viewpoint, are_seen, pixels_of};
 use crate::identity::design_hash;
@@ -187,7 +188,7 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
         name: sensor.name.clone(),
         comment,
         links,
-        frames: frames(&viewpoint, sensor.mount, felt.as_ref()),
+        frames: frames(&viewpoint, sensor),
         camera: pixels.pinhole(&viewpoint, OPTICAL),
         touch: touch.as_ref().map(|soft| soft.touch.clone()),
         lamps: lamps(sensor),
@@ -237,15 +238,12 @@ impl Files {
 }
 
 /// The camera's optical frame; where a robot holds the sensor, z to it; and the middle of what is touched, z outwards.
-fn frames(
-    viewpoint: &Viewpoint,
-    mount: Option<Pose>,
-    touch: Option<&TouchMesh>,
-) -> Vec<RobotFrame> {
+fn frames(viewpoint: &Viewpoint, sensor: &Sensor) -> Vec<RobotFrame> {
     let frame =
         |name: &str, sensor_from_frame: Pose| RobotFrame { name: name.into(), sensor_from_frame };
-    let touch = touch.map(|mesh| frame("touch_frame", Pose::z_to(mesh.middle.1, mesh.middle.0)));
-    let mount = mount.map(|pose| frame("mount", pose));
+    let middle = sensor.touch.as_ref().and_then(middle_of);
+    let touch = middle.map(|(at, outward)| frame("touch_frame", Pose::z_to(outward, at)));
+    let mount = sensor.mount.map(|pose| frame("mount", pose));
     [Some(frame(OPTICAL, viewpoint.sensor_from_camera)), mount, touch]
         .into_iter()
         .flatten()

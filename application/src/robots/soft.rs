@@ -61,14 +61,11 @@ pub(super) fn soft(
         points_mm: cells.points_mm,
         cells: cells.cells,
     };
-    let extent = |axis: usize| {
-        let along = || mesh.vertices_mm.iter().map(move |vertex| vertex[axis]);
-        along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
-    };
+    let [least_mm, most_mm] = mesh.bounds_mm();
     let touch = RobotTouch {
         mesh: Arc::clone(mesh),
         link: link.to_owned(),
-        size_mm: [0, 1, 2].map(extent),
+        size_mm: [0, 1, 2].map(|axis| most_mm[axis] - least_mm[axis]),
         top_z_mm: touch.apex_z_mm(),
         soft_mm: touch.soft_mm(),
         young_mpa: in_series_mpa(&stack.layers),

@@ -29,8 +29,6 @@ pub(super) struct TouchMesh {
     feels: Vec<bool>,
     /// Of the surface.
     pub area_mm2: f64,
-    /// A point in the middle, with its normal.
-    pub middle: (Point3<f64>, Vector3<f64>),
 }
 
 impl TouchMesh {
@@ -60,7 +58,6 @@ impl TouchMesh {
             let around = k as f64 / OF_RIM as f64;
             found.push((points.by_area([FOOT, around]).ok_or_else(missing)?, false));
         }
-        let middle = found[0].0;
         let places: Vec<[f64; 3]> =
             found.iter().map(|((place, _), _)| place.coords.into()).collect();
         let hull = convex_hull(&places).map_err(Error::bug)?;
@@ -76,7 +73,6 @@ impl TouchMesh {
             vertices_mm: hull.vertices,
             triangles: hull.triangles,
             area_mm2: points.area_mm2(),
-            middle,
         })
     }
 
@@ -113,7 +109,6 @@ impl TouchMesh {
             let b = edge[(k + 1) % edge.len()];
             triangles.extend([[*a, a + count, b + count], [*a, b + count, b]]);
         }
-        let middle = points.by_area([0.5, 0.5]).ok_or_else(missing)?;
         let below = |(place, normal): &(Point3<f64>, Vector3<f64>)| place - soft_mm * normal;
         let lower = face.iter().map(below).map(|place| place.coords.into());
         Ok(Self {
@@ -122,7 +117,6 @@ impl TouchMesh {
             normals: face.iter().chain(&face).map(|(_, normal)| *normal).collect(),
             feels: (0..2 * count).map(|k| k < count).collect(),
             area_mm2: points.area_mm2(),
-            middle,
         })
     }
 

@@ -88,7 +88,7 @@ pub fn tacex(robot: &Robot) -> Option<String> {
     let camera = &robot.camera;
     let [width, height] = camera.size_px;
     let [wide, high, deep] = touch.size_mm.map(|mm| number(mm / MM_PER_M));
-    let whole = bounds(robot)?.map(|mm| number(mm / MM_PER_M));
+    let whole = size_mm(robot)?.map(|mm| number(mm / MM_PER_M));
     let far_mm = far_mm(camera, touch);
     let mut text = head(robot, touch, "GelSightSensorCfg of TacEx");
     // Writing to a string cannot fail.
@@ -158,12 +158,13 @@ fn scale_mm(camera: &RobotCamera, touch: &RobotTouch) -> f64 {
 }
 
 /// Of the box around all that is seen, mm.
-fn bounds(robot: &Robot) -> Option<[f64; 3]> {
+fn size_mm(robot: &Robot) -> Option<[f64; 3]> {
     let shapes = robot.links.iter().flat_map(|link| &link.visuals);
-    let all = || shapes.clone().flat_map(|shape| &shape.mesh.vertices_mm);
-    all().next()?;
-    Some([0, 1, 2].map(|axis| {
-        let along = || all().map(|vertex| vertex[axis]);
-        along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
-    }))
+    let both = shapes.map(|shape| shape.mesh.bounds_mm()).reduce(|[a, b], [c, d]| {
+        [
+            [0, 1, 2].map(|axis| f64::min(a[axis], c[axis])),
+            [0, 1, 2].map(|axis| f64::max(b[axis], d[axis])),
+        ]
+    });
+    both.map(|[least, most]| [0, 1, 2].map(|axis| most[axis] - least[axis]))
 }

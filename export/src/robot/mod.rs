@@ -172,6 +172,21 @@ pub struct RobotMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+impl RobotMesh {
+    /// Least and largest of each coordinate, mm.
+    pub fn bounds_mm(&self) -> [[f64; 3]; 2] {
+        let ends = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        self.vertices_mm.iter().fold(ends, |[least, most], vertex| {
+            [0, 1].map(|end| {
+                std::array::from_fn(|axis| match end {
+                    0 => least[axis].min(vertex[axis]),
+                    _ => most[axis].max(vertex[axis]),
+                })
+            })
+        })
+    }
+}
+
 /// A mesh with a name and a colour.
 #[derive(Clone, Debug)]
 pub struct RobotShape {
@@ -229,7 +244,13 @@ impl RobotCamera {
         self.size_px.map(|px| (f64::from(px) - 1.0) / 2.0)
     }
 
-    /// Where a place in its frame is seen: column and row; nothing of what lies behind.
+    /// Where a place in its frame, mm, is in its picture: column and row; nothing of what lies behind or beside.
+    pub fn sees(&self, place_in_camera: [f64; 3]) -> Option<[f64; 2]> {
+        let is_within = |(px, size): (&f64, &u32)| (-0.5..f64::from(*size) - 0.5).contains(px);
+        self.project(place_in_camera).filter(|pixel| pixel.iter().zip(&self.size_px).all(is_within))
+    }
+
+    /// Where a place in its frame, mm, is seen, in its picture or beside: column and row; nothing of what lies behind.
     pub fn project(&self, [x, y, z]: [f64; 3]) -> Option<[f64; 2]> {
         let [column, row] = self.middle_px();
         (z > 0.0).then(|| [self.focal_px * x / z + column, self.focal_px * y / z + row])

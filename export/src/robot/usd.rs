@@ -163,17 +163,14 @@ fn of_mesh(name: &str, shape: &RobotShape, schemas: &str, more: &str) -> String 
         "" => String::new(),
         all => format!(" (\n            prepend apiSchemas = [{all}]\n        )"),
     };
-    let end = |of: fn(f64, f64) -> f64, start: f64| {
-        let all = |axis: usize| vertices_mm.iter().map(move |vertex| vertex[axis] / MM_PER_M);
-        tuple([0, 1, 2].map(|axis| all(axis).fold(start, of)))
-    };
+    let [least, most] = shape.mesh.bounds_mm().map(|end| tuple(end.map(|mm| mm / MM_PER_M)));
     format!(
         "        def Mesh \"{}\"{schemas}\n        {{\n            float3[] extent = [{}, {}]\n            \
          int[] faceVertexCounts = [{}]\n            int[] faceVertexIndices = [{}]\n            \
          point3f[] points = [{}]\n{more}            uniform token subdivisionScheme = \"none\"\n        }}\n\n",
         identifier(name),
-        end(f64::min, f64::INFINITY),
-        end(f64::max, f64::NEG_INFINITY),
+        least,
+        most,
         vec!["3"; triangles.len()].join(", "),
         indices(triangles.iter().flatten()),
         points(vertices_mm),

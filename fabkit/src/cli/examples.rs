@@ -18,7 +18,7 @@ Examples:
   fabkit export rtac0/shell --format stl --tolerance 2um
   fabkit export rtac0 --fixtures --bed bambu-a1 -o out/all
   fabkit export rtac0 --set coat.thickness=0.1mm -o out/thin
-  fabkit export rtac0 --robot urdf,mjcf -o out/robot
+  fabkit export rtac0 --robot mjcf,usd -o out/robot
 
 A file fabkit.yaml in the working folder may say what options are where they are not given: `bed`, \
 `stock`, `profile` (--process), `tolerance`, `kerf`, `output` (in place of `out`), below `format: 1`.";

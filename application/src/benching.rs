@@ -13,6 +13,12 @@ use serde_json::Value;
 use crate::verifier::PYTHON_VARIABLE;
 use crate::{ErrorKind, Explained};
 
+/// The interpreter that the environment names.
+pub(crate) fn interpreter() -> PathBuf {
+    let named = env::var_os(PYTHON_VARIABLE).filter(|name| !name.is_empty());
+    PathBuf::from(named.unwrap_or_else(|| "python3".into()))
+}
+
 /// Starts the bench, whatever the current folder holds: `-c` looks there first.
 const START: &str = "import sys\nsys.path = [path for path in sys.path if path]\n\
     try:\n    from fabkit.bench.__main__ import main\nexcept ImportError as error:\n    \
@@ -69,8 +75,7 @@ impl Explained for BenchError {
 /// # Errors
 /// [`BenchError`].
 pub fn run(arguments: &[OsString], tell: &(dyn Fn(&str) + Sync)) -> Result<Value, BenchError> {
-    let named = env::var_os(PYTHON_VARIABLE).filter(|name| !name.is_empty());
-    let python = PathBuf::from(named.unwrap_or_else(|| "python3".into()));
+    let python = interpreter();
     let missing = |why: String| BenchError::NoPackage { python: python.clone(), why };
     let mut command = Command::new(&python);
     command.args(["-c", START]).args(arguments);

@@ -139,7 +139,10 @@ pub fn about(error: &Error) -> About {
         Error::Slicing(error) => About::of(slicing(error)),
         Error::Picture(error) => picture(error),
         Error::Verifier(error) => verifier(error),
-        Error::Bench(BenchError::NoPackage { python, .. }) => About::at("no_bench", python),
+        Error::Bench(BenchError::NoPackage { python, .. })
+        | Error::Sweep(SweepError::Bench(BenchError::NoPackage { python, .. })) => {
+            About::at("no_bench", python)
+        }
         Error::Bench(other) => of_kind(other.kind()),
         Error::Scene(error) => About::of(scene(error)),
         Error::Pressing(error) => About::of(pressing(error)),

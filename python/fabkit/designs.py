@@ -498,16 +498,12 @@ class Sensor(Design):
         >>> larger.surface.radius, larger.coat.thickness
         (16.5, 0.1)
         """
-        if self._changes is None:
-            hint = "load the sensor with the values of the variant"
-            raise invalid("a variant of a sweep cannot be changed", hint)
-        preset, before = self._changes
         changes = overrides_of(overrides, values)
         given = {path: self._with_unit(path, value) for path, value in changes.items()}
-        kept = [one for one in before if one.partition("=")[0] not in given]
-        return _loaded(
-            self.source, preset, [*kept, *(f"{p}={as_yaml(p, v)}" for p, v in given.items())]
-        )
+        kept = [one for one in self._project.overrides() if one.partition("=")[0] not in given]
+        listed = [*kept, *(f"{p}={as_yaml(p, v)}" for p, v in given.items())]
+        again = None if self._changes is None else (self._changes[0], listed)
+        return Sensor(self._project.replaced(listed), self.source, again)
 
     def _with_unit(self, path: str, value: object) -> object:
         parameter = self.parameters.get(path)

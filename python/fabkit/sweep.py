@@ -25,6 +25,7 @@ import functools
 import json
 import math
 import os
+import sys
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
@@ -35,7 +36,7 @@ from fabkit import _fabkit
 from fabkit._executors import completed, submitter
 from fabkit._progress import shown
 from fabkit.designs import Sensor
-from fabkit.errors import InvalidInputError, Problem, invalid, unknown
+from fabkit.errors import FabkitError, InvalidInputError, Problem, invalid, unknown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -169,7 +170,11 @@ class Plan:
 
     def evaluate(self, variant: int, metrics: Mapping[str, Metric] | None = None) -> Row:
         """Compute the row of a variant."""
-        return self._row(self._native.row(variant, None, _asked(self, variant, metrics)))
+        return self._row(self.line(variant, metrics))
+
+    def line(self, variant: int, metrics: Mapping[str, Metric] | None = None) -> str:
+        """Compute the row of a variant as a line of JSON, as other processes send it."""
+        return self._native.row(variant, None, _asked(self, variant, metrics))
 
     def _row(self, line: str) -> Row:
         about: dict[str, Any] = json.loads(line)
@@ -316,7 +321,7 @@ def run(
     native = plan._native  # pyright: ignore[reportPrivateUsage]
     with shown(progress, "variants") as told:
         if executor is None and not metrics:
-            return _sweep(_fabkit.run_sweep(os.fspath(out), native, resume, told))
+            return _sweep(_fabkit.run_sweep(os.fspath(out), native, resume, sys.executable, told))
         path = os.fspath(out)
         with (
             submitter(executor, retries) as submit,
@@ -341,12 +346,12 @@ def _rows(
     """Compute rows, here or on a worker; an error comes with the rows before it."""
     plan = _plan(source)
     native = plan._native  # pyright: ignore[reportPrivateUsage]
-    if not metrics:
+    if not metrics and not native.bench():
         return native.rows(numbers), None
     lines: list[str] = []
     for number in numbers:
         try:
-            lines.append(native.row(number, None, _asked(plan, number, metrics)))
+            lines.append(plan.line(number, metrics))
         except MetricError as error:
             return lines, error
     return lines, None
@@ -359,25 +364,41 @@ def _plan(source: str) -> Plan:
 
 def _asked(
     plan: Plan, variant: int, metrics: Mapping[str, Metric] | None
-) -> Callable[[_fabkit.Project], list[tuple[str, float]]] | None:
-    """Make the function that computes one's own metrics of a variant."""
-    if not metrics:
+) -> Callable[[_fabkit.Project], tuple[list[tuple[str, float]], list[str]]] | None:
+    """Make the function that computes one's own metrics of a variant, and those of the bench."""
+    native = plan._native  # pyright: ignore[reportPrivateUsage]
+    benched = bool(native.bench())
+    if not metrics and not benched:
         return None
 
-    def ask(project: _fabkit.Project) -> list[tuple[str, float]]:
+    def ask(project: _fabkit.Project) -> tuple[list[tuple[str, float]], list[str]]:
         sensor = Sensor(project, plan.sensor)
-        values: list[tuple[str, float]] = []
-        for name, metric in metrics.items():
+        values, notes = _benched(sensor, native) if benched else ({}, [])
+        for name, metric in (metrics or {}).items():
             try:
                 value = float(metric(sensor))
             except Exception as error:
                 raise MetricError(name, variant, f"raised {error!r}") from error
             if not math.isfinite(value):
                 raise MetricError(name, variant, f"is {value}")
-            values.append((name, value))
-        return values
+            values[name] = value
+        return list(values.items()), notes
 
     return ask
+
+
+def _benched(sensor: Sensor, plan: _fabkit.SweepPlan) -> tuple[dict[str, float], list[str]]:
+    """Run the bench on a variant; what cannot be pressed leaves cells empty, and says why."""
+    from fabkit import bench  # noqa: PLC0415: other sweeps need none of it
+    from fabkit.bench import _learn  # noqa: PLC0415
+
+    # Without it no variant has figures: an error, not a note in each row.
+    _learn.needed()
+    try:
+        # Seeds of the bench are shorter than those of samples.
+        return bench.figures(sensor, seed=plan.seed() % 2**31, names=plan.bench()), []
+    except FabkitError as error:
+        return {}, [f"bench: {str(error).splitlines()[0]}"]
 
 
 def _axis(space: dict[str, Any]) -> Axis:

@@ -50,7 +50,7 @@ pub fn load(
         Ok::<_, Error>((source, project, changes))
     })?;
     let (source, project, changes) = loaded.or_raise(py)?;
-    Ok(Project { source: Arc::new(source), project: Arc::new(project), changes })
+    Ok(Project { source: Arc::new(source), project: Arc::new(project), overrides, changes })
 }
 
 /// A sensor with the parameters of its fixtures.
@@ -58,6 +58,8 @@ pub fn load(
 pub struct Project {
     pub source: Arc<Source>,
     pub project: Arc<fixtures::Project>,
+    /// What it was read with, `path=value`.
+    pub overrides: Vec<String>,
     /// What gave way so that it can be built.
     pub changes: Vec<Change>,
 }
@@ -71,6 +73,17 @@ impl Project {
     /// The family that its file belongs to.
     fn family(&self) -> &'static str {
         self.project.design.family
+    }
+
+    fn overrides(&self) -> Vec<String> {
+        self.overrides.clone()
+    }
+
+    /// The same source, read with other overrides.
+    fn replaced(&self, py: Python<'_>, overrides: Vec<String>) -> PyResult<Self> {
+        let project = short(py, || self.source.load(&overrides))?.or_raise(py)?;
+        let (source, project) = (Arc::clone(&self.source), Arc::new(project));
+        Ok(Self { source, project, overrides, changes: Vec::new() })
     }
 
     /// What gave way so that the sensor can be built: path, from, to, because.

@@ -1,6 +1,6 @@
 //! Design sweeps: plans, rows as lines of JSON, and the folder they end up in.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use fabkit_application::designs::UserFile;
@@ -9,8 +9,8 @@ use fabkit_application::documents;
 use fabkit_application::fixtures;
 use fabkit_application::progress::Step;
 use fabkit_application::source::Source;
-use fabkit_application::sweep::{Plan, PlanSource, Variant};
-use fabkit_application::sweeping::{self, Store};
+use fabkit_application::sweep::{More, Plan, PlanSource, Variant};
+use fabkit_application::sweeping::{self, Store, Sweep};
 use pyo3::prelude::*;
 
 use crate::design::Project;
@@ -125,8 +125,18 @@ impl SweepPlan {
         })
     }
 
+    /// Figures of the bench that rows need; `custom` has to give them.
+    fn bench(&self) -> Vec<&'static str> {
+        self.plan.bench().collect()
+    }
+
+    /// Which sample is drawn, and what the bench draws.
+    fn seed(&self) -> u64 {
+        self.plan.seed()
+    }
+
     /// The row of a variant, or of the values of the axes as `texts`; `custom` is given the variant and
-    /// answers names and values.
+    /// answers names and values, and why some are missing.
     fn row(
         &self,
         py: Python<'_>,
@@ -140,13 +150,14 @@ impl SweepPlan {
         };
         let (plan, sensor) = (Arc::clone(&self.plan), Arc::clone(&self.sensor));
         let row = short(py, move || {
-            let mut ask = |_: &Variant, project: &fixtures::Project| {
-                let Some(custom) = &custom else { return Ok(Vec::new()) };
+            let mut ask = |variant: &Variant, project: &fixtures::Project| {
+                let Some(custom) = &custom else { return Ok::<_, PyErr>(More::default()) };
                 Python::attach(|py| {
                     let project = Arc::new(project.clone());
-                    let project =
-                        Project { source: Arc::clone(&sensor), project, changes: Vec::new() };
-                    custom.call1(py, (project,))?.extract::<Vec<(String, f64)>>(py)
+                    let (source, overrides) = (Arc::clone(&sensor), variant.overrides.clone());
+                    let project = Project { source, project, overrides, changes: Vec::new() };
+                    let (values, notes) = custom.call1(py, (project,))?.extract(py)?;
+                    Ok(More { values, notes })
                 })
             };
             plan.evaluate_with(&variant, &mut ask)
@@ -224,21 +235,24 @@ impl SweepStore {
     }
 }
 
-/// Computes and writes a sweep on all threads; a `fabkit-sweep-report` document.
+/// Computes and writes a sweep on all threads; a `fabkit-sweep-report` document. `python` is the interpreter that
+/// benches run in.
 #[pyfunction]
-#[pyo3(signature = (folder, plan, resume, progress))]
+#[pyo3(signature = (folder, plan, resume, python, progress))]
 pub fn run_sweep(
     py: Python<'_>,
     folder: String,
     plan: &SweepPlan,
     resume: bool,
+    python: PathBuf,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<String> {
     let plan = Arc::clone(&plan.plan);
     run(py, Interrupted::Wait, progress.as_ref(), move |link| {
         let folder = Path::new(&folder);
         let show = |step: Step| link.show(step.done, step.all);
-        let finished = sweeping::run(folder, &plan, resume, &show, &|| link.is_cancelled())?;
+        let sweep = Sweep { plan: &plan, resume, python: Some(&python) };
+        let finished = sweeping::run(folder, sweep, &show, &|| link.is_cancelled())?;
         Ok(documents::sweep(folder, &finished).to_string())
     })
 }

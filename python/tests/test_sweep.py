@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import fabkit
-from fabkit import _fabkit
+from fabkit import _fabkit, bench
 
 PLAN = """\
 format: 1
@@ -183,3 +184,60 @@ def test_what_workers_send_is_looked_at(plan: Path, tmp_path: Path) -> None:
         _fabkit.SweepStore.open(str(tmp_path / "out"), native, True)
     store.close()
     fabkit.sweep.run(plan, tmp_path / "out", resume=True)
+
+
+def test_figures_of_the_bench_are_columns(tmp_path: Path) -> None:
+    pytest.importorskip("sklearn")
+    plan = {
+        "sensor": "digit-like",
+        "seed": 3,
+        "axes": {"pad.thickness": ["2.5 mm", "3 mm"]},
+        "metrics": ["depth_mae_mm", "coverage"],
+        "objectives": {"depth_mae_mm": "min"},
+    }
+    by_workers = fabkit.sweep.run(plan, tmp_path / "a")
+    assert by_workers.pareto == 1
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as one:
+        fabkit.sweep.run(plan, tmp_path / "b", executor=one)
+    assert tables(tmp_path / "b") == tables(tmp_path / "a")
+    row = by_workers.rows()[0]
+    sensor = fabkit.load("digit-like", fabkit.sweep.load(plan).overrides(0))
+    figures = bench.figures(sensor, seed=3, names=["depth_mae_mm"])
+    assert figures == {"depth_mae_mm": float(row["depth_mae_mm"])}
+
+
+def test_what_the_bench_cannot_press_is_an_empty_cell_with_a_note() -> None:
+    pytest.importorskip("sklearn")
+    row = fabkit.sweep.load({
+        "sensor": "rtac0",
+        # Thinner than the semi-domes of the bench are deep.
+        "axes": {"translucent_gel.thickness": ["0.9 mm"]},
+        "metrics": ["depth_mae_mm", "coverage"],
+    }).evaluate(0)
+    assert (row.status, list(row.metrics)) == ("ok", ["coverage"])
+    assert row.notes[0].startswith("bench: fixtures.semi_domes.depth.deepest is ")
+
+
+def test_plans_know_every_figure_of_the_bench() -> None:
+    from fabkit.bench import _run  # noqa: PLC0415
+
+    for module in _run._MODULES.values():
+        family = importlib.import_module(f"fabkit.bench.{module}").FAMILY
+        fabkit.sweep.load({
+            "sensor": "rtac0",
+            "axes": {"camera.depth": ["7 mm"]},
+            "metrics": list(family.figures),
+        })
+
+
+def test_a_variant_can_be_changed_again() -> None:
+    thicker: list[tuple[float, float]] = []
+
+    def ask(sensor: fabkit.Sensor) -> float:
+        again = sensor.replace(coat__thickness="0.2 mm")
+        thicker.append((again.surface.radius, again.coat.thickness))
+        return 1.0
+
+    plan = {"sensor": "rtac0", "axes": {"surface.radius": ["16 mm"]}, "metrics": ["coverage"]}
+    fabkit.sweep.load(plan, metrics=["mine"]).evaluate(0, {"mine": ask})
+    assert thicker == [(16.0, 0.2)]

@@ -48,7 +48,7 @@ mod table;
 pub use metrics::{GROUPS, Group, METRICS, Metric, stock_density_g_per_cm3};
 pub use pareto::front;
 pub use plan::{
-    AskMore, Constraint, Direction, InvalidSource, MAX_AXES, MAX_VARIANTS, Objective, Plan,
+    AskMore, Constraint, Direction, InvalidSource, MAX_AXES, MAX_VARIANTS, More, Objective, Plan,
     PlanAxis, PlanSource, Sampling, Variant, json_schema,
 };
 pub use report::report;

@@ -359,3 +359,43 @@ fn markers_are_found_and_flat_sensors_have_empty_cells() {
     assert!(!fluidic.metrics.contains_key("coverage") && fluidic.notes.is_empty());
     assert!(fluidic.metrics["parts_mass_g"] > 0.0);
 }
+
+/// What a sweep says whose interpreter is a script.
+#[cfg(unix)]
+fn benched(script: &str) -> Run {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let root = folder(&small("[]").replace("[coverage,", "[depth_mae_mm, coverage,"));
+    let python = root.path().join("python");
+    fs::write(&python, format!("#!/bin/sh\n{script}\n")).unwrap();
+    fs::set_permissions(&python, fs::Permissions::from_mode(0o755)).unwrap();
+    let mut command = command(root.path());
+    command.args(["sweep", "sweep.yaml", "-o", "out", "--threads", "2"]);
+    Run::from(command.env("FABKIT_PYTHON", &python).output().unwrap())
+}
+
+/// Figures of the bench come from interpreters: `python/tests/test_sweep.py` has real ones.
+#[cfg(unix)]
+#[test]
+fn an_interpreter_without_an_answer_is_named() {
+    let hello = format!("read source; echo '{{\"version\": \"{}\"}}'", env!("CARGO_PKG_VERSION"));
+    let runs = [
+        ("echo '{\"missing\": \"No module named fabkit\"}'; exit 9", 2, "No module named fabkit"),
+        ("read source; echo '{\"version\": \"0.0.1\"}'; cat", 2, "its package is of version 0.0.1"),
+        ("exit 3", 6, "stopped without an answer (exit status: 3)"),
+        (
+            &*format!("{hello}; read number; echo '{{\"error\": \"KeyError: x\"}}'"),
+            6,
+            "KeyError: x",
+        ),
+        (
+            &*format!("{hello}; read number; echo '{{\"row\": \"nothing\"}}'"),
+            4,
+            "not a row of a sweep",
+        ),
+    ];
+    for (script, code, text) in runs {
+        let run = benched(script);
+        assert_says(&run, code, &[text]);
+    }
+}

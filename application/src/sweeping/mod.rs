@@ -11,6 +11,7 @@
 //! is a row that says where. Rows are pure functions of the plan, so that it does not matter which run, process or machine
 //! computed them: killed and resumed, a sweep ends with the same bytes as an undisturbed one.
 
+mod benches;
 mod store;
 
 use std::path::Path;
@@ -29,12 +30,15 @@ use crate::resumable::FolderError;
 use crate::source::{MAX_YAML_BYTES, Source};
 use crate::staging::write_all;
 
-pub use store::{Finished, KIND, Store, SweepError};
+use self::benches::Benches;
+pub use self::store::{Finished, KIND, Store, SweepError};
 
 /// What a row takes in memory, in the tables and in the report, bytes.
 const ROW_BYTES: u64 = 6000;
 /// What a variant takes while it is computed, its meshes included, bytes.
 const VARIANT_BYTES: u64 = 40 * memory::MB;
+/// The same where an interpreter runs the bench on it, bytes.
+const BENCH_BYTES: u64 = 500 * memory::MB;
 /// Most rows that a run that is killed loses, for each thread.
 const MOST_TOGETHER: usize = 16;
 
@@ -81,6 +85,17 @@ pub fn plan(file: &str, text: &str, folder: &Path, custom: &[String]) -> Result<
     })
 }
 
+/// What is to be carried out.
+#[derive(Clone, Copy, Debug)]
+pub struct Sweep<'a> {
+    /// Which variants, and what to know of each.
+    pub plan: &'a Plan,
+    /// Whether to go on where an earlier run of the same plan was stopped.
+    pub resume: bool,
+    /// The interpreter that benches run in; else the one that the environment names.
+    pub python: Option<&'a Path>,
+}
+
 /// Computes what is missing on all threads, and writes the tables.
 ///
 /// `cancelled` is asked before each row; rows that are finished by then stay for `resume`.
@@ -89,39 +104,44 @@ pub fn plan(file: &str, text: &str, folder: &Path, custom: &[String]) -> Result<
 /// [`SweepError`]: no room; a folder that is not empty, or holds another sweep; no files; stopped.
 pub fn run(
     folder: &Path,
-    plan: &Plan,
-    resume: bool,
+    sweep: Sweep,
     progress: OnProgress,
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Finished, SweepError> {
-    let rows = ROW_BYTES * plan.len() as u64;
-    memory::on_workers("the sweep", rows, VARIANT_BYTES, Less::Variants, || {
-        fill(folder, plan, resume, progress, cancelled)
+    let rows = ROW_BYTES * sweep.plan.len() as u64;
+    let each = if sweep.plan.bench().next().is_some() { BENCH_BYTES } else { VARIANT_BYTES };
+    memory::on_workers("the sweep", rows, each, Less::Variants, || {
+        fill(folder, sweep, progress, cancelled)
     })
 }
 
 /// As [`run`], on the threads that there is room for.
 fn fill(
     folder: &Path,
-    plan: &Plan,
-    resume: bool,
+    sweep: Sweep,
     progress: OnProgress,
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Finished, SweepError> {
+    let Sweep { plan, resume, python } = sweep;
     let store = Store::open(folder, plan, resume)?;
     let found = store.found();
     let done = Mutex::new(found);
     let missing = store.missing();
+    let is_benched = plan.bench().next().is_some();
+    let benches = is_benched.then(|| Benches::new(plan, python, cancelled)).transpose()?;
     // Small enough that all threads have work to the end.
     let share = missing.len() / (4 * rayon::current_num_threads()).max(1);
-    let together = share.clamp(1, MOST_TOGETHER);
+    let together = if benches.is_some() { 1 } else { share.clamp(1, MOST_TOGETHER) };
     missing.par_chunks(together).try_for_each(|numbers| {
         let mut rows: Vec<Row> = Vec::with_capacity(numbers.len());
         for number in numbers {
             if cancelled() {
                 break;
             }
-            rows.push(plan.evaluate(*number));
+            rows.push(match &benches {
+                Some(benches) => benches.row(*number)?,
+                None => plan.evaluate(*number),
+            });
             if let Ok(mut done) = done.lock() {
                 *done += 1;
                 progress(Step { done: *done, found, all: plan.len(), last: "" });

@@ -8,6 +8,7 @@ use fabkit_sweep::{InvalidRow, PANIC, Plan, PlanSource, Row, Status, Table, repo
 use serde_json::{Map, Value, json};
 
 use super::counts;
+use crate::benching::BenchError;
 use crate::memory::MemoryError;
 use crate::resumable::{Files, Folder, FolderError, FolderKind, Piece, SAME_VERSION};
 use crate::staging::{OutputFile, StagingError};
@@ -55,6 +56,9 @@ pub enum SweepError {
         /// Of how many.
         all: usize,
     },
+    /// An interpreter that cannot run the bench, or gave up.
+    #[error(transparent)]
+    Bench(#[from] BenchError),
     /// The caller asked to stop.
     #[error("interrupted")]
     Cancelled,
@@ -66,6 +70,7 @@ impl Explained for SweepError {
             Self::Memory(error) => error.kind(),
             Self::Folder(error) => error.kind(),
             Self::Staging(error) => error.kind(),
+            Self::Bench(error) => error.kind(),
             Self::NoRow(_) | Self::Stranger { .. } => ErrorKind::Io,
             Self::Cancelled => ErrorKind::Interrupted,
             Self::Row(_) | Self::Export(_) | Self::Unfinished { .. } => ErrorKind::Bug,
@@ -77,6 +82,7 @@ impl Explained for SweepError {
             Self::Memory(error) => error.hint(),
             Self::Folder(error) => error.hint(),
             Self::Staging(error) => error.hint(),
+            Self::Bench(error) => error.hint(),
             Self::NoRow(_) | Self::Stranger { .. } => Some(SAME_VERSION.into()),
             Self::Cancelled => Some("what is finished stays, and can be gone on with".into()),
             Self::Row(_) | Self::Export(_) | Self::Unfinished { .. } => None,

@@ -21,7 +21,8 @@ pub(super) fn run(args: &Sweep, global: &Global) -> Result<Outcome, Failure> {
     interrupt::begin_writing()?;
     let progress = Progress::new(global, "computing variants");
     let show = |step: Step| progress.show(step);
-    let finished = sweeping::run(&args.output, &plan, args.resume, &show, &interrupt::requested);
+    let sweep = sweeping::Sweep { plan: &plan, resume: args.resume, python: None };
+    let finished = sweeping::run(&args.output, sweep, &show, &interrupt::requested);
     drop(progress);
     Ok(report(&args.output, &finished?, start))
 }

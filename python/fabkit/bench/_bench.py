@@ -35,8 +35,8 @@ class Family:
 
     experiments: dict[str, Callable[[Bench], list[Row]]]
     """By name, in the order of the table."""
-    figures: Callable[[Bench], dict[str, float]]
-    """The few that tell designs apart."""
+    figures: dict[str, Callable[[Bench], float]]
+    """The few that tell designs apart, by name; what they share is made once."""
     quick: Any
     """Counts for minutes."""
     full: Any

@@ -17,11 +17,13 @@ if TYPE_CHECKING:
 
     Maps = NDArray[np.float32]
 
-__all__ = ["DEEPEST_MM", "MASKS", "Model", "Score", "Seen", "score", "seen"]
+__all__ = ["DEEPEST_MM", "MASKS", "Model", "Score", "Seen", "guess", "saturated", "score", "seen"]
 
 # The published script's: differences below the first are noise, above the second the same.
 _LEAST_GREY = 3.0
 _MOST_GREY = 47.0
+# An 8-bit chip says no more; the mean of noisy pictures is a little less.
+_WHITE_GREY = 254.0
 # Its targets end there too, mm.
 DEEPEST_MM = 2.0
 # Its pictures' width and blur, px, and the side of the square of pixels that its network sees.
@@ -146,6 +148,17 @@ def score(found_mm: Maps, seen: Seen, mask: str) -> Score:
     if not len(errors):
         return Score(float("nan"), float("nan"))
     return Score(float(errors.mean()), float(100.0 * (errors < 0.1).mean()))
+
+
+def saturated(seen: Seen, reference: NDArray[np.uint8]) -> float:
+    """Tell the share of the pixels in contact that say no more of depth.
+
+    They are darker by more than what the published script lets its network see, or so bright at
+    rest that the chip could not say more.
+    """
+    is_over = (seen.darkness >= 1.0) | (grey(reference[None]) >= _WHITE_GREY)
+    where = seen.masks["contact"]
+    return float(is_over[where].mean()) if where.any() else float("nan")
 
 
 def guess(train: Seen, mask: str) -> float:

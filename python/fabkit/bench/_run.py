@@ -14,7 +14,7 @@ from fabkit.designs import Sensor, load
 from fabkit.errors import FabkitError, invalid, unknown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
 __all__ = ["experiments", "figures", "run"]
 
@@ -104,13 +104,21 @@ def run(
     )
 
 
-def figures(design: Sensor | str, *, seed: int = 0, size: Any = None) -> dict[str, float]:
+def figures(
+    design: Sensor | str,
+    *,
+    seed: int = 0,
+    names: Collection[str] | None = None,
+    size: Any = None,
+) -> dict[str, float]:
     """Compute the few figures that tell designs apart, for sweeps: some seconds.
 
     Parameters
     ----------
     design, seed, size
         As for :func:`run`.
+    names
+        Only these, of those that the family has: what no other needs is not computed.
 
     Returns
     -------
@@ -125,7 +133,8 @@ def figures(design: Sensor | str, *, seed: int = 0, size: Any = None) -> dict[st
     bench, family = _ready(design, seed, True, size, None, small=True)
     _learn.needed()
     with _learn.one_thread():
-        return family.figures(bench)
+        wanted = [name for name in family.figures if names is None or name in names]
+        return {name: family.figures[name](bench) for name in wanted}
 
 
 def experiments(design: Sensor | str) -> list[str]:

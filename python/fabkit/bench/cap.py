@@ -257,16 +257,16 @@ def _occlusion(bench: Bench) -> list[Row]:
     ]
 
 
-def _figures(bench: Bench) -> dict[str, float]:
-    rows = {row.name: row.simulated for row in _linear(bench)}
+def _r2(bench: Bench, way: str) -> float:
+    rows = bench.once("lines", lambda: {row.name: row.simulated for row in _linear(bench)})
+    return float(rows[f"{way} displacement by force: R2 of a line"] or 0.0)
+
+
+def _slip_margin_mae(bench: Bench) -> float:
     frames = _frames(bench)
     everything = np.ones(len(frames.trial), dtype=bool)
     tests = [frames.trial == number for number in np.unique(frames.trial)]
-    return {
-        "normal_r2": float(rows["normal displacement by force: R2 of a line"] or 0.0),
-        "lateral_r2": float(rows["lateral displacement by force: R2 of a line"] or 0.0),
-        "slip_margin_mae": _margin_errors(bench, frames, tests, everything)[0],
-    }
+    return _margin_errors(bench, frames, tests, everything)[0]
 
 
 _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
@@ -277,7 +277,11 @@ _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
 
 FAMILY = Family(
     experiments=_EXPERIMENTS,
-    figures=_figures,
+    figures={
+        "normal_r2": lambda bench: _r2(bench, "normal"),
+        "lateral_r2": lambda bench: _r2(bench, "lateral"),
+        "slip_margin_mae": _slip_margin_mae,
+    },
     quick=Size(),
     full=Size(spacing_mm=0.6, normal_steps=60, lateral_steps=40, trial_steps=40, epochs=400),
     small=Size(spacing_mm=1.4, normal_steps=8, lateral_steps=6, trials=6, trial_steps=5, epochs=80),

@@ -9,7 +9,7 @@ import numpy as np
 
 from fabkit import sim
 from fabkit.bench._bench import Family, first_line, reference
-from fabkit.bench._depth import MASKS, Model, Score, Seen, guess, score, seen
+from fabkit.bench._depth import MASKS, Model, Score, Seen, guess, saturated, score, seen
 from fabkit.bench._report import Row
 from fabkit.bench._unit import Spread, another
 from fabkit.errors import FabkitError, invalid
@@ -291,18 +291,24 @@ def _slip(bench: Bench) -> list[Row]:
     ]
 
 
-def _figures(bench: Bench) -> dict[str, float]:
+def _mean_mm(bench: Bench, mask: str) -> float:
     trained = _trained(bench)
-    found = trained.model.predict(trained.test)
-    return {
-        "depth_mae_mm": score(found, trained.test, "contact").mean_mm,
-        "depth_mae_all_mm": score(found, trained.test, "all").mean_mm,
-    }
+    found = bench.once("found", lambda: trained.model.predict(trained.test))
+    return score(found, trained.test, mask).mean_mm
+
+
+def _saturated(bench: Bench) -> float:
+    trained = _trained(bench)
+    return saturated(trained.test, trained.unit.reference)
 
 
 FAMILY = Family(
     experiments={"depth": _depth, "largest-depth": _largest, "slip": _slip},
-    figures=_figures,
+    figures={
+        "depth_mae_mm": lambda bench: _mean_mm(bench, "contact"),
+        "depth_mae_all_mm": lambda bench: _mean_mm(bench, "all"),
+        "saturated_share": _saturated,
+    },
     quick=Size(),
     full=Size(size_px=(320, 240), spacing_mm=0.3, pixels=1000, epochs=50, units=5, trials=20),
     small=Size(size_px=(80, 60), spacing_mm=0.7, train_patterns=20, test_patterns=8, epochs=10),

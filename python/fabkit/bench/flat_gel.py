@@ -244,18 +244,18 @@ def _rows(made: Set, label: str, found: tuple[Maps, Maps], how: str) -> list[Row
     return rows
 
 
-def _figures(bench: Bench) -> dict[str, float]:
-    made = _set(bench)
-    depth_mm, _ = _learned(bench, made)
-    return {
-        "depth_mae_mm": score(depth_mm, made.test.seen, "contact").mean_mm,
-        "depth_mae_all_mm": score(depth_mm, made.test.seen, "all").mean_mm,
-    }
+def _mean_mm(bench: Bench, mask: str) -> float:
+    made = bench.once("set", lambda: _set(bench))
+    depth_mm, _ = bench.once("learned", lambda: _learned(bench, made))
+    return score(depth_mm, made.test.seen, mask).mean_mm
 
 
 FAMILY = Family(
     experiments={"depth": _depth},
-    figures=_figures,
+    figures={
+        "depth_mae_mm": lambda bench: _mean_mm(bench, "contact"),
+        "depth_mae_all_mm": lambda bench: _mean_mm(bench, "all"),
+    },
     quick=Size(),
     full=Size(size_px=(320, 240), spacing_mm=0.3, train=1000, test=200, epochs=50),
     small=Size(size_px=(80, 60), spacing_mm=0.7, train=40, test=10, epochs=30),

@@ -311,14 +311,14 @@ def _contrast(bench: Bench) -> list[Row]:
     return rows
 
 
-def _figures(bench: Bench) -> dict[str, float]:
+def _localisation_mm(bench: Bench) -> float:
     probes = _probes(bench)
+    return float(np.median(_localised(bench, probes.place, probes)[0]))
+
+
+def _force_mae_n(bench: Bench) -> float:
     pushes = _pushes(bench, int(bench.design.parameters["markers.count"].value))
-    force, _ = _force_errors(bench, pushes, pushes.shape, len(_SHAPES))
-    return {
-        "localisation_mm": float(np.median(_localised(bench, probes.place, probes)[0])),
-        "force_mae_n": float(force.mean()),
-    }
+    return float(_force_errors(bench, pushes, pushes.shape, len(_SHAPES))[0].mean())
 
 
 _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
@@ -329,7 +329,7 @@ _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
 
 FAMILY = Family(
     experiments=_EXPERIMENTS,
-    figures=_figures,
+    figures={"localisation_mm": _localisation_mm, "force_mae_n": _force_mae_n},
     quick=Size(),
     full=Size(
         probe_px=(400, 400),

@@ -316,16 +316,15 @@ def _contour(bench: Bench) -> list[Row]:
     ]
 
 
-def _figures(bench: Bench) -> dict[str, float]:
+def _own_curve(bench: Bench) -> Curve:
     own = str(bench.design.parameters["pins.layout"].value)
-    curve = _curve(bench, own)
-    errors, _, _ = _perceived(bench, own)
-    return {
-        "depth_mae_mm": _depth_error(bench, curve)[0],
-        "quality_one_way_percent": _one_way(curve.quality),
-        "edge_angle_deg": float(errors[:, 0].mean()),
-        "edge_radius_mm": float(errors[:, 1].mean()),
-    }
+    return bench.once("own curve", lambda: _curve(bench, own))
+
+
+def _edge(bench: Bench, column: int) -> float:
+    own = str(bench.design.parameters["pins.layout"].value)
+    errors, _, _ = bench.once("perceived", lambda: _perceived(bench, own))
+    return float(errors[:, column].mean())
 
 
 _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
@@ -336,7 +335,12 @@ _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
 
 FAMILY = Family(
     experiments=_EXPERIMENTS,
-    figures=_figures,
+    figures={
+        "depth_mae_mm": lambda bench: _depth_error(bench, _own_curve(bench))[0],
+        "quality_one_way_percent": lambda bench: _one_way(_own_curve(bench).quality),
+        "edge_angle_deg": lambda bench: _edge(bench, 0),
+        "edge_radius_mm": lambda bench: _edge(bench, 1),
+    },
     quick=Size(),
     full=Size(
         pictures=20,

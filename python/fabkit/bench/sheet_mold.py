@@ -187,9 +187,9 @@ def _images(bench: Bench) -> list[Row]:
     return [Row(name, "", _LIKENESS[0], None, _LIKENESS[1], 0, note)]
 
 
-def _figures(bench: Bench) -> dict[str, float]:
+def _markers_rms_px(bench: Bench) -> float:
     touches = _touches(bench)
-    return {"markers_rms_px": _found(bench, touches.column_mm, touches, touches.place).rms_px}
+    return _found(bench, touches.column_mm, touches, touches.place).rms_px
 
 
 _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
@@ -200,7 +200,7 @@ _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
 
 FAMILY = Family(
     experiments=_EXPERIMENTS,
-    figures=_figures,
+    figures={"markers_rms_px": _markers_rms_px},
     quick=Size(),
     full=Size(places=150, spacing_mm=1.0, folds=10),
     small=Size(places=6, depths=3, spacing_mm=3.0, folds=3),

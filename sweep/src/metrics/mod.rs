@@ -37,10 +37,13 @@ pub enum Group {
     Checks,
     /// Triangles; takes tenths of a second.
     Meshes,
+    /// How well a small model reads the sensor's simulated pictures; takes seconds, and is asked of somebody else
+    /// ([`Plan::bench`](crate::Plan::bench)), because what learns is Python.
+    Bench,
 }
 
 /// All groups, in the order of tables.
-pub const GROUPS: [Group; 8] = [
+pub const GROUPS: [Group; 9] = [
     Group::Camera,
     Group::Markers,
     Group::Masses,
@@ -49,6 +52,7 @@ pub const GROUPS: [Group; 8] = [
     Group::Press,
     Group::Checks,
     Group::Meshes,
+    Group::Bench,
 ];
 
 impl Group {
@@ -63,12 +67,13 @@ impl Group {
             Self::Press => "press",
             Self::Checks => "checks",
             Self::Meshes => "meshes",
+            Self::Bench => "bench",
         }
     }
 
     /// Whether a plan that names no metrics leaves it out.
     pub fn is_slow(self) -> bool {
-        matches!(self, Self::Press | Self::Checks | Self::Meshes)
+        matches!(self, Self::Press | Self::Checks | Self::Meshes | Self::Bench)
     }
 }
 
@@ -199,6 +204,50 @@ pub const METRICS: &[Metric] = &[
     ),
     metric(Group::Meshes, "mesh_volume_mm3", "volume of their meshes, by quantities"),
     metric(Group::Meshes, "mesh_area_mm2", "area of their meshes, by quantities"),
+    metric(
+        Group::Bench,
+        "depth_mae_mm",
+        "mean error of depth that a small model tells from simulated pictures, over pixels that see what presses: domes, flat gels, and pin tips, where it is the depth of a whole press",
+    ),
+    metric(Group::Bench, "depth_mae_all_mm", "the same over all pixels that see the surface"),
+    metric(
+        Group::Bench,
+        "saturated_share",
+        "share of the pixels that see what presses where a dome's picture tells no more depth: darker by more than what its network takes in, or as white at rest as the chip can say",
+    ),
+    metric(
+        Group::Bench,
+        "localisation_mm",
+        "median distance between where a ball touches a half ellipsoid and where a small model puts it, split by place",
+    ),
+    metric(
+        Group::Bench,
+        "force_mae_n",
+        "mean error of a force's three components by a small model, in ultraviolet light, for indenters that it has not seen: half ellipsoids",
+    ),
+    metric(
+        Group::Bench,
+        "normal_r2",
+        "how straight a normal displacement of dimples grows with force: R2 of a line, dome caps",
+    ),
+    metric(Group::Bench, "lateral_r2", "the same of a lateral displacement"),
+    metric(
+        Group::Bench,
+        "slip_margin_mae",
+        "mean error of the margin to slip by a small model, split by trial: dome caps",
+    ),
+    metric(
+        Group::Bench,
+        "quality_one_way_percent",
+        "steps of depth over which a surrogate of the chip's surface quality goes one way: pin tips",
+    ),
+    metric(Group::Bench, "edge_angle_deg", "mean error of an edge's angle by its place: pin tips"),
+    metric(Group::Bench, "edge_radius_mm", "the same of its distance"),
+    metric(
+        Group::Bench,
+        "markers_rms_px",
+        "rms error of where columns of liquid put markers, split by place: sheet molds",
+    ),
 ];
 
 /// What a plan computes that names no metrics.
@@ -298,6 +347,8 @@ pub(crate) fn compute(
             Group::Press => press::compute(sensor, computed),
             Group::Checks => checks::compute(sensor, &shared.checks, computed),
             Group::Meshes => meshes::compute(sensor, &shared.meshes, computed),
+            // Somebody else's.
+            Group::Bench => {}
         }
     }
     computed.values.retain(|name, _| wanted.iter().any(|metric| metric.covers(name)));

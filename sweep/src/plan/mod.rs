@@ -203,8 +203,17 @@ fn changes(source: &PlanSource, overrides: &[String]) -> Result<Vec<String>, Inv
     Ok(changes.iter().map(fabkit_designs::fixing::Change::as_override).collect())
 }
 
-/// Computes metrics that are not built in: names and values for a variant and its design.
-pub type AskMore<'a, E> = &'a mut dyn FnMut(&Variant, &Project) -> Result<Vec<(String, f64)>, E>;
+/// What somebody else knows of a variant.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct More {
+    /// Metrics by name; those that the plan does not ask for are left out.
+    pub values: Vec<(String, f64)>,
+    /// Why others are missing.
+    pub notes: Vec<String>,
+}
+
+/// Computes metrics that are not computed here, for a variant, with what else had to change, and its design.
+pub type AskMore<'a, E> = &'a mut dyn FnMut(&Variant, &Project) -> Result<More, E>;
 
 /// A plan that can be carried out.
 #[derive(Debug)]
@@ -279,6 +288,17 @@ impl Plan {
         self.known.is_computed(name)
     }
 
+    /// Figures of the bench that rows need: [`Plan::evaluate`] leaves them empty, [`Plan::evaluate_with`] asks.
+    pub fn bench(&self) -> impl Iterator<Item = &'static str> {
+        let metrics = self.known.metrics.iter();
+        metrics.filter(|metric| metric.group == metrics::Group::Bench).map(|metric| metric.name)
+    }
+
+    /// Which sample is drawn, and what the bench draws.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
     /// Whether what fabkit has chosen follows the axes, so that fewer variants are lost.
     pub fn is_fixed(&self) -> bool {
         self.fix
@@ -347,7 +367,8 @@ impl Plan {
     /// # Panics
     /// From [`Plan::len`] on.
     pub fn evaluate(&self, number: usize) -> Row {
-        let nothing = &mut |_: &Variant, _: &Project| Ok::<_, std::convert::Infallible>(Vec::new());
+        let nothing =
+            &mut |_: &Variant, _: &Project| Ok::<_, std::convert::Infallible>(More::default());
         match self.evaluate_with(&self.variant(number), nothing) {
             Ok(row) => row,
             Err(never) => match never {},
@@ -355,7 +376,7 @@ impl Plan {
     }
 
     /// As [`Plan::evaluate`], with metrics that somebody else computes. `custom` is asked for variants
-    /// that can be built and fulfil the constraints on parameters; it answers names and values.
+    /// that can be built and fulfil the constraints on parameters.
     ///
     /// A panic while the variant is built or measured becomes a row with the code [`PANIC`].
     ///
@@ -385,7 +406,10 @@ impl Plan {
             }
         };
         row.changes = changes;
-        computed.values.extend(custom(variant, &project)?);
+        let overrides = variant.overrides.iter().chain(&row.changes).cloned().collect();
+        let more = custom(&Variant { overrides, ..variant.clone() }, &project)?;
+        computed.values.extend(more.values.into_iter().filter(|(name, _)| self.has_metric(name)));
+        computed.notes.extend(more.notes);
         let is_number = |value: &f64| value.is_finite();
         let wrong: Vec<String> = computed
             .values

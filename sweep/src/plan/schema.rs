@@ -34,7 +34,7 @@ pub fn json_schema() -> Value {
             "seed": {
                 "type": "integer",
                 "minimum": 0,
-                "description": "Which sample is drawn; 0 if left out.",
+                "description": "Which sample is drawn, and what the bench draws; 0 if left out.",
             },
             "sample": {
                 "type": "integer",
@@ -81,7 +81,7 @@ pub fn json_schema() -> Value {
             "metrics": {
                 "type": "array",
                 "items": { "anyOf": names },
-                "description": "Metrics or groups of them; if left out, all that need no mesh and no check.",
+                "description": "Metrics or groups of them; if left out, all that need no press, check, mesh or bench.",
             },
             "objectives": {
                 "type": "object",

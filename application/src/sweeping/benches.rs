@@ -1,0 +1,127 @@
+//! Rows whose figures come from the bench: interpreters, one for each thread, that are given numbers of variants and
+//! answer whole rows. They live as long as the sweep, because starting one takes longer than many a row.
+
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::Mutex;
+
+use fabkit_sweep::{Plan, Row};
+use serde_json::Value;
+
+use super::SweepError;
+use crate::benching::{self, BenchError};
+
+/// Starts a worker, whatever the current folder holds: `-c` looks there first.
+const START: &str = "import sys\nsys.path = [path for path in sys.path if path]\n\
+    try:\n    from fabkit.bench._worker import main\nexcept ImportError as error:\n    \
+    import json\n    print(json.dumps({'missing': str(error)}))\n    sys.exit(9)\nmain()\n";
+
+/// Workers that wait for something to do, and how to start others.
+pub(super) struct Benches<'a> {
+    source: String,
+    python: PathBuf,
+    idle: Mutex<Vec<Worker>>,
+    cancelled: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl<'a> Benches<'a> {
+    /// Starts the first worker, so that what is missing is said at once. `python` is the interpreter, if it is known.
+    pub(super) fn new(
+        plan: &Plan,
+        python: Option<&Path>,
+        cancelled: &'a (dyn Fn() -> bool + Sync),
+    ) -> Result<Self, SweepError> {
+        let source = plan.source().to_json().map_err(|e| BenchError::NoAnswer(e.to_string()))?;
+        let python = python.map_or_else(benching::interpreter, Path::to_owned);
+        let idle = Mutex::new(vec![Worker::start(&python, &source)?]);
+        Ok(Self { source, python, idle, cancelled })
+    }
+
+    /// The row of a variant.
+    ///
+    /// # Errors
+    /// [`SweepError::Cancelled`]; a worker that cannot be started, or ended.
+    pub(super) fn row(&self, number: usize) -> Result<Row, SweepError> {
+        let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
+        let mut worker = match idle {
+            Some(worker) => worker,
+            None => Worker::start(&self.python, &self.source)?,
+        };
+        let answer = match worker.ask(&number.to_string()) {
+            // A signal reaches workers too.
+            Err(_) if (self.cancelled)() => return Err(SweepError::Cancelled),
+            answer => answer?,
+        };
+        let row = Row::from_line(answer["row"].as_str().unwrap_or_default());
+        if let Ok(mut idle) = self.idle.lock() {
+            idle.push(worker);
+        }
+        row.map_err(SweepError::NoRow)
+    }
+}
+
+/// One interpreter.
+struct Worker {
+    python: PathBuf,
+    child: Child,
+    ask: ChildStdin,
+    answers: BufReader<ChildStdout>,
+}
+
+impl Worker {
+    fn start(python: &Path, source: &str) -> Result<Self, BenchError> {
+        let missing = |why: &dyn std::fmt::Display| BenchError::NoPackage {
+            python: python.into(),
+            why: why.to_string(),
+        };
+        let mut command = Command::new(python);
+        // Threads of the sweep have one each.
+        command.args(["-c", START]).env("RAYON_NUM_THREADS", "1");
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut child = command.spawn().map_err(|error| missing(&error))?;
+        let (Some(ask), Some(answers)) = (child.stdin.take(), child.stdout.take()) else {
+            return Err(missing(&"it has no pipes"));
+        };
+        let python = python.to_owned();
+        let mut worker = Self { python, child, ask, answers: BufReader::new(answers) };
+        let hello = worker.ask(source)?;
+        let version = hello["version"].as_str().unwrap_or_default();
+        if version != fabkit_export::VERSION {
+            return Err(missing(&format!(
+                "its package is of version {version}, this is {}",
+                fabkit_export::VERSION
+            )));
+        }
+        Ok(worker)
+    }
+
+    /// Writes a line and reads one.
+    fn ask(&mut self, line: &str) -> Result<Value, BenchError> {
+        // One that has ended says why in what it wrote before.
+        let _ = writeln!(self.ask, "{line}").and_then(|()| self.ask.flush());
+        let mut answer = String::new();
+        let read = self.answers.read_line(&mut answer);
+        if !matches!(read, Ok(1..)) {
+            let ended = self.child.wait().map_or_else(|e| e.to_string(), |s| s.to_string());
+            return Err(BenchError::NoAnswer(ended));
+        }
+        let answer: Value =
+            serde_json::from_str(&answer).map_err(|e| BenchError::NoAnswer(e.to_string()))?;
+        if let Some(why) = answer["missing"].as_str() {
+            return Err(BenchError::NoPackage { python: self.python.clone(), why: why.into() });
+        }
+        match answer["error"].as_str() {
+            Some(said) => Err(BenchError::NoAnswer(said.into())),
+            None => Ok(answer),
+        }
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

@@ -382,10 +382,10 @@ fn an_interpreter_without_an_answer_is_named() {
     let runs = [
         ("echo '{\"missing\": \"No module named fabkit\"}'; exit 9", 2, "No module named fabkit"),
         ("read source; echo '{\"version\": \"0.0.1\"}'; cat", 2, "its package is of version 0.0.1"),
-        ("exit 3", 6, "stopped without an answer (exit status: 3)"),
+        ("exit 3", 70, "stopped without an answer (exit status: 3)"),
         (
             &*format!("{hello}; read number; echo '{{\"error\": \"KeyError: x\"}}'"),
-            6,
+            70,
             "KeyError: x",
         ),
         (

@@ -152,10 +152,10 @@ impl Field {
         let row = s * self.along as f64;
         let turns = azimuth / TAU;
         // A hair below a whole turn may round to one.
-        let column = ((turns - turns.floor()) * self.around as f64).min(self.around as f64 - 1e-9);
-        let (first_row, first_column) = (row.floor(), column.floor());
-        let (by_row, by_column) = (cubic(row - first_row), cubic(column - first_column));
-        let (first_row, first_column) = (first_row as isize, first_column as usize);
+        let column = ((turns - whole(turns)) * self.around as f64).min(self.around as f64 - 1e-9);
+        let (first_row, first_column) = (row as isize, column as usize);
+        let by_row = cubic(row - first_row as f64);
+        let by_column = cubic(column - first_column as f64);
         let width = self.around + BESIDE;
         let mut sum = 0.0;
         for (i, by_row) in (-1..).zip(by_row) {
@@ -175,6 +175,13 @@ impl Field {
         }
         sum
     }
+}
+
+/// The next whole number below: the library's own is a call where processors need not have an instruction for it.
+#[inline]
+fn whole(turns: f64) -> f64 {
+    let whole = turns as i64 as f64;
+    if whole > turns { whole - 1.0 } else { whole }
 }
 
 /// Shares of the four values around a place between the middle two (Catmull and Rom).

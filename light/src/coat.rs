@@ -27,6 +27,7 @@ impl Coat {
     /// // Light from behind does nothing.
     /// assert_eq!(paper.sends(&up, &up, &up), 0.0);
     /// ```
+    #[inline]
     pub fn sends(
         &self,
         normal: &Vector3<f64>,
@@ -37,16 +38,17 @@ impl Coat {
         if cosine <= 0.0 {
             return 0.0;
         }
-        let between = (to_viewer - arrives).try_normalize(1e-12);
-        let shine = between.map_or(0.0, |between| {
-            let along = normal.dot(&between).max(0.0);
+        let between = (to_viewer - arrives).norm();
+        let shine = (between > 1e-12).then(|| {
+            let along = ((normal.dot(to_viewer) + cosine) / between).max(0.0);
             // Whole numbers are what constants are, and many times as fast.
-            let lobe = match self.exponent.fract() == 0.0 && self.exponent < 1e6 {
+            let lobe = match f64::from(self.exponent as i32) == self.exponent && self.exponent < 1e6
+            {
                 true => along.powi(self.exponent as i32),
                 false => along.powf(self.exponent),
             };
             self.shine * (self.exponent + 8.0) / 8.0 * lobe
         });
-        cosine * (self.diffuse + shine)
+        cosine * (self.diffuse + shine.unwrap_or(0.0))
     }
 }

@@ -7,7 +7,7 @@ use fabkit_geometry::{
 use fabkit_light::{Coat, Emitter, Emitters, Peg};
 use rayon::prelude::*;
 
-use super::pegs::Pegs;
+use super::pegs::{Ball, Pegs};
 use super::scene::middle_of;
 use super::table::{Place, Plan};
 use super::{CaptureError, LightConstants, Painted, moved};
@@ -26,6 +26,9 @@ const SHADOW_REACH_MM: f64 = 8.0;
 const BEHIND_MM: f64 = 0.02;
 /// How far light from one place of the table passes beside that from the next, mm.
 const BESIDE_MM: f64 = 0.5;
+/// Rings around the middle of what is pressed in, each with how deep it is there and beyond.
+const RINGS: usize = 8;
+const LEAST_DENT_MM: f64 = 1.0;
 /// Off a place, where its shadows begin, mm.
 const OFF_MM: f64 = 1e-3;
 
@@ -39,16 +42,20 @@ pub(crate) struct CoatScene<'a> {
     /// Whether marks are dark places; else they stand out.
     is_printed: bool,
     plan: Plan,
-    /// Pieces of lamps, each with how its light arrives at the table's places: at rest, and as deep as layers give way.
-    lamps: Vec<(Emitter, [Vec<Arrives>; 2])>,
+    /// Of each piece of the lamps.
+    colors: Vec<Rgb>,
+    /// How the light of each piece arrives at the table's places, place by place, some pieces at once.
+    arrives: Vec<Beams>,
+    /// Where that at rest comes from, unit; nothing where none does.
+    comes_from: Vec<Option<Vector3<f64>>>,
     soft_mm: f64,
     mean: Rgb,
     constants: &'a LightConstants,
     coat: Coat,
     pub(super) exposure: f64,
     words: [String; 2],
-    /// What each ray sees at rest, where many pictures are taken by the same rays.
-    at_rest: Option<Vec<Rgb>>,
+    /// What each ray sees at rest, and how the surface looks there, where many pictures are taken by the same rays.
+    at_rest: Option<(Vec<Rgb>, Vec<Vector3<f64>>)>,
 }
 
 /// What stands in the way of light: all of the surface that is pressed in, as far as it is seen, lies in a ball.
@@ -56,34 +63,68 @@ pub(crate) struct CoatScene<'a> {
 struct Dent {
     centre: Point3<f64>,
     radius_mm: f64,
+    /// Of rings around the centre, by the surface at rest.
+    ring_mm: f64,
+    /// How deep the surface is in each ring or beyond it, mm.
+    deepest_mm: [f64; RINGS],
 }
 
 impl Dent {
     fn of(map: &DepthMap<'_>, touch: &TouchSurface) -> Option<Self> {
-        let places = map.point_in_sensor().enumerate();
-        let pressed = |(i, place): (usize, Point3<f64>)| {
-            let is_in = map.has_moved(i) && touch.depth_mm(&place).0 > BEHIND_MM;
-            is_in.then_some(place.coords)
+        let pressed = |i: usize| {
+            let (place, _) = map.arrival(i).filter(|_| map.has_moved(i))?;
+            let (depth_mm, outward) = touch.depth_mm(&place);
+            (depth_mm > BEHIND_MM).then(|| (place.coords, depth_mm, depth_mm * outward))
         };
-        let places: Vec<Vector3<f64>> = places.filter_map(pressed).collect();
+        let places: Vec<_> = (0..map.range_mm().len()).filter_map(pressed).collect();
         if places.is_empty() {
             return None;
         }
-        let centre = places.iter().sum::<Vector3<f64>>() / places.len() as f64;
-        let radius_mm = places.iter().map(|place| (place - centre).norm()).fold(0.0, f64::max);
-        Some(Self { centre: Point3::from(centre), radius_mm })
+        let sum: Vector3<f64> = places.iter().map(|(place, ..)| place).sum();
+        let centre = sum / places.len() as f64;
+        let far_mm = |place: &Vector3<f64>| (place - centre).norm();
+        let radius_mm = places.iter().map(|(place, ..)| far_mm(place)).fold(0.0, f64::max);
+        let feet = || places.iter().map(|(place, depth_mm, up)| (far_mm(&(place + up)), *depth_mm));
+        let ring_mm = feet().map(|(far_mm, _)| far_mm).fold(LEAST_DENT_MM, f64::max) / RINGS as f64;
+        let mut deepest_mm = [0.0; RINGS];
+        for (far_mm, depth_mm) in feet() {
+            let within = ((far_mm / ring_mm) as usize).min(RINGS - 1);
+            deepest_mm[..=within].iter_mut().for_each(|known| *known = depth_mm.max(*known));
+        }
+        Some(Self { centre: Point3::from(centre), radius_mm, ring_mm, deepest_mm })
+    }
+
+    /// No place of the surface whose foot at rest is that far from the centre is deeper, mm: rays see places in each ring
+    /// and in the next one inwards, of which one is at least as deep. Nothing is known of the middle.
+    fn deepest_mm(&self, far_mm: f64) -> f64 {
+        match (far_mm / self.ring_mm) as usize {
+            0 => f64::INFINITY,
+            ring if ring <= RINGS => self.deepest_mm[ring - 1],
+            _ => 0.0,
+        }
     }
 
     /// Whether light that goes on from a place may pass so near.
     fn is_near(&self, from: &Point3<f64>, towards: &Vector3<f64>, slack_mm: f64) -> bool {
         let way = self.centre - from;
         let along_mm = way.dot(towards).clamp(0.0, SHADOW_REACH_MM);
-        (way - along_mm * towards).norm() < self.radius_mm + slack_mm
+        (way - along_mm * towards).norm_squared() < (self.radius_mm + slack_mm).powi(2)
     }
 }
 
 /// The way in which light arrives, times its density; zero where none does.
 type Arrives = Vector3<f64>;
+
+/// Pieces of lamps that are worked out side by side.
+const LANES: usize = 8;
+
+/// How light of so many pieces arrives at a place, x, y and z: at rest, and as deep as layers give way.
+type Beams = [[[f64; LANES]; 3]; 2];
+
+fn beam(beams: &[Beams], piece: usize) -> [Arrives; 2] {
+    let of = |part: &[[f64; LANES]; 3]| Vector3::from(part.map(|axis| axis[piece % LANES]));
+    beams[piece / LANES].each_ref().map(of)
+}
 
 impl<'a> CoatScene<'a> {
     pub(crate) fn of(
@@ -123,8 +164,20 @@ impl<'a> CoatScene<'a> {
             emitters.pieces().par_iter().map(of_piece).collect()
         };
         let [at_rest, deep] = [coat_mm + OFF_MM, coat_mm + OFF_MM + soft_mm].map(arrives);
-        let both = at_rest.into_iter().zip(deep).map(|(rest, deep)| [rest, deep]);
-        let lamps: Vec<_> = emitters.pieces().iter().copied().zip(both).collect();
+        let colors: Vec<Rgb> = emitters.pieces().iter().map(|piece| piece.color).collect();
+        let blocks = colors.len().div_ceil(LANES);
+        let mut arrives = vec![Beams::default(); places.len() * blocks];
+        let mut comes_from = Vec::new();
+        for place in 0..places.len() {
+            for piece in 0..colors.len() {
+                let both = [at_rest[piece][place], deep[piece][place]];
+                let beams = &mut arrives[place * blocks + piece / LANES];
+                for (part, axis) in (0..2).flat_map(|part| (0..3).map(move |axis| (part, axis))) {
+                    beams[part][axis][piece % LANES] = both[part][axis];
+                }
+                comes_from.push((-both[0]).try_normalize(0.0));
+            }
+        }
         let [diffuse, shine, exponent] = &constants.coat;
         let coat = Coat { diffuse: diffuse.value, shine: shine.value, exponent: exponent.value };
         let marks = match (printed, sensor.marks.len()) {
@@ -139,7 +192,9 @@ impl<'a> CoatScene<'a> {
             coat_mm,
             is_printed: printed.is_some(),
             plan,
-            lamps,
+            colors,
+            arrives,
+            comes_from,
             soft_mm,
             mean: [0.0; 3],
             constants,
@@ -160,7 +215,7 @@ impl<'a> CoatScene<'a> {
         if own.mean.iter().all(|part| *part <= 0.0) {
             return Err(CaptureError::Dark { sensor: sensor.name.clone() }.into());
         }
-        let lit = own.lit(&middle, &-outward, &outward, 0.0, &mut |_, _| false);
+        let lit = own.lit(&middle, &-outward, &outward, 0.0, |_| false);
         let brightest = lit.into_iter().fold(0.0, f64::max);
         if let Some(grey) = &constants.middle_grey {
             own.exposure = grey.value / brightest;
@@ -172,14 +227,21 @@ impl<'a> CoatScene<'a> {
         self.words.clone()
     }
 
+    /// Of all pieces of lamps, at a place of the table.
+    fn at_place(&self, number: usize) -> &[Beams] {
+        let blocks = self.colors.len().div_ceil(LANES);
+        &self.arrives[number * blocks..][..blocks]
+    }
+
     /// What arrives on an area that looks along a unit normal, straight and without shadows of marks.
     fn straight(&self, rest: &Point3<f64>, facing: &Vector3<f64>) -> Rgb {
-        let around = self.plan.around(rest);
+        let around = self.plan.around(rest).map(|(i, share)| (self.at_place(i), share));
         let mut sum = [0.0; 3];
-        for (piece, [arrives, _]) in &self.lamps {
-            let arrives: Vector3<f64> = around.iter().map(|(i, share)| *share * arrives[*i]).sum();
+        for (piece, color) in self.colors.iter().enumerate() {
+            let arrives: Vector3<f64> =
+                around.iter().map(|(at, share)| *share * beam(at, piece)[0]).sum();
             let lit = (-arrives.dot(facing)).max(0.0);
-            sum = [0, 1, 2].map(|part| sum[part] + lit * piece.color[part]);
+            sum = [0, 1, 2].map(|part| sum[part] + lit * color[part]);
         }
         sum
     }
@@ -187,14 +249,14 @@ impl<'a> CoatScene<'a> {
     /// Light of each colour of lamp that arrives at a place at rest, and as deep as layers give way: pieces of a colour
     /// together, each its way times its density.
     pub(crate) fn by_color(&self, rest: &Point3<f64>) -> Vec<(Rgb, [Vector3<f64>; 2])> {
-        let around = self.plan.around(rest);
+        let around = self.plan.around(rest).map(|(i, share)| (self.at_place(i), share));
         let mut colors: Vec<(Rgb, [Vector3<f64>; 2])> = Vec::new();
-        for (piece, arrives) in &self.lamps {
-            let at = |all: &Vec<Arrives>| around.iter().map(|(i, share)| *share * all[*i]).sum();
-            let both: [Vector3<f64>; 2] = arrives.each_ref().map(at);
-            match colors.iter_mut().find(|(color, _)| *color == piece.color) {
+        for (piece, color) in self.colors.iter().enumerate() {
+            let both: [Vector3<f64>; 2] =
+                [0, 1].map(|k| around.iter().map(|(at, share)| *share * beam(at, piece)[k]).sum());
+            match colors.iter_mut().find(|(known, _)| known == color) {
                 Some((_, sums)) => (0..2).for_each(|k| sums[k] += both[k]),
-                None => colors.push((piece.color, both)),
+                None => colors.push((*color, both)),
             }
         }
         colors
@@ -217,26 +279,38 @@ impl<'a> CoatScene<'a> {
         facing: &Vector3<f64>,
         direction: &Vector3<f64>,
         depth_mm: f64,
-        is_hidden: &mut dyn FnMut(&Emitter, &Vector3<f64>) -> bool,
+        mut is_hidden: impl FnMut(&Vector3<f64>) -> bool,
     ) -> Rgb {
-        let around = self.plan.around(rest);
+        let around = self.plan.around(rest).map(|(i, share)| (self.at_place(i), share));
         let share_deep = (depth_mm / self.soft_mm).clamp(0.0, 1.0);
         let mut sum = self.bounced();
-        for (piece, [at_rest, deep]) in &self.lamps {
-            let mut arrives = Vector3::zeros();
-            for (i, share) in &around {
-                arrives += *share * ((1.0 - share_deep) * at_rest[*i] + share_deep * deep[*i]);
+        for (block, colors) in self.colors.chunks(LANES).enumerate() {
+            let mut arrives = [[0.0; LANES]; 3];
+            for (at, share) in &around {
+                for (beam, part) in at[block].iter().zip([1.0 - share_deep, share_deep]) {
+                    let share = share * part;
+                    if share == 0.0 {
+                        continue;
+                    }
+                    for (sums, axis) in arrives.iter_mut().zip(beam) {
+                        sums.iter_mut().zip(axis).for_each(|(sum, part)| *sum += share * part);
+                    }
+                }
             }
-            let density = arrives.norm();
-            if density <= 0.0 {
-                continue;
+            for (lane, color) in colors.iter().enumerate() {
+                let [x, y, z] = &arrives;
+                let arrives = Vector3::new(x[lane], y[lane], z[lane]);
+                if facing.dot(&arrives) >= 0.0 {
+                    continue;
+                }
+                let density = arrives.norm();
+                let way = arrives / density;
+                if is_hidden(&way) {
+                    continue;
+                }
+                let sent = density * self.coat.sends(facing, &way, &-direction);
+                sum.iter_mut().zip(color).for_each(|(sum, part)| *sum += sent * part);
             }
-            let way = arrives / density;
-            if facing.dot(&way) >= 0.0 || is_hidden(piece, &way) {
-                continue;
-            }
-            let sent = density * self.coat.sends(facing, &way, &-direction);
-            sum = [0, 1, 2].map(|part| sum[part] + sent * piece.color[part]);
         }
         sum
     }
@@ -245,7 +319,7 @@ impl<'a> CoatScene<'a> {
     pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
         let sigmas = Sigmas::default();
         let seen = Seen { map, sigmas: &sigmas, deepest: None, surface_px: 0, answer: None };
-        self.at_rest = Some(self.paint(&seen).light);
+        self.at_rest = Some((self.paint(&seen).light, map.normal_in_sensor()));
     }
 
     pub(super) fn paint(&self, seen: &Seen<'_>) -> Painted {
@@ -259,15 +333,15 @@ impl<'a> CoatScene<'a> {
             let slack_mm = answer.limits_mm()[0] + self.coat_mm;
             Dent::of(map, self.touch).map(|dent| (answer, dent, slack_mm))
         });
-        let normals = map.normal_in_sensor();
-        let places: Vec<(Point3<f64>, Vector3<f64>)> =
-            map.point_in_sensor().zip(map.direction_in_sensor()).collect();
-        let ray = |near: &mut Vec<u32>, i: usize| {
-            if map.label()[i] == NO_LABEL {
-                return beside;
-            }
-            let ((place, direction), outward) = (places[i], normals[i]);
-            if let Some(known) = &self.at_rest
+        let normals = match &self.at_rest {
+            Some((_, at_rest)) => map.normals_from(at_rest.clone()),
+            None => map.normal_in_sensor(),
+        };
+        let ray = |balls: &mut Vec<Ball>, i: usize| {
+            let seen = map.arrival(i).filter(|_| map.label()[i] != NO_LABEL);
+            let Some((place, direction)) = seen else { return beside };
+            let outward = normals[i];
+            if let Some((known, _)) = &self.at_rest
                 && !map.has_moved(i)
                 && dent.is_none_or(|(_, dent, slack_mm)| !self.may_shade(&dent, &place, slack_mm))
             {
@@ -275,41 +349,40 @@ impl<'a> CoatScene<'a> {
             }
             // The coat's inner face, which light meets.
             let inwards_mm = self.coat_mm / outward.dot(&direction).max(LEAST_COSINE);
-            let mut at = place - inwards_mm * direction;
+            let at = place - inwards_mm * direction;
             let mut facing = -outward;
-            pegs.near(&at, near);
+            let mut from = at + OFF_MM * facing;
             let mut send = 1.0;
             if self.is_printed {
                 let is_in =
                     |peg: &Peg| (peg.centre + peg.radius_mm * peg.axis - at).norm() < peg.radius_mm;
-                if near.iter().map(|i| pegs.peg(*i)).any(is_in) {
+                if pegs.near(&at).any(is_in) {
                     let [_, dark] = &self.constants.marks;
                     send = dark.value / self.coat.diffuse;
                 }
-            } else if let Some((hit_mm, normal)) = {
-                let from = at - SHADOW_MM * direction;
-                pegs.entry(near, &from, &direction).filter(|(hit_mm, _)| *hit_mm < SHADOW_MM)
-            } {
-                at -= (SHADOW_MM - hit_mm) * direction;
-                facing = normal;
+            } else {
+                pegs.balls(&at, &from, balls);
+                if let Some((back_mm, normal)) = pegs.before(balls, &at, &direction) {
+                    from = at - back_mm * direction + OFF_MM * normal;
+                    facing = normal;
+                    pegs.balls(&at, &from, balls);
+                }
             }
             let (depth_mm, at_rest) = self.touch.depth_mm(&place);
             let rest = place + depth_mm * at_rest;
-            let from = at + OFF_MM * facing;
-            let mut is_hidden = |_: &Emitter, way: &Vector3<f64>| {
+            let is_hidden = |way: &Vector3<f64>| {
                 let towards = -way;
-                let by_mark = !self.is_printed
-                    && pegs.entry(near, &from, &towards).is_some_and(|(mm, _)| mm < SHADOW_MM);
-                by_mark
+                pegs.hide(balls, &from, &towards)
                     || dent.is_some_and(|(answer, dent, slack_mm)| {
                         dent.is_near(&from, &towards, slack_mm)
-                            && self.is_behind(answer, &from, &towards)
+                            && self.is_behind(answer, &dent, &from, &towards)
                     })
             };
-            let light = self.lit(&rest, &facing, &direction, depth_mm, &mut is_hidden);
+            let light = self.lit(&rest, &facing, &direction, depth_mm, is_hidden);
             light.map(|part| self.exposure * send * part)
         };
-        let light = (0..places.len()).into_par_iter().map_init(Vec::new, ray).collect();
+        let rays = (0..normals.len()).into_par_iter();
+        let light = rays.map_init(Vec::new, ray).collect();
         Painted { light, thickness_mm: Vec::new(), marks }
     }
 
@@ -328,18 +401,22 @@ impl<'a> CoatScene<'a> {
         if (rest - dent.centre).norm() > far_mm {
             return false;
         }
-        let around = self.plan.around(rest);
-        self.lamps.iter().any(|(_, [at_rest, _])| {
-            around.iter().any(|(i, _)| {
-                let towards = (-at_rest[*i]).try_normalize(0.0);
-                towards.is_some_and(|way| dent.is_near(rest, &way, slack_mm + BESIDE_MM))
-            })
+        self.plan.around(rest).iter().any(|(i, _)| {
+            let all = &self.comes_from[i * self.colors.len()..][..self.colors.len()];
+            all.iter().flatten().any(|way| dent.is_near(rest, way, slack_mm + BESIDE_MM))
         })
     }
 
     /// Whether the moved surface is between a place of it and a lamp.
-    fn is_behind(&self, answer: &Answer<'_>, from: &Point3<f64>, towards: &Vector3<f64>) -> bool {
+    fn is_behind(
+        &self,
+        answer: &Answer<'_>,
+        dent: &Dent,
+        from: &Point3<f64>,
+        towards: &Vector3<f64>,
+    ) -> bool {
         let [deepest_mm, _] = answer.limits_mm();
+        let mut last_mm = f64::INFINITY;
         for step in 1..=SHADOW_STEPS {
             let share = f64::from(step) / f64::from(SHADOW_STEPS);
             let place = from + share * share * SHADOW_REACH_MM * towards;
@@ -348,7 +425,21 @@ impl<'a> CoatScene<'a> {
             if depth_mm > deepest_mm + self.coat_mm {
                 return false;
             }
-            let now_mm = depth_mm + answer.outwards_mm(&(place + depth_mm * outward), &outward);
+            let foot = place + depth_mm * outward;
+            // Above all that is around, there is nothing to ask; nor farther on, where light goes away from the dent: in a
+            // convex body a straight way is nowhere less deep than at both its ends.
+            let far_mm = (foot - dent.centre).norm();
+            let above_mm = dent.deepest_mm(far_mm) + self.coat_mm;
+            if depth_mm > above_mm {
+                let end = || from + SHADOW_REACH_MM * towards;
+                if far_mm > last_mm && self.touch.depth_mm(&end()).0 > above_mm {
+                    return false;
+                }
+                last_mm = far_mm;
+                continue;
+            }
+            last_mm = far_mm;
+            let now_mm = depth_mm + answer.outwards_mm(&foot, &outward);
             if now_mm < self.coat_mm - BEHIND_MM {
                 return true;
             }

@@ -38,7 +38,12 @@ impl DepthMap<'_> {
 
     /// Unit normals out of the gel, sensor frame. Computed at each call.
     pub fn normal_in_sensor(&self) -> Vec<Vector3<f64>> {
-        let mut normals = self.surface.normal_in_sensor();
+        self.normals_from(self.surface.normal_in_sensor())
+    }
+
+    /// The same, from those at rest, for who has them.
+    pub fn normals_from(&self, at_rest: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
+        let mut normals = at_rest;
         for &(pixel, normal) in &self.moved {
             normals[pixel as usize] = normal;
         }

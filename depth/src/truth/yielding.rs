@@ -14,6 +14,8 @@ use super::presser::Presser;
 
 /// How near to the surface a ray ends, mm.
 const NEAR_MM: f64 = 1e-7;
+/// The same as a part of what is not worth looking at.
+const NEAR_OF_STILL: f64 = 0.05;
 /// Steps of the secant until it is given up.
 const SECANT_STEPS: usize = 12;
 /// Steps along a ray that only grazes, in which its first crossing is looked for, and halvings then.
@@ -21,8 +23,8 @@ const MARCH_STEPS: u32 = 64;
 const HALVINGS: u32 = 40;
 /// Places that move by less keep their normal, mm.
 const STILL_MM: f64 = 1e-6;
-/// Steps of the differences that give normals, mm: below what the finest nodes tell apart.
-const NORMAL_STEP_MM: f64 = 0.01;
+/// Steps of the differences that give normals, mm: what they leave out and what is rounded are both some 1e-6 of it.
+const NORMAL_STEP_MM: f64 = 1e-5;
 /// A ray that meets the surface flatter than this is marched along, cosine.
 const GRAZING: f64 = 0.05;
 
@@ -44,6 +46,7 @@ struct Along<'a> {
     touch: &'a TouchSurface,
     moved: &'a dyn Yielding,
     ray: &'a Ray,
+    near_mm: f64,
 }
 
 impl Along<'_> {
@@ -53,20 +56,24 @@ impl Along<'_> {
         below_mm(self.touch, self.moved, &self.ray.at(range_mm))
     }
 
-    /// Where the ray leaves the gel, from where it would at rest.
-    fn exit_mm(&self, rest_mm: f64, cosine: f64) -> f64 {
-        let mut at = [rest_mm, self.depth_mm(rest_mm)];
-        if at[1].abs() <= NEAR_MM {
-            return rest_mm;
+    /// Where the ray leaves the gel, from where it would at rest: its range, and how deep it is there.
+    fn exit_mm(&self, rest: [f64; 2], cosine: f64) -> [f64; 2] {
+        let marched = || {
+            let range_mm = self.march_mm(rest[0]);
+            [range_mm, self.depth_mm(range_mm)]
+        };
+        let mut at = rest;
+        if at[1].abs() <= self.near_mm {
+            return rest;
         }
         if cosine < GRAZING {
-            return self.march_mm(rest_mm);
+            return marched();
         }
-        let mut next_mm = rest_mm + at[1] / cosine;
+        let mut next_mm = at[0] + at[1] / cosine;
         for _ in 0..SECANT_STEPS {
             let next = [next_mm, self.depth_mm(next_mm)];
-            if next[1].abs() <= NEAR_MM {
-                return next_mm;
+            if next[1].abs() <= self.near_mm {
+                return next;
             }
             let slope = (next[1] - at[1]) / (next[0] - at[0]);
             // Further along a ray that leaves the gel it is less deep.
@@ -76,7 +83,7 @@ impl Along<'_> {
             next_mm = next[0] - next[1] / slope;
             at = next;
         }
-        self.march_mm(rest_mm)
+        marched()
     }
 
     /// The first crossing in steps: where a ray only grazes, or flanks are steep.
@@ -105,15 +112,20 @@ fn below_mm(touch: &TouchSurface, moved: &dyn Yielding, point: &Point3<f64>) -> 
     depth_mm + moved.outwards_mm(&(point + depth_mm * outward), &outward)
 }
 
-/// Out of the moved surface: across the differences of how deep points lie.
-fn normal_at(touch: &TouchSurface, moved: &dyn Yielding, point: &Point3<f64>) -> Vector3<f64> {
-    let along = |axis: usize| {
-        let mut step = Vector3::zeros();
-        step[axis] = NORMAL_STEP_MM;
-        below_mm(touch, moved, &(point - step)) - below_mm(touch, moved, &(point + step))
-    };
-    let normal = Vector3::new(along(0), along(1), along(2));
-    normal.try_normalize(0.0).unwrap_or_else(|| touch.depth_mm(point).1)
+impl Along<'_> {
+    /// Out of the moved surface at a range where it is so deep: along the normal at rest depth changes as range does, as
+    /// the foot stays, so that two differences across it are enough.
+    fn normal(&self, [range_mm, depth_mm]: [f64; 2]) -> Vector3<f64> {
+        let point = self.ray.at(range_mm);
+        let (_, outward) = self.touch.depth_mm(&point);
+        let aside = if outward.x.abs() < 0.5 { Vector3::x() } else { Vector3::y() };
+        let first = outward.cross(&aside).normalize();
+        let across = [first, outward.cross(&first)].map(|way| {
+            let there_mm = below_mm(self.touch, self.moved, &(point + NORMAL_STEP_MM * way));
+            (there_mm - depth_mm) / NORMAL_STEP_MM * way
+        });
+        (outward - across[0] - across[1]).normalize()
+    }
 }
 
 impl ReferenceSurface<'_> {
@@ -139,18 +151,20 @@ impl ReferenceSurface<'_> {
     ) -> DepthMap<'_> {
         let mut map = self.pressed(pressers);
         let touch = &self.touch;
+        let near_mm = (NEAR_OF_STILL * still_mm).max(NEAR_MM);
         let pixels = (0..map.range_mm.len()).into_par_iter();
         let seen = |pixel: usize| -> Option<(usize, f64, bool, Option<Vector3<f64>>)> {
             let rest_mm = self.range_mm()[pixel];
             let ray = self.rays().ray(pixel).filter(|_| rest_mm.is_finite())?;
             let is_rigid = map.label[pixel] > SURFACE_LABEL;
-            let rest = ray.at(rest_mm);
-            let (_, outward) = touch.depth_mm(&rest);
-            if !is_rigid && still_mm > 0.0 && moved.outwards_mm(&rest, &outward).abs() <= still_mm {
+            let along = Along { touch, moved, ray: &ray, near_mm };
+            let rest = [rest_mm, along.depth_mm(rest_mm)];
+            if !is_rigid && rest[1].abs() <= still_mm {
                 return None;
             }
-            let along = Along { touch, moved, ray: &ray };
-            let gel_mm = along.exit_mm(rest_mm, outward.dot(&ray.direction));
+            let (_, outward) = touch.depth_mm(&ray.at(rest_mm));
+            let gel = along.exit_mm(rest, outward.dot(&ray.direction));
+            let gel_mm = gel[0];
             let rigid_mm = map.range_mm[pixel];
             let is_touched = is_rigid && {
                 let point = ray.at(rigid_mm);
@@ -159,9 +173,8 @@ impl ReferenceSurface<'_> {
             };
             let is_presser = is_touched || is_rigid && rigid_mm <= gel_mm;
             let range_mm = if is_presser { rigid_mm } else { gel_mm };
-            let point = ray.at(range_mm);
             let is_moved = has_normals && !is_presser && (range_mm - rest_mm).abs() > STILL_MM;
-            let normal = is_moved.then(|| normal_at(touch, moved, &point));
+            let normal = is_moved.then(|| along.normal(gel));
             let is_new = is_rigid || range_mm != rest_mm;
             is_new.then_some((pixel, range_mm, is_touched, normal))
         };

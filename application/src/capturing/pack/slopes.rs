@@ -268,8 +268,7 @@ impl CoatScene<'_> {
         facing: &Vector3<f64>,
         is_hidden: &mut dyn FnMut(&Vector3<f64>) -> bool,
     ) -> Rgb {
-        let mut hidden = |_: &fabkit_light::Emitter, way: &Vector3<f64>| is_hidden(way);
-        let light = self.lit(&spot.place, facing, &spot.direction, 0.0, &mut hidden);
+        let light = self.lit(&spot.place, facing, &spot.direction, 0.0, is_hidden);
         light.map(|part| self.exposure * part)
     }
 }

@@ -1,5 +1,7 @@
 //! Every tool presses as deep as it is asked to, on every sensor; what does not press is refused.
 
+use std::collections::BTreeSet;
+
 use fabkit_application::fixtures::{Project, SurfacePoints, load};
 use fabkit_application::geometry::{Point3, TouchSurface};
 use fabkit_application::ground_truth::penetration;
@@ -67,14 +69,20 @@ fn every_indenter_goes_as_deep_as_it_is_asked_to_on_every_sensor() {
     assert!(tried >= 6 * 12 * 6, "{tried}");
 }
 
-/// Seen through the sensor's own camera: pixels miss the tip, but not by a tenth of the depth.
+/// Seen through the sensor's own camera: pixels miss the tip, but not by a tenth of the depth. Every other
+/// indenter, of published variants those between; all of them where `FABKIT_ALL_PRESSES` is set.
 #[test]
 fn every_indenter_of_every_sensor_is_seen_pressing() {
+    let all = std::env::var_os("FABKIT_ALL_PRESSES").is_some();
     for sensor in SENSORS {
         let root = tempfile::tempdir().unwrap();
         let of = project(sensor, &[]);
         let depth_mm = (100.0 * touch(&of).soft_mm()).floor() / 100.0;
-        for tool in tools(&of) {
+        let first = usize::from(sensor.contains("published"));
+        let tools = tools(&of);
+        assert!(tools.len() > first, "{sensor}: {tools:?}");
+        for tool in tools.iter().enumerate().filter(|(i, _)| all || i % 2 == first).map(|(_, t)| t)
+        {
             let press = format!("{tool}@30deg,0deg,{depth_mm}mm");
             let run =
                 fabkit(root.path(), &["depth", sensor, "--press", &press, "-o", "a.npz", "--json"]);
@@ -102,12 +110,16 @@ fn what_messages_recommend_presses() {
             fabkit(root.path(), &["depth", sensor, "--press", press, "-o", "a.npz", "--json"])
         };
         let tool = &tools(&project(sensor, &[]))[0];
+        // Most messages recommend the same.
+        let mut seen = BTreeSet::new();
         for wrong in [tool.clone(), format!("{tool}@30deg"), "nonsense".into()] {
             let run = fabkit(root.path(), &["depth", sensor, "--press", &wrong, "-o", "a.npz"]);
             assert_eq!(run.code, Some(2), "{run:?}");
             let better = recommended(&run, "like ");
-            let json = depth(better).ok().json();
-            assert!(json["pixels_in_contact"].as_u64().unwrap() > 0, "{sensor} {better}");
+            if seen.insert(better.to_owned()) {
+                let json = depth(better).ok().json();
+                assert!(json["pixels_in_contact"].as_u64().unwrap() > 0, "{sensor} {better}");
+            }
         }
     }
 }

@@ -16,7 +16,6 @@ from fabkit._progress import shown
 from fabkit.bodies import Body
 from fabkit.cameras import Camera
 from fabkit.checking import CheckReport
-from fabkit.errors import invalid
 from fabkit.parameters import Parameter, Section, as_yaml, overrides_of
 
 if TYPE_CHECKING:

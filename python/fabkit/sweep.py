@@ -389,8 +389,8 @@ def _asked(
 
 def _benched(sensor: Sensor, plan: _fabkit.SweepPlan) -> tuple[dict[str, float], list[str]]:
     """Run the bench on a variant; what cannot be pressed leaves cells empty, and says why."""
-    from fabkit import bench  # noqa: PLC0415: other sweeps need none of it
-    from fabkit.bench import _learn  # noqa: PLC0415
+    from fabkit import bench  # other sweeps need none of it
+    from fabkit.bench import _learn
 
     # Without it no variant has figures: an error, not a note in each row.
     _learn.needed()

@@ -208,26 +208,30 @@ def test_figures_of_the_bench_are_columns(tmp_path: Path) -> None:
 
 def test_what_the_bench_cannot_press_is_an_empty_cell_with_a_note() -> None:
     pytest.importorskip("sklearn")
-    row = fabkit.sweep.load({
-        "sensor": "rtac0",
-        # Thinner than the semi-domes of the bench are deep.
-        "axes": {"translucent_gel.thickness": ["0.9 mm"]},
-        "metrics": ["depth_mae_mm", "coverage"],
-    }).evaluate(0)
+    row = fabkit.sweep.load(
+        {
+            "sensor": "rtac0",
+            # Thinner than the semi-domes of the bench are deep.
+            "axes": {"translucent_gel.thickness": ["0.9 mm"]},
+            "metrics": ["depth_mae_mm", "coverage"],
+        }
+    ).evaluate(0)
     assert (row.status, list(row.metrics)) == ("ok", ["coverage"])
     assert row.notes[0].startswith("bench: fixtures.semi_domes.depth.deepest is ")
 
 
 def test_plans_know_every_figure_of_the_bench() -> None:
-    from fabkit.bench import _run  # noqa: PLC0415
+    from fabkit.bench import _run
 
     for module in _run._MODULES.values():
         family = importlib.import_module(f"fabkit.bench.{module}").FAMILY
-        fabkit.sweep.load({
-            "sensor": "rtac0",
-            "axes": {"camera.depth": ["7 mm"]},
-            "metrics": list(family.figures),
-        })
+        fabkit.sweep.load(
+            {
+                "sensor": "rtac0",
+                "axes": {"camera.depth": ["7 mm"]},
+                "metrics": list(family.figures),
+            }
+        )
 
 
 def test_a_variant_can_be_changed_again() -> None:

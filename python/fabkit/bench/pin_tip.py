@@ -321,7 +321,7 @@ def _own_curve(bench: Bench) -> Curve:
     return bench.once("own curve", lambda: _curve(bench, own))
 
 
-def _edge(bench: Bench, column: int) -> float:
+def _edge_error(bench: Bench, column: int) -> float:
     own = str(bench.design.parameters["pins.layout"].value)
     errors, _, _ = bench.once("perceived", lambda: _perceived(bench, own))
     return float(errors[:, column].mean())
@@ -338,8 +338,8 @@ FAMILY = Family(
     figures={
         "depth_mae_mm": lambda bench: _depth_error(bench, _own_curve(bench))[0],
         "quality_one_way_percent": lambda bench: _one_way(_own_curve(bench).quality),
-        "edge_angle_deg": lambda bench: _edge(bench, 0),
-        "edge_radius_mm": lambda bench: _edge(bench, 1),
+        "edge_angle_deg": lambda bench: _edge_error(bench, 0),
+        "edge_radius_mm": lambda bench: _edge_error(bench, 1),
     },
     quick=Size(),
     full=Size(

@@ -13,7 +13,17 @@ import fabkit
 
 pytest.importorskip("sklearn")
 
-from fabkit.bench import _depth, _learn, _pictures, _run, dome, flat_gel, half_ellipsoid, sheet_mold
+from fabkit.bench import (
+    _depth,
+    _learn,
+    _likeness,
+    _pictures,
+    _run,
+    dome,
+    flat_gel,
+    half_ellipsoid,
+    sheet_mold,
+)
 from fabkit.bench.__main__ import main
 
 from fabkit import bench
@@ -105,7 +115,40 @@ def test_columns_tell_markers() -> None:
     row = rows["markers from columns, split at random: rms error"]
     assert row.samples == 18
     assert row.simulated < row.baseline
-    assert rows["likeness of predicted images, SSIM"].simulated is None
+    alike = rows["likeness of predicted images, split at random: SSIM"]
+    assert alike.baseline < alike.simulated < 1
+
+
+def test_likeness_is_that_of_its_formula() -> None:
+    random = np.random.default_rng(5)
+    one, other = random.uniform(size=(2, 3, 16, 16))
+    same = _likeness.likeness(one, one)
+    assert np.allclose(same, 1, rtol=0, atol=1e-12)
+    assert np.array_equal(_likeness.likeness(one, other), _likeness.likeness(other, one))
+    # Two even greys have no form: what is left is the law of light.
+    dark, light = np.full((1, 16, 16), 0.2), np.full((1, 16, 16), 0.7)
+    expected = (2 * 0.2 * 0.7 + 1e-4) / (0.2**2 + 0.7**2 + 1e-4)
+    assert abs(_likeness.likeness(dark, light)[0] - expected) < 1e-9
+    # One window: means, and variances of samples, by numpy's own names.
+    a, b = one[:, :7, :7], other[:, :7, :7]
+    for x, y, found in zip(a, b, _likeness.likeness(a, b), strict=True):
+        (xx, xy), (_, yy) = np.cov(x.ravel(), y.ravel())
+        mx, my = x.mean(), y.mean()
+        light_part = (2 * mx * my + 1e-4) / (mx**2 + my**2 + 1e-4)
+        assert abs(found - light_part * (2 * xy + 9e-4) / (xx + yy + 9e-4)) < 1e-12
+
+
+def test_a_code_keeps_what_it_has_learned() -> None:
+    places = np.random.default_rng(6).uniform(4, 20, (12, 5, 2))
+    pictures = _likeness.drawn(places, 2.0, 24)
+    assert pictures.min() == 0
+    assert pictures.max() == 1
+    # Area of five discs, where none overlaps another: at most that.
+    assert pictures.sum(axis=(1, 2)).max() < 5 * np.pi * 2.5**2
+    code = _likeness.Code(pictures, 11)
+    assert np.allclose(code.decode(code.encode(pictures)), pictures, rtol=0, atol=1e-9)
+    short = _likeness.Code(pictures, 2)
+    assert short.encode(pictures).shape == (12, 2)
 
 
 def test_figures_are_finite_and_the_same_again() -> None:

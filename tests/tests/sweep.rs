@@ -362,7 +362,7 @@ fn markers_are_found_and_flat_sensors_have_empty_cells() {
 
 /// What a sweep says whose interpreter is a script.
 #[cfg(unix)]
-fn benched(script: &str) -> Run {
+fn benched(script: &str) -> (tempfile::TempDir, Run) {
     use std::os::unix::fs::PermissionsExt as _;
 
     let root = folder(&small("[]").replace("[coverage,", "[depth_mae_mm, coverage,"));
@@ -371,7 +371,8 @@ fn benched(script: &str) -> Run {
     fs::set_permissions(&python, fs::Permissions::from_mode(0o755)).unwrap();
     let mut command = command(root.path());
     command.args(["sweep", "sweep.yaml", "-o", "out", "--threads", "2"]);
-    Run::from(command.env("FABKIT_PYTHON", &python).output().unwrap())
+    let run = Run::from(command.env("FABKIT_PYTHON", &python).output().unwrap());
+    (root, run)
 }
 
 /// Figures of the bench come from interpreters: `python/tests/test_sweep.py` has real ones.
@@ -395,7 +396,9 @@ fn an_interpreter_without_an_answer_is_named() {
         ),
     ];
     for (script, code, text) in runs {
-        let run = benched(script);
+        let (root, run) = benched(script);
         assert_says(&run, code, &[text]);
+        // What has begun can be gone on with; without a first answer nothing has.
+        assert_eq!(root.path().join("out").exists(), script.starts_with(&*hello), "{run:?}");
     }
 }

@@ -123,12 +123,13 @@ fn fill(
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Finished, SweepError> {
     let Sweep { plan, resume, python } = sweep;
+    // Before the folder is made: without an interpreter nothing has begun that would have to be gone on with.
+    let is_benched = plan.bench().next().is_some();
+    let benches = is_benched.then(|| Benches::new(plan, python, cancelled)).transpose()?;
     let store = Store::open(folder, plan, resume)?;
     let found = store.found();
     let done = Mutex::new(found);
     let missing = store.missing();
-    let is_benched = plan.bench().next().is_some();
-    let benches = is_benched.then(|| Benches::new(plan, python, cancelled)).transpose()?;
     // Small enough that all threads have work to the end.
     let share = missing.len() / (4 * rayon::current_num_threads()).max(1);
     let together = if benches.is_some() { 1 } else { share.clamp(1, MOST_TOGETHER) };

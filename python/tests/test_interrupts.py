@@ -13,6 +13,8 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals are sent as on 
 LONG = """
 import signal, sys, threading, time
 import fabkit
+# Shells start what runs behind them deaf to Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sensor = fabkit.load("uvdtact")
 start = time.monotonic()
 threading.Timer(0.5, lambda: signal.raise_signal(signal.SIGINT)).start()

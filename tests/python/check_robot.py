@@ -1,4 +1,4 @@
-"""Reads what ``fabkit export --robot`` writes with MuJoCo, yourdfpy, trimesh, OpenUSD and Drake.
+"""Reads what ``fabkit export --robot`` writes with MuJoCo, yourdfpy, PyBullet, trimesh, OpenUSD and Drake.
 
     python tests/python/check_robot.py target/release/fabkit [--mounts] [SENSOR...]
 
@@ -69,6 +69,7 @@ def checked(folder, sensor, measures):
     sdf_reads(folder / f"{sensor}.sdf", document)
     readers.usd_reads(folder / f"{sensor}.usda", document)
     readers.schemas_hold(folder, sensor, document)
+    readers.bullet_reads(folder / f"{sensor}.urdf", document)
     for end in ["urdf", "drake.sdf"]:
         shapes = readers.drake_reads(folder / f"{sensor}.{end}", document)
         assert shapes == model.ngeom, shapes

@@ -1,4 +1,4 @@
-"""What reads a robot's files by other rules than ours: OpenUSD, Drake, MuJoCo, TACTO's arithmetic, schemas of Isaac Lab's classes.
+"""What reads a robot's files by other rules than ours: OpenUSD, PyBullet, Drake, MuJoCo, TACTO's arithmetic, schemas of Isaac Lab's classes.
 
 Each ``*_reads`` fails by itself; ``projections`` gives each target's own projection of points.
 """
@@ -10,6 +10,7 @@ import jsonschema
 import meshio
 import mujoco
 import numpy as np
+import pybullet
 import yaml
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdValidation
 from pydrake.multibody.parsing import Parser
@@ -156,6 +157,21 @@ def tetrahedra_read(folder, document):
     assert {name for name, (_, dim) in msh.field_data.items() if dim == 2} == {"outer", "bonded"}
     nodes = np.unique(msh.cells_dict["triangle"][msh.cell_data_dict["gmsh:physical"]["triangle"] == 1])
     np.testing.assert_array_equal(nodes, np.flatnonzero(vtk.point_data["outer"]))
+
+
+def bullet_reads(path, document):
+    """Links and masses as PyBullet has them, with the base free: nothing weighs more than was written."""
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        robot = pybullet.loadURDF(str(path), flags=pybullet.URDF_USE_INERTIA_FROM_FILE)
+        links = range(-1, pybullet.getNumJoints(robot))
+        masses = [pybullet.getDynamicsInfo(robot, link)[0] for link in links]
+        np.testing.assert_allclose(sum(masses), document["mass_kg"], rtol=1e-6)
+        pybullet.stepSimulation()
+        shapes = sum(len(pybullet.getCollisionShapeData(robot, link)) for link in links)
+        assert shapes == path.read_text().count("<collision"), shapes
+    finally:
+        pybullet.disconnect(client)
 
 
 def drake_reads(path, document):

@@ -27,12 +27,16 @@ pub fn urdf(robot: &Robot) -> String {
         let _ = write!(text, "{}", weld(base, &link.name, "0 0 0", "0 0 0"));
     }
     for frame in &robot.frames {
-        let _ = writeln!(text, "  <link name=\"{}\"/>", escaped(&frame.name));
+        let _ = writeln!(text, "  <link name=\"{}\">\n{MASSLESS}  </link>", escaped(&frame.name));
         let pose = &frame.sensor_from_frame;
         text += &weld(base, &frame.name, &place(pose), &numbers(roll_pitch_yaw(pose.rotation())));
     }
     text + "</robot>\n"
 }
+
+/// Frames weigh nothing, which has to be said: PyBullet gives a kilogram to a link that does not say what it weighs.
+const MASSLESS: &str = "    <inertial>\n      <mass value=\"0\"/>\n      <inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" \
+                        iyz=\"0\" izz=\"0\"/>\n    </inertial>\n";
 
 fn weld(base: &str, link: &str, xyz: &str, rpy: &str) -> String {
     format!(

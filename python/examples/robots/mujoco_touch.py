@@ -5,9 +5,10 @@
     fabkit press rtac0 --indenter ball@0deg,0deg --depth 0.8mm --csv curve.csv
     python mujoco_touch.py robot curve.csv
 
-MuJoCo's layers are rigid: what its `tactile` sensor reads are depths. Each taxel is given a spring as stiff as the layers below it
-in series; the last column is the force of fabkit's elastic solution of the same ball, where layers also give way beside the contact
-and keep their volume: what a bed of springs leaves out.
+MuJoCo's layers are rigid: what its `tactile` sensor reads are depths, by the nearest way out of the ball: less than along a taxel's
+normal, which pybullet_touch.py has. Each taxel is given a spring as stiff as the layers below it in series; the last column is the
+force of fabkit's elastic solution of the same ball, where layers also give way beside the contact and keep their volume: what a bed
+of springs leaves out.
 """
 
 import csv

@@ -387,6 +387,8 @@ class SkinMany:
     """How each mark below the channels moves: n x m x 3."""
     mark_px: NDArray[np.float64]
     """Where it is seen: n x m x 2; NaN where it is not."""
+    images: dict[str, NDArray[np.uint8]]
+    """Pictures by light, of those that were asked for: n x rows x columns, and x 3 in colour."""
 
     def __len__(self) -> int:
         return len(self.force_n)
@@ -407,6 +409,8 @@ class Skin:
         A sensor, or the name of one.
     spacing_mm
         Distance of the skin's nodes, 1 mm if not said.
+    size_px
+        Width and height of both cameras' pictures, instead of their own.
 
     Raises
     ------
@@ -414,13 +418,20 @@ class Skin:
         A sensor without such a skin.
     """
 
-    def __init__(self, design: Design | str, *, spacing_mm: float | str | None = None) -> None:
+    def __init__(
+        self,
+        design: Design | str,
+        *,
+        spacing_mm: float | str | None = None,
+        size_px: tuple[int, int] | None = None,
+    ) -> None:
         self.sensor = load(design) if isinstance(design, str) else design
         """What is pressed."""
         self._live = _fabkit.LiveSkin(
             self.sensor._project,  # pyright: ignore[reportPrivateUsage]
             self.sensor.name,
             None if spacing_mm is None else _arrays.length_mm(spacing_mm, "spacing_mm"),
+            size_px,
         )
         self.column_names = self._live.channels()
         """The channels."""
@@ -430,17 +441,38 @@ class Skin:
         self.mark_place_mm = np.array([place for _, place in marks]).reshape(-1, 3)
         """Where it is at rest, sensor frame: m x 3."""
 
-    def press_all(self, pressers: Sequence[str]) -> SkinMany:
+    def press_all(
+        self, pressers: Sequence[str], *, lights: Sequence[str] = (), seed: int | None = 0
+    ) -> SkinMany:
         """Press straight down, without friction; presses at one place cost hardly more than one.
+
+        Parameters
+        ----------
+        pressers
+            Names of presses.
+        lights
+            In which of the sensor's lights pictures are wanted.
+        seed
+            Of the first picture's noise, and the next numbers for the next; None for none.
+
+        >>> import fabkit.sim
+        >>> skin = fabkit.sim.Skin("fluidic", spacing_mm=2.0, size_px=(160, 120))
+        >>> many = skin.press_all(["hemisphere@20mm,3mm,2mm"], lights=["white", "display"])
+        >>> {light: images.shape for light, images in many.images.items()}
+        {'white': (1, 120, 160), 'display': (1, 120, 160, 3)}
 
         Raises
         ------
         FabkitError
-            An unknown press, a channel that is pressed shut, a contact that does not converge.
+            An unknown press or light, a channel that is pressed shut, a contact that does not
+            converge.
         """
         if not pressers:
             raise invalid("press_all needs at least one press")
-        return SkinMany(**self._live.press(list(pressers)))
+        told = self._live.press(list(pressers), list(lights), seed)
+        # Lights may have any name: a space tells them from what else there is.
+        images = {light: told.pop(f" {light}") for light in lights}
+        return SkinMany(**told, images=images)
 
 
 def _taken(picture: ArrayLike, name: str) -> NDArray[np.float32]:

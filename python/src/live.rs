@@ -8,7 +8,9 @@ use fabkit_application::export::{Array, Values};
 use fabkit_application::fitting_light::read_constants;
 use fabkit_application::fixtures::{Press, PressBody};
 use fabkit_application::geometry::{Matrix3, Point3, Pose, Solid, Vector3};
-use fabkit_application::live::{self, LiveOptions, LivePress, LiveShown, SkinShown};
+use fabkit_application::live::{
+    self, LiveOptions, LivePress, LiveShown, SkinPicture, SkinPictures, SkinShown,
+};
 use fabkit_application::scene::press_error;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -194,11 +196,12 @@ impl LiveSkin {
         project: &Project,
         sensor: String,
         spacing_mm: Option<f64>,
+        size_px: Option<[u32; 2]>,
     ) -> PyResult<Self> {
         let project = Arc::clone(&project.project);
         let own = Arc::clone(&project);
         let live = run(py, Interrupted::Leave, None, move |_| {
-            Ok::<_, Failure>(live::LiveSkin::new(own, spacing_mm)?)
+            Ok::<_, Failure>(live::LiveSkin::new(own, spacing_mm, size_px)?)
         })?;
         Ok(Self { sensor, project, live: Arc::new(live) })
     }
@@ -213,15 +216,26 @@ impl LiveSkin {
         marks_of(&self.project)
     }
 
-    /// What presses do, each on a skin at rest: arrays by name, the first axis is the press.
-    fn press<'py>(&self, py: Python<'py>, asked: Vec<String>) -> PyResult<Bound<'py, PyDict>> {
+    /// What presses do, each on a skin at rest: arrays by name, the first axis is the press. Pictures have the names of their
+    /// lights, with a space before.
+    fn press<'py>(
+        &self,
+        py: Python<'py>,
+        asked: Vec<String>,
+        lights: Vec<String>,
+        seed: Option<u64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let (live, project) = (Arc::clone(&self.live), Arc::clone(&self.project));
         let sensor = self.sensor.clone();
         let shown = run(py, Interrupted::Leave, None, move |_| {
             let finder = project.skin_press_finder();
             let find = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
             let presses = asked.iter().map(find).collect::<Result<Vec<Press>, Error>>()?;
-            Ok::<_, Failure>(skins_together(&live.press(&presses)?))
+            let shown = live.press(&presses)?;
+            let pictures = live.pictures(&shown, &SkinPictures { lights, seed })?;
+            let mut all = skins_together(&shown);
+            all.extend(pictures.iter().map(picture));
+            Ok::<_, Failure>(all)
         })?;
         arrays::dictionary(py, shown)
     }
@@ -230,6 +244,17 @@ impl LiveSkin {
 fn marks_of(project: &fabkit_application::fixtures::Project) -> Vec<(String, [f64; 3])> {
     let marks = &project.design.sensor.marks;
     marks.iter().map(|mark| (mark.name.clone(), mark.point.coords.into())).collect()
+}
+
+fn picture(of: &SkinPicture) -> Array {
+    let SkinPicture { light, size_px: [width, height], channels, grey } = of;
+    let colors: &[usize] = if *channels == 1 { &[] } else { &[*channels] };
+    let values = grey.iter().flatten().map(|grey| grey.round() as u8).collect();
+    Array {
+        name: format!(" {light}"),
+        shape: [&[grey.len(), *height, *width], colors].concat(),
+        values: Values::U8(values),
+    }
 }
 
 fn skins_together(shown: &[SkinShown]) -> Vec<Array> {

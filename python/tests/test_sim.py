@@ -172,8 +172,30 @@ def test_a_skin_with_channels():
     assert many.column_px.shape == (2, len(skin.column_names), 2)
     assert np.abs(many.column_mm[1]).max() > np.abs(many.column_mm[0]).max() > 0
     assert many.mark_displacement_mm.shape == (2, len(skin.mark_names), 3)
+    assert many.images == {}
     with pytest.raises(fabkit.FabkitError, match="rtac0"):
         sim.Skin("rtac0")
+
+
+def test_pictures_of_a_skin():
+    skin = sim.Skin("fluidic", spacing_mm=2.0, size_px=(160, 120))
+    presses = ["hemisphere@20mm,3mm,2mm", "hemisphere@-20mm,3mm,0.5mm"]
+    lights = ["display", "white"]
+    both = skin.press_all(presses, lights=lights, seed=7)
+    assert both.images["display"].shape == (2, 120, 160, 3)
+    assert both.images["white"].shape == (2, 120, 160)
+    # Each picture has its own noise, whatever is asked for beside it.
+    second = skin.press_all(presses[1:], lights=lights, seed=8)
+    for light in lights:
+        assert_array_equal(second.images[light][0], both.images[light][1])
+    # Marks are bright where `mark_px` says, pressed and not.
+    ideal = skin.press_all(presses, lights=["white"], seed=None)
+    for image, pixels in zip(ideal.images["white"], ideal.mark_px, strict=True):
+        columns, rows = pixels[np.isfinite(pixels).all(axis=1)].round().astype(int).T
+        inside = (columns > 1) & (columns < 158) & (rows > 1) & (rows < 118)
+        assert image[rows[inside], columns[inside]].min() > 2 * np.median(image)
+    with pytest.raises(fabkit.FabkitError, match="white, display"):
+        skin.press_all(presses, lights=["uv"])
 
 
 def _box_mesh(x_mm, y_mm, z_mm):

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use fabkit_depth::truth::PixelRays;
 use fabkit_elastic::ChannelMoved;
 use fabkit_geometry::{
     Carrier, Column, CompiledSolid, Lighting, Mark, Ray, Rgb, Scratch, Sensor, Shows, Vector3,
@@ -25,6 +26,8 @@ pub(super) struct ColumnScene<'a> {
     pub(super) columns: &'a [Column],
     constants: &'a LightConstants,
     pub(super) exposure: f64,
+    /// Where some pictures are taken by the same rays.
+    rays: Option<PixelRays>,
 }
 
 impl<'a> ColumnScene<'a> {
@@ -45,11 +48,22 @@ impl<'a> ColumnScene<'a> {
         sensor.bodies.retain(|body| body.name != *liquid);
         // The back is as bright as a mark is elsewhere.
         let exposure = constants.mark_grey.value / constants.marks[0].value;
-        Ok(Self { sensor, liquid: compiled, columns, constants, exposure })
+        Ok(Self { sensor, liquid: compiled, columns, constants, exposure, rays: None })
     }
 
     pub(super) fn words(&self) -> [String; 2] {
         [format!("ends of {} columns", self.columns.len()), "the room".to_owned()]
+    }
+
+    /// For some pictures by the same rays: the same ones.
+    pub(super) fn keep_view(&mut self, viewpoint: &Viewpoint, samples: u32) -> Result<(), Error> {
+        self.rays = Some(self.rays(viewpoint, samples)?);
+        Ok(())
+    }
+
+    fn rays(&self, viewpoint: &Viewpoint, samples: u32) -> Result<PixelRays, Error> {
+        let stack = Stack::straight(&self.sensor).map_err(SceneError::Light)?;
+        Ok(viewpoint.rays(samples).through(&Arc::new(Sights::new(stack))))
     }
 
     pub(super) fn paint(
@@ -58,8 +72,14 @@ impl<'a> ColumnScene<'a> {
         samples: u32,
         marks: Vec<Moved>,
     ) -> Result<Painted, Error> {
-        let stack = Stack::straight(&self.sensor).map_err(SceneError::Light)?;
-        let rays = viewpoint.rays(samples).through(&Arc::new(Sights::new(stack)));
+        let own;
+        let rays = match &self.rays {
+            Some(rays) => rays,
+            None => {
+                own = self.rays(viewpoint, samples)?;
+                &own
+            }
+        };
         let [light, dark] = &self.constants.marks;
         let sends: Vec<f64> = rays
             .seen_by_names()

@@ -47,9 +47,8 @@ pub(super) struct MarkScene<'a> {
 #[derive(Debug)]
 struct Kept {
     view: View,
-    at_rest: Vec<Placed>,
-    /// How the light that arrives at each mark changes with its place, 1/mm.
-    slopes: Vec<Matrix3<f64>>,
+    /// Marks, and how the light that arrives at each changes with its place, 1/mm; empty where it is looked at anew.
+    at_rest: Vec<(Placed, Matrix3<f64>)>,
 }
 
 /// What a camera sees of the sensor without its marks: no press changes it.
@@ -136,7 +135,13 @@ impl<'a> MarkScene<'a> {
         [format!("places of {} marks", self.sensor.marks.len()), self.emitters.what.clone()]
     }
 
-    /// For many pictures by the same rays.
+    /// For some pictures by the same rays: the same ones.
+    pub(super) fn keep_view(&mut self, viewpoint: &Viewpoint, samples: u32) -> Result<(), Error> {
+        self.kept = Some(Kept { view: self.view(viewpoint, samples)?, at_rest: Vec::new() });
+        Ok(())
+    }
+
+    /// For many pictures by the same rays: light at marks changes evenly.
     pub(super) fn prepare(&mut self, viewpoint: &Viewpoint, samples: u32) -> Result<(), Error> {
         let at_rest = self.placed(&moved(self.sensor, None));
         let mut view = self.view(viewpoint, samples)?;
@@ -154,9 +159,10 @@ impl<'a> MarkScene<'a> {
             };
             Matrix3::from_columns(&[0, 1, 2].map(along))
         };
-        let marks = at_rest.par_iter();
-        let slopes = marks.map_init(|| self.emitters.tracer(), slope).collect();
-        self.kept = Some(Kept { view, at_rest, slopes });
+        let with_slope = |tracer: &mut Tracer<'_>, mark: Placed| (mark, slope(tracer, &mark));
+        let marks = at_rest.into_par_iter();
+        let at_rest = marks.map_init(|| self.emitters.tracer(), with_slope).collect();
+        self.kept = Some(Kept { view, at_rest });
         Ok(())
     }
 
@@ -170,7 +176,7 @@ impl<'a> MarkScene<'a> {
                     let at = moved.mark.point + by_mm;
                     // All are known at rest, so that they go by the same numbers.
                     let kept = self.kept.as_ref();
-                    let arrives = match kept.map(|kept| (&kept.at_rest[i], &kept.slopes[i])) {
+                    let arrives = match kept.and_then(|kept| kept.at_rest.get(i)) {
                         Some((at_rest, slope)) => at_rest.arrives + slope * by_mm,
                         None => self.arrives(&(at + 1e-3 * moved.axis), tracer),
                     };

@@ -43,6 +43,7 @@ pub(crate) use self::layers::LayerScene;
 use self::marks::MarkScene;
 pub(crate) use self::scene::middle_of;
 pub(crate) use self::sent::sent;
+pub(crate) use self::skin::skin_pictures;
 pub(crate) use self::thins::Thins;
 use crate::Error;
 use crate::bodies::UnknownName;

@@ -5,15 +5,15 @@ use std::sync::Arc;
 
 use fabkit_elastic::{LiquidOutcome, LiquidStack};
 use fabkit_fixtures::Project;
-use fabkit_geometry::{Sensor, Shows};
+use fabkit_geometry::{Lighting, Mark, Sensor, Shows};
 use fabkit_optics::Sights;
 
 use super::columns::{ColumnScene, column_ends};
-use super::{Captured, Capturing, MarkScene, mark_pixels};
+use super::{Captured, Capturing, LightConstants, MarkScene, Painted, mark_pixels};
 use crate::Error;
 use crate::ground_truth::Viewpoint;
 use crate::pressing::{Contact, Linear, Moved, PressingError, on_solids};
-use crate::scene::SceneError;
+use crate::scene::{Cast, SceneError};
 
 /// Distance of nodes that nobody asked for, mm.
 const SPACING_MM: f64 = 1.0;
@@ -27,6 +27,73 @@ pub struct SkinView {
     pub viewpoint: Viewpoint,
 }
 
+/// What a skin's light shows.
+enum SkinScene<'a> {
+    Columns(ColumnScene<'a>),
+    Marks(Box<MarkScene<'a>>),
+}
+
+impl<'a> SkinScene<'a> {
+    fn of(
+        sensor: &'a Sensor,
+        lighting: &'a Lighting,
+        constants: &'a LightConstants,
+    ) -> Result<Self, Error> {
+        Ok(match lighting.shows {
+            Shows::Columns { .. } => Self::Columns(ColumnScene::of(sensor, lighting, constants)?),
+            _ => Self::Marks(Box::new(MarkScene::of(sensor, lighting, constants)?)),
+        })
+    }
+
+    fn paint(
+        &self,
+        viewpoint: &Viewpoint,
+        samples: u32,
+        moved: Vec<Moved>,
+    ) -> Result<Painted, Error> {
+        match self {
+            Self::Columns(scene) => scene.paint(viewpoint, samples, moved),
+            Self::Marks(scene) => scene.paint(viewpoint, samples, moved),
+        }
+    }
+
+    /// What is shown and what shines, and the exposure.
+    fn words(&self) -> ([String; 2], f64) {
+        match self {
+            Self::Columns(scene) => (scene.words(), scene.exposure),
+            Self::Marks(scene) => (scene.words(), scene.exposure),
+        }
+    }
+}
+
+/// Pictures of a skin in one of its lights, row by row, 0 to 255, not rounded: of each press what it shows, moved, and the
+/// seed of its noise.
+///
+/// # Errors
+/// As for [`Capturing::take_of_skin`].
+pub(crate) fn skin_pictures(
+    sensor: &Sensor,
+    lighting: &Lighting,
+    viewpoint: &Viewpoint,
+    presses: Vec<(Vec<Moved>, Option<u64>)>,
+) -> Result<Vec<Vec<f64>>, Error> {
+    let constants = LightConstants::of(sensor);
+    let mut scene = SkinScene::of(sensor, lighting, &constants)?;
+    let cast = Cast { samples: 1, ..Cast::at_rest(Contact::Linear(Linear::default())) };
+    match &mut scene {
+        SkinScene::Columns(scene) => scene.keep_view(viewpoint, cast.samples)?,
+        SkinScene::Marks(scene) => scene.keep_view(viewpoint, cast.samples)?,
+    }
+    let camera = viewpoint.camera();
+    let size_px = [camera.width_px(), camera.height_px()];
+    let picture = |(moved, seed): (Vec<Moved>, Option<u64>)| {
+        let capturing = Capturing { cast: cast.clone(), lighting, constants: &constants, seed };
+        let painted = scene.paint(viewpoint, cast.samples, moved)?;
+        capturing.values(sensor, &painted.light, size_px)
+    };
+    presses.into_iter().map(picture).collect()
+}
+
 impl Capturing<'_> {
     /// As [`Capturing::take`], of a skin with channels of liquid.
     ///
@@ -37,25 +104,22 @@ impl Capturing<'_> {
         self.check(sensor, self.cast.presses.is_empty(), self.cast.contact)?;
         let pressed = self.pressed(sensor)?;
         let samples = self.cast.samples;
-        let (painted, words) = if let Shows::Columns { .. } = self.lighting.shows {
-            let scene = ColumnScene::of(sensor, self.lighting, self.constants)?;
-            let channels = pressed.as_ref().map(|(_, outcome)| &outcome.channels[..]);
-            let ends = column_ends(scene.columns, channels.unwrap_or_default());
-            (scene.paint(&view.viewpoint, samples, ends)?, (scene.words(), scene.exposure))
-        } else {
-            let scene = MarkScene::of(sensor, self.lighting, self.constants)?;
-            let moved = |moved: Moved| Moved {
-                displacement_mm: match &pressed {
-                    Some((stack, outcome)) => {
-                        Some(outcome.displacement_mm(stack, &moved.mark.point))
-                    }
-                    None => moved.displacement_mm,
-                },
-                ..moved
-            };
-            let marks = super::moved(sensor, None).into_iter().map(moved).collect();
-            (scene.paint(&view.viewpoint, samples, marks)?, (scene.words(), scene.exposure))
+        let scene = SkinScene::of(sensor, self.lighting, self.constants)?;
+        let moved = match (&self.lighting.shows, &pressed) {
+            (Shows::Columns { columns, .. }, pressed) => {
+                let channels = pressed.as_ref().map(|(_, outcome)| &outcome.channels[..]);
+                column_ends(columns, channels.unwrap_or_default())
+            }
+            (_, Some((stack, outcome))) => {
+                let by_mm = |mark: &Mark| outcome.displacement_mm(stack, &mark.point);
+                let moved =
+                    |moved: Moved| Moved { displacement_mm: Some(by_mm(&moved.mark)), ..moved };
+                super::moved(sensor, None).into_iter().map(moved).collect()
+            }
+            (_, None) => super::moved(sensor, None),
         };
+        let painted = scene.paint(&view.viewpoint, samples, moved)?;
+        let words = scene.words();
         let camera = view.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()];
         // Seen by the camera that looks at it.

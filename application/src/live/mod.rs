@@ -23,7 +23,7 @@ use crate::ground_truth::pressers;
 use crate::pressing::{Answer, Contact, Linear, Moved, Ready, Step, soft_layers, threads};
 use crate::scene::SensorView;
 
-pub use skin::{LiveSkin, SkinShown};
+pub use skin::{LiveSkin, SkinPicture, SkinPictures, SkinShown};
 
 /// What moves by less stays where it is, mm: slopes are then some 1e-3, and pictures change by less than they are noisy.
 const STILL_MM: f64 = Studio::STILL_MM;

@@ -25,6 +25,28 @@ pub struct LiveSkin {
     views: Vec<(Lighting, Viewpoint, Sights)>,
 }
 
+/// Pictures that are wanted of presses.
+#[derive(Clone, Debug, Default)]
+pub struct SkinPictures {
+    /// In which of the skin's lights.
+    pub lights: Vec<String>,
+    /// Of the first press' noise, and the next numbers for the next; nothing for pictures without.
+    pub seed: Option<u64>,
+}
+
+/// A skin's pictures in one of its lights.
+#[derive(Clone, Debug)]
+pub struct SkinPicture {
+    /// The light.
+    pub light: String,
+    /// Columns and rows.
+    pub size_px: [usize; 2],
+    /// Values of a pixel: 1, or red, green and blue.
+    pub channels: usize,
+    /// Of each press, row by row, 0 to 255, not rounded.
+    pub grey: Vec<Vec<f64>>,
+}
+
 /// What a press on a skin does.
 #[derive(Clone, Debug)]
 pub struct SkinShown {
@@ -38,14 +60,22 @@ pub struct SkinShown {
     pub mark_mm: Vec<[f64; 3]>,
     /// Where it is seen, px.
     pub mark_px: Vec<Option<[f64; 2]>>,
+    /// What pictures show.
+    marks: Vec<Moved>,
+    columns: Vec<Moved>,
 }
 
 impl LiveSkin {
-    /// Makes a skin ready, with nodes `spacing_mm` apart: seconds.
+    /// Makes a skin ready, with nodes `spacing_mm` apart: seconds. Its cameras have as many pixels as they are drawn with, or
+    /// `size_px`.
     ///
     /// # Errors
     /// A sensor without such a skin; more nodes than fit; cameras that cannot be.
-    pub fn new(project: Arc<Project>, spacing_mm: Option<f64>) -> Result<Self, Error> {
+    pub fn new(
+        project: Arc<Project>,
+        spacing_mm: Option<f64>,
+        size_px: Option<[u32; 2]>,
+    ) -> Result<Self, Error> {
         let sensor = &project.design.sensor;
         if sensor.liquid.is_none() {
             let problem = format!("{} has no skin with channels of liquid", sensor.name);
@@ -57,7 +87,10 @@ impl LiveSkin {
             let mut seen = sensor.clone();
             seen.camera = lighting.camera.clone().unwrap_or(seen.camera);
             let wrong = |error| SceneError::viewpoint(None, error);
-            let viewpoint = Viewpoint::new(&seen.camera, None, None).map_err(wrong)?;
+            let mut viewpoint = Viewpoint::new(&seen.camera, None, None).map_err(wrong)?;
+            if let Some(size_px) = size_px {
+                viewpoint = viewpoint.resized(size_px).map_err(wrong)?;
+            }
             let sights = Sights::new(viewpoint.stack(&seen).map_err(SceneError::Light)?);
             Ok::<_, Error>((lighting.clone(), viewpoint, sights))
         });
@@ -92,6 +125,39 @@ impl LiveSkin {
         }
     }
 
+    /// Pictures of presses, as [`LiveSkin::press`] has shown them.
+    ///
+    /// # Errors
+    /// A light that the skin has not.
+    pub fn pictures(
+        &self,
+        shown: &[SkinShown],
+        wanted: &SkinPictures,
+    ) -> Result<Vec<SkinPicture>, Error> {
+        let sensor = &self.project.design.sensor;
+        let of_light = |light: &String| {
+            let lighting = capturing::lighting(sensor, Some(light))?;
+            let is_it = |(known, ..): &&(Lighting, Viewpoint, Sights)| known.name == lighting.name;
+            let view = self.views.iter().find(is_it);
+            let (_, viewpoint, _) = view.ok_or_else(|| Error::bug("a light without a camera"))?;
+            let is_of_columns = matches!(lighting.shows, Shows::Columns { .. });
+            let presses = shown.iter().enumerate().map(|(i, one)| {
+                let moved = if is_of_columns { &one.columns } else { &one.marks };
+                (moved.clone(), wanted.seed.map(|seed| seed.wrapping_add(i as u64)))
+            });
+            let presses = presses.collect();
+            let grey = capturing::skin_pictures(sensor, lighting, viewpoint, presses)?;
+            let camera = viewpoint.camera();
+            Ok(SkinPicture {
+                light: light.clone(),
+                size_px: [camera.width_px(), camera.height_px()].map(|side| side as usize),
+                channels: if lighting.is_colored() { 3 } else { 1 },
+                grey,
+            })
+        };
+        wanted.lights.iter().map(of_light).collect()
+    }
+
     fn shown(&self, ready: &LiquidReady<'_>, press: &Press) -> Result<SkinShown, Error> {
         match press_skin(ready, press) {
             Ok(outcome) => self.of(Some(&outcome)),
@@ -121,9 +187,10 @@ impl LiveSkin {
             .collect();
         let channels = outcome.map_or(&[][..], |outcome| &outcome.channels);
         let (mut column_px, mut mark_px) = (Vec::new(), Vec::new());
+        let mut ends = Vec::new();
         for (lighting, viewpoint, sights) in &self.views {
             if let Shows::Columns { columns, .. } = &lighting.shows {
-                let ends = capturing::column_ends(columns, channels);
+                ends = capturing::column_ends(columns, channels);
                 column_px = capturing::mark_pixels(viewpoint, sights, &ends);
             } else {
                 mark_px = capturing::mark_pixels(viewpoint, sights, &marks);
@@ -140,6 +207,8 @@ impl LiveSkin {
                 .map(|moved| moved.displacement_mm.map_or([f64::NAN; 3], <[f64; 3]>::from))
                 .collect(),
             mark_px,
+            marks,
+            columns: ends,
         })
     }
 }

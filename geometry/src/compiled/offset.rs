@@ -6,64 +6,88 @@ use super::ring::{meridian, turned};
 use super::shape::{Chord, LocalRay, Shape, Work};
 use crate::{Ellipsoid, EllipsoidOffset};
 
-/// Signed distance from an ellipse around the origin and its gradient, the unit outward normal at
-/// the nearest point. `p` must lie in the first quadrant; negative inside.
+/// The first quadrant of an ellipse around the origin, in units of its short half axis and with the long
+/// one first.
 ///
 /// The nearest point comes from one root of a scalar equation (Eberly, "Distance from a Point to
 /// an Ellipse, an Ellipsoid, or a Hyperellipsoid", 2013), written as for a trust region (Conn,
 /// Gould and Toint, "Trust-Region Methods", 2000, section 7.3): an increasing concave function,
 /// which Newton's method climbs from the left without ever overshooting. No branch of the distance
 /// can be mistaken for another. From a point to the right of the root one step leads to its left.
-///
-/// `start` is where the climb begins, and becomes its end: for a point nearby it is almost there.
-fn ellipse_distance(
-    half_axes: Vector2<f64>,
-    p: Vector2<f64>,
-    start: &mut f64,
-) -> (f64, Vector2<f64>) {
-    if half_axes.x < half_axes.y {
-        let (distance, normal) = ellipse_distance(half_axes.yx(), p.yx(), start);
-        return (distance, normal.yx());
+#[derive(Clone, Copy)]
+struct Quadrant {
+    short_mm: f64,
+    /// The long half axis and its square.
+    long: f64,
+    k: f64,
+    /// k - 1 without cancellation; the parameter s is counted from its pole for the same reason.
+    gap: f64,
+    /// Along y, not along x.
+    is_upright: bool,
+}
+
+impl Quadrant {
+    fn new(half_axes: Vector2<f64>) -> Self {
+        let is_upright = half_axes.x < half_axes.y;
+        let (a, b) = (half_axes.max(), half_axes.min());
+        let long = a / b;
+        let gap = (a - b) * (a + b) / (b * b);
+        Self { short_mm: b, long, k: long * long, gap, is_upright }
     }
-    let (a, b) = (half_axes.x, half_axes.y);
-    // In units of the short half axis: the point is z, the ellipse has half axes `long` and 1.
-    let long = a / b;
-    let k = long * long;
-    // k - 1 without cancellation; the parameter s is counted from its pole for the same reason.
-    let gap = (a - b) * (a + b) / (b * b);
-    let z = p / b;
-    let n = long * z.x;
-    let nearest = if z.y > 1e-200 {
-        // At the root |(u, v)| = 1; both bounds lie left of it, where the length is above 1.
-        let least = z.y.max((n * n + z.y * z.y).sqrt() - gap);
-        let mut s = least.max(*start);
-        for _ in 0..100 {
-            let (u, v) = (n / (s + gap), z.y / s);
-            let squared = u * u + v * v;
-            let length = squared.sqrt();
-            let next = s + (length - 1.0) * squared / (u * u / (s + gap) + v * v / s);
-            if next.is_nan() {
-                break;
-            }
-            // Convergence is quadratic: after a step this small the next one is rounding.
-            let is_last = (next - s).abs() <= 1e-9 * s;
-            s = next.max(least);
-            if is_last {
-                break;
-            }
+
+    fn turned(&self, v: Vector2<f64>) -> Vector2<f64> {
+        if self.is_upright { v.yx() } else { v }
+    }
+
+    /// The point of the ellipse nearest to one so near to the long axis that the equation's root is
+    /// lost in rounding, in units of the half axes; `None` of any other.
+    fn on_axis(&self, z: Vector2<f64>) -> Option<[f64; 2]> {
+        if z.y > 1e-100 {
+            return None;
         }
-        *start = s;
-        Vector2::new(k * z.x / (s + gap), z.y / s)
-    } else if n < gap {
-        // On the long axis, between the centres of curvature of its two ends.
-        let x = k * z.x / gap;
-        Vector2::new(x, (1.0 - x * x / k).max(0.0).sqrt())
-    } else {
-        Vector2::new(long, 0.0)
-    };
-    let normal = Vector2::new(nearest.x / k, nearest.y).normalize();
-    // Projected on the normal: an error in the nearest point enters only squared.
-    ((z - nearest).dot(&normal) * b, normal)
+        let u = self.long * z.x / self.gap;
+        // Between the centres of curvature of the axis' two ends, or beyond.
+        Some(if u < 1.0 { [u, (1.0 - u * u).sqrt()] } else { [1.0, 0.0] })
+    }
+
+    /// The parameter of the point nearest to one that lies as far out as `offset`, almost: on an ellipse
+    /// with half axes longer by that.
+    fn first_guess(&self, offset: f64, z: Vector2<f64>) -> f64 {
+        let (long, short) = (self.long + offset, 1.0 + offset);
+        let normal = Vector2::new(z.x * short * short, z.y * long * long);
+        let (x, y) = (normal.x * normal.x, normal.y * normal.y);
+        1.0 + offset * ((self.k * x + y) / (x + y)).sqrt()
+    }
+
+    /// Signed distance, mm, of a point in the first quadrant and its gradient, the unit outward normal at
+    /// the nearest point; negative inside. Soonest found where the distance is about `guess_mm`.
+    fn distance(&self, p: Vector2<f64>, guess_mm: f64) -> (f64, Vector2<f64>) {
+        let z = self.turned(p) / self.short_mm;
+        let [u, v] = self.on_axis(z).unwrap_or_else(|| {
+            let n = self.long * z.x;
+            // At the root |(u, v)| = 1; both bounds lie left of it, where the length is above 1.
+            let least = z.y.max((n * n + z.y * z.y).sqrt() - self.gap);
+            let mut s = least.max(self.first_guess(guess_mm / self.short_mm, z));
+            for _ in 0..100 {
+                let (for_u, for_v) = (1.0 / (s + self.gap), 1.0 / s);
+                let (u, v) = (n * for_u, z.y * for_v);
+                let squared = u * u + v * v;
+                let slope = u * u * for_u + v * v * for_v;
+                let next = (s + (squared.sqrt() - 1.0) * squared / slope).max(least);
+                // Convergence is quadratic: after a step this small the next one is rounding.
+                let is_last = (next - s).abs() <= 1e-9 * s;
+                s = next;
+                if is_last {
+                    break;
+                }
+            }
+            [n / (s + self.gap), z.y / s]
+        });
+        let normal = Vector2::new(u / self.long, v).normalize();
+        // Projected on the normal: an error in the nearest point enters only squared.
+        let beyond = (z - Vector2::new(self.long * u, v)).dot(&normal);
+        (beyond * self.short_mm, self.turned(normal))
+    }
 }
 
 impl EllipsoidOffset {
@@ -80,14 +104,9 @@ impl EllipsoidOffset {
             let normal = if far_mm > 0.0 { p / far_mm } else { Vector3::x() };
             return (far_mm - self.equatorial_mm - self.offset_mm, normal);
         }
-        self.distance_from(p, &mut 0.0)
-    }
-
-    /// The same for points one after the other, each near the last.
-    fn distance_from(&self, p: &Vector3<f64>, start: &mut f64) -> (f64, Vector3<f64>) {
         let flat = meridian(p);
-        let quadrant = Vector2::new(flat.x, flat.y.abs());
-        let (from_ellipse, mut normal) = ellipse_distance(self.half_axes(), quadrant, start);
+        let (from_ellipse, mut normal) = Quadrant::new(self.half_axes())
+            .distance(Vector2::new(flat.x, flat.y.abs()), self.offset_mm);
         normal.y = normal.y.copysign(p.z);
         (from_ellipse - self.offset_mm, turned(normal, p))
     }
@@ -112,38 +131,102 @@ impl EllipsoidOffset {
         (of(scaled, 1e-12), Some(of(shifted, 0.0)))
     }
 
-    /// The first parameter after `outside_mm` (going `sign`) at which the line enters, if any.
+    /// Where a line enters and leaves, as seen by two that come along it from either side.
     ///
-    /// Distance from a convex body is convex along a line, so Newton's method from outside
-    /// approaches the crossing from one side only, and a slope that turns proves a miss. From a
-    /// `guess_mm` within, its first step leads outside, to where few more are left.
-    fn enter(&self, ray: &LocalRay, [outside_mm, guess_mm]: [f64; 2], sign: f64) -> Option<f64> {
-        let mut t_mm = guess_mm;
-        let resolution_mm = 4.0 * f64::EPSILON * ray.reach_mm;
-        let mut start = 0.0;
-        for i in 0..80 {
-            let (distance, gradient) = self.distance_from(&ray.at(t_mm), &mut start);
-            let approach = sign * gradient.dot(&ray.direction);
-            if i == 0 && distance < -resolution_mm {
-                // Along a grazing line the step would lead far away.
-                t_mm = if approach < -0.1 { t_mm - sign * distance / approach } else { outside_mm };
-                continue;
+    /// `outer_mm` are points before, and `guess_mm` ones nearby.
+    fn ends(&self, ray: &LocalRay, outer_mm: [f64; 2], guess_mm: [f64; 2]) -> Option<[f64; 2]> {
+        let ellipse = Quadrant::new(self.half_axes());
+        let offset = self.offset_mm / ellipse.short_mm;
+        let mut ends = [0, 1].map(|end| {
+            let sign = [1.0, -1.0][end];
+            End {
+                sign,
+                outside_mm: sign * outer_mm[end],
+                t_mm: sign * guess_mm[end],
+                s: None,
+                is_found: false,
             }
-            if distance <= resolution_mm {
-                return Some(t_mm);
+        });
+        for _ in 0..200 {
+            // Both in turn: neither waits for the other, so a processor works on both at once.
+            for end in ends.iter_mut().filter(|end| !end.is_found) {
+                end.step(&ellipse, offset, ray)?;
             }
-            if approach >= 0.0 {
-                return None;
-            }
-            let step = -distance / approach;
-            t_mm += sign * step;
-            // As above; near a tangent steps only halve, and what is left is as small as the last.
-            if step <= 1e-9 * ray.reach_mm {
-                return Some(t_mm);
+            if ends.iter().all(|end| end.is_found) {
+                return Some(ends.map(|end| end.sign * end.t_mm));
             }
         }
         // Linear convergence for this long means a tangent.
         None
+    }
+}
+
+/// One end of a line's chord, on its way there.
+///
+/// The solid lies behind every plane that touches it. So where a line comes through such a plane from its
+/// front it has not entered yet, and if it never does, it misses: neither needs the plane at the
+/// nearest point, to which alone Newton's method on the distance would lead. So one step on the line and one
+/// towards the nearest point are taken together. The line is followed from one side only, and both
+/// converge as fast as Newton's method in two unknowns.
+struct End {
+    /// Which way the line goes in.
+    sign: f64,
+    /// No farther than the crossing, mm along the line as it goes in; as is `t_mm`, from the second step on.
+    outside_mm: f64,
+    t_mm: f64,
+    /// Of the point nearest to the one at `t_mm`, almost; see [`Quadrant`].
+    s: Option<f64>,
+    is_found: bool,
+}
+
+impl End {
+    /// `None` where the line misses.
+    #[inline]
+    fn step(&mut self, ellipse: &Quadrant, offset: f64, ray: &LocalRay) -> Option<()> {
+        let Quadrant { short_mm, long, gap, .. } = *ellipse;
+        let p = ray.at(self.sign * self.t_mm);
+        let flat = meridian(&p);
+        // How fast a point that goes in leaves the axis and the equator, per mm.
+        let across = if flat.x > 0.0 { p.xy().dot(&ray.direction.xy()) / flat.x } else { 0.0 };
+        let along = ray.direction.z * 1.0_f64.copysign(p.z);
+        let velocity = ellipse.turned(Vector2::new(across, along)) * (self.sign / short_mm);
+        let z = ellipse.turned(Vector2::new(flat.x, flat.y.abs())) / short_mm;
+
+        let is_first = self.s.is_none();
+        let s = self.s.unwrap_or_else(|| ellipse.first_guess(offset, z)).max(z.y);
+        let (for_u, for_v) = (1.0 / (s + gap), 1.0 / s);
+        let on_axis = ellipse.on_axis(z);
+        let [u, v] = on_axis.unwrap_or([long * z.x * for_u, z.y * for_v]);
+        // The plane's normal is as long as this, and it touches the ellipse so far from the centre.
+        let normal = Vector2::new(u / long, v);
+        let (norm, support) = (normal.norm(), (u * u + v * v).sqrt());
+        let beyond = normal.dot(&z) - support - offset * norm;
+        let approach = normal.dot(&velocity);
+        let (missing, slope) = ((support - 1.0) * support * support, u * u * for_u + v * v * for_v);
+        let is_nearest = on_axis.is_some() || missing.abs() <= 1e-8 * s * slope;
+
+        let resolution = 4.0 * f64::EPSILON * ray.reach_mm / short_mm * norm;
+        let is_outside = !is_first || beyond >= -resolution;
+        if is_nearest && is_outside && beyond <= resolution {
+            self.is_found = true;
+            return Some(());
+        }
+        if beyond > resolution && approach >= 0.0 {
+            return None;
+        }
+        // Along a grazing line a step back would lead far away.
+        let is_grazing = approach >= 0.0 || (beyond < 0.0 && approach * short_mm > -0.1 * norm);
+        if !is_grazing {
+            self.outside_mm = self.outside_mm.max(self.t_mm - beyond / approach);
+        }
+        let step_mm = self.outside_mm - self.t_mm;
+        self.t_mm = self.outside_mm;
+        // Convergence is quadratic; near a tangent steps only halve, and what is left is as small as the last.
+        self.is_found = is_nearest && !is_grazing && step_mm.abs() <= 1e-9 * ray.reach_mm;
+        // The root goes with the point.
+        let moved = (u * for_u * long * velocity.x + v * for_v * velocity.y) * step_mm;
+        self.s = Some(if on_axis.is_some() { s } else { s + (missing + moved) / slope });
+        Some(())
     }
 }
 
@@ -164,11 +247,9 @@ impl Shape for EllipsoidOffset {
         let (around, within) = self.bounding();
         let Some(outer) = around.chord(ray) else { return };
         let inner = within.and_then(|within| within.chord(ray)).unwrap_or(outer);
-        let from = |end: usize| [outer.t_mm[end], inner.t_mm[end]];
         let chord = self
-            .enter(ray, from(0), 1.0)
-            .zip(self.enter(ray, from(1), -1.0))
-            .map(|(enter, exit)| Chord::on_face(0, enter, exit));
+            .ends(ray, outer.t_mm, inner.t_mm)
+            .map(|[enter, exit]| Chord::on_face(0, enter, exit));
         work.chords.extend(chord.filter(|c| c.t_mm[0] < c.t_mm[1]));
     }
 }

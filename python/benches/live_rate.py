@@ -38,5 +38,18 @@ def rate(name):
     return COUNT / (time.perf_counter() - begun)
 
 
-for name in sys.argv[1:] or SPACING_MM:
-    print(f"{name}: {rate(name):.1f} a second")
+def skin_rate(lights):
+    """Of the fluidic sensor, whose skin answers presses together: eight at a time."""
+    skin = fabkit.sim.Skin("fluidic", size_px=SIZE_PX, spacing_mm=2.0)
+    presses = [f"hemisphere@{20 - i}mm,{3 + i}mm,{1 + 0.1 * i:.1f}mm" for i in range(8)]
+    begun = time.perf_counter()
+    skin.press_all(presses, lights=lights)
+    return len(presses) / (time.perf_counter() - begun)
+
+
+for name in sys.argv[1:] or [*SPACING_MM, "fluidic"]:
+    if name == "fluidic":
+        for lights in [["white"], ["white", "display"]]:
+            print(f"fluidic, pictures in {' and '.join(lights)}: {skin_rate(lights):.1f} a second")
+    else:
+        print(f"{name}: {rate(name):.1f} a second")

@@ -303,6 +303,15 @@ def extrinsics(
     kind: str | None,
     gel_index: float,
 ) -> Extrinsics: ...
+def plan(
+    project: Project,
+    camera: tuple[Camera, str] | None,
+    folder: str | None,
+    holes: list[list[int]],
+    kind: str | None,
+    captures: int | None,
+    pins: int | None,
+) -> str: ...
 
 class Intrinsics:
     def camera(self) -> Camera: ...

@@ -9,6 +9,7 @@ use fabkit_application::bodies::UnknownName;
 use fabkit_application::calibrating::boards::{self, Detector};
 use fabkit_application::calibrating::captures::{self, MeasuredCapture};
 use fabkit_application::calibrating::extrinsics::{self as from_pins, Inputs};
+use fabkit_application::calibrating::planning::{self, Wanted};
 use fabkit_application::calibrating::{
     CalibratingError, intrinsics as from_views, pictures, pose_file,
 };
@@ -316,4 +317,54 @@ pub fn extrinsics(
 fn measured((name, holes, pixels, sigmas): Pins) -> MeasuredCapture {
     let mark = |([x, y], sigma_px): ([f64; 2], f64)| Mark { pixel: Point2::new(x, y), sigma_px };
     MeasuredCapture { name, holes, marks: pixels.into_iter().zip(sigmas).map(mark).collect() }
+}
+
+/// What captures of pins will tell, as JSON: see [`planning::plan`]. Captures that there are: a folder, or the holes of each.
+#[pyfunction]
+pub fn plan(
+    py: Python<'_>,
+    project: &Project,
+    camera: Option<(PyRef<'_, Camera>, String)>,
+    folder: Option<PathBuf>,
+    holes: Vec<Vec<u32>>,
+    kind: Option<String>,
+    captures: Option<usize>,
+    pins: Option<usize>,
+) -> PyResult<String> {
+    let (source, project) = (Arc::clone(&project.source), Arc::clone(&project.project));
+    let camera = camera.map(|(camera, file)| (camera.estimate.clone(), file));
+    run(py, Interrupted::Leave, None, move |_| {
+        let forecast = planning::forecast(&source, &project)?;
+        let (landmarks, kind) = (&forecast.landmarks, kind.as_deref());
+        let done = match &folder {
+            Some(folder) => captures::pressed(folder, landmarks, kind)?,
+            None => holes
+                .iter()
+                .map(|holes| holes.iter().map(|hole| place_of(*hole, landmarks, kind)).collect())
+                .collect::<Result<_, _>>()?,
+        };
+        let lens = camera.as_ref().map(|(estimate, _)| estimate);
+        let wanted = Wanted { lens, done: &done, captures, pins };
+        let plan = planning::plan(&project, &forecast, &wanted)?;
+        let file = camera.as_ref().map(|(_, file)| file.as_str());
+        Ok::<_, Failure>(plan.to_json(&project.design.sensor.name, file).to_string())
+    })
+}
+
+/// Where the pin of a hole is among the landmarks.
+fn place_of(hole: u32, landmarks: &PinLandmarks, kind: Option<&str>) -> Result<usize, Failure> {
+    let kinds = landmarks.kinds();
+    let known = kinds.join(", ");
+    let kind = match (kind, &kinds[..]) {
+        (Some(kind), _) => kind,
+        (None, [only]) => only,
+        (None, several) => {
+            let problem = format!("pins are of {} kinds, {known}: say `pin`", several.len());
+            return Err(Failure::call(problem));
+        }
+    };
+    let found = landmarks.pins.iter().position(|pin| pin.hole == hole && pin.kind == kind);
+    found.ok_or_else(|| {
+        Failure::call(format!("there is no pin `{kind}` in hole {hole}; kinds: {known}"))
+    })
 }

@@ -25,7 +25,7 @@ mod sweep;
 mod _fabkit {
     #[pymodule_export]
     use crate::calibrate::{
-        Extrinsics, Intrinsics, board, extrinsics, find_corners, find_pins, intrinsics,
+        Extrinsics, Intrinsics, board, extrinsics, find_corners, find_pins, intrinsics, plan,
     };
     #[pymodule_export]
     use crate::camera::Camera;

@@ -1,6 +1,9 @@
 """Calibration from arrays: what went in comes out."""
 
+import json
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -178,3 +181,36 @@ def test_lens_and_pose_are_unsure_together(rtac0, board, truth, tmp_path):
     apart = fabkit.depth.Scene(rtac0, pose=found, pose_covariance=found.covariance)
     assert apart.sigma_of.endswith("pose and camera as if independent")
     assert not np.allclose(apart.cast(print_sigma_mm=0.0).sigma_mm, sigmas[0], equal_nan=True)
+
+
+def test_a_plan_says_what_the_command_says(tmp_path):
+    # No marks of its pins are rendered, which takes most of the time elsewhere.
+    planned = fabkit.calibrate.plan("tactip", captures=2, pins=5)
+    words = ["calibrate", "plan", "tactip", "--captures", "2", "--pins", "5", "--json"]
+    said = subprocess.run([sys.executable, "-m", "fabkit", *words], capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+    assert planned.document == json.loads(said.stdout)
+    assert planned.done is None
+    assert [len(capture.holes) for capture in planned.next] == [5, 5]
+    last = planned.next[1]
+    done = [last.holes] * 4
+    after = fabkit.calibrate.plan("tactip", done=done, pin=last.kind, captures=1, pins=5)
+    # One more tells more.
+    assert after.next[0].expected.surface_mm < after.done.surface_mm
+    # The same pins as a folder lists them; there are no pictures, and none is looked at.
+    rows = [f"{i}.png,{hole},{last.kind}\n" for i in range(4) for hole in last.holes]
+    (tmp_path / "captures.csv").write_text("file,hole,kind\n" + "".join(rows))
+    assert fabkit.calibrate.plan("tactip", done=tmp_path, captures=1, pins=5) == after
+
+
+def test_plans_refuse_what_they_cannot_mean():
+    with pytest.raises(fabkit.FabkitError, match="hole 999"):
+        fabkit.calibrate.plan("shadowtac", done=[[999]], pin="short")
+    with pytest.raises(fabkit.FabkitError, match="limits are 1 and 500"):
+        fabkit.calibrate.plan("shadowtac", captures=0)
+    with pytest.raises(fabkit.FabkitError, match="say `pin`"):
+        fabkit.calibrate.plan("shadowtac", done=[[1]])
+    with pytest.raises(fabkit.FabkitError, match="kinds: long, short"):
+        fabkit.calibrate.plan("shadowtac", done=[[1]], pin="long-ish")
+    with pytest.raises(fabkit.FabkitError, match="fluidic"):
+        fabkit.calibrate.plan("fluidic")

@@ -321,6 +321,7 @@ fn measured((name, holes, pixels, sigmas): Pins) -> MeasuredCapture {
 
 /// What captures of pins will tell, as JSON: see [`planning::plan`]. Captures that there are: a folder, or the holes of each.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
 pub fn plan(
     py: Python<'_>,
     project: &Project,

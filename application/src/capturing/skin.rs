@@ -29,7 +29,7 @@ pub struct SkinView {
 
 /// What a skin's light shows.
 enum SkinScene<'a> {
-    Columns(ColumnScene<'a>),
+    Columns(Box<ColumnScene<'a>>),
     Marks(Box<MarkScene<'a>>),
 }
 
@@ -40,7 +40,9 @@ impl<'a> SkinScene<'a> {
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
         Ok(match lighting.shows {
-            Shows::Columns { .. } => Self::Columns(ColumnScene::of(sensor, lighting, constants)?),
+            Shows::Columns { .. } => {
+                Self::Columns(Box::new(ColumnScene::of(sensor, lighting, constants)?))
+            }
             _ => Self::Marks(Box::new(MarkScene::of(sensor, lighting, constants)?)),
         })
     }

@@ -5,7 +5,7 @@ mod error;
 mod files;
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use fabkit_depth::truth::{DepthMap, PixelRays, Presser, ReferenceSurface, Sigmas};
 use fabkit_fixtures::{Press, PressBody, Project};
@@ -54,7 +54,12 @@ pub struct SensorView {
     pub coverage: SurfaceCoverage,
     /// The sensor's bodies as its rays meet them.
     sights: Arc<Sights>,
+    /// The soft layers as several presses at once found them last, and the distance of nodes that was asked for.
+    layers: Arc<Mutex<Option<KeptLayers>>>,
 }
+
+/// Seconds of work that depends on nothing but the sensor and this distance of nodes, mm.
+type KeptLayers = (Option<f64>, Arc<Ready>);
 
 /// What to cast.
 #[derive(Clone, Debug)]
@@ -122,7 +127,7 @@ impl SensorView {
         if coverage.area == 0.0 {
             return Err(SceneError::unseen(&coverage).into());
         }
-        Ok(Self { project, viewpoint, coverage, sights })
+        Ok(Self { project, viewpoint, coverage, sights, layers: Arc::default() })
     }
 
     /// The sensor's bodies as the camera's rays meet them.
@@ -167,7 +172,7 @@ impl SensorView {
     ) -> Result<R, E> {
         let meetings = self.meetings(cast)?;
         let ready = self.ready(cast)?;
-        let pressed = self.press(cast, ready.as_ref())?;
+        let pressed = self.press(cast, ready.as_deref())?;
         self.cast_rows(cast, &pressed, 0..u32::MAX, |seen| {
             if seen.deepest.is_none() && !cast.allow_no_contact {
                 self.check_seen(&meetings).map_err(Error::from)?;
@@ -208,7 +213,7 @@ impl SensorView {
         .map_err(Error::from)?;
         let meetings = self.meetings(cast)?;
         let ready = self.ready(cast)?;
-        let pressed = self.press(cast, ready.as_ref())?;
+        let pressed = self.press(cast, ready.as_deref())?;
         let mut is_seen = false;
         (0..height).step_by(rows as usize).try_for_each(|top| {
             self.cast_rows(cast, &pressed, top..top.saturating_add(rows), |seen| {
@@ -229,7 +234,7 @@ impl SensorView {
     }
 
     /// The soft layers, if something presses them and they are asked.
-    fn ready(&self, cast: &Cast) -> Result<Option<Ready>, Error> {
+    fn ready(&self, cast: &Cast) -> Result<Option<Arc<Ready>>, Error> {
         let Contact::Linear(linear) = cast.contact else {
             return match cast.shear_mm == [0.0; 2] {
                 true => Ok(None),
@@ -242,7 +247,19 @@ impl SensorView {
             return Ok(None);
         }
         let sensor = &self.project.design.sensor;
-        Ok(Some(Ready::for_press(sensor, &bodies, linear.spacing_mm, threads())?))
+        let spacing_mm = linear.spacing_mm;
+        if let [_] = &bodies[..] {
+            return Ok(Some(Arc::new(Ready::for_press(sensor, &bodies, spacing_mm, threads())?)));
+        }
+        let mut kept = self.layers.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((of_mm, ready)) = &*kept
+            && *of_mm == spacing_mm
+        {
+            return Ok(Some(ready.clone()));
+        }
+        let ready = Arc::new(Ready::for_all(sensor, spacing_mm, threads())?);
+        *kept = Some((spacing_mm, ready.clone()));
+        Ok(Some(ready))
     }
 
     /// What presses, where it ends up, and what the layers answer.

@@ -58,6 +58,23 @@ fn map(scene: &SensorView, presses: &[&str], contact: Contact, shear_mm: [f64; 2
     seen.unwrap()
 }
 
+/// Thinner than the distance of nodes of a first look, which no pin may slip through.
+#[test]
+fn a_pin_alone_is_pressed() {
+    let scene = scene("rtac0");
+    let contact = Contact::Linear(Linear::default());
+    // At the tip and far from it.
+    for pin in ["pin-1-long", "pin-14-short"] {
+        let rigid = map(&scene, &[pin], Contact::Rigid, [0.0; 2]);
+        let linear = map(&scene, &[pin], contact, [0.0; 2]);
+        let deepest = |map: &Map| map.indentation_mm.iter().copied().fold(0.0, f64::max);
+        let [rigid_mm, linear_mm] = [&rigid, &linear].map(deepest);
+        // Below the tip the surface follows it, however it answers.
+        assert!((linear_mm - rigid_mm).abs() < 0.02 * rigid_mm, "{pin}: {rigid_mm} {linear_mm}");
+        assert!(linear.contact.iter().any(|is| *is), "{pin}");
+    }
+}
+
 #[test]
 fn gel_lies_on_what_presses_and_bulges_beside_it() {
     let scene = scene("rtac0");

@@ -98,6 +98,11 @@ impl PressingError {
     pub fn is_first_touch(&self) -> bool {
         matches!(self, Self::Elastic(ElasticError::TooCoarse { depth_mm, .. }) if *depth_mm < FIRST_TOUCH_MM)
     }
+
+    /// Whether what touches lies between the nodes of the surface.
+    pub fn is_too_coarse(&self) -> bool {
+        matches!(self, Self::Elastic(ElasticError::TooCoarse { .. }))
+    }
 }
 
 impl From<ElasticError> for PressingError {

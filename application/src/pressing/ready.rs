@@ -13,6 +13,8 @@ use super::contact::deepest_place;
 const COARSE_NODES: f64 = 5000.0;
 /// The most nodes of a surface that nobody asked for: its setup takes some seconds.
 const MOST_NODES: f64 = 25_000.0;
+/// Nothing that is pressed is thinner, mm.
+const LEAST_LOOK_MM: f64 = 0.1;
 /// Nodes across a contact, from its middle to its edge, about.
 const ACROSS_CONTACT: f64 = 8.0;
 /// A pad is looked at finely up to this many times the contact's radius.
@@ -72,8 +74,18 @@ impl Ready {
                 ((8.0 * depth_mm).sqrt() / 4.0, 0.0)
             }
         };
-        let coarse = new(soft, coarse_mm)?;
-        let contact_mm = coarse.press(bodies, &Press::in_place())?.contact_radius_mm;
+        let (mut coarse, mut coarse_mm) = (new(soft, coarse_mm)?, coarse_mm);
+        let contact_mm = loop {
+            match coarse.press(bodies, &Press::in_place()) {
+                Ok(found) => break found.contact_radius_mm,
+                // It slips between nodes, as a pin does: so fine until it does not.
+                Err(error) if error.is_too_coarse() && coarse_mm > finest_mm.max(LEAST_LOOK_MM) => {
+                    coarse_mm = (0.5 * coarse_mm).max(finest_mm);
+                    coarse = new(coarse.soft, coarse_mm)?;
+                }
+                Err(error) => return Err(error),
+            }
+        };
         let fine_mm = (contact_mm / ACROSS_CONTACT).clamp(finest_mm, coarse_mm);
         if fine_mm == coarse_mm { Ok(coarse) } else { new(coarse.soft, fine_mm) }
     }

@@ -1,0 +1,150 @@
+"""Calibrates R-Tac0s from rendered pins, each with a camera and a light of its own that the solver is not told.
+
+python calibration.py [--trials N] [--captures N] [--seed N]
+
+Prints by how far camera and surface are off, beside what the solver claims: NEES is the error of the pose over its
+covariance, 6 on average where the claim is right. Everything is simulated: elastic contact, the drawn bodies, the
+camera's noise; pins and dome are where they should be. A trial takes about a minute of one core.
+"""
+
+import argparse
+import csv
+import json
+import math
+import os
+import tempfile
+from pathlib import Path
+
+os.environ.setdefault("RAYON_NUM_THREADS", "1")
+
+import cv2
+import fabkit
+import fabkit.calibrate
+import fabkit.depth
+import numpy as np
+
+SENSOR = "rtac0"
+PINS = 5
+# Nearer to each other pins are no two marks, mm.
+APART_MM = 6.0
+# Two holes lie behind the shell's rim.
+HIDDEN = {24, 28}
+# How far a camera is from where it is drawn, one standard deviation: a part of what its tolerances allow.
+TURN_RAD, SHIFT_MM = math.radians(0.5), 0.3
+# Least and most of what light does in a layer: grey it sends back, 1/mm, mm.
+LIGHTS = {"layer_grey": (170, 260), "ground_grey": (15, 60), "scatter_per_mm": (0.35, 1.1), "spread_mm": (0.2, 0.55)}
+
+
+def save(path, grey):
+    cv2.imwrite(str(path), np.clip(np.rint(grey), 0, 255).astype(np.uint8))
+
+
+def turned(vector):
+    """The rotation about a vector by its length (Rodrigues)."""
+    angle = np.linalg.norm(vector)
+    x, y, z = vector / angle
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+
+
+def vector_of(rotation):
+    """The other way round, for small turns."""
+    return 0.5 * np.array(
+        [
+            rotation[2, 1] - rotation[1, 2],
+            rotation[0, 2] - rotation[2, 0],
+            rotation[1, 0] - rotation[0, 1],
+        ]
+    )
+
+
+def constants(folder, light):
+    document = {
+        "format": "fabkit-fit-light",
+        "version": 1,
+        "captures": 3,
+        "held_out_profile_rms_grey": 0.5,
+        "constants": [{"name": name, "value": value} for name, value in light.items()],
+    }
+    path = folder / "light.json"
+    path.write_text(json.dumps(document))
+    return path
+
+
+def captured(folder, scene, light, pins, count, random):
+    """Takes the pictures; five pins in each, none beside another."""
+    rows = []
+    for number in range(count):
+        chosen = []
+        while len(chosen) < PINS:
+            pin = pins[random.integers(len(pins))]
+            place = pin["contact_in_sensor_mm"]
+            apart = all(math.dist(place, o["contact_in_sensor_mm"]) > APART_MM for o in chosen)
+            if pin["hole"] not in HIDDEN and apart:
+                chosen.append(pin)
+        presses = [f"pin-{pin['hole']}-{pin['kind']}" for pin in chosen]
+        seed = int(random.integers(1 << 31))
+        picture = scene.capture(presses, seed=seed, constants=light, allow_no_contact=True)
+        save(folder / f"{number}.png", picture.grey)
+        rows += [(f"{number}.png", pin["hole"], pin["kind"]) for pin in chosen]
+    save(folder / "ref.png", scene.capture(seed=1, constants=light, allow_no_contact=True).grey)
+    with (folder / "captures.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([("file", "hole", "kind"), *rows])
+
+
+def trial(sensor, pins, count, seed):
+    random = np.random.default_rng(seed)
+    nominal = np.linalg.inv(fabkit.depth.Scene(sensor).sensor_from_camera)
+    camera_from_sensor = nominal.copy()
+    camera_from_sensor[:3, :3] = turned(random.normal(0, TURN_RAD, 3)) @ nominal[:3, :3]
+    camera_from_sensor[:3, 3] += random.normal(0, SHIFT_MM, 3)
+    light = {name: random.uniform(*between) for name, between in LIGHTS.items()}
+    truth = fabkit.depth.Scene(sensor, pose=camera_from_sensor)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        captured(folder, truth, constants(folder, light), pins, count, random)
+        lens = fabkit.depth.Scene(sensor).camera
+        found = fabkit.calibrate.extrinsics(sensor, lens, folder)
+    pose = found.camera_from_sensor
+    off = np.concatenate(
+        [
+            vector_of(pose[:3, :3] @ camera_from_sensor[:3, :3].T),
+            pose[:3, 3] - camera_from_sensor[:3, 3],
+        ]
+    )
+    nees = off @ np.linalg.solve(found.covariance, off)
+    seen = [scene.cast().point_in_sensor for scene in (truth, fabkit.depth.Scene(sensor, pose=found))]
+    # What a pixel shows, in each: the surface itself does not move.
+    apart = np.linalg.norm(seen[1] - seen[0], axis=-1)
+    apart = apart[np.isfinite(apart)]
+    return off, nees, off[5] / math.sqrt(found.covariance[5, 5]), apart, found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("--trials", type=int, default=10)
+    parser.add_argument("--captures", type=int, default=30)
+    parser.add_argument("--seed", type=int, default=0)
+    asked = parser.parse_args()
+    sensor = fabkit.load(SENSOR)
+    pins = sensor.fixtures["pin-dome"].landmarks
+    errors, squares = [], []
+    for seed in range(asked.seed, asked.seed + asked.trials):
+        off, nees, in_z, apart, found = trial(sensor, pins, asked.captures, seed)
+        errors.append((nees, in_z))
+        squares.append((apart**2).mean())
+        print(
+            f"{seed}: NEES {nees:.1f}, z {off[5]:+.3f} mm ({in_z:+.1f} sigma), surface {math.sqrt(squares[-1]):.3f} mm rms, "
+            f"median {np.median(apart):.3f}; held out {found.held_out_rms_px:.2f} px",
+            flush=True,
+        )
+    nees, in_z = np.array(errors).T
+    beyond = int((np.abs(in_z) > 3).sum())
+    print(
+        f"{len(nees)} trials: NEES {nees.mean():.2f}, median {np.median(nees):.2f}; z beyond 3 sigma in {beyond}; "
+        f"surface {math.sqrt(np.mean(squares)):.3f} mm rms"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -31,8 +31,12 @@ APART_MM = 6.0
 HIDDEN = {24, 28}
 # How far a camera is from where it is drawn, one standard deviation: a part of what its tolerances allow.
 TURN_RAD, SHIFT_MM = math.radians(0.5), 0.3
-# Least and most of what light does in a layer: grey it sends back, 1/mm, mm.
-LIGHTS = {"layer_grey": (170, 260), "ground_grey": (15, 60), "scatter_per_mm": (0.35, 1.1), "spread_mm": (0.2, 0.55)}
+# What the solver assumes of light in the layer (1/mm, mm, grey) and how well it says that it knows that.
+SCATTER_PER_MM, SCATTER_LOG = 0.14, 0.7
+SPREAD_MM, SPREAD_SIGMA_MM = 0.4, 0.15
+# An endless layer that scatters 1/mm sends back so much; pictures are as bright as that within some percent.
+LAYER_GREY, BRIGHT_LOG = 129.0, 0.15
+GROUND_GREY = (10, 60)
 
 
 def save(path, grey):
@@ -98,7 +102,13 @@ def trial(sensor, pins, count, seed):
     camera_from_sensor = nominal.copy()
     camera_from_sensor[:3, :3] = turned(random.normal(0, TURN_RAD, 3)) @ nominal[:3, :3]
     camera_from_sensor[:3, 3] += random.normal(0, SHIFT_MM, 3)
-    light = {name: random.uniform(*between) for name, between in LIGHTS.items()}
+    scatter_per_mm = SCATTER_PER_MM * math.exp(random.normal(0, SCATTER_LOG))
+    light = {
+        "scatter_per_mm": scatter_per_mm,
+        "layer_grey": LAYER_GREY / scatter_per_mm * math.exp(random.normal(0, BRIGHT_LOG)),
+        "ground_grey": random.uniform(*GROUND_GREY),
+        "spread_mm": max(random.normal(SPREAD_MM, SPREAD_SIGMA_MM), 0.1),
+    }
     truth = fabkit.depth.Scene(sensor, pose=camera_from_sensor)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -135,7 +145,8 @@ def main():
         squares.append((apart**2).mean())
         print(
             f"{seed}: NEES {nees:.1f}, z {off[5]:+.3f} mm ({in_z:+.1f} sigma), surface {math.sqrt(squares[-1]):.3f} mm rms, "
-            f"median {np.median(apart):.3f}; held out {found.held_out_rms_px:.2f} px",
+            f"median {np.median(apart):.3f}; held out {found.held_out_rms_px:.2f} px"
+            f"{'; not the drawn unit' if any('not the one that is drawn' in w for w in found.warnings) else ''}",
             flush=True,
         )
     nees, in_z = np.array(errors).T

@@ -1,6 +1,9 @@
 //! The data card: what a stranger needs to train on the folder.
 
+use fabkit_depth::truth::Uncertainty;
+
 use super::{Job, Split};
+use crate::ground_truth::median;
 use crate::pressing::Contact;
 
 /// The content of `README.md`.
@@ -12,6 +15,12 @@ pub(super) fn text(job: &Job) -> String {
         left.filter(|(left, right)| plan.split_of(*left, *right) == split).count()
     };
     let (width, height) = (job.surface.rays().width_px(), job.surface.rays().height_px());
+    let sure = match job.uncertainty {
+        Some(uncertainty) => how_sure(job, uncertainty),
+        None => "camera and pose count as exact: nobody says how sure they are. `fabkit calibrate` does, and then \
+                 each pixel's standard deviation is here"
+            .to_owned(),
+    };
     let about = serde_json::to_string_pretty(&plan.about).unwrap_or_default();
     let contact = match job.contact {
         Contact::Rigid => "rigid: the gel follows what penetrates it".into(),
@@ -45,7 +54,9 @@ pub(super) fn text(job: &Job) -> String {
          toward the tip; camera frame as in OpenCV. Pixel centres at integers.\n\
          - Label: 0 no surface or seam, 1 surface, from 2 on the bodies of the pattern in the order \
          of `dataset.json`.\n\
-         - Contact: {contact}. Shapes are nominal, not as printed.\n\n\
+         - Contact: {contact}. Shapes are nominal, not as printed.\n\
+         - How sure: {sure}. The error of the contact model comes on top: \
+         `fabkit depth` in rigid and in linear contact shows it press by press.\n\n\
          ```python\n\
          import numpy, zarr\n\
          halves, reference = zarr.open(\"halves\", mode=\"r\"), numpy.load(\"reference.npz\")\n\
@@ -61,5 +72,21 @@ pub(super) fn text(job: &Job) -> String {
         validation = of(Split::Validation),
         test = of(Split::Test),
         mixed = of(Split::Mixed),
+    )
+}
+
+/// Standard deviations of the surface at rest, medians over its pixels.
+fn how_sure(job: &Job, uncertainty: &Uncertainty) -> String {
+    let sigmas = job.surface.untouched().sigmas(uncertainty);
+    let [range_mm, point_mm, normal_rad] = [
+        median(|| sigmas.range_mm()),
+        median(|| sigmas.point_mm()),
+        median(|| sigmas.normal_rad()),
+    ];
+    let of = job.plan.about["sigma_of"].as_str().unwrap_or_default();
+    format!(
+        "standard deviations by {of}, of surfaces as drawn: at rest a range is known to {range_mm:.3} mm, a point to \
+         {point_mm:.3} mm, a normal to {normal_rad:.4} rad (medians; `sigma_mm`, `point_sigma_mm` and `normal_sigma_rad` in \
+         `reference.npz`), and `halves/indentation_sigma_mm` has those of indentations"
     )
 }

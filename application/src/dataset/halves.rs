@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, Side};
+use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, Side, Uncertainty};
 use fabkit_export::{Array, Element, Values, ZarrArray, npz, zarr_pack};
 use rayon::prelude::*;
 use serde_json::json;
@@ -21,9 +21,11 @@ const HALVES_PER_SHARD: u64 = 16;
 pub(super) struct Half {
     pub(super) indentation_mm: Vec<f32>,
     pub(super) label: Vec<u8>,
+    /// If a calibration says how sure it is; else nothing.
+    indentation_sigma_mm: Vec<f32>,
 }
 
-/// `halves/indentation_mm` and `halves/label`.
+/// `halves/indentation_mm`, `halves/label` and, if a calibration says how sure it is, `halves/indentation_sigma_mm`.
 pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
     let array = |element, attributes| ZarrArray {
         element,
@@ -34,7 +36,7 @@ pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
         dimensions: ["half", "row", "column"].map(String::from).to_vec(),
         attributes,
     };
-    vec![
+    let mut all = vec![
         array(
             Element::F32,
             json!({ "unit": "mm", "is": "range without contact minus range with it" }),
@@ -43,11 +45,17 @@ pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
             Element::U8,
             json!({ "is": "0: no surface, 1: surface, from 2: bodies of the pattern" }),
         ),
-    ]
+    ];
+    if job.uncertainty.is_some() {
+        let is =
+            "standard deviation of indentation_mm by camera and pose; 0 where nothing has moved";
+        all.push(array(Element::F32, json!({ "unit": "mm", "is": is })));
+    }
+    all
 }
 
-/// Names of [`arrays`], in order.
-const NAMES: [&str; 2] = ["halves/indentation_mm", "halves/label"];
+/// Names of [`arrays`], in order; there may be fewer.
+const NAMES: [&str; 3] = ["halves/indentation_mm", "halves/label", "halves/indentation_sigma_mm"];
 
 /// What a shard's work leaves: what its halves contribute to samples, if these are written, and
 /// which halves touch nothing.
@@ -140,8 +148,11 @@ fn pack(
 }
 
 /// What is in each of [`NAMES`], little-endian.
-const VALUES: [fn(&Half) -> Vec<u8>; 2] =
-    [|half| bytes_of_f32(&half.indentation_mm), |half| half.label.clone()];
+const VALUES: [fn(&Half) -> Vec<u8>; 3] = [
+    |half| bytes_of_f32(&half.indentation_mm),
+    |half| half.label.clone(),
+    |half| bytes_of_f32(&half.indentation_sigma_mm),
+];
 
 /// What an earlier run, or somebody else, cast.
 pub(super) fn read_halves(
@@ -153,11 +164,13 @@ pub(super) fn read_halves(
         SampleArray::new(&store.folder().path().join(name), array.clone())
     };
     let open: Vec<SampleArray> = NAMES.iter().zip(arrays).map(open).collect();
-    let [indentations, labels] = &open[..] else { return Ok(Vec::new()) };
+    let [indentations, labels, ..] = &open[..] else { return Ok(Vec::new()) };
     let half = |place| -> Result<Half, DatasetError> {
         let bytes = indentations.sample(place)?;
         let values = bytes.as_chunks().0.iter().map(|value| f32::from_le_bytes(*value));
-        Ok(Half { indentation_mm: values.collect(), label: labels.sample(place)? })
+        let (indentation_mm, label) = (values.collect(), labels.sample(place)?);
+        // What is read again is stitched and not written again: how sure it is nobody asks.
+        Ok(Half { indentation_mm, label, indentation_sigma_mm: Vec::new() })
     };
     places.map(half).collect()
 }
@@ -167,6 +180,7 @@ pub(super) fn cast_half(job: &Job, half: usize) -> Result<Half, DatasetError> {
     with_map(job, half, false, |map, _| Half {
         indentation_mm: indentation_f32(map),
         label: labels_u8(map),
+        indentation_sigma_mm: job.uncertainty.map_or_else(Vec::new, |of| sigma_f32(map, of)),
     })
 }
 
@@ -208,6 +222,13 @@ fn indentation_f32(map: &DepthMap) -> Vec<f32> {
     map.indentation_mm().map(|mm| if mm.is_finite() { mm as f32 } else { 0.0 }).collect()
 }
 
+/// Where nothing has moved, or no surface is seen, nothing is unsure.
+fn sigma_f32(map: &DepthMap, uncertainty: &Uncertainty) -> Vec<f32> {
+    let has_moved: Vec<bool> = map.indentation_mm().map(|mm| mm.is_finite() && mm != 0.0).collect();
+    let sigmas = map.sigmas_where(uncertainty, |pixel| has_moved[pixel]);
+    sigmas.indentation_mm().map(|mm| if mm.is_finite() { mm as f32 } else { 0.0 }).collect()
+}
+
 /// A pattern has at most [`MAX_BODIES`](super::MAX_BODIES).
 fn labels_u8(map: &DepthMap) -> Vec<u8> {
     map.label().iter().map(|&label| u8::try_from(label).unwrap_or(u8::MAX)).collect()
@@ -232,7 +253,7 @@ pub(super) fn reference(job: &Job) -> Result<Vec<u8>, DatasetError> {
     let points = map.point_in_sensor().flat_map(|point| [point.x, point.y, point.z]).collect();
     let normals = map.normal_in_sensor().iter().flat_map(|n| [n.x, n.y, n.z]).collect();
     let on = |side: Side| Values::Bool(job.seam.sides().iter().map(|s| *s == side).collect());
-    Ok(npz(&[
+    let mut arrays = vec![
         array("range_mm", Values::F64(map.range_mm().to_vec())),
         array("z_mm", Values::F64(map.z_mm().collect())),
         vectors("point_in_sensor", points),
@@ -240,5 +261,14 @@ pub(super) fn reference(job: &Job) -> Result<Vec<u8>, DatasetError> {
         array("incidence_rad", Values::F64(map.incidence_rad().collect())),
         array("is_left", on(Side::Left)),
         array("is_right", on(Side::Right)),
-    ])?)
+    ];
+    if let Some(uncertainty) = job.uncertainty {
+        let sigmas = map.sigmas(uncertainty);
+        arrays.extend([
+            array("sigma_mm", Values::F64(sigmas.range_mm().collect())),
+            array("point_sigma_mm", Values::F64(sigmas.point_mm().collect())),
+            array("normal_sigma_rad", Values::F64(sigmas.normal_rad().collect())),
+        ]);
+    }
+    Ok(npz(&arrays)?)
 }

@@ -7,7 +7,8 @@
 //! | path | holds |
 //! |---|---|
 //! | `halves/indentation_mm`, `halves/label` | (2 N, rows, columns): left halves, then right ones |
-//! | `reference.npz` | range, points, normals without contact; the side of the seam of each pixel |
+//! | `halves/indentation_sigma_mm` | how sure indentations are, if a calibration says how sure it is |
+//! | `reference.npz` | range, points, normals without contact, how sure they are; the side of the seam of each pixel |
 //! | `samples.csv` | which two halves each sample consists of, and its split |
 //! | `halves.csv` | forces, moments and contact of each half, if layers give way |
 //! | `samples/indentation_mm`, `samples/label` | the same, stitched, if materialised |
@@ -41,7 +42,7 @@ mod tiling;
 
 use std::path::Path;
 
-use fabkit_depth::truth::{Presser, ReferenceSurface, Seam, Side};
+use fabkit_depth::truth::{Presser, ReferenceSurface, Seam, Side, Uncertainty};
 use fabkit_export::ZarrArray;
 use serde_json::json;
 
@@ -89,6 +90,8 @@ pub struct Job<'a> {
     pub contact: Contact,
     /// The soft layers, if they are asked.
     pub ready: Option<&'a Ready>,
+    /// How sure camera and pose are, if a calibration says so.
+    pub uncertainty: Option<&'a Uncertainty>,
     /// What the folder will say about itself.
     pub plan: &'a DatasetPlan,
     /// Pictures of all halves.

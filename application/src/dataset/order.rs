@@ -151,13 +151,20 @@ pub fn prepare<R, E: From<Error>>(
     if let Some(ready) = &ready {
         about["elastic"] = felt::about(ready, &patterns);
     }
+    if scene.viewpoint.says_how_sure() {
+        about["sigma_of"] = scene.viewpoint.sigma_of().into();
+    }
     let plan = DatasetPlan::new(&patterns, order.seed, about);
+    // Of surfaces as drawn: a design's own camera is where it is.
+    let uncertainty = scene.viewpoint.uncertainty(0.0);
+    let is_said = scene.viewpoint.says_how_sure();
     let job = Job {
         surface: &surface,
         seam: &seam,
         patterns: &patterns,
         contact: order.contact,
         ready: ready.as_ref(),
+        uncertainty: is_said.then_some(&uncertainty),
         plan: &plan,
         captures: captures.as_ref(),
         materialise: order.materialise,

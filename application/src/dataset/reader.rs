@@ -69,7 +69,7 @@ impl DatasetReader {
             let message = format!("its shape is {shape:?}; the data set's is {expected:?}");
             return Err(foreign(message));
         }
-        let is_real = name.ends_with("/indentation_mm");
+        let is_real = name.ends_with("/indentation_mm") || name.ends_with("/indentation_sigma_mm");
         if array.element() != if is_real { Element::F32 } else { Element::U8 } {
             return Err(foreign("its values are of another kind than the data set's".into()));
         }

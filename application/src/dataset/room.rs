@@ -14,6 +14,9 @@ const MEMBRANE: u64 = 200;
 /// What a surface that gives way adds, and its table, bytes in all.
 const YIELDING: u64 = 60;
 const FIELD: u64 = 40 << 20;
+/// What a calibration that says how sure it is adds to either: how sure the reference is, and the halves of a file.
+const UNSURE_SHARED: u64 = 120;
+const UNSURE_EACH: u64 = 230;
 /// What samples are stitched from: a half holds half a picture of 5 bytes, packed at worst not at all.
 const PART: u64 = 3;
 /// A capture in three colours, and as a part.
@@ -40,13 +43,14 @@ impl Room {
             (patterns as u64, |so: bool, bytes: u64| if so { bytes } else { 0 });
         let of_halves = if_so(order.materialise, PART)
             + if_so(order.captures.is_some() || order.images.is_some(), CAPTURE);
-        let shared = SHARED + 2 * patterns * of_halves;
+        let is_unsure = scene.viewpoint.says_how_sure();
+        let shared = SHARED + if_so(is_unsure, UNSURE_SHARED) + 2 * patterns * of_halves;
         let (more, field) = match order.contact {
             Contact::Rigid => (0, 0),
             Contact::Membrane(_) => (MEMBRANE, 0),
             Contact::Linear(_) => (YIELDING, FIELD),
         };
-        let each = pixels * (EACH + more) + field;
+        let each = pixels * (EACH + if_so(is_unsure, UNSURE_EACH) + more) + field;
         Self { size_px, shared: pixels * shared + LINE * patterns * patterns, each }
     }
 

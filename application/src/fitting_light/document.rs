@@ -21,6 +21,7 @@ pub fn document(sensor: &Sensor, fitted: &FittedLight) -> Value {
     let ring = |ring: &Ring| {
         json!({
             "polar_deg": ring.polar_deg,
+            "stated_pin_depth_mm": ring.stated_depth_mm,
             "pins": ring.pins,
             "real_grey": ring.real_grey,
             "predicted_grey": ring.predicted_grey,

@@ -32,10 +32,14 @@ use crate::capturing::{self, LightConstants, Scene};
 use crate::error::{ErrorKind, Explained};
 use crate::pressing::{Ready, threads};
 
-/// Pins whose places differ by less in their polar angle are one ring, rad.
+/// Pins whose places differ by less in their polar angle, rad, and whose depths by less, mm, are one ring.
 const SAME_RING_RAD: f64 = 0.03;
-/// Depths that are tried, as parts of what is soft.
+const SAME_DEPTH_MM: f64 = 0.15;
+/// Depths of the middle pin that are tried beside the stated one, as parts of what is soft: the others go in as much deeper
+/// or less deep than they should.
 const DEPTHS: [f64; 7] = [0.3, 0.45, 0.6, 0.7, 0.8, 0.9, 0.97];
+/// No pin goes in less or deeper, as parts of what is soft.
+const DEPTH_LIMITS: [f64; 2] = [0.1, 0.97];
 /// Polar angles at which the picture at rest is looked at, rad, and places around at each.
 const REST_RAD: [f64; 13] =
     [0.05, 0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95, 1.05, 1.15, 1.25];
@@ -122,6 +126,8 @@ pub struct FittingLight<'a> {
 pub struct Ring {
     /// Between the axis and the normal there, deg.
     pub polar_deg: f64,
+    /// How deep its pins should go in, mm.
+    pub stated_depth_mm: f64,
     /// Pins seen.
     pub pins: usize,
     /// How dark their middle is, median, grey.
@@ -201,9 +207,9 @@ impl FittingLight<'_> {
             return Err(FitLightError::TooFew { found, captures, least }.into());
         }
         let reference = read_grey(self.reference)?;
-        let (rings_rad, ring_of) = rings(&profiles);
+        let (rings, ring_of) = rings(&profiles);
         // Beyond the outermost pins the picture may show something else than the surface.
-        let last_rad = rings_rad.last().copied().unwrap_or(0.0) - MARGIN_RAD;
+        let last_rad = rings.iter().map(|place| place.polar_rad).fold(0.0, f64::max) - MARGIN_RAD;
         let rest: Vec<[f64; 4]> = REST_RAD
             .iter()
             .filter(|polar| **polar < last_rad)
@@ -218,14 +224,21 @@ impl FittingLight<'_> {
             .collect();
         let ready = Ready::for_all(self.sensor, Some(SPACING_MM), threads())?;
         let soft_mm = scene.touch.soft_mm();
+        let mut stated: Vec<f64> = profiles.iter().map(|profile| profile.stated_mm).collect();
+        let stated_depth_mm = median(&mut stated);
+        let mut depths_mm = DEPTHS.map(|part| part * soft_mm).to_vec();
+        depths_mm.push(stated_depth_mm);
+        depths_mm.sort_by(f64::total_cmp);
         let mut fits: Vec<OfDepth<'_>> = Vec::new();
-        for part in DEPTHS {
-            let depth_mm = part * soft_mm;
-            let patch = |polar: &f64| {
-                let (point, _) = dome.towards(*polar, 0.0).ok_or(FitLightError::NoFit)?;
+        for depth_mm in depths_mm {
+            let deeper_mm = depth_mm - stated_depth_mm;
+            let patch = |ring: &RingPlace| {
+                let (point, _) = dome.towards(ring.polar_rad, 0.0).ok_or(FitLightError::NoFit)?;
+                let [least, most] = DEPTH_LIMITS.map(|part| part * soft_mm);
+                let depth_mm = (ring.stated_mm + deeper_mm).clamp(least, most);
                 Patch::pressed(&scene, &ready, &point, [self.pin_radius_mm, depth_mm])
             };
-            let patches = rings_rad.iter().map(patch).collect::<Result<Vec<_>, Error>>()?;
+            let patches = rings.iter().map(patch).collect::<Result<Vec<_>, Error>>()?;
             let fit = Fit { profiles: &profiles, ring_of: &ring_of, patches, rest: &rest };
             let Some(values) = fit.solve() else { continue };
             fits.push(OfDepth { depth_mm, values, fit });
@@ -244,18 +257,14 @@ impl FittingLight<'_> {
         let held_out: Vec<OfDepth<'_>> =
             captures.par_iter().map(without).collect::<Option<_>>().ok_or(FitLightError::NoFit)?;
         let values_of: Vec<Vec<f64>> = held_out.iter().map(|of| of.values.clone()).collect();
-        let mut stated: Vec<f64> = observations
-            .iter()
-            .map(|o| scene.touch.depth_mm(&o.contact.contact_in_sensor_mm).0)
-            .collect();
         Ok(FittedLight {
             sigmas: jackknife(&values_of),
-            rings: fit.held_out(&captures, &held_out, &rings_rad),
+            rings: fit.held_out(&captures, &held_out, &rings),
             held_out_profile_rms_grey: 0.0,
             reference: fit.at_rest(values),
             reference_rms_grey: 0.0,
             pin_depth_mm: *pin_depth_mm,
-            stated_depth_mm: median(&mut stated),
+            stated_depth_mm,
             captures: captures.len(),
             values: std::array::from_fn(|k| values[k]),
         }
@@ -354,11 +363,11 @@ impl Fit<'_> {
         &self,
         captures: &[usize],
         held_out: &[OfDepth<'_>],
-        rings_rad: &[f64],
+        rings: &[RingPlace],
     ) -> Vec<Ring> {
         let predicted: Vec<Vec<[f64; BINS]>> =
             held_out.iter().map(|of| of.fit.simulated(&of.values)).collect();
-        let ring = |(ring, polar): (usize, &f64)| {
+        let ring = |(ring, place): (usize, &RingPlace)| {
             let mut left: [Vec<f64>; BINS] = Default::default();
             let mut now: [Vec<f64>; BINS] = Default::default();
             let here = self.profiles.iter().zip(self.ring_of).filter(|(_, of)| **of == ring);
@@ -377,7 +386,8 @@ impl Fit<'_> {
             let profile_grey: Vec<[f64; 2]> =
                 medians.iter().map(|[left, now]| [left + now, *now]).collect();
             Ring {
-                polar_deg: polar.to_degrees(),
+                polar_deg: place.polar_rad.to_degrees(),
+                stated_depth_mm: place.stated_mm,
                 pins,
                 real_grey: profile_grey[0][0],
                 predicted_grey: profile_grey[0][1],
@@ -385,7 +395,7 @@ impl Fit<'_> {
                 profile_rms_grey: (squares / BINS as f64).sqrt(),
             }
         };
-        rings_rad.iter().enumerate().map(ring).collect()
+        rings.iter().enumerate().map(ring).collect()
     }
 }
 
@@ -409,22 +419,39 @@ fn beside_itself(profile: &Profile, simulated: &[f64; BINS]) -> [f64; BINS] {
     left.map(|grey| grey - beside)
 }
 
-/// Polar angles of the rings, and the ring of each profile.
-fn rings(profiles: &[Profile]) -> (Vec<f64>, Vec<usize>) {
-    let mut sorted: Vec<f64> = profiles.iter().map(|profile| profile.polar_rad).collect();
-    sorted.sort_by(f64::total_cmp);
-    let mut rings: Vec<f64> = Vec::new();
-    for polar in sorted {
-        if rings.last().is_none_or(|last| polar - last > SAME_RING_RAD) {
-            rings.push(polar);
+/// Where a ring is, and how deep its pins should go in.
+#[derive(Clone, Copy, Debug)]
+struct RingPlace {
+    polar_rad: f64,
+    stated_mm: f64,
+}
+
+impl RingPlace {
+    fn of(profile: &Profile) -> Self {
+        Self { polar_rad: profile.polar_rad, stated_mm: profile.stated_mm }
+    }
+
+    fn is_of(&self, profile: &Profile) -> bool {
+        (profile.polar_rad - self.polar_rad).abs() <= SAME_RING_RAD
+            && (profile.stated_mm - self.stated_mm).abs() <= SAME_DEPTH_MM
+    }
+}
+
+/// The rings, from the tip outwards, of each place those of less deep pins first; and the ring of each profile.
+fn rings(profiles: &[Profile]) -> (Vec<RingPlace>, Vec<usize>) {
+    let mut sorted: Vec<&Profile> = profiles.iter().collect();
+    sorted.sort_by(|a, b| {
+        let by_place = a.polar_rad.total_cmp(&b.polar_rad);
+        by_place.then(a.stated_mm.total_cmp(&b.stated_mm))
+    });
+    let mut rings: Vec<RingPlace> = Vec::new();
+    for profile in sorted {
+        if !rings.iter().any(|ring| ring.is_of(profile)) {
+            rings.push(RingPlace::of(profile));
         }
     }
-    let nearest = |profile: &Profile| {
-        let off = |ring: &f64| (ring - profile.polar_rad).abs();
-        let rings = rings.iter().enumerate();
-        rings.min_by(|a, b| off(a.1).total_cmp(&off(b.1))).map_or(0, |(ring, _)| ring)
-    };
-    let of = profiles.iter().map(nearest).collect();
+    let ring = |profile: &Profile| rings.iter().position(|ring| ring.is_of(profile)).unwrap_or(0);
+    let of = profiles.iter().map(ring).collect();
     (rings, of)
 }
 

@@ -26,6 +26,8 @@ pub(super) struct Profile {
     pub(super) capture: usize,
     /// How far from the tip, rad.
     pub(super) polar_rad: f64,
+    /// How deep the pin goes in, as its landmark says, mm.
+    pub(super) stated_mm: f64,
     /// Grey by which it is darker than at rest, by distance.
     pub(super) darker: [f64; BINS],
 }
@@ -77,6 +79,7 @@ impl Profile {
         is_whole.then_some(Self {
             capture: observation.contact.capture,
             polar_rad: outward.z.clamp(-1.0, 1.0).acos(),
+            stated_mm: depth_mm,
             darker,
         })
     }

@@ -200,7 +200,7 @@ impl Collected {
 
 /// The middle one of the finite values, of an even number the upper one; `NaN` for none. Sixteen bits
 /// of it at a time, so that there is no second copy to sort.
-fn median<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> f64 {
+pub(crate) fn median<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> f64 {
     const SIGN: u64 = 1 << 63;
     // In the order of the numbers themselves.
     let ordered = |value: f64| match value.to_bits() {

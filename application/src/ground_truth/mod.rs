@@ -11,6 +11,7 @@ mod presses;
 pub mod probes;
 mod viewpoint;
 
+pub(crate) use collected::median;
 pub use collected::{Collected, Wanted};
 pub use coverage::{BESIDE_PICTURE, REFRACTION, SurfaceCoverage, coverage};
 pub use coverage_map::coverage_map;

@@ -141,6 +141,11 @@ impl Viewpoint {
         self.estimate.covered().to_string()
     }
 
+    /// Whether a calibration says how sure camera or pose are.
+    pub fn says_how_sure(&self) -> bool {
+        !self.sigma_parameters().is_empty()
+    }
+
     /// Names of the parameters whose variances are in the sigma of ground truth.
     pub fn sigma_parameters(&self) -> Vec<&'static str> {
         let names = self.estimate.names();

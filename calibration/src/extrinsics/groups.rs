@@ -3,11 +3,16 @@
 //! Residuals of a capture are taken for those of its pins, each by itself, and of six small motions of the whole dome. How
 //! large both are is what makes the residuals most likely, with what the fit has taken up accounted for (restricted maximum
 //! likelihood: Patterson and Thompson 1971). The covariance of the fit, which weighs pins one by one, follows from both.
+//!
+//! A mark that is not where its model has it is so in every press of that pin. What presses of one pin share is told from
+//! what they do not by an analysis of variance (R. Fisher 1925; the unequal numbers as in S. Searle, Linear Models, 1971).
+
+use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector, Matrix2x3, Vector2, Vector3};
 
 use super::refine::{Loss, PoseSolution};
-use crate::model::{FitParameter, Observation};
+use crate::model::{Contact, FitParameter, Observation};
 
 /// Three shifts, and three turns.
 const MOTIONS: usize = 6;
@@ -17,6 +22,8 @@ const ROUNDS: usize = 2;
 /// pins, rad.
 const SHIFT_MM: f64 = 0.1;
 const TURN_RAD: f64 = 0.005;
+/// Fewer degrees of freedom than this say nothing of what presses of a pin have in common.
+const LEAST_FREE: f64 = 20.0;
 /// Fewer captures than this say nothing of what differs between them.
 const LEAST_CAPTURES: usize = 5;
 /// Variances of the dome's motions that are tried, by those above and beside the pins': powers of ten in steps.
@@ -32,6 +39,8 @@ pub struct Scatter {
     pub dome_mm: [f64; 3],
     /// How far it turns about axes along those through the middle of its pins, rad.
     pub dome_rad: [f64; 3],
+    /// How far the marks of a pin are from where they should be in all its presses, along each coordinate, px.
+    pub marks_px: f64,
     /// Covariance of what was solved for by these errors alone: what leaving out captures shows.
     pub of_pixels: DMatrix<f64>,
     /// The same with what is only known beforehand.
@@ -44,6 +53,8 @@ struct Group {
     by_fit: DMatrix<f64>,
     by_dome: DMatrix<f64>,
     residuals: DVector<f64>,
+    /// Contacts, bit by bit.
+    places: Vec<[u64; 3]>,
     /// Variances of the residuals, as they are weighed.
     variances: DVector<f64>,
 }
@@ -97,15 +108,76 @@ pub(super) fn scatter(fit: &PoseSolution, observations: &[Observation], loss: Lo
         (&covariance + covariance.transpose()) * 0.5
     };
     let of_pixels = of(&noise);
+    let presses = presses(&groups);
+    let marks_px2 = shared_px2(&presses, fit.parameters.len());
+    for of_pin in presses.values() {
+        // All that they do together, less what each does, which is in there already.
+        let mut all = DMatrix::zeros(count, 2);
+        for press in of_pin {
+            let own_px2 = marks_px2.min(press.variance_px2 * variance);
+            noise -= &press.weighted * press.weighted.transpose() * own_px2;
+            all += &press.weighted;
+        }
+        noise += &all * all.transpose() * marks_px2;
+    }
     let covariance = of(&(noise + DMatrix::from_diagonal(&prior)));
     let moves = |motion: usize| (dome[motion] * variance).sqrt();
     Scatter {
         pins: variance.sqrt(),
         dome_mm: std::array::from_fn(|axis| SHIFT_MM * moves(axis)),
         dome_rad: std::array::from_fn(|axis| TURN_RAD * moves(3 + axis)),
+        marks_px: marks_px2.sqrt(),
         of_pixels,
         covariance,
     }
+}
+
+/// A press of a pin: what was solved for by its mark, as it is weighed, how far off it is found, px, and the variance that it
+/// is weighed by.
+struct PinPress {
+    weighted: DMatrix<f64>,
+    residual: Vector2<f64>,
+    variance_px2: f64,
+}
+
+/// By the places of their contacts.
+type Presses = BTreeMap<[u64; 3], Vec<PinPress>>;
+
+fn presses(groups: &[Group]) -> Presses {
+    let mut presses = Presses::new();
+    for group in groups {
+        for (i, place) in group.places.iter().enumerate() {
+            let precision = group.variances.rows(2 * i, 2).map(f64::recip);
+            let by_fit = group.by_fit.rows(2 * i, 2);
+            let weighted = by_fit.transpose() * DMatrix::from_diagonal(&precision);
+            let residual = Vector2::new(group.residuals[2 * i], group.residuals[2 * i + 1]);
+            let variance_px2 = group.variances[2 * i];
+            let press = PinPress { weighted, residual, variance_px2 };
+            presses.entry(*place).or_default().push(press);
+        }
+    }
+    presses
+}
+
+/// The variance along each coordinate that presses of a pin have in common, px2; 0 where pins are not pressed often enough to
+/// tell. What was solved for has taken up what it could of how pins differ.
+fn shared_px2(presses: &Presses, solved: usize) -> f64 {
+    let counts: Vec<f64> = presses.values().map(|of_pin| of_pin.len() as f64).collect();
+    let (all, pins) = (counts.iter().sum::<f64>(), counts.len() as f64);
+    let (free_within, free_between) = (2.0 * (all - pins), 2.0 * pins - solved as f64);
+    if free_within < LEAST_FREE || free_between < LEAST_FREE {
+        return 0.0;
+    }
+    let (mut within, mut between) = (0.0, 0.0);
+    for of_pin in presses.values() {
+        let count = of_pin.len() as f64;
+        let mean = of_pin.iter().map(|press| press.residual).sum::<Vector2<f64>>() / count;
+        between += count * mean.norm_squared();
+        within += of_pin.iter().map(|press| (press.residual - mean).norm_squared()).sum::<f64>();
+    }
+    let typical =
+        (all - counts.iter().map(|count| count * count).sum::<f64>() / all) / (pins - 1.0);
+    ((between / free_between - within / free_within) / typical).max(0.0)
 }
 
 /// Variances of the dome's motions that are tried.
@@ -122,6 +194,11 @@ fn prior(fit: &PoseSolution) -> DVector<f64> {
     DVector::from_iterator(fit.parameters.len(), fit.parameters.iter().map(of))
 }
 
+/// Presses of a pin have the same.
+fn bits(contact: &Contact) -> [u64; 3] {
+    <[f64; 3]>::from(contact.contact_in_sensor_mm).map(f64::to_bits)
+}
+
 fn groups(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> Vec<Group> {
     let captures = observations.iter().map(|o| o.contact.capture + 1).max().unwrap_or(0);
     let middle =
@@ -135,6 +212,7 @@ fn groups(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> Vec<G
             by_fit: DMatrix::zeros(rows, fit.parameters.len()),
             by_dome: DMatrix::zeros(rows, MOTIONS),
             residuals: DVector::zeros(rows),
+            places: here.iter().map(|o| bits(&o.contact)).collect(),
             variances: DVector::from_element(rows, 1.0),
         };
         let mut columns = vec![Vector2::zeros(); fit.parameters.len()];

@@ -61,6 +61,7 @@ impl ExtrinsicsReport<'_> {
                 "pins": calibration.errors.pins,
                 "dome_shift_mm": calibration.errors.dome_mm,
                 "dome_turn_rad": calibration.errors.dome_rad,
+                "marks_px": calibration.errors.marks_px,
             },
             "cross_checks": self.cross_checks_json(),
             "marks_rendered": self.not_marked.is_none(),

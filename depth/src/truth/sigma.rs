@@ -115,6 +115,15 @@ struct Change {
 impl DepthMap<'_> {
     /// How sure each pixel's truth is.
     pub fn sigmas(&self, uncertainty: &Uncertainty) -> Sigmas {
+        self.sigmas_where(uncertainty, |_| true)
+    }
+
+    /// The same of some pixels alone, by their places; `NaN` elsewhere. What is asked costs what it would among all.
+    pub fn sigmas_where(
+        &self,
+        uncertainty: &Uncertainty,
+        is_wanted: impl Fn(usize) -> bool + Sync,
+    ) -> Sigmas {
         let rays = self.surface.rays();
         let (causes, covariance) = match &uncertainty.joint {
             Some(joint) => causes(rays.camera(), joint),
@@ -123,7 +132,8 @@ impl DepthMap<'_> {
         let (at_rest, normals) = (self.surface.normal_in_sensor(), self.normal_in_sensor());
         let shown = Shown { map: self, normals: &normals };
         let pixel = |tracer: &mut Option<Tracer>, pixel: usize| -> Option<Sigma> {
-            let ray = rays.ray(pixel).filter(|_| self.label[pixel] != NO_LABEL)?;
+            let is_seen = self.label[pixel] != NO_LABEL && is_wanted(pixel);
+            let ray = rays.ray(pixel).filter(|_| is_seen)?;
             let nothing = Vector3::repeat(f64::NAN);
             let mut change = |cause: &Cause| match tracer.as_mut() {
                 Some(tracer) => bent(rays, pixel, &ray, cause, tracer),

@@ -1,10 +1,11 @@
-"""Calibrates R-Tac0s from rendered pins, each with a camera and a light of its own that the solver is not told.
+"""Calibrates R-Tac0s from rendered pins, each with a camera and a light of its own.
 
 python calibration.py [--trials N] [--captures N] [--seed N]
 
-Prints by how far camera and surface are off, beside what the solver claims: NEES is the error of the pose over its
-covariance, 6 on average where the claim is right. Everything is simulated: elastic contact, the drawn bodies, the
-camera's noise; pins and dome are where they should be. A trial takes about a minute of one core.
+Prints by how far camera and surface are off, beside what the solver claims, who is told neither
+pose nor light: NEES is the error of the pose over its covariance, 6 on average where the claim is
+right. Everything is simulated: elastic contact, the drawn bodies, the camera's noise; pins and dome
+are where they should be. A trial takes about a minute of one core.
 """
 
 import argparse
@@ -18,10 +19,11 @@ from pathlib import Path
 os.environ.setdefault("RAYON_NUM_THREADS", "1")
 
 import cv2
-import fabkit
 import fabkit.calibrate
 import fabkit.depth
 import numpy as np
+
+import fabkit
 
 SENSOR = "rtac0"
 PINS = 5
@@ -29,12 +31,12 @@ PINS = 5
 APART_MM = 6.0
 # Two holes lie behind the shell's rim.
 HIDDEN = {24, 28}
-# How far a camera is from where it is drawn, one standard deviation: a part of what its tolerances allow.
+# How far a camera is from where it is drawn, one standard deviation: a part of its tolerances.
 TURN_RAD, SHIFT_MM = math.radians(0.5), 0.3
-# What the solver assumes of light in the layer (1/mm, mm, grey) and how well it says that it knows that.
+# What the solver assumes of light in the layer (1/mm, mm), and how well it says it knows that.
 SCATTER_PER_MM, SCATTER_LOG = 0.14, 0.7
 SPREAD_MM, SPREAD_SIGMA_MM = 0.4, 0.15
-# An endless layer that scatters 1/mm sends back so much; pictures are as bright as that within some percent.
+# What an endless layer that scatters 1/mm sends back, and how much that differs.
 LAYER_GREY, BRIGHT_LOG = 129.0, 0.15
 GROUND_GREY = (10, 60)
 
@@ -44,7 +46,7 @@ def save(path, grey):
 
 
 def turned(vector):
-    """The rotation about a vector by its length (Rodrigues)."""
+    """Return the rotation about a vector by its length (Rodrigues)."""
     angle = np.linalg.norm(vector)
     x, y, z = vector / angle
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -52,7 +54,7 @@ def turned(vector):
 
 
 def vector_of(rotation):
-    """The other way round, for small turns."""
+    """Return the vector of a small turn."""
     return 0.5 * np.array(
         [
             rotation[2, 1] - rotation[1, 2],
@@ -76,7 +78,7 @@ def constants(folder, light):
 
 
 def captured(folder, scene, light, pins, count, random):
-    """Takes the pictures; five pins in each, none beside another."""
+    """Take the pictures; five pins in each, none beside another."""
     rows = []
     for number in range(count):
         chosen = []
@@ -123,7 +125,9 @@ def trial(sensor, pins, count, seed):
         ]
     )
     nees = off @ np.linalg.solve(found.covariance, off)
-    seen = [scene.cast().point_in_sensor for scene in (truth, fabkit.depth.Scene(sensor, pose=found))]
+    seen = [
+        scene.cast().point_in_sensor for scene in (truth, fabkit.depth.Scene(sensor, pose=found))
+    ]
     # What a pixel shows, in each: the surface itself does not move.
     apart = np.linalg.norm(seen[1] - seen[0], axis=-1)
     apart = apart[np.isfinite(apart)]
@@ -143,16 +147,19 @@ def main():
         off, nees, in_z, apart, found = trial(sensor, pins, asked.captures, seed)
         errors.append((nees, in_z))
         squares.append((apart**2).mean())
+        is_other = any("not the one that is drawn" in warning for warning in found.warnings)
         print(
-            f"{seed}: NEES {nees:.1f}, z {off[5]:+.3f} mm ({in_z:+.1f} sigma), surface {math.sqrt(squares[-1]):.3f} mm rms, "
-            f"median {np.median(apart):.3f}; held out {found.held_out_rms_px:.2f} px"
-            f"{'; not the drawn unit' if any('not the one that is drawn' in w for w in found.warnings) else ''}",
+            f"{seed}: NEES {nees:.1f}, z {off[5]:+.3f} mm ({in_z:+.1f} sigma), "
+            f"surface {math.sqrt(squares[-1]):.3f} mm rms, median {np.median(apart):.3f}; "
+            f"held out {found.held_out_rms_px:.2f} px",
+            "; not the drawn unit" if is_other else "",
             flush=True,
         )
     nees, in_z = np.array(errors).T
     beyond = int((np.abs(in_z) > 3).sum())
     print(
-        f"{len(nees)} trials: NEES {nees.mean():.2f}, median {np.median(nees):.2f}; z beyond 3 sigma in {beyond}; "
+        f"{len(nees)} trials: NEES {nees.mean():.2f}, median {np.median(nees):.2f}; "
+        f"z beyond 3 sigma in {beyond}; "
         f"surface {math.sqrt(np.mean(squares)):.3f} mm rms"
     )
 

@@ -43,6 +43,21 @@ CROOKED = """camera_from_sensor:
 - [0, 0, 1, 7]
 - [0, 0, 0, 1]
 """
+# Small: each pixel's ray is followed again for each parameter.
+CAMERA = """fabkit_camera: 1
+width_px: 96
+height_px: 72
+lens: {model: kannala-brandt, fx_px: 43, fy_px: 43, cx_px: 47.5, cy_px: 35.5, k1: 0, k2: 0, k3: 0, k4: 0}
+"""
+# As a calibration says how sure it is.
+UNSURE = CROOKED + """covariance:
+  - [1.0e-6, 0, 0, 0, 0, 0]
+  - [0, 1.0e-6, 0, 0, 0, 0]
+  - [0, 0, 1.0e-6, 0, 0, 0]
+  - [0, 0, 0, 1.0e-4, 0, 0]
+  - [0, 0, 0, 0, 1.0e-4, 0]
+  - [0, 0, 0, 0, 0, 1.0e-2]
+"""
 
 
 def captures(folder, names, shape):
@@ -89,6 +104,32 @@ def check_halves(fabkit, folder, view):
         assert np.allclose(restored, single["range_mm"][seen], rtol=0, atol=1e-12)
 
 
+def check_sigmas(fabkit, folder):
+    """How sure halves are, against single maps; without a calibration nothing is said."""
+    presses, pose, camera = (folder / name for name in ("presses.txt", "unsure.yaml", "camera.yaml"))
+    camera.write_text(CAMERA)
+    presses.write_text("semi-dome-001\n")
+    pose.write_text(UNSURE)
+    for name, view in (("sure", SET), ("unsure", [*SET, "--pose", pose])):
+        view = [*view, "--camera", camera]
+        run(fabkit, "dataset", "rtac0", "--presses", presses, "-o", folder / name, *view)
+    sure, unsure = (zarr.open(folder / name, mode="r")["halves"] for name in ("sure", "unsure"))
+    assert "indentation_sigma_mm" not in sure
+    assert "point_sigma_mm" not in np.load(folder / "sure/reference.npz")
+    file = folder / "map.npz"
+    for half, press in enumerate(("semi-dome-001", "semi-dome-001-flipped")):
+        run(fabkit, "depth", "rtac0", "--press", press, "--print-sigma", "0mm", "-o", file, *view)
+        single = np.load(file)
+        sigma = np.where(single["indentation_mm"] == 0, 0, single["indentation_sigma_mm"])
+        sigma = np.nan_to_num(sigma).astype(np.float32)
+        assert sigma.max() > 1e-4 and same(unsure["indentation_sigma_mm"][half], sigma), press
+    run(fabkit, "depth", "rtac0", "--reference", "--print-sigma", "0mm", "-o", file, *view)
+    single, reference = np.load(file), np.load(folder / "unsure/reference.npz")
+    for name in ("sigma_mm", "point_sigma_mm", "normal_sigma_rad"):
+        assert np.array_equal(reference[name], single[name], equal_nan=True), name
+    print("check_dataset: how sure halves and their reference are: equal to the bit")
+
+
 def check_samples(folder):
     """Stitched by Python and by fabkit."""
     written, arrays = zarr.open(folder / "all", mode="r"), set()
@@ -124,6 +165,7 @@ def check(fabkit, folder):
         chunks, arrays = check_samples(place)
         print(f"check_dataset: {kind} seam: {about} in chunks of {chunks}: {', '.join(arrays)}")
         shutil.rmtree(place)
+    check_sigmas(fabkit, folder)
 
 
 if __name__ == "__main__":

@@ -83,9 +83,8 @@ fn how_sure(job: &Job, uncertainty: &Uncertainty) -> String {
         median(|| sigmas.point_mm()),
         median(|| sigmas.normal_rad()),
     ];
-    let of = job.plan.about["sigma_of"].as_str().unwrap_or_default();
     format!(
-        "standard deviations by {of}, of surfaces as drawn: at rest a range is known to {range_mm:.3} mm, a point to \
+        "standard deviations by camera and pose (`sigma_parameters` below), of surfaces as drawn: at rest a range is known to {range_mm:.3} mm, a point to \
          {point_mm:.3} mm, a normal to {normal_rad:.4} rad (medians; `sigma_mm`, `point_sigma_mm` and `normal_sigma_rad` in \
          `reference.npz`), and `halves/indentation_sigma_mm` has those of indentations"
     )

@@ -152,7 +152,7 @@ pub fn prepare<R, E: From<Error>>(
         about["elastic"] = felt::about(ready, &patterns);
     }
     if scene.viewpoint.says_how_sure() {
-        about["sigma_of"] = scene.viewpoint.sigma_of().into();
+        about["sigma_parameters"] = scene.viewpoint.sigma_parameters().into();
     }
     let plan = DatasetPlan::new(&patterns, order.seed, about);
     // Of surfaces as drawn: a design's own camera is where it is.

@@ -109,7 +109,9 @@ pub(super) fn scatter(fit: &PoseSolution, observations: &[Observation], loss: Lo
     };
     let of_pixels = of(&noise);
     let presses = presses(&groups);
-    let marks_px2 = shared_px2(&presses, fit.parameters.len());
+    let reseatings =
+        fit.parameters.iter().filter(|p| matches!(p, FitParameter::Reseating(..))).count();
+    let marks_px2 = shared_px2(&presses, [count - reseatings, reseatings]);
     for of_pin in presses.values() {
         // All that they do together, less what each does, which is in there already.
         let mut all = DMatrix::zeros(count, 2);
@@ -160,11 +162,14 @@ fn presses(groups: &[Group]) -> Presses {
 }
 
 /// The variance along each coordinate that presses of a pin have in common, px2; 0 where pins are not pressed often enough to
-/// tell. What was solved for has taken up what it could of how pins differ.
-fn shared_px2(presses: &Presses, solved: usize) -> f64 {
+/// tell. What was solved for once has taken up what it could of how pins differ; what was solved for in each capture, the same
+/// part of that and of how their presses differ.
+fn shared_px2(presses: &Presses, [solved, reseatings]: [usize; 2]) -> f64 {
     let counts: Vec<f64> = presses.values().map(|of_pin| of_pin.len() as f64).collect();
     let (all, pins) = (counts.iter().sum::<f64>(), counts.len() as f64);
-    let (free_within, free_between) = (2.0 * (all - pins), 2.0 * pins - solved as f64);
+    let left = 1.0 - reseatings as f64 / (2.0 * all);
+    let free_within = 2.0 * (all - pins) * left;
+    let free_between = (2.0 * pins - solved as f64) * left;
     if free_within < LEAST_FREE || free_between < LEAST_FREE {
         return 0.0;
     }

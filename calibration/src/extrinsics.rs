@@ -273,7 +273,10 @@ pub fn solve_drawn(
         optics: Optics { medium: Medium::Drawn, radial_terms: 0 },
         ..ParameterSet::PLAIN
     };
-    let parameters = set.parameters(&start.camera, 0);
+    let mut parameters = set.parameters(&start.camera, 0);
+    if !start.mark_offsets.is_empty() {
+        parameters.extend(FitParameter::LIGHT);
+    }
     candidates::fit_drawn(drawing, start, &parameters, observations, loss)
 }
 

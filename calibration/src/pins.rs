@@ -11,7 +11,7 @@ mod marks;
 
 use nalgebra::Point2;
 
-pub use difference::DetectionError;
+pub use difference::{DetectionError, background_cell_px};
 
 use crate::image::GreyImage;
 use difference::Difference;
@@ -38,6 +38,8 @@ pub struct DetectionOptions {
     pub max_diameter: f64,
     /// Smallest contrast: the natural logarithm of the ratio of brightness.
     pub min_contrast: f64,
+    /// Shorter side, px, of the picture that the two are parts of; `None` where they are whole.
+    pub part_of_px: Option<u32>,
 }
 
 impl Default for DetectionOptions {
@@ -47,6 +49,7 @@ impl Default for DetectionOptions {
             min_diameter: 0.012,
             max_diameter: 0.12,
             min_contrast: 0.12,
+            part_of_px: None,
         }
     }
 }
@@ -119,6 +122,6 @@ pub fn detect(
     pressed: &GreyImage,
     options: &DetectionOptions,
 ) -> Result<Detection, DetectionError> {
-    let difference = Difference::new(reference, pressed, options.polarity)?;
+    let difference = Difference::new(reference, pressed, options)?;
     Ok(marks::find(&difference, options))
 }

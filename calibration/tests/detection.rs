@@ -4,7 +4,9 @@ mod support;
 
 use fabkit_calibration::image::{GreyImage, ImageError};
 use fabkit_calibration::model::Model;
-use fabkit_calibration::pins::{DetectionError, DetectionOptions, Rejection, detect};
+use fabkit_calibration::pins::{
+    DetectionError, DetectionOptions, Rejection, background_cell_px, detect,
+};
 use fabkit_calibration::synthetic::Bench;
 use fabkit_geometry::sequences::Random;
 use support::{assembled, camera, captures, pins};
@@ -170,4 +172,40 @@ fn broken_and_absurd_pictures_are_refused() {
     let mut huge = whole.clone();
     huge[16..24].copy_from_slice(&[0, 0, 0xea, 0x60, 0, 0, 0xea, 0x60]);
     assert!(GreyImage::read(&huge).is_err());
+}
+
+#[test]
+fn a_mark_in_a_part_of_a_picture_is_the_mark_in_the_whole() {
+    let mut random = Random::new(5);
+    for [width, height] in [[640, 480], [320, 400]] {
+        let cell = background_cell_px(width.min(height));
+        let at = [0.4 + 0.2 * random.unit(), 0.4 + 0.2 * random.unit()];
+        let at = [at[0] * width as f64, at[1] * height as f64];
+        let wide_px = 0.012 * width.min(height) as f64;
+        let picture = |first: [usize; 2], size: [usize; 2], depth: f64| {
+            let value = |i: usize| {
+                let place = [first[0] + i % size[0], first[1] + i / size[0]];
+                let off = [0, 1].map(|axis| place[axis] as f64 - at[axis]);
+                let mark = (-(off[0] * off[0] + off[1] * off[1]) / (2.0 * wide_px * wide_px)).exp();
+                (0.5 * (1.0 - depth * mark)) as f32
+            };
+            let values = (0..size[0] * size[1]).map(value).collect();
+            GreyImage::new(size[0] as u32, size[1] as u32, values).unwrap()
+        };
+        let found = |first, size, part_of_px| {
+            let options = DetectionOptions { part_of_px, ..DetectionOptions::default() };
+            let [rest, pressed] = [0.0, 0.4].map(|depth| picture(first, size, depth));
+            let mut marks = detect(&rest, &pressed, &options).unwrap().marks;
+            assert_eq!(marks.len(), 1, "{width} x {height}");
+            marks.remove(0)
+        };
+        let whole = found([0, 0], [width, height], None);
+        let first = at.map(|px| (px as usize - 80) / cell * cell);
+        let part = found(first, [160, 160], Some(width.min(height) as u32));
+        // The same numbers from the same pixels, but that cells at the part's end are cut.
+        for axis in 0..2 {
+            assert!((part.pixel[axis] + first[axis] as f64 - whole.pixel[axis]).abs() < 1e-9);
+        }
+        assert_eq!([part.contrast, part.diameter_px], [whole.contrast, whole.diameter_px]);
+    }
 }

@@ -18,7 +18,7 @@ use fabkit_geometry::{Point3, Pose, Sensor};
 
 use super::CalibratingError;
 use super::captures::PinCaptures;
-use super::marks::PinMarks;
+use super::marks::{PinMarks, SeenFrom};
 use super::pictures::read_grey;
 use crate::Error;
 use crate::capturing::LightConstants;
@@ -29,6 +29,9 @@ const MAX_DOUBTFUL: f64 = 0.2;
 
 /// Farther from where the design has it no camera looks at rendered pins, mm: it would stand in what is drawn.
 const RENDERED_MM: f64 = 3.0;
+
+/// So many times pins are rendered again, each time nearer to where and in which light they were seen.
+const ROUNDS: usize = 2;
 
 /// Most pictures of pins that are far off, and their sides, px: the least that a picture has.
 const CROPS: usize = 8;
@@ -97,24 +100,24 @@ pub fn solve<R, E: From<CalibratingError>>(
     };
     let calibration = match &rendered {
         Ok(Some(rendered)) => {
-            // Turned as it is, where the design has it; then where the drawn bodies say it is.
+            // Turned as it is, where the design has it; then where the drawn bodies say it is, in the light that marks tell of.
             let turned = Pose::new(*start.rotation(), *nominal.translation_mm()).unwrap_or(nominal);
-            let offsets = rendered.all(&turned, observations, None);
-            let through = |drawing: Drawing<'_>| {
+            let mut offsets = rendered.all(&SeenFrom::in_assumed_light(turned), observations, None);
+            for _ in 0..ROUNDS {
                 let mut model = Model::new(camera.camera().in_air(), turned);
                 model.expected_translation_mm = Some(*nominal.translation_mm());
                 model.mark_offsets = offsets.clone();
-                solve_drawn(observations, &model, &drawing, CalibrationOptions::default().loss)
-            };
-            let pose = drawn.and_then(|drawing| through(drawing).ok());
-            let pose = pose.map(|fit| fit.model.camera_from_sensor);
-            let is_near = |pose: &Pose| {
-                (pose.translation_mm() - turned.translation_mm()).norm() < RENDERED_MM
-            };
-            match pose.filter(is_near) {
-                Some(pose) => solve(&rendered.all(&pose, observations, Some(&offsets))),
-                None => solve(&offsets),
+                let loss = CalibrationOptions::default().loss;
+                let through = |drawing| solve_drawn(observations, &model, &drawing, loss).ok();
+                let Some(fit) = drawn.and_then(through) else { break };
+                let from = SeenFrom::of(&fit.model);
+                let off = from.camera_from_sensor.translation_mm() - turned.translation_mm();
+                if off.norm() > RENDERED_MM {
+                    break;
+                }
+                offsets = rendered.all(&from, observations, Some(&offsets));
             }
+            solve(&offsets)
         }
         _ => solve(&MarkOffsets::default()),
     };

@@ -8,8 +8,8 @@
 use std::sync::Arc;
 
 use fabkit_calibration::image::GreyImage;
-use fabkit_calibration::model::{MarkOffset, MarkOffsets, Observation};
-use fabkit_calibration::pins::{DetectionOptions, Polarity, detect};
+use fabkit_calibration::model::{FitParameter, MarkOffset, MarkOffsets, Model, Observation};
+use fabkit_calibration::pins::{DetectionOptions, Polarity, background_cell_px, detect};
 use fabkit_camera::{Camera, Interface, Point2, Vector2};
 use fabkit_depth::truth::{PixelRays, Presser, ReferenceSurface};
 use fabkit_fixtures::PressBody;
@@ -18,7 +18,7 @@ use fabkit_optics::{Sights, Stack, Viewer};
 use rayon::prelude::*;
 
 use crate::Error;
-use crate::capturing::{LayerScene, LightConstants, sent};
+use crate::capturing::{LayerScene, LightConstants};
 use crate::pressing::{Ready, threads};
 
 /// Half the side of the part of a picture that is rendered around a tip, as a part of the picture's shorter side: beyond the
@@ -28,6 +28,9 @@ const HALF: f64 = 0.12;
 const PIN_MM: f64 = 8.0;
 /// What stands for all that is not rendered: a lit surface that nothing touches, grey.
 const ELSEWHERE: f64 = 128.0;
+/// So far around a part of a picture the detector looks, px: beyond the reach of its background. It is no less than a picture's
+/// least side.
+const BESIDE_PX: u32 = 64;
 /// A grey value of 255 is this bright in a picture.
 const WHITE: f64 = 255.0;
 
@@ -40,6 +43,8 @@ const LESS_MM: f64 = 0.15;
 /// So many times as much a layer scatters, and so much farther light goes in it, mm, to see what light does.
 const MORE_SCATTER: f64 = 2.0;
 const WIDER_MM: f64 = 0.15;
+/// Light that is farther from what is assumed is not rendered.
+const MOST_SIGMAS: f64 = 2.0;
 /// Without noise the faintest marks are found.
 const FAINTEST: f64 = 0.01;
 
@@ -54,10 +59,33 @@ pub(super) struct PinMarks<'a> {
     layers: LayerScene<'a>,
     ready: Ready,
     constants: &'a LightConstants,
-    /// A layer that scatters more, and one in which light goes farther.
-    others: [LightConstants; 2],
     radius_mm: f64,
-    jpeg_quality: Option<u8>,
+}
+
+/// Where marks are rendered from, and in which light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SeenFrom {
+    pub(super) camera_from_sensor: Pose,
+    /// How much more than assumed the layer scatters, as a logarithm, and how much farther light goes sideways in it, mm.
+    pub(super) layer: [f64; 2],
+}
+
+impl SeenFrom {
+    /// As is assumed of the light.
+    pub(super) fn in_assumed_light(camera_from_sensor: Pose) -> Self {
+        Self { camera_from_sensor, layer: [0.0; 2] }
+    }
+
+    /// As a model has it; light farther from what is assumed than `MOST_SIGMAS` is as good as not known.
+    pub(super) fn of(model: &Model) -> Self {
+        let held = |value: f64, of: FitParameter| {
+            let most = MOST_SIGMAS * of.prior_sigma();
+            value.clamp(-most, most)
+        };
+        let [scatter, spread] = FitParameter::LIGHT;
+        let layer = [held(model.layer_scatter_log, scatter), held(model.layer_spread_mm, spread)];
+        Self { camera_from_sensor: model.camera_from_sensor, layer }
+    }
 }
 
 impl<'a> PinMarks<'a> {
@@ -91,24 +119,16 @@ impl<'a> PinMarks<'a> {
             layers: layers.for_parts_of(&whole.untouched()),
             ready: Ready::for_all(sensor, None, threads())?,
             constants,
-            others: {
-                let mut others = [constants.clone(), constants.clone()];
-                // As bright at rest, about: nothing is to become white.
-                others[0].scatter_per_mm.value *= MORE_SCATTER;
-                others[0].layer_grey.value /= MORE_SCATTER;
-                others[1].spread_mm.value += WIDER_MM;
-                others
-            },
             radius_mm,
-            jpeg_quality: sensor.jpeg_quality,
         }))
     }
 
-    /// How far from the pixels of their tips marks are found, with the camera at a pose, and what changes that: all but the
-    /// offsets themselves as `known` has it. Pins without a mark that is found, or a tip that is seen, are left out.
+    /// How far from the pixels of their tips marks are found, and what changes that. Pins without a mark that is found, or a
+    /// tip that is seen, are left out.
+    /// What depth changes is taken from `known`, where that was rendered before.
     pub(super) fn all(
         &self,
-        camera_from_sensor: &Pose,
+        from: &SeenFrom,
         observations: &[Observation],
         known: Option<&MarkOffsets>,
     ) -> MarkOffsets {
@@ -120,30 +140,45 @@ impl<'a> PinMarks<'a> {
                 pins.push((place, inwards.unwrap_or_else(|| -self.touch.depth_mm(&place).1)));
             }
         }
+        let [scatter, spread] = from.layer;
+        let lights = [[0.0; 2], [MORE_SCATTER.ln(), 0.0], [0.0, WIDER_MM]];
+        let lights = lights.map(|[more, wider]| self.light([scatter + more, spread + wider]));
         let of_pin = |pin: &Pin| {
-            let before = known.map(|known| known.of(&pin.0));
-            let offset = match before {
-                Some(before) => {
-                    let [by_px] = self.offsets(camera_from_sensor, pin, [self.constants])?;
-                    MarkOffset { by_px, ..before? }
-                }
-                None => self.differentiated(camera_from_sensor, pin)?,
-            };
-            Some((pin.0, offset))
+            let known = known.and_then(|known| known.of(&pin.0));
+            let by_depth = known.map(|known| known.by_depth);
+            Some((pin.0, self.offset(from, pin, &lights, by_depth)?))
         };
         MarkOffsets::new(pins.par_iter().filter_map(of_pin).collect::<Vec<_>>())
     }
 
-    /// An offset with its derivatives.
-    fn differentiated(&self, camera_from_sensor: &Pose, pin: &Pin) -> Option<MarkOffset> {
-        let [scatters, spreads] = &self.others;
-        let [by_px, more, wider] =
-            self.offsets(camera_from_sensor, pin, [self.constants, scatters, spreads])?;
-        let shallower = (pin.0 - LESS_MM * pin.1, pin.1);
-        let less = self.offsets(camera_from_sensor, &shallower, [self.constants]);
-        let by_depth = less.map_or_else(Vector2::zeros, |[less]| (by_px - less) / LESS_MM);
-        let by_light = [(more - by_px) / MORE_SCATTER.ln(), (wider - by_px) / WIDER_MM];
-        let sigma_px = SHARE_KNOWN * by_px.norm() / std::f64::consts::SQRT_2;
+    /// The light of a layer.
+    fn light(&self, [scatter_log, wider_mm]: [f64; 2]) -> LightConstants {
+        let mut light = self.constants.clone();
+        // As bright at rest, about: nothing is to become white.
+        light.scatter_per_mm.value *= scatter_log.exp();
+        light.layer_grey.value /= scatter_log.exp();
+        light.spread_mm.value = (light.spread_mm.value + wider_mm).max(0.0);
+        light
+    }
+
+    /// An offset with its derivatives, the line through what is rendered.
+    fn offset(
+        &self,
+        from: &SeenFrom,
+        pin: &Pin,
+        lights: &[LightConstants; 3],
+        by_depth: Option<Vector2<f64>>,
+    ) -> Option<MarkOffset> {
+        let pose = &from.camera_from_sensor;
+        let [here, more, wider] = self.offsets(pose, pin, lights.each_ref())?;
+        let by_depth = by_depth.unwrap_or_else(|| {
+            let shallower = (pin.0 - LESS_MM * pin.1, pin.1);
+            let less = self.offsets(pose, &shallower, [&lights[0]]);
+            less.map_or_else(Vector2::zeros, |[less]| (here - less) / LESS_MM)
+        });
+        let by_light = [(more - here) / MORE_SCATTER.ln(), (wider - here) / WIDER_MM];
+        let by_px = here - from.layer[0] * by_light[0] - from.layer[1] * by_light[1];
+        let sigma_px = SHARE_KNOWN * here.norm() / std::f64::consts::SQRT_2;
         Some(MarkOffset { by_px, by_depth, by_light, sigma_px })
     }
 
@@ -173,27 +208,15 @@ impl<'a> PinMarks<'a> {
         let rays = PixelRays::new(&window.camera, &sensor_from_camera).through(&self.sights);
         let surface = ReferenceSurface::cast(self.touch, &rays).ok()?;
         let (rest, pressed) = (surface.untouched(), surface.yielded(&[presser], &answer, false));
+        let rest = self.layers.grey_by_each(constants, &rest, None);
+        let pressed = self.layers.grey_by_each(constants, &pressed, Some(&answer));
+        let tip = tip.coords - Vector2::from(window.first.map(f64::from));
         let mut found = [Vector2::zeros(); N];
-        for (found, constants) in found.iter_mut().zip(constants) {
-            let rest = self.layers.paint_by(constants, &rest, None);
-            let pressed = self.layers.paint_by(constants, &pressed, Some(&answer));
-            let [rest, pressed] = [rest, pressed].map(|painted| {
-                window.within(painted.light.into_iter().map(|[grey, ..]| grey), self.jpeg_quality)
-            });
-            let detected = detect(&rest?, &pressed?, &options()).ok()?;
-            let off = |mark: &Point2<f64>| (mark - tip).norm();
-            let marks = detected.marks.iter().map(|mark| mark.pixel);
-            *found = marks.min_by(|a, b| off(a).total_cmp(&off(b)))? - tip;
+        for (found, (rest, pressed)) in found.iter_mut().zip(rest.iter().zip(&pressed)) {
+            let marks = window.marks(rest, pressed)?.into_iter().map(|mark| mark - tip);
+            *found = marks.min_by(|a, b| a.norm().total_cmp(&b.norm()))?;
         }
         Some(found)
-    }
-}
-
-fn options() -> DetectionOptions {
-    DetectionOptions {
-        polarity: Polarity::Darker,
-        min_contrast: FAINTEST,
-        ..DetectionOptions::default()
     }
 }
 
@@ -201,43 +224,123 @@ fn options() -> DetectionOptions {
 struct Window {
     /// A camera that sees that part alone.
     camera: Camera,
-    /// Of the whole picture, px.
-    size: [usize; 2],
     /// Its first column and row, px.
-    first: [usize; 2],
+    first: [u32; 2],
+    /// Shorter side of the whole picture, px.
+    shorter_px: u32,
+    /// What is beside the part, columns left of it and rows above: what the detector looks at around a mark.
+    before: [usize; 2],
+    /// Size of the part with what is beside it, px.
+    size: [usize; 2],
 }
 
 impl Window {
     fn around(camera: &Camera, middle: &Point2<f64>) -> Option<Self> {
-        let size = [camera.width_px(), camera.height_px()].map(|px| px as usize);
-        let half = HALF * size[0].min(size[1]) as f64;
+        let whole = [camera.width_px(), camera.height_px()];
+        let shorter_px = whole[0].min(whole[1]);
+        let half = HALF * f64::from(shorter_px);
         let ends = [0, 1].map(|axis| {
             let from = (middle[axis] - half).round().max(0.0);
-            let to = (middle[axis] + half).round().min(size[axis] as f64);
+            let to = (middle[axis] + half).round().min(f64::from(whole[axis]));
             [from, to]
         });
         if ends.iter().any(|[from, to]| to - from < 2.0) {
             return None;
         }
-        let first = ends.map(|[from, _]| from as u32);
-        let camera = camera.part(first, ends.map(|[from, to]| (to - from) as u32)).ok()?;
-        Some(Self { camera, size, first: first.map(|px| px as usize) })
+        let ends = ends.map(|ends| ends.map(|px| px as u32));
+        let first = ends.map(|[from, _]| from);
+        let camera = camera.part(first, ends.map(|[from, to]| to - from)).ok()?;
+        let around = [0, 1].map(|axis| {
+            let [from, to] = ends[axis];
+            // As the whole picture is divided for its background.
+            let cell_px = background_cell_px(shorter_px as usize) as u32;
+            let beside = from.saturating_sub(BESIDE_PX) / cell_px * cell_px;
+            [from - beside, (to + BESIDE_PX).min(whole[axis]) - beside].map(|px| px as usize)
+        });
+        let [before, size] = [0, 1].map(|end| around.map(|ends| ends[end]));
+        Some(Self { camera, first, shorter_px, before, size })
     }
 
-    /// The whole picture, with this part of it, as the camera sends it.
-    fn within(&self, part: impl Iterator<Item = f64>, quality: Option<u8>) -> Option<GreyImage> {
+    /// Where marks are found in this part at rest and pressed, from its first pixel, px.
+    fn marks(&self, rest: &[f64], pressed: &[f64]) -> Option<Vec<Vector2<f64>>> {
+        let options = DetectionOptions {
+            polarity: Polarity::Darker,
+            min_contrast: FAINTEST,
+            part_of_px: Some(self.shorter_px),
+            ..DetectionOptions::default()
+        };
+        let found = detect(&self.padded(rest)?, &self.padded(pressed)?, &options).ok()?;
+        let before = Vector2::from(self.before.map(|px| px as f64));
+        Some(found.marks.iter().map(|mark| mark.pixel.coords - before).collect())
+    }
+
+    /// This part with what is beside it: neither rounded nor as JPEG, which moves each mark by up to 0.2 px its own way and
+    /// would pose as a change with light.
+    fn padded(&self, part: &[f64]) -> Option<GreyImage> {
         let [width, height] = self.size;
-        let mut values = vec![ELSEWHERE; width * height];
-        let across = self.camera.width_px() as usize;
-        for (i, grey) in part.enumerate() {
-            let [x, y] = [self.first[0] + i % across, self.first[1] + i / across];
-            values[y * width + x] = grey;
+        let mut values = vec![(ELSEWHERE / WHITE) as f32; width * height];
+        for (y, row) in part.chunks_exact(self.camera.width_px() as usize).enumerate() {
+            let first = (self.before[1] + y) * width + self.before[0];
+            let to = &mut values[first..][..row.len()];
+            to.iter_mut().zip(row).for_each(|(to, grey)| *to = (grey / WHITE) as f32);
         }
-        let size_px = [width as u32, height as u32];
-        if let Some(quality) = quality {
-            values = sent(&values, size_px, quality).ok()?;
-        }
-        let values = values.into_iter().map(|grey| (grey / WHITE) as f32).collect();
-        GreyImage::new(size_px[0], size_px[1], values).ok()
+        GreyImage::new(width as u32, height as u32, values).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fabkit_calibration::landmarks::PinLandmark;
+    use fabkit_calibration::model::Contact;
+    use fabkit_designs::builtin_yaml;
+
+    use super::*;
+    use crate::calibrating::extrinsics::landmarks_of;
+    use crate::fixtures;
+
+    /// R-Tac0's dome is round, its camera looks along the axis: pins at one height have one mark, and what light changes of it.
+    #[test]
+    fn pins_at_one_height_have_one_mark() {
+        let project = fixtures::load("rtac0", builtin_yaml("rtac0").unwrap(), &[]).unwrap();
+        let sensor = &project.design.sensor;
+        let dome = project.fixture("pin-dome").unwrap();
+        let landmarks = landmarks_of(&dome).unwrap();
+        let of = |x_mm: f64, y_mm: f64| {
+            let off = |place: &Point3<f64>| (place.x - x_mm).hypot(place.y - y_mm);
+            let by_off = |a: &&_, b: &&_| {
+                let [a, b]: [&PinLandmark; 2] = [a, b];
+                off(&a.contact_in_sensor_mm).total_cmp(&off(&b.contact_in_sensor_mm))
+            };
+            let pin = landmarks.pins.iter().min_by(by_off).unwrap();
+            let contact = Contact {
+                capture: 0,
+                hole: pin.hole,
+                contact_in_sensor_mm: pin.contact_in_sensor_mm,
+                axis_in_sensor: pin.axis_in_sensor,
+            };
+            Observation { contact, pixel: Point2::origin(), sigma_px: 1.0 }
+        };
+        let pins = [of(9.18, 9.18), of(-9.18, 9.18), of(-9.18, -9.18), of(9.18, -9.18)];
+        let constants = LightConstants::of(sensor);
+        let camera = &sensor.camera;
+        let terms = camera.lens.projection.terms();
+        let fov_rad = camera.field_of_view.rad();
+        let lens = Camera::nominal(camera.width_px, camera.height_px, fov_rad, terms).unwrap();
+        let marks = PinMarks::of(sensor, &lens, &constants, landmarks.tip_radius_mm);
+        let marks = marks.unwrap().unwrap();
+        let from = SeenFrom::in_assumed_light(camera.sensor_from_camera.inverse());
+        let offsets = marks.all(&from, &pins, None);
+        let found = pins.map(|pin| offsets.of(&pin.contact.contact_in_sensor_mm).unwrap());
+        let spread = |of: &dyn Fn(&MarkOffset) -> f64| {
+            let values = found.map(|offset| of(&offset));
+            let [least, most] = [f64::min, f64::max].map(|f| values.into_iter().reduce(f).unwrap());
+            assert!(most > 0.0, "{values:?}");
+            most - least
+        };
+        // A mark is cut at half its contrast by whole pixels: some hundredths of a pixel, in each of the two that are compared.
+        const PIXELS: f64 = 0.06;
+        assert!(spread(&|offset| offset.by_px.norm()) < PIXELS);
+        assert!(spread(&|offset| offset.by_light[0].norm() * MORE_SCATTER.ln()) < PIXELS);
+        assert!(spread(&|offset| offset.by_light[1].norm() * WIDER_MM) < 2.0 * PIXELS);
     }
 }

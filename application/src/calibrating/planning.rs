@@ -8,7 +8,7 @@ use fabkit_fixtures::{Forecast, Project};
 use serde_json::{Value, json};
 
 use super::CalibratingError;
-use super::marks::PinMarks;
+use super::marks::{PinMarks, SeenFrom};
 use crate::Error;
 use crate::capturing::LightConstants;
 use crate::source::Source;
@@ -106,7 +106,8 @@ pub fn plan(
     let mut is_seen = forecast.is_seen.clone();
     if let Ok(Some(rendered)) = &rendered {
         let contacts: Vec<Observation> = forecast.landmarks.pins.iter().map(unseen).collect();
-        let offsets = rendered.all(&model.camera_from_sensor, &contacts, None);
+        let offsets =
+            rendered.all(&SeenFrom::in_assumed_light(model.camera_from_sensor), &contacts, None);
         for (pin, is_seen) in forecast.landmarks.pins.iter().zip(&mut is_seen) {
             // A pin whose mark is not found tells nothing.
             *is_seen &= offsets.of(&pin.contact_in_sensor_mm).is_some();

@@ -35,6 +35,19 @@ pub(crate) struct SeenAtRest {
     pub path_mm: f64,
 }
 
+/// What a ray meets of the layers.
+#[derive(Clone, Copy, Debug)]
+struct Met {
+    /// How much light arrives there.
+    lit: f64,
+    thickness_mm: f64,
+    /// How far the ray goes through them, mm.
+    path_mm: f64,
+}
+
+/// What rays use again.
+type Memory = (Scratch, Vec<[f64; 2]>);
+
 /// What each ray sees while nothing presses.
 #[derive(Debug)]
 struct AtRest {
@@ -73,7 +86,7 @@ impl<'a> LayerScene<'a> {
 
     /// Keeps what rays see of a surface at rest: where a press moves nothing, that is seen again.
     pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
-        let seen = self.rays(self.constants, map, None);
+        let seen = self.rays(map, None);
         let spread = self.spread(self.constants, map, &seen);
         let mut grey: Vec<f64> = seen.iter().map(|(grey, _)| *grey).collect();
         spread.apply(&mut grey);
@@ -87,17 +100,7 @@ impl<'a> LayerScene<'a> {
     }
 
     pub(crate) fn paint(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Painted {
-        self.paint_by(self.constants, map, answer)
-    }
-
-    /// The same with other constants of the layer, where nothing is kept of the surface at rest.
-    pub(crate) fn paint_by(
-        &self,
-        constants: &LightConstants,
-        map: &DepthMap<'_>,
-        answer: Option<&Answer<'_>>,
-    ) -> Painted {
-        let rays = self.rays(constants, map, answer);
+        let rays = self.rays(map, answer);
         let mut grey: Vec<f64> = rays.iter().map(|(grey, _)| *grey).collect();
         match &self.at_rest {
             // Light that spreads adds up: of what has changed alone.
@@ -106,24 +109,41 @@ impl<'a> LayerScene<'a> {
                 rest.spread.apply(&mut grey);
                 grey.iter_mut().zip(&rest.grey).for_each(|(change, before)| *change += before);
             }
-            None => self.spread(constants, map, &rays).apply(&mut grey),
+            None => self.spread(self.constants, map, &rays).apply(&mut grey),
         }
         let light: Vec<Rgb> = grey.into_iter().map(|grey| [grey; 3]).collect();
         let thickness_mm = rays.into_iter().map(|(_, mm)| mm).collect();
         Painted { light, thickness_mm, marks: Vec::new() }
     }
 
+    /// Grey values of one surface by each of several constants of the layer, where nothing is kept of the surface at rest.
+    pub(crate) fn grey_by_each<const N: usize>(
+        &self,
+        constants: [&LightConstants; N],
+        map: &DepthMap<'_>,
+        answer: Option<&Answer<'_>>,
+    ) -> [Vec<f64>; N] {
+        let look = self.look(map, answer);
+        let rays = 0..map.range_mm().len();
+        let met: Vec<_> = rays.into_par_iter().map_init(Memory::default, look).collect();
+        constants.map(|constants| {
+            let seen: Vec<(f64, f64)> = met.iter().map(|met| self.sent(constants, *met)).collect();
+            let mut grey: Vec<f64> = seen.iter().map(|(grey, _)| *grey).collect();
+            self.spread(constants, map, &seen).apply(&mut grey);
+            grey
+        })
+    }
+
     /// What each ray of a surface at rest sees of the layers; nothing of those that see none.
     pub(crate) fn seen_at_rest(&self, map: &DepthMap<'_>) -> Vec<Option<SeenAtRest>> {
-        let ray = |(scratch, found): &mut (Scratch, Vec<[f64; 2]>), i: usize| {
+        let ray = |(scratch, found): &mut Memory, i: usize| {
             let (place, direction) = map.arrival(i).filter(|_| map.label()[i] != NO_LABEL)?;
             let (_, outward) = self.scene.touch.depth_mm(&place);
             let thick_mm = self.scene.thickness_mm((&place, &outward), scratch, found)?;
             let path_mm = along(thick_mm, &outward, &direction);
             Some(SeenAtRest { place, thick_mm, path_mm })
         };
-        let memory = || (Scratch::default(), Vec::new());
-        (0..map.range_mm().len()).into_par_iter().map_init(memory, ray).collect()
+        (0..map.range_mm().len()).into_par_iter().map_init(Memory::default, ray).collect()
     }
 
     /// How light spreads where there is a layer.
@@ -140,39 +160,43 @@ impl<'a> LayerScene<'a> {
     }
 
     /// Grey value and thickness that each ray meets.
-    fn rays(
-        &self,
-        constants: &LightConstants,
-        map: &DepthMap<'_>,
-        answer: Option<&Answer<'_>>,
-    ) -> Vec<(f64, f64)> {
+    fn rays(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Vec<(f64, f64)> {
+        let (look, rest) = (self.look(map, answer), self.at_rest.as_ref());
+        let ray = |memory: &mut Memory, i: usize| {
+            let as_before = rest.filter(|rest| map.range_mm()[i] == rest.range_mm[i]);
+            as_before.map_or_else(|| self.sent(self.constants, look(memory, i)), |r| r.seen[i])
+        };
+        (0..map.range_mm().len()).into_par_iter().map_init(Memory::default, ray).collect()
+    }
+
+    /// What a ray meets of the layers, by its number.
+    fn look<'s>(
+        &'s self,
+        map: &'s DepthMap<'_>,
+        answer: Option<&'s Answer<'_>>,
+    ) -> impl Fn(&mut Memory, usize) -> Option<Met> + Sync + 's {
         let scene = &self.scene;
-        let (law, beside) = (constants.layer(), (constants.beside_grey.value, f64::NAN));
         let lower = answer.and_then(|answer| answer.lower_face(scene.innermost()));
-        let rest = self.at_rest.as_ref();
-        let even_mm = rest.and_then(|rest| rest.even_mm);
-        let ray = |(scratch, found): &mut (Scratch, Vec<[f64; 2]>), i: usize| {
-            if let Some(rest) = rest.filter(|rest| map.range_mm()[i] == rest.range_mm[i]) {
-                return rest.seen[i];
-            }
-            if map.label()[i] == NO_LABEL {
-                return beside;
-            }
-            let Some((place, direction)) = map.arrival(i) else { return beside };
+        let even_mm = self.at_rest.as_ref().and_then(|rest| rest.even_mm);
+        move |(scratch, found), i| {
+            let (place, direction) = map.arrival(i).filter(|_| map.label()[i] != NO_LABEL)?;
             // Where the surface was at rest, how far it has moved, and what lay below it.
             let (depth_mm, outward) = scene.touch.depth_mm(&place);
             let foot = place + depth_mm * outward;
             let thick_mm =
-                even_mm.or_else(|| scene.thickness_mm((&foot, &outward), scratch, found));
-            let Some(thick_mm) = thick_mm else { return beside };
+                even_mm.or_else(|| scene.thickness_mm((&foot, &outward), scratch, found))?;
             let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&foot));
             let thickness_mm = (thick_mm - depth_mm - lower_mm).max(0.0);
             let path_mm = along(thickness_mm, &outward, &direction);
-            let sent =
-                constants.ground_grey.value + constants.layer_grey.value * law.reflectance(path_mm);
-            (self.exposure * scene.lit.at(&foot) * sent, thickness_mm)
-        };
-        let memory = || (Scratch::default(), Vec::new());
-        (0..map.range_mm().len()).into_par_iter().map_init(memory, ray).collect()
+            Some(Met { lit: scene.lit.at(&foot), thickness_mm, path_mm })
+        }
+    }
+
+    /// What comes back from where a ray meets the layers, grey, and how thick they are there, mm.
+    fn sent(&self, constants: &LightConstants, met: Option<Met>) -> (f64, f64) {
+        let Some(met) = met else { return (constants.beside_grey.value, f64::NAN) };
+        let sent = constants.ground_grey.value
+            + constants.layer_grey.value * constants.layer().reflectance(met.path_mm);
+        (self.exposure * met.lit * sent, met.thickness_mm)
     }
 }

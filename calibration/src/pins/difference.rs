@@ -1,6 +1,6 @@
 //! How much each pixel changed, whatever the light did.
 
-use super::Polarity;
+use super::{DetectionOptions, Polarity};
 use crate::image::GreyImage;
 
 /// Brightness from which a pixel counts as saturated: 8-bit cameras clip softly.
@@ -56,13 +56,15 @@ pub(super) struct Difference {
     pub noise: f64,
     /// The same before smoothing, where neighbours are independent.
     pub raw_noise: f64,
+    /// Shorter side of the whole picture, px.
+    pub shorter_px: usize,
 }
 
 impl Difference {
     pub fn new(
         reference: &GreyImage,
         pressed: &GreyImage,
-        polarity: Polarity,
+        options: &DetectionOptions,
     ) -> Result<Self, DetectionError> {
         let size = |image: &GreyImage| [image.width_px(), image.height_px()];
         if size(reference) != size(pressed) {
@@ -75,22 +77,23 @@ impl Difference {
             return Err(DetectionError::Identical);
         }
         let [width, height] = size(reference);
-        let blur_px = BLUR_PX * (width.min(height) as f32 / 480.0).max(0.7);
+        let shorter_px = options.part_of_px.map_or(width.min(height), |px| px as usize);
+        let blur_px = BLUR_PX * (shorter_px as f32 / 480.0).max(0.7);
         let usable = usable(reference, pressed, blur_px)?;
         let (smooth_reference, smooth_pressed) =
             (reference.blurred(blur_px), pressed.blurred(blur_px));
-        let sign = match polarity {
+        let sign = match options.polarity {
             Polarity::Darker => 1.0,
             Polarity::Brighter => -1.0,
         };
         let pairs = smooth_reference.values().iter().zip(smooth_pressed.values());
         let mut change: Vec<f32> =
             pairs.map(|(r, p)| sign * ((r + DARK_FLOOR) / (p + DARK_FLOOR)).ln()).collect();
-        subtract_background(&mut change, &usable, width, height);
+        subtract_background(&mut change, &usable, [width, height], background_cell_px(shorter_px));
         let noise = spread(change.iter().zip(&usable).filter(|(_, u)| **u).map(|(c, _)| *c));
         // White noise smoothed by a Gaussian of s px keeps 1 / (2 s sqrt(pi)) of its deviation.
         let raw_noise = noise * 2.0 * f64::from(blur_px) * std::f64::consts::PI.sqrt();
-        Ok(Self { width, height, change, usable, noise, raw_noise })
+        Ok(Self { width, height, change, usable, noise, raw_noise, shorter_px })
     }
 }
 
@@ -130,9 +133,19 @@ fn usable(
     Ok(usable)
 }
 
+/// Side of the cells over which the background of a picture is estimated, px, from its shorter side: parts of a picture that
+/// begin at a multiple of it have the same cells.
+pub fn background_cell_px(shorter_px: usize) -> usize {
+    (shorter_px / CELLS).max(2)
+}
+
 /// Takes away the median of the neighbourhood, estimated on cells and interpolated between them.
-fn subtract_background(change: &mut [f32], usable: &[bool], width: usize, height: usize) {
-    let cell = (width.min(height) / CELLS).max(2);
+fn subtract_background(
+    change: &mut [f32],
+    usable: &[bool],
+    [width, height]: [usize; 2],
+    cell: usize,
+) {
     let (columns, rows) = (width.div_ceil(cell), height.div_ceil(cell));
     let mut medians: Vec<Option<f32>> = Vec::with_capacity(columns * rows);
     let mut values = Vec::new();

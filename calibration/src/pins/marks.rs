@@ -26,7 +26,7 @@ const HIDDEN_SIGMA: f64 = 0.3;
 const SIGMA_FLOOR_PX: f64 = 0.02;
 
 pub(super) fn find(difference: &Difference, options: &DetectionOptions) -> Detection {
-    let side = difference.width.min(difference.height) as f64;
+    let side = difference.shorter_px as f64;
     let diameters_px = [options.min_diameter * side, options.max_diameter * side];
     let seed = options.min_contrast.max(SEED_SIGMAS * difference.noise) as f32;
     let mut visited = vec![false; difference.change.len()];

@@ -20,7 +20,7 @@ use crate::ground_truth::{
     Deepest, SurfaceCoverage, Viewpoint, coverage, coverage_map, deepest, pressers,
 };
 use crate::memory::{self, Less};
-use crate::pressing::{Answer, Contact, PressingError, Ready, threads};
+use crate::pressing::{Answer, Contact, ContactGap, PressingError, Ready, threads};
 
 /// Radius of the transition around contacts, smallest and largest, mm: wider than any gel's skin
 /// carries.
@@ -105,6 +105,8 @@ pub struct Seen<'a> {
     pub surface_px: usize,
     /// What the soft layers answer, if they were asked.
     pub answer: Option<&'a Answer<'a>>,
+    /// How far that is from rigid contact.
+    pub gap: Option<ContactGap>,
 }
 
 /// What presses, where it ends up, and what the soft layers answer.
@@ -301,6 +303,7 @@ impl SensorView {
             Some(answer) => surface.yielded(pressers, answer, true),
             None => surface.pressed(pressers),
         };
+        let gap = answer.as_ref().map(|_| ContactGap::of(&contact, &surface.pressed(pressers)));
         let deepest = deepest(&contact, touch);
         let map = contact.with_membrane(cast.contact.membrane_mm());
         let sigmas = map.sigmas(&self.viewpoint.uncertainty(cast.print_sigma_mm));
@@ -310,6 +313,7 @@ impl SensorView {
             deepest,
             surface_px: surface.seen(),
             answer: answer.as_ref(),
+            gap,
         })
     }
 

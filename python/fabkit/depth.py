@@ -69,7 +69,8 @@ class Truth:
     """``nothing``, ``surface``, then the sensor's bodies, and ``total reflection``."""
     elastic: dict[str, Any] | None = None
     """In linear contact, what the layers answer: ``force_n``, ``moment_nmm``, ``bulge_mm`` and
-    what they rest on, as in ``fabkit depth --json``; simulated."""
+    what they rest on, as in ``fabkit depth --json``; ``against_rigid``, how far ranges are from
+    those of rigid contact; simulated."""
 
     def arrays(self) -> dict[str, NDArray[np.generic] | list[str]]:
         """All maps by name, for example for ``numpy.savez``."""

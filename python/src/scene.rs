@@ -174,7 +174,8 @@ impl Scene {
                 allow_no_contact,
             };
             scene.cast(&cast, |seen| {
-                let elastic = seen.answer.map(|answer| pressing::answer(answer).to_string());
+                let gap = seen.gap.as_ref();
+                let elastic = seen.answer.map(|answer| pressing::seen(answer, gap).to_string());
                 Ok((arrays(seen.map, seen.sigmas), elastic))
             })
         })?;

@@ -19,6 +19,7 @@ struct Map {
     indentation_mm: Vec<f64>,
     contact: Vec<bool>,
     range_mm: Vec<f64>,
+    gap: Option<Value>,
     normals: Vec<[f64; 3]>,
     points: Vec<[f64; 3]>,
     width: usize,
@@ -50,6 +51,7 @@ fn map(scene: &SensorView, presses: &[&str], contact: Contact, shear_mm: [f64; 2
             indentation_mm: seen.map.indentation_mm().collect(),
             contact: seen.map.contact().collect(),
             range_mm: seen.map.range_mm().to_vec(),
+            gap: seen.gap.map(|gap| gap.to_json()),
             normals: seen.map.normal_in_sensor().into_iter().map(Into::into).collect(),
             points: seen.map.point_in_sensor().map(Into::into).collect(),
             width: seen.map.width_px() as usize,
@@ -92,10 +94,29 @@ fn gel_lies_on_what_presses_and_bulges_beside_it() {
     }
     // A ball on a layer three times as thick touches less than where it cuts the surface at rest, and more than
     // Hertz's half of that.
-    let cut = rigid.contact.iter().filter(|contact| **contact).count();
+    let cut_of = &rigid.contact;
+    let cut = cut_of.iter().filter(|contact| **contact).count();
     assert!((0.6..0.97).contains(&(f64::from(touched) / cut as f64)), "{touched} of {cut}");
     let least = soft.indentation_mm.iter().copied().fold(0.0, f64::min);
     assert!((-0.2..-0.05).contains(&least), "{least}");
+    // What the level of contact is worth is said, and is what two maps differ by.
+    let gap = soft.gap.as_ref().unwrap();
+    let off = |is_touched: bool| {
+        let off = (0..cut_of.len()).filter(|pixel| cut_of[*pixel] == is_touched);
+        let off = off.map(|pixel| soft.range_mm[pixel] - rigid.range_mm[pixel]);
+        let moved: Vec<f64> = off.filter(|mm| is_touched || mm.abs() > 1e-6).collect();
+        let rms_mm = (moved.iter().map(|mm| mm * mm).sum::<f64>() / moved.len() as f64).sqrt();
+        (moved.len(), rms_mm, moved.iter().fold(0.0, |most: f64, mm| most.max(mm.abs())))
+    };
+    for (place, is_touched) in [("touched", true), ("beside", false)] {
+        let (pixels, rms_mm, max_mm) = off(is_touched);
+        assert_eq!(gap[place]["pixels"], pixels);
+        assert!((number(&gap[place]["rms_mm"]) - rms_mm).abs() < 1e-12);
+        assert_eq!(number(&gap[place]["max_mm"]), max_mm);
+    }
+    // A layer as soft as that is well below a press of this depth, and not on it at its rim.
+    assert!((0.001..0.1).contains(&number(&gap["touched"]["rms_mm"])), "{gap}");
+    assert!(rigid.gap.is_none());
     // Far off nothing moves.
     let corner = soft.indentation_mm[..5 * soft.width].iter().filter(|mm| mm.is_finite());
     assert!(corner.map(|mm| mm.abs()).fold(0.0, f64::max) < 0.01);

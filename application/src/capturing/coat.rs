@@ -318,7 +318,8 @@ impl<'a> CoatScene<'a> {
     /// For many pictures by the same rays: what nothing has changed is not painted again.
     pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
         let sigmas = Sigmas::default();
-        let seen = Seen { map, sigmas: &sigmas, deepest: None, surface_px: 0, answer: None };
+        let seen =
+            Seen { map, sigmas: &sigmas, deepest: None, surface_px: 0, answer: None, gap: None };
         self.at_rest = Some((self.paint(&seen).light, map.normal_in_sensor()));
     }
 

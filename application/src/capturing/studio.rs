@@ -71,7 +71,8 @@ impl<'a> Studio<'a> {
         let sensor = &self.scene.project.design.sensor;
         let touch = self.scene.touch()?;
         let deepest = self.wants_normals().then(|| deepest(map, touch)).flatten();
-        let seen = Seen { map, sigmas: &Sigmas::default(), deepest, surface_px: 0, answer };
+        let seen =
+            Seen { map, sigmas: &Sigmas::default(), deepest, surface_px: 0, answer, gap: None };
         let painted = self.painter.paint(self.scene, &self.capturing.cast, &seen)?;
         let capturing = Capturing { seed, ..self.capturing.clone() };
         let samples = self.capturing.cast.samples;

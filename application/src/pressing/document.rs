@@ -4,7 +4,7 @@ use fabkit_elastic::SoftLayer;
 use serde_json::{Value, json};
 
 use super::marks::marks_document;
-use super::{Answer, Pressed, Step};
+use super::{Answer, ContactGap, Pressed, Step};
 
 /// Layers that give way, from the touched one inwards.
 pub fn soft_layers(layers: &[SoftLayer]) -> Value {
@@ -20,6 +20,13 @@ pub fn soft_layers(layers: &[SoftLayer]) -> Value {
         })
     };
     layers.iter().map(layer).collect()
+}
+
+/// What soft layers answer to a press that a camera sees, beside what it would see of rigid contact.
+pub fn seen(answer: &Answer, gap: Option<&ContactGap>) -> Value {
+    let mut all = self::answer(answer);
+    all["against_rigid"] = gap.map_or(Value::Null, ContactGap::to_json);
+    all
 }
 
 /// What soft layers answer to a press.

@@ -22,6 +22,8 @@ const FEW_PINS: usize = 25;
 const FAR_FROM_DRAWN: f64 = 2.5;
 /// Akaike's criterion lower by this is strong evidence.
 const STRONG: f64 = 10.0;
+/// Light this many standard deviations of what is known beforehand from what is assumed is not rendered, and one in twenty units has it.
+const FAR_LIGHT: f64 = 2.0;
 
 impl ExtrinsicsReport<'_> {
     /// What did not fit its label, one sentence each.
@@ -194,6 +196,7 @@ impl ExtrinsicsReport<'_> {
             ));
         }
         text.extend(self.about_optics());
+        text.extend(self.about_light());
         if let Some(lean) = self.value_and_sigma(FitParameter::Lean) {
             text.push(format!(
                 "All pins lean the same way round the sensor's axis, by {:.2} ± {:.2} mm at the \
@@ -283,6 +286,28 @@ impl ExtrinsicsReport<'_> {
             ));
         }
         text
+    }
+
+    /// What marks tell of the light that shows them.
+    fn about_light(&self) -> Option<String> {
+        let [scatter, spread] = FitParameter::LIGHT;
+        let (scatter_log, of_scatter) = self.value_and_sigma(scatter)?;
+        let (wider_mm, of_spread) = self.value_and_sigma(spread)?;
+        let known = [scatter, spread].map(FitParameter::prior_sigma);
+        let mut text = format!(
+            "Marks look as if the layer scattered {:.2} times as much as is assumed (within a factor of {:.2}, \
+             beforehand {:.2}), and light went {wider_mm:+.3} ± {of_spread:.3} mm farther sideways in it (beforehand \
+             ± {}).",
+            scatter_log.exp(),
+            of_scatter.exp(),
+            known[0].exp(),
+            known[1]
+        );
+        let far = (scatter_log / known[0]).abs().max((wider_mm / known[1]).abs());
+        if far > FAR_LIGHT {
+            text += " That is not likely of light alone: something else moves marks as well.";
+        }
+        Some(text)
     }
 
     /// The fit that differs from the chosen one by medium and radial terms alone.

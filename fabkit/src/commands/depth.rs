@@ -6,7 +6,7 @@ use fabkit_application::documents;
 use fabkit_application::export::ExportError;
 use fabkit_application::fixtures::Press;
 use fabkit_application::ground_truth::{Collected, Deepest, GREY_STEP_MM, Shown, Wanted};
-use fabkit_application::pressing;
+use fabkit_application::pressing::{self, ContactGap};
 use fabkit_application::reading::has_ending;
 use fabkit_application::scene::{Cast, SensorView, press_error};
 use fabkit_application::staging::write_each;
@@ -57,10 +57,15 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
     let [width, height] = [camera.width_px(), camera.height_px()].map(|px| px * args.samples);
     let mut collected = Collected::new(wanted, [width, height]);
     let mut elastic = None;
+    let mut gap = None;
     scene.cast_in_bands(&cast, wanted.bytes_per_ray(), |seen| {
         collected.add(seen.map, seen.sigmas).map_err(unwritable)?;
         collected.surface_px += seen.surface_px;
-        elastic = elastic.take().or_else(|| seen.answer.map(pressing::answer));
+        if let (Some(answer), Some(here)) = (seen.answer, &seen.gap) {
+            let all: &mut ContactGap = gap.get_or_insert_default();
+            all.join(here);
+            elastic = Some(pressing::seen(answer, Some(all)));
+        }
         // Of equals, the last one, as within a band.
         let before = collected.deepest.map_or(f64::NEG_INFINITY, |deepest| deepest.depth_mm);
         let deeper = seen.deepest.filter(|deepest| deepest.depth_mm.total_cmp(&before).is_ge());
@@ -111,6 +116,16 @@ fn write(
             part(0),
             part(1),
             part(2)
+        );
+    }
+    if let Some(gap) = elastic.as_ref().map(|elastic| &elastic["against_rigid"]) {
+        let of = |place: &str, value: &str| gap[place][value].as_f64().unwrap_or(f64::NAN);
+        text += &format!(
+            "contact model: rigid contact is {:.3} mm rms off where it touches ({:.3} at most), {:.3} beside ({:.3})\n",
+            of("touched", "rms_mm"),
+            of("touched", "max_mm"),
+            of("beside", "rms_mm"),
+            of("beside", "max_mm"),
         );
     }
     let sigma_of = scene.viewpoint.sigma_of();

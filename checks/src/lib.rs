@@ -130,7 +130,20 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
 /// # Errors
 /// As [`check`].
 pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport, InvalidBody> {
-    let mut report = apply(sensor, &Memo::default(), progress)?;
+    check_all(sensor, &Memo::default(), progress)
+}
+
+/// The same as [`check`], overhangs and batches too, for those who look at many sensors that have much in common:
+/// what `memo` knows to be clean is not looked at again.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_again(sensor: &Sensor, memo: &Memo) -> Result<CheckReport, InvalidBody> {
+    check_all(sensor, memo, &|_, _| {})
+}
+
+fn check_all(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport, InvalidBody> {
+    let mut report = apply(sensor, memo, progress)?;
     let (hanging, count) = overhang::examine(sensor)?;
     let (falling, printed) = standing::examine(sensor)?;
     // One cause, one finding: what straight rays say already is not said again.
@@ -316,8 +329,16 @@ pub fn standing(kit: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
 /// # Errors
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    motions_again(sensor, &Memo::default())
+}
+
+/// The same, without looking again at what `memo` knows to be clean.
+///
+/// # Errors
+/// As [`motions`].
+pub fn motions_again(sensor: &Sensor, memo: &Memo) -> Result<Vec<Finding>, InvalidBody> {
     let scene = Assemblies::new(sensor)?;
-    Ok(motion::examine(sensor, &scene, &Memo::default()).findings)
+    Ok(motion::examine(sensor, &scene, memo).findings)
 }
 
 /// A layer that is cast onto something that it does not stick to: its shape may hold it all the same.

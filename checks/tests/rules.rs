@@ -1,7 +1,9 @@
 //! Each rule passes what is right and finds, by name, what was made wrong on purpose.
 
 use fabkit_checks::example::{GATE_RADIUS_MM, HEIGHT_MM, MOLD, RADIUS_MM, puck};
-use fabkit_checks::{CheckReport, Finding, Rule, Severity, check};
+use fabkit_checks::{
+    CheckReport, Finding, Memo, Rule, Severity, check, check_again, motions, motions_again,
+};
 use fabkit_geometry::{
     Action, Assembly, Body, CUT_OVERLAP_MM, Opening, Placement, Point3, Pose, Pour, PressFit,
     Sensor, Solid, Vector3,
@@ -39,6 +41,23 @@ fn a_sound_sensor_has_no_findings() {
     // no lamp and no light from outside; two bodies come to a third, without tools; one layer against two walls, of unknown stuff;
     // no assembly in use; two printed parts, twice, and none on a machine of its own.
     assert_eq!(examined, [2, 3, 1, 1, 2, 0, 1, 0, 0, 0, 2, 0, 1, 2, 0, 0, 0, 2, 0, 2, 0]);
+}
+
+#[test]
+fn what_was_clean_before_changes_no_finding() {
+    let memo = Memo::default();
+    let moved = |body: usize, z_mm: f64| {
+        let mut sensor = puck();
+        let place = &mut sensor.bodies[body].placements[0].assembly_from_body;
+        *place = Pose::translation(0.0, 0.0, z_mm).then_in(*place);
+        sensor
+    };
+    let wrong = [moved(0, -0.1), moved(0, 0.1), moved(1, 0.1), moved(2, -0.1)];
+    // Each after all that are clean, and after itself.
+    for sensor in [&puck()].into_iter().chain(&wrong).chain(&wrong) {
+        assert_eq!(check_again(sensor, &memo).unwrap(), check(sensor).unwrap());
+        assert_eq!(motions_again(sensor, &memo).unwrap(), motions(sensor).unwrap());
+    }
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Files beside those of the parts.
 
 use std::any::Any;
-use std::sync::Arc;
+use std::fmt;
+use std::sync::{Arc, LazyLock};
 
 use crate::Design;
 
@@ -9,19 +10,27 @@ use crate::Design;
 ///
 /// Whoever makes one from a document of a type of their own hands that on too. So nobody within the
 /// process reads a file again, or finds it by its name, and designs need not know what fixtures have.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Companion {
     /// File name, for example `pin-dome.landmarks.json`.
     pub name: String,
-    /// Its bytes.
-    pub bytes: Vec<u8>,
+    bytes: Bytes,
     document: Option<Arc<dyn Any + Send + Sync>>,
+}
+
+/// Worked out when somebody wants them, once for all copies.
+type Bytes = Arc<LazyLock<Vec<u8>, Box<dyn FnOnce() -> Vec<u8> + Send>>>;
+
+impl fmt::Debug for Companion {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_struct("Companion").field("name", &self.name).finish_non_exhaustive()
+    }
 }
 
 /// As files: what a file says follows from its bytes.
 impl PartialEq for Companion {
     fn eq(&self, other: &Self) -> bool {
-        self.name == other.name && self.bytes == other.bytes
+        self.name == other.name && self.bytes() == other.bytes()
     }
 }
 
@@ -30,7 +39,23 @@ impl Eq for Companion {}
 impl Companion {
     /// A file for people and other programs.
     pub fn new(name: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
-        Self { name: name.into(), bytes: bytes.into(), document: None }
+        let bytes = bytes.into();
+        Self::later(name, move || bytes)
+    }
+
+    /// One whose bytes take long, for those who build a design and write no file. They are worked out while other
+    /// threads may wait for them: not in parallel, or these could be the threads that wait.
+    pub fn later(
+        name: impl Into<String>,
+        bytes: impl FnOnce() -> Vec<u8> + Send + 'static,
+    ) -> Self {
+        let bytes: Box<dyn FnOnce() -> Vec<u8> + Send> = Box::new(bytes);
+        Self { name: name.into(), bytes: Arc::new(LazyLock::new(bytes)), document: None }
+    }
+
+    /// What is in it.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 
     /// The same with what it says.

@@ -50,24 +50,13 @@ pub(crate) fn evaluate(
     evaluate_by(solid, tolerance_mm, conforming)
 }
 
-/// Face by face as the leaves are by themselves, so that solids which share a face share its
-/// triangles there wherever others cut it.
-pub(crate) fn evaluate_unfused(solid: &Solid, tolerance_mm: f64) -> Result<Facets, MeshError> {
-    evaluate_by(solid, tolerance_mm, true)
-}
-
 /// Only by booleans unless `conforming`.
 pub(crate) fn evaluate_by(
     solid: &Solid,
     tolerance_mm: f64,
     conforming: bool,
 ) -> Result<Facets, MeshError> {
-    let root = Item::peeled(Pose::identity(), solid, 0);
-    let mut evaluator = Evaluator::new(tolerance_mm, conforming);
-    if conforming && let Some(facets) = evaluator.lifted(&root)? {
-        return Ok(facets);
-    }
-    evaluator.plain(&root)
+    Evaluator::new(tolerance_mm, conforming).unfused(solid)
 }
 
 /// With the features of operands put in last; `None` if that gains nothing or cannot be done.
@@ -239,7 +228,8 @@ fn united(mut shapes: Vec<Rc<Shape>>) -> Result<Rc<Shape>, MeshError> {
     Ok(shapes.pop().unwrap_or_else(|| Shape::from_facets(Facets::default())))
 }
 
-struct Evaluator {
+/// Makes trees of one tolerance, one after the other, and each of their shapes once.
+pub(crate) struct Evaluator {
     tolerance_mm: f64,
     conforming: bool,
     shapes: BTreeMap<Vec<u64>, Rc<Shape>>,
@@ -247,8 +237,20 @@ struct Evaluator {
 }
 
 impl Evaluator {
-    fn new(tolerance_mm: f64, conforming: bool) -> Self {
+    pub(crate) fn new(tolerance_mm: f64, conforming: bool) -> Self {
         Self { tolerance_mm, conforming, shapes: BTreeMap::new(), pins: BTreeMap::new() }
+    }
+
+    /// Face by face as the leaves are by themselves, so that solids which share a face share its
+    /// triangles there wherever others cut it.
+    pub(crate) fn unfused(&mut self, solid: &Solid) -> Result<Facets, MeshError> {
+        let root = Item::peeled(Pose::identity(), solid, 0);
+        if self.conforming
+            && let Some(facets) = self.lifted(&root)?
+        {
+            return Ok(facets);
+        }
+        self.plain(&root)
     }
 
     /// The whole tree as it is written.

@@ -146,7 +146,7 @@ pub fn mesh_by_booleans(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, Mes
 fn checked(
     solid: &Solid,
     tolerance_mm: f64,
-    evaluate: fn(&Solid, f64) -> Result<facets::Facets, MeshError>,
+    evaluate: impl FnOnce(&Solid, f64) -> Result<facets::Facets, MeshError>,
 ) -> Result<TriMesh, MeshError> {
     if !TOLERANCE_RANGE_MM.contains(&tolerance_mm) {
         return Err(MeshError::Tolerance { tolerance_mm });
@@ -172,11 +172,33 @@ fn to_mesh(solid: &Solid, facets: facets::Facets) -> TriMesh {
 /// # Errors
 /// As [`mesh`], but nothing in common is no error.
 pub fn intersection_volume_mm3(a: &Solid, b: &Solid, tolerance_mm: f64) -> Result<f64, MeshError> {
-    match checked(&a.clone().and(b.clone()), tolerance_mm, evaluate::evaluate_unfused) {
-        // What is left of two surfaces that touch may come out as minus nothing.
-        Ok(common) => Ok(common.volume_mm3().max(0.0)),
-        Err(MeshError::Empty) => Ok(0.0),
-        Err(other) => Err(other),
+    Intersections::new(tolerance_mm).volume_mm3(a, b)
+}
+
+/// What solids have in common, pair by pair: each is made once, in whatever pairs and places it stands.
+pub struct Intersections {
+    evaluator: evaluate::Evaluator,
+    tolerance_mm: f64,
+}
+
+impl Intersections {
+    /// At a chord tolerance, mm.
+    pub fn new(tolerance_mm: f64) -> Self {
+        Self { evaluator: evaluate::Evaluator::new(tolerance_mm, true), tolerance_mm }
+    }
+
+    /// As [`intersection_volume_mm3`], whatever was asked before.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn volume_mm3(&mut self, a: &Solid, b: &Solid) -> Result<f64, MeshError> {
+        let unfused = |solid: &Solid, _| self.evaluator.unfused(solid);
+        match checked(&a.clone().and(b.clone()), self.tolerance_mm, unfused) {
+            // What is left of two surfaces that touch may come out as minus nothing.
+            Ok(common) => Ok(common.volume_mm3().max(0.0)),
+            Err(MeshError::Empty) => Ok(0.0),
+            Err(other) => Err(other),
+        }
     }
 }
 

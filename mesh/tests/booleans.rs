@@ -4,9 +4,11 @@ mod oracle;
 
 use std::collections::BTreeSet;
 
-use fabkit_geometry::{Path, Point3, Solid, Vector3};
+use fabkit_geometry::{Path, Point3, Pose, Solid, Vector3};
 use fabkit_geometry_testing::{cases, trees};
-use fabkit_mesh::{DEFAULT_TOLERANCE_MM, MeshError, TriMesh, intersection_volume_mm3, mesh};
+use fabkit_mesh::{
+    DEFAULT_TOLERANCE_MM, Intersections, MeshError, TriMesh, intersection_volume_mm3, mesh,
+};
 use proptest::prelude::*;
 
 proptest! {
@@ -82,6 +84,26 @@ fn layers_cut_from_solids_do_not_overlap_either() {
     let overlap_mm3 = intersection_volume_mm3(&a, &layer(13.4, 15.0), DEFAULT_TOLERANCE_MM);
     let exact_mm3 = std::f64::consts::TAU / 3.0 * (13.5f64.powi(3) - 13.4f64.powi(3));
     assert!((overlap_mm3.unwrap() / exact_mm3 - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn pairs_have_in_common_what_they_have_alone() {
+    let ball = Solid::sphere(5.0).minus(Solid::cylinder(1.0, 12.0).at_z(-6.0));
+    let block = Solid::cuboid(6.0, 6.0, 6.0).minus(Solid::cylinder(2.0, 8.0).at_z(-1.0));
+    let half = Solid::sphere(4.0).and(Solid::behind(Point3::origin(), Vector3::z()));
+    let turned = block.clone().placed(Pose::translation(1.0, 2.0, -3.0));
+    let solids = [ball, block, half, turned];
+    let mut all = Intersections::new(DEFAULT_TOLERANCE_MM);
+    let mut overlaps = 0;
+    for (i, a) in solids.iter().enumerate() {
+        for b in &solids[i + 1..] {
+            let alone_mm3 = intersection_volume_mm3(a, b, DEFAULT_TOLERANCE_MM).unwrap();
+            let mm3 = all.volume_mm3(a, b).unwrap();
+            assert_eq!(mm3.to_bits(), alone_mm3.to_bits(), "{mm3}, {alone_mm3}");
+            overlaps += u32::from(mm3 > 1.0);
+        }
+    }
+    assert!(overlaps >= 4, "{overlaps}");
 }
 
 #[test]

@@ -177,9 +177,15 @@ impl Design {
     }
 
     /// Files that come with the design: name and content.
-    fn companions<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>)> {
+    fn companions<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyBytes>)>> {
         let files = self.design.companions.iter();
-        files.map(|file| (file.name.clone(), PyBytes::new(py, &file.bytes))).collect()
+        // Some have to be worked out first.
+        files
+            .map(|file| {
+                let bytes = short(py, || file.bytes())?;
+                Ok((file.name.clone(), PyBytes::new(py, bytes)))
+            })
+            .collect()
     }
 
     /// Where pins touch, as JSON; nothing for what has no pins.

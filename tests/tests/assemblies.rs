@@ -1,13 +1,14 @@
 //! Nothing overlaps that is not meant to: exact lines (the rule of `fabkit check`) and mesh
 //! intersection, over every pair of bodies in every assembly of every built-in sensor and fixture.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use fabkit_checks::interference;
 use fabkit_designs::Design;
 use fabkit_geometry::measure::overlap_volume;
 use fabkit_geometry::{Aabb, Body, CompiledSolid, Sensor, Solid};
-use fabkit_mesh::{DEFAULT_TOLERANCE_MM, intersection_volume_mm3, mesh};
+use fabkit_mesh::{DEFAULT_TOLERANCE_MM, Intersections, intersection_volume_mm3, mesh};
 
 /// Lines through the box that two bodies share.
 const LINES: u32 = 20_000;
@@ -25,6 +26,8 @@ struct Placed {
     name: String,
     solid: Solid,
     bounds: Aabb,
+    /// Of its mesh, mm2; asked for only where meshes have something in common.
+    area_mm2: OnceCell<f64>,
 }
 
 /// Bodies by assembly, each in its place.
@@ -44,6 +47,7 @@ fn assemblies(sensor: &Sensor) -> BTreeMap<String, Vec<Placed>> {
                 name: name.clone(),
                 solid,
                 bounds,
+                area_mm2: OnceCell::new(),
             });
         }
     }
@@ -57,7 +61,10 @@ fn is_press_fit(sensor: &Sensor, a: &Placed, b: &Placed) -> bool {
 }
 
 fn touching_mm3(a: &Placed, b: &Placed) -> f64 {
-    let area_mm2 = |placed: &Placed| mesh(&placed.solid, DEFAULT_TOLERANCE_MM).unwrap().area_mm2();
+    let area_mm2 = |placed: &Placed| {
+        let meshed = || mesh(&placed.solid, DEFAULT_TOLERANCE_MM).unwrap().area_mm2();
+        *placed.area_mm2.get_or_init(meshed)
+    };
     TOUCHING * DEFAULT_TOLERANCE_MM * area_mm2(a).min(area_mm2(b))
 }
 
@@ -78,6 +85,7 @@ fn press_fits_alone_overlap(designs: &[Design]) {
         assert!(exact.is_empty(), "{}: {exact:#?}", sensor.name);
         // What prints and pictures show must keep to it as well.
         let mut wrong = Vec::new();
+        let mut meshes = Intersections::new(DEFAULT_TOLERANCE_MM);
         for (assembly, placed) in assemblies(sensor) {
             let mut pairs = 0;
             for (i, a) in placed.iter().enumerate() {
@@ -87,8 +95,7 @@ fn press_fits_alone_overlap(designs: &[Design]) {
                         continue;
                     }
                     pairs += 1;
-                    let mesh_mm3 =
-                        intersection_volume_mm3(&a.solid, &b.solid, DEFAULT_TOLERANCE_MM).unwrap();
+                    let mesh_mm3 = meshes.volume_mm3(&a.solid, &b.solid).unwrap();
                     if mesh_mm3 > 0.0 && mesh_mm3 >= touching_mm3(a, b) {
                         wrong.push(format!(
                             "{assembly}: the meshes of {} and {} overlap by {mesh_mm3} mm3",

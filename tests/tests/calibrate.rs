@@ -320,7 +320,7 @@ fn marks_of_a_flat_sensor_s_own_plate_become_its_pose() {
     let project = fabkit_fixtures::load("9dtact", yaml, &[]).unwrap();
     let plate = project.fixture(project.pin_fixture_name()).unwrap();
     let file = plate.companions.iter().find(|c| c.name == "pin-plate.landmarks.json").unwrap();
-    let landmarks = PinLandmarks::from_json(std::str::from_utf8(&file.bytes).unwrap()).unwrap();
+    let landmarks = PinLandmarks::from_json(std::str::from_utf8(file.bytes()).unwrap()).unwrap();
     let nominal = &project.design.sensor.camera;
     let size = [nominal.width_px, nominal.height_px];
     let camera = Camera::equidistant(size[0], size[1], nominal.field_of_view.rad()).unwrap();

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use fabkit_checks::{CheckReport, Finding, Rule, check};
+use fabkit_checks::{CheckReport, Finding, Rule};
 use fabkit_geometry::{Action, Body, Pose, Pour, Sensor, Solid};
-use fabkit_tests::fabkit;
+use fabkit_tests::{check, fabkit};
 
 /// With molds in halves, which can be off and undercut.
 fn rtac0() -> Sensor {

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-use crate::run::{cargo, check, fabkit};
+use crate::run::{WORKSPACE, cargo, check, fabkit};
 
 /// Started first, the longest before the others.
 const LONG: [&str; 16] = [
@@ -51,7 +51,7 @@ pub struct Tests {
 /// Builds all of them.
 pub fn build() -> Result<Tests, String> {
     let mut build = cargo();
-    build.args(["test", "--workspace", "--release", "--no-run", "--message-format=json"]);
+    build.args(["test", "--release", "--no-run", "--message-format=json"]).args(WORKSPACE);
     let output = build.stderr(Stdio::inherit()).output();
     let output = output.map_err(|e| format!("cannot build the tests: {e}"))?;
     if !output.status.success() {
@@ -71,7 +71,8 @@ pub fn build() -> Result<Tests, String> {
 
 /// The examples in what is documented; cargo alone can run them.
 pub fn documented() -> Result<(), String> {
-    check(cargo().args(["test", "--workspace", "--release", "--doc"]).env("FABKIT", fabkit()?))
+    let examples = ["test", "--release", "--doc"];
+    check(cargo().args(examples).args(WORKSPACE).env("FABKIT", fabkit()?))
 }
 
 struct Program {

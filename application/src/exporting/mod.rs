@@ -248,7 +248,8 @@ pub fn export(
         return Err(ExportFailure::NoOutlines { parts });
     }
     if options.parts.is_empty() {
-        made.extend(design.companions.iter().map(companion));
+        // Some have to be worked out first.
+        made.par_extend(design.companions.par_iter().map(companion));
     }
     assemble(design, options, hash, &meshed, made)
 }
@@ -268,7 +269,7 @@ fn chosen<'a>(sensor: &'a Sensor, parts: &[String]) -> Result<Vec<&'a Body>, Unk
 
 /// A file that comes with the design; its format is the end of its name.
 fn companion(companion: &Companion) -> Made {
-    let Companion { name, bytes, .. } = companion.clone();
+    let (name, bytes) = (companion.name.clone(), companion.bytes().to_vec());
     let format = match name.rsplit_once('.') {
         Some((_, "json")) => "json",
         Some((_, "csv")) => "csv",

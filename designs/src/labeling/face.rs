@@ -59,6 +59,9 @@ pub(super) struct Faces<'a> {
 /// reader; the middle and half the edges of what is seen, mm; and what a first look found.
 struct View {
     axes: [Vector3<f64>; 3],
+    /// The same, and the direction that lines run in.
+    numbers: [[f64; 3]; 3],
+    inward: Vector3<f64>,
     middle: [f64; 3],
     half: [f64; 3],
     /// How far a face may fall away and still count, mm.
@@ -81,13 +84,22 @@ impl View {
         let (middle, size) = (bounds.centre(), bounds.size_mm());
         let half = axes.map(|axis| (0..3).map(|i| axis[i].abs() * size[i] / 2.0).sum());
         let middle = axes.map(|axis| axis.dot(&middle.coords));
-        Self { axes, middle, half, allowed_mm, seen: None }
+        let (numbers, inward) = (axes.map(|axis| axis.into()), -axes[2]);
+        Self { axes, numbers, inward, middle, half, allowed_mm, seen: None }
     }
 
     /// A place by its distances from the middle of the face and its height.
+    ///
+    /// Number by number: this crate is built without optimising, where sums of vectors are dozens of calls, and
+    /// thousands of lines are looked along for each part.
     fn point(&self, [u, v]: [f64; 2], height: f64) -> Point3<f64> {
-        let at = [self.middle[0] + u, self.middle[1] + v, height];
-        Point3::from(at[0] * self.axes[0] + at[1] * self.axes[1] + at[2] * self.axes[2])
+        let (u, v) = (self.middle[0] + u, self.middle[1] + v);
+        let [[ux, uy, uz], [vx, vy, vz], [nx, ny, nz]] = self.numbers;
+        Point3::new(
+            u * ux + v * vx + height * nx,
+            u * uy + v * vy + height * ny,
+            u * uz + v * vz + height * nz,
+        )
     }
 
     fn top_mm(&self) -> f64 {
@@ -97,7 +109,7 @@ impl View {
     /// Where a line towards the face enters the body, and how far it runs in it, mm.
     fn met(&self, own: &CompiledSolid, at: [f64; 2], buffers: &mut Buffers) -> Option<[f64; 2]> {
         let above = self.top_mm() + 1.0;
-        let ray = Ray { origin: self.point(at, above), direction: -self.axes[2] };
+        let ray = Ray { origin: self.point(at, above), direction: self.inward };
         own.stretches_into(&ray, &mut buffers.0, &mut buffers.1);
         let [enter, exit] = *buffers.1.first()?;
         Some([above - enter, exit - enter])
@@ -107,12 +119,13 @@ impl View {
         let step = [0, 1].map(|i| (2.0 * self.half[i] / LINES.0).max(LINES.1));
         let count = [0, 1].map(|i| (self.half[i] / step[i]).floor() as i64);
         let buffers = &mut Buffers::default();
-        let places = (-count[1]..=count[1])
-            .flat_map(|j| (-count[0]..=count[0]).map(move |i| [i as f64, j as f64]));
-        let heights: Vec<Option<f64>> = places
-            .map(|[i, j]| self.met(own, [i * step[0], j * step[1]], buffers))
-            .map(|met| met.map(|[height, _]| height))
-            .collect();
+        let mut heights = Vec::new();
+        for j in -count[1]..=count[1] {
+            for i in -count[0]..=count[0] {
+                let met = self.met(own, [i as f64 * step[0], j as f64 * step[1]], buffers);
+                heights.push(met.map(|[height, _]| height));
+            }
+        }
         let [width, rows] = count.map(|count| (2 * count + 1) as usize);
         let is_even = |a: usize, b: usize| match (heights[a], heights[b]) {
             (Some(a), Some(b)) => (a - b).abs() < FLAT_MM + self.allowed_mm / 2.0,

@@ -1,9 +1,9 @@
 //! Molds that stick to what they cast: tools with neither a slot for a screwdriver nor an edge for two fingers
 //! are found, and what ships comes apart.
 
-use fabkit_checks::{Finding, Rule, motions};
+use fabkit_checks::{Finding, Rule};
 use fabkit_geometry::{Body, Occasion, Sensor};
-use fabkit_tests::built;
+use fabkit_tests::{built, motions};
 use rayon::prelude::*;
 
 /// What nothing takes off.

@@ -1,11 +1,11 @@
 //! Lenses that no finger turns, pins that none pulls, bolts and dowels without room, and steps that cannot
 //! overlap: each is found, and what ships has no such finding.
 
-use fabkit_checks::{Finding, Rule, handwork, motions};
+use fabkit_checks::{Finding, Rule, handwork};
 use fabkit_geometry::{
     Action, Assembly, Body, CompiledSolid, Cure, Occasion, Placement, Sensor, Solid, Step,
 };
-use fabkit_tests::built;
+use fabkit_tests::{built, motions};
 use rayon::prelude::*;
 
 fn access(sensor: &Sensor) -> Vec<Finding> {

@@ -1,9 +1,9 @@
 //! Designs that come apart, stay sticky, sag or do not fill: each is found by the rule and the body that are
 //! to blame, and what ships has no such finding.
 
-use fabkit_checks::{CheckReport, Finding, Rule, Severity, check};
+use fabkit_checks::{CheckReport, Finding, Rule, Severity};
 use fabkit_designs::Design;
-use fabkit_tests::built;
+use fabkit_tests::{built, check};
 use rayon::prelude::*;
 
 const RULES: [Rule; 5] = [Rule::Chemistry, Rule::Softness, Rule::Flow, Rule::Held, Rule::Sight];

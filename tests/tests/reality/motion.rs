@@ -3,7 +3,7 @@
 
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_geometry::{Angle, Body, Leg, Placement, Pose, Sensor, Solid, Step, Vector3};
-use fabkit_tests::built;
+use fabkit_tests::{built, motions};
 use rayon::prelude::*;
 
 fn step<'a>(sensor: &'a mut Sensor, name: &str) -> &'a mut Step {
@@ -101,7 +101,7 @@ fn what_cannot_get_to_its_place_is_found() {
         .filter_map(|(row, (name, change, rule, blamed))| {
             let mut sensor = built(name, &[]).sensor;
             change(&mut sensor);
-            let found = fabkit_checks::motions(&sensor).unwrap();
+            let found = motions(&sensor).unwrap();
             let is_it = |finding: &Finding| {
                 finding.rule == *rule
                     && finding.severity == Severity::Error
@@ -119,7 +119,7 @@ fn what_cannot_get_to_its_place_is_found() {
 #[test]
 fn what_ships_gets_to_its_place() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
-        let found = fabkit_checks::motions(&built(name, &[]).sensor).unwrap();
+        let found = motions(&built(name, &[]).sensor).unwrap();
         assert!(found.is_empty(), "{name}: {found:#?}");
     });
 }
@@ -160,9 +160,7 @@ fn hooded(hole_mm: f64, hood_comes_first: bool) -> Sensor {
 
 #[test]
 fn depths_and_orders_are_those_of_a_toy() {
-    let found = |hole_mm, hood_comes_first| {
-        fabkit_checks::motions(&hooded(hole_mm, hood_comes_first)).unwrap()
-    };
+    let found = |hole_mm, hood_comes_first| motions(&hooded(hole_mm, hood_comes_first)).unwrap();
     // A post of 3 mm comes through a hole of 3.1 mm, and under a hood that comes later.
     assert_eq!(found(3.1, true), []);
     assert_eq!(found(2.5, false), []);
@@ -183,7 +181,7 @@ fn a_stated_way_is_followed_and_no_other_is_tried() {
     let mut sensor = hooded(3.1, true);
     let aside = fabkit_geometry::Motion::of(["post".into()], [Leg::from_afar(Vector3::x())]);
     step(&mut sensor, "then").motions.push(aside);
-    let found = fabkit_checks::motions(&sensor).unwrap();
+    let found = motions(&sensor).unwrap();
     let [finding] = &found[..] else { panic!("{found:#?}") };
     assert_eq!(finding.bodies, ["post", "hood"]);
     // In from the side above all, then down through the hole.
@@ -192,7 +190,7 @@ fn a_stated_way_is_followed_and_no_other_is_tried() {
         Leg::Straight { along: -Vector3::z(), length_mm: Some(13.0) },
     ];
     step(&mut sensor, "then").motions[0].legs = legs.into();
-    assert_eq!(fabkit_checks::motions(&sensor).unwrap(), []);
+    assert_eq!(motions(&sensor).unwrap(), []);
 }
 
 fn project(sensor: &str) -> fabkit_fixtures::Project {

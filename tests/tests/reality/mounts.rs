@@ -1,8 +1,9 @@
 //! Adapters between sensors and robots: what goes below every sensor, the measured patterns, and ways that
 //! are closed, found by the rule and the body that are to blame.
 
-use fabkit_checks::{Finding, Rule, Severity, check};
+use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_geometry::{Assembly, Body, CompiledSolid, Pose, Sensor, Solid, is_lettered};
+use fabkit_tests::check;
 use rayon::prelude::*;
 
 const ISO: &str = "adapter.pattern=iso-9409-1-50-4-m6";

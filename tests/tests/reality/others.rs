@@ -1,11 +1,12 @@
 //! Defects that a review found in the TacTip, UVDtact, fluidic and ShadowTac designs: each is gone, shown by a
 //! number, and the design as it was is refused or found.
 
-use fabkit_checks::{Finding, Rule, check, example};
+use fabkit_checks::{Finding, Rule, example};
 use fabkit_designs::Design;
 use fabkit_geometry::{
     Action, Assembly, Body, CompiledSolid, Placement, Point3, Ray, Solid, Vector3,
 };
+use fabkit_tests::check;
 
 fn try_built(sensor: &str, settings: &[&str]) -> Result<Design, Vec<String>> {
     let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();

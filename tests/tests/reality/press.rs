@@ -1,9 +1,10 @@
 //! Halves that would rub over the gel, or not get to their places, and pins that the camera does not see:
 //! each is found, by the rule and the body that are to blame, and what ships has no such finding.
 
-use fabkit_checks::{Finding, Rule, Severity, motions};
+use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_fixtures::{Project, load};
 use fabkit_geometry::{Leg, Sensor, Vector3};
+use fabkit_tests::motions;
 use rayon::prelude::*;
 
 const ROUND: [&str; 4] = ["rtac0", "uvdtact", "tactip", "shadowtac"];

@@ -159,7 +159,7 @@ fn what_leaves_no_room_is_refused_by_name() {
 }
 
 fn findings(sensor: &Sensor) -> Vec<Finding> {
-    fabkit_checks::check(sensor).unwrap().findings
+    fabkit_tests::check(sensor).unwrap().findings
 }
 
 fn grave(sensor: &Sensor) -> Vec<Finding> {

@@ -1,8 +1,8 @@
 //! Molds that no screwdriver pries open and no syringe fills: each is found by the rule `access`.
 
-use fabkit_checks::{Finding, Rule, motions};
+use fabkit_checks::{Finding, Rule};
 use fabkit_geometry::{Assembly, Body, Occasion, Placement, Sensor, Solid};
-use fabkit_tests::built;
+use fabkit_tests::{built, motions};
 use rayon::prelude::*;
 
 /// Sensor, what is set, and whose tool has no room.

@@ -11,6 +11,8 @@ const WITHIN: f64 = 0.6;
 const AROUND: [f64; 2] = [1.8, 0.7];
 /// Light that is less than this says nothing of its colour, of 1.
 const LEAST_LIGHT: f32 = 0.06;
+/// Light that is less than this part of what there is on average is no light that marks are seen by.
+const DIM: f64 = 0.5;
 /// A mark's middle is the mean of what stands out, weighted by Gauss' bell as wide as its radius; so often from where the last
 /// one was, and so many widths far.
 const MIDDLES: usize = 5;
@@ -311,11 +313,14 @@ pub(super) fn evens_out(
     for channel in 0..channels {
         let own: Vec<f32> = values.iter().skip(channel).step_by(channels).copied().collect();
         let said = Said::new(&coarse, &Tells::Bright, &own, 1);
+        // Where it is darker than this, noise would look like marks.
+        let all = own.iter().copied().map(f64::from).sum::<f64>() / own.len().max(1) as f64;
+        let least = (DIM * all).max(f64::from(LEAST_LIGHT));
         for (i, counts) in counts.iter_mut().enumerate() {
             let (column, row) = (i % columns, i / columns);
             let (sum, count) = said.square(column as isize, row as isize, half as isize);
             let mean = sum / count.max(1.0);
-            counts[channel] = if mean > f64::from(LEAST_LIGHT) { mean.recip() } else { 0.0 };
+            counts[channel] = mean.max(least).recip();
         }
     }
     counts

@@ -7,6 +7,7 @@
 
 mod blobs;
 mod columns;
+mod likeness;
 mod matching;
 mod scaling;
 
@@ -26,7 +27,8 @@ use crate::scene::SceneError;
 use super::{ReconstructError, Taken, check_colors, check_size};
 use blobs::{Blob, Said, Size, Tells, evens_out};
 use columns::Columns;
-use matching::{Pattern, Px, REACH, minus};
+use likeness::{Evened, Likeness};
+use matching::{Pattern, Px, REACH, minus, plus};
 use scaling::Scaling;
 
 /// What stands out less than this much of what marks do in the middle is none of them.
@@ -348,6 +350,8 @@ struct Spots {
     rest: Pattern,
     /// How much each stands out at rest.
     strengths: Vec<f64>,
+    /// What each looks like at rest, of those that throw shadows; empty where marks are even spots.
+    looks: Vec<Option<Likeness>>,
 }
 
 impl Spots {
@@ -361,7 +365,7 @@ impl Spots {
         let drawn = Pattern::new(drawn_px.to_vec(), alone_px);
         let known = || drawn_px.iter().enumerate().filter_map(|(i, px)| Some((i, (*px)?)));
         let narrowest_px = known().map(|(i, _)| radii_px[i]).fold(f64::INFINITY, f64::min);
-        let scaling = Scaling::new(size_px, narrowest_px, sensor.grey_bits.into());
+        let scaling = Scaling::new(size_px, narrowest_px, sensor.grey_bits);
         let values = scaling.values(reference);
         let tells = match shows {
             Shows::Glow { layers } => share_of(layers, glowing(sensor, layers).unwrap_or(0)),
@@ -402,8 +406,20 @@ impl Spots {
             px.as_ref().map_or(0.0, |px| said.stands_out(px, *size))
         };
         let strengths = rest_px.iter().zip(&sizes).map(strength).collect();
+        let looks = match (&tells, shows) {
+            (Tells::Dark(counts), Shows::Slopes { printed: None, .. })
+                if reference.channels == 3 =>
+            {
+                let evened = Evened::new(&scaling, &values, counts);
+                let look = |(px, size): (&Option<Px>, &Size)| {
+                    Likeness::new(&scaling, &evened, px.as_ref()?, size.radius_px)
+                };
+                rest_px.iter().zip(&sizes).map(look).collect()
+            }
+            _ => Vec::new(),
+        };
         let rest = Pattern::new(rest_px, alone_px);
-        Self { scaling, tells, sizes, rest, strengths }
+        Self { looks, scaling, tells, sizes, rest, strengths }
     }
 
     fn follow(&self, picture: &Taken) -> Vec<Option<Px>> {
@@ -416,7 +432,24 @@ impl Spots {
         let found = candidates(&said, &self.rest, &self.sizes, &leasts);
         let chosen = self.rest.assign(&found);
         let middles = chosen.iter().zip(&self.sizes);
-        middles.map(|(chosen, size)| Some(said.middle(&found[(*chosen)?], *size))).collect()
+        let Tells::Dark(counts) = &self.tells else {
+            return middles
+                .map(|(chosen, size)| Some(said.middle(&found[(*chosen)?], *size)))
+                .collect();
+        };
+        if self.looks.is_empty() {
+            return middles
+                .map(|(chosen, size)| Some(said.middle(&found[(*chosen)?], *size)))
+                .collect();
+        }
+        let evened = Evened::new(&self.scaling, &values, counts);
+        let place = |(i, (chosen, size)): (usize, (&Option<usize>, &Size))| {
+            let (place, rest) = (found[(*chosen)?], self.rest.at()[i]?);
+            let Some(looks) = &self.looks[i] else { return Some(said.middle(&place, *size)) };
+            let by = minus(&place, &rest);
+            Some(plus(&rest, &looks.moved(&self.scaling, &evened, &by, size.pitch_px)?))
+        };
+        middles.enumerate().map(place).collect()
     }
 }
 

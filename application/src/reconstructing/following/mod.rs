@@ -431,25 +431,22 @@ impl Spots {
         let leasts: Vec<f64> = self.sizes.iter().zip(&self.strengths).map(least).collect();
         let found = candidates(&said, &self.rest, &self.sizes, &leasts);
         let chosen = self.rest.assign(&found);
-        let middles = chosen.iter().zip(&self.sizes);
-        let Tells::Dark(counts) = &self.tells else {
-            return middles
-                .map(|(chosen, size)| Some(said.middle(&found[(*chosen)?], *size)))
-                .collect();
+        let evened = match &self.tells {
+            Tells::Dark(counts) if !self.looks.is_empty() => {
+                Some(Evened::new(&self.scaling, &values, counts))
+            }
+            _ => None,
         };
-        if self.looks.is_empty() {
-            return middles
-                .map(|(chosen, size)| Some(said.middle(&found[(*chosen)?], *size)))
-                .collect();
-        }
-        let evened = Evened::new(&self.scaling, &values, counts);
         let place = |(i, (chosen, size)): (usize, (&Option<usize>, &Size))| {
             let (place, rest) = (found[(*chosen)?], self.rest.at()[i]?);
-            let Some(looks) = &self.looks[i] else { return Some(said.middle(&place, *size)) };
+            let looks = self.looks.get(i).and_then(Option::as_ref);
+            let Some((looks, evened)) = looks.zip(evened.as_ref()) else {
+                return Some(said.middle(&place, *size));
+            };
             let by = minus(&place, &rest);
-            Some(plus(&rest, &looks.moved(&self.scaling, &evened, &by, size.pitch_px)?))
+            Some(plus(&rest, &looks.moved(&self.scaling, evened, &by, size.pitch_px)?))
         };
-        middles.enumerate().map(place).collect()
+        chosen.iter().zip(&self.sizes).enumerate().map(place).collect()
     }
 }
 

@@ -148,11 +148,13 @@ pub fn about(error: &Error) -> About {
         Error::Pressing(error) => About::of(pressing(error)),
         Error::Capture(_) | Error::FitLight(_) => About::of("no_light"),
         Error::Reconstruct(error) => match error {
-            ReconstructError::OtherLight { .. } => About::of("no_light"),
-            ReconstructError::OtherSize { file, .. } => About::at("other_size", file),
-            ReconstructError::Dark { file, .. } | ReconstructError::NoColors { file } => {
-                About::at("bad_picture", file)
+            ReconstructError::OtherLight { .. } | ReconstructError::NoMarks { .. } => {
+                About::of("no_light")
             }
+            ReconstructError::OtherSize { file, .. } => About::at("other_size", file),
+            ReconstructError::Dark { file, .. }
+            | ReconstructError::NoColors { file }
+            | ReconstructError::FewMarks { file, .. } => About::at("bad_picture", file),
             ReconstructError::Network { file, .. } | ReconstructError::Card { file, .. } => {
                 About::at("bad_network", file)
             }

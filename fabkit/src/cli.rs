@@ -127,7 +127,8 @@ pub enum Command {
     /// Fit the constants of a real unit's light to its captures of pins, for `capture`
     #[command(after_help = examples::FIT_LIGHT)]
     FitLight(FitLight),
-    /// Say how deep pictures are pressed, from how dark layers or how bright slopes have become, or by a network
+    /// Say how deep pictures are pressed, from how dark layers or how bright slopes have become, or by a network, and where
+    /// their marks have moved
     #[command(after_help = examples::RECONSTRUCT)]
     Reconstruct(Reconstruct),
     /// Run the paper's experiments in simulation, and print its table beside that

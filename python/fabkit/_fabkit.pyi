@@ -185,6 +185,17 @@ class LiveSkin:
         self, asked: Sequence[str], lights: Sequence[str], seed: int | None
     ) -> dict[str, Any]: ...
 
+class MarkFollower:
+    def __init__(
+        self,
+        project: Project,
+        scene: Scene | None,
+        light: str | None,
+        reference: NDArray[np.float32],
+    ) -> None: ...
+    def names(self) -> list[str]: ...
+    def follow(self, picture: _Picture) -> dict[str, Any]: ...
+
 class Reconstructor:
     def __init__(
         self,

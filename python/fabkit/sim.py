@@ -48,7 +48,9 @@ __all__ = [
     "Asked",
     "Body",
     "Felt",
+    "Followed",
     "Many",
+    "MarkFollower",
     "Sensor",
     "Skin",
     "SkinMany",
@@ -371,6 +373,93 @@ class Sensor:
         shown = [known.depth(_taken(one, "images")) for one in (given[None] if is_one else given)]
         depth_mm, contact = (np.stack([one[k] for one in shown]) for k in (0, 1))
         return (depth_mm[0], contact[0]) if is_one else (depth_mm, contact)
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """Where marks are in n pictures; NaN where one is not found, and without n of one picture."""
+
+    px: NDArray[np.float64]
+    """Column and row of each, 0 in the middle of the first pixel: (n, m, 2)."""
+    moved_px: NDArray[np.float64]
+    """How far it has moved from the picture at rest: (n, m, 2)."""
+    moved_mm: NDArray[np.float64]
+    """The same along the surface on which the mark lies at rest, or along its column, sensor
+    frame: (n, m, 3). A picture tells nothing of the rest of its way, which is taken as none."""
+    seen: NDArray[np.bool_]
+    """Which are found: (n, m)."""
+
+
+class MarkFollower:
+    """Marks (dots, dimples, markers, ends of columns) that are followed by their names.
+
+    The same as ``fabkit reconstruct`` does, for pictures that are real or simulated.
+
+    >>> import fabkit.sim
+    >>> skin = fabkit.sim.Skin("fluidic", spacing_mm=2.0)
+    >>> rest, pressed = skin.press_all(
+    ...     ["hemisphere@20mm,3mm,0.1mm", "hemisphere@20mm,3mm,4mm"], lights=["white"]
+    ... ).images["white"]
+    >>> marks = fabkit.sim.MarkFollower("fluidic", rest)
+    >>> followed = marks.follow(pressed)
+    >>> marks.names[:2], followed.px.shape, bool(followed.seen.all())
+    (['marker 1', 'marker 2'], (100, 2), True)
+
+    Parameters
+    ----------
+    design
+        A sensor, the name of one, or a :class:`fabkit.depth.Scene` with the calibrated camera that
+        took the pictures; otherwise they were taken by the drawn one, more or less.
+    reference
+        The picture at rest: rows x columns, or x 3 in colour. Its size is the camera's.
+    light
+        Which of the sensor's lights is on; its usual one if not said.
+
+    Raises
+    ------
+    FabkitError
+        A light that shows no marks, or a picture in which less than half of them are found.
+    """
+
+    def __init__(
+        self, design: Design | str | Scene, reference: ArrayLike, *, light: str | None = None
+    ) -> None:
+        scene = design if isinstance(design, Scene) else None
+        sensor = design.sensor if isinstance(design, Scene) else design
+        sensor = load(sensor) if isinstance(sensor, str) else sensor
+        rest = _taken(reference, "reference")
+        self._colors = np.asarray(reference).ndim
+        self._known = _fabkit.MarkFollower(
+            sensor._project,  # pyright: ignore[reportPrivateUsage]
+            None if scene is None else scene._native,  # pyright: ignore[reportPrivateUsage]
+            light,
+            rest,
+        )
+        self.names = self._known.names()
+        """Of the m marks, in the description's order."""
+        first = self._known.follow(rest)
+        self.drawn_px: NDArray[np.float64] = first["mark_drawn_px"]
+        """Where the camera would see them as they are drawn: (m, 2); NaN beside the picture."""
+        self.rest_px: NDArray[np.float64] = first["mark_rest_px"]
+        """Where they are in the picture at rest: (m, 2); NaN of those that are not found there, and
+        are not looked for elsewhere."""
+
+    def follow(self, images: ArrayLike) -> Followed:
+        """Find the marks in a picture like the reference, or in n of them.
+
+        Raises
+        ------
+        FabkitError
+            Pictures of another size, or without colours where they are needed.
+        """
+        given = np.asarray(images)
+        is_one = given.ndim == self._colors
+        told = [
+            self._known.follow(_taken(one, "images")) for one in (given[None] if is_one else given)
+        ]
+        names = ("mark_px", "mark_moved_px", "mark_moved_mm", "mark_seen")
+        found = [np.stack([one[name] for one in told]) for name in names]
+        return Followed(*(array[0] if is_one else array for array in found))
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ mod errors;
 mod export;
 mod hints;
 mod live;
+mod marks;
 mod mesh;
 mod press;
 mod running;
@@ -41,6 +42,8 @@ mod _fabkit {
     use crate::export::{Exported, write_files};
     #[pymodule_export]
     use crate::live::{Live, LiveSkin};
+    #[pymodule_export]
+    use crate::marks::MarkFollower;
     #[pymodule_export]
     use crate::mesh::Mesh;
     #[pymodule_export]

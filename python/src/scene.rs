@@ -302,7 +302,8 @@ impl Reconstructor {
 
 type Map<'py, T> = Bound<'py, PyArrayDyn<T>>;
 
-fn taken(picture: &PyReadonlyArray3<'_, f32>) -> Taken {
+/// A picture that came as an array.
+pub fn taken(picture: &PyReadonlyArray3<'_, f32>) -> Taken {
     let &[height, width, channels] = picture.shape() else { unreachable!("three axes") };
     let values = picture.as_array().iter().copied().collect();
     Taken { size_px: [width, height], channels, values }

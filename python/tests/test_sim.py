@@ -165,6 +165,29 @@ def test_depth_comes_back_from_pictures(rtac0):
         rtac0.reconstruct(felt.image[:-1], rest.image)
 
 
+def test_marks_are_followed_by_their_names():
+    skin = sim.Skin("fluidic", spacing_mm=2.0)
+    presses = ["hemisphere@20mm,3mm,0.1mm", "hemisphere@20mm,3mm,4mm"]
+    many = skin.press_all(presses, lights=["white", "display"], seed=3)
+    for light, true_px in (("white", many.mark_px), ("display", many.column_px)):
+        rest, pressed = many.images[light]
+        marks = sim.MarkFollower("fluidic", rest, light=light)
+        both = marks.follow(many.images[light])
+        assert both.px.shape == (2, len(marks.names), 2)
+        assert both.moved_mm.shape == (2, len(marks.names), 3)
+        assert both.seen.all()
+        assert_array_equal(both.px[0], marks.rest_px)
+        assert_array_equal(marks.follow(pressed).px, both.px[1])
+        # One ray a pixel: a marker's middle is known to 0.1 px, a column's end to a pixel.
+        off = np.linalg.norm(both.moved_px[1] - (true_px[1] - true_px[0]), axis=1)
+        assert np.median(off) < (0.15 if light == "white" else 0.5)
+    assert marks.names == [f"column {i + 1}" for i in range(16)]
+    with pytest.raises(fabkit.FabkitError, match="px"):
+        marks.follow(pressed[:-1])
+    with pytest.raises(fabkit.FabkitError, match="no marks to follow"):
+        sim.MarkFollower("rtac0", np.zeros((480, 640), np.uint8))
+
+
 def test_a_skin_with_channels():
     skin = sim.Skin("fluidic", spacing_mm=2.0)
     many = skin.press_all(["hemisphere@20mm,3mm,1mm", "hemisphere@20mm,3mm,2mm"])

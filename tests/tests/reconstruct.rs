@@ -161,6 +161,10 @@ fn a_network_says_what_it_was_trained_to_say() {
     assert!((40 * 40..44 * 44).contains(&contact_px), "{contact_px}");
     assert_eq!(json["network"]["parameters"], 2);
     assert_eq!(json["constants"], serde_json::json!([]));
+    // Nothing of marks, and that is said.
+    assert!(json["marks"].is_null() && json["files"][0]["marks_seen"].is_null());
+    assert_eq!(json["left_out"], serde_json::json!(["no marks: `rtac0` has no marks to follow"]));
+    assert!(text.contains("no marks: `rtac0` has no marks to follow"), "{text}");
     // A card says something else.
     let card = |more: serde_json::Value| {
         let mut card = serde_json::json!({
@@ -226,7 +230,7 @@ fn what_cannot_be_reconstructed_is_refused_by_name() {
         (&["uvdtact", "dark.png", "--reference", "small.png"], "the camera takes 400 x 400 px"),
         (
             &["uvdtact", "square.png", "--reference", "square.png", "--light", "uv"],
-            "shows something else",
+            "this picture has no colours, by which lamps and layers are told apart",
         ),
         (&["digit-like", "dark.png", "--reference", "dark.png"], "this picture has no colours"),
         (

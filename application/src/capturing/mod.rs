@@ -41,7 +41,7 @@ pub(crate) use self::coat::CoatScene;
 use self::glowing::GlowScene;
 pub(crate) use self::layers::LayerScene;
 use self::marks::MarkScene;
-pub(crate) use self::scene::middle_of;
+pub(crate) use self::scene::{in_use, middle_of};
 use self::sent::sent;
 pub(crate) use self::skin::skin_pictures;
 pub(crate) use self::thins::Thins;

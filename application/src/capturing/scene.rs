@@ -123,7 +123,7 @@ impl<'a> Scene<'a> {
 }
 
 /// A body in its place in the finished sensor.
-pub(super) fn in_use(body: &Body) -> Result<CompiledSolid, Error> {
+pub(crate) fn in_use(body: &Body) -> Result<CompiledSolid, Error> {
     let place = body.placements.iter().find(|place| place.assembly == Assembly::sensor());
     let pose = place.map_or_else(Pose::identity, |place| place.assembly_from_body);
     CompiledSolid::new(&body.solid.clone().placed(pose)).map_err(Error::bug)

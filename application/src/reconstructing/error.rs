@@ -19,6 +19,22 @@ pub enum ReconstructError {
         /// Its light.
         light: &'static str,
     },
+    /// A light in which no marks are followed.
+    #[error("{why}")]
+    NoMarks {
+        /// Why.
+        why: String,
+    },
+    /// A picture at rest without the drawn marks.
+    #[error("{}: {found} of the {of} marks that the camera should see are found", .file.display())]
+    FewMarks {
+        /// The picture.
+        file: PathBuf,
+        /// How many are found.
+        found: usize,
+        /// How many are drawn where the camera sees.
+        of: usize,
+    },
     /// A picture of another size than the camera takes.
     #[error(
         "{}: {} x {} px; the camera takes {} x {} px",
@@ -32,8 +48,8 @@ pub enum ReconstructError {
         /// The camera's, px.
         expected_px: [usize; 2],
     },
-    /// A grey picture where colours say which way a coat looks.
-    #[error("{}: this picture has no colours, and each lamp is told by its own", .file.display())]
+    /// A grey picture where colours say which way a coat looks, or where marks are.
+    #[error("{}: this picture has no colours, by which lamps and layers are told apart", .file.display())]
     NoColors {
         /// The picture.
         file: PathBuf,
@@ -88,6 +104,13 @@ impl Explained for ReconstructError {
                 "give the camera that took the pictures, or pictures as it takes them"
             }
             Self::NoColors { .. } => "take pictures in colour, as `fabkit capture` makes them",
+            Self::NoMarks { .. } => {
+                "sensors with dots, dimples, markers or columns have marks: tactip, shadowtac, uvdtact, fluidic, gelsight-like"
+            }
+            Self::FewMarks { .. } => {
+                "take it with the lamps on and nothing that touches; a camera that is far from where it is drawn needs its \
+                 calibrated pose"
+            }
             Self::Dark { .. } => "take it with the lamps on, and nothing that touches",
             Self::Network { .. } => {
                 "export it as one chain of convolutions that keep the picture's size, without batch normalisation: exporters \

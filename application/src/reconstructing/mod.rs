@@ -21,6 +21,7 @@
 
 mod drift;
 mod error;
+mod following;
 mod heights;
 mod learned;
 mod sharpen;
@@ -43,8 +44,14 @@ use slopes::Slopes;
 use thickness::Thickness;
 
 pub use error::ReconstructError;
+pub use following::{Followed, MarkFollower, hides_marks};
 pub use learned::{Card, Circle, DepthNetwork, Normalisation};
 pub use taken::Taken;
+
+/// Whether a light shows how deep something presses, without a network.
+pub fn shows_depth(lighting: &Lighting) -> bool {
+    matches!(lighting.shows, Shows::Thickness { .. } | Shows::Slopes { .. })
+}
 
 /// What a picture shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -200,19 +207,26 @@ fn check_colors(file: &Path, picture: &Taken) -> Result<(), ReconstructError> {
     Err(ReconstructError::NoColors { file: file.to_owned() })
 }
 
-/// For `numpy.load`: `depth_mm` and `contact`, rows x columns.
+/// For `numpy.load`: `depth_mm` and `contact`, rows x columns, of a light that shows them; and what
+/// [`MarkFollower::arrays`] says, of one that shows marks.
 ///
 /// # Errors
 /// Arrays that are larger than their file can be.
-pub fn npz_of(size_px: [usize; 2], shown: &Reconstructed) -> Result<Vec<u8>, Error> {
+pub fn npz_of(
+    size_px: [usize; 2],
+    shown: Option<&Reconstructed>,
+    marks: Vec<Array>,
+) -> Result<Vec<u8>, Error> {
     let array = |name: &str, values| Array {
         name: name.to_owned(),
         shape: vec![size_px[1], size_px[0]],
         values,
     };
-    npz(&[
-        array("depth_mm", Values::F32(shown.depth_mm.clone())),
-        array("contact", Values::Bool(shown.contact.clone())),
-    ])
-    .map_err(Error::bug)
+    let mut arrays = Vec::new();
+    if let Some(shown) = shown {
+        arrays.push(array("depth_mm", Values::F32(shown.depth_mm.clone())));
+        arrays.push(array("contact", Values::Bool(shown.contact.clone())));
+    }
+    arrays.extend(marks);
+    npz(&arrays).map_err(Error::bug)
 }

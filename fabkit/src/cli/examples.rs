@@ -108,7 +108,8 @@ pub(crate) const RECONSTRUCT: &str = "\
 Examples:
   fabkit reconstruct rtac0 --reference ref.png picture.png -o depth
   fabkit reconstruct rtac0 --pose pose.yaml --constants light.json --reference ref.png pictures/*.png -o depth
-  fabkit reconstruct rtac0 --network network.onnx --reference ref.png pictures/*.png -o depth";
+  fabkit reconstruct rtac0 --network network.onnx --reference ref.png pictures/*.png -o depth
+  fabkit reconstruct uvdtact --light uv --reference ref.png pictures/*.png -o marks";
 
 pub(crate) const BENCH: &str = "\
 Examples:

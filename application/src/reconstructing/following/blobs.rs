@@ -1,0 +1,327 @@
+//! Places in a picture that stand out from what is around them as marks do.
+
+use fabkit_geometry::Rgb;
+
+use super::matching::{Px, away};
+use super::scaling::Scaling;
+
+/// Half of the side of the square that is the mark's, of its radius.
+const WITHIN: f64 = 0.6;
+/// Half of the side of the square around it, of its radius, and at most, of the distance to the next mark.
+const AROUND: [f64; 2] = [1.8, 0.7];
+/// Light that is less than this says nothing of its colour, of 1.
+const LEAST_LIGHT: f32 = 0.06;
+/// Light that is less than this part of what there is on average is no light that marks are seen by.
+const DIM: f64 = 0.5;
+/// A mark's middle is the mean of what stands out, weighted by Gauss' bell as wide as its radius; so often from where the last
+/// one was, and so many widths far.
+const MIDDLES: usize = 5;
+const BELL_REACH: f64 = 2.5;
+/// And no farther than this, of the distance to the next mark.
+const NEXT: f64 = 0.4;
+/// A pixel's own radius: that of a disc whose middle spreads as far as a square's.
+const PIXEL_RADIUS_PX: f64 = 0.58;
+/// Steps between grey values are noise too: the standard deviation of what is even within one.
+const STEPS_NOISE: f64 = 0.29;
+/// Every so many-th row and pixel is asked for noise.
+const NOISE_ROWS: usize = 7;
+const NOISE_COLUMNS: usize = 3;
+/// What a quarter of all values is below that have a normal distribution of standard deviation 1, without signs: in a small
+/// picture most pixels may have a mark nearby.
+const NORMAL_QUARTER: f64 = 0.3186;
+
+/// How a pixel says that a mark is there: the more, the more so.
+#[derive(Clone, Debug)]
+pub(super) enum Tells {
+    /// By its brightness.
+    Bright,
+    /// By its darkness beside what there is around it at rest: what each colour counts, for each pixel of the shrunken
+    /// picture.
+    Dark(Vec<Rgb>),
+    /// By which part of its light is of one colour: what red, green and blue count for all of it, and for that colour.
+    Share([Rgb; 2]),
+}
+
+/// How wide a mark is in the picture, px.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Size {
+    pub radius_px: f64,
+    pub pitch_px: f64,
+}
+
+/// A place that stands out.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Blob {
+    pub at: Px,
+    /// How much more the pixels in it say so than those around it.
+    pub strength: f64,
+}
+
+/// What each pixel of a picture says, with sums over rectangles.
+#[derive(Debug)]
+pub(super) struct Said<'a> {
+    scaling: &'a Scaling,
+    values: Vec<f32>,
+    /// Of all pixels above and to the left, a row and a column longer.
+    sums: Vec<f64>,
+    /// Standard deviation of a pixel's noise.
+    noise: f64,
+}
+
+impl<'a> Said<'a> {
+    pub(super) fn new(
+        scaling: &'a Scaling,
+        tells: &Tells,
+        values: &[f32],
+        channels: usize,
+    ) -> Self {
+        let values = match (tells, channels) {
+            (Tells::Bright, 1) => values.to_vec(),
+            (Tells::Bright, _) => values.chunks_exact(3).map(|rgb| rgb.iter().sum()).collect(),
+            (Tells::Dark(counts), 1) => {
+                let pixels = values.iter().zip(counts);
+                pixels.map(|(grey, counts)| -grey * counts[0] as f32).collect()
+            }
+            (Tells::Dark(counts), _) => {
+                // A lamp's shadow is dark in one colour; a mark is in all.
+                let dark = |(rgb, counts): (&[f32], &Rgb)| {
+                    -(0..3).map(|k| rgb[k] * counts[k] as f32).fold(0.0, f32::max)
+                };
+                values.chunks_exact(3).zip(counts).map(dark).collect()
+            }
+            (Tells::Share([all, one]), _) => share(values, all, one),
+        };
+        let noise = noise(&values, scaling.binned_columns()).max(STEPS_NOISE * scaling.grey_step);
+        let values = scaling.finer(values);
+        let wide = scaling.columns + 1;
+        let mut sums = vec![0.0; wide * (scaling.rows + 1)];
+        for row in 0..scaling.rows {
+            let line = &values[row * scaling.columns..][..scaling.columns];
+            let (above, own) = sums[row * wide..][..2 * wide].split_at_mut(wide);
+            let mut sum = 0.0;
+            for (column, value) in line.iter().enumerate() {
+                sum += f64::from(*value);
+                own[column + 1] = above[column + 1] + sum;
+            }
+        }
+        Self { scaling, values, sums, noise }
+    }
+
+    /// Standard deviation of what noise does to how much a mark stands out.
+    pub(super) fn noise(&self, size: Size) -> f64 {
+        // Pixels between pixels have no noise of their own.
+        let own = self.scaling.finer as f64;
+        let [inside, all] =
+            self.halves(size).map(|half| ((2 * half + 1) as f64 / own).powi(2).max(1.0));
+        let all = all.max(inside + 1.0);
+        self.noise * (inside.recip() + (all - inside).recip()).sqrt()
+    }
+
+    /// Sum and number of pixels in a square of half a side, as far as it lies in the picture.
+    fn square(&self, column: isize, row: isize, half: isize) -> (f64, f64) {
+        let (columns, rows) = (self.scaling.columns as isize, self.scaling.rows as isize);
+        let cut =
+            |at: isize, most: isize| [(at - half).clamp(0, most), (at + half + 1).clamp(0, most)];
+        let ([left, right], [top, bottom]) = (cut(column, columns), cut(row, rows));
+        let at = |column: isize, row: isize| self.sums[(row * (columns + 1) + column) as usize];
+        let sum = at(right, bottom) - at(left, bottom) - at(right, top) + at(left, top);
+        (sum, ((right - left) * (bottom - top)) as f64)
+    }
+
+    /// Half of the sides of the squares within and around a mark.
+    fn halves(&self, size: Size) -> [isize; 2] {
+        let [radius, pitch] = [seen_px(size), size.pitch_px].map(|px| px * self.scaling.per_px());
+        let within = (WITHIN * radius).round();
+        let around = (AROUND[0] * radius + 1.0).min(AROUND[1] * pitch).round().max(within + 1.0);
+        [within as isize, around as isize]
+    }
+
+    /// How much more pixels in a mark say so than those around it, and what these say on average.
+    fn strength(&self, column: isize, row: isize, [within, around]: [isize; 2]) -> (f64, f64) {
+        let (inner, inside) = self.square(column, row, within);
+        let (outer, all) = self.square(column, row, around);
+        if inside == 0.0 || all == inside {
+            return (0.0, 0.0);
+        }
+        let ground = (outer - inner) / (all - inside);
+        (inner / inside - ground, ground)
+    }
+
+    /// Places around one that stand out more than those next to them, and at least by so much.
+    pub(super) fn around(&self, at: &Px, reach_px: f64, size: Size, least: f64) -> Vec<Blob> {
+        let halves = self.halves(size);
+        let middle = self.scaling.within(at);
+        let reach = reach_px * self.scaling.per_px();
+        let (columns, rows) = (self.scaling.columns as isize, self.scaling.rows as isize);
+        let span = |middle: f64, most: isize| {
+            let end = |at: f64| (at.round() as isize).clamp(0, most);
+            [end(middle - reach), end(middle + reach + 1.0)]
+        };
+        let ([left, right], [top, bottom]) = (span(middle[0], columns), span(middle[1], rows));
+        // A wide mark stands out over several pixels: every so many-th finds it, and what is around it says where most.
+        let step = 1 + halves[0] / 2;
+        let (wide, high) = ((right - left + step - 1) / step, (bottom - top + step - 1) / step);
+        let strength = |column: isize, row: isize| self.strength(column, row, halves).0;
+        let mut strengths = Vec::with_capacity((wide * high) as usize);
+        for row in 0..high {
+            let row = top + step * row;
+            strengths.extend((0..wide).map(|column| strength(left + step * column, row)));
+        }
+        let mut found = Vec::new();
+        for row in 0..high {
+            for column in 0..wide {
+                let own = strengths[(row * wide + column) as usize];
+                if own < least || !is_most(&strengths, [wide, high], [column, row]) {
+                    continue;
+                }
+                let [column, row] = [left + step * column, top + step * row];
+                let finer = (-step + 1..step).flat_map(|down| {
+                    (-step + 1..step).map(move |across| [column + across, row + down])
+                });
+                let most = finer
+                    .filter(|[column, row]| {
+                        (0..columns).contains(column) && (0..rows).contains(row)
+                    })
+                    .map(|place| (strength(place[0], place[1]), place))
+                    .fold(
+                        (own, [column, row]),
+                        |most, one| if one.0 > most.0 { one } else { most },
+                    );
+                let at = self.scaling.in_picture(&most.1.map(|at| at as f64));
+                if away(&at, &self.scaling.in_picture(&middle)) <= reach_px {
+                    found.push(Blob { at, strength: most.0 });
+                }
+            }
+        }
+        found
+    }
+
+    /// The middle of what stands out near a place.
+    pub(super) fn middle(&self, at: &Px, size: Size) -> Px {
+        let halves = self.halves(size);
+        let bell = (seen_px(size) * self.scaling.per_px()).max(0.7);
+        // Nothing of the next mark, which may be much brighter.
+        let apart = size.pitch_px * self.scaling.per_px();
+        let reach = (BELL_REACH * bell).min(NEXT * apart).ceil() as isize;
+        let begin = self.scaling.within(at);
+        let mut middle = begin;
+        let (columns, rows) = (self.scaling.columns as isize, self.scaling.rows as isize);
+        let (_, ground) =
+            self.strength(middle[0].round() as isize, middle[1].round() as isize, halves);
+        let weigh = |from: f64, at: isize| (-0.5 * ((at as f64 - from) / bell).powi(2)).exp();
+        for _ in 0..MIDDLES {
+            let [column, row] = middle.map(|at| at.round() as isize);
+            let (mut sum, mut weights) = ([0.0; 2], 0.0);
+            let across: Vec<(isize, f64)> = ((column - reach).max(0)
+                ..(column + reach + 1).min(columns))
+                .map(|at| (at, weigh(middle[0], at)))
+                .collect();
+            for down in (row - reach).max(0)..(row + reach + 1).min(rows) {
+                let by_row = weigh(middle[1], down);
+                for (at, by_column) in &across {
+                    let value = f64::from(self.values[(down * columns + at) as usize]);
+                    let weight = by_row * by_column * (value - ground).max(0.0);
+                    sum[0] += weight * *at as f64;
+                    sum[1] += weight * down as f64;
+                    weights += weight;
+                }
+            }
+            if weights <= 0.0 {
+                break;
+            }
+            middle = sum.map(|part| part / weights);
+        }
+        // What runs away was no middle.
+        if away(&middle, &begin) > NEXT * apart {
+            middle = begin;
+        }
+        self.scaling.in_picture(&middle)
+    }
+
+    /// How much a mark at a place stands out.
+    pub(super) fn stands_out(&self, at: &Px, size: Size) -> f64 {
+        let [column, row] = self.scaling.within(at).map(|at| at.round() as isize);
+        self.strength(column, row, self.halves(size)).0
+    }
+}
+
+/// Whether a value of a grid is not less than those next to it; of equal ones the first.
+fn is_most(values: &[f64], [wide, high]: [isize; 2], [column, row]: [isize; 2]) -> bool {
+    let own = values[(row * wide + column) as usize];
+    ((row - 1).max(0)..(row + 2).min(high)).all(|other_row| {
+        ((column - 1).max(0)..(column + 2).min(wide)).all(|other| {
+            let value = values[(other_row * wide + other) as usize];
+            value < own || (value == own && (other_row, other) >= (row, column))
+        })
+    })
+}
+
+/// Standard deviation of the noise of pixels: of second differences along rows, which flat parts have of noise alone.
+fn noise(values: &[f32], columns: usize) -> f64 {
+    let rows = values.chunks_exact(columns).step_by(NOISE_ROWS);
+    let bends = rows.flat_map(|row| {
+        row.windows(3)
+            .map(|three| (three[0] - 2.0 * three[1] + three[2]).abs())
+            .step_by(NOISE_COLUMNS)
+    });
+    let mut bends: Vec<f32> = bends.collect();
+    let quarter = bends.len() / 4;
+    if bends.is_empty() {
+        return 0.0;
+    }
+    let bend = *bends.select_nth_unstable_by(quarter, f32::total_cmp).1;
+    f64::from(bend) / (NORMAL_QUARTER * 6.0_f64.sqrt())
+}
+
+/// A mark is seen no narrower than pixels let it be.
+fn seen_px(size: Size) -> f64 {
+    size.radius_px.hypot(PIXEL_RADIUS_PX)
+}
+
+fn dot(rgb: &[f32], counts: &Rgb) -> f32 {
+    (0..3).map(|k| rgb[k] * counts[k] as f32).sum()
+}
+
+/// What part of its light is of one colour; where there is no light, as everywhere on average.
+fn share(values: &[f32], all: &Rgb, one: &Rgb) -> Vec<f32> {
+    let of = |rgb: &[f32]| {
+        let light = dot(rgb, all);
+        if light > LEAST_LIGHT { (dot(rgb, one) / light).clamp(0.0, 1.0) } else { f32::NAN }
+    };
+    let mut shares: Vec<f32> = values.chunks_exact(3).map(of).collect();
+    let (mut sum, mut count) = (0.0, 0usize);
+    for share in shares.iter().filter(|share| !share.is_nan()) {
+        sum += f64::from(*share);
+        count += 1;
+    }
+    let mean = if count > 0 { (sum / count as f64) as f32 } else { 0.0 };
+    shares.iter_mut().filter(|share| share.is_nan()).for_each(|share| *share = mean);
+    shares
+}
+
+/// For darkness: one over what there is around each pixel of a shrunken picture, colour by colour, in squares of half a
+/// side; nothing where it is dark anyway.
+pub(super) fn evens_out(
+    scaling: &Scaling,
+    values: &[f32],
+    channels: usize,
+    half: usize,
+) -> Vec<Rgb> {
+    let coarse = scaling.coarse();
+    let columns = coarse.columns;
+    let mut counts = vec![[0.0; 3]; columns * coarse.rows];
+    for channel in 0..channels {
+        let own: Vec<f32> = values.iter().skip(channel).step_by(channels).copied().collect();
+        let said = Said::new(&coarse, &Tells::Bright, &own, 1);
+        // Where it is darker than this, noise would look like marks.
+        let all = own.iter().copied().map(f64::from).sum::<f64>() / own.len().max(1) as f64;
+        let least = (DIM * all).max(f64::from(LEAST_LIGHT));
+        for (i, counts) in counts.iter_mut().enumerate() {
+            let (column, row) = (i % columns, i / columns);
+            let (sum, count) = said.square(column as isize, row as isize, half as isize);
+            let mean = sum / count.max(1.0);
+            counts[channel] = mean.max(least).recip();
+        }
+    }
+    counts
+}

@@ -1,0 +1,404 @@
+//! Which of the places that are found in a picture is which mark.
+//!
+//! A regular pattern looks the same one pitch further on, so that the nearest mark is the wrong one as soon as all move by
+//! more than half a pitch, and beside a press sooner. What tells marks apart is that neighbours move alike. So a mark is
+//! taken where its neighbours are surest, each next one is looked for where those already known say that it is, the surest
+//! first; and this is begun from each way in which the pattern as a whole may have moved. The beginning counts by which most
+//! marks are found, and marks of which two beginnings that are equally good say different things are not told.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// Neighbours that a mark has at most.
+const NEIGHBOURS: usize = 6;
+/// Neighbours are at most so many times as far away as the nearest.
+const NEIGHBOURS_REACH: f64 = 2.5;
+/// So far from where neighbours say that it is a mark may be found, as a part of the distance to the nearest one: with less
+/// than half of it, what is meant is never nearer to where another mark is expected.
+const GATE: f64 = 0.42;
+/// As far as marks may move from where they were, in the same unit.
+pub(super) const REACH: f64 = 1.1;
+/// Two ways of the whole pattern that differ by less are one.
+const SAME_WAY: f64 = 0.35;
+/// Two that differ by less are not even asked apart.
+const NEARLY_ALIKE: f64 = 0.15;
+/// From how many ways of the whole pattern it is begun.
+const WAYS: usize = 6;
+/// A pattern that has moved by a pitch must find so much more of itself than one that has not.
+const STILLNESS: f64 = 0.1;
+/// A beginning that is worse than the best by less than this is as good.
+const AS_GOOD: f64 = 0.02;
+/// Rounds in which all marks are looked for again, from all neighbours.
+const ROUNDS: usize = 3;
+
+pub(super) type Px = [f64; 2];
+
+/// Where marks are while nothing presses.
+#[derive(Clone, Debug)]
+pub(super) struct Pattern {
+    at: Vec<Option<Px>>,
+    /// Distance to the nearest other one, px.
+    pitch_px: Vec<f64>,
+    beside: Vec<Vec<usize>>,
+}
+
+pub(super) fn away(a: &Px, b: &Px) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+pub(super) fn minus(a: &Px, b: &Px) -> Px {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+pub(super) fn plus(a: &Px, b: &Px) -> Px {
+    [a[0] + b[0], a[1] + b[1]]
+}
+
+/// What may be decided next: the less the sooner.
+struct Next {
+    misses: f64,
+    mark: usize,
+    found: usize,
+    /// How many neighbours were known when this was said.
+    known: usize,
+}
+
+impl Ord for Next {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // A heap gives the largest first; numbers decide what is equal, so that the order is always the same.
+        let key = |next: &Self| (next.mark, next.found);
+        other.misses.total_cmp(&self.misses).then_with(|| key(other).cmp(&key(self)))
+    }
+}
+
+impl PartialOrd for Next {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Next {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Next {}
+
+/// Which found place each mark is.
+type Chosen = Vec<Option<usize>>;
+
+impl Pattern {
+    /// Of marks at these pixels; nothing of those that are not looked for. One that is alone has `alone_px` around it.
+    pub(super) fn new(at: Vec<Option<Px>>, alone_px: f64) -> Self {
+        let others = |i: usize| {
+            let Some(own) = &at[i] else { return Vec::new() };
+            let known = at.iter().enumerate().filter(|(j, _)| *j != i);
+            let mut others: Vec<(f64, usize)> =
+                known.filter_map(|(j, other)| Some((away(own, other.as_ref()?), j))).collect();
+            others.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            others.truncate(NEIGHBOURS);
+            others
+        };
+        let all: Vec<Vec<(f64, usize)>> = (0..at.len()).map(others).collect();
+        let pitch_px: Vec<f64> =
+            all.iter().map(|others| others.first().map_or(alone_px, |(px, _)| *px)).collect();
+        let near = |(others, pitch_px): (&Vec<(f64, usize)>, &f64)| {
+            let near = others.iter().filter(|(px, _)| *px < NEIGHBOURS_REACH * pitch_px);
+            near.map(|(_, j)| *j).collect()
+        };
+        let mut beside: Vec<Vec<usize>> = all.iter().zip(&pitch_px).map(near).collect();
+        // Whoever is asked asks back.
+        for i in 0..beside.len() {
+            for j in beside[i].clone() {
+                if !beside[j].contains(&i) {
+                    beside[j].push(i);
+                }
+            }
+        }
+        Self { at, pitch_px, beside }
+    }
+
+    pub(super) fn at(&self) -> &[Option<Px>] {
+        &self.at
+    }
+
+    /// Neighbours of a mark.
+    pub(super) fn beside(&self, mark: usize) -> &[usize] {
+        &self.beside[mark]
+    }
+
+    pub(super) fn pitch_px(&self) -> &[f64] {
+        &self.pitch_px
+    }
+
+    /// Which of the places each mark is; each place is one mark at most.
+    pub(super) fn assign(&self, found: &[Px]) -> Chosen {
+        let near: Vec<Vec<usize>> = (0..self.at.len())
+            .map(|i| {
+                let Some(own) = &self.at[i] else { return Vec::new() };
+                let reach_px = REACH * self.pitch_px[i];
+                (0..found.len()).filter(|k| away(&found[*k], own) < reach_px).collect()
+            })
+            .collect();
+        let begin = |way: Px| {
+            let chosen = self.refined(found, &near, self.grown(found, &near, way));
+            (self.worth(found, &chosen), chosen)
+        };
+        // Where all marks are about where they were, nothing can be as good.
+        let still = begin([0.0; 2]);
+        if still.0 > (1.0 - AS_GOOD) * self.at.iter().flatten().count() as f64 {
+            return still.1;
+        }
+        let mut begun = vec![still];
+        begun.extend(self.ways(found, &near).into_iter().map(begin));
+        begun.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut begun = begun.into_iter();
+        let Some((worth, mut best)) = begun.next() else { return Vec::new() };
+        for (_, other) in begun.take_while(|(other, _)| *other > (1.0 - AS_GOOD) * worth) {
+            for (own, other) in best.iter_mut().zip(&other) {
+                *own = own.filter(|own| other.is_none_or(|other| other == *own));
+            }
+        }
+        best
+    }
+
+    /// Ways by which all of the pattern may have moved, none of them apart: those of single marks by which most others are found too.
+    fn ways(&self, found: &[Px], near: &[Vec<usize>]) -> Vec<Px> {
+        let votes = |way: &Px| {
+            let is_found = |i: &usize| {
+                let expected = self.at[*i].map(|at| plus(&at, way));
+                let gate_px = 0.6 * GATE * self.pitch_px[*i];
+                expected.is_some_and(|at| near[*i].iter().any(|k| away(&found[*k], &at) < gate_px))
+            };
+            (0..self.at.len()).filter(is_found).count()
+        };
+        // None is always one of them; of those that are nearly alike one is asked.
+        let smallest = self.pitch_px.iter().copied().fold(f64::INFINITY, f64::min);
+        let mut apart: Vec<(Px, f64)> = vec![([0.0; 2], smallest)];
+        for (i, near) in near.iter().enumerate() {
+            for k in near {
+                let Some(at) = &self.at[i] else { continue };
+                let (way, pitch) = (minus(&found[*k], at), self.pitch_px[i]);
+                let is_new =
+                    |(other, own): &(Px, f64)| away(other, &way) > NEARLY_ALIKE * own.min(pitch);
+                if apart.iter().all(is_new) {
+                    apart.push((way, pitch));
+                }
+            }
+        }
+        let mut ways: Vec<(usize, Px, f64)> =
+            apart.into_iter().map(|(way, pitch)| (votes(&way), way, pitch)).collect();
+        ways.sort_by(|a, b| {
+            let short = a.1[0].hypot(a.1[1]).total_cmp(&b.1[0].hypot(b.1[1]));
+            b.0.cmp(&a.0).then(short)
+        });
+        let mut kept: Vec<(Px, f64)> = vec![([0.0; 2], smallest)];
+        for (_, way, pitch) in ways {
+            if kept.len() == WAYS {
+                break;
+            }
+            if kept.iter().all(|(other, own)| away(other, &way) > SAME_WAY * own.max(pitch)) {
+                kept.push((way, pitch));
+            }
+        }
+        kept.into_iter().skip(1).map(|(way, _)| way).collect()
+    }
+
+    /// How a mark moves by what its neighbours do, and how many of these are known: the nearer, the more they count.
+    fn expected(&self, mark: usize, found: &[Px], chosen: &Chosen) -> Option<(Px, usize)> {
+        let own = self.at[mark]?;
+        let (mut sum, mut weights, mut known) = ([0.0; 2], 0.0, 0);
+        for j in &self.beside[mark] {
+            let (Some(at), Some(k)) = (&self.at[*j], chosen[*j]) else { continue };
+            let weight = away(&own, at).powi(-2);
+            let moved = minus(&found[k], at);
+            sum = plus(&sum, &[weight * moved[0], weight * moved[1]]);
+            weights += weight;
+            known += 1;
+        }
+        (known > 0).then(|| (sum.map(|part| part / weights), known))
+    }
+
+    /// How far a place is from where a mark is expected, as a part of its pitch.
+    fn misses(&self, mark: usize, way: &Px, place: &Px) -> f64 {
+        self.at[mark].map_or(f64::INFINITY, |at| away(&plus(&at, way), place) / self.pitch_px[mark])
+    }
+
+    /// From the mark that is surest outwards.
+    fn grown(&self, found: &[Px], near: &[Vec<usize>], way: Px) -> Chosen {
+        let count = self.at.len();
+        let mut chosen: Chosen = vec![None; count];
+        let mut taken = vec![false; found.len()];
+        let mut open = BinaryHeap::new();
+        // With nothing known each is looked for where the whole would be, and counts by how well its neighbours fit.
+        for i in 0..count {
+            for k in &near[i] {
+                let Some(at) = &self.at[i] else { continue };
+                let moved = minus(&found[*k], at);
+                let off = self.misses(i, &way, &found[*k]);
+                if off < GATE {
+                    let fits = self.beside[i].iter().map(|j| {
+                        let nearest = near[*j].iter().map(|l| self.misses(*j, &moved, &found[*l]));
+                        nearest.fold(0.5, f64::min)
+                    });
+                    let (sum, many) = fits.fold((0.0, 0), |(sum, many), fit| (sum + fit, many + 1));
+                    let fit = if many > 0 { sum / f64::from(many) } else { 0.0 };
+                    // After all that has neighbours.
+                    open.push(Next { misses: 1.0 + off + fit, mark: i, found: *k, known: 0 });
+                }
+            }
+        }
+        while let Some(Next { mark, found: place, known, .. }) = open.pop() {
+            if chosen[mark].is_some() || taken[place] {
+                continue;
+            }
+            let now = self.expected(mark, found, &chosen).map_or(0, |(_, known)| known);
+            // Said before its neighbours were known: they have said it anew.
+            if now != known {
+                continue;
+            }
+            chosen[mark] = Some(place);
+            taken[place] = true;
+            for j in &self.beside[mark] {
+                if chosen[*j].is_some() {
+                    continue;
+                }
+                let Some((way, known)) = self.expected(*j, found, &chosen) else { continue };
+                for k in &near[*j] {
+                    let misses = self.misses(*j, &way, &found[*k]);
+                    if misses < GATE && !taken[*k] {
+                        open.push(Next { misses, mark: *j, found: *k, known });
+                    }
+                }
+            }
+        }
+        chosen
+    }
+
+    /// All marks once more, each from all of its neighbours, on either side.
+    fn refined(&self, found: &[Px], near: &[Vec<usize>], mut chosen: Chosen) -> Chosen {
+        for _ in 0..ROUNDS {
+            let mut pairs = Vec::new();
+            for (i, near) in near.iter().enumerate() {
+                let by_others = self.expected(i, found, &chosen);
+                let Some((way, _)) = by_others else {
+                    // One that nobody knows better about stays.
+                    pairs.extend(chosen[i].map(|k| (GATE, i, k)));
+                    continue;
+                };
+                let fits = near.iter().map(|k| (self.misses(i, &way, &found[*k]), i, *k));
+                pairs.extend(fits.filter(|(misses, ..)| *misses < GATE));
+            }
+            pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+            let mut next: Chosen = vec![None; self.at.len()];
+            let mut taken = vec![false; found.len()];
+            for (_, i, k) in pairs {
+                if next[i].is_none() && !taken[k] {
+                    next[i] = Some(k);
+                    taken[k] = true;
+                }
+            }
+            let is_same = next == chosen;
+            chosen = next;
+            if is_same {
+                break;
+            }
+        }
+        chosen
+    }
+
+    /// How much of the pattern is found, and how evenly it has moved.
+    fn worth(&self, found: &[Px], chosen: &Chosen) -> f64 {
+        let own = |i: usize| {
+            let (at, k) = (self.at[i]?, chosen[i]?);
+            let moved = minus(&found[k], &at);
+            let misses = self
+                .expected(i, found, chosen)
+                .map_or(GATE, |(way, _)| self.misses(i, &way, &found[k]));
+            let far = moved[0].hypot(moved[1]) / self.pitch_px[i];
+            Some(1.0 - (misses / GATE).powi(2) - STILLNESS * far)
+        };
+        (0..self.at.len()).filter_map(own).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fabkit_geometry::sequences::Random;
+
+    use super::*;
+
+    /// A square lattice, or rings of which each has six marks more than the one within.
+    fn pattern(is_square: bool, pitch_px: f64) -> Vec<Px> {
+        if is_square {
+            return (0..100).map(|i| [i % 10, i / 10].map(|k| pitch_px * f64::from(k))).collect();
+        }
+        let ring = |ring: i32| {
+            let count = (6 * ring).max(1);
+            (0..count).map(move |i| {
+                let angle = std::f64::consts::TAU * f64::from(i) / f64::from(count);
+                [angle.cos(), angle.sin()].map(|part| pitch_px * f64::from(ring) * part)
+            })
+        };
+        (0..6).flat_map(ring).collect()
+    }
+
+    #[test]
+    fn no_mark_is_taken_for_another_after_any_press() {
+        let (mut seen, mut there) = (0, 0);
+        for seed in 0..200 {
+            let mut random = Random::new(seed);
+            let pitch_px = random.between(4.0, 60.0);
+            let at = pattern(seed % 2 == 0, pitch_px);
+            let mut own = |most: f64| random.between(-most, most) * pitch_px;
+            // All of it by half a pitch in some direction, and a press that moves what is around it by up to half a pitch more,
+            // from one mark to the next by a quarter of a pitch at most: exp(-r^2 / 2 w^2) changes by 0.61 / w.
+            let angle = own(std::f64::consts::PI) / pitch_px;
+            let (far, bump) = (own(0.25).abs() * 2.0, own(0.5));
+            let (middle, wide) = ([own(4.0), own(4.0)], 0.61 * bump.abs() / 0.25 + pitch_px);
+            let moved: Vec<Px> = at
+                .iter()
+                .map(|px| {
+                    let near = bump * (-0.5 * (away(px, &middle) / wide).powi(2)).exp();
+                    [angle.cos(), angle.sin()].map(|part| part * far + near)
+                })
+                .collect();
+            let mut found = Vec::new();
+            let mut whose = Vec::new();
+            for (i, (px, by)) in at.iter().zip(&moved).enumerate() {
+                // One of twenty is hidden, and each is found a bit beside where it is.
+                if own(1.0).abs() > 0.05 * pitch_px {
+                    found.push(plus(&plus(px, by), &[own(0.03), own(0.03)]));
+                    whose.push(Some(i));
+                }
+            }
+            there += found.len();
+            for _ in 0..4 {
+                found.push([own(6.0), own(6.0)]);
+                whose.push(None);
+            }
+            let known = Pattern::new(at.iter().copied().map(Some).collect(), pitch_px);
+            for (i, chosen) in known.assign(&found).into_iter().enumerate() {
+                let Some(owner) = chosen.and_then(|k| whose[k]) else { continue };
+                assert_eq!(
+                    owner, i,
+                    "seed {seed}: {far:.2} px and {bump:.2} px of {pitch_px:.2} px"
+                );
+                seen += 1;
+            }
+        }
+        println!("{seen} of {there} marks are told");
+        // A place that is none may lie where a hidden mark would be, or beside one.
+        assert!(f64::from(seen) > 0.97 * there as f64, "{seen} of {there}");
+    }
+
+    #[test]
+    fn nothing_is_told_of_nothing() {
+        let known = Pattern::new(vec![Some([5.0, 5.0]), None, Some([25.0, 5.0])], 10.0);
+        assert_eq!(known.assign(&[]), [None; 3]);
+        assert_eq!(known.assign(&[[25.5, 6.0]]), [None, None, Some(0)]);
+        let alone = Pattern::new(vec![Some([5.0, 5.0])], 10.0);
+        assert_eq!(alone.assign(&[[6.0, 5.0], [40.0, 40.0]]), [Some(0)]);
+    }
+}

@@ -1,0 +1,81 @@
+//! Marks that are followed from picture to picture.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use fabkit_application::capturing;
+use fabkit_application::ground_truth::Viewpoint;
+use fabkit_application::reconstructing;
+use fabkit_application::scene::SceneError;
+use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays;
+use crate::design::Project;
+use crate::errors::{Failure, OrRaise};
+use crate::running::short;
+use crate::scene::{Scene, taken};
+
+/// See [`reconstructing::MarkFollower`].
+#[pyclass(frozen, module = "fabkit._fabkit")]
+pub struct MarkFollower {
+    known: Arc<reconstructing::MarkFollower>,
+}
+
+#[pymethods]
+impl MarkFollower {
+    /// From the picture at rest, values from 0 to 1, rows x columns x channels; through the camera of a scene, or the one
+    /// that is drawn for this light, in as many pixels as the picture has.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        project: &Project,
+        scene: Option<&Scene>,
+        light: Option<String>,
+        reference: PyReadonlyArray3<'_, f32>,
+    ) -> PyResult<Self> {
+        let project = Arc::clone(&project.project);
+        let given = scene.map(|scene| scene.scene.viewpoint.clone());
+        let (height, width) = (reference.shape()[0], reference.shape()[1]);
+        let size_px = [width, height].map(|px| u32::try_from(px).unwrap_or(u32::MAX));
+        let reference = taken(&reference);
+        let known = short(py, move || {
+            let drawn = &project.design.sensor;
+            let lighting = capturing::lighting(drawn, light.as_deref())
+                .map_err(fabkit_application::Error::from)?;
+            let wrong = |error| SceneError::viewpoint(None, error);
+            let viewpoint = match given {
+                Some(given) => given,
+                None => {
+                    let camera = lighting.camera.as_ref().unwrap_or(&drawn.camera);
+                    Viewpoint::new(camera, None, None).map_err(wrong)?
+                }
+            };
+            let viewpoint = viewpoint.resized(size_px).map_err(wrong)?;
+            let rest = (Path::new("reference"), &reference);
+            let known = reconstructing::MarkFollower::new(drawn, &viewpoint, lighting, rest)?;
+            Ok::<_, Failure>(known)
+        })?;
+        Ok(Self { known: Arc::new(known.or_raise(py)?) })
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.known.names().to_vec()
+    }
+
+    /// The arrays that `fabkit reconstruct` writes of marks, by their names.
+    fn follow<'py>(
+        &self,
+        py: Python<'py>,
+        picture: PyReadonlyArray3<'py, f32>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let picture = taken(&picture);
+        let known = Arc::clone(&self.known);
+        let found = short(py, move || {
+            let followed = known.follow(Path::new("picture"), &picture)?;
+            Ok::<_, Failure>(known.arrays(&followed))
+        })?;
+        arrays::dictionary(py, found.or_raise(py)?)
+    }
+}

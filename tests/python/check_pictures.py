@@ -23,6 +23,8 @@ from scipy.spatial import cKDTree
 MARKER_PX, SHRINK = 15, 5
 # Of the authors' crop, and how far from its edge a dimple lies whole within it, px.
 CROP_PX, EDGE_PX = 1200, 20
+# Of all three colours together, what is not dark.
+LIT_GREY = 60
 NOISE_GREY = 1.2
 
 
@@ -74,8 +76,14 @@ def shadows(camera: Camera) -> bool:
     is_found = away < MARKER_PX
     share, error = is_found.mean(), np.median(away[is_found])
     print(f"ShadowTac: {len(drawn)} dimples in view, {100 * share:.1f} % found (at least 95), ", end="")
-    print(f"median error {error:.2f} px (below 2), {len(found)} found in all")
-    return share >= 0.95 and error < 2
+    print(f"median error {error:.2f} px (below 2), {len(found)} found in all; ", end="")
+    # Where a ray grazes a dimple's rim it is the coat that is seen: no pixel there is black by itself.
+    grey = picture.sum(axis=-1).astype(float)
+    around = ndimage.minimum_filter(grey, footprint=[[1, 1, 1], [1, 0, 1], [1, 1, 1]])
+    middle = slice(EDGE_PX, -EDGE_PX), slice(left + EDGE_PX, left + CROP_PX - EDGE_PX)
+    specks = int(((grey < 0.3 * around) & (around > LIT_GREY))[middle].sum())
+    print(f"{specks} black specks (none)")
+    return share >= 0.95 and error < 2 and specks == 0
 
 
 def inks(camera: Camera) -> bool:

@@ -31,12 +31,15 @@ const RINGS: usize = 8;
 const LEAST_DENT_MM: f64 = 1.0;
 /// Off a place, where its shadows begin, mm.
 const OFF_MM: f64 = 1e-3;
+/// After so many steps a ray misses the surface.
+const MOST_STEPS: u32 = 256;
 
 /// A sensor in a light that shows which way its coat looks.
 #[derive(Debug)]
 pub(crate) struct CoatScene<'a> {
     sensor: &'a Sensor,
     touch: &'a TouchSurface,
+    coat_name: String,
     /// Thickness of the coat, mm.
     coat_mm: f64,
     /// Whether marks are dark places; else they stand out.
@@ -189,6 +192,7 @@ impl<'a> CoatScene<'a> {
         let mut own = Self {
             sensor,
             touch,
+            coat_name: body.name.clone(),
             coat_mm,
             is_printed: printed.is_some(),
             plan,
@@ -339,9 +343,10 @@ impl<'a> CoatScene<'a> {
             None => map.normal_in_sensor(),
         };
         let ray = |balls: &mut Vec<Ball>, i: usize| {
-            let seen = map.arrival(i).filter(|_| map.label()[i] != NO_LABEL);
+            let is_seen = map.label()[i] != NO_LABEL;
+            let seen = if is_seen { map.arrival(i) } else { self.behind_a_rim(map, i) };
             let Some((place, direction)) = seen else { return beside };
-            let outward = normals[i];
+            let outward = if is_seen { normals[i] } else { self.touch.depth_mm(&place).1 };
             if let Some((known, _)) = &self.at_rest
                 && !map.has_moved(i)
                 && dent.is_none_or(|(_, dent, slack_mm)| !self.may_shade(&dent, &place, slack_mm))
@@ -363,10 +368,14 @@ impl<'a> CoatScene<'a> {
                 }
             } else {
                 pegs.balls(&at, &from, balls);
-                if let Some((back_mm, normal)) = pegs.before(balls, &at, &direction) {
-                    from = at - back_mm * direction + OFF_MM * normal;
-                    facing = normal;
-                    pegs.balls(&at, &from, balls);
+                match pegs.before(balls, &at, &direction) {
+                    Some((back_mm, normal)) => {
+                        from = at - back_mm * direction + OFF_MM * normal;
+                        facing = normal;
+                        pegs.balls(&at, &from, balls);
+                    }
+                    None if !is_seen => return beside,
+                    None => {}
                 }
             }
             let (depth_mm, at_rest) = self.touch.depth_mm(&place);
@@ -385,6 +394,28 @@ impl<'a> CoatScene<'a> {
         let rays = (0..normals.len()).into_par_iter();
         let light = rays.map_init(Vec::new, ray).collect();
         Painted { light, thickness_mm: Vec::new(), marks }
+    }
+
+    /// Where a ray would meet the surface, and how, that ends at what stands out of the coat without going on in it: it
+    /// grazes a mark's rim, and what is behind that is not truth, but the rim is seen.
+    fn behind_a_rim(
+        &self,
+        map: &DepthMap<'_>,
+        pixel: usize,
+    ) -> Option<(Point3<f64>, Vector3<f64>)> {
+        let rays = map.rays();
+        let name = rays.seen_by_names().get(usize::from(*rays.seen_by().get(pixel)?))?;
+        let ray = rays.ray(pixel).filter(|_| !self.is_printed && *name == self.coat_name)?;
+        // No place below the surface is nearer to it than it is deep.
+        let mut at_mm = 0.0;
+        for _ in 0..MOST_STEPS {
+            let depth_mm = self.touch.depth_mm(&ray.at(at_mm)).0;
+            at_mm += depth_mm;
+            if depth_mm < OFF_MM {
+                return Some((ray.at(at_mm), ray.direction));
+            }
+        }
+        None
     }
 
     /// How far marks stand out of the coat, mm.

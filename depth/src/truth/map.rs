@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{Point3, Vector3};
 
+use super::PixelRays;
 use super::cast::ReferenceSurface;
 
 /// The label of pixels that see no sensing surface.
@@ -77,6 +78,11 @@ impl DepthMap<'_> {
         }
         let is_seen = self.surface.range_mm().iter().map(|range| u8::from(range.is_finite()));
         (is_seen.collect(), vec!["nothing".into(), "surface".into()])
+    }
+
+    /// The rays that were cast.
+    pub fn rays(&self) -> &PixelRays {
+        self.surface.rays()
     }
 
     /// Where each ray ends, mm in the sensor frame.

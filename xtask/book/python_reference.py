@@ -21,6 +21,9 @@ def main(package):
         for path in sorted(package.glob("*.py"))
         if path.stem == "__init__" or not path.stem.startswith("_")
     }
+    private = {path.stem: path for path in package.glob("_[a-z]*.py")}
+    for tree in modules.values():
+        follow(tree, package.name, private)
     top = modules.pop("__init__")
     print(prose(ast.get_docstring(top)))
     print(f"\n## {package.name}")
@@ -47,6 +50,19 @@ def main(package):
         found = sources(tree, name, parts)
         for public in names_in(tree):
             describe(found[public], f"{name}.")
+
+
+def follow(tree, package, private):
+    """Give a module what it takes from private ones and names as its own."""
+    own = set(names_in(tree)) if "__all__" in assigned(tree) else set()
+    for node in list(tree.body):
+        path = isinstance(node, ast.ImportFrom) and private.get(
+            node.module.removeprefix(f"{package}.")
+        )
+        names = own & {alias.name for alias in node.names} if path else set()
+        if names:
+            parts = ast.parse(path.read_text()).body
+            tree.body += [part for part in parts if getattr(part, "name", None) in names]
 
 
 def sources(tree, package, modules):

@@ -68,7 +68,10 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
         Err(Error::Reconstruct(
             error @ (ReconstructError::NoMarks { .. } | ReconstructError::FewMarks { .. }),
         )) if depth.is_some() => {
-            left_out.push(format!("no marks: {error}"));
+            left_out.push(match error {
+                ReconstructError::FewMarks { .. } => format!("{error}: they are not followed"),
+                _ => error.to_string(),
+            });
             None
         }
         Err(error) => return Err(error.into()),
@@ -84,7 +87,9 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
         }
         text += &format!("{}\n", network.words());
     }
-    text.extend(left_out.iter().map(|left_out| format!("{left_out}\n")));
+    // Who has a sensor without marks knows it.
+    let told = left_out.iter().filter(|_| !sensor.marks.is_empty());
+    text.extend(told.map(|left_out| format!("{left_out}\n")));
     if let Some(marks) = &marks {
         let [at_rest, drawn] = [marks.rest_px(), marks.drawn_px()].map(known);
         let all = marks.names().len();

@@ -6,6 +6,10 @@ use nalgebra::{DMatrix, DVector};
 const MAX_STEPS: usize = 60;
 /// Relative step by which derivatives are taken, in the logarithm.
 const STEP: f64 = 1e-5;
+/// Less damping helps nothing, and is lost where a number has come so near to zero that it changes nothing any more.
+const LEAST_DAMPING: f64 = 1e-9;
+/// What a number that changes nothing is held by, as a part of what the one that changes most is.
+const HELD: f64 = 1e-12;
 /// A step that betters the sum of squares by less than this part ends the fit.
 const ENOUGH: f64 = 1e-10;
 
@@ -35,22 +39,28 @@ pub fn fit(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<
             slopes.set_column(k, &((at(&moved) - &left) / STEP));
         }
         let (normal, slope) = (slopes.transpose() * &slopes, slopes.transpose() * &left);
+        let held = HELD * normal.diagonal().amax();
         let mut is_better = false;
         while !is_better && damping < 1e12 {
             let mut damped = normal.clone();
             for k in 0..logs.len() {
-                damped[(k, k)] += damping * normal[(k, k)].max(1e-12);
+                damped[(k, k)] += damping * normal[(k, k)].max(held) + f64::MIN_POSITIVE;
             }
-            let step = damped.cholesky()?.solve(&slope);
-            // No number changes by more than a factor of e at once.
-            let step = &step / step.amax().max(1.0);
+            let Some(damped) = damped.cholesky() else {
+                damping *= 8.0;
+                continue;
+            };
+            let step = damped.solve(&slope);
+            // No number changes by more than a factor of e at once; one that wants to, because it changes nothing, keeps no
+            // other from its step.
+            let step = step.map(|of| of.clamp(-1.0, 1.0));
             let next = &logs - step;
             let next_left = at(&next);
             let (before, after) = (left.norm_squared(), next_left.norm_squared());
             if after < before {
                 let is_enough = before - after < ENOUGH * before;
                 (logs, left, is_better) = (next, next_left, true);
-                damping *= 0.2;
+                damping = LEAST_DAMPING.max(0.2 * damping);
                 if is_enough {
                     return Some(values(&logs));
                 }
@@ -64,6 +74,7 @@ pub fn fit(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<
     }
     left.norm().is_finite().then(|| values(&logs))
 }
+
 /// The shares of columns whose sum is nearest to what is wanted: linear least squares, each row one of its equations.
 /// Nothing where columns are not independent.
 ///
@@ -78,4 +89,23 @@ pub fn linear_fit<const N: usize>(rows: &[[f64; N]], wanted: &[f64]) -> Option<[
     let normal = columns.transpose() * &columns;
     let found = normal.cholesky()?.solve(&(columns.transpose() * wanted));
     Some(std::array::from_fn(|column| found[column]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_that_would_be_negative_goes_to_zero_and_the_others_on() {
+        // The best line through these begins below zero, and how steep and how far is known as a product alone.
+        let points = [(1.0, 0.1), (2.0, 1.2), (3.0, 1.9), (4.0, 3.1)];
+        let residuals =
+            |p: &[f64]| points.map(|(x, y): (f64, f64)| p[0] * p[1] * x + p[2] - y).to_vec();
+        for ground in [1e-12, 1e-3, 1.0, 30.0] {
+            let found = fit(residuals, &[0.5, 3.0, ground]).unwrap();
+            // Without a beginning: the sum of x y over that of x x.
+            let slope = points.iter().map(|(x, y)| x * y).sum::<f64>() / 30.0;
+            assert!((found[0] * found[1] - slope).abs() < 1e-3 && found[2] < 1e-3, "{found:?}");
+        }
+    }
 }

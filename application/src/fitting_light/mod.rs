@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use fabkit_calibration::assignment::assign;
 use fabkit_calibration::landmarks::PinLandmarks;
 use fabkit_calibration::model::Observation;
-use fabkit_camera::CameraEstimate;
+use fabkit_camera::{CameraEstimate, DMatrix};
 use fabkit_geometry::{Sensor, SurfacePoints};
 use fabkit_light::{TwoStream, fit};
 use rayon::prelude::*;
@@ -46,6 +46,14 @@ const REST_RAD: [f64; 13] =
 const AROUND: usize = 72;
 /// Nearer to the outermost ring the picture at rest is not looked at, rad.
 const MARGIN_RAD: f64 = 0.09;
+/// What is known of scatter beforehand, 1/mm: R-Tac0's published unit, within a factor of e^1.5. Where a layer is thin for its
+/// scatter, captures tell only what scatter times an endless layer's grey is, and one of the two would go anywhere. It counts
+/// as much as one bin of one profile, grey.
+const SCATTER_PER_MM: f64 = 0.14;
+const SCATTER_LOG: f64 = 1.5;
+const BIN_GREY: f64 = 2.0;
+/// By so much constants are changed to see what that does, each in its unit.
+const SLOPE_STEPS: [f64; 4] = [1.0, 0.1, 0.001, 0.01];
 /// Distance of nodes on the surface, mm.
 const SPACING_MM: f64 = 0.25;
 
@@ -146,7 +154,8 @@ pub struct Ring {
 pub struct FittedLight {
     /// What an endless layer sends back, what comes from elsewhere, grey; scatter, 1/mm; spread, mm.
     pub values: [f64; 4],
-    /// Standard deviations, from leaving out each capture in turn.
+    /// Standard deviations, from leaving out each capture in turn; no less than what is left of all of them says, which
+    /// knows that a constant that came out as 0 may as well be a little more.
     pub sigmas: [f64; 4],
     /// How deep the pins went that explain the captures best, mm.
     pub pin_depth_mm: f64,
@@ -258,7 +267,10 @@ impl FittingLight<'_> {
             captures.par_iter().map(without).collect::<Option<_>>().ok_or(FitLightError::NoFit)?;
         let values_of: Vec<Vec<f64>> = held_out.iter().map(|of| of.values.clone()).collect();
         Ok(FittedLight {
-            sigmas: jackknife(&values_of),
+            sigmas: {
+                let (out, least) = (jackknife(&values_of), fit.least_sigmas(values));
+                std::array::from_fn(|k| out[k].max(least[k]))
+            },
             rings: fit.held_out(&captures, &held_out, &rings),
             held_out_profile_rms_grey: 0.0,
             reference: fit.at_rest(values),
@@ -327,13 +339,37 @@ impl Fit<'_> {
         self.residuals(values, without).iter().map(|left| left * left).sum()
     }
 
+    /// Standard deviations if all that is left were independent, to first order in the constants themselves; 0 of all
+    /// where two of them are one. Bins of a profile are not independent: these are the least that there are.
+    fn least_sigmas(&self, values: &[f64]) -> [f64; 4] {
+        let left = self.residuals(values, None);
+        let slopes: Vec<Vec<f64>> = (0..4)
+            .map(|k| {
+                let step = SLOPE_STEPS[k];
+                let mut more = values.to_vec();
+                more[k] += step;
+                let more = self.residuals(&more, None);
+                more.iter().zip(&left).map(|(more, now)| (more - now) / step).collect()
+            })
+            .collect();
+        let normal = DMatrix::from_fn(4, 4, |i, j| {
+            slopes[i].iter().zip(&slopes[j]).map(|(a, b)| a * b).sum::<f64>()
+        });
+        let squares: f64 = left.iter().map(|left| left * left).sum();
+        let variance = squares / left.len().saturating_sub(4).max(1) as f64;
+        let covariance = normal.try_inverse();
+        std::array::from_fn(|k| {
+            covariance.as_ref().map_or(0.0, |all| (variance * all[(k, k)]).max(0.0).sqrt())
+        })
+    }
+
     /// Profiles ring by ring for these constants.
     fn simulated(&self, values: &[f64]) -> Vec<[f64; BINS]> {
         let law = TwoStream { scatter_per_mm: values[2] };
         self.patches.iter().map(|patch| patch.darker(values[0], law, values[3])).collect()
     }
 
-    /// Real less simulated, without what makes a whole capture brighter; then the picture at rest.
+    /// Real less simulated, without what makes a whole capture brighter; then the picture at rest, and how usual the scatter is.
     fn residuals(&self, values: &[f64], without: Option<usize>) -> Vec<f64> {
         let simulated = self.simulated(values);
         let mut left = Vec::with_capacity(self.profiles.len() * BINS);
@@ -347,6 +383,7 @@ impl Fit<'_> {
         left.extend(
             self.at_rest(values).iter().map(|[_, real, simulated]| weight * (real - simulated)),
         );
+        left.push(BIN_GREY * (values[2] / SCATTER_PER_MM).ln() / SCATTER_LOG);
         left
     }
 

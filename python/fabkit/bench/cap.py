@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit import sim
-from fabkit.bench import _learn
+from fabkit.bench import _learn, _occlusion
 from fabkit.bench._bench import Family
 from fabkit.bench._places import places
 from fabkit.bench._report import Row
@@ -35,6 +35,10 @@ class Size:
     """Pictures of each slip trial."""
     trials: int = 14
     epochs: int = 150
+    presses: int = 24
+    """Of which pictures are taken, with opaque markers and without."""
+    picture_px: tuple[int, int] = (480, 300)
+    picture_spacing_mm: float = 0.7
 
 
 _DRY, _WET = 0.35, 0.25
@@ -58,8 +62,6 @@ _TRIALS = (
 _LENGTH_MM = 40.0
 _DEEPEST_MM = 3.0
 _GAMMA = 0.014
-# How much lower the largest height is that opaque markers of 0.5 and 0.7 mm leave, percent.
-_OCCLUSION = {0.5: 12.0, 0.7: 20.0}
 
 
 def _sensor(bench: Bench) -> sim.Sensor:
@@ -248,15 +250,6 @@ def _slip(bench: Bench) -> list[Row]:
     return rows
 
 
-def _occlusion(bench: Bench) -> list[Row]:
-    """Say what is missing."""
-    note = "not run: needs opaque markers in place of dimples, and their heights"
-    return [
-        Row(f"height lost to opaque markers of {width} mm", "%", paper, None, None, 0, note)
-        for width, paper in _OCCLUSION.items()
-    ]
-
-
 def _r2(bench: Bench, way: str) -> float:
     rows = bench.once("lines", lambda: {row.name: row.simulated for row in _linear(bench)})
     return float(rows[f"{way} displacement by force: R2 of a line"] or 0.0)
@@ -272,7 +265,7 @@ def _slip_margin_mae(bench: Bench) -> float:
 _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
     "linear": _linear,
     "slip": _slip,
-    "occlusion": _occlusion,
+    "occlusion": _occlusion.heights_lost,
 }
 
 FAMILY = Family(
@@ -289,10 +282,10 @@ FAMILY = Family(
         "Gamma is measured against the largest tangential force of each trial, which goes 2.2 "
         "times as far as a spring of its stiffness would until it slips",
         "the cylinder lies along y and is moved along x; the paper does not say how",
+        *_occlusion.CHOICES,
     ),
     left_out=(
         "what the camera makes of dimples: displacements are those of the layers, without error",
-        "the occlusion of heights by opaque markers",
     ),
     plain=frozenset({"linear", "occlusion"}),
 )

@@ -17,6 +17,7 @@ from fabkit.bench import (
     _depth,
     _learn,
     _likeness,
+    _occlusion,
     _pictures,
     _run,
     dome,
@@ -270,3 +271,50 @@ def test_the_command_asks_this_interpreter(tmp_path):
     failed = subprocess.run(command, capture_output=True, text=True)
     assert failed.returncode == 2
     assert "slip" in json.loads(failed.stdout)["problems"][0]["hint"]
+
+
+_DOTS_MM = np.stack(np.meshgrid(*2 * [np.arange(-4.2, 4.3, 1.4)]), axis=-1).reshape(-1, 2)
+_PIXEL_MM = 0.08
+
+
+def _covered(diameter_mm: float) -> np.ndarray:
+    """What dots 1.4 mm apart cover of a level surface, seen in 120 x 120 pixels of 0.08 mm."""
+    rows, columns = (np.mgrid[:120, :120] - 59.5) * _PIXEL_MM
+    points_mm = np.stack([columns, rows, np.zeros((120, 120))], axis=-1)
+    # Middles may be followed to beside the surface.
+    middles_mm = np.column_stack([_DOTS_MM, np.full(len(_DOTS_MM), 0.1)])
+    return _occlusion.covered(points_mm, middles_mm, _DOTS_MM / _PIXEL_MM + 59.5, diameter_mm)
+
+
+@pytest.mark.parametrize("diameter_mm", [0.5, 0.7])
+def test_opaque_markers_cover_their_area(diameter_mm) -> None:
+    area_mm2 = _covered(diameter_mm).sum() * _PIXEL_MM**2
+    # Dots of some pixels on a grid that does not fit theirs: 3 % is a tenth of a pixel of radius.
+    assert area_mm2 == pytest.approx(len(_DOTS_MM) * np.pi * diameter_mm**2 / 4, rel=0.03)
+
+
+def test_larger_opaque_markers_hide_more_of_a_ball() -> None:
+    # Three lamps at 120 degrees light a level ground with a bump, 1 mm high, 6 mm wide.
+    rows, columns = (np.mgrid[:120, :120] - 59.5) * _PIXEL_MM
+    height_mm = np.maximum(1 - (rows**2 + columns**2) / 9, 0) ** 2
+    down, across = np.gradient(height_mm, _PIXEL_MM)
+    angles = np.deg2rad([90, 210, 330])
+    # Each lamp is a little brighter on its own side, as lamps at the rim are.
+    lit = [1 - across * np.cos(a) - down * np.sin(a) for a in angles]
+    near = [1 + 0.02 * (columns * np.cos(a) + rows * np.sin(a)) for a in angles]
+    bump, level = 80 * np.stack(lit, axis=-1), 80 * np.stack(near, axis=-1)
+    stereo = _occlusion.Stereo(level)
+    ground = np.full_like(level, 80.0)
+    shares = [np.zeros((120, 120)), _covered(0.5), _covered(0.7)]
+    dark = [1 - 0.9 * share[..., None] for share in shares]
+    # Ink that is lit as the coat is shows the same slopes, however dark.
+    as_lit = [stereo.largest(bump * one, ground * one) for one in dark]
+    assert as_lit == pytest.approx([as_lit[0]] * 3, rel=1e-6)
+    # Its own unit is the pixel.
+    assert as_lit[0] * _PIXEL_MM == pytest.approx(1, rel=0.1)
+    bare, small, large = (
+        stereo.largest(bump * one, ground * one, (share, share))
+        for one, share in zip(dark, shares, strict=True)
+    )
+    assert bare == pytest.approx(as_lit[0], rel=1e-12)
+    assert bare > small > large

@@ -94,18 +94,18 @@ def covered(
     height, width = points_mm.shape[:2]
     share = np.zeros((height, width))
     for middle, px in zip(middles_mm, middles_px, strict=True):
-        if not np.isfinite(px).all():
+        if not ((px >= 0) & (px <= (width - 1, height - 1))).all():
             continue
         column, row = (round(float(one)) for one in px)
-        rows = slice(max(row - _WINDOW_PX, 0), max(row + _WINDOW_PX + 1, 0))
-        columns = slice(max(column - _WINDOW_PX, 0), max(column + _WINDOW_PX + 1, 0))
+        rows = slice(max(row - _WINDOW_PX, 0), row + _WINDOW_PX + 1)
+        columns = slice(max(column - _WINDOW_PX, 0), column + _WINDOW_PX + 1)
         near = points_mm[rows, columns]
-        if min(near.shape[:2]) < 2:
-            continue
-        away_mm = np.linalg.norm(near - middle, axis=2)
         step_mm = np.linalg.norm(np.diff(near, axis=1), axis=2)
         if not np.isfinite(step_mm).any():
             continue
+        squared = ((near - middle) ** 2).sum(axis=2)
+        # Coarser nodes than pixels tell where middles go, some 0.03 mm off the surface.
+        away_mm = np.sqrt(squared - np.nanmin(squared))
         # A pixel on the rim is covered by as much of it as lies within.
         inside = (diameter_mm / 2 - away_mm) / np.nanmedian(step_mm) + 0.5
         share[rows, columns] = np.maximum(share[rows, columns], np.nan_to_num(inside).clip(0, 1))
@@ -142,7 +142,8 @@ class Stereo:
             np.arctan2((share[..., k] * rows).sum(), (share[..., k] * columns).sum())
             for k in range(3)
         ]
-        self._solve = np.linalg.pinv(np.array([[np.cos(a), np.sin(a), 1.0] for a in towards]))
+        lamps = np.array([[np.cos(angle), np.sin(angle), 1.0] for angle in towards])
+        self._solve: Maps = np.linalg.pinv(lamps)
 
     @staticmethod
     def _from_middle(side: int) -> tuple[Maps, Maps]:
@@ -165,15 +166,16 @@ class Stereo:
         side = len(crop)
         # Along columns, along rows, towards the camera: times what the surface sends back.
         normals: Maps = crop @ self._solve.T
-        slopes: Maps = -normals[..., :2] / np.maximum(normals[..., 2:], _LEAST_GREY)
-        slopes = slopes * (np.hypot(*self._from_middle(side)) < side / 2)[..., None]
+        seen = np.hypot(*self._from_middle(side)) < side / 2
         if level is not None:
-            slopes = slopes * (1 - self._crop(level[..., None]))
+            seen = seen * (1 - self._crop(level[..., None])[..., 0])
+        up: Maps = np.maximum(normals[..., 2], _LEAST_GREY)
+        across: Maps = -normals[..., 0] / up * seen
+        down: Maps = -normals[..., 1] / up * seen
         turns = 2j * np.pi * np.fft.fftfreq(side)
         square = np.abs(turns[:, None]) ** 2 + np.abs(turns) ** 2
         square[0, 0] = 1.0
-        across, down = np.fft.fft2(slopes[..., 0]), np.fft.fft2(slopes[..., 1])
-        waves = -down * turns[:, None] - across * turns
+        waves = -np.fft.fft2(down) * turns[:, None] - np.fft.fft2(across) * turns
         heights: Maps = np.fft.ifft2(waves / square).real
         return heights
 

@@ -142,8 +142,8 @@ class Stereo:
             np.arctan2((share[..., k] * rows).sum(), (share[..., k] * columns).sum())
             for k in range(3)
         ]
-        lamps = np.array([[np.cos(angle), np.sin(angle), 1.0] for angle in towards])
-        self._solve: Maps = np.linalg.pinv(lamps)
+        lamps: Maps = np.array([[np.cos(angle), np.sin(angle), 1.0] for angle in towards])
+        self._solve = np.linalg.pinv(lamps).astype(np.float64)
 
     @staticmethod
     def _from_middle(side: int) -> tuple[Maps, Maps]:
@@ -165,7 +165,7 @@ class Stereo:
         crop = self._crop(picture)
         side = len(crop)
         # Along columns, along rows, towards the camera: times what the surface sends back.
-        normals: Maps = crop @ self._solve.T
+        normals: Maps = np.einsum("rcl,nl->rcn", crop, self._solve)
         seen = np.hypot(*self._from_middle(side)) < side / 2
         if level is not None:
             seen = seen * (1 - self._crop(level[..., None])[..., 0])

@@ -24,6 +24,17 @@ const PATTERN: &str = "pair = HALF-001 + HALF-044\n";
 /// Fixtures that have halves, and what a half is called.
 const HALVES: [(&str, &str); 2] = [("semi-domes", "semi-dome"), ("half-plates", "half-plate")];
 
+/// Pictures of every kind of light: their names, sensors and what takes them. Layers answer on few nodes, which is quick.
+const PICTURES: [(&str, &str, &str); 7] = [
+    ("rtac0", "rtac0", "--press ball@24deg,120deg,0.5mm --spacing 1mm"),
+    ("9dtact", "9dtact", "--press ball@0mm,0mm,1mm --spacing 1mm"),
+    ("shadowtac", "shadowtac", "--press ball@24deg,120deg,0.5mm --spacing 1mm"),
+    ("uvdtact-white", "uvdtact", "--light white --reference"),
+    ("uvdtact-uv", "uvdtact", "--light uv --press hemisphere@24deg,120deg,0.5mm --spacing 1mm"),
+    ("tactip", "tactip", "--press disc-107@24deg,120deg,0.5mm --spacing 2mm"),
+    ("fluidic", "fluidic", "--press ball@20mm,3mm,2mm --spacing 2mm"),
+];
+
 /// Compares with the list or, where debug builds could differ, with a debug build; or writes the list
 /// anew.
 pub fn run(arguments: &[String]) -> Result<(), String> {
@@ -34,10 +45,12 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         ["--debug"] => (false, true),
         _ => return Err(USAGE.into()),
     };
-    let now = hashes(&fabkit()?)?;
+    let now = hashes(&fabkit()?, None)?;
     if debug {
         check(cargo().args(["build", "--package", "fabkit"]))?;
-        return compared("the release build", &now, &hashes(&built("debug", "fabkit"))?);
+        // On one thread, so that what hangs on their number shows as well.
+        let debug = hashes(&built("debug", "fabkit"), Some("1"))?;
+        return compared("the release build", &now, &debug);
     }
     let list = root().join(LIST);
     if accept {
@@ -53,13 +66,37 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     compared(LIST, &before, &now)
 }
 
-/// The hashes of everything that a command exports.
-fn hashes(fabkit: &Path) -> Result<BTreeMap<String, String>, String> {
+/// The hashes of everything that a command exports, and of pictures, which may be told how many threads to use.
+fn hashes(fabkit: &Path, threads: Option<&str>) -> Result<BTreeMap<String, String>, String> {
     let mut hashes = BTreeMap::new();
     for sensor in sensors(fabkit)? {
         hash_exports(fabkit, &sensor, &mut hashes)?;
     }
+    hash_pictures(fabkit, threads, &mut hashes)?;
     Ok(hashes)
+}
+
+fn hash_pictures(
+    fabkit: &Path,
+    threads: Option<&str>,
+    hashes: &mut BTreeMap<String, String>,
+) -> Result<(), String> {
+    let folder = root().join("target/bytes/pictures");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    for (name, sensor, options) in PICTURES {
+        let picture = folder.join(format!("{name}.png"));
+        let threads = threads.into_iter().flat_map(|count| ["--threads", count]);
+        check(
+            Command::new(fabkit)
+                .args(["--quiet", "capture", sensor, "--output"])
+                .arg(&picture)
+                .args(options.split(' '))
+                .args(threads),
+        )?;
+    }
+    hash_folder(&folder, "pictures", hashes)?;
+    fs::remove_dir_all(&folder).map_err(|e| e.to_string())
 }
 
 fn compared(

@@ -58,6 +58,19 @@ pub struct NominalLens {
     pub projection: Projection,
     /// How well it is known; zeros where nobody says.
     pub tolerance: LensTolerance,
+    /// What it does to how bright and how sharp pictures are; nothing where nobody says.
+    pub imaging: LensImaging,
+}
+
+/// What a lens does to pictures beside laying out angles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LensImaging {
+    /// Light falls off by the cosine of the angle to its axis, in air, to this power: 4 by the natural law, 0 not at all.
+    pub falloff_power: f64,
+    /// Diameter of its entrance pupil, mm: focal length over f-number; 0 of a pinhole.
+    pub pupil_mm: f64,
+    /// Distance in focus from the optical centre along the axis, as in air, mm.
+    pub focus_mm: f64,
 }
 
 impl NominalCamera {

@@ -33,6 +33,7 @@
 
 mod chip;
 mod coat;
+mod defocus;
 mod fit;
 mod glow;
 mod lamp;
@@ -43,6 +44,7 @@ mod spread;
 
 pub use chip::{Chip, drift, normal};
 pub use coat::Coat;
+pub use defocus::{Defocus, circle_px};
 pub use fit::{fit, linear_fit};
 pub use glow::glow;
 pub use lamp::{Emitter, Emitters, NoLight};

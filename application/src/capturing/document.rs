@@ -1,16 +1,17 @@
 //! Pictures as JSON and in words.
 
+use fabkit_designs::Design;
 use fabkit_fixtures::Project;
 use fabkit_geometry::Shows;
 use serde_json::{Value, json};
 
-use super::{Captured, Capturing};
+use super::{Captured, Capturing, lens};
 use crate::ground_truth::Viewpoint;
 use crate::identity::design_hash;
 use crate::pressing::marks_document;
 
 /// What a simulated picture leaves out, for people.
-pub(super) fn left_out(shows: &Shows) -> Vec<&'static str> {
+pub(super) fn left_out(shows: &Shows, of_lens: Vec<&'static str>) -> Vec<&'static str> {
     let own: &[&str] = match shows {
         Shows::Thickness { .. } => &["the bending of light between lamps and curved layers"],
         Shows::Slopes { .. } => {
@@ -22,12 +23,18 @@ pub(super) fn left_out(shows: &Shows) -> Vec<&'static str> {
         Shows::Marks { .. } => &["shadows of marks on marks", "how the ground moves"],
         Shows::Columns { .. } => &["the bending of light in the display", "menisci", "shadows"],
     };
-    let all = [
-        "what bounces on, but for a constant",
-        "vignetting and defocus of the lens",
-        "what the camera sees beside the surface, but for a constant",
-    ];
-    own.iter().copied().chain(all).collect()
+    let all = ["what the camera sees beside the surface, but for a constant"];
+    let bounces = ["what bounces on, but for a constant"];
+    own.iter().copied().chain(bounces).chain(of_lens).chain(all).collect()
+}
+
+/// What a picture rests on.
+pub(super) fn constants(design: &Design, capturing: &Capturing<'_>) -> Value {
+    let Value::Array(mut all) = capturing.constants.document(&capturing.lighting.shows) else {
+        return Value::Null;
+    };
+    all.extend(lens::constants(design, capturing.lighting));
+    all.into()
 }
 
 /// A picture as `fabkit capture --json` says it (`fabkit-capture` version 1), without files.
@@ -40,7 +47,7 @@ pub fn document(
     let known = captured.thickness_mm.iter().filter(|mm| mm.is_finite());
     let ends = |[low, high]: [f64; 2], mm: &f64| [low.min(*mm), high.max(*mm)];
     let thickness = known.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
-    let shows = &capturing.lighting.shows;
+    let design = &project.design;
     json!({
         "format": "fabkit-capture",
         "version": 1,
@@ -65,8 +72,8 @@ pub fn document(
         "thickness_mm": (thickness[0] <= thickness[1]).then_some(thickness),
         "lamps": captured.lamps,
         "marks": marks(captured),
-        "constants": capturing.constants.document(shows),
-        "left_out": left_out(shows),
+        "constants": constants(design, capturing),
+        "left_out": left_out(&capturing.lighting.shows, lens::left_out(&design.sensor, capturing.lighting)),
     })
 }
 

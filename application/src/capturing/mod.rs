@@ -10,6 +10,7 @@ mod constants;
 mod document;
 mod glowing;
 mod layers;
+mod lens;
 mod lit;
 mod marks;
 mod pack;
@@ -40,6 +41,7 @@ pub use unit::Unit;
 pub(crate) use self::coat::CoatScene;
 use self::glowing::GlowScene;
 pub(crate) use self::layers::LayerScene;
+use self::lens::LensEffects;
 use self::marks::MarkScene;
 pub(crate) use self::scene::{in_use, middle_of};
 use self::sent::sent;
@@ -229,6 +231,16 @@ pub(crate) struct Painted {
     marks: Vec<Moved>,
 }
 
+impl Painted {
+    /// As it arrives at the chip.
+    fn through(mut self, lens: Option<&LensEffects>) -> Self {
+        if let Some(lens) = lens {
+            lens.apply(&mut self.light);
+        }
+        self
+    }
+}
+
 /// A sensor in one of its lights.
 #[derive(Debug)]
 enum Painter<'a> {
@@ -311,9 +323,11 @@ impl Capturing<'_> {
         let sensor = &scene.project.design.sensor;
         self.check(sensor, self.cast.presses.is_empty(), self.cast.contact)?;
         let painter = Painter::of(sensor, self.lighting, self.constants)?;
+        let samples = self.cast.samples;
+        let lens = LensEffects::of(sensor, self.lighting, &scene.viewpoint, samples)?;
         scene.cast(&self.cast, |seen| {
             also(&seen)?;
-            let painted = painter.paint(scene, &self.cast, &seen)?;
+            let painted = painter.paint(scene, &self.cast, &seen)?.through(lens.as_ref());
             let size_px = [seen.map.width_px(), seen.map.height_px()];
             let size_px = size_px.map(|side| side / self.cast.samples);
             let words = (painter.words(), painter.exposure());

@@ -9,7 +9,7 @@ use fabkit_geometry::{Lighting, Mark, Sensor, Shows};
 use fabkit_optics::Sights;
 
 use super::columns::{ColumnScene, column_ends};
-use super::{Captured, Capturing, LightConstants, MarkScene, Painted, mark_pixels};
+use super::{Captured, Capturing, LensEffects, LightConstants, MarkScene, Painted, mark_pixels};
 use crate::Error;
 use crate::ground_truth::Viewpoint;
 use crate::pressing::{Contact, Linear, Moved, PressingError, on_solids};
@@ -88,9 +88,10 @@ pub(crate) fn skin_pictures(
     }
     let camera = viewpoint.camera();
     let size_px = [camera.width_px(), camera.height_px()];
+    let lens = LensEffects::of(sensor, lighting, viewpoint, cast.samples)?;
     let picture = |(moved, seed): (Vec<Moved>, Option<u64>)| {
         let capturing = Capturing { cast: cast.clone(), lighting, constants: &constants, seed };
-        let painted = scene.paint(viewpoint, cast.samples, moved)?;
+        let painted = scene.paint(viewpoint, cast.samples, moved)?.through(lens.as_ref());
         capturing.values(sensor, &painted.light, size_px)
     };
     presses.into_iter().map(picture).collect()
@@ -120,7 +121,8 @@ impl Capturing<'_> {
             }
             (_, None) => super::moved(sensor, None),
         };
-        let painted = scene.paint(&view.viewpoint, samples, moved)?;
+        let lens = LensEffects::of(sensor, self.lighting, &view.viewpoint, samples)?;
+        let painted = scene.paint(&view.viewpoint, samples, moved)?.through(lens.as_ref());
         let words = scene.words();
         let camera = view.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()];

@@ -4,7 +4,7 @@ use fabkit_depth::truth::{DepthMap, ReferenceSurface, Sigmas};
 use fabkit_geometry::Lighting;
 use serde_json::{Value, json};
 
-use super::{Capturing, LightConstants, Painter};
+use super::{Capturing, LensEffects, LightConstants, Painter};
 use crate::Error;
 use crate::ground_truth::deepest;
 use crate::pressing::{Answer, Contact};
@@ -16,6 +16,7 @@ pub struct Studio<'a> {
     scene: &'a SensorView,
     capturing: Capturing<'a>,
     painter: Painter<'a>,
+    lens: Option<LensEffects>,
 }
 
 impl<'a> Studio<'a> {
@@ -45,7 +46,8 @@ impl<'a> Studio<'a> {
             Painter::Marks(marks) => marks.prepare(&scene.viewpoint, samples)?,
             Painter::Glow(_) => {}
         }
-        Ok(Self { scene, capturing, painter })
+        let lens = LensEffects::of(sensor, lighting, &scene.viewpoint, samples)?;
+        Ok(Self { scene, capturing, painter, lens })
     }
 
     /// Values of a pixel: 1, or 3 for red, green and blue.
@@ -74,6 +76,7 @@ impl<'a> Studio<'a> {
         let seen =
             Seen { map, sigmas: &Sigmas::default(), deepest, surface_px: 0, answer, gap: None };
         let painted = self.painter.paint(self.scene, &self.capturing.cast, &seen)?;
+        let painted = painted.through(self.lens.as_ref());
         let capturing = Capturing { seed, ..self.capturing.clone() };
         let samples = self.capturing.cast.samples;
         let size_px = [map.width_px(), map.height_px()].map(|side| side / samples);
@@ -82,7 +85,8 @@ impl<'a> Studio<'a> {
 
     /// What pictures rest on, as JSON.
     pub fn document(&self) -> Value {
-        let Capturing { lighting, constants, .. } = &self.capturing;
+        let lighting = self.capturing.lighting;
+        let design = &self.scene.project.design;
         let [shown, lamps] = self.painter.words();
         json!({
             "is_simulated": true,
@@ -90,8 +94,8 @@ impl<'a> Studio<'a> {
             "shown": shown,
             "lamps": lamps,
             "exposure": self.painter.exposure(),
-            "constants": constants.document(&lighting.shows),
-            "left_out": super::document::left_out(&lighting.shows),
+            "constants": super::document::constants(design, &self.capturing),
+            "left_out": super::document::left_out(&lighting.shows, super::lens::left_out(&design.sensor, lighting)),
         })
     }
 }

@@ -39,7 +39,7 @@ use crate::assembling::Name;
 pub(crate) use board_camera::{BoardCamera, board_camera};
 pub use joint::Joint;
 pub(crate) use led_ring::{LedRing, led_ring};
-pub(crate) use nominal_lens::nominal_lens;
+pub(crate) use nominal_lens::{imaging, nominal_lens};
 pub use o_ring_seat::ORingSeat;
 pub use rect::Rect;
 pub use vented_lid::VentedLid;

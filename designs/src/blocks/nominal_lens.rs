@@ -1,6 +1,6 @@
 //! What a sensor's file says of its camera's lens.
 
-use fabkit_geometry::{LensTolerance, NominalLens, Projection};
+use fabkit_geometry::{LensImaging, LensTolerance, NominalLens, Projection};
 
 use crate::choices;
 
@@ -25,7 +25,11 @@ impl LensLaw {
             Self::Stereographic => Projection::Stereographic,
         };
         let centre_px = centre_share * f64::from(width_px);
-        NominalLens { projection, tolerance: LensTolerance { focal_share, centre_px } }
+        NominalLens {
+            projection,
+            tolerance: LensTolerance { focal_share, centre_px },
+            imaging: LensImaging::default(),
+        }
     }
 }
 
@@ -33,7 +37,24 @@ impl LensLaw {
 macro_rules! nominal_lens {
     ($camera:expr) => {{
         let camera = &$camera;
-        camera.projection.lens(camera.focal_tolerance, camera.centre_tolerance, camera.width_px)
+        let lens = camera.projection.lens(
+            camera.focal_tolerance,
+            camera.centre_tolerance,
+            camera.width_px,
+        );
+        fabkit_geometry::NominalLens { imaging: $crate::blocks::imaging!(camera), ..lens }
     }};
 }
 pub(crate) use nominal_lens;
+
+/// What the lens that the section `camera` of a family describes does to how bright and how sharp pictures are.
+macro_rules! imaging {
+    ($camera:expr) => {
+        fabkit_geometry::LensImaging {
+            falloff_power: $camera.vignetting,
+            pupil_mm: $camera.aperture.mm(),
+            focus_mm: $camera.focus.mm(),
+        }
+    };
+}
+pub(crate) use imaging;

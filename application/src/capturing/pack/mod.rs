@@ -52,7 +52,8 @@ pub fn optics_pack(
     document["design_hash"] = json!(design_hash(&project.design));
     document["light"] = json!(lighting.name);
     document["constants"] = constants.document(&lighting.shows);
-    document["left_out"] = json!(super::document::left_out(&lighting.shows));
+    document["left_out"] =
+        json!(super::document::left_out(&lighting.shows, vec![super::lens::LEFT_OUT]));
     let text = serde_json::to_string_pretty(&all.document).map_err(Error::bug)? + "\n";
     all.files.push(file("optics.json", text.into_bytes()));
     Ok(all)

@@ -172,6 +172,13 @@ sections! {
         focal_tolerance: f64 = 0.0..=0.2,
         /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
         centre_tolerance: f64 = 0.0..=0.2,
+        /// Power of the cosine of the angle to the lens's axis, in air, by which pictures are darker there: 4 by the
+        /// natural law, 0 for as bright everywhere.
+        vignetting: f64 = 0.0..=8.0,
+        /// Diameter of the lens's entrance pupil: focal length over f-number; 0 for sharp pictures.
+        aperture: Length = 0.0..=20.0,
+        /// Distance that is in focus, from the optical centre along the axis, as in air.
+        focus: Length = 1.0..=100000.0,
     }
 
     /// The printed post that carries the camera through board and diffuser.

@@ -14,14 +14,16 @@ mod layout;
 mod parameters;
 mod tip;
 
-use fabkit_geometry::{Detachable, DomeSurface, Grip, Path, Pose, PrintGroup, Process, Sensor};
+use fabkit_geometry::{
+    Detachable, DomeSurface, Grip, NominalLens, Path, Pose, PrintGroup, Process, Sensor,
+};
 
 use crate::assembling::names;
 use crate::blocks::LED;
 use crate::blocks::lighting::places;
 use crate::blocks::marks::{RoundPattern, nearest_mm};
 use crate::blocks::nominal_lens::LensLaw;
-use crate::blocks::{self, camera_at, mm, press_fit, sphere};
+use crate::blocks::{self, camera_at, imaging, mm, press_fit, sphere};
 use crate::fits::Fit;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -69,6 +71,7 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let size = [p.camera.pixels; 2];
     let c = &p.camera;
     let lens = LensLaw::Equidistant.lens(c.focal_tolerance, c.centre_tolerance, c.pixels);
+    let lens = NominalLens { imaging: imaging!(c), ..lens };
     let camera = camera_at(layout.pupil_z_mm, size, Layout::diagonal_view(p), lens);
     Sensor {
         marks: tip::marks(p, &layout),

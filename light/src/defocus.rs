@@ -1,0 +1,220 @@
+//! A lens that is focused elsewhere: what is a point becomes a disk.
+
+use rayon::prelude::*;
+
+/// Radii of disks go in steps of so much of a ray: what that changes is less than a thousandth of a step in brightness.
+const STEP: f64 = 1.0 / 64.0;
+
+/// Strips of a pixel by which the part of it that a disk covers is summed up.
+const STRIPS: usize = 32;
+
+/// Diameter of the disk in the picture that a thin lens makes of a point, px: the cone from the pupil to the point, cut in
+/// the plane in focus, as wide as the camera shows it there.
+///
+/// `focal_px` is what a radian on the axis is long in the picture, which is the distance of the chip, not of the focal
+/// point, over the pitch of pixels. With f the focal length and v = f s / (s - f) the distance of the chip for the focus s,
+/// it is v / pitch, and this is the usual c = A f |x - s| / (x (s - f)) over the pitch.
+///
+/// ```
+/// use fabkit_light::circle_px;
+/// // f/2 of 4 mm, in focus at 50 mm, pixels of 3 um: a point at 25 mm.
+/// let (focal_mm, pupil_mm, pitch_mm) = (4.0, 2.0, 0.003);
+/// let chip_mm = focal_mm * 50.0 / (50.0 - focal_mm);
+/// let usual_mm = pupil_mm * focal_mm * 25.0 / (25.0 * (50.0 - focal_mm));
+/// let found = circle_px(pupil_mm, 50.0, 25.0, chip_mm / pitch_mm);
+/// assert!((found - usual_mm / pitch_mm).abs() < 1e-9);
+/// assert_eq!(circle_px(pupil_mm, 50.0, 50.0, 1000.0), 0.0);
+/// ```
+pub fn circle_px(pupil_mm: f64, focus_mm: f64, at_mm: f64, focal_px: f64) -> f64 {
+    pupil_mm * focal_px * (at_mm.recip() - focus_mm.recip()).abs()
+}
+
+/// Disks over which a picture's points are spread, each of its own width.
+///
+/// What is even stays even, up to the picture's edge: each value is a mean of those whose disks reach it, by how much of
+/// theirs lies there. Where disks are as wide as their neighbours, light is kept.
+#[derive(Clone, Debug)]
+pub struct Defocus {
+    width: usize,
+    /// Rays to the farthest edge of any disk.
+    reach: usize,
+    /// Of each ray.
+    disk_of: Vec<u32>,
+    disks: Vec<Disk>,
+    /// One over the weights that meet in each ray.
+    shares: Vec<f64>,
+}
+
+/// How much of a disk lies in each pixel around its middle.
+#[derive(Clone, Debug)]
+struct Disk {
+    reach: usize,
+    weights: Vec<f64>,
+}
+
+impl Disk {
+    fn new(radius: f64) -> Self {
+        let reach = (radius - 0.5).ceil().max(0.0) as usize;
+        let places = || (0..=2 * reach).map(|k| k as f64 - reach as f64);
+        let mut weights: Vec<f64> =
+            places().flat_map(|y| places().map(move |x| covered(radius, [x, y]))).collect();
+        let sum: f64 = weights.iter().sum();
+        match sum > 0.0 {
+            true => weights.iter_mut().for_each(|weight| *weight /= sum),
+            false => weights = vec![1.0],
+        }
+        Self { reach, weights }
+    }
+
+    fn side(&self) -> usize {
+        2 * self.reach + 1
+    }
+}
+
+/// Area of the unit square around a place that a disk around 0 covers.
+fn covered(radius: f64, [x, y]: [f64; 2]) -> f64 {
+    let strip = |k: usize| {
+        // Strips are of the disk where it is narrower than the square.
+        let [from, to] = [(x - 0.5).max(-radius), (x + 0.5).min(radius)];
+        let wide = (to - from).max(0.0) / STRIPS as f64;
+        let across = from + (k as f64 + 0.5) * wide;
+        let half = (radius * radius - across * across).max(0.0).sqrt();
+        wide * ((y + 0.5).min(half) - (y - 0.5).max(-half)).max(0.0)
+    };
+    (0..STRIPS).map(strip).sum()
+}
+
+impl Defocus {
+    /// Of a picture of so many columns, by the diameter of each point's disk, in steps of the picture, row by row; nothing
+    /// where all is sharp.
+    pub fn new(diameters: &[f64], width: usize) -> Option<Self> {
+        let step_of = |diameter: &f64| (diameter / 2.0 / STEP).round().max(0.0) as u32;
+        let steps: Vec<u32> = diameters.iter().map(step_of).collect();
+        let mut known = steps.clone();
+        known.sort_unstable();
+        known.dedup();
+        let disks: Vec<Disk> =
+            known.par_iter().map(|step| Disk::new(f64::from(*step) * STEP)).collect();
+        let reach = disks.iter().map(|disk| disk.reach).max().filter(|reach| *reach > 0)?;
+        let disk_of = steps.iter().map(|step| known.partition_point(|k| k < step) as u32).collect();
+        let mut own = Self { width, reach, disk_of, disks, shares: Vec::new() };
+        let sums = own.gathered(&vec![[1.0]; steps.len()]);
+        own.shares = sums.into_iter().map(|[sum]| sum.recip()).collect();
+        Some(own)
+    }
+
+    /// Spreads light.
+    pub fn apply<const N: usize>(&self, light: &mut [[f64; N]]) {
+        let spread = self.gathered(light);
+        for ((light, spread), share) in light.iter_mut().zip(spread).zip(&self.shares) {
+            *light = spread.map(|sum| sum * share);
+        }
+    }
+
+    /// What of all disks lies in each place, always added in the same order.
+    fn gathered<const N: usize>(&self, light: &[[f64; N]]) -> Vec<[f64; N]> {
+        let (width, reach) = (self.width, self.reach);
+        let height = light.len() / width.max(1);
+        let around = |at: usize, end: usize| at.saturating_sub(reach)..(at + reach + 1).min(end);
+        let place = |i: usize| {
+            let (row, column) = (i / width, i % width);
+            let mut sum = [0.0; N];
+            for from_row in around(row, height) {
+                for from_column in around(column, width) {
+                    let from = from_row * width + from_column;
+                    let disk = &self.disks[self.disk_of[from] as usize];
+                    let [down, right] = [row + disk.reach, column + disk.reach];
+                    // The first is below 0 where the disk ends before it.
+                    let (Some(down), Some(right)) =
+                        (down.checked_sub(from_row), right.checked_sub(from_column))
+                    else {
+                        continue;
+                    };
+                    if down >= disk.side() || right >= disk.side() {
+                        continue;
+                    }
+                    let weight = disk.weights[down * disk.side() + right];
+                    for (sum, light) in sum.iter_mut().zip(&light[from]) {
+                        *sum += weight * light;
+                    }
+                }
+            }
+            sum
+        };
+        (0..light.len()).into_par_iter().map(place).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDTH: usize = 41;
+
+    fn point() -> Vec<[f64; 1]> {
+        let mut light = vec![[0.0]; WIDTH * WIDTH];
+        light[WIDTH * WIDTH / 2] = [100.0];
+        light
+    }
+
+    #[test]
+    fn a_disk_is_as_wide_as_it_is_said_and_keeps_light() {
+        for diameter in [0.0, 0.7, 1.3, 4.0, 11.25, 20.5] {
+            let mut light = point();
+            if let Some(defocus) = Defocus::new(&vec![diameter; WIDTH * WIDTH], WIDTH) {
+                defocus.apply(&mut light);
+            }
+            let sum: f64 = light.iter().map(|[grey]| grey).sum();
+            assert!((sum - 100.0).abs() < 1e-9, "{diameter}: {sum}");
+            // Of even disks: the mean square of the distance along one axis is a sixteenth of the diameter's square, and
+            // pixels add up to a twelfth each.
+            let half = (WIDTH / 2) as f64;
+            let square = |i: usize| ((i % WIDTH) as f64 - half).powi(2);
+            let found: f64 =
+                light.iter().enumerate().map(|(i, [grey])| grey * square(i)).sum::<f64>() / 100.0;
+            let said = diameter * diameter / 16.0;
+            assert!(
+                (found - said).abs() <= 1.0 / 12.0 + 0.02 * said,
+                "{diameter}: {found}, {said}"
+            );
+        }
+    }
+
+    #[test]
+    fn wider_disks_change_pictures_bit_by_bit() {
+        let seen = |diameter: f64| {
+            let mut light = point();
+            if let Some(defocus) = Defocus::new(&vec![diameter; WIDTH * WIDTH], WIDTH) {
+                defocus.apply(&mut light);
+            }
+            light
+        };
+        // Of a point of 100, by 0.1 px: near a diameter of 1, the disk's area changes by a fifth.
+        let mut before = seen(0.0);
+        for step in 1..100 {
+            let now = seen(0.1 * f64::from(step));
+            let most =
+                now.iter().zip(&before).map(|(a, b)| (a[0] - b[0]).abs()).fold(0.0, f64::max);
+            assert!(most < 20.0, "{step}: {most}");
+            before = now;
+        }
+    }
+
+    #[test]
+    fn what_is_even_stays_even_whatever_the_disks_are() {
+        let diameters: Vec<f64> = (0..WIDTH * WIDTH).map(|i| (i % WIDTH) as f64 / 5.0).collect();
+        let mut light = vec![[50.0, 7.0, 3.0]; WIDTH * WIDTH];
+        Defocus::new(&diameters, WIDTH).unwrap().apply(&mut light);
+        for grey in light {
+            for (found, said) in grey.iter().zip([50.0, 7.0, 3.0]) {
+                assert!((found - said).abs() < 1e-12 * said * 100.0);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_in_focus_is_left_alone() {
+        assert!(Defocus::new(&[0.0; 16], 4).is_none());
+        assert!(Defocus::new(&[1.0; 16], 4).is_none());
+    }
+}

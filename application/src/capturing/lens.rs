@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use fabkit_designs::Design;
 use fabkit_designs::parameters::Setting;
-use fabkit_geometry::{LensImaging, Lighting, NominalCamera, Ray, Rgb, Sensor, Vector3};
+use fabkit_geometry::{LensImaging, Lighting, NominalCamera, Ray, Rgb, Sensor};
 use fabkit_light::{Defocus, circle_px};
 use fabkit_optics::{LightPath, Stack, Tracer};
 use rayon::prelude::*;
@@ -55,13 +55,12 @@ impl LensEffects {
             return Ok(Some(Self { falloff, defocus: None }));
         }
         let stack = stack(sensor, lighting, viewpoint)?;
-        let axis = viewpoint.sensor_from_camera.vector(Vector3::z());
         let focal = camera.lens().intrinsics();
         let focal_px = f64::midpoint(focal.fx_px, focal.fy_px) * f64::from(samples);
         let diameter = |tracer: &mut Tracer<'_>, i: usize| {
             let Some(ray) = rays.ray(i) else { return 0.0 };
             let path = tracer.follow(&ray);
-            circle_px(pupil_mm, focus_mm, apparent_mm(&ray, &path, tracer, &axis), focal_px)
+            circle_px(pupil_mm, focus_mm, apparent_mm(&ray, &path, tracer), focal_px)
         };
         let all = (0..rays.len()).into_par_iter();
         let diameters: Vec<f64> = all.map_init(|| Tracer::new(&stack), diameter).collect();
@@ -80,18 +79,19 @@ impl LensEffects {
     }
 }
 
-/// How far away along the axis the end of a path looks through air, mm: what is in a medium looks nearer by its index, as
-/// rays near the axis through faces across it show it.
-fn apparent_mm(ray: &Ray, path: &LightPath, tracer: &Tracer<'_>, axis: &Vector3<f64>) -> f64 {
+/// How far away along the ray the end of a path looks through air, mm: what is in a medium looks nearer by its index, as
+/// rays near the normal of its faces show it. Along the ray, not along the axis: what wide lenses show near the picture's
+/// edge is hardly before them at all, and they are not focused on a plane.
+fn apparent_mm(ray: &Ray, path: &LightPath, tracer: &Tracer<'_>) -> f64 {
     if !path.end_mm.is_finite() {
         return f64::INFINITY;
     }
     let (mut from, mut index, mut sum_mm) = (ray.origin, 1.0, 0.0);
     for bend in tracer.bends() {
-        sum_mm += (bend.place - from).dot(axis) / bend.indices[0];
+        sum_mm += (bend.place - from).norm() / bend.indices[0];
         (from, index) = (bend.place, bend.indices[1]);
     }
-    sum_mm += (path.last.at(path.end_mm) - from).dot(axis) / index;
+    sum_mm += (path.last.at(path.end_mm) - from).norm() / index;
     sum_mm.max(NEAREST_MM)
 }
 

@@ -14,7 +14,7 @@ const WIDTH: usize = 640;
 fn at_rest(folder: &Path, sensor: &str, sets: &[&str]) -> (Value, Vec<f64>) {
     let sets: Vec<String> = sets.iter().map(|set| format!("--set=camera.{set}")).collect();
     let first = ["capture", sensor, "--reference", "--no-noise", "--bits=16", "--samples=1"];
-    let output = ["-o", "a.png", "--json", "--force"];
+    let output = ["-o", "a.png", "--json"];
     let sets = sets.iter().map(String::as_str);
     let all: Vec<&str> = first.into_iter().chain(output).chain(sets).collect();
     let json = fabkit(folder, &all).ok().json();

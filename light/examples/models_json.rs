@@ -123,10 +123,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     println!("\"layers\": {{{}}},", layers.join(","));
     // One gel; one where light comes from aside; two of them.
-    let (one, _) = glow(0.5, 2.0);
-    let (aside, _) = glow(0.5, 2.0 * f64::sqrt(2.0));
-    let (first, left) = glow(0.3, 0.8);
-    let two = first + left * glow(0.7, 1.2).0;
+    let (one, _) = glow(0.5, 2.0, [1.0; 2]);
+    let (aside, _) = glow(0.5, 2.0, [f64::sqrt(2.0), 1.0]);
+    let (first, left) = glow(0.3, 0.8, [1.0; 2]);
+    let two = first + left * glow(0.7, 1.2, [1.0; 2]).0;
     println!("\"glow\": {{\"one\": {one}, \"aside\": {aside}, \"two\": {two}}}}}");
     Ok(())
 }

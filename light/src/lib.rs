@@ -47,7 +47,7 @@ pub use coat::Coat;
 pub use defocus::{Defocus, circle_px};
 pub use fit::{fit, linear_fit};
 pub use glow::glow;
-pub use lamp::{Emitter, Emitters, NoLight};
+pub use lamp::{Emitter, Emitters, NoLight, diffuse_slant};
 pub use layer::TwoStream;
 pub use peg::{Peg, PegHit};
 pub use planes::{Arrival, Planes};

@@ -97,3 +97,27 @@ fn light_below_a_plate_is_bent_into_it() {
     let sines = [found.leaves.x / found.arrives.x, 1.5];
     assert!((sines[0] - sines[1]).abs() < 1e-9, "{sines:?}");
 }
+
+#[test]
+fn light_from_aside_goes_a_longer_way_through_a_layer() {
+    let lit = |clear: Vec<Body>, index: f64| {
+        let emitters = emitters(&sensor(true, clear)).unwrap();
+        let places = [0.0, 10.0].map(|x| (Point3::new(x, 0.0, 10.0), -Vector3::z()));
+        let [slanted, lit] = [emitters.slanted(&places, index), emitters.irradiance(&places)];
+        [0, 1].map(|place| slanted[place][1] / lit[place][1])
+    };
+    // Straight through, and from 45 degrees by its root of two; a lamp of 0.2 mm at 10 mm changes that by its square over that.
+    let [above, aside] = lit(Vec::new(), 1.0);
+    assert!((above - 1.0).abs() < 1e-3 && (aside - f64::sqrt(2.0)).abs() < 1e-3, "{above} {aside}");
+    // Into silicone it is bent: the sine of 45 degrees over 1.41 is 1/2, about.
+    let sine = f64::sqrt(0.5) / 1.41;
+    let [above, aside] = lit(Vec::new(), 1.41);
+    assert!((above - 1.0).abs() < 1e-3, "{above}");
+    assert!((aside - (1.0 - sine * sine).sqrt().recip()).abs() < 1e-3, "{aside}");
+    // Below a plate that has bent it, it is not bent again.
+    let solid = Solid::cuboid(200.0, 200.0, 100.0).at_z(4.0);
+    let mut plate = Body::made("plate", "clear", Process::Laser, solid).in_light(Clarity::Clear);
+    plate.substance.refractive_index = Some(1.41);
+    let [once, again] = [1.0, 1.41].map(|index| lit(vec![plate.clone()], index)[1]);
+    assert!(once == again && once < f64::sqrt(2.0), "{once} {again}");
+}

@@ -253,10 +253,6 @@ def main() -> None:
         )
         if abs(mine / theirs - 1) > BOUND:
             wrong.append(name)
-    # What pictures take: that light comes as long a way as one looks.
-    print(
-        f"glow, light from 45 degrees aside, as pictures have it: {one:.4f}, off by {100 * (one / slanted - 1):+.1f} %"
-    )
     wrong += coats(ours)
     if wrong:
         sys.exit(f"more than 2 % off: {'; '.join(wrong)}")

@@ -97,6 +97,123 @@ fn simulated_captures_give_back_what_they_were_made_with() {
     );
 }
 
+/// Pictures of the default ball, pressed in so deep at these places of 9DTact's pad, and the picture at rest.
+fn balls_on_a_pad(folder: &std::path::Path, presses: &[&str]) -> Value {
+    let capture = |more: &[&str]| {
+        let all = [&["capture", "9dtact", "--spacing", "0.3mm", "--json"], more].concat();
+        fabkit(folder, &all).ok().json()
+    };
+    fs::create_dir(folder.join("balls")).unwrap();
+    for (seed, press) in presses.iter().enumerate() {
+        let (seed, name) = (seed.to_string(), format!("balls/{seed}.png"));
+        capture(&["--press", &format!("ball@{press}"), "--seed", &seed, "-o", &name]);
+    }
+    capture(&["--reference", "--seed", "100", "-o", "balls/ref.png"])
+}
+
+#[test]
+fn balls_on_a_pad_give_back_light_and_depth() {
+    let root = tempfile::tempdir().unwrap();
+    let deep = [1.0, 1.5, 0.7];
+    let places = ["0mm,0mm", "3mm,-2mm", "-5mm,1mm"];
+    let presses: Vec<String> =
+        places.iter().zip(deep).map(|(place, mm)| format!("{place},{mm}mm")).collect();
+    let made = balls_on_a_pad(root.path(), &presses.iter().map(String::as_str).collect::<Vec<_>>());
+    let fit = ["fit-light", "9dtact", "--captures", "balls", "--ball-diameter", "5mm", "--json"];
+    let found = fabkit(root.path(), &[&fit[..], &["-o", "light.json"]].concat()).ok().json();
+    assert!(faults(&found).is_empty(), "{:?}", faults(&found));
+    let number = |key: &str| found[key].as_f64().unwrap();
+    for ((ball, depth_mm), place) in found["balls"].as_array().unwrap().iter().zip(deep).zip(places)
+    {
+        let number = |key: &str| ball[key].as_f64().unwrap();
+        let place: Vec<f64> =
+            place.split(',').map(|mm| mm.trim_end_matches("mm").parse().unwrap()).collect();
+        for (axis, mm) in place.iter().enumerate() {
+            // Slanted rays meet what is pressed in beside where they meet it at rest: by its depth times 5 mm over 20.
+            let off_mm = (ball["at_mm"][axis].as_f64().unwrap() - mm).abs();
+            assert!(off_mm < 0.35, "{}", ball["at_mm"]);
+        }
+        assert!((number("depth_mm") - depth_mm).abs() < 0.08, "{} {depth_mm}", number("depth_mm"));
+        assert!(number("dark_profile_rms_grey") < 1.5);
+    }
+    // Taken apart, constants of a thin layer are known badly; what pressing it to half does to its light, well.
+    let half = |of: &Value| {
+        let scatter = constant(of, "scatter_per_mm");
+        let back = |mm: f64| scatter * mm / (1.0 + scatter * mm);
+        constant(of, "layer_grey") * (back(2.5) - back(1.25))
+    };
+    let share = half(&found) / (made["exposure"].as_f64().unwrap() * half(&made));
+    assert!((share - 1.0).abs() < 0.05, "{share}");
+    assert!(number("held_out_profile_rms_grey") < 1.0 && number("reference_rms_grey") < 4.0);
+
+    // Pictures rest on these; how far light spreads is as it was.
+    let again = ["capture", "9dtact", "--constants", "light.json", "--press", "ball@0mm,0mm,1mm"];
+    let said = fabkit(root.path(), &[&again[..], &["--json", "-o", "again.png"]].concat());
+    let said = said.ok().json();
+    let known = said["constants"].as_array().unwrap();
+    let fitted = |c: &&Value| {
+        c["source"].as_str().unwrap().starts_with("light.json: fitted to 3 captures of balls")
+    };
+    assert_eq!(known.iter().filter(fitted).count(), 3);
+    assert!((constant(&said, "spread_mm") - constant(&made, "spread_mm")).abs() < 1e-12);
+
+    // One capture alone is fitted, and nothing is said to be held out.
+    fs::create_dir(root.path().join("one")).unwrap();
+    for name in ["ref.png", "1.png"] {
+        let from = root.path().join("balls").join(name);
+        fs::copy(from, root.path().join("one").join(name)).unwrap();
+    }
+    let one = ["fit-light", "9dtact", "--captures", "one", "--ball-diameter", "5mm", "--json"];
+    let one = fabkit(root.path(), &one).ok().json();
+    assert!(faults(&one).is_empty() && one["held_out_profile_rms_grey"].is_null(), "{one:#}");
+    assert!((one["balls"][0]["depth_mm"].as_f64().unwrap() - 1.5).abs() < 0.2);
+}
+
+#[test]
+fn what_shows_no_ball_is_said() {
+    let root = tempfile::tempdir().unwrap();
+    balls_on_a_pad(root.path(), &["11mm,9mm,1mm"]);
+    fs::copy(root.path().join("balls/ref.png"), root.path().join("balls/same.png")).unwrap();
+    let fit = ["fit-light", "9dtact", "--captures", "balls"];
+    let wrong = |more: &[&str], expected: &[&str]| {
+        let run = fabkit(root.path(), &[&fit[..], more].concat());
+        let is_said = expected.iter().all(|words| run.stderr.contains(words));
+        assert!(run.code == Some(2) && is_said, "{more:?}: {}", run.stderr);
+    };
+    wrong(&[], &["nobody says how large the ball is", "--ball-diameter LENGTH"]);
+    let sized = ["--ball-diameter", "5mm"];
+    wrong(&sized, &["same.png shows no ball", "0.png is too near to the side: around"]);
+    wrong(&["--ball-diameter", "5mm", "--pin-radius", "1mm"], &["--pin-radius belongs to domes"]);
+    wrong(&["--ball-diameter", "50mm"], &["20 mm"]);
+    let dome = ["fit-light", "rtac0", "--captures", "balls"];
+    let run = fabkit(root.path(), &dome);
+    assert!(
+        run.code == Some(2) && run.stderr.contains("write --camera FILE.yaml"),
+        "{}",
+        run.stderr
+    );
+    let run = fabkit(root.path(), &[&dome[..], &["--scale", "0.05mm"]].concat());
+    assert!(run.code == Some(2) && run.stderr.contains("belongs to pads"), "{}", run.stderr);
+}
+
+/// A folder with `ref.png` and pictures of a ball of 8 mm at 0.051 mm to a pixel, as 9DTact's authors published.
+#[test]
+fn a_real_ball_is_explained_where_it_is_dark() {
+    let Some(folder) = std::env::var_os("FABKIT_REAL_BALLS") else {
+        println!("SKIPPED: FABKIT_REAL_BALLS does not name a folder of real captures");
+        return;
+    };
+    let root = tempfile::tempdir().unwrap();
+    let folder = std::path::PathBuf::from(folder).display().to_string();
+    let fit = ["fit-light", "9dtact", "--captures", &folder, "--scale", "0.051mm"];
+    let found = fabkit(root.path(), &[&fit[..], &["--ball-diameter", "8mm", "--json"]].concat());
+    for ball in found.ok().json()["balls"].as_array().unwrap() {
+        println!("{:#} {:#}", ball["real"], ball["predicted"]);
+        println!("dark profile {:.2} grey rms", ball["dark_profile_rms_grey"]);
+        assert!(ball["dark_profile_rms_grey"].as_f64().unwrap() < 4.0);
+    }
+}
+
 #[test]
 fn real_captures_that_were_held_out_are_predicted() {
     let Some(folder) = std::env::var_os("FABKIT_REAL_CAPTURES").map(std::path::PathBuf::from)

@@ -259,6 +259,28 @@ fn names(landmarks: &PinLandmarks) -> String {
     landmarks.kinds().join(", ")
 }
 
+/// The pictures of a folder but the one without contact, in natural order.
+///
+/// # Errors
+/// A folder that cannot be read, holds too many pictures or none.
+pub fn pictures_of(folder: &Path, reference: &Path) -> Result<Vec<PathBuf>, Error> {
+    let is_reference = |path: &PathBuf| same_file(path, reference);
+    let all = pictures_in(folder)?.into_iter().map(|name| folder.join(name));
+    let captures: Vec<PathBuf> = all.filter(|path| !is_reference(path)).collect();
+    if captures.is_empty() {
+        return Err(CalibratingError::NoCaptures { folder: folder.into() }.into());
+    }
+    Ok(captures)
+}
+
+/// Whether two paths name one file.
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => a == b,
+    }
+}
+
 fn pictures_in(folder: &Path) -> Result<Vec<String>, CalibratingError> {
     let unreadable = |source| CalibratingError::Folder { folder: folder.into(), source };
     let mut files = Vec::new();

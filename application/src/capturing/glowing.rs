@@ -93,7 +93,8 @@ impl<'a> GlowScene<'a> {
         scratch: &mut Scratch,
     ) -> Option<Rgb> {
         let thick_mm = self.scene.thickness_mm((rest, outward), scratch, &mut Vec::new())?;
-        let before_mm = along(thick_mm, outward, direction) + BEFORE_MM;
+        let slants = [self.scene.lit.slant(rest), along(1.0, outward, direction)];
+        let before_mm = thick_mm * slants[1] + BEFORE_MM;
         let ray = Ray { origin: rest - before_mm * direction, direction: *direction };
         let per_mm = self.constants.uv_per_mm.value;
         let (mut sum, mut left) = ([0.0; 3], 1.0);
@@ -101,7 +102,7 @@ impl<'a> GlowScene<'a> {
             // What the ray meets behind the surface is another side of the sensor.
             let length_mm = share * (to.min(before_mm) - from.max(0.0));
             if length_mm > 0.0 {
-                let (glows, passes) = glow(per_mm, length_mm);
+                let (glows, passes) = glow(per_mm, length_mm / slants[1], slants);
                 sum = [0, 1, 2].map(|part| sum[part] + left * glows * self.colors[layer][part]);
                 left *= passes;
             }

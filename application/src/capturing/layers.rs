@@ -16,7 +16,7 @@ const EVEN_MM: f64 = 1e-6;
 /// A sensor in a light that shows how thick its layers are.
 #[derive(Debug)]
 pub(crate) struct LayerScene<'a> {
-    pub(super) scene: Scene<'a>,
+    pub(crate) scene: Scene<'a>,
     pub(super) constants: &'a LightConstants,
     pub(super) exposure: f64,
     /// How far neighbouring rays meet the surface from each other, mm, where maps are parts of a picture.

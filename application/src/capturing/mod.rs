@@ -40,7 +40,7 @@ pub use unit::Unit;
 
 pub(crate) use self::coat::CoatScene;
 use self::glowing::GlowScene;
-pub(crate) use self::layers::LayerScene;
+pub(crate) use self::layers::{LayerScene, SeenAtRest};
 use self::lens::LensEffects;
 use self::marks::MarkScene;
 pub(crate) use self::scene::{in_use, middle_of};

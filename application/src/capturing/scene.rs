@@ -55,6 +55,9 @@ impl<'a> Scene<'a> {
         if bodies.is_empty() {
             return Err(missing().into());
         }
+        // Light that makes layers glow is used up on its own way.
+        let slanted_in =
+            lighting.glows().then(|| bodies[0].substance.refractive_index.unwrap_or(1.0));
         let solids = bodies.into_iter().map(in_use).collect::<Result<Vec<_>, _>>()?;
         let solids = Solids(solids);
         let emitters = Emitters::of(sensor, lighting).map_err(CaptureError::NoLight)?;
@@ -63,7 +66,7 @@ impl<'a> Scene<'a> {
             let extent = solids.extent((point, outward), &mut Scratch::default(), &mut Vec::new());
             extent.map_or(0.0, |[_, to]| to)
         };
-        let lit = Lit::new(&points, &emitters, inner_mm, constants.bounce.value);
+        let lit = Lit::new(&points, &emitters, inner_mm, constants.bounce.value, slanted_in);
         let lit = lit.ok_or_else(|| CaptureError::Dark { sensor: sensor.name.clone() })?;
         let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
         let lamps = emitters.what;

@@ -10,10 +10,10 @@ use crate::Error;
 use crate::capturing::{Constant, Known, LightConstants};
 use crate::reading::{self, Expected};
 
-const FORMAT: &str = "fabkit-fit-light";
+pub(super) const FORMAT: &str = "fabkit-fit-light";
 
 /// Names of the fitted numbers, in their order.
-const NAMES: [&str; 4] = ["layer_grey", "ground_grey", "scatter_per_mm", "spread_mm"];
+pub(super) const NAMES: [&str; 4] = ["layer_grey", "ground_grey", "scatter_per_mm", "spread_mm"];
 
 /// As `fabkit fit-light --json` says it (`fabkit-fit-light` version 1), without files.
 pub fn document(sensor: &Sensor, fitted: &FittedLight) -> Value {
@@ -90,12 +90,16 @@ pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Er
         let value = value.filter(|value| *value > 0.0 && value.is_finite());
         value.ok_or_else(|| wrong(&format!("has no {name} above zero")))
     };
-    let rms = document["held_out_profile_rms_grey"].as_f64().unwrap_or(f64::NAN);
-    let source = format!(
-        "{}: fitted to {} captures of pins; {rms:.1} grey rms are left on those that were held out",
-        path.display(),
-        document["captures"]
+    let rms = document["held_out_profile_rms_grey"].as_f64();
+    let rms = rms.map_or_else(
+        || "none was held out".to_owned(),
+        |rms| format!("{rms:.1} grey rms are left on those that were held out"),
     );
+    // On pads how far light spreads is held.
+    let is_pad = document["balls"].is_array();
+    let (fitted, what) = if is_pad { (&NAMES[..3], "balls") } else { (&NAMES[..], "pins") };
+    let source =
+        format!("{}: fitted to {} captures of {what}; {rms}", path.display(), document["captures"]);
     let mut constants = LightConstants { middle_grey: None, ..LightConstants::of(sensor) };
     let parts: [&mut Constant; 4] = [
         &mut constants.layer_grey,
@@ -103,7 +107,7 @@ pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Er
         &mut constants.scatter_per_mm,
         &mut constants.spread_mm,
     ];
-    for (constant, name) in parts.into_iter().zip(NAMES) {
+    for (constant, name) in parts.into_iter().zip(fitted) {
         (constant.value, constant.known) = (value(name)?, Known::Fitted);
         constant.source.clone_from(&source);
     }

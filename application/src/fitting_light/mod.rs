@@ -4,7 +4,10 @@
 //! scatters, how far light spreads in it) and how bright each picture is. How deep the pins went is looked for beside them:
 //! what labels say of it is often not so.
 
+mod balls;
 mod document;
+mod pads;
+mod pads_document;
 mod patch;
 mod profiles;
 mod seen;
@@ -19,9 +22,12 @@ use fabkit_geometry::{Sensor, SurfacePoints};
 use fabkit_light::{TwoStream, fit};
 use rayon::prelude::*;
 
+pub use balls::PadView;
 pub use document::{document, read_constants};
+pub use pads::{Ball, FittedPads, FittingPads, Outline, Shape, is_pad};
+pub use pads_document::pads_document;
 
-use self::patch::Patch;
+use self::patch::{Patch, Raster};
 use self::profiles::{BESIDE, BINS, Profile, mean_grey};
 use self::seen::Seen;
 use crate::Error;
@@ -73,10 +79,37 @@ pub enum FitLightError {
         least: usize,
     },
     /// Not of a dome.
-    #[error("light is fitted on domes so far; `{sensor}` is none")]
+    #[error("pins are fitted to on domes; `{sensor}` is none")]
     NoDome {
         /// The sensor.
         sensor: String,
+    },
+    /// Nothing in it is dark.
+    #[error("{} shows no ball: nothing is {least} grey darker than at rest", .file.display())]
+    NoBall {
+        /// The picture.
+        file: PathBuf,
+        /// Least darkness, grey.
+        least: f64,
+    },
+    /// A ball at the side of a picture or a pad.
+    #[error(
+        "the ball of {} is too near to the side: around {:.1}, {:.1} mm less than {least_mm:.1} mm are seen whole",
+        .file.display(), .at_mm[0], .at_mm[1]
+    )]
+    NotWhole {
+        /// The picture.
+        file: PathBuf,
+        /// Its middle, sensor frame, mm.
+        at_mm: [f64; 2],
+        /// How much of the pad must be seen around it, mm.
+        least_mm: f64,
+    },
+    /// Two things press in one picture.
+    #[error("{} shows more than one ball", .file.display())]
+    Several {
+        /// The picture.
+        file: PathBuf,
     },
     /// A file that is none of constants.
     #[error("{} {what}", .file.display())]
@@ -103,7 +136,14 @@ impl Explained for FitLightError {
         let hint = match self {
             Self::File { .. } => "`fabkit fit-light` writes such files with -o",
             Self::TooFew { .. } => "take more captures, with pins in full view",
-            Self::NoDome { .. } => "`capture` goes by the built-in constants",
+            Self::NoDome { .. } => "press one ball in each capture, and leave landmarks away",
+            Self::NoBall { .. } => {
+                "press deeper; the picture at rest belongs apart from the others"
+            }
+            Self::NotWhole { .. } => {
+                "press nearer to the middle of the pad, or give the size of a pixel if pictures are straight"
+            }
+            Self::Several { .. } => "press one ball in each capture",
             Self::NoFit => "look at the captures: is the reference of the same exposure?",
         };
         Some(hint.to_owned())
@@ -245,7 +285,10 @@ impl FittingLight<'_> {
                 let (point, _) = dome.towards(ring.polar_rad, 0.0).ok_or(FitLightError::NoFit)?;
                 let [least, most] = DEPTH_LIMITS.map(|part| part * soft_mm);
                 let depth_mm = (ring.stated_mm + deeper_mm).clamp(least, most);
-                Patch::pressed(&scene, &ready, &point, [self.pin_radius_mm, depth_mm])
+                let paths_mm =
+                    |rest: &_, outward: &_, gains_mm| scene.paths_mm(rest, outward, gains_mm);
+                let tip = [self.pin_radius_mm, depth_mm];
+                Patch::pressed(&scene, &ready, &point, tip, Raster::PIN, paths_mm)
             };
             let patches = rings.iter().map(patch).collect::<Result<Vec<_>, Error>>()?;
             let fit = Fit { profiles: &profiles, ring_of: &ring_of, patches, rest: &rest };
@@ -268,7 +311,10 @@ impl FittingLight<'_> {
         let values_of: Vec<Vec<f64>> = held_out.iter().map(|of| of.values.clone()).collect();
         Ok(FittedLight {
             sigmas: {
-                let (out, least) = (jackknife(&values_of), fit.least_sigmas(values));
+                let (out, least) = (
+                    jackknife(&values_of),
+                    least_sigmas(|values| fit.residuals(values, None), values, &SLOPE_STEPS),
+                );
                 std::array::from_fn(|k| out[k].max(least[k]))
             },
             rings: fit.held_out(&captures, &held_out, &rings),
@@ -339,32 +385,8 @@ impl Fit<'_> {
         self.residuals(values, without).iter().map(|left| left * left).sum()
     }
 
-    /// Standard deviations if all that is left were independent, to first order in the constants themselves; 0 of all
-    /// where two of them are one. Bins of a profile are not independent: these are the least that there are.
-    fn least_sigmas(&self, values: &[f64]) -> [f64; 4] {
-        let left = self.residuals(values, None);
-        let slopes: Vec<Vec<f64>> = (0..4)
-            .map(|k| {
-                let step = SLOPE_STEPS[k];
-                let mut more = values.to_vec();
-                more[k] += step;
-                let more = self.residuals(&more, None);
-                more.iter().zip(&left).map(|(more, now)| (more - now) / step).collect()
-            })
-            .collect();
-        let normal = DMatrix::from_fn(4, 4, |i, j| {
-            slopes[i].iter().zip(&slopes[j]).map(|(a, b)| a * b).sum::<f64>()
-        });
-        let squares: f64 = left.iter().map(|left| left * left).sum();
-        let variance = squares / left.len().saturating_sub(4).max(1) as f64;
-        let covariance = normal.try_inverse();
-        std::array::from_fn(|k| {
-            covariance.as_ref().map_or(0.0, |all| (variance * all[(k, k)]).max(0.0).sqrt())
-        })
-    }
-
     /// Profiles ring by ring for these constants.
-    fn simulated(&self, values: &[f64]) -> Vec<[f64; BINS]> {
+    fn simulated(&self, values: &[f64]) -> Vec<Vec<f64>> {
         let law = TwoStream { scatter_per_mm: values[2] };
         self.patches.iter().map(|patch| patch.darker(values[0], law, values[3])).collect()
     }
@@ -402,7 +424,7 @@ impl Fit<'_> {
         held_out: &[OfDepth<'_>],
         rings: &[RingPlace],
     ) -> Vec<Ring> {
-        let predicted: Vec<Vec<[f64; BINS]>> =
+        let predicted: Vec<Vec<Vec<f64>>> =
             held_out.iter().map(|of| of.fit.simulated(&of.values)).collect();
         let ring = |(ring, place): (usize, &RingPlace)| {
             let mut left: [Vec<f64>; BINS] = Default::default();
@@ -450,7 +472,7 @@ impl FittedLight {
 }
 
 /// What is left of a profile, less what makes the whole picture there brighter or darker.
-fn beside_itself(profile: &Profile, simulated: &[f64; BINS]) -> [f64; BINS] {
+fn beside_itself(profile: &Profile, simulated: &[f64]) -> [f64; BINS] {
     let left: [f64; BINS] = std::array::from_fn(|bin| profile.darker[bin] - simulated[bin]);
     let beside = left[BESIDE..].iter().sum::<f64>() / (BINS - BESIDE) as f64;
     left.map(|grey| grey - beside)
@@ -493,13 +515,37 @@ fn rings(profiles: &[Profile]) -> (Vec<RingPlace>, Vec<usize>) {
 }
 
 /// Standard deviations from what comes out without each of n (Quenouille, Tukey): (n - 1) / n of the squares' sum.
-fn jackknife(held_out: &[Vec<f64>]) -> [f64; 4] {
+fn jackknife(held_out: &[Vec<f64>]) -> Vec<f64> {
     let count = held_out.len() as f64;
-    std::array::from_fn(|k| {
+    let sigma = |k: usize| {
         let mean = held_out.iter().map(|values| values[k]).sum::<f64>() / count;
         let squares: f64 = held_out.iter().map(|values| (values[k] - mean).powi(2)).sum();
         ((count - 1.0) / count * squares).sqrt()
-    })
+    };
+    (0..held_out.first().map_or(0, Vec::len)).map(sigma).collect()
+}
+
+/// Standard deviations if all that is left were independent, to first order in the values themselves, each changed by its
+/// step; 0 of all where two of them are one. Bins of a profile are not independent: these are the least that there are.
+fn least_sigmas(residuals: impl Fn(&[f64]) -> Vec<f64>, values: &[f64], steps: &[f64]) -> Vec<f64> {
+    let left = residuals(values);
+    let slope = |(k, step): (usize, &f64)| -> Vec<f64> {
+        let mut more = values.to_vec();
+        more[k] += step;
+        let more = residuals(&more);
+        more.iter().zip(&left).map(|(more, now)| (more - now) / step).collect()
+    };
+    let slopes: Vec<Vec<f64>> = steps.iter().enumerate().map(slope).collect();
+    let count = steps.len();
+    let normal = DMatrix::from_fn(count, count, |i, j| {
+        slopes[i].iter().zip(&slopes[j]).map(|(a, b)| a * b).sum::<f64>()
+    });
+    let squares: f64 = left.iter().map(|left| left * left).sum();
+    let variance = squares / left.len().saturating_sub(count).max(1) as f64;
+    let covariance = normal.try_inverse();
+    let sigma =
+        |k: usize| covariance.as_ref().map_or(0.0, |all| (variance * all[(k, k)]).max(0.0).sqrt());
+    (0..count).map(sigma).collect()
 }
 
 fn median(values: &mut [f64]) -> f64 {

@@ -132,11 +132,20 @@ pub struct FitLight {
     /// Which sensor.
     #[command(flatten)]
     pub design: Design,
-    /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's
+    /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's; on a pad [default: its nominal lens]
     #[arg(long, value_name = "FILE.yaml")]
-    pub camera: PathBuf,
-    /// Folder of pictures named after the holes that had pins, as 01_05_08.png, or with a list in
-    /// captures.csv
+    pub camera: Option<PathBuf>,
+    /// On a pad: pose file with `camera_from_sensor` [default: where the design puts the camera]; a dome's pins tell it
+    #[arg(long, value_name = "FILE")]
+    pub pose: Option<PathBuf>,
+    /// On a pad, instead of a camera: pictures that were made straight, with so much of it to a pixel, their middle on its own
+    #[arg(long, value_parser = pixel_size, value_name = "LENGTH", conflicts_with_all = ["camera", "pose"])]
+    pub scale: Option<f64>,
+    /// On a pad: diameter of the ball that each capture shows
+    #[arg(long, value_parser = ball_diameter, value_name = "LENGTH")]
+    pub ball_diameter: Option<f64>,
+    /// Folder of pictures: of a dome named after the holes that had pins, as 01_05_08.png, or with a list in captures.csv; of
+    /// a pad with one ball each
     #[arg(long, value_name = "DIR")]
     pub captures: PathBuf,
     /// The picture without contact [default: ref.png in the folder]
@@ -185,6 +194,16 @@ pub struct Reconstruct {
 }
 
 const PIN_RADIUS_LIMITS_MM: [f64; 2] = [0.1, 5.0];
+const BALL_DIAMETER_LIMITS_MM: [f64; 2] = [1.0, 20.0];
+const PIXEL_LIMITS_MM: [f64; 2] = [0.001, 1.0];
+
+fn ball_diameter(text: &str) -> Result<f64, String> {
+    length_within(text, BALL_DIAMETER_LIMITS_MM)
+}
+
+fn pixel_size(text: &str) -> Result<f64, String> {
+    length_within(text, PIXEL_LIMITS_MM)
+}
 
 fn pin_radius(text: &str) -> Result<f64, String> {
     length_within(text, PIN_RADIUS_LIMITS_MM)

@@ -77,6 +77,7 @@ Examples:
 pub(crate) const FIT_LIGHT: &str = "\
 Examples:
   fabkit fit-light rtac0 --camera camera.yaml --captures pictures -o light.json
+  fabkit fit-light 9dtact --ball-diameter 8mm --scale 0.051mm --captures balls
   fabkit capture rtac0 --constants light.json --press ball@24deg,120deg,1mm -o pressed.png";
 
 pub(crate) const OPTICS_PACK: &str = "\

@@ -1,12 +1,14 @@
-//! `fabkit fit-light SENSOR --camera camera.yaml --captures DIR`
+//! `fabkit fit-light SENSOR --camera camera.yaml --captures DIR`: of pins on a dome, of a ball on a pad.
+
+mod pads;
 
 use fabkit_application::calibrating::captures;
 use fabkit_application::calibrating::extrinsics::{landmarks_of, read_camera, read_landmarks};
-use fabkit_application::fitting_light::{FittedLight, FittingLight, document};
+use fabkit_application::fitting_light::{FittedLight, FittingLight, document, is_pad};
 use fabkit_application::picture::is_named_as_one as is_picture;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::Outcome;
 use crate::cli::FitLight;
@@ -18,7 +20,8 @@ pub(super) fn run(args: &FitLight) -> Result<Outcome, Failure> {
     let is_read = |name: &str| is_picture(name) || name.ends_with(".csv");
     Roles::default()
         .reads("SENSOR", Target::new(&args.design.sensor).files())
-        .reads("--camera", [&args.camera])
+        .reads("--camera", &args.camera)
+        .reads("--pose", &args.pose)
         .reads("--landmarks", &args.landmarks)
         .reads("--reference", &args.reference)
         .reads_all("--captures", Some(args.captures.as_path()), is_read)
@@ -26,7 +29,21 @@ pub(super) fn run(args: &FitLight) -> Result<Outcome, Failure> {
         .check()?;
     let target = Target::new(&args.design.sensor);
     let design = target.design(&args.design.set)?;
-    let camera = read_camera(&args.camera)?;
+    let reference = args.reference.clone().unwrap_or_else(|| args.captures.join("ref.png"));
+    if is_pad(&design.sensor) {
+        return pads::run(args, &reference);
+    }
+    let of_pads = [
+        ("--pose", args.pose.is_some(), "a dome's pins say where the camera is"),
+        ("--scale", args.scale.is_some(), "write --camera FILE.yaml"),
+        ("--ball-diameter", args.ball_diameter.is_some(), "captures of a dome show pins"),
+    ];
+    refuse(&of_pads, &format!("belongs to pads; {} is none", design.sensor.name))?;
+    let Some(camera) = &args.camera else {
+        let message = format!("nobody says which camera looks at {}", design.sensor.name);
+        return Err(Failure::new(ErrorKind::BadInput, message, "write --camera FILE.yaml"));
+    };
+    let camera = read_camera(camera)?;
     let own = || -> Result<_, Failure> {
         let target =
             Target { sensor: &args.design.sensor, fixture: None, part: None, preset: None };
@@ -45,7 +62,6 @@ pub(super) fn run(args: &FitLight) -> Result<Outcome, Failure> {
         let message = "nobody says how round the pins' tips are";
         return Err(Failure::new(ErrorKind::BadInput, message, "write --pin-radius"));
     }
-    let reference = args.reference.clone().unwrap_or_else(|| args.captures.join("ref.png"));
     let kind = args.pin.as_deref();
     let captures = captures::read(&args.captures, Some(&reference), &landmarks, kind)?;
     let fitting = FittingLight {
@@ -60,7 +76,22 @@ pub(super) fn run(args: &FitLight) -> Result<Outcome, Failure> {
     let fitted = fitting.run()?;
     let mut json = document(&design.sensor, &fitted);
     json["pin_radius_mm"] = json!(pin_radius_mm);
-    let mut text = summary(&fitted);
+    let text = summary(&fitted);
+    ended(args, text, json)
+}
+
+/// Options of this kind of sensor's sibling, whether each was given, and what to do instead.
+fn refuse(options: &[(&str, bool, &str)], why: &str) -> Result<(), Failure> {
+    match options.iter().find(|(_, is_given, _)| *is_given) {
+        Some((option, _, hint)) => {
+            Err(Failure::new(ErrorKind::BadInput, format!("{option} {why}"), *hint))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Says what is not explained, and writes the file.
+fn ended(args: &FitLight, mut text: String, json: Value) -> Result<Outcome, Failure> {
     for sentence in json["unexplained"].as_array().into_iter().flatten() {
         text += &format!("not explained: {}\n", sentence.as_str().unwrap_or_default());
     }

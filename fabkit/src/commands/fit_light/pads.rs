@@ -1,0 +1,77 @@
+//! Of a flat gel, from pictures of a ball.
+
+use std::path::{Path, PathBuf};
+
+use fabkit_application::calibrating::captures::pictures_of;
+use fabkit_application::fitting_light::{FittedPads, FittingPads, Outline, pads_document};
+use serde_json::json;
+
+use super::super::{Outcome, view};
+use super::{ended, refuse};
+use crate::cli::{CameraArgs, FitLight};
+use crate::failure::{ErrorKind, Failure};
+
+pub(super) fn run(args: &FitLight, reference: &Path) -> Result<Outcome, Failure> {
+    let of_domes = [
+        ("--landmarks", args.landmarks.is_some(), "where a ball is, its picture says"),
+        ("--pin", args.pin.is_some(), "press one ball in each capture"),
+        ("--pin-radius", args.pin_radius.is_some(), "write --ball-diameter LENGTH"),
+    ];
+    refuse(&of_domes, "belongs to domes; captures of a pad show a ball")?;
+    let Some(diameter_mm) = args.ball_diameter else {
+        let message = "nobody says how large the ball is";
+        return Err(Failure::new(ErrorKind::BadInput, message, "write --ball-diameter LENGTH"));
+    };
+    let camera = CameraArgs { camera: args.camera.clone(), pose: args.pose.clone() };
+    let (project, viewpoint) = view::seen_from(&args.design, &camera, None)?;
+    let captures: Vec<PathBuf> = pictures_of(&args.captures, reference)?;
+    let fitting = FittingPads {
+        project: &project,
+        outline: args.scale.map_or(Outline::Camera(&viewpoint), Outline::Straight),
+        reference,
+        captures: &captures,
+        ball_radius_mm: diameter_mm / 2.0,
+    };
+    let fitted = fitting.run()?;
+    let mut json = pads_document(&project.design.sensor, &fitted);
+    json["ball_diameter_mm"] = json!(diameter_mm);
+    ended(args, summary(&fitted), json)
+}
+
+fn summary(fitted: &FittedPads) -> String {
+    let [layer, ground, scatter] = fitted.values;
+    let [of_layer, of_ground, of_scatter] = fitted.sigmas;
+    let [first, of_first] = fitted.layer_grey_per_mm;
+    let held_out = fitted.held_out_profile_rms_grey;
+    let held_out = held_out.map_or_else(
+        || "one capture alone: none is held out".to_owned(),
+        |rms| format!("held out {rms:.2}"),
+    );
+    let mut text = format!(
+        "the first of the layer sends back {first:.1} +- {of_first:.1} grey/mm, {ground:.0} +- {of_ground:.0} grey come from \
+         elsewhere\n\
+         taken apart: an endless layer {layer:.0} +- {of_layer:.0} grey, scatter {scatter:.2} +- {of_scatter:.2} /mm; that \
+         light spreads {:.2} mm is taken as known\n\
+         profiles {:.2} grey rms, {held_out}; at rest {:.2} grey rms\n\
+         each real, predicted:  depth mm  middle grey     edge mm      ring grey    ring mm      dark rms\n",
+        fitted.spread_mm, fitted.profile_rms_grey, fitted.reference_rms_grey
+    );
+    for ball in &fitted.balls {
+        let (real, now) = (ball.real, ball.predicted);
+        let [real_edge, edge] =
+            [real, now].map(|shape| shape.edge_mm.map_or("-".to_owned(), |mm| format!("{mm:.2}")));
+        let name = ball.file.file_name().unwrap_or_default().to_string_lossy();
+        text += &format!(
+            "{name:22} {:9.2}  {:5.1} {:5.1}  {real_edge:>5} {edge:>5}  {:6.1} {:5.1}  {:5.2} {:5.2}  {:8.2}\n",
+            ball.depth_mm,
+            real.middle_grey,
+            now.middle_grey,
+            real.ring_grey,
+            now.ring_grey,
+            real.ring_mm,
+            now.ring_mm,
+            ball.dark_rms_grey
+        );
+    }
+    text
+}

@@ -125,7 +125,7 @@ impl PadView {
     }
 
     /// From how far rays seem to come, mm.
-    pub(super) fn from_mm(&self) -> f64 {
+    pub(super) fn seen_from_mm(&self) -> f64 {
         self.from_mm
     }
 

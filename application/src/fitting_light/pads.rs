@@ -186,7 +186,7 @@ impl FittingPads<'_> {
         if let Some(error) = Error::all(wrong) {
             return Err(error);
         }
-        let raster = balls::raster(self.ball_radius_mm, view.from_mm());
+        let raster = balls::raster(self.ball_radius_mm, view.seen_from_mm());
         let model = Model::new(sensor, &layers, self.ball_radius_mm, raster)?;
         let lit_at = |[x, y]: [f64; 2]| layers.scene.lit.at(&Point3::new(x, y, model.middle.z));
         let lit: Vec<f64> = profiles.iter().map(|profile| lit_at(profile.at_mm)).collect();

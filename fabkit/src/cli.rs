@@ -124,7 +124,7 @@ pub enum Command {
     /// Take the picture that the sensor's camera would take, simulated
     #[command(after_help = examples::CAPTURE)]
     Capture(Capture),
-    /// Fit the constants of a real unit's light to its captures of pins, for `capture`
+    /// Fit the constants of a real unit's light to its captures of pins, or of a ball on a pad, for `capture`
     #[command(after_help = examples::FIT_LIGHT)]
     FitLight(FitLight),
     /// Say how deep pictures are pressed, from how dark layers or how bright slopes have become, or by a network, and where

@@ -167,6 +167,15 @@ fn balls_on_a_pad_give_back_light_and_depth() {
     let one = fabkit(root.path(), &one).ok().json();
     assert!(faults(&one).is_empty() && one["held_out_profile_rms_grey"].is_null(), "{one:#}");
     assert!((one["balls"][0]["depth_mm"].as_f64().unwrap() - 1.5).abs() < 0.2);
+
+    // A ball that is smaller than it was leaves something that is not explained, and says so.
+    let small = ["fit-light", "9dtact", "--captures", "one", "--ball-diameter", "3mm", "--json"];
+    let small = fabkit(root.path(), &small).ok().json();
+    let said = small["unexplained"].as_array().unwrap().iter();
+    let asks = |words: &&Value| words.as_str().unwrap().contains("is the ball as large");
+    assert_eq!(said.filter(asks).count(), 1, "{:#}", small["unexplained"]);
+    let first = &small["constants"].as_array().unwrap()[3];
+    assert!(first["name"] == "layer_grey_per_mm" && first["sigma"].as_f64().unwrap() > 0.0);
 }
 
 #[test]

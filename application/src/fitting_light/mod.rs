@@ -537,9 +537,12 @@ fn least_sigmas(residuals: impl Fn(&[f64]) -> Vec<f64>, values: &[f64], steps: &
     };
     let slopes: Vec<Vec<f64>> = steps.iter().enumerate().map(slope).collect();
     let count = steps.len();
-    let normal = DMatrix::from_fn(count, count, |i, j| {
+    let mut normal = DMatrix::from_fn(count, count, |i, j| {
         slopes[i].iter().zip(&slopes[j]).map(|(a, b)| a * b).sum::<f64>()
     });
+    // What has come to a limit changes nothing, and keeps no other from being known.
+    let is_stuck: Vec<bool> = (0..count).map(|k| normal[(k, k)] == 0.0).collect();
+    (0..count).filter(|k| is_stuck[*k]).for_each(|k| normal[(k, k)] = 1.0);
     let squares: f64 = left.iter().map(|left| left * left).sum();
     let variance = squares / left.len().saturating_sub(count).max(1) as f64;
     let covariance = normal.try_inverse();

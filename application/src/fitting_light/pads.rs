@@ -120,6 +120,8 @@ pub struct Ball {
     pub at_mm: [f64; 2],
     /// How deep it went that explains its picture best, mm.
     pub depth_mm: f64,
+    /// Whether that is the least or the most that is tried.
+    pub is_at_limit: bool,
     /// How much brighter its picture is as a whole than the one at rest, grey.
     pub brighter_grey: f64,
     /// Grey by which it is darker than at rest, by distance: real, by the constants of all captures, and by those of the others.
@@ -391,6 +393,8 @@ impl Fit<'_> {
             Vec::new()
         };
         let bin_mm = self.model.raster.bin_mm;
+        let depths = &self.model.depths_mm;
+        let [least_mm, most_mm] = [depths[0], depths[depths.len() - 1]];
         let balls: Vec<Ball> = all
             .par_iter()
             .map(|capture| {
@@ -410,7 +414,8 @@ impl Fit<'_> {
                 Ball {
                     file: files[*capture].clone(),
                     at_mm: profile.at_mm,
-                    depth_mm: values[3 + capture],
+                    depth_mm: values[3 + capture].clamp(least_mm, most_mm),
+                    is_at_limit: !(least_mm..most_mm).contains(&values[3 + capture]),
                     brighter_grey: profile.brighter_grey,
                     dark_rms_grey: rms(left.take(dark)),
                     profile_grey: rows.map(|((real, own), now)| [*real, *own, *now]).collect(),

@@ -59,6 +59,12 @@ fn unexplained(fitted: &FittedPads) -> Vec<String> {
     let mut found = Vec::new();
     for ball in &fitted.balls {
         let (file, real, now) = (ball.file.display(), ball.real, ball.predicted);
+        if ball.is_at_limit {
+            let mm = ball.depth_mm;
+            found.push(format!(
+                "{file}: {mm:.2} mm explain it best, as far as depths are tried: is the ball as large as it is said to be?"
+            ));
+        }
         if ball.dark_rms_grey > PROFILE_GREY {
             let grey = ball.dark_rms_grey;
             found.push(format!("{file}: {grey:.1} grey rms are left where the ball makes it dark"));

@@ -33,8 +33,8 @@ const NODES_TO_RADIUS: f64 = 8.0;
 /// No ball goes in deeper than this part of its radius: its shaft would.
 const MOST_OF_RADIUS: f64 = 0.97;
 /// Scatter from which a fit begins, 1/mm; and depths, as parts of what the contact's edge says.
-const SCATTER: [f64; 3] = [0.1, 0.4, 1.5];
-const BEGIN: [f64; 3] = [1.0, 0.75, 0.5];
+const SCATTER: [f64; 2] = [0.1, 0.6];
+const BEGIN: [f64; 2] = [1.0, 0.7];
 /// What comes from elsewhere in the beginning, grey.
 const GROUND: f64 = 10.0;
 /// By so much constants are changed to see what that does, each in its unit, and depths.
@@ -385,7 +385,10 @@ impl Fit<'_> {
         let constants = [values[0], values[1], values[2]];
         let without = |capture: &usize| {
             let others: Vec<usize> = all.iter().copied().filter(|k| k != capture).collect();
-            self.solve(&others).ok_or(FitLightError::NoFit)
+            // From where all captures have led: without one of them it is not far.
+            let mut start = constants.to_vec();
+            start.extend(others.iter().map(|other| values[3 + other]));
+            fit(|values| self.residuals(&others, values), &start).ok_or(FitLightError::NoFit)
         };
         let held_out = if all.len() > 1 {
             all.par_iter().map(without).collect::<Result<Vec<_>, _>>()?

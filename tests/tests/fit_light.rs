@@ -192,6 +192,10 @@ fn what_shows_no_ball_is_said() {
     wrong(&[], &["nobody says how large the ball is", "--ball-diameter LENGTH"]);
     let sized = ["--ball-diameter", "5mm"];
     wrong(&sized, &["same.png shows no ball", "0.png is too near to the side: around"]);
+    let two = ["capture", "9dtact", "--spacing", "0.5mm", "--press", "ball@-6mm,0mm,1mm"];
+    let two = [&two[..], &["--press", "ball@6mm,0mm,1mm", "-o", "balls/two.png"]].concat();
+    fabkit(root.path(), &two).ok();
+    wrong(&sized, &["two.png shows more than one ball"]);
     wrong(&["--ball-diameter", "5mm", "--pin-radius", "1mm"], &["--pin-radius belongs to domes"]);
     wrong(&["--ball-diameter", "50mm"], &["20 mm"]);
     let dome = ["fit-light", "rtac0", "--captures", "balls"];

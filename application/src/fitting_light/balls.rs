@@ -59,7 +59,7 @@ pub(super) struct PadPixel {
 
 /// Where pictures show a pad's surface at rest.
 #[derive(Clone, Debug)]
-pub struct PadView {
+pub(super) struct PadView {
     size_px: [usize; 2],
     /// Row by row.
     pixels: Vec<Option<PadPixel>>,
@@ -87,6 +87,8 @@ impl PadView {
             (slope > LEAST_SLOPE).then(|| aside_mm / slope)
         };
         let from_mm = median(pixels.iter().flatten().filter_map(from_mm));
+        // Where no ray is slanted, they come from very far.
+        let from_mm = if from_mm.is_finite() { from_mm } else { f64::INFINITY };
         Ok(Self { size_px, pixels, from_mm }.without_edge())
     }
 

@@ -22,7 +22,6 @@ use fabkit_geometry::{Sensor, SurfacePoints};
 use fabkit_light::{TwoStream, fit};
 use rayon::prelude::*;
 
-pub use balls::PadView;
 pub use document::{document, read_constants};
 pub use pads::{Ball, FittedPads, FittingPads, Outline, Shape, is_pad};
 pub use pads_document::pads_document;

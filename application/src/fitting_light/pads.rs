@@ -21,7 +21,7 @@ use crate::Error;
 use crate::capturing::{self, LayerScene, LightConstants, middle_of};
 use crate::ground_truth::Viewpoint;
 use crate::pressing::{Ready, threads};
-use crate::reconstructing::{ReconstructError, Taken};
+use crate::reconstructing::{Taken, check_size};
 use crate::scene::SensorView;
 
 /// Least and largest depth that is tried, as parts of what is soft, and how many between them: profiles of others lie between
@@ -80,9 +80,9 @@ pub struct Shape {
     pub middle_grey: f64,
     /// How far out it is as bright as at rest, mm; nothing where it nowhere is.
     pub edge_mm: Option<f64>,
-    /// How much brighter than at rest the brightest place beyond that is, grey, and how far out, mm.
+    /// How much brighter than at rest the brightest place beyond that is, grey.
     pub ring_grey: f64,
-    /// The same.
+    /// How far out that place is, mm.
     pub ring_mm: f64,
 }
 
@@ -171,13 +171,13 @@ impl FittingPads<'_> {
         let layers = LayerScene::of(sensor, lighting, &constants)?;
         let reference = Taken::read(self.reference)?;
         let view = self.view(&layers, reference.size_px)?;
-        check_size(self.reference, &reference, &view)?;
+        check_size(self.reference, &reference, view.size_px())?;
         let reference = reference.grey();
         let (mut profiles, mut wrong) = (Vec::new(), Vec::new());
         for file in self.captures {
             let read = || {
                 let picture = Taken::read(file)?;
-                check_size(file, &picture, &view)?;
+                check_size(file, &picture, view.size_px())?;
                 Profile::of(&view, file, [&reference, &picture.grey()], self.ball_radius_mm)
             };
             match read() {
@@ -220,14 +220,6 @@ impl FittingPads<'_> {
             }
         })
     }
-}
-
-fn check_size(file: &Path, picture: &Taken, view: &PadView) -> Result<(), Error> {
-    let (size_px, expected_px) = (picture.size_px, view.size_px());
-    if size_px == expected_px {
-        return Ok(());
-    }
-    Err(ReconstructError::OtherSize { file: file.into(), size_px, expected_px }.into())
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {

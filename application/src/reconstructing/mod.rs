@@ -188,7 +188,8 @@ impl Reconstructor {
     }
 }
 
-fn check_size(
+/// Whether a picture, which came from `file`, has so many columns and rows.
+pub(crate) fn check_size(
     file: &Path,
     picture: &Taken,
     expected_px: [usize; 2],

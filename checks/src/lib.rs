@@ -56,6 +56,7 @@ mod standing;
 mod tearing;
 mod waiting;
 
+use std::mem;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fabkit_geometry::{Loose, Sensor};
@@ -72,6 +73,7 @@ pub use printability::{
 pub use scene::InvalidBody;
 pub use slicing::{Chosen, PrintSettings, print_settings};
 
+use motion::Ways;
 use scene::Assemblies;
 
 /// How finely the rules look, for people.
@@ -130,35 +132,57 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
 /// # Errors
 /// As [`check`].
 pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport, InvalidBody> {
-    check_all(sensor, &Memo::default(), progress)
+    check_all(sensor, &Rule::ALL, &Memo::default(), progress)
 }
 
-/// The same as [`check`], overhangs and batches too, for those who look at many sensors that have much in common:
-/// what `memo` knows to be clean is not looked at again.
+/// The same as [`check`] by some of [`Rule::ALL`], for those who look at many sensors that have much in common: what
+/// `memo` knows to be clean is not looked at again.
+///
+/// ```
+/// use fabkit_checks::{Memo, Rule, check, check_rules, example};
+/// let memo = Memo::default();
+/// let report = check_rules(&example::puck(), &[Rule::Casting], &memo)?;
+/// assert_eq!(report.examined.len(), 1);
+/// let all = check_rules(&example::puck(), &Rule::ALL, &memo)?;
+/// assert_eq!(all, check(&example::puck())?);
+/// # Ok::<(), fabkit_checks::InvalidBody>(())
+/// ```
 ///
 /// # Errors
 /// As [`check`].
-pub fn check_again(sensor: &Sensor, memo: &Memo) -> Result<CheckReport, InvalidBody> {
-    check_all(sensor, memo, &|_, _| {})
+pub fn check_rules(
+    sensor: &Sensor,
+    rules: &[Rule],
+    memo: &Memo,
+) -> Result<CheckReport, InvalidBody> {
+    check_all(sensor, rules, memo, &|_, _| {})
 }
 
-fn check_all(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport, InvalidBody> {
-    let mut report = apply(sensor, memo, progress)?;
-    let (hanging, count) = overhang::examine(sensor)?;
-    let (falling, printed) = standing::examine(sensor)?;
-    // One cause, one finding: what straight rays say already is not said again.
-    let is_said = report.of(Rule::Sight).any(|finding| finding.severity != Severity::Note);
-    let mut seen = seen::examine(sensor)?;
-    seen.retain(|finding| finding.severity == Severity::Note || !is_said);
-    // Where the rule's other findings are.
-    let rank = |rule| Rule::ALL.iter().position(|known| *known == rule);
-    let before = |finding: &Finding| rank(finding.rule) <= rank(Rule::Sight);
-    let place = report.findings.iter().rposition(before).map_or(0, |last| last + 1);
-    report.findings.splice(place..place, seen);
-    report.findings.extend(falling);
-    report.findings.extend(hanging);
-    report.examined.push(Examined { rule: Rule::Standing, count: printed, what: "printed parts" });
-    report.examined.push(Examined { rule: Rule::Overhang, count, what: "printed parts" });
+fn check_all(
+    sensor: &Sensor,
+    rules: &[Rule],
+    memo: &Memo,
+    progress: Progress,
+) -> Result<CheckReport, InvalidBody> {
+    let mut report = apply(sensor, rules, memo, progress)?;
+    if rules.contains(&Rule::Sight) {
+        // One cause, one finding: what straight rays say already is not said again.
+        let is_said = report.of(Rule::Sight).any(|finding| finding.severity != Severity::Note);
+        let mut seen = seen::examine(sensor)?;
+        seen.retain(|finding| finding.severity == Severity::Note || !is_said);
+        // Where the rule's other findings are.
+        let rank = |rule| Rule::ALL.iter().position(|known| *known == rule);
+        let before = |finding: &Finding| rank(finding.rule) <= rank(Rule::Sight);
+        let place = report.findings.iter().rposition(before).map_or(0, |last| last + 1);
+        report.findings.splice(place..place, seen);
+    }
+    let printed: [(Rule, Look); 2] =
+        [(Rule::Standing, standing::examine), (Rule::Overhang, overhang::examine)];
+    for (rule, look) in printed.into_iter().filter(|(rule, _)| rules.contains(rule)) {
+        let (found, count) = look(sensor)?;
+        report.findings.extend(found);
+        report.examined.push(Examined { rule, count, what: "printed parts" });
+    }
     Ok(CheckReport { batches: batches(sensor), ..report })
 }
 
@@ -181,14 +205,20 @@ pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 /// # Errors
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn check_variant(sensor: &Sensor, memo: &Memo) -> Result<CheckReport, InvalidBody> {
-    apply(sensor, memo, &|_, _| {})
+    apply(sensor, &Rule::ALL, memo, &|_, _| {})
 }
 
-fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport, InvalidBody> {
+fn apply(
+    sensor: &Sensor,
+    rules: &[Rule],
+    memo: &Memo,
+    progress: Progress,
+) -> Result<CheckReport, InvalidBody> {
+    let wants = |rule: Rule| rules.contains(&rule);
     let scene = Assemblies::new(sensor)?;
-    let mut findings = chain::examine(sensor, &scene);
-    findings.extend(waiting::examine(sensor));
-    let pairs = interference::pairs(sensor, &scene);
+    let mut findings = Vec::new();
+    let pairs =
+        if wants(Rule::Interference) { interference::pairs(sensor, &scene) } else { Vec::new() };
     let pours: Vec<_> = chain::pours(sensor).collect();
     // A direction of no length has been reported by the chain's rule.
     let rising: Vec<_> = pours.iter().filter(|(_, pour)| pour.up.norm() > 0.0).collect();
@@ -197,61 +227,97 @@ fn apply(sensor: &Sensor, memo: &Memo, progress: Progress) -> Result<CheckReport
     let done = AtomicUsize::new(0);
     let tick = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
 
-    findings.extend(interference::examine(sensor, &pairs, memo, &tick));
-    for (place, pour) in &pours {
-        findings.extend(casting::examine(place, pour, &scene, memo));
-        tick();
-    }
-    for (place, pour) in &rising {
-        findings.extend(air::examine(place, pour, &scene, memo));
-        findings.extend(outlet::examine(place, pour, &scene, memo));
-        tick();
-    }
-    let pulled: Vec<Vec<Finding>> = removals
-        .par_iter()
-        .map(|removal| {
+    let mut examined = Vec::new();
+    let mut examine = |rule, what, look: &mut dyn FnMut() -> Looked| {
+        if wants(rule) {
+            let (found, count) = look()?;
+            findings.extend(found);
+            examined.push(Examined { rule, count, what });
+        }
+        Ok::<_, InvalidBody>(())
+    };
+    examine(Rule::Chain, "steps", &mut || {
+        let found = [chain::examine(sensor, &scene), waiting::examine(sensor)];
+        Ok((found.concat(), sensor.chain.len()))
+    })?;
+    examine(Rule::Interference, "pairs of bodies", &mut || {
+        Ok((interference::examine(sensor, &pairs, memo, &tick), pairs.len()))
+    })?;
+    examine(Rule::Casting, "pours", &mut || {
+        let found = pours.iter().flat_map(|(place, pour)| {
+            let found = casting::examine(place, pour, &scene, memo);
+            tick();
+            found
+        });
+        Ok((found.collect(), pours.len()))
+    })?;
+    examine(Rule::TrappedAir, "pours", &mut || {
+        let found = rising.iter().flat_map(|(place, pour)| {
+            let mut found = air::examine(place, pour, &scene, memo);
+            found.extend(outlet::examine(place, pour, &scene, memo));
+            tick();
+            found
+        });
+        Ok((found.collect(), rising.len()))
+    })?;
+    examine(Rule::Demolding, "pulls", &mut || {
+        let pulled = removals.par_iter().map(|removal| {
             let has_direction = removal.pull.direction.norm() > 0.0;
             let found = has_direction.then(|| demolding::examine(removal, memo));
             tick();
             found.unwrap_or_default()
-        })
-        .collect();
-    findings.extend(pulled.into_iter().flatten());
-
-    let examined = |rule, count, what| Examined { rule, count, what };
-    let mut examined = vec![
-        examined(Rule::Chain, sensor.chain.len(), "steps"),
-        examined(Rule::Interference, pairs.len(), "pairs of bodies"),
-        examined(Rule::Casting, pours.len(), "pours"),
-        examined(Rule::TrappedAir, rising.len(), "pours"),
-        examined(Rule::Demolding, removals.len(), "pulls"),
-    ];
-    let mut tell = |rule, what, (found, count): (Vec<Finding>, usize)| {
-        findings.extend(found);
-        examined.push(Examined { rule, count, what });
-    };
-    tell(Rule::Parting, "steps that shape what is touched", parting::examine(sensor, &scene));
-    let flows = pours.par_iter().filter_map(|(at, pour)| flow::examine(sensor, at, pour, &scene));
-    tell(Rule::Flow, "pours", (flows.collect(), pours.len()));
-    let (mut unseen, to_be_seen) = sight::examine(sensor, &scene);
-    unseen.extend(softness::contrasts(sensor));
-    tell(Rule::Sight, "bodies that are to be seen", (unseen, to_be_seen));
-    tell(Rule::Leak, "lines to where daylight might be", leak::examine(sensor, &scene));
-    tell(Rule::Glare, "lamps", glare::examine(sensor, &scene)?);
-    let ways = motion::examine(sensor, &scene, memo);
-    tell(Rule::Motion, "bodies that get to a place", (ways.findings, ways.bodies));
-    tell(Rule::Access, "places for hands and tools", (adjusting::examine(sensor), ways.tools));
-    let loose = sensor.loose.iter().map(|loose| unbonded(sensor, loose));
-    let loose = loose.chain(tearing::examine(sensor)).collect();
-    tell(Rule::Bonding, "layers", (loose, sensor.layers().count()));
-    tell(Rule::Chemistry, "faces of liquids", chemistry::examine(sensor));
-    tell(Rule::Softness, "bodies of known hardness", softness::examine(sensor, &scene));
-    tell(Rule::Held, "pairs of bodies that meet", held::examine(sensor, &scene));
-    tell(Rule::Circuit, "circuits", circuit::examine(sensor)?);
-    tell(Rule::Labels, "printed parts", labels::examine(sensor, &scene));
-    tell(Rule::Printability, "parts on own machines", printability::on_machines(sensor)?);
+        });
+        Ok((pulled.collect::<Vec<_>>().concat(), removals.len()))
+    })?;
+    examine(Rule::Parting, "steps that shape what is touched", &mut || {
+        Ok(parting::examine(sensor, &scene))
+    })?;
+    examine(Rule::Flow, "pours", &mut || {
+        let flows = pours.par_iter();
+        let flows = flows.filter_map(|(at, pour)| flow::examine(sensor, at, pour, &scene));
+        Ok((flows.collect(), pours.len()))
+    })?;
+    examine(Rule::Sight, "bodies that are to be seen", &mut || {
+        let (mut unseen, to_be_seen) = sight::examine(sensor, &scene);
+        unseen.extend(softness::contrasts(sensor));
+        Ok((unseen, to_be_seen))
+    })?;
+    examine(Rule::Leak, "lines to where daylight might be", &mut || {
+        Ok(leak::examine(sensor, &scene))
+    })?;
+    examine(Rule::Glare, "lamps", &mut || glare::examine(sensor, &scene))?;
+    // Tools are looked at with the ways of what they fix.
+    let moves = wants(Rule::Motion) || wants(Rule::Access);
+    let mut ways = if moves { motion::examine(sensor, &scene, memo) } else { Ways::default() };
+    examine(Rule::Motion, "bodies that get to a place", &mut || {
+        Ok((mem::take(&mut ways.findings), ways.bodies))
+    })?;
+    examine(Rule::Access, "places for hands and tools", &mut || {
+        Ok(([mem::take(&mut ways.findings), adjusting::examine(sensor)].concat(), ways.tools))
+    })?;
+    examine(Rule::Bonding, "layers", &mut || {
+        let loose = sensor.loose.iter().map(|loose| unbonded(sensor, loose));
+        let loose = loose.chain(tearing::examine(sensor)).collect();
+        Ok((loose, sensor.layers().count()))
+    })?;
+    examine(Rule::Chemistry, "faces of liquids", &mut || Ok(chemistry::examine(sensor)))?;
+    examine(Rule::Softness, "bodies of known hardness", &mut || {
+        Ok(softness::examine(sensor, &scene))
+    })?;
+    examine(Rule::Held, "pairs of bodies that meet", &mut || Ok(held::examine(sensor, &scene)))?;
+    examine(Rule::Circuit, "circuits", &mut || circuit::examine(sensor))?;
+    examine(Rule::Labels, "printed parts", &mut || Ok(labels::examine(sensor, &scene)))?;
+    examine(Rule::Printability, "parts on own machines", &mut || {
+        printability::on_machines(sensor)
+    })?;
     Ok(CheckReport { findings, examined, batches: Vec::new() })
 }
+
+/// A rule that asks about a kit of parts alone.
+type Look = fn(&Sensor) -> Looked;
+
+/// What a rule found, and how much it looked at.
+type Looked = Result<(Vec<Finding>, usize), InvalidBody>;
 
 /// What the camera sees alone, without the rest of [`check`].
 ///
@@ -269,59 +335,10 @@ pub fn seen(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     seen::examine(sensor)
 }
 
-/// Whether daylight falls on what the camera looks at, without the rest of [`check`].
-///
-/// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
-pub fn leaks(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    Ok(leak::examine(sensor, &Assemblies::new(sensor)?).0)
-}
-
-/// What holds what in the finished sensor, and how much it bears, without the rest of [`check`].
-///
-/// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
-pub fn held(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    Ok(held::examine(sensor, &Assemblies::new(sensor)?).0)
-}
-
-/// Whether lamps shine and do not burn, nets connect and boards are there, without the rest of [`check`].
-///
-/// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
-pub fn circuits(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    Ok(circuit::examine(sensor)?.0)
-}
-
-/// Whether printed parts can be told apart and letters do no harm, without the rest of [`check`].
-///
-/// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
-pub fn labels(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    Ok(labels::examine(sensor, &Assemblies::new(sensor)?).0)
-}
-
-/// What hangs over as printed parts lie on their beds, without the rest of [`check`].
-///
-/// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
-pub fn overhang(kit: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    Ok(overhang::examine(kit)?.0)
-}
-
 /// What the chain says of lenses that are focused and of steps that overlap in time, without the rest of
 /// [`check`].
 pub fn handwork(sensor: &Sensor) -> Vec<Finding> {
     [adjusting::examine(sensor), waiting::examine(sensor)].concat()
-}
-
-/// How printed parts stand on their machines, without the rest of [`check`]: what topples, and where
-/// resin stays.
-///
-/// # Errors
-/// [`InvalidBody`] if a solid of the kit is none.
-pub fn standing(kit: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    Ok(standing::examine(kit)?.0)
 }
 
 /// Whether everything gets to its place, and its tools with it, without the rest of [`check`].
@@ -329,16 +346,7 @@ pub fn standing(kit: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
 /// # Errors
 /// [`InvalidBody`] if a solid of the sensor is none.
 pub fn motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    motions_again(sensor, &Memo::default())
-}
-
-/// The same, without looking again at what `memo` knows to be clean.
-///
-/// # Errors
-/// As [`motions`].
-pub fn motions_again(sensor: &Sensor, memo: &Memo) -> Result<Vec<Finding>, InvalidBody> {
-    let scene = Assemblies::new(sensor)?;
-    Ok(motion::examine(sensor, &scene, memo).findings)
+    Ok(check_rules(sensor, &[Rule::Motion], &Memo::default())?.findings)
 }
 
 /// A layer that is cast onto something that it does not stick to: its shape may hold it all the same.
@@ -363,18 +371,7 @@ fn unbonded(sensor: &Sensor, loose: &Loose) -> Finding {
         .of([loose.layer.as_str(), loose.on.as_str()])
 }
 
-/// The overlaps of bodies alone, without the rest of [`check`].
-///
-/// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
-pub fn interference(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    let scene = Assemblies::new(sensor)?;
-    let pairs = interference::pairs(sensor, &scene);
-    Ok(interference::examine(sensor, &pairs, &Memo::default(), &|| {}))
-}
-
-/// The same of those pairs of bodies, by name, that are asked for; fits that none of them has are no
-/// finding.
+/// The overlaps of those pairs of bodies, by name, that are asked for; fits that none of them has are no finding.
 ///
 /// # Errors
 /// [`InvalidBody`] if a solid of the sensor is none.

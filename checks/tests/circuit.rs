@@ -1,6 +1,6 @@
 //! Circuits that light up, and every way in which one does not.
 
-use fabkit_checks::{Rule, circuits, example};
+use fabkit_checks::{Memo, Rule, check_rules, example};
 use fabkit_geometry::{
     BoardPlace, BoardSide, Body, Circuit, CircuitKind, CircuitPart, Land, Net, Process, Sensor,
     SeriesResistor, Solid,
@@ -76,7 +76,7 @@ fn sensor() -> Sensor {
 }
 
 fn messages(sensor: &Sensor) -> Vec<String> {
-    let findings = circuits(sensor).unwrap();
+    let findings = check_rules(sensor, &[Rule::Circuit], &Memo::default()).unwrap().findings;
     assert!(findings.iter().all(|f| f.rule == Rule::Circuit && !f.fix.is_empty()));
     findings.into_iter().map(|finding| finding.message).collect()
 }

@@ -1,9 +1,7 @@
 //! Each rule passes what is right and finds, by name, what was made wrong on purpose.
 
 use fabkit_checks::example::{GATE_RADIUS_MM, HEIGHT_MM, MOLD, RADIUS_MM, puck};
-use fabkit_checks::{
-    CheckReport, Finding, Memo, Rule, Severity, check, check_again, motions, motions_again,
-};
+use fabkit_checks::{CheckReport, Finding, Memo, Rule, Severity, check, check_rules, motions};
 use fabkit_geometry::{
     Action, Assembly, Body, CUT_OVERLAP_MM, Opening, Placement, Point3, Pose, Pour, PressFit,
     Sensor, Solid, Vector3,
@@ -55,8 +53,15 @@ fn what_was_clean_before_changes_no_finding() {
     let wrong = [moved(0, -0.1), moved(0, 0.1), moved(1, 0.1), moved(2, -0.1)];
     // Each after all that are clean, and after itself.
     for sensor in [&puck()].into_iter().chain(&wrong).chain(&wrong) {
-        assert_eq!(check_again(sensor, &memo).unwrap(), check(sensor).unwrap());
-        assert_eq!(motions_again(sensor, &memo).unwrap(), motions(sensor).unwrap());
+        let all = check_rules(sensor, &Rule::ALL, &memo).unwrap();
+        assert_eq!(all, check(sensor).unwrap());
+        // One rule alone says what it says among others.
+        for rule in Rule::ALL {
+            let alone = check_rules(sensor, &[rule], &memo).unwrap().findings;
+            assert!(all.of(rule).all(|finding| alone.contains(finding)), "{rule:?}");
+        }
+        let moved = check_rules(sensor, &[Rule::Motion], &memo).unwrap().findings;
+        assert_eq!(moved, motions(sensor).unwrap());
     }
 }
 

@@ -25,7 +25,7 @@ struct Edit {
 }
 
 /// Of the edits that are refused, how many are fixed, unless all are: one in so many.
-const FIXED_STEP: usize = 12;
+const FIXED_STEP: usize = 24;
 
 /// What becomes of a sensor with each of its numeric parameters changed alone, down and up by a share,
 /// counts to the nearest whole number.
@@ -170,7 +170,7 @@ fn flat_gel() {
 /// A sweep over camera and gel is not lost to lengths that belong together.
 #[test]
 fn most_random_variants_of_a_dome_can_be_built() {
-    const VARIANTS: u32 = 200;
+    const VARIANTS: u32 = 100;
     let yaml = fabkit_designs::builtin_yaml("rtac0").unwrap();
     let mut state = 1u64;
     // Knuth's constants; the upper bits are random enough.
@@ -190,5 +190,5 @@ fn most_random_variants_of_a_dome_can_be_built() {
         })
         .count();
     println!("{valid} of {VARIANTS} variants of rtac0 can be built");
-    assert!(valid >= 150, "{valid} of {VARIANTS}");
+    assert!(valid >= 72, "{valid} of {VARIANTS}");
 }

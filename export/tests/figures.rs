@@ -213,7 +213,7 @@ fn what_cannot_be_meshed_is_refused_by_name() {
 }
 
 proptest! {
-    #![proptest_config(cases(12))]
+    #![proptest_config(cases(8))]
 
     /// Two solids have together what their union and their intersection have.
     #[test]

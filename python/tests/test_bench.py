@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ import fabkit
 pytest.importorskip("sklearn")
 
 from fabkit.bench import (
+    _deep,
     _depth,
     _learn,
     _likeness,
@@ -23,6 +25,7 @@ from fabkit.bench import (
     dome,
     flat_gel,
     half_ellipsoid,
+    pin_tip,
     sheet_mold,
 )
 from fabkit.bench.__main__ import main
@@ -185,6 +188,86 @@ def test_without_scikit_learn(monkeypatch) -> None:
     with pytest.raises(fabkit.FabkitError, match="scikit-learn") as caught:
         bench.run("rtac0", rows=["depth"])
     assert "fabkit-cad[bench]" in (caught.value.hint or "")
+
+
+def test_papers_networks_need_pytorch_and_say_so(monkeypatch) -> None:
+    def missing(name: str):
+        raise ImportError(name)
+
+    family = sheet_mold.FAMILY
+    asked = family.experiments["networks"]
+    # In minutes nobody waits for them, and nobody is told off for not having them.
+    quick = {name: lambda _: [] for name in family.experiments if name not in family.deep}
+    monkeypatch.setattr(_run, "_family", lambda _: replace(family, experiments={**quick}))
+    assert bench.run("fluidic").rows == []
+    both = replace(family, experiments={**quick, "networks": asked})
+    monkeypatch.setattr(_run, "_family", lambda _: both)
+    assert bench.run("fluidic").rows == []
+    monkeypatch.setattr(_learn, "needed", lambda: None)
+    monkeypatch.setattr(_deep.importlib, "import_module", missing)
+    (row,) = bench.run("fluidic", quick=False).rows
+    assert (row.experiment, row.simulated) == ("networks", None)
+    assert "PyTorch" in row.note
+    with pytest.raises(fabkit.FabkitError, match="PyTorch") as caught:
+        bench.run("fluidic", rows=["networks"])
+    assert "fabkit-cad[torch]" in (caught.value.hint or "")
+
+
+def test_a_press_remembers_the_shallower_ones_at_its_place() -> None:
+    # Two places, four depths each.
+    series = sheet_mold._series(np.arange(8.0)[:, None], 4)[..., 0]
+    assert series.shape == (8, 10)
+    assert series[0].tolist() == [0.0] * 10
+    assert series[6].tolist() == [4.0] * 8 + [5.0, 6.0]
+
+
+def test_papers_networks_learn_and_are_the_same_again() -> None:
+    torch = pytest.importorskip("torch")
+    random = np.random.default_rng(0)
+    series = random.normal(size=(120, 10, 4))
+    truth = series[:, -3:, :2].sum(axis=1)
+    threads = torch.get_num_threads()
+
+    def learned() -> np.ndarray:
+        form = lambda: _deep.recurrent(4, 2, layers=1, width=32)  # noqa: E731
+        network = _deep.Network(form, seed=1, epochs=40, rate=1e-2, batch=20)
+        return network.fit(series, truth).predict(series)
+
+    found = learned()
+    assert np.abs(found - truth).mean() < 0.3 * np.abs(truth - truth.mean(axis=0)).mean()
+    assert (learned() == found).all()
+    assert torch.get_num_threads() == threads
+    pictures = random.uniform(size=(6, 1, 40, 50))
+    network = _deep.Network(
+        lambda: _deep.resnet_18(3), seed=1, epochs=1, rate=1e-4, batch=3, loss="L1Loss"
+    )
+    assert network.fit(pictures, random.normal(size=(6, 3))).predict(pictures).shape == (6, 3)
+    dots = (random.uniform(size=(8, 68, 68)) > 0.9).astype(float)
+    code = _deep.Autoencoder(dots, seed=1, epochs=2)
+    numbers = code.encode(dots)
+    assert numbers.shape == (8, sheet_mold._CODE)
+    assert code.decode(numbers).shape == dots.shape
+
+
+def test_an_edge_is_followed() -> None:
+    size = pin_tip.Size(
+        # The sensor's own alone.
+        tips=(),
+        angles_deg=(-40, 0, 40),
+        radii_mm=(-4, 0, 4),
+        train=1,
+        test=1,
+        contour=4,
+        samples=1,
+        spacing_mm=1.0,
+    )
+    rows = bench.run("tactip", rows=["contour"], size=size).rows
+    assert [row.unit for row in rows] == ["deg", "mm"]
+    for row in rows:
+        assert 1 <= row.samples <= 4
+        assert row.simulated is not None
+        # It began on the edge: a class is no farther off than the classes are apart.
+        assert row.simulated < {"deg": 60.0, "mm": 6.0}[row.unit]
 
 
 def test_a_file_that_extends_a_sensor_is_run_as_that(tmp_path) -> None:

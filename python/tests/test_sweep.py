@@ -17,7 +17,7 @@ from fabkit import _fabkit, bench
 PLAN = """\
 format: 1
 sensor: rtac0
-sample: 60
+sample: 24
 seed: 5
 axes:
   camera.depth: {from: 6 mm, to: 7.4 mm}
@@ -53,9 +53,9 @@ def test_any_executor_gives_the_bytes_of_the_command(plan: Path, tmp_path: Path)
     expected = tables(tmp_path / "a")
     sweep = fabkit.sweep.run(plan, tmp_path / "b")
     assert tables(tmp_path / "b") == expected
-    assert sweep.variants == 60
-    assert sum(sweep.status.values()) == 60
-    assert sweep.status["invalid"] >= 10
+    assert sweep.variants == 24
+    assert sum(sweep.status.values()) == 24
+    assert sweep.status["invalid"] >= 3
     assert sum(row["pareto"] == "true" for row in sweep.rows()) == sweep.pareto
     with ThreadPoolExecutor(2) as threads:
         fabkit.sweep.run(plan, tmp_path / "c", executor=threads)
@@ -120,8 +120,8 @@ def test_bad_input_names_the_culprit(plan: Path, tmp_path: Path) -> None:
     with pytest.raises(fabkit.InvalidInputError, match="is no executor"):
         fabkit.sweep.run(plan, tmp_path / "out", executor=7)
     assert not (tmp_path / "out").exists()
-    with pytest.raises(fabkit.FabkitError, match="there is no variant 60"):
-        fabkit.sweep.load(plan).evaluate(60)
+    with pytest.raises(fabkit.FabkitError, match="there is no variant 24"):
+        fabkit.sweep.load(plan).evaluate(24)
 
 
 def test_an_explorer_computes_what_an_optimiser_asks_for(tmp_path: Path) -> None:
@@ -171,7 +171,7 @@ def test_what_workers_send_is_looked_at(plan: Path, tmp_path: Path) -> None:
     store = _fabkit.SweepStore.open(str(tmp_path / "out"), native, False)
     line = json.loads(native.rows([3])[0])
     wrong = [
-        ({**line, "variant": 60}, "variant 60, but there are 60"),
+        ({**line, "variant": 24}, "variant 24, but there are 24"),
         ({**line, "variant": 4}, "variant 4, with other values than the plan's"),
         ({**line, "metrics": {"../x": 1.0}}, "`../x`, which is no metric"),
         ({"variant": 3}, "not a row of a sweep"),
@@ -197,9 +197,6 @@ def test_figures_of_the_bench_are_columns(tmp_path: Path) -> None:
     }
     by_workers = fabkit.sweep.run(plan, tmp_path / "a")
     assert by_workers.pareto == 1
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as one:
-        fabkit.sweep.run(plan, tmp_path / "b", executor=one)
-    assert tables(tmp_path / "b") == tables(tmp_path / "a")
     row = by_workers.rows()[0]
     sensor = fabkit.load("digit-like", fabkit.sweep.load(plan).overrides(0))
     figures = bench.figures(sensor, seed=3, names=["depth_mae_mm"])

@@ -7,7 +7,7 @@ mod rules;
 
 pub use command::{Run, binary, command, contents, fabkit};
 pub use designs::{built, builtin_designs, builtin_fixtures, sampled};
-pub use rules::{check, motions};
+pub use rules::{check, found, motions};
 
 /// A camera's file as OpenCV writes it: that of R-Tac0's published unit, calibrated in air, as its authors state it.
 pub const OPENCV_CAMERA: &str = include_str!("../data/rtac0_opencv_camera.yaml");

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use fabkit_checks::{CheckReport, Finding, InvalidBody, Memo};
+use fabkit_checks::{CheckReport, Finding, InvalidBody, Memo, Rule, check_rules};
 use fabkit_geometry::Sensor;
 
 /// What the tests of one program found clean: most differ from each other in one body, and look at all the others.
@@ -14,7 +14,15 @@ static CLEAN: LazyLock<Memo> = LazyLock::new(Memo::default);
 /// # Errors
 /// As there.
 pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
-    fabkit_checks::check_again(sensor, &CLEAN)
+    check_rules(sensor, &Rule::ALL, &CLEAN)
+}
+
+/// What some of its rules find.
+///
+/// # Errors
+/// As there.
+pub fn found(sensor: &Sensor, rules: &[Rule]) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(check_rules(sensor, rules, &CLEAN)?.findings)
 }
 
 /// [`fabkit_checks::motions`].
@@ -22,5 +30,5 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
 /// # Errors
 /// As there.
 pub fn motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    fabkit_checks::motions_again(sensor, &CLEAN)
+    found(sensor, &[Rule::Motion])
 }

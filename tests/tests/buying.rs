@@ -5,7 +5,7 @@ use std::fs;
 
 use fabkit_application::guiding;
 use fabkit_designs::{Design, builtin_yaml};
-use fabkit_tests::{builtin_designs, command, fabkit, sampled};
+use fabkit_tests::{built, builtin_designs, command, fabkit, sampled};
 use serde_json::Value;
 
 /// Keys of an order that are texts.
@@ -83,13 +83,10 @@ fn every_piece_liquid_stock_and_supply_can_be_ordered() {
 
 #[test]
 fn packs_hold_what_is_needed_and_kits_are_paid_once() {
-    let root = tempfile::tempdir().unwrap();
-    let run = |units: &str| {
-        fabkit(root.path(), &["guide", "rtac0", "--units", units, "-o", units, "--json"])
-            .ok()
-            .json()
-    };
-    let [one, many] = ["1", "40"].map(run);
+    let design = built("rtac0", &[]);
+    let stages = guiding::stages(&design).unwrap();
+    let of = |units| guiding::facts(&design, &stages, None, units).unwrap().to_json();
+    let [one, many] = [1, 40].map(of);
     let line = |guide: &Value, list: &str, name: &str| {
         let lines = guide[list].as_array().unwrap();
         lines.iter().find(|line| line["name"] == name).unwrap()["order"].clone()

@@ -13,14 +13,8 @@ use fabkit_geometry::{Angle, Point3, Pose, Vector3};
 use fabkit_tests::{Run, built, fabkit};
 use serde_json::Value;
 
-const CAPTURES: [[u32; 5]; 6] = [
-    [1, 2, 6, 14, 22],
-    [1, 3, 8, 17, 25],
-    [1, 5, 12, 20, 28],
-    [2, 4, 9, 16, 23],
-    [1, 7, 11, 18, 27],
-    [3, 10, 13, 15, 24],
-];
+const CAPTURES: [[u32; 5]; 4] =
+    [[1, 2, 6, 14, 22], [1, 3, 8, 17, 25], [1, 5, 12, 20, 28], [2, 4, 9, 16, 23]];
 
 /// 29 pins on a 15 mm dome about (0, 0, 6).
 fn landmarks() -> PinLandmarks {
@@ -120,7 +114,7 @@ fn pictures_become_a_pose_with_a_report() {
     let report: Value = serde_json::from_str(&run.stdout).unwrap();
     assert_eq!((&report["format"], &report["version"]), (&"fabkit-extrinsics".into(), &1.into()));
     let captures = report["captures"].as_array().unwrap();
-    assert_eq!(captures.len(), 6);
+    assert_eq!(captures.len(), CAPTURES.len());
     assert!(captures.iter().all(|c| c["pins_found"] == 5 && c["pins_used"] == 5));
     // Play of 0.05 mm is about half a pixel here.
     for key in ["reprojection_rms_px", "held_out_rms_px"] {

@@ -90,7 +90,7 @@ fn a_press_is_as_dark_as_its_layer_is_thin() {
 #[test]
 fn pictures_say_what_they_are_and_are_the_same_again() {
     let root = tempfile::tempdir().unwrap();
-    let press = ["--press", "ball@1mm,-2mm,1mm", "--spacing", "0.5mm"];
+    let press = ["--press", "ball@1mm,-2mm,1mm", "--spacing", "0.8mm"];
     let of = |more: &[&str], name: &str| {
         let (_, picture) = capture(root.path(), "9dtact", &[&press[..], more].concat(), name);
         (picture, std::fs::read(root.path().join(name)).unwrap())
@@ -124,7 +124,7 @@ fn pictures_say_what_they_are_and_are_the_same_again() {
     assert!((drift - other_drift).abs() > 0.1, "{drift} {other_drift}");
     // The same press in two parts.
     let parts =
-        ["--indenter", "ball@1mm,-2mm", "--depth", "1mm", "--spacing", "0.5mm", "--seed", "3"];
+        ["--indenter", "ball@1mm,-2mm", "--depth", "1mm", "--spacing", "0.8mm", "--seed", "3"];
     capture(root.path(), "9dtact", &parts, "parts.png");
     assert!(bytes == std::fs::read(root.path().join("parts.png")).unwrap());
     // Rays are means: what is cast four times as finely is the same picture, but for edges.

@@ -20,7 +20,7 @@ fn simulated_captures_give_back_what_they_were_made_with() {
     fs::write(root.path().join("camera.yaml"), OPENCV_CAMERA).unwrap();
     fs::create_dir(root.path().join("pins")).unwrap();
     let capture = |more: &[&str], name: &str, seed: &str| {
-        let first = ["capture", "rtac0", "--camera", "camera.yaml", "--spacing", "0.3mm", "--json"];
+        let first = ["capture", "rtac0", "--camera", "camera.yaml", "--spacing", "0.5mm", "--json"];
         fabkit(root.path(), &[&first[..], more, &["--seed", seed, "-o", name]].concat()).ok().json()
     };
     let made = capture(&["--reference"], "pins/ref.png", "100");
@@ -100,7 +100,7 @@ fn simulated_captures_give_back_what_they_were_made_with() {
 /// Pictures of the default ball, pressed in so deep at these places of 9DTact's pad, and the picture at rest.
 fn balls_on_a_pad(folder: &std::path::Path, presses: &[&str]) -> Value {
     let capture = |more: &[&str]| {
-        let all = [&["capture", "9dtact", "--spacing", "0.3mm", "--json"], more].concat();
+        let all = [&["capture", "9dtact", "--spacing", "0.5mm", "--json"], more].concat();
         fabkit(folder, &all).ok().json()
     };
     fs::create_dir(folder.join("balls")).unwrap();
@@ -114,8 +114,8 @@ fn balls_on_a_pad(folder: &std::path::Path, presses: &[&str]) -> Value {
 #[test]
 fn balls_on_a_pad_give_back_light_and_depth() {
     let root = tempfile::tempdir().unwrap();
-    let deep = [1.0, 1.5, 0.7];
-    let places = ["0mm,0mm", "3mm,-2mm", "-5mm,1mm"];
+    let deep = [0.7, 1.5];
+    let places = ["-5mm,1mm", "3mm,-2mm"];
     let presses: Vec<String> =
         places.iter().zip(deep).map(|(place, mm)| format!("{place},{mm}mm")).collect();
     let made = balls_on_a_pad(root.path(), &presses.iter().map(String::as_str).collect::<Vec<_>>());
@@ -152,25 +152,21 @@ fn balls_on_a_pad_give_back_light_and_depth() {
     let said = said.ok().json();
     let known = said["constants"].as_array().unwrap();
     let fitted = |c: &&Value| {
-        c["source"].as_str().unwrap().starts_with("light.json: fitted to 3 captures of balls")
+        c["source"].as_str().unwrap().starts_with("light.json: fitted to 2 captures of balls")
     };
     assert_eq!(known.iter().filter(fitted).count(), 3);
     assert!((constant(&said, "spread_mm") - constant(&made, "spread_mm")).abs() < 1e-12);
 
-    // One capture alone is fitted, and nothing is said to be held out.
+    // One capture alone is fitted, and nothing is said to be held out. A ball that is smaller than it was leaves something
+    // that is not explained, and says so.
     fs::create_dir(root.path().join("one")).unwrap();
     for name in ["ref.png", "1.png"] {
         let from = root.path().join("balls").join(name);
         fs::copy(from, root.path().join("one").join(name)).unwrap();
     }
-    let one = ["fit-light", "9dtact", "--captures", "one", "--ball-diameter", "5mm", "--json"];
-    let one = fabkit(root.path(), &one).ok().json();
-    assert!(faults(&one).is_empty() && one["held_out_profile_rms_grey"].is_null(), "{one:#}");
-    assert!((one["balls"][0]["depth_mm"].as_f64().unwrap() - 1.5).abs() < 0.2);
-
-    // A ball that is smaller than it was leaves something that is not explained, and says so.
     let small = ["fit-light", "9dtact", "--captures", "one", "--ball-diameter", "3mm", "--json"];
     let small = fabkit(root.path(), &small).ok().json();
+    assert!(faults(&small).is_empty() && small["held_out_profile_rms_grey"].is_null(), "{small:#}");
     let said = small["unexplained"].as_array().unwrap().iter();
     let asks = |words: &&Value| words.as_str().unwrap().contains("is the ball as large");
     assert_eq!(said.filter(asks).count(), 1, "{:#}", small["unexplained"]);

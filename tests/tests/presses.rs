@@ -69,8 +69,8 @@ fn every_indenter_goes_as_deep_as_it_is_asked_to_on_every_sensor() {
     assert!(tried >= 6 * 12 * 6, "{tried}");
 }
 
-/// Seen through the sensor's own camera: pixels miss the tip, but not by a tenth of the depth. Every other
-/// indenter, of published variants those between; all of them where `FABKIT_ALL_PRESSES` is set.
+/// Seen through the sensor's own camera: pixels miss the tip, but not by a tenth of the depth. Every third
+/// indenter, of published variants those after them; all of them where `FABKIT_ALL_PRESSES` is set.
 #[test]
 fn every_indenter_of_every_sensor_is_seen_pressing() {
     let all = std::env::var_os("FABKIT_ALL_PRESSES").is_some();
@@ -81,7 +81,7 @@ fn every_indenter_of_every_sensor_is_seen_pressing() {
         let first = usize::from(sensor.contains("published"));
         let tools = tools(&of);
         assert!(tools.len() > first, "{sensor}: {tools:?}");
-        for tool in tools.iter().enumerate().filter(|(i, _)| all || i % 2 == first).map(|(_, t)| t)
+        for tool in tools.iter().enumerate().filter(|(i, _)| all || i % 3 == first).map(|(_, t)| t)
         {
             let press = format!("{tool}@30deg,0deg,{depth_mm}mm");
             let run =
@@ -104,7 +104,8 @@ fn recommended<'a>(run: &'a Run, after: &str) -> &'a str {
 
 #[test]
 fn what_messages_recommend_presses() {
-    for sensor in SENSORS {
+    // Published variants have the same tools.
+    for sensor in SENSORS.into_iter().filter(|name| !name.contains("published")) {
         let root = tempfile::tempdir().unwrap();
         let depth = |press: &str| {
             fabkit(root.path(), &["depth", sensor, "--press", press, "-o", "a.npz", "--json"])

@@ -170,8 +170,8 @@ fn a_flipped_bit_of_a_data_set_is_noticed() {
 
 #[test]
 fn a_flipped_bit_of_a_sweep_is_noticed() {
-    flipped_in_a_whole_folder(SWEEP, 6);
-    flipped_in_a_stopped_folder(SWEEP, 4, 2);
+    flipped_in_a_whole_folder(SWEEP, 2);
+    flipped_in_a_stopped_folder(SWEEP, 4, 1);
 }
 
 #[test]

@@ -27,6 +27,7 @@ use order::{Order, Stuck};
 use tools::{count, working};
 
 /// What was found, and how much was looked at.
+#[derive(Default)]
 pub(crate) struct Ways {
     pub(crate) findings: Vec<Finding>,
     pub(crate) bodies: usize,

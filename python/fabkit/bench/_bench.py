@@ -48,7 +48,9 @@ class Family:
     left_out: tuple[str, ...]
     """What of the paper is not run."""
     plain: frozenset[str] = frozenset()
-    """Experiments that learn nothing, and need no scikit-learn."""
+    """Experiments that need no scikit-learn."""
+    deep: frozenset[str] = frozenset()
+    """Those that need PyTorch: they are run in full, and when asked for by name."""
 
 
 class Bench:

@@ -48,7 +48,8 @@ def run(
     seed
         Of places, noise and models, 0 or more. The same seed gives the same figures.
     rows
-        Only these of :func:`experiments`.
+        Only these of :func:`experiments`. Without, those that need PyTorch are run if not
+        ``quick``.
     tell
         Is told what begins, in words.
     size
@@ -67,7 +68,8 @@ def run(
     started = time.monotonic()
     bench, family = _ready(design, seed, quick, size, tell)
     known = list(family.experiments)
-    names = known if rows is None else list(rows)
+    usual = [name for name in known if not (quick and name in family.deep)]
+    names = usual if rows is None else list(rows)
     for name in names:
         if name not in known:
             raise unknown("experiment", name, known)

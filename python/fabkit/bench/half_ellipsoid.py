@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit import sim
-from fabkit.bench import _learn
+from fabkit.bench import _deep, _learn
 from fabkit.bench._bench import Family, first_line, reference
 from fabkit.bench._pictures import grey, shrunk
 from fabkit.bench._places import places
@@ -39,6 +39,10 @@ class Size:
     """Side of the squares of pixels of a force picture that are averaged."""
     spacing_mm: float = 0.5
     folds: int = 5
+    network_epochs: int = 5
+    """Of ResNet-18; 100 in the paper."""
+    network_folds: int = 3
+    """Two of the six indenters are tested in each."""
 
 
 _RADIUS_MM = 2.0
@@ -283,6 +287,47 @@ def _force(bench: Bench) -> list[Row]:
     return rows
 
 
+def _force_by_network(bench: Bench) -> list[Row]:
+    _deep.needed()
+    size: Size = bench.size
+    width, height = (side // size.shrink for side in size.force_px)
+    said = (
+        f"ResNet-18 from its beginning, as published: one channel, L1, Adam 1e-4, batches of 32; "
+        f"{size.network_epochs} epochs of the paper's 100, on {width} x {height} pixels instead "
+        "of 224; each indenter is tested by a network that learned from others; trivial guess: "
+        "the mean force"
+    )
+    rows: list[Row] = []
+    for markers, paper in _FORCE_N.items():
+        try:
+            pushes = bench.once(f"pushes {markers}", lambda m=markers: _pushes(bench, m))
+        except FabkitError as error:
+            note = f"could not be run: {first_line(error)}"
+            rows.append(
+                Row(f"force by ResNet-18, {markers} markers", "N", None, None, None, 0, note)
+            )
+            continue
+        pictures = pushes.pictures.reshape(-1, 1, height, width)
+        errors, blind = np.zeros_like(pushes.force_n), np.zeros_like(pushes.force_n)
+        dealt = folds(pushes.shape, size.network_folds, bench.random("force folds"))
+        for fold, test in enumerate(dealt):
+            bench.tell(f"  ResNet-18, {markers} markers, fold {fold + 1} of {size.network_folds}")
+            network = _deep.Network(
+                lambda: _deep.resnet_18(3),
+                seed=bench.seed,
+                epochs=size.network_epochs,
+                rate=1e-4,
+                batch=32,
+                loss="L1Loss",
+            ).fit(pictures[~test], pushes.force_n[~test])
+            errors[test] = np.abs(network.predict(pictures[test]) - pushes.force_n[test])
+            blind[test] = np.abs(pushes.force_n[~test].mean(axis=0) - pushes.force_n[test])
+        figures = (float(np.mean(paper)), float(errors.mean()), float(blind.mean()))
+        label = f"force by ResNet-18, {markers} markers: mean of the three"
+        rows.append(Row(label, "N", *figures, len(pushes.shape), said))
+    return rows
+
+
 def _contrast(bench: Bench) -> list[Row]:
     size: Size = bench.size
     rows: list[Row] = []
@@ -325,6 +370,7 @@ _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
     "localisation": _localisation,
     "force": _force,
     "contrast": _contrast,
+    "force-network": _force_by_network,
 }
 
 FAMILY = Family(
@@ -338,6 +384,7 @@ FAMILY = Family(
         force_presses=600,
         shrink=4,
         spacing_mm=0.3,
+        network_epochs=20,
     ),
     small=Size(
         probe_px=(100, 100),
@@ -357,8 +404,9 @@ FAMILY = Family(
         "tip, as normals go",
     ),
     left_out=(
-        "ResNet-18 and 37002 pairs: days on two cores",
+        "37002 pairs of pictures and forces: days on two cores",
         "the circle that the paper's crop detects: pictures here are whole",
     ),
-    plain=frozenset({"contrast"}),
+    plain=frozenset({"contrast", "force-network"}),
+    deep=frozenset({"force-network"}),
 )

@@ -1,12 +1,12 @@
 //! Sensors without a screw, a nut or a glue: each is found by the rule `held`, which blames what comes off.
 
-use fabkit_checks::{Finding, Rule, Severity, held};
+use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_geometry::Sensor;
-use fabkit_tests::built;
+use fabkit_tests::{built, found};
 use rayon::prelude::*;
 
 fn errors(sensor: &Sensor) -> Vec<Finding> {
-    let mut found = held(sensor).unwrap();
+    let mut found = found(sensor, &[Rule::Held]).unwrap();
     found.retain(|finding| finding.severity == Severity::Error);
     assert!(found.iter().all(|finding| finding.rule == Rule::Held));
     found
@@ -91,7 +91,7 @@ fn names_tell_nothing() {
     // Whatever they are called, screws hold and lamps do not count.
     for name in ["rtac0", "uvdtact", "fluidic", "tactip"] {
         let mut sensor = built(name, &[]).sensor;
-        let before = held(&sensor).unwrap().len();
+        let before = found(&sensor, &[Rule::Held]).unwrap().len();
         let renamed = |name: &mut String| *name = format!("x{}", blake(name));
         for body in &mut sensor.bodies {
             renamed(&mut body.name);
@@ -106,7 +106,7 @@ fn names_tell_nothing() {
             fixing.bodies.iter_mut().chain(&mut fixing.onto).for_each(renamed);
         }
         assert_eq!(errors(&sensor), [], "{name}");
-        assert_eq!(held(&sensor).unwrap().len(), before, "{name}");
+        assert_eq!(found(&sensor, &[Rule::Held]).unwrap().len(), before, "{name}");
     }
 }
 

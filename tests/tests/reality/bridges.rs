@@ -1,16 +1,16 @@
 //! Flat ceilings between two walls: what spans more than its printer bridges is found, with the span, and
 //! what ships prints without, or says where its supports go.
 
-use fabkit_checks::{Finding, Rule, Severity, overhang};
+use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_geometry::{Machine, Process, Sensor};
-use fabkit_tests::built;
+use fabkit_tests::{built, found};
 use rayon::prelude::*;
 
 /// What hangs over of one part, whatever its notes say of supports.
 fn unsaid(mut sensor: Sensor, part: &str) -> Vec<Finding> {
     sensor.bodies.retain(|body| body.name == part);
     sensor.bodies.iter_mut().for_each(|body| body.notes.clear());
-    overhang(&sensor).unwrap()
+    found(&sensor, &[Rule::Overhang]).unwrap()
 }
 
 /// Sensor, what is set, the part to blame, and how far its printer has to bridge, mm.
@@ -60,7 +60,7 @@ fn a_bridge_depends_on_the_process_and_on_the_machine() {
 #[test]
 fn what_ships_bridges_or_says_where_supports_go() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
-        let found = overhang(&built(name, &[]).sensor).unwrap();
+        let found = found(&built(name, &[]).sensor, &[Rule::Overhang]).unwrap();
         assert!(found.is_empty(), "{name}: {found:#?}");
     });
     // The note follows the window.

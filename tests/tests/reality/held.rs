@@ -1,16 +1,18 @@
 //! Designs that come apart, stay sticky, sag or do not fill: each is found by the rule and the body that are
 //! to blame, and what ships has no such finding.
 
-use fabkit_checks::{CheckReport, Finding, Rule, Severity};
+use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_designs::Design;
-use fabkit_tests::{built, check};
+use fabkit_geometry::Sensor;
+use fabkit_tests::{built, found};
 use rayon::prelude::*;
 
 const RULES: [Rule; 5] = [Rule::Chemistry, Rule::Softness, Rule::Flow, Rule::Held, Rule::Sight];
 
-fn errors(report: &CheckReport) -> Vec<&Finding> {
-    let errors = report.findings.iter().filter(|f| f.severity == Severity::Error);
-    errors.filter(|f| RULES.contains(&f.rule)).collect()
+fn errors(sensor: &Sensor, rules: &[Rule]) -> Vec<Finding> {
+    let mut errors = found(sensor, rules).unwrap();
+    errors.retain(|f| f.severity == Severity::Error);
+    errors
 }
 
 const SOFT: &str = "Smooth-On Ecoflex 00-10";
@@ -76,10 +78,9 @@ const WRONG: [(&str, &[&str], Rule, &str); 24] = [
 #[test]
 fn each_wrong_design_is_found() {
     WRONG.par_iter().for_each(|(sensor, settings, rule, blamed)| {
-        let report = check(&built(sensor, settings).sensor).unwrap();
-        let first = errors(&report).into_iter().find(|finding| finding.rule == *rule).cloned();
-        let first =
-            first.unwrap_or_else(|| panic!("{sensor} {settings:?}: {:#?}", report.findings));
+        let errors = errors(&built(sensor, settings).sensor, &[*rule]);
+        let first = errors.iter().find(|finding| finding.rule == *rule);
+        let first = first.unwrap_or_else(|| panic!("{sensor} {settings:?}: {errors:#?}"));
         assert_eq!(
             first.bodies.first().map(String::as_str),
             Some(*blamed),
@@ -115,10 +116,8 @@ fn what_nothing_holds_is_found() {
     LOOSE.par_iter().for_each(|(sensor, spoil, blamed)| {
         let mut design = built(sensor, &[]);
         spoil(&mut design);
-        let report = check(&design.sensor).unwrap();
-        let held: Vec<&Finding> =
-            errors(&report).into_iter().filter(|f| f.rule == Rule::Held).collect();
-        let names = |finding: &&Finding| finding.bodies.iter().any(|body| body == blamed);
+        let held = errors(&design.sensor, &[Rule::Held]);
+        let names = |finding: &Finding| finding.bodies.iter().any(|body| body == blamed);
         assert!(held.iter().any(names), "{sensor} without what holds {blamed}: {held:#?}");
     });
 }
@@ -127,12 +126,14 @@ fn what_nothing_holds_is_found() {
 fn what_ships_holds_cures_and_bears_its_load() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
         let design = built(name, &[]);
-        let report = check(&design.sensor).unwrap();
-        assert_eq!(errors(&report), Vec::<&Finding>::new(), "{name}");
+        let found = found(&design.sensor, &RULES).unwrap();
+        let is_error = |finding: &&Finding| finding.severity == Severity::Error;
+        assert_eq!(found.iter().find(is_error), None, "{name}");
         if design.sensor.touch.is_none() {
             return;
         }
-        let bears = report.of(Rule::Held).filter_map(|finding| finding.measured).next().unwrap();
+        let held = found.iter().filter(|finding| finding.rule == Rule::Held);
+        let bears = held.filter_map(|finding| finding.measured).next().unwrap();
         assert_eq!(bears.limit, 10.0, "{name}");
         assert!(bears.value >= 20.0, "{name} bears {} N", bears.value);
     });
@@ -141,8 +142,8 @@ fn what_ships_holds_cures_and_bears_its_load() {
 #[test]
 fn soft_gel_of_a_mold_is_no_mold() {
     // The same silicone is right as a gel.
-    let report = check(&built("9dtact", &[&format!("pad.material={SOFT}")]).sensor).unwrap();
-    assert_eq!(report.of(Rule::Softness).count(), 0);
+    let pad = built("9dtact", &[&format!("pad.material={SOFT}")]);
+    assert_eq!(found(&pad.sensor, &[Rule::Softness]).unwrap(), []);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Sensors that daylight gets into: each is found by the rule `leak`, and what ships is dark inside.
 
-use fabkit_checks::{Finding, Rule, leaks};
+use fabkit_checks::{Finding, Rule};
 use fabkit_geometry::{Clarity, CompiledSolid, Sensor, Solid};
-use fabkit_tests::built;
+use fabkit_tests::{built, found};
 use rayon::prelude::*;
 
 /// How a sensor is spoiled.
@@ -67,7 +67,7 @@ const SET: [(&str, &str, &str); 6] = [
 ];
 
 fn told(sensor: &Sensor) -> Option<Finding> {
-    let found = leaks(sensor).unwrap();
+    let found = found(sensor, &[Rule::Leak]).unwrap();
     assert!(found.len() <= 1, "{found:#?}");
     found.into_iter().next()
 }

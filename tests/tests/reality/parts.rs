@@ -1,12 +1,13 @@
 //! Prints that come off the bed, keep resin, cannot be told apart or leak at their letters: each is
 //! found, by the rule and the body that are to blame, and what ships has no such finding.
 
-use fabkit_checks::{Finding, Rule, Severity, labels, standing};
+use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_designs::blocks::label::Label;
 use fabkit_geometry::{
     Angle, Body, CompiledSolid, Placement, Pose, Process, Ray, Sensor, Shells, Solid, Vector3,
     is_lettered,
 };
+use fabkit_tests::found;
 use rayon::prelude::*;
 
 fn sensor(name: &str, settings: &[&str]) -> Sensor {
@@ -29,7 +30,7 @@ fn wrong(findings: Vec<Finding>) -> Vec<Finding> {
 fn what_ships_is_labelled_and_stands() {
     fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
         let sensor = sensor(name, &[]);
-        let found = [labels(&sensor).unwrap(), standing(&sensor).unwrap()].concat();
+        let found = found(&sensor, &[Rule::Labels, Rule::Standing]).unwrap();
         let found = wrong(found);
         assert!(found.is_empty(), "{name}: {found:#?}");
     });
@@ -62,7 +63,7 @@ fn every_other_printed_part_carries_its_label() {
 
 #[test]
 fn twins_without_labels_are_found() {
-    let found = wrong(labels(&sensor("rtac0", &["labels.style=none"])).unwrap());
+    let found = wrong(found(&sensor("rtac0", &["labels.style=none"]), &[Rule::Labels]).unwrap());
     let blamed: Vec<&[String]> = found.iter().map(|finding| finding.bodies.as_slice()).collect();
     let halves = ["mold-transparent-gel-a", "mold-transparent-gel-b"];
     assert!(
@@ -75,7 +76,7 @@ fn twins_without_labels_are_found() {
     assert!(found.iter().all(|f| f.rule == Rule::Labels && f.severity == Severity::Error));
     // One label is enough to tell two parts apart.
     let parts = "labels.parts=[mold-transparent-gel-a,mold-translucent-gel-a,lid-transparent-gel]";
-    let told = wrong(labels(&sensor("rtac0", &[parts])).unwrap());
+    let told = wrong(fabkit_tests::found(&sensor("rtac0", &[parts]), &[Rule::Labels]).unwrap());
     assert!(told.len() < found.len(), "{told:#?}");
 }
 
@@ -140,7 +141,7 @@ fn labels_where_bodies_touch_are_found() {
                 true => body.clone().cut(label.sunken()),
                 false => Body { solid: body.solid.clone().plus(label.raised()), ..body.clone() },
             };
-            let found = wrong(labels(&sensor).unwrap());
+            let found = wrong(found(&sensor, &[Rule::Labels]).unwrap());
             let blamed = found.iter().find(|finding| finding.message.contains("the label of"));
             let blamed = blamed.unwrap_or_else(|| panic!("{name} {part} {other}: {found:#?}"));
             assert_eq!((blamed.rule, blamed.severity), (Rule::Labels, Severity::Error));
@@ -152,7 +153,7 @@ fn labels_where_bodies_touch_are_found() {
 fn alone(part: Body) -> Vec<Finding> {
     let mut kit = sensor("rtac0", &["labels.style=none"]);
     kit.bodies = vec![part];
-    standing(&kit).unwrap()
+    found(&kit, &[Rule::Standing]).unwrap()
 }
 
 #[test]

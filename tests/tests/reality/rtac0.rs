@@ -4,6 +4,7 @@
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_designs::{Design, builtin_yaml, load};
 use fabkit_geometry::{Action, CompiledSolid, Point3, Ray, Sensor, Vector3};
+use fabkit_tests::found;
 
 fn design(sensor: &str, settings: &[&str]) -> Design {
     let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
@@ -185,8 +186,7 @@ fn larger_cameras_make_the_sensor_wider() {
 #[test]
 fn a_seam_over_the_tip_is_found() {
     let of = |sensor: &str, settings: &[&str]| {
-        let found = findings(&design(sensor, settings).sensor);
-        found.into_iter().filter(|found| found.rule == Rule::Parting).collect::<Vec<_>>()
+        found(&design(sensor, settings).sensor, &[Rule::Parting]).unwrap()
     };
     assert_eq!(of("rtac0", &[]), []);
     let halves = ["mold-translucent-gel-a", "mold-translucent-gel-b"];
@@ -282,9 +282,7 @@ fn the_jig_shows_where_the_tube_is_cut() {
 #[test]
 fn nothing_printed_hangs_over_and_the_mount_holds_brass() {
     let sensor = rtac0(&[]);
-    let hangs: Vec<_> =
-        findings(&sensor).into_iter().filter(|found| found.rule == Rule::Overhang).collect();
-    assert!(hangs.is_empty(), "{hangs:#?}");
+    assert_eq!(found(&sensor, &[Rule::Overhang]).unwrap(), []);
     let inserts = sensor.body("insert-m3").unwrap();
     assert_eq!(inserts.quantity, 3);
     assert!(inserts.summary.contains("4 mm long"), "{}", inserts.summary);

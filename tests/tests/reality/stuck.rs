@@ -1,13 +1,13 @@
 //! LEDs, needles and tubes that nothing stands in the way of: no step that fixes them, or nothing beside
 //! them, is found, and what ships says of each how it stays.
 
-use fabkit_checks::{Finding, Rule, Severity, held};
+use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_geometry::{Duty, FixedBy, Pose, Sensor};
-use fabkit_tests::built;
+use fabkit_tests::{built, found};
 use rayon::prelude::*;
 
 fn errors(sensor: &Sensor) -> Vec<Finding> {
-    let found = held(sensor).unwrap();
+    let found = found(sensor, &[Rule::Held]).unwrap();
     found.into_iter().filter(|finding| finding.severity == Severity::Error).collect()
 }
 

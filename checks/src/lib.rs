@@ -136,7 +136,8 @@ pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport,
 }
 
 /// The same as [`check`] by some of [`Rule::ALL`], for those who look at many sensors that have much in common: what
-/// `memo` knows to be clean is not looked at again.
+/// `memo` knows to be clean is not looked at again. What is found along the way comes along, though it be of another
+/// rule: tools that do not reach their screws are found with [`Rule::Motion`].
 ///
 /// ```
 /// use fabkit_checks::{Memo, Rule, check, check_rules, example};

@@ -259,7 +259,8 @@ impl SensorView {
         {
             return Ok(Some(ready.clone()));
         }
-        let ready = Arc::new(Ready::for_all(sensor, spacing_mm, threads())?);
+        let is_dragged = cast.shear_mm != [0.0; 2];
+        let ready = Arc::new(Ready::for_all(sensor, spacing_mm, is_dragged, threads())?);
         *kept = Some((spacing_mm, ready.clone()));
         Ok(Some(ready))
     }

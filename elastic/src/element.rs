@@ -102,45 +102,43 @@ impl Shape {
             .map(|p| p.place)
     }
 
-    /// Stiffness of an element for one harmonic of the azimuth, N/mm per radian.
+    /// Stiffness of an element for any harmonic of the azimuth, N/mm per radian.
     ///
     /// Displacements are `u_r = U cos m phi`, `u_phi = V sin m phi`, `u_z = W cos m phi`; unknowns are U, V,
     /// W of node after node. `None` for an element without area, which has no pressures of its own.
-    pub fn stiffness(
-        &self,
-        places: &[[f64; 2]; 9],
-        material: &Material,
-        harmonic: usize,
-    ) -> Option<Stiffness> {
-        let m = harmonic as f64;
+    pub fn stiffness(&self, places: &[[f64; 2]; 9], material: &Material) -> Option<Parts> {
         let (shear, lame) = (material.shear_modulus_mpa(), material.lame_mpa());
         let (centre, scale) = centre(places);
-        let mut stiffness = Stiffness::zeros();
+        let mut parts = [Stiffness::zeros(); 3];
         let mut pressures = Matrix3::zeros();
-        let mut volumes = SMatrix::<f64, 3, UNKNOWNS>::zeros();
+        // Strains and changes of volume are linear in m: what does not depend on it, and what it multiplies.
+        let mut volumes = [SMatrix::<f64, 3, UNKNOWNS>::zeros(); 2];
         for point in self.points(places) {
             let [r, z] = point.place;
             let weight = point.area * r;
             let linear = [1.0, (r - centre[0]) / scale, (z - centre[1]) / scale];
-            let mut strains = SMatrix::<f64, 6, UNKNOWNS>::zeros();
+            let mut strains = [SMatrix::<f64, 6, UNKNOWNS>::zeros(); 2];
             for node in 0..9 {
                 let (n, [n_r, n_z]) = (point.value[node], point.slope[node]);
                 let [u, v, w] = [3 * node, 3 * node + 1, 3 * node + 2];
-                strains[(0, u)] = n_r;
-                strains[(1, u)] = n / r;
-                strains[(1, v)] = m * n / r;
-                strains[(2, w)] = n_z;
-                strains[(3, u)] = n_z;
-                strains[(3, w)] = n_r;
-                strains[(4, u)] = -m * n / r;
-                strains[(4, v)] = n_r - n / r;
-                strains[(5, v)] = n_z;
-                strains[(5, w)] = -m * n / r;
+                let [even, by_m] = &mut strains;
+                even[(0, u)] = n_r;
+                even[(1, u)] = n / r;
+                by_m[(1, v)] = n / r;
+                even[(2, w)] = n_z;
+                even[(3, u)] = n_z;
+                even[(3, w)] = n_r;
+                by_m[(4, u)] = -n / r;
+                even[(4, v)] = n_r - n / r;
+                even[(5, v)] = n_z;
+                by_m[(5, w)] = -n / r;
             }
-            for i in 0..UNKNOWNS {
-                let divergence = strains[(0, i)] + strains[(1, i)] + strains[(2, i)];
-                for (k, value) in linear.iter().enumerate() {
-                    volumes[(k, i)] += weight * value * divergence;
+            for (volumes, strains) in volumes.iter_mut().zip(&strains) {
+                for i in 0..UNKNOWNS {
+                    let divergence = strains[(0, i)] + strains[(1, i)] + strains[(2, i)];
+                    for (k, value) in linear.iter().enumerate() {
+                        volumes[(k, i)] += weight * value * divergence;
+                    }
                 }
             }
             for i in 0..3 {
@@ -149,14 +147,16 @@ impl Shape {
                 }
             }
             let mut weighted = strains;
-            for (row, factor) in [2.0, 2.0, 2.0, 1.0, 1.0, 1.0].into_iter().enumerate() {
-                weighted.row_mut(row).scale_mut(factor * shear * weight);
+            for strains in &mut weighted {
+                for (row, factor) in [2.0, 2.0, 2.0, 1.0, 1.0, 1.0].into_iter().enumerate() {
+                    strains.row_mut(row).scale_mut(factor * shear * weight);
+                }
             }
-            stiffness.gemm_tr(1.0, &strains, &weighted, 1.0);
+            add_products(&mut parts, 1.0, &strains, &weighted);
         }
         let inverse = pressures.try_inverse()?;
-        stiffness.gemm_tr(lame, &volumes, &(inverse * volumes), 1.0);
-        Some(stiffness)
+        add_products(&mut parts, lame, &volumes, &volumes.map(|volumes| inverse * volumes));
+        Some(Parts(parts))
     }
 
     /// Change of the element's volume by each unknown of the harmonic 0, mm2 per radian.
@@ -176,6 +176,30 @@ impl Shape {
 
 /// Symmetric, by unknowns of an element.
 pub(crate) type Stiffness = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+
+/// A stiffness that is quadratic in the harmonic m: what does not depend on it, and what m and its square multiply.
+pub(crate) struct Parts([Stiffness; 3]);
+
+impl Parts {
+    /// Of one harmonic.
+    pub fn of(&self, harmonic: usize) -> Stiffness {
+        let m = harmonic as f64;
+        let [even, by_m, by_square] = &self.0;
+        even + m * (by_m + m * by_square)
+    }
+}
+
+/// Adds `factor (A + m B)^T (C + m D)` to the parts by m.
+fn add_products<const ROWS: usize>(
+    parts: &mut [Stiffness; 3],
+    factor: f64,
+    [a, b]: &[SMatrix<f64, ROWS, UNKNOWNS>; 2],
+    [c, d]: &[SMatrix<f64, ROWS, UNKNOWNS>; 2],
+) {
+    for (power, left, right) in [(0, a, c), (1, a, d), (1, b, c), (2, b, d)] {
+        parts[power].gemm_tr(factor, left, right, 1.0);
+    }
+}
 
 /// Middle of an element and about half its size, mm.
 pub(crate) fn centre(places: &[[f64; 2]; 9]) -> ([f64; 2], f64) {

@@ -1,12 +1,9 @@
 //! One harmonic of the azimuth: its unknowns, its stiffness, factorised.
 
-use faer::prelude::Solve;
-use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{Mat, Side};
+use fabkit_sparse::{Factors, RightSides, SparseError, Symmetric};
 
 use crate::ElasticError;
-use crate::element::{Shape, UNKNOWNS};
+use crate::element::{Parts, Shape, UNKNOWNS};
 use crate::mesh::Mesh;
 
 /// Which unknown each displacement of each node is, and with which sign.
@@ -48,61 +45,105 @@ impl Unknowns {
     }
 }
 
-/// The stiffness of a harmonic, ready to be solved for loads.
-pub(crate) struct Harmonic {
-    pub unknowns: Unknowns,
-    factors: Llt<usize, f64>,
+/// What harmonics of a body have in common.
+pub(crate) struct Assembly<'a> {
+    mesh: &'a Mesh,
+    /// Element by element.
+    parts: Vec<Parts>,
+    /// Of the harmonics 0, 1, and all from 2 on.
+    patterns: Vec<Pattern>,
 }
 
-impl Harmonic {
+/// Where a stiffness has entries.
+struct Pattern {
+    unknowns: Unknowns,
+    matrix: Symmetric,
+}
+
+impl<'a> Assembly<'a> {
+    /// For harmonics up to this one.
+    ///
+    /// # Errors
+    /// An element without area.
+    pub fn new(mesh: &'a Mesh, most: usize) -> Result<Self, ElasticError> {
+        let shape = Shape::new();
+        let parts = mesh.elements().map(|element| {
+            let material = &mesh.materials[mesh.layer_of[element[1]]];
+            let parts = shape.stiffness(&mesh.element_places(element), material);
+            let reason = || "an element has no area".to_owned();
+            parts.ok_or_else(|| ElasticError::Factorisation { harmonic: 0, reason: reason() })
+        });
+        let parts = parts.collect::<Result<_, _>>()?;
+        let patterns = (0..=most.min(2)).map(|harmonic| Pattern::new(mesh, harmonic));
+        Ok(Self { mesh, parts, patterns: patterns.collect::<Result<_, _>>()? })
+    }
+
+    /// Factorises the stiffness of a harmonic.
+    ///
     /// # Errors
     /// A pivot that is not positive: a body that nothing holds.
-    pub fn new(mesh: &Mesh, harmonic: usize) -> Result<Self, ElasticError> {
-        let failed = |reason: String| ElasticError::Factorisation { harmonic, reason };
-        let unknowns = Unknowns::new(mesh, harmonic);
-        let triplets = lower_triangle(mesh, harmonic, &unknowns)?;
-        let matrix = SparseColMat::try_new_from_triplets(unknowns.count, unknowns.count, &triplets)
-            .map_err(|error| failed(error.to_string()))?;
-        let symbolic = SymbolicLlt::try_new(matrix.symbolic(), Side::Lower)
-            .map_err(|error| failed(error.to_string()))?;
-        let factors = Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower)
-            .map_err(|error| failed(error.to_string()))?;
-        Ok(Self { unknowns, factors })
-    }
-
-    /// Loads, one column each, to displacements, in place.
-    pub fn solve(&self, loads: &mut Mat<f64>) {
-        self.factors.solve_in_place(loads.as_mut());
+    pub fn harmonic(&self, harmonic: usize) -> Result<Harmonic<'_>, ElasticError> {
+        let Pattern { unknowns, matrix } = &self.patterns[harmonic.min(self.patterns.len() - 1)];
+        let mut values = Vec::new();
+        for (element, parts) in self.mesh.elements().zip(&self.parts) {
+            let stiffness = parts.of(harmonic);
+            on_and_below(self.mesh, unknowns, element, |[i, j], _, sign| {
+                values.push(sign * stiffness[(i, j)]);
+            });
+        }
+        let factors = matrix.factorise(&values).map_err(failed(harmonic))?;
+        Ok(Harmonic { unknowns, factors })
     }
 }
 
-/// Entries on and below the diagonal.
-fn lower_triangle(
+/// What is wrong with a harmonic.
+pub(crate) fn failed(harmonic: usize) -> impl Fn(SparseError) -> ElasticError {
+    move |error| ElasticError::Factorisation { harmonic, reason: error.to_string() }
+}
+
+impl Pattern {
+    fn new(mesh: &Mesh, harmonic: usize) -> Result<Self, ElasticError> {
+        let unknowns = Unknowns::new(mesh, harmonic);
+        let mut places = Vec::new();
+        for element in mesh.elements() {
+            on_and_below(mesh, &unknowns, element, |_, place, _| places.push(place));
+        }
+        let matrix = Symmetric::new(unknowns.count, places).map_err(failed(harmonic))?;
+        Ok(Self { unknowns, matrix })
+    }
+}
+
+/// Entries of an element on and below the diagonal: its own indices, those of the body, the sign.
+fn on_and_below(
     mesh: &Mesh,
-    harmonic: usize,
     unknowns: &Unknowns,
-) -> Result<Vec<Triplet<usize, usize, f64>>, ElasticError> {
-    let shape = Shape::new();
-    let mut triplets = Vec::new();
-    for element in mesh.elements() {
-        let nodes = mesh.element_nodes(element);
-        let material = &mesh.materials[mesh.layer_of[element[1]]];
-        let stiffness = shape.stiffness(&mesh.element_places(element), material, harmonic);
-        let stiffness = stiffness.ok_or_else(|| ElasticError::Factorisation {
-            harmonic,
-            reason: "an element has no area".to_owned(),
-        })?;
-        for i in 0..UNKNOWNS {
-            let Some((row, sign_row)) = unknowns.of(nodes[i / 3], i % 3) else { continue };
-            for j in 0..UNKNOWNS {
-                let Some((column, sign)) = unknowns.of(nodes[j / 3], j % 3) else { continue };
-                if column <= row {
-                    triplets.push(Triplet::new(row, column, sign_row * sign * stiffness[(i, j)]));
-                }
+    element: [usize; 2],
+    mut entry: impl FnMut([usize; 2], [usize; 2], f64),
+) {
+    let nodes = mesh.element_nodes(element);
+    let of: [_; UNKNOWNS] = std::array::from_fn(|i| unknowns.of(nodes[i / 3], i % 3));
+    for (i, of_row) in of.iter().enumerate() {
+        let Some((row, sign_row)) = *of_row else { continue };
+        for (j, of_column) in of.iter().enumerate() {
+            let Some((column, sign)) = *of_column else { continue };
+            if column <= row {
+                entry([i, j], [row, column], sign_row * sign);
             }
         }
     }
-    Ok(triplets)
+}
+
+/// The stiffness of a harmonic, ready to be solved for loads.
+pub(crate) struct Harmonic<'a> {
+    pub unknowns: &'a Unknowns,
+    factors: Factors,
+}
+
+impl Harmonic<'_> {
+    /// Loads, one column each, to displacements, in place.
+    pub fn solve(&self, loads: &mut RightSides) {
+        self.factors.solve(loads);
+    }
 }
 
 #[cfg(test)]
@@ -145,7 +186,7 @@ mod tests {
             let nodes = mesh.element_nodes(element);
             let material = &mesh.materials[mesh.layer_of[element[1]]];
             let stiffness =
-                shape.stiffness(&mesh.element_places(element), material, harmonic).unwrap();
+                shape.stiffness(&mesh.element_places(element), material).unwrap().of(harmonic);
             let values: Vec<f64> = nodes.iter().flat_map(|&n| field(mesh.nodes[n])).collect();
             for i in 0..UNKNOWNS {
                 let terms = (0..UNKNOWNS).map(|j| stiffness[(i, j)] * values[j]);
@@ -223,14 +264,16 @@ mod tests {
     fn a_solution_answers_its_load() {
         let mesh = dome(0.4999);
         for harmonic in [0, 1, 2, 7] {
-            let solver = Harmonic::new(&mesh, harmonic).unwrap();
+            let assembly = Assembly::new(&mesh, harmonic).unwrap();
+            let solver = assembly.harmonic(harmonic).unwrap();
             let node = mesh.interface_node(0, mesh.columns / 2);
             let (row, _) = solver.unknowns.of(node, 0).unwrap();
-            let mut solution = Mat::zeros(solver.unknowns.count, 1);
-            solution[(row, 0)] = 1.0;
+            let mut solution = RightSides::new(solver.unknowns.count, 1);
+            solution.column_mut(0)[row] = 1.0;
             solver.solve(&mut solution);
+            let solution = solution.column(0);
             let value = |node: usize, component: usize| match solver.unknowns.of(node, component) {
-                Some((index, sign)) => sign * solution[(index, 0)],
+                Some((index, sign)) => sign * solution[index],
                 None => 0.0,
             };
             let shape = Shape::new();
@@ -239,7 +282,7 @@ mod tests {
                 let nodes = mesh.element_nodes(element);
                 let material = &mesh.materials[mesh.layer_of[element[1]]];
                 let stiffness =
-                    shape.stiffness(&mesh.element_places(element), material, harmonic).unwrap();
+                    shape.stiffness(&mesh.element_places(element), material).unwrap().of(harmonic);
                 for i in 0..UNKNOWNS {
                     let Some((row, sign)) = solver.unknowns.of(nodes[i / 3], i % 3) else {
                         continue;

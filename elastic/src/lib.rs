@@ -30,8 +30,8 @@
 //! What is flat and has channels of liquid in it is solved in three dimensions, by bricks ([`Slab`],
 //! [`LiquidStack`]): a press squeezes liquid into columns, and air that is shut in ahead of them pushes back.
 //!
-//! A [`Stack`] is made once for a design (seconds) and pressed in milliseconds. What does not converge is an
-//! error.
+//! A [`Stack`] is made once for a design, solves what a press needs when it comes (a second), keeps it, and is then
+//! pressed in milliseconds. What does not converge is an error.
 //!
 //! ```
 //! use fabkit_elastic::{Ball, Body, Curve, Division, Hold, Layer, Material, Press, Stack};

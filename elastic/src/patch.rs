@@ -1,10 +1,11 @@
 //! The part of the surface that a press can touch, and what tractions there do to it.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rustfft::num_complex::Complex;
 
-use crate::compliance::{ALONG, AROUND, NORMAL};
+use crate::compliance::{ALONG, AROUND, Compliance, NORMAL};
 use crate::rings::Buffers;
 use crate::stack::Stack;
 
@@ -12,6 +13,8 @@ use crate::stack::Stack;
 pub(crate) struct Patch<'a> {
     pub stack: &'a Stack,
     pub rings: Range<usize>,
+    /// By harmonic; of these rings at least, and with what drags where that is asked for.
+    pub answers: Arc<Vec<Compliance>>,
 }
 
 /// Amplitudes by harmonic and ring of a patch.
@@ -137,8 +140,8 @@ impl Patch<'_> {
 
     /// One block of one harmonic.
     fn multiply(&self, harmonic: usize, load: usize, component: usize, work: &mut Work) {
-        let block = &self.stack.compliances[harmonic];
-        let rows = 3 * block.rings;
+        let block = &self.answers[harmonic];
+        let rows = block.components * block.rings;
         let start = self.rings.start.max(block.first);
         if start >= self.rings.end {
             return;

@@ -21,7 +21,7 @@ pub(crate) fn field(
     let rows = field_rows(&stack.mesh);
     let mut amplitudes = Vec::new();
     for harmonic in 0..=patch.harmonics() {
-        let block = &stack.compliances[harmonic];
+        let block = &patch.answers[harmonic];
         let (mut real, mut imaginary) = (vec![0.0; rows], vec![0.0; rows]);
         for ring in patch.rings.start.max(block.first)..patch.rings.end {
             for &component in components {

@@ -1,10 +1,11 @@
 //! Layers that are ready to be pressed.
 
-use std::sync::Arc;
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use fabkit_geometry::{Point3, Vector3};
 
-use crate::compliance::{self, Compliance};
+use crate::compliance::{self, Compliance, Loads};
 use crate::contact;
 use crate::friction::{self, Way};
 use crate::mesh::Mesh;
@@ -17,29 +18,36 @@ use crate::{Body, Division, ElasticError};
 /// A presser that rises by more than this over the distance of two places is met as two parts of it.
 const STEEPEST: f64 = 4.0;
 
-/// A body whose answers to tractions are known: made once for a design, then pressed as often as one likes.
+/// A body whose answers to tractions are kept: made once for a design, then pressed as often as one likes.
 #[derive(Debug)]
 pub struct Stack {
     pub(crate) mesh: Arc<Mesh>,
     pub(crate) rings: Rings,
-    pub(crate) compliances: Vec<Compliance>,
     /// By layer, of the harmonic 0: component after component, ring after ring, mm3/MPa.
     pub(crate) dilations: Vec<Vec<f64>>,
     /// Of all layers at each column, mm.
     thickness_mm: Vec<f64>,
+    threads: usize,
+    answers: Mutex<Option<Answers>>,
+}
+
+/// What was solved so far.
+#[derive(Clone, Debug)]
+struct Answers {
+    loads: Loads,
+    /// By harmonic.
+    compliances: Arc<Vec<Compliance>>,
 }
 
 impl Stack {
-    /// Meshes a body, and factorises and solves each harmonic, by up to `threads` threads; the result does
-    /// not depend on how many.
+    /// Meshes a body. What a press needs is solved when it comes, by up to `threads` threads, and kept; what comes out
+    /// does not depend on how many, nor on what was pressed before.
     ///
     /// # Errors
-    /// A body or a division that is none, and one that takes too much memory.
+    /// A body or a division that is none.
     pub fn new(body: &Body, division: &Division, threads: usize) -> Result<Self, ElasticError> {
         let mesh = Mesh::new(body, division)?;
         let rings = Rings::new(&mesh, division.max_harmonic);
-        compliance::check_size(&mesh, &rings)?;
-        let compliances = compliance::all(&mesh, &rings, threads)?;
         let dilations = compliance::dilations(&mesh, &rings)?;
         let last = mesh.interface_rows.len() - 1;
         let thickness = |column: usize| {
@@ -47,7 +55,39 @@ impl Stack {
             (outer[0] - inner[0]).hypot(outer[1] - inner[1])
         };
         let thickness_mm = (0..mesh.columns).map(thickness).collect();
-        Ok(Self { mesh: Arc::new(mesh), rings, compliances, dilations, thickness_mm })
+        let (mesh, answers) = (Arc::new(mesh), Mutex::new(None));
+        Ok(Self { mesh, rings, dilations, thickness_mm, threads, answers })
+    }
+
+    /// Solves for presses anywhere, now: many that come one by one would each solve again for what is new to it.
+    ///
+    /// # Errors
+    /// A body that takes too much memory.
+    pub fn everywhere(self, is_dragged: bool) -> Result<Self, ElasticError> {
+        self.answers(&(0..self.rings.rings.len()), is_dragged)?;
+        Ok(self)
+    }
+
+    /// What tractions on rings do, by harmonic.
+    fn answers(
+        &self,
+        rings: &Range<usize>,
+        is_dragged: bool,
+    ) -> Result<Arc<Vec<Compliance>>, ElasticError> {
+        let mut loads = Loads::new(rings, is_dragged, self.rings.rings.len());
+        let kept = self.answers.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        if let Some(kept) = kept {
+            if kept.loads.hold(&loads) {
+                return Ok(kept.compliances);
+            }
+            loads = loads.and(&kept.loads);
+        }
+        // Without the lock: whoever shares out work while holding it might be handed work that waits for it.
+        let solved = compliance::all(&self.mesh, &self.rings, &loads, self.threads)?;
+        let compliances = Arc::new(solved);
+        let answers = Answers { loads, compliances: Arc::clone(&compliances) };
+        *self.answers.lock().unwrap_or_else(PoisonError::into_inner) = Some(answers);
+        Ok(compliances)
     }
 
     /// How many nodes the touched surface has.
@@ -130,17 +170,18 @@ impl Stack {
             None => Vector3::zeros(),
         };
         let is_sheared = press.shear_mm != Vector3::zeros();
-        let (mut patch, depth_mm) = self.patch(presser, &shift_mm)?;
+        let (mut rings, depth_mm) = self.touched(presser, &shift_mm)?;
         if is_sheared {
             if self.rings.harmonics() == 0 {
                 let hint = "0: what is symmetric about the axis has no shear";
                 let value = press.shear_mm.norm();
                 return Err(ElasticError::Press { what: "a shear without harmonics", value, hint });
             }
-            let (end, _) = self.patch(presser, &(shift_mm + press.shear_mm))?;
-            let first = patch.rings.start.min(end.rings.start);
-            patch.rings = first..patch.rings.end.max(end.rings.end);
+            let (end, _) = self.touched(presser, &(shift_mm + press.shear_mm))?;
+            rings = rings.start.min(end.start)..rings.end.max(end.end);
         }
+        let answers = self.answers(&rings, is_sheared)?;
+        let patch = Patch { stack: self, rings, answers };
         let gaps = self.gaps(&patch, presser, &shift_mm, depth_mm);
         let mut work = Work::default();
         let mut contact = contact::solve(&patch, &gaps, depth_mm, None, &mut work)?;
@@ -166,11 +207,11 @@ impl Stack {
     }
 
     /// The rings that can be touched, and how deep the presser reaches, mm.
-    fn patch(
+    fn touched(
         &self,
         presser: &dyn Presser,
         shift_mm: &Vector3<f64>,
-    ) -> Result<(Patch<'_>, f64), ElasticError> {
+    ) -> Result<(Range<usize>, f64), ElasticError> {
         let mut least = Vec::with_capacity(self.rings.rings.len());
         for (ring, of_ring) in self.rings.rings.iter().enumerate() {
             let mut least_mm = f64::INFINITY;
@@ -202,7 +243,7 @@ impl Stack {
         let can_touch = |gap: &f64| *gap <= -gap_mm;
         let first = least.iter().position(can_touch).unwrap_or(0);
         let last = least.iter().rposition(can_touch).unwrap_or(0);
-        Ok((Patch { stack: self, rings: first..last + 1 }, -gap_mm))
+        Ok((first..last + 1, -gap_mm))
     }
 
     /// Where the azimuth has no harmonics, a presser must be the same all around.
@@ -279,9 +320,12 @@ impl Stack {
 
     /// By how much at most what one place does to another is not what that does to it, as a part of the
     /// largest compliance: by reciprocity nothing but rounding.
-    pub fn asymmetry(&self) -> f64 {
+    ///
+    /// # Errors
+    /// A body that takes too much memory.
+    pub fn asymmetry(&self) -> Result<f64, ElasticError> {
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
-        for block in &self.compliances {
+        for block in &*self.answers(&(0..self.rings.rings.len()), true)? {
             let n = 3 * block.rings;
             let weight = |i: usize| self.rings.rings[block.first + i % block.rings].weight;
             for i in 0..n {
@@ -295,6 +339,6 @@ impl Stack {
                 largest = largest.max(block.contact[i * n + i] * weight(i));
             }
         }
-        worst / largest
+        Ok(worst / largest)
     }
 }

@@ -8,16 +8,21 @@ use std::process::Command;
 use crate::bytes::sensors_and_fixtures;
 use crate::run::{built, check, exists, fabkit, root};
 
-/// What is opened in `cargo xtask test`: a sensor and a fixture.
-const SAMPLE: [&str; 2] = ["rtac0", "rtac0/pin-dome"];
+/// What is opened in `cargo xtask test`: the page with everything that pages have.
+const SAMPLE: &str = "rtac0";
+/// As a word of the command.
+pub const SAMPLED: &str = "--sample";
 
 /// How long the first frame may take there, ms, beside whatever else runs on the machine and without a graphics
 /// card; `cargo xtask pages` asks for a second.
-const SAMPLE_FRAME_MS: &str = "4000";
+const SAMPLE_FRAME_MS: &str = "10000";
 
-/// The pages of all designs, or of those that are named.
+/// The pages of all designs, or of those that are named, or the sample.
 pub fn run(designs: &[String]) -> Result<(), String> {
     let tools = Tools::find()?;
+    if designs == [SAMPLED] {
+        return tools.judge(&[SAMPLE.to_owned()], &[("FABKIT_FIRST_FRAME_MS", SAMPLE_FRAME_MS)]);
+    }
     tools.bundle()?;
     if designs.is_empty() {
         let all = sensors_and_fixtures(&fabkit()?)?.into_iter().flat_map(|(sensor, fixtures)| {
@@ -78,11 +83,6 @@ impl Tools {
         }
         Err("guide/src/viewer/viewer.js is not what viewer/ makes: run `npm run build` there"
             .into())
-    }
-
-    /// Opens the pages of a few designs.
-    pub fn sample(&self) -> Result<(), String> {
-        self.judge(&SAMPLE.map(str::to_owned), &[("FABKIT_FIRST_FRAME_MS", SAMPLE_FRAME_MS)])
     }
 
     fn judge(&self, designs: &[String], envs: &[(&str, &str)]) -> Result<(), String> {

@@ -117,7 +117,7 @@ impl<'a> PinMarks<'a> {
             camera,
             sights,
             layers: layers.for_parts_of(&whole.untouched()),
-            ready: Ready::for_all(sensor, None, threads())?,
+            ready: Ready::for_all(sensor, None, false, threads())?,
             constants,
             radius_mm,
         }))

@@ -54,7 +54,7 @@ impl Thins {
                 (middle_of(touch).map(|place| (0.0, place)).into_iter().collect(), None)
             }
         };
-        let ready = Ready::for_all(sensor, None, threads())?;
+        let ready = Ready::for_all(sensor, None, false, threads())?;
         let pressed = |(polar_deg, at): (f64, Place)| {
             let thins = thins(layers, touch, &ready, &at)?;
             Ok(Pressed { polar_deg, at, thins })

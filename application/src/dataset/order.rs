@@ -117,7 +117,9 @@ pub fn prepare<R, E: From<Error>>(
     let ready = match order.contact {
         Contact::Linear(Linear { spacing_mm, .. }) => {
             let sensor = &scene.project.design.sensor;
-            Some(Ready::for_all(sensor, spacing_mm, threads()).map_err(Error::from)?)
+            let is_dragged = named.iter().any(|of| of.shear_mm != [0.0; 2]);
+            let ready = Ready::for_all(sensor, spacing_mm, is_dragged, threads());
+            Some(ready.map_err(Error::from)?)
         }
         _ => None,
     };

@@ -270,7 +270,7 @@ impl FittingLight<'_> {
                 Some([*polar, scene.lit.at(&point), path_mm, grey])
             })
             .collect();
-        let ready = Ready::for_all(self.sensor, Some(SPACING_MM), threads())?;
+        let ready = Ready::for_all(self.sensor, Some(SPACING_MM), false, threads())?;
         let soft_mm = scene.touch.soft_mm();
         let mut stated: Vec<f64> = profiles.iter().map(|profile| profile.stated_mm).collect();
         let stated_depth_mm = median(&mut stated);

@@ -258,7 +258,7 @@ impl Model {
             [thick_mm, (thick_mm + gains_mm).max(0.0)]
         };
         let spacing_mm = SPACING_MM.max(ball_radius_mm / NODES_TO_RADIUS);
-        let ready = Ready::for_all(sensor, Some(spacing_mm), threads())?;
+        let ready = Ready::for_all(sensor, Some(spacing_mm), false, threads())?;
         let most_mm = (DEPTHS[1] * scene.touch.soft_mm()).min(MOST_OF_RADIUS * ball_radius_mm);
         let least_mm = DEPTHS[0] * scene.touch.soft_mm();
         let depth_mm = |k: usize| least_mm + (most_mm - least_mm) * k as f64 / (STEPS - 1) as f64;

@@ -175,7 +175,7 @@ fn keep(
     let size_px = scene.size_rays(samples)?.map(|side| (side / samples) as usize);
     let rays = scene.rays_of_rows(samples, 0..u32::MAX);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
-    let ready = Ready::for_all(sensor, options.spacing_mm, threads())?;
+    let ready = Ready::for_all(sensor, options.spacing_mm, true, threads())?;
     let studio = Studio::new(scene, &surface, lighting, constants, contact)?;
     let mut document = studio.document();
     document["layers"] = soft_layers(&ready.soft.layers);

@@ -50,7 +50,7 @@ impl Ready {
         let touch = touch(sensor)?;
         let points = SurfacePoints::new(touch).map_err(SoftError::Solid)?;
         if bodies.len() > 1 {
-            return Self::for_all(sensor, spacing_mm, threads);
+            return Self::for_all(sensor, spacing_mm, false, threads);
         }
         let place = deepest_place(touch, bodies)?;
         let new = |soft: SoftStack, spacing_mm: f64| {
@@ -90,13 +90,15 @@ impl Ready {
         if fine_mm == coarse_mm { Ok(coarse) } else { new(coarse.soft, fine_mm) }
     }
 
-    /// For presses anywhere: nodes as fine as a few seconds allow, or `spacing_mm` apart.
+    /// For presses anywhere: nodes as fine as a few seconds allow, or `spacing_mm` apart. Presses that then move along
+    /// the surface, `is_dragged`, are solved for as well: three times the work.
     ///
     /// # Errors
     /// As for one press.
     pub fn for_all(
         sensor: &Sensor,
         spacing_mm: Option<f64>,
+        is_dragged: bool,
         threads: usize,
     ) -> Result<Self, PressingError> {
         check_spacing(spacing_mm)?;
@@ -106,6 +108,7 @@ impl Ready {
         let soft = stack_of(sensor, touch, &points, &place)?;
         let spacing_mm = spacing_mm.unwrap_or((area_mm2 / MOST_NODES).sqrt());
         let stack = soft.stack(spacing_mm, reach_mm, usize::MAX, threads)?;
+        let stack = stack.everywhere(is_dragged).map_err(SoftError::from)?;
         Ok(Self { soft, stack, spacing_mm })
     }
 

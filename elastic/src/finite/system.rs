@@ -1,15 +1,14 @@
 //! Displacements and pressures of a press at large strain, and the equations that they fulfil.
 
 use fabkit_geometry::Vector3;
-use faer::Mat;
-use faer::prelude::Solve;
-use faer::sparse::{SparseColMat, Triplet};
+use fabkit_sparse::solve_any;
 use nalgebra::SVector;
 
 use super::element::{Strained, UNKNOWNS, strain};
 use super::grip::{Above, Grip, grips};
 use crate::ElasticError;
 use crate::element::Shape;
+use crate::harmonic::failed;
 use crate::mesh::Mesh;
 use crate::outcome::Outcome;
 use crate::presser::Presser;
@@ -230,17 +229,17 @@ impl<'a> System<'a> {
     fn step(&self, above: &[Above], held: &[usize]) -> Result<Option<Step>, ElasticError> {
         let level = self.count + held.len();
         let size = level + 1;
-        let mut right = Mat::zeros(size, 1);
+        let mut right = vec![0.0; size];
         let mut entries = Vec::new();
         for (number, element) in self.mesh.elements().enumerate() {
             let Some(strained) = self.strained((number, element)) else { return Ok(None) };
             let nodes = self.mesh.element_nodes(element);
             for i in 0..UNKNOWNS {
                 let Some(row) = self.rows[2 * nodes[i / 2] + i % 2] else { continue };
-                right[(row, 0)] -= strained.forces[i];
+                right[row] -= strained.forces[i];
                 for j in 0..UNKNOWNS {
                     if let Some(column) = self.rows[2 * nodes[j / 2] + j % 2] {
-                        entries.push(Triplet::new(row, column, strained.tangent[(i, j)]));
+                        entries.push((row, column, strained.tangent[(i, j)]));
                     }
                 }
             }
@@ -249,36 +248,31 @@ impl<'a> System<'a> {
             let constraint = self.count + k;
             for &(column, share) in &self.grips[ring].shares {
                 let (node, above) = (2 * column * self.mesh.rows, &above[column]);
-                right[(constraint, 0)] += share * above.gap_mm;
+                right[constraint] += share * above.gap_mm;
                 for (displacement, by) in [(node, above.slope), (node + 1, -1.0)] {
                     if let Some(row) = self.rows[displacement] {
-                        entries.push(Triplet::new(row, constraint, -share * by));
-                        entries.push(Triplet::new(constraint, row, -share * by));
+                        entries.push((row, constraint, -share * by));
+                        entries.push((constraint, row, -share * by));
                     }
                 }
                 if let Some(row) = self.rows[node] {
                     let bent = -share * self.state.pressures[ring] * above.curvature;
-                    entries.push(Triplet::new(row, row, bent));
+                    entries.push((row, row, bent));
                 }
             }
         }
         for (column, by) in LEVEL {
             let displacement = 2 * column * self.mesh.rows + 1;
-            right[(level, 0)] -= by * self.state.displacements[displacement];
+            right[level] -= by * self.state.displacements[displacement];
             if let Some(row) = self.rows[displacement] {
-                entries.push(Triplet::new(row, level, by));
-                entries.push(Triplet::new(level, row, by));
+                entries.push((row, level, by));
+                entries.push((level, row, by));
             }
         }
-        let failed = |reason: String| ElasticError::Factorisation { harmonic: 0, reason };
-        let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(size, size, &entries)
-            .map_err(|error| failed(error.to_string()))?;
-        let factors = matrix.sp_lu().map_err(|error| failed(error.to_string()))?;
-        factors.solve_in_place(right.as_mut());
-        let all: Vec<f64> = (0..size).map(|i| right[(i, 0)]).collect();
+        solve_any(&entries, &mut right).map_err(failed(0))?;
         Ok(Some(Step {
-            displacements: all[..self.count].to_vec(),
-            pressures: all[self.count..level].to_vec(),
+            displacements: right[..self.count].to_vec(),
+            pressures: right[self.count..level].to_vec(),
         }))
     }
 

@@ -5,12 +5,10 @@ mod brick;
 use std::collections::BTreeMap;
 
 use fabkit_geometry::{Point3, Vector3};
-use faer::Mat;
-use faer::prelude::Solve;
-use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
-use faer::sparse::{SparseColMat, Triplet};
+use fabkit_sparse::{Factors, RightSides, Symmetric};
 
 use self::brick::UNKNOWNS;
+use crate::harmonic::failed;
 use crate::{ElasticError, Material};
 
 /// Unknowns of a slab that still fits into a few GiB.
@@ -38,7 +36,7 @@ pub struct Slab {
     /// First unknown of a node that moves.
     unknown: Vec<Option<usize>>,
     unknowns: usize,
-    factors: Llt<usize, f64>,
+    factors: Factors,
     /// How much each cavity grows by which unknown, mm2.
     growth: Vec<Vec<(usize, f64)>>,
 }
@@ -117,19 +115,20 @@ impl Slab {
 
     /// Forces along z on nodes, N, and pressures in cavities, MPa, to displacements.
     pub fn solve(&self, forces_n: &[(usize, f64)], pressures_mpa: &[f64]) -> SlabField {
-        let mut load = Mat::zeros(self.unknowns, 1);
+        let mut loads = RightSides::new(self.unknowns, 1);
+        let load = loads.column_mut(0);
         for (node, n) in forces_n {
             if let Some(first) = self.unknown[*node] {
-                load[(first + 2, 0)] += n;
+                load[first + 2] += n;
             }
         }
         for (growth, mpa) in self.growth.iter().zip(pressures_mpa) {
             for (unknown, mm2) in growth {
-                load[(*unknown, 0)] += mpa * mm2;
+                load[*unknown] += mpa * mm2;
             }
         }
-        self.factors.solve_in_place(load.as_mut());
-        SlabField((0..self.unknowns).map(|i| load[(i, 0)]).collect())
+        self.factors.solve(&mut loads);
+        SlabField(loads.column(0).to_vec())
     }
 
     /// Solves for a unit force down, N, on each node of `down`, then for a unit pressure, MPa, in each cavity, and
@@ -137,22 +136,22 @@ impl Slab {
     pub(crate) fn solve_each(&self, down: &[usize], mut take: impl FnMut(usize, SlabField)) {
         let all: Vec<usize> = (0..down.len() + self.growth.len()).collect();
         for chunk in all.chunks(AT_ONCE) {
-            let mut loads = Mat::zeros(self.unknowns, chunk.len());
+            let mut loads = RightSides::new(self.unknowns, chunk.len());
             for (column, &which) in chunk.iter().enumerate() {
+                let load = loads.column_mut(column);
                 if let Some(&node) = down.get(which) {
                     if let Some(first) = self.unknown[node] {
-                        loads[(first + 2, column)] = -1.0;
+                        load[first + 2] = -1.0;
                     }
                 } else {
                     for (unknown, mm2) in &self.growth[which - down.len()] {
-                        loads[(*unknown, column)] = *mm2;
+                        load[*unknown] = *mm2;
                     }
                 }
             }
-            self.factors.solve_in_place(loads.as_mut());
+            self.factors.solve(&mut loads);
             for (column, &which) in chunk.iter().enumerate() {
-                let field = (0..self.unknowns).map(|i| loads[(i, column)]).collect();
-                take(which, SlabField(field));
+                take(which, SlabField(loads.column(column).to_vec()));
             }
         }
     }
@@ -231,8 +230,8 @@ impl Unsolved {
     }
 
     /// Entries on and below the diagonal, factorised.
-    fn factors(&self, cells: &[([usize; 3], Cell)]) -> Result<Llt<usize, f64>, ElasticError> {
-        let mut triplets = Vec::new();
+    fn factors(&self, cells: &[([usize; 3], Cell)]) -> Result<Factors, ElasticError> {
+        let (mut places, mut values) = (Vec::new(), Vec::new());
         let stiffest = cells.iter().filter_map(|(_, cell)| cell.solid);
         let stiffest = stiffest.map(|(material, _)| material.young_mpa()).fold(0.0, f64::max);
         let soft = Material::new(CAVITY_STIFFNESS * stiffest, 0.0)?;
@@ -256,19 +255,14 @@ impl Unsolved {
                     for (j, entry) in entries.iter().enumerate() {
                         let column = self.unknown[nodes[j / 3]].map(|first| first + j % 3);
                         if let Some(column) = column.filter(|column| *column <= row) {
-                            triplets.push(Triplet::new(row, column, share * entry));
+                            places.push([row, column]);
+                            values.push(share * entry);
                         }
                     }
                 }
             }
         }
-        let failed = |reason: String| ElasticError::Factorisation { harmonic: 0, reason };
-        let matrix = SparseColMat::try_new_from_triplets(self.unknowns, self.unknowns, &triplets)
-            .map_err(|error| failed(error.to_string()))?;
-        drop(triplets);
-        let symbolic = SymbolicLlt::try_new(matrix.symbolic(), faer::Side::Lower)
-            .map_err(|error| failed(error.to_string()))?;
-        Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), faer::Side::Lower)
-            .map_err(|error| failed(error.to_string()))
+        let matrix = Symmetric::new(self.unknowns, places).map_err(failed(0))?;
+        matrix.factorise(&values).map_err(failed(0))
     }
 }

@@ -1,0 +1,163 @@
+//! Sparse systems of equations, factorised once and solved for many right sides: `faer` behind plain numbers.
+//!
+//! A crate of its own because `faer` is generic: whoever names its types compiles all of it, and a library is compiled
+//! once more for its tests.
+//!
+//! ```
+//! use fabkit_sparse::{RightSides, Symmetric};
+//!
+//! // Two springs in a row, 2 N/mm and 1 N/mm, and 3 N on their end.
+//! let pattern = Symmetric::new(2, [[0, 0], [0, 0], [1, 0], [1, 1]])?;
+//! let factors = pattern.factorise(&[2.0, 1.0, -1.0, 1.0])?;
+//! let mut sides = RightSides::new(2, 1);
+//! sides.column_mut(0)[1] = 3.0;
+//! factors.solve(&mut sides);
+//! assert!((sides.column(0)[0] - 1.5).abs() < 1e-12);
+//! assert!((sides.column(0)[1] - 4.5).abs() < 1e-12);
+//! # Ok::<(), fabkit_sparse::SparseError>(())
+//! ```
+
+#![forbid(unsafe_code)]
+
+use faer::prelude::Solve;
+use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat, Triplet};
+use faer::{MatMut, Side};
+
+/// What cannot be factorised, in `faer`'s words: a pivot that is not positive, no memory.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct SparseError(String);
+
+impl SparseError {
+    fn of(error: impl std::fmt::Display) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// Where a symmetric positive definite matrix has entries, and in which order it is eliminated.
+#[derive(Debug)]
+pub struct Symmetric {
+    entries: SymbolicSparseColMat<usize>,
+    /// Of the given values among the entries.
+    order: Argsort<usize>,
+    elimination: SymbolicLlt<usize>,
+}
+
+impl Symmetric {
+    /// Of `size` unknowns, with entries at these rows and columns, on and below the diagonal; where one is there more
+    /// than once, values add up.
+    ///
+    /// # Errors
+    /// A place outside the matrix, no memory.
+    pub fn new(
+        size: usize,
+        places: impl IntoIterator<Item = [usize; 2]>,
+    ) -> Result<Self, SparseError> {
+        Self::of(size, &places.into_iter().map(|[row, col]| Pair { row, col }).collect::<Vec<_>>())
+    }
+
+    fn of(size: usize, places: &[Pair<usize, usize>]) -> Result<Self, SparseError> {
+        let (entries, order) = SymbolicSparseColMat::try_new_from_indices(size, size, places)
+            .map_err(SparseError::of)?;
+        let elimination =
+            SymbolicLlt::try_new(entries.as_ref(), Side::Lower).map_err(SparseError::of)?;
+        Ok(Self { entries, order, elimination })
+    }
+
+    /// With a value for each place, in the order of the places.
+    ///
+    /// # Errors
+    /// A matrix that is not positive definite, no memory.
+    ///
+    /// # Panics
+    /// Other than as many values as there were places.
+    pub fn factorise(&self, values: &[f64]) -> Result<Factors, SparseError> {
+        let matrix = SparseColMat::new_from_argsort(self.entries.clone(), &self.order, values)
+            .map_err(SparseError::of)?;
+        let factors =
+            Llt::try_new_with_symbolic(self.elimination.clone(), matrix.as_ref(), Side::Lower);
+        Ok(Factors(factors.map_err(SparseError::of)?))
+    }
+}
+
+/// A factorised symmetric matrix.
+#[derive(Debug)]
+pub struct Factors(Llt<usize, f64>);
+
+impl Factors {
+    /// Right sides to solutions, in place. Bytes depend on how many are solved for together.
+    pub fn solve(&self, sides: &mut RightSides) {
+        self.0.solve_in_place(sides.matrix());
+    }
+}
+
+/// Solves a square system that need not be symmetric, given as rows, columns and values, in place.
+///
+/// # Errors
+/// A singular matrix, a place outside it, no memory.
+pub fn solve_any(entries: &[(usize, usize, f64)], side: &mut [f64]) -> Result<(), SparseError> {
+    let size = side.len();
+    let entries: Vec<_> =
+        entries.iter().map(|&(row, col, by)| Triplet::new(row, col, by)).collect();
+    let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(size, size, &entries)
+        .map_err(SparseError::of)?;
+    let factors = matrix.sp_lu().map_err(SparseError::of)?;
+    factors.solve_in_place(MatMut::from_column_major_slice_mut(side, size, 1));
+    Ok(())
+}
+
+/// Right sides, one column each.
+#[derive(Clone, Debug)]
+pub struct RightSides {
+    size: usize,
+    columns: Vec<f64>,
+}
+
+impl RightSides {
+    /// So many columns of zeros for `size` unknowns.
+    pub fn new(size: usize, columns: usize) -> Self {
+        Self { size, columns: vec![0.0; size * columns] }
+    }
+
+    /// Zeros again.
+    pub fn clear(&mut self) {
+        self.columns.fill(0.0);
+    }
+
+    /// One of them.
+    pub fn column(&self, column: usize) -> &[f64] {
+        &self.columns[column * self.size..][..self.size]
+    }
+
+    /// The same, to be changed.
+    pub fn column_mut(&mut self, column: usize) -> &mut [f64] {
+        &mut self.columns[column * self.size..][..self.size]
+    }
+
+    fn matrix(&mut self) -> MatMut<'_, f64> {
+        let columns = self.columns.len().checked_div(self.size).unwrap_or(0);
+        MatMut::from_column_major_slice_mut(&mut self.columns, self.size, columns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_positive_definite_is_refused() {
+        let pattern = Symmetric::new(2, [[0, 0], [1, 0], [1, 1]]).unwrap();
+        assert!(pattern.factorise(&[1.0, 2.0, 1.0]).is_err());
+        assert!(pattern.factorise(&[2.0, 1.0, 1.0]).is_ok());
+        assert!(Symmetric::new(2, [[2, 0]]).is_err());
+    }
+
+    #[test]
+    fn what_is_not_symmetric_is_solved() {
+        let mut side = [1.0, 2.0];
+        solve_any(&[(0, 1, 2.0), (1, 0, 4.0), (1, 0, 1.0)], &mut side).unwrap();
+        assert!((side[0] - 0.4).abs() < 1e-15 && (side[1] - 0.5).abs() < 1e-15, "{side:?}");
+        assert!(solve_any(&[(0, 0, 1.0), (1, 0, 1.0)], &mut side).is_err());
+    }
+}

@@ -51,7 +51,8 @@ pub struct Tests {
 /// Builds all of them.
 pub fn build() -> Result<Tests, String> {
     let mut build = cargo();
-    build.args(["test", "--release", "--no-run", "--message-format=json"]).args(WORKSPACE);
+    build.args(["test", "--release", "--no-run", "--lib", "--bins", "--tests"]);
+    build.arg("--message-format=json").args(WORKSPACE);
     let output = build.stderr(Stdio::inherit()).output();
     let output = output.map_err(|e| format!("cannot build the tests: {e}"))?;
     if !output.status.success() {

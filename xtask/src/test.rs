@@ -17,10 +17,17 @@ const ALWAYS_VERIFIED: &str = "rtac0";
 const VERIFIED_IN_CI: [&str; 1] = ["9dtact"];
 
 /// One sensor of each other family and the fixture with the most kinds of parts, every so many-th of its bodies, and
-/// fewer features where OpenCascade takes minutes for them: 469 dimples, 85 slots. All of them with `fabkit verify
+/// fewer features where OpenCascade takes minutes for them: 469 dimples, 85 slots, 29 holes. All of them with `fabkit verify
 /// SENSOR`.
 const SAMPLED_IN_CI: [(&str, usize, &[&str]); 5] = [
-    ("rtac0/pin-dome", 2, &[]),
+    (
+        "rtac0/pin-dome",
+        2,
+        &[
+            "--set=fixtures.pin_dome.rings.polar=[0 deg, 36 deg, 72 deg]",
+            "--set=fixtures.pin_dome.rings.counts=[1, 3, 4]",
+        ],
+    ),
     ("shadowtac", 2, &["--set=dimples.rings=3"]),
     ("uvdtact", 5, &["--set=markers.count=7"]),
     ("fluidic", 4, &[]),

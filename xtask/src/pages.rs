@@ -8,7 +8,7 @@ use std::process::Command;
 use crate::bytes::sensors_and_fixtures;
 use crate::run::{built, check, exists, fabkit, root};
 
-/// What is opened in `cargo xtask test`: the page with everything that pages have.
+/// What is opened in `cargo xtask test`: the page of a sensor.
 const SAMPLE: &str = "rtac0";
 /// As a word of the command.
 pub const SAMPLED: &str = "--sample";

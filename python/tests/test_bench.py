@@ -100,7 +100,9 @@ def test_what_cannot_be_pressed_is_said(report: bench.Report) -> None:
 def test_files_are_written_whole(report: bench.Report, tmp_path) -> None:
     folder = tmp_path / "deep" / "bench"
     report.save(folder)
-    assert sorted(path.name for path in folder.iterdir()) == ["bench.html", "bench.json"]
+    names = ["bench.html", "bench.json", "networks"]
+    assert sorted(path.name for path in folder.iterdir()) == names
+    assert sorted(report.networks) == ["depth", "depth-wider-view"]
     assert json.loads((folder / "bench.json").read_text()) == report.document()
     (tmp_path / "file").write_text("")
     with pytest.raises(fabkit.FabkitError) as caught:

@@ -5,6 +5,8 @@ Every figure is simulated: layers at small strain, pictures with the constants t
 score; its note says what differs. Nothing is tuned to a published figure: where one disagrees, that
 is what was found.
 
+What was trained on the way is kept as ONNX: :attr:`Report.networks`.
+
 What learns needs scikit-learn: ``pip install fabkit-cad[bench]``.
 
 >>> import fabkit.bench
@@ -15,10 +17,11 @@ What learns needs scikit-learn: ``pip install fabkit-cad[bench]``.
 True
 """
 
+from fabkit.bench._networks import Network
 from fabkit.bench._report import Report, Row
 from fabkit.bench._run import experiments, figures, run
 
-__all__ = ["Report", "Row", "experiments", "figures", "run"]
+__all__ = ["Network", "Report", "Row", "experiments", "figures", "run"]
 
 
 def __dir__() -> list[str]:

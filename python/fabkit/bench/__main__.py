@@ -46,7 +46,9 @@ def _parser() -> argparse.ArgumentParser:
     size.add_argument("--quick", action="store_true", help="minutes; what is done without --full")
     size.add_argument("--full", action="store_true", help="larger counts; up to hours")
     parser.add_argument("--seed", type=int, default=0, help="of places, noise and models")
-    parser.add_argument("-o", "--output", metavar="DIR", help="write bench.json and bench.html")
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", help="write bench.json, bench.html and networks/"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--quiet", action="store_true", help="say nothing on the way")
     parser.add_argument(

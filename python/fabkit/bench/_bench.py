@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 import zlib
 from dataclasses import dataclass, fields
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from fabkit import sim
+from fabkit.bench._networks import FORMAT, Card, Network
 from fabkit.bench._report import Row
 from fabkit.errors import FabkitError
 
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fabkit.bench._onnx import Written
     from fabkit.designs import Sensor
 
 __all__ = ["Bench", "Family", "first_line", "press", "reference", "row_of_failure"]
@@ -57,13 +60,24 @@ class Bench:
     """One run: what experiments share."""
 
     def __init__(
-        self, design: Sensor, seed: int, size: Any, tell: Callable[[str], None] | None
+        self,
+        design: Sensor,
+        seed: int,
+        size: Any,
+        tell: Callable[[str], None] | None,
+        *,
+        keeps: bool = True,
     ) -> None:
         self.design = design
         self.seed = seed
         self.size = size
         self.said: list[str] = []
         """What was drawn, for the report."""
+        self.experiment = ""
+        """The one that runs."""
+        self.networks: dict[str, Network] = {}
+        """What was trained and is kept, by name."""
+        self._keeps = keeps
         self._tell = tell
         self._made: dict[str, Any] = {}
         self._documents: list[dict[str, Any]] = []
@@ -73,6 +87,27 @@ class Bench:
         """Say what begins."""
         if self._tell is not None:
             self._tell(what)
+
+    def keep(self, name: str, written: Written, card: Card, design: Sensor | None = None) -> None:
+        """Keep a network for the report: the first of its name, which is that of the first fold.
+
+        ``design`` is what was pressed, where that is not the bench's own.
+        """
+        name = re.sub("[^a-z0-9]+", "-", name.lower()).strip("-")
+        if not self._keeps or name in self.networks:
+            return
+        design = design or self.design
+        about = {
+            "format": FORMAT,
+            "version": 1,
+            "name": name,
+            "sensor": design.name,
+            "design_hash": design.design_hash,
+            "seed": self.seed,
+            "experiment": self.experiment,
+            "is_simulated": True,
+        }
+        self.networks[name] = Network(written.onnx, {**about, **card.document(written)})
 
     def random(self, of: str) -> np.random.Generator:
         """Make the source of random numbers of one purpose: others do not change what it gives."""

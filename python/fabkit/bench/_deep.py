@@ -1,4 +1,4 @@
-"""The papers' networks: the only place that knows PyTorch, and nothing else here needs it.
+"""The papers' networks: the only place that loads PyTorch, and nothing else here needs it.
 
 All are seeded and learn on one thread of a processor, so that figures are the same again.
 """
@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fabkit.bench._layers import layer
+from fabkit.bench._onnx import Graph, Written
 from fabkit.errors import invalid
 
 if TYPE_CHECKING:
@@ -80,6 +82,7 @@ class Network:
 
     def fit(self, samples: Array, targets: Array) -> Network:
         """Learn: samples (n, ...), targets (n, t)."""
+        self._shape, self._count = samples.shape[1:], targets.shape[1]
         self._middle, self._spread = _scale(samples.reshape(-1, samples.shape[-1]), whole=True)
         self._to_middle, self._to_spread = _scale(targets)
         with _repeatable(self._seed) as torch:
@@ -104,6 +107,27 @@ class Network:
         with _repeatable(self._seed) as torch:
             found = _answered(torch, self._form, self._in(samples))
         return found * self._to_spread + self._to_middle
+
+    def written(self, form: str) -> Written:
+        """Write it as ONNX, of raw numbers; ``form`` says in words what it is."""
+        graph = Graph("network")
+
+        def constant(values: Any) -> str:
+            return graph.constant(np.asarray(values, np.float32))
+
+        # Not part of the first layer: what convolutions see around a picture is the mean.
+        given = graph.node("Sub", "x", constant(self._middle))
+        given = graph.node("Div", given, constant(self._spread))
+        found = layer(graph, self._form, given)
+        found = graph.node("Mul", found, constant(self._to_spread))
+        graph.node("Add", found, constant(self._to_middle), out="y")
+        loss = {"L1Loss": "absolute error", "MSELoss": "squared error"}[self._loss]
+        learned = (
+            f"{loss} of standardised numbers, Adam {self._rate:g}, {self._epochs} epochs, batches "
+            f"of {self._batch}"
+        )
+        takes, gives = ("n", *self._shape), ("n", self._count)
+        return Written(graph.model(takes, gives), "float32", takes, gives, form, learned)
 
     def _in(self, samples: Array) -> NDArray[np.float32]:
         return ((samples - self._middle) / self._spread).astype(np.float32)
@@ -215,6 +239,9 @@ class Autoencoder:
         self, pictures: Array, *, seed: int, epochs: int, rate: float = 1e-3, batch: int = 50
     ) -> None:
         self._seed = seed
+        self._learned = (
+            f"binary cross entropy of pictures, Adam {rate:g}, {epochs} epochs, batches of {batch}"
+        )
         with _repeatable(seed) as torch:
             nn = torch.nn
             self._encoder = nn.Sequential(
@@ -257,6 +284,21 @@ class Autoencoder:
         """Make pictures of numbers again, from 0 to 1: n x 68 x 68."""
         with _repeatable(self._seed) as torch:
             return _answered(torch, self._decoder, numbers.astype(np.float32))[:, 0]
+
+    def written(self) -> tuple[Written, Written]:
+        """Write the encoder and the decoder as ONNX."""
+        sizes, pictures = ("n", 324), ("n", 1, 68, 68)
+        halves = (
+            (self._encoder, pictures, sizes, "encoder: mirror image of the published decoder"),
+            (self._decoder, sizes, pictures, "decoder as published"),
+        )
+        found: list[Written] = []
+        for half, takes, gives, form in halves:
+            graph = Graph("code")
+            graph.node("Identity", layer(graph, half, "x"), out="y")
+            onnx = graph.model(takes, gives)
+            found.append(Written(onnx, "float32", takes, gives, form, self._learned))
+        return found[0], found[1]
 
 
 def _one_channel(pictures: Array) -> NDArray[np.float32]:

@@ -8,16 +8,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit.bench import _learn
+from fabkit.bench._networks import Card, HeldOut, Numbers
 from fabkit.bench._pictures import blurred, grey, neighbourhoods
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit import sim
+    from fabkit.bench._onnx import Written
 
     Maps = NDArray[np.float32]
 
-__all__ = ["DEEPEST_MM", "MASKS", "Model", "Score", "Seen", "guess", "saturated", "score", "seen"]
+__all__ = [
+    "DEEPEST_MM",
+    "MASKS",
+    "Model",
+    "Score",
+    "Seen",
+    "guess",
+    "held_out",
+    "saturated",
+    "score",
+    "seen",
+]
 
 # The published script's: differences below the first are noise, above the second the same.
 _LEAST_GREY = 3.0
@@ -30,6 +43,8 @@ DEEPEST_MM = 2.0
 _WIDTH_PX = 640
 _BLUR_PX = 5.0
 _FIELD_PX = 13
+# How far around a wider view sees, as parts of the picture's width.
+_AROUND = (0.02, 0.05)
 
 MASKS = {
     "all": "all pixels that see the surface",
@@ -108,6 +123,34 @@ class Model:
             depth_mm[where] = np.clip(found, 0.0, DEEPEST_MM)
         return depth_mm
 
+    def written(self) -> Written:
+        """Write it as ONNX, one pixel a row."""
+        return self._network.written(within=(0.0, DEEPEST_MM))
+
+    def card(self, train: Seen, pixels: int, held_out: list[HeldOut]) -> Card:
+        """Say what it is; ``pixels`` of each press were drawn at most."""
+        height, width = train.darkness.shape[1:]
+        side = _side(width)
+        takes = f"of each pixel the square of {side} x {side} around it, row by row, 0 outside"
+        takes += (
+            f", in a picture of {width} x {height} that is blurred by "
+            f"{_BLUR_PX * width / _WIDTH_PX:g} px, taken from the picture at rest (the mean of "
+            f"ten), less {_LEAST_GREY:g} grey and cut off at 0 and {_MOST_GREY:g} grey, as 0 to 1"
+        )
+        if self._wide:
+            takes += (
+                "; then column / width - 0.5, row / height - 0.5, and the same picture blurred by "
+                f"{' and '.join(f'{part * width:g} px' for part in _AROUND)} there"
+            )
+        drawn = np.minimum(train.masks["loss"].sum(axis=(1, 2)), pixels)
+        return Card(
+            takes=Numbers(takes, "of 47 grey"),
+            gives=Numbers("how deep the surface is pressed in, along the pixel's ray", "mm"),
+            mask="pixels that see the surface and whose input is not zero; the others are 0 mm",
+            training=(int(drawn.sum()), f"pixels of {len(train)} presses"),
+            held_out=held_out,
+        )
+
     def _drawn(
         self, seen: Seen, pixels: int, random: np.random.Generator
     ) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -121,14 +164,18 @@ class Model:
 
     def _features(self, seen: Seen, where: NDArray[np.bool_]) -> NDArray[Any]:
         _, height, width = seen.darkness.shape
-        side = max(3, 2 * round((_FIELD_PX * width / _WIDTH_PX - 1) / 2) + 1)
-        listed = [neighbourhoods(seen.darkness, side)[where]]
+        listed = [neighbourhoods(seen.darkness, _side(width))[where]]
         if self._wide:
             _, row, column = np.nonzero(where)
             listed.append(np.column_stack([column / width - 0.5, row / height - 0.5]))
-            for part in (0.02, 0.05):
+            for part in _AROUND:
                 listed.append(blurred(seen.darkness, part * width)[where][:, None])
         return np.concatenate(listed, axis=1).astype(np.float64)
+
+
+def _side(width_px: int) -> int:
+    """Side of the square that a pixel is told from."""
+    return max(3, 2 * round((_FIELD_PX * width_px / _WIDTH_PX - 1) / 2) + 1)
 
 
 @dataclass(frozen=True)
@@ -159,6 +206,16 @@ def saturated(seen: Seen, reference: NDArray[np.uint8]) -> float:
     is_over = (seen.darkness >= 1.0) | (grey(reference[None]) >= _WHITE_GREY)
     where = seen.masks["contact"]
     return float(is_over[where].mean()) if where.any() else float("nan")
+
+
+def held_out(found_mm: Maps, seen: Seen, of: str) -> list[HeldOut]:
+    """Say for a card how far depth is off over each mask."""
+    return [
+        HeldOut(
+            f"{of}, {words}: mean error", score(found_mm, seen, mask).mean_mm, "mm", len(found_mm)
+        )
+        for mask, words in MASKS.items()
+    ]
 
 
 def guess(train: Seen, mask: str) -> float:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fabkit.bench._onnx import Dense, Graph, Written, perceptron
 from fabkit.errors import invalid
 
 if TYPE_CHECKING:
@@ -19,9 +20,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fabkit.bench._likeness import Code
+
     Array = NDArray[np.floating[Any]]
 
-__all__ = ["Network", "Process", "Ridge", "needed", "one_thread"]
+__all__ = ["Components", "Network", "Process", "Ridge", "needed", "one_thread"]
 
 
 def _module(name: str) -> Any:
@@ -93,6 +96,36 @@ class Network:
         """Answer (n,) or (n, t)."""
         return self._model.predict(self._in(features)) * self._to_spread + self._to_middle
 
+    def layers(self, of: Components | None = None) -> list[Dense]:
+        """List its layers so that raw numbers go in and come out."""
+        sums = zip(self._model.coefs_, self._model.intercepts_, strict=True)
+        layers = [Dense(weights, bias) for weights, bias in sums]
+        layers[0] = _standardising(layers[0], self._middle, self._spread)
+        if of is not None:
+            layers[0] = of.before(layers[0])
+        last, spread, middle = layers[-1], self._to_spread, self._to_middle
+        layers[-1] = Dense(last.weights * spread, last.bias * spread + middle)
+        return layers
+
+    def written(
+        self, *, of: Components | None = None, within: tuple[float, float] | None = None
+    ) -> Written:
+        """Write it as ONNX, of raw numbers: n x f to n x t.
+
+        Parameters
+        ----------
+        of
+            What it learned from are these components of what is then given.
+        within
+            Cut off what comes out.
+        """
+        model = self._model
+        learned = (
+            f"squared error, Adam at first {model.learning_rate_init:g}, {model.max_iter} epochs, "
+            f"batches of {model.batch_size}"
+        )
+        return perceptron(self.layers(of), learned=learned, within=within)
+
     def _in(self, features: Array) -> Array:
         return (features - self._middle) / self._spread
 
@@ -116,6 +149,28 @@ class Ridge:
         """Answer (n,) or (n, t)."""
         return self._model.predict((features - self._middle) / self._spread)
 
+    def layers(self, into: Code | None = None) -> list[Dense]:
+        """List its one layer so that raw numbers go in."""
+        weights = np.transpose(np.atleast_2d(self._model.coef_))
+        layer = Dense(weights, np.atleast_1d(self._model.intercept_))
+        layer = _standardising(layer, self._middle, self._spread)
+        return [layer if into is None else into.after(layer)]
+
+    def written(
+        self, *, into: Code | None = None, within: tuple[float, float] | None = None
+    ) -> Written:
+        """Write it as ONNX, of raw numbers: n x f to n x t.
+
+        Parameters
+        ----------
+        into
+            What it gives are numbers of this code, of which pictures are then made.
+        within
+            Cut off what comes out.
+        """
+        learned = f"ridge, penalty {self._model.alpha_:g} by leaving one sample out"
+        return perceptron(self.layers(into), learned=learned, within=within)
+
 
 class Components:
     """The directions in which samples differ most."""
@@ -134,6 +189,11 @@ class Components:
         """Tell how far samples (n, f) lie along them: (n, count)."""
         found: Array = np.einsum("nf,cf->nc", samples - self._middle, self._directions)
         return found
+
+    def before(self, layer: Dense) -> Dense:
+        """Let a layer of components take the samples themselves."""
+        weights: Array = np.transpose(self._directions) @ layer.weights
+        return Dense(weights, layer.bias - self._middle @ weights)
 
 
 class Process:
@@ -158,6 +218,40 @@ class Process:
     def predict(self, features: Array) -> Array:
         """Answer (n,)."""
         return self._model.predict((features - self._middle) / self._spread)
+
+    def written(self) -> Written:
+        """Write its mean as ONNX, of raw numbers: n x f to n x 1.
+
+        In float64, as it is evaluated here: weights of both signs may nearly cancel.
+        """
+        model, graph = self._model, Graph("process")
+        kernel = model.kernel_.k1
+        length = self._spread * kernel.k2.length_scale
+        near = model.X_train_ / kernel.k2.length_scale
+        alone = graph.constant(np.array([1], np.int64))
+        scaled = graph.node("Sub", "x", graph.constant(self._middle))
+        scaled = graph.node("Div", scaled, graph.constant(length))
+        # n x 1 x f less m x f.
+        apart = graph.node("Unsqueeze", scaled, alone)
+        apart = graph.node("Sub", apart, graph.constant(near))
+        apart = graph.node("Mul", apart, apart)
+        apart = graph.node("ReduceSum", apart, graph.constant(np.array([2], np.int64)), keepdims=0)
+        alike = graph.node("Exp", graph.node("Mul", apart, graph.constant(np.array(-0.5))))
+        weights = kernel.k1.constant_value * model._y_train_std * model.alpha_.reshape(-1, 1)
+        found = graph.node("MatMul", alike, graph.constant(weights))
+        middle = np.atleast_1d(model._y_train_mean).astype(float)
+        graph.node("Add", found, graph.constant(middle), out="y")
+        takes, gives = ("n", near.shape[1]), ("n", 1)
+        form = f"Gaussian process of {len(near)} samples: its mean, with a squared exponential"
+        learned = "likeliest constant, length and noise, from their defaults"
+        written = graph.model(takes, gives, "float64")
+        return Written(written, "float64", takes, gives, form, learned)
+
+
+def _standardising(layer: Dense, middle: Array, spread: Array) -> Dense:
+    """Let a layer of standardised numbers take raw ones."""
+    weights = layer.weights / spread[:, None]
+    return Dense(weights, layer.bias - middle @ weights)
 
 
 def _scale(values: Array) -> tuple[Array, Array]:

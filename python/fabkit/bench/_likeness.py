@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fabkit.bench._onnx import Dense
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -49,6 +51,10 @@ class Code:
         """Make pictures of numbers again, from 0 to 1."""
         flat: NDArray[np.float64] = np.clip(numbers @ self._ways + self.mean, 0, 1)
         return flat.reshape(len(numbers), *self.shape)
+
+    def after(self, layer: Dense) -> Dense:
+        """Let a layer that gives numbers give pictures, row by row, that are not cut off yet."""
+        return Dense(layer.weights @ self._ways, layer.bias @ self._ways + self.mean)
 
 
 def likeness(one: Pictures, other: Pictures) -> NDArray[np.float64]:

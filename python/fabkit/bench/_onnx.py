@@ -1,13 +1,15 @@
-"""Writes chains of convolutions as ONNX, without its package.
+"""Writes ONNX without its package: any graph, chains of convolutions, perceptrons.
 
-Protocol buffers of two kinds of field; their numbers are those of ``onnx.proto``. ``fabkit
-reconstruct`` reads what is written here, and so does ONNX Runtime.
+Protocol buffers of a few kinds of field; their numbers are those of ``onnx.proto``. ONNX Runtime
+reads all that is written here, ``fabkit reconstruct`` the chains. PyTorch's own exporter is not
+used: it needs two more packages and writes the paths of the machine's modules into its files.
 """
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,9 +18,31 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["Convolution", "Relu", "chain"]
+    Axes = Sequence[int | str]
 
-_FLOAT, _INT, _INTS = 1, 2, 7
+__all__ = ["TYPES", "Convolution", "Dense", "Graph", "Relu", "Written", "chain", "perceptron"]
+
+TYPES = {"float32": 1, "uint8": 2, "uint16": 4, "int64": 7, "float64": 11}
+"""Numbers of types, by numpy's names."""
+
+_FLOAT, _INT, _STRING, _INTS = 1, 2, 3, 7
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """A network as ONNX, and what its card says of it."""
+
+    onnx: bytes
+    type: str
+    """Of the numbers that it takes and gives, as numpy names it."""
+    takes: tuple[int | str, ...]
+    """Axes of its input ``x``; those with a name are of any length."""
+    gives: tuple[int | str, ...]
+    """Axes of its output ``y``."""
+    form: str
+    """What it is, in words."""
+    learned: str = ""
+    """How it was trained, in words."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +59,106 @@ class Convolution:
 @dataclass(frozen=True)
 class Relu:
     """Zero below zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class Dense:
+    """Sums of all numbers."""
+
+    weights: NDArray[np.float64]
+    """Inputs x outputs."""
+    bias: NDArray[np.float64]
+    """One for each output."""
+
+
+class Graph:
+    """A graph that grows node by node: each gives the name of what comes out of it."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._nodes: list[bytes] = []
+        self._constants: list[bytes] = []
+
+    def constant(self, values: NDArray[Any], name: str = "") -> str:
+        """Add numbers of a type that numpy and ONNX have."""
+        name = name or f"c{len(self._constants)}"
+        self._constants.append(_tensor(name, values))
+        return name
+
+    def node(
+        self,
+        operator: str,
+        *inputs: str,
+        out: str = "",
+        **attributes: int | float | str | list[int],
+    ) -> str:
+        """Add an operator of opset 13; an input that is left out has no name."""
+        out = out or f"t{len(self._nodes) + 1}"
+        node = b"".join(_bytes(1, name) for name in inputs) + _bytes(2, out) + _bytes(4, operator)
+        node += b"".join(_bytes(5, _attribute(*one)) for one in attributes.items())
+        self._nodes.append(node)
+        return out
+
+    def model(self, takes: Axes, gives: Axes, type: str = "float32") -> bytes:
+        """Write the graph from ``x`` to ``y``."""
+        graph = b"".join(_bytes(1, node) for node in self._nodes) + _bytes(2, self._name)
+        graph += b"".join(_bytes(5, constant) for constant in self._constants)
+        graph += _bytes(11, _value("x", takes, type)) + _bytes(12, _value("y", gives, type))
+        version = _bytes(8, _integer(2, 13))
+        return _integer(1, 8) + _bytes(2, "fabkit") + _bytes(7, graph) + version
+
+
+def chain(layers: Sequence[Convolution | Relu]) -> bytes:
+    """Write a model of these layers one after the other, from one channel to one."""
+    graph, last = Graph("chain"), "x"
+    for i, layer in enumerate(layers):
+        out = "y" if i + 1 == len(layers) else ""
+        if isinstance(layer, Relu):
+            last = graph.node("Relu", last, out=out)
+            continue
+        named = ((f"w{i}", layer.weights), (f"b{i}", layer.bias))
+        numbers = [graph.constant(values.astype(np.float32), name) for name, values in named]
+        rows, columns = (size // 2 for size in layer.weights.shape[2:])
+        pads = [rows, columns, rows, columns]
+        last = graph.node("Conv", last, *numbers, out=out, pads=pads, group=layer.groups)
+    if not layers:
+        graph.node("Identity", last, out="y")
+    axes = (1, 1, "rows", "columns")
+    return graph.model(axes, axes)
+
+
+def perceptron(
+    layers: Sequence[Dense],
+    *,
+    learned: str,
+    within: tuple[float, float] | None = None,
+) -> Written:
+    """Write dense layers with ReLU between them, from rows of numbers to rows of numbers.
+
+    Parameters
+    ----------
+    layers
+        At least one.
+    learned
+        How it was trained, in words.
+    within
+        Cut off what comes out.
+    """
+    type = "float32"
+    graph, last = Graph("perceptron"), "x"
+    for i, layer in enumerate(layers):
+        numbers = [graph.constant(one.astype(type)) for one in (layer.weights, layer.bias)]
+        last = graph.node("Gemm", last, *numbers)
+        last = graph.node("Relu", last) if i + 1 < len(layers) else last
+    if within is not None:
+        last = graph.node("Clip", last, *(graph.constant(np.array(one, type)) for one in within))
+    graph.node("Identity", last, out="y")
+    sizes = [len(layers[0].weights), *(len(layer.bias) for layer in layers)]
+    takes, gives = ("n", sizes[0]), ("n", sizes[-1])
+    form = f"perceptron {'-'.join(map(str, sizes))}, ReLU between layers"
+    form = form if len(layers) > 1 else f"{sizes[1]} linear sums of {sizes[0]} numbers"
+    form += "" if within is None else f", cut off at {within[0]:g} and {within[1]:g}"
+    return Written(graph.model(takes, gives, type), type, takes, gives, form, learned)
 
 
 def _varint(value: int) -> bytes:
@@ -55,38 +179,27 @@ def _bytes(number: int, value: bytes | str) -> bytes:
     return _varint(number << 3 | 2) + _varint(len(value)) + value
 
 
-def _tensor(name: str, values: NDArray[np.float32]) -> bytes:
-    sizes = b"".join(_integer(1, size) for size in values.shape)
-    return sizes + _integer(2, _FLOAT) + _bytes(8, name) + _bytes(9, values.astype("<f4").tobytes())
+def _tensor(name: str, values: NDArray[Any]) -> bytes:
+    about = b"".join(_integer(1, size) for size in values.shape)
+    about += _integer(2, TYPES[values.dtype.name]) + _bytes(8, name)
+    little = values.astype(f"<{values.dtype.kind}{values.dtype.itemsize}")
+    return about + _bytes(9, little.tobytes())
 
 
-def _map(name: str) -> bytes:
-    """Say that a map is 1 x 1 x rows x columns, any of either."""
-    axes = [_integer(1, 1), _integer(1, 1), _bytes(2, "rows"), _bytes(2, "columns")]
-    shape = b"".join(_bytes(1, axis) for axis in axes)
-    return _bytes(1, name) + _bytes(2, _bytes(1, _integer(1, _FLOAT) + _bytes(2, shape)))
+def _attribute(name: str, value: int | float | str | list[int]) -> bytes:
+    if isinstance(value, list):
+        written, kind = b"".join(_integer(8, one) for one in value), _INTS
+    elif isinstance(value, str):
+        written, kind = _bytes(4, value), _STRING
+    elif isinstance(value, float):
+        written, kind = _varint(2 << 3 | 5) + struct.pack("<f", value), _FLOAT
+    else:
+        written, kind = _integer(3, value), _INT
+    return _bytes(1, name) + written + _integer(20, kind)
 
 
-def chain(layers: Sequence[Convolution | Relu]) -> bytes:
-    """Write a model of these layers one after the other, from one channel to one."""
-    nodes, constants = b"", b""
-    for i, layer in enumerate(layers):
-        inputs = ["x" if i == 0 else f"t{i}"]
-        output = "y" if i + 1 == len(layers) else f"t{i + 1}"
-        attributes = b""
-        if isinstance(layer, Convolution):
-            for name, values in ((f"w{i}", layer.weights), (f"b{i}", layer.bias)):
-                inputs.append(name)
-                constants += _bytes(5, _tensor(name, values))
-            rows, columns = layer.weights.shape[2:]
-            pads = b"".join(_integer(8, size // 2) for size in (rows, columns, rows, columns))
-            attributes = _bytes(5, _bytes(1, "pads") + pads + _integer(20, _INTS))
-            group = _bytes(1, "group") + _integer(3, layer.groups) + _integer(20, _INT)
-            attributes += _bytes(5, group)
-        node = b"".join(_bytes(1, name) for name in inputs) + _bytes(2, output)
-        node += _bytes(4, "Conv" if isinstance(layer, Convolution) else "Relu") + attributes
-        nodes += _bytes(1, node)
-    if not layers:
-        nodes = _bytes(1, _bytes(1, "x") + _bytes(2, "y") + _bytes(4, "Identity"))
-    graph = nodes + _bytes(2, "chain") + constants + _bytes(11, _map("x")) + _bytes(12, _map("y"))
-    return _integer(1, 8) + _bytes(2, "fabkit") + _bytes(7, graph) + _bytes(8, _integer(2, 13))
+def _value(name: str, axes: Axes, type: str) -> bytes:
+    """Say what goes in or comes out."""
+    sizes = [_bytes(2, one) if isinstance(one, str) else _integer(1, one) for one in axes]
+    shape = _bytes(2, b"".join(_bytes(1, size) for size in sizes))
+    return _bytes(1, name) + _bytes(2, _bytes(1, _integer(1, TYPES[type]) + shape))

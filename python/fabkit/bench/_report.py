@@ -6,10 +6,11 @@ import html
 import json
 import os
 import tempfile
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fabkit.bench._networks import Network, digest, files, remove_stale
 from fabkit.errors import FabkitError, Problem
 
 if TYPE_CHECKING:
@@ -66,6 +67,8 @@ class Report:
     """What is not simulated, and what of the paper is not run."""
     seconds: float = 0.0
     """How long it took: the one figure that differs from run to run."""
+    networks: dict[str, Network] = field(default_factory=dict[str, Network])
+    """What was trained on the way, by name."""
 
     def document(self) -> dict[str, Any]:
         """Make what ``bench.json`` holds: the same for the same seed, but for ``seconds``."""
@@ -83,6 +86,10 @@ class Report:
             "choices": list(self.choices),
             "constants": list(self.constants),
             "left_out": list(self.left_out),
+            "networks": [
+                {"name": name, "sha256": digest(network.onnx)}
+                for name, network in self.networks.items()
+            ],
             "seconds": round(self.seconds, 1),
         }
 
@@ -110,6 +117,7 @@ class Report:
                 f"<tbody>{body}</tbody></table>"
             )
         parts += [
+            _html_list("Trained networks", [_network(*one) for one in self.networks.items()]),
             _html_list("What was chosen", self.choices),
             _html_list("What is left out", self.left_out),
             _html_list("What pictures rest on", [_constant(one) for one in self.constants]),
@@ -126,7 +134,10 @@ class Report:
         )
 
     def save(self, folder: str | PathLike[str]) -> list[Path]:
-        """Write ``bench.json`` and ``bench.html`` into a folder, each whole or not at all.
+        """Write ``bench.json``, ``bench.html`` and ``networks/`` into a folder, each file whole.
+
+        Networks and cards of an earlier run are removed. ``bench.json`` is the last to be replaced,
+        and names each network with its hash: where a save was cut short, they do not agree.
 
         Raises
         ------
@@ -134,23 +145,26 @@ class Report:
             A folder that cannot be made or written to.
         """
         folder = Path(folder)
-        texts = {
-            "bench.json": json.dumps(self.document(), indent=2) + "\n",
-            "bench.html": self.html(),
-        }
+        contents = files(self.networks)
+        contents["bench.html"] = self.html().encode()
+        contents["bench.json"] = (json.dumps(self.document(), indent=2) + "\n").encode()
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            # Both are written before either takes its place.
+            # All are written before any takes its place.
             with tempfile.TemporaryDirectory(dir=folder, prefix=".bench-") as aside:
-                for name, text in texts.items():
-                    (Path(aside) / name).write_text(text, encoding="utf-8")
-                for name in texts:
+                for name, content in contents.items():
+                    path = Path(aside) / name
+                    path.parent.mkdir(exist_ok=True)
+                    path.write_bytes(content)
+                remove_stale(folder, self.networks)
+                for name in contents:
+                    (folder / name).parent.mkdir(exist_ok=True)
                     os.replace(Path(aside) / name, folder / name)
         except OSError as error:
             message = f"cannot write to {folder}: {error.strerror or error}"
             problems = (Problem(message, file=str(folder)),)
             raise FabkitError(message, code="io", exit_code=4, problems=problems) from error
-        return [folder / name for name in texts]
+        return [folder / name for name in contents]
 
     def _how(self) -> str:
         return "quick" if self.quick else "full"
@@ -205,6 +219,14 @@ def _html_list(title: str, items: list[str]) -> str:
     if not items:
         return ""
     return f"<h2>{_e(title)}</h2><ul>{''.join(f'<li>{_e(item)}</li>' for item in items)}</ul>"
+
+
+def _network(name: str, network: Network) -> str:
+    held_out = [
+        f"{one['what']} {_number(one['value'])} {one['unit']}".rstrip() + f" ({one['samples']})"
+        for one in network.card["held_out"]
+    ]
+    return f"{name}: {network.card['form']}. Held out: {'; '.join(held_out)}"
 
 
 def _constant(constant: dict[str, Any]) -> str:

@@ -80,6 +80,7 @@ def run(
     failures: list[FabkitError] = []
     with _learn.one_thread():
         for name in names:
+            bench.experiment = name
             bench.tell(f"{bench.design.name}: {name}")
             try:
                 rows_of = family.experiments[name](bench)
@@ -103,6 +104,7 @@ def run(
         constants=document["constants"],
         left_out=[*family.left_out, *document["left_out"]],
         seconds=time.monotonic() - started,
+        networks=bench.networks,
     )
 
 
@@ -163,7 +165,8 @@ def _ready(
     family = _family(design)
     if size is None:
         size = family.small if small else family.quick if quick else family.full
-    return Bench(design, seed, size, tell), family
+    # Sweeps ask for figures alone.
+    return Bench(design, seed, size, tell, keeps=not small), family
 
 
 def _family(design: Sensor) -> Family:

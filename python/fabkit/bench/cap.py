@@ -10,6 +10,7 @@ import numpy as np
 from fabkit import sim
 from fabkit.bench import _learn, _occlusion
 from fabkit.bench._bench import Family
+from fabkit.bench._networks import Card, HeldOut, Numbers
 from fabkit.bench._places import places
 from fabkit.bench._report import Row
 from fabkit.errors import FabkitError
@@ -155,6 +156,8 @@ class Frames:
     """Gamma: 1 without shear, 0 where all slips: n."""
     trial: NDArray[np.int64]
     """Number of the trial: n."""
+    dimples: list[str]
+    """Names of those that are seen: m."""
 
 
 def _frames(bench: Bench) -> Frames:
@@ -188,7 +191,8 @@ def _frames(bench: Bench) -> Frames:
             features.append(copy[:, order].reshape(len(moved), -1))
             margins.append(margin)
             trials += [number] * len(moved)
-    return Frames(np.concatenate(features), np.concatenate(margins), np.array(trials))
+    dimples = [name for name, is_seen in zip(sensor.mark_names, seen, strict=True) if is_seen]
+    return Frames(np.concatenate(features), np.concatenate(margins), np.array(trials), dimples)
 
 
 def _turned(
@@ -203,7 +207,11 @@ def _turned(
 
 
 def _margin_errors(
-    bench: Bench, frames: Frames, tests: list[NDArray[np.bool_]], among: NDArray[np.bool_]
+    bench: Bench,
+    split: str,
+    frames: Frames,
+    tests: list[NDArray[np.bool_]],
+    among: NDArray[np.bool_],
 ) -> tuple[float, float, int]:
     """Mean absolute errors of Gamma: of a network, of the mean in training; and samples."""
     size: Size = bench.size
@@ -217,6 +225,26 @@ def _margin_errors(
         found = np.clip(network.predict(components(frames.features[test])), 0.0, 1.0)
         errors.append(np.abs(found - frames.margin[test]))
         blind.append(np.abs(frames.margin[train].mean() - frames.margin[test]))
+        card = Card(
+            takes=Numbers(
+                "how each dimple has moved since rest, x, y and z, one dimple after the other",
+                "mm",
+                {"frame": "sensor"},
+            ),
+            gives=Numbers("margin to slip: 1 without shear, 0 where all slips", ""),
+            mask={"dimples": frames.dimples},
+            training=(int(train.sum()), "pictures of slip trials and copies turned by 60 degrees"),
+            held_out=[
+                HeldOut(
+                    f"{split}, first test: mean error",
+                    float(errors[-1].mean()),
+                    "",
+                    int(test.sum()),
+                )
+            ],
+        )
+        written = network.written(of=components, within=(0, 1))
+        bench.keep(f"margin to slip, {split}", written, card)
     joined, guessed = np.concatenate(errors), np.concatenate(blind)
     return float(joined.mean()), float(guessed.mean()), len(joined)
 
@@ -244,7 +272,7 @@ def _slip(bench: Bench) -> list[Row]:
     }
     rows: list[Row] = []
     for name, (tests, among, paper, note) in cases.items():
-        found, blind, samples = _margin_errors(bench, frames, tests, among)
+        found, blind, samples = _margin_errors(bench, name, frames, tests, among)
         name = f"margin to slip, {name}: mean error"
         rows.append(Row(name, "", paper, found, blind, samples, said + note))
     return rows
@@ -259,7 +287,7 @@ def _slip_margin_mae(bench: Bench) -> float:
     frames = _frames(bench)
     everything = np.ones(len(frames.trial), dtype=bool)
     tests = [frames.trial == number for number in np.unique(frames.trial)]
-    return _margin_errors(bench, frames, tests, everything)[0]
+    return _margin_errors(bench, "split by trial", frames, tests, everything)[0]
 
 
 _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {

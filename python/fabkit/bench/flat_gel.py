@@ -10,7 +10,8 @@ import numpy as np
 from fabkit import sim
 from fabkit.bench import _learn
 from fabkit.bench._bench import Family, first_line, reference
-from fabkit.bench._depth import MASKS, Model, Seen, guess, score, seen
+from fabkit.bench._depth import MASKS, Model, Seen, guess, held_out, score, seen
+from fabkit.bench._networks import Card, Numbers
 from fabkit.bench._places import places
 from fabkit.bench._report import Row
 from fabkit.errors import FabkitError
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit.bench._bench import Bench
+    from fabkit.bench._networks import HeldOut
+    from fabkit.bench._onnx import Written
 
     Maps = NDArray[np.float32]
 
@@ -134,6 +137,7 @@ class Slopes:
             others = random.integers(height * width, size=pixels // 2)
             chosen.append(k * height * width + np.concatenate([some, others]))
         rows = np.concatenate(chosen)
+        self._training = (len(rows), f"pixels of {count} presses, half of them where it presses")
         self._network.fit(
             features.reshape(-1, features.shape[-1])[rows].astype(np.float64),
             slopes.reshape(-1, 2)[rows].astype(np.float64),
@@ -149,6 +153,30 @@ class Slopes:
             down, across = np.moveaxis(slopes.reshape(*one.shape[:2], 2), 2, 0)
             found[k] = np.maximum(_summed(down, across), 0.0)
         return found
+
+    def written(self) -> Written:
+        """Write it as ONNX, one pixel a row."""
+        return self._network.written()
+
+    def card(self, held_out: list[HeldOut]) -> Card:
+        """Say what it is."""
+        height, width, colours = self._reference.shape
+        place = {"column / width - 0.5": "", "row / height - 0.5": ""}
+        return Card(
+            takes=Numbers(
+                "of each pixel how much brighter it is than at rest (the mean of ten pictures), "
+                "less the median of all pixels, and where it is; pictures of "
+                f"{width} x {height}",
+                {f"colour {k + 1}": "of 255 grey" for k in range(colours)} | place,
+            ),
+            gives=Numbers(
+                "slopes of depth, which the bench sums by Poisson's equation, 0 at the edge",
+                {"down": "mm per px", "across": "mm per px"},
+            ),
+            mask="whole pictures",
+            training=self._training,
+            held_out=held_out,
+        )
 
     def _features(self, images: NDArray[np.uint8]) -> Maps:
         count, height, width = images.shape[:3]
@@ -187,10 +215,20 @@ def _learned(bench: Bench, made: Set) -> tuple[Maps, Maps]:
     if _is_colored(made):
         slopes = Slopes(bench.seed, size.epochs, made.reference)
         slopes.fit(made.train, size.pixels, random)
-        return slopes.predict(made.test), slopes.predict(made.other)
+        found = slopes.predict(made.test), slopes.predict(made.other)
+        bench.keep("slopes", slopes.written(), slopes.card(_errors(found, made)))
+        return found
     model = Model(bench.seed, size.epochs, wide=True)
     model.fit(made.train.seen, size.pixels, random)
-    return model.predict(made.test.seen), model.predict(made.other.seen)
+    found = model.predict(made.test.seen), model.predict(made.other.seen)
+    card = model.card(made.train.seen, size.pixels, _errors(found, made))
+    bench.keep("depth", model.written(), card)
+    return found
+
+
+def _errors(found: tuple[Maps, Maps], made: Set) -> list[HeldOut]:
+    pairs = zip(_KINDS, found, (made.test, made.other), strict=True)
+    return [one for kind, depth_mm, of in pairs for one in held_out(depth_mm, of.seen, kind)]
 
 
 def _reconstructed(made: Set) -> tuple[Maps, Maps] | str:

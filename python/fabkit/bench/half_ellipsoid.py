@@ -10,6 +10,7 @@ import numpy as np
 from fabkit import sim
 from fabkit.bench import _deep, _learn
 from fabkit.bench._bench import Family, first_line, reference
+from fabkit.bench._networks import Card, HeldOut, Numbers
 from fabkit.bench._pictures import grey, shrunk
 from fabkit.bench._places import places
 from fabkit.bench._report import Row
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit.bench._bench import Bench
+    from fabkit.bench._onnx import Written
+    from fabkit.designs import Sensor
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,20 @@ _LARGEST_N = 8.0
 _LOCALISATION_MM = 0.172
 # Dry silicone on a smooth solid, as the ShadowTac paper has it; where the design says nothing.
 _FRICTION = 0.35
+
+_DARKEST = Numbers(
+    "the pixel that is darker by most than in a picture at rest (the mean of ten), in white light",
+    {"column": "px", "row": "px", "difference": "grey"},
+)
+_POLAR = Numbers(
+    "the tip's distance from the sensor's origin, and its angle from the axis; its azimuth is that "
+    "of the pixel's ray",
+    {"distance": "mm", "angle": "rad"},
+    {"frame": "sensor"},
+)
+_FORCES = Numbers(
+    "force of what presses on the sensor", {"Fx": "N", "Fy": "N", "Fz": "N"}, {"frame": "sensor"}
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +130,7 @@ def _probes(bench: Bench) -> Probes:
 
 
 def _localised(
-    bench: Bench, groups: NDArray[np.int64], probes: Probes
+    bench: Bench, split: str, groups: NDArray[np.int64], probes: Probes
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Distances between tips and where they are found, and where a guess puts them, mm."""
     size: Size = bench.size
@@ -136,6 +153,22 @@ def _localised(
         )
         errors[test] = np.linalg.norm(found - tips[test], axis=1)
         blind[test] = np.linalg.norm(tips[~test].mean(axis=0) - tips[test], axis=1)
+        width, height = size.probe_px
+        card = Card(
+            takes=_DARKEST,
+            gives=_POLAR,
+            mask=f"pixels that see the surface, of {width} x {height}",
+            training=(int((~test).sum()), f"probes: balls of {2 * _RADIUS_MM:g} mm"),
+            held_out=[
+                HeldOut(
+                    f"{split}, first fold: mean distance between tips and where they are found",
+                    float(errors[test].mean()),
+                    "mm",
+                    int(test.sum()),
+                )
+            ],
+        )
+        bench.keep(f"place, {split}", network.written(), card)
     return errors, blind
 
 
@@ -167,7 +200,7 @@ def _localisation(bench: Bench) -> list[Row]:
     }
     rows: list[Row] = []
     for split, (groups, note) in splits.items():
-        found, blind = _localised(bench, groups, probes)
+        found, blind = _localised(bench, split, groups, probes)
         note += "; trivial guess: the mean place"
         paper = _LOCALISATION_MM if split == "split at random" else None
         figures = (float(found.mean()), float(blind.mean()))
@@ -194,6 +227,8 @@ class Pushes:
     """Sensor frame: n x 3."""
     shape: NDArray[np.int64]
     """Number of the indenter: n."""
+    design: Sensor
+    """What was pressed."""
 
 
 def _asked(bench: Bench, shapes: tuple[str, ...]) -> list[sim.Asked]:
@@ -233,11 +268,12 @@ def _pushes(bench: Bench, markers: int) -> Pushes:
         differences.reshape(len(differences), -1).astype(np.float64),
         many.force_n,
         np.repeat(np.arange(len(_SHAPES)), size.force_presses)[kept],
+        design,
     )
 
 
 def _force_errors(
-    bench: Bench, pushes: Pushes, groups: NDArray[np.int64], count: int
+    bench: Bench, split: str, pushes: Pushes, groups: NDArray[np.int64], count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Mean absolute errors of Fx, Fy, Fz, N: of a model, and of the mean in training."""
     errors = np.zeros_like(pushes.force_n)
@@ -247,7 +283,40 @@ def _force_errors(
         ridge.fit(pushes.pictures[~test], pushes.force_n[~test])
         errors[test] = np.abs(ridge.predict(pushes.pictures[test]) - pushes.force_n[test])
         blind[test] = np.abs(pushes.force_n[~test].mean(axis=0) - pushes.force_n[test])
+        _keep_force(bench, f"force, {split}", ridge.written(), pushes, test, errors[test])
     return errors.mean(axis=0), blind.mean(axis=0)
+
+
+def _keep_force(
+    bench: Bench,
+    by: str,
+    written: Written,
+    pushes: Pushes,
+    test: NDArray[np.bool_],
+    errors: NDArray[np.float64],
+) -> None:
+    size: Size = bench.size
+    markers = int(pushes.design.parameters["markers.count"].value)
+    width, height = (side // size.shrink for side in size.force_px)
+    indenters = [name for k, name in enumerate(_SHAPES) if (pushes.shape[~test] == k).any()]
+    card = Card(
+        takes=Numbers(
+            f"picture at rest (the mean of ten) less the picture, in ultraviolet light, averaged "
+            f"over squares of {size.shrink} px: {height} rows of {width}, one after the other",
+            "grey",
+        ),
+        gives=_FORCES,
+        mask="whole pictures",
+        training=(
+            int((~test).sum()),
+            f"presses with shear, {markers} markers, friction {_FRICTION}: {', '.join(indenters)}",
+        ),
+        held_out=[
+            HeldOut(f"{by}, first fold: mean error of {one}", float(error), "N", len(errors))
+            for one, error in zip(_FORCES.units, errors.mean(axis=0), strict=True)
+        ],
+    )
+    bench.keep(f"{by}, {markers} markers", written, card, pushes.design)
 
 
 def _force(bench: Bench) -> list[Row]:
@@ -267,14 +336,14 @@ def _force(bench: Bench) -> list[Row]:
             continue
         count = len(pushes.shape)
         largest = max(largest, float(np.linalg.norm(pushes.force_n, axis=1).max()))
-        found, blind = _force_errors(bench, pushes, pushes.shape, len(_SHAPES))
+        found, blind = _force_errors(bench, "by indenter", pushes, pushes.shape, len(_SHAPES))
         for axis, name in enumerate(("Fx", "Fy", "Fz")):
             figures = (paper[axis], float(found[axis]), float(blind[axis]))
             rows.append(Row(f"{name}, {markers} markers: mean error", "N", *figures, count, said))
         mean = float(np.mean(paper))
         label = f"force, {markers} markers: mean of the three"
         rows.append(Row(label, "N", mean, float(found.mean()), float(blind.mean()), count, said))
-        near, blind = _force_errors(bench, pushes, np.arange(count), bench.size.folds)
+        near, blind = _force_errors(bench, "at random", pushes, np.arange(count), bench.size.folds)
         note = "not the paper's: test and training share indenters"
         label = f"force, {markers} markers, split at random"
         rows.append(Row(label, "N", None, float(near.mean()), float(blind.mean()), count, note))
@@ -322,6 +391,8 @@ def _force_by_network(bench: Bench) -> list[Row]:
             ).fit(pictures[~test], pushes.force_n[~test])
             errors[test] = np.abs(network.predict(pictures[test]) - pushes.force_n[test])
             blind[test] = np.abs(pushes.force_n[~test].mean(axis=0) - pushes.force_n[test])
+            written = network.written("ResNet-18 of one channel")
+            _keep_force(bench, "force by ResNet-18", written, pushes, test, errors[test])
         figures = (float(np.mean(paper)), float(errors.mean()), float(blind.mean()))
         label = f"force by ResNet-18, {markers} markers: mean of the three"
         rows.append(Row(label, "N", *figures, len(pushes.shape), said))
@@ -358,12 +429,12 @@ def _contrast(bench: Bench) -> list[Row]:
 
 def _localisation_mm(bench: Bench) -> float:
     probes = _probes(bench)
-    return float(np.median(_localised(bench, probes.place, probes)[0]))
+    return float(np.median(_localised(bench, "split by place", probes.place, probes)[0]))
 
 
 def _force_mae_n(bench: Bench) -> float:
     pushes = _pushes(bench, int(bench.design.parameters["markers.count"].value))
-    return float(_force_errors(bench, pushes, pushes.shape, len(_SHAPES))[0].mean())
+    return float(_force_errors(bench, "by indenter", pushes, pushes.shape, len(_SHAPES))[0].mean())
 
 
 _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {

@@ -10,6 +10,8 @@ import numpy as np
 from fabkit import sim
 from fabkit.bench import _learn
 from fabkit.bench._bench import Family, first_line
+from fabkit.bench._networks import Card, HeldOut, Numbers
+from fabkit.bench._onnx import TYPES, Graph, Written
 from fabkit.bench._report import Row
 from fabkit.errors import FabkitError
 
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit.bench._bench import Bench
+    from fabkit.designs import Sensor
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,7 @@ _DEPTH_MM = 0.37
 _TABLE_1 = {"A": (0.0, 0.06), "B": (1.4, 0.07), "C": (0.4, 0.01), "D": (1.5, 0.06)}
 _TABLE_2 = {"A": (14.3, 3.40), "B": (7.6, 2.56), "C": (5.1, 2.57), "D": (7.8, 2.29)}
 _EPSILON = 1e-3
+_AGAIN = "other pictures of the same taps"
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +75,7 @@ class Tip:
     sensor: sim.Sensor
     top_mm: float
     """Where it ends, along z."""
+    design: Sensor
 
 
 def _tip(bench: Bench, layout: str) -> Tip:
@@ -81,14 +86,14 @@ def _tip(bench: Bench, layout: str) -> Tip:
         size: Size = bench.size
         sensor = bench.sensor(design, samples=size.samples, spacing_mm=size.spacing_mm)
         points = sensor.scene.cast(samples=4).point_in_sensor
-        return Tip(sensor, float(np.nanmax(points[..., 2])))
+        return Tip(sensor, float(np.nanmax(points[..., 2])), design)
 
     return bench.once(f"tip {layout}", make)
 
 
 def _tips(bench: Bench) -> tuple[str, ...]:
     """List the layouts to try, a sensor's own among them."""
-    own = str(bench.design.parameters["pins.layout"].value)
+    own = _own(bench)
     tips: tuple[str, ...] = bench.size.tips
     return tips if own in tips else (*tips, own)
 
@@ -191,12 +196,28 @@ def _curve(bench: Bench, layout: str) -> Curve:
     return Curve(depths[known], on_curve[known], target[heard], values[-size.sine :][heard])
 
 
-def _depth_error(bench: Bench, curve: Curve) -> tuple[float, float]:
+def _depth_error(bench: Bench, layout: str, curve: Curve) -> tuple[float, float]:
     """Mean error of depth by a Gaussian process, and by the mean depth, mm."""
     process = _learn.Process(bench.seed).fit(curve.quality[:, None], curve.depth_mm)
     found = process.predict(curve.seen[:, None])
     blind = np.abs(curve.depth_mm.mean() - curve.target_mm)
-    return float(np.abs(found - curve.target_mm).mean()), float(blind.mean())
+    error = float(np.abs(found - curve.target_mm).mean())
+    pictures = bench.size.pictures
+    card = Card(
+        takes=Numbers(
+            "a quarter of the number of features of a picture, at most 169; a feature is a local "
+            "extremum of the 3 x 3 Laplacian of 64 steps of grey that is above "
+            f"{_threshold(bench):.0f}",
+            {"quality": "4 features"},
+        ),
+        gives=Numbers("how deep a flat is pressed in", {"depth": "mm"}),
+        mask="whole pictures, but two pixels at each edge",
+        training=(len(curve.depth_mm), f"depths from 0 mm, each the mean of {pictures} pictures"),
+        held_out=[HeldOut("single pictures: mean absolute error", error, "mm", len(found))],
+    )
+    name = f"depth from quality, tip {layout}"
+    bench.keep(name, process.written(), card, _tip(bench, layout).design)
+    return error, float(blind.mean())
 
 
 def _one_way(quality: NDArray[np.float64]) -> float:
@@ -227,7 +248,7 @@ def _quality_rows(bench: Bench) -> list[Row]:
         paper = 100.0 if layout == "B" else None
         name = f"steps of depth that go one way, tip {layout}"
         rows.append(Row(name, "%", paper, _one_way(curve.quality), 50.0, samples, note))
-        found, blind = _depth_error(bench, curve)
+        found, blind = _depth_error(bench, layout, curve)
         note = (
             "Gaussian process on the surrogate's means, then single pictures at the depths of a "
             "sine; only tip B has a published figure; trivial guess: the mean depth"
@@ -244,8 +265,14 @@ class Perceived:
 
     classes: NDArray[np.float64]
     """Angle, deg, and radius, mm, of each: n x 2."""
+    counts: NDArray[np.unsignedinteger[Any]]
+    """In how many pictures of each class each pixel had each step of grey: n x pixels x 64."""
+    pictures: int
+    """Of each class."""
+    size_px: tuple[int, int]
+    """Rows and columns."""
     log_likelihood: NDArray[np.float64]
-    """Of each class, pixel and step of grey: n x pixels x 64."""
+    """The same as a likelihood, with a little everywhere."""
     test: NDArray[np.int64]
     """Other pictures of the same taps, as the chip reads them: n x shots x pixels."""
 
@@ -253,6 +280,32 @@ class Perceived:
         """Tell the class that a picture of so many pixels is likest."""
         pixels = np.arange(len(steps))
         return int(self.log_likelihood[:, pixels, steps].sum(axis=1).argmax())
+
+    def written(self) -> Written:
+        """Write it as ONNX, from 8-bit pictures, n x rows x columns, to n x 2."""
+        graph = Graph("histograms")
+
+        def constant(values: Any, type: str) -> str:
+            return graph.constant(np.asarray(values, type))
+
+        steps = graph.node("Mul", "x", constant((_LEVELS - 1) / 255, "float32"))
+        steps = graph.node("Reshape", graph.node("Round", steps), constant([0, -1], "int64"))
+        steps = graph.node("Cast", steps, to=TYPES["int64"])
+        # A row of the table for each pixel and step, of which each class has a number.
+        pixels = self.counts.shape[1]
+        rows = graph.node("Add", steps, constant(np.arange(pixels) * _LEVELS, "int64"))
+        table: NDArray[Any] = np.moveaxis(self.counts, 0, 2).reshape(pixels * _LEVELS, -1)
+        found = graph.node("Gather", graph.constant(table), rows, axis=0)
+        found = graph.node("Cast", found, to=TYPES["float64"])
+        found = graph.node("Div", found, constant(self.pictures, "float64"))
+        found = graph.node("Log", graph.node("Add", found, constant(_EPSILON, "float64")))
+        found = graph.node("ReduceSum", found, constant([1], "int64"), keepdims=0)
+        found = graph.node("ArgMax", found, axis=1, keepdims=0)
+        graph.node("Gather", constant(self.classes, "float32"), found, axis=0, out="y")
+        takes, gives = ("n", *self.size_px), ("n", 2)
+        form = f"the likeliest of {len(self.classes)} classes, by a histogram of each pixel"
+        learned = f"counted; {_EPSILON:g} is added to each share"
+        return Written(graph.model(takes, gives), "float32", takes, gives, form, learned)
 
     @property
     def middle(self) -> NDArray[np.float64]:
@@ -273,11 +326,14 @@ def _taught(bench: Bench, layout: str, *, noisy: bool = True) -> Perceived:
     ]
     bench.tell(f"  tapping with tip {layout} {len(asked)} times")
     steps = _chip(tip.sensor.press_all(asked).image)
+    size_px = (steps.shape[1], steps.shape[2])
     steps = steps.reshape(len(classes), each, -1)
     train, test = steps[:, : size.train], steps[:, size.train :]
     # How often each pixel had each value, by class: the likelihood, with a little everywhere.
-    counts = (train[..., None] == np.arange(_LEVELS)).sum(axis=1) / size.train
-    return Perceived(classes, np.log(counts + _EPSILON), test)
+    counts = (train[..., None] == np.arange(_LEVELS)).sum(axis=1)
+    likelihood = np.log(counts / size.train + _EPSILON)
+    counts = counts.astype(np.min_scalar_type(size.train))
+    return Perceived(classes, counts, size.train, size_px, likelihood, test)
 
 
 def _perceived(taught: Perceived) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
@@ -289,7 +345,36 @@ def _perceived(taught: Perceived) -> tuple[NDArray[Any], NDArray[Any], NDArray[A
 
 
 def _edges_of(bench: Bench, layout: str) -> Perceived:
-    return bench.once(f"edges {layout}", lambda: _taught(bench, layout))
+    def make() -> Perceived:
+        taught = _taught(bench, layout)
+        _keep_edges(bench, layout, taught)
+        return taught
+
+    return bench.once(f"edges {layout}", make)
+
+
+def _keep_edges(bench: Bench, layout: str, taught: Perceived) -> None:
+    errors, _, _ = _perceived(taught)
+    angle, radius = errors.mean(axis=0)
+    card = Card(
+        takes=Numbers("8-bit picture, of which the 64 steps of the chip are made", "grey"),
+        gives=Numbers(
+            "the edge of a disc: the angle of its outward normal from x, and how far beyond the "
+            "tip's middle it is",
+            {"angle": "deg", "radius": "mm"},
+            {"frame": "sensor"},
+        ),
+        mask="whole pictures",
+        training=(
+            taught.pictures * len(taught.classes),
+            f"taps of {_TAP_MM:g} mm on a disc of {_DISC_MM:g} mm, {taught.pictures} of each class",
+        ),
+        held_out=[
+            HeldOut(f"{_AGAIN}: mean error of the angle", float(angle), "deg", len(errors)),
+            HeldOut(f"{_AGAIN}: mean error of the radius", float(radius), "mm", len(errors)),
+        ],
+    )
+    bench.keep(f"edge, tip {layout}", taught.written(), card, _tip(bench, layout).design)
 
 
 def _edges(bench: Bench) -> list[Row]:
@@ -404,14 +489,16 @@ def _contour(bench: Bench) -> list[Row]:
     return rows
 
 
+def _own(bench: Bench) -> str:
+    return str(bench.design.parameters["pins.layout"].value)
+
+
 def _own_curve(bench: Bench) -> Curve:
-    own = str(bench.design.parameters["pins.layout"].value)
-    return bench.once("own curve", lambda: _curve(bench, own))
+    return bench.once("own curve", lambda: _curve(bench, _own(bench)))
 
 
 def _edge_error(bench: Bench, column: int) -> float:
-    own = str(bench.design.parameters["pins.layout"].value)
-    errors, _, _ = _perceived(_edges_of(bench, own))
+    errors, _, _ = _perceived(_edges_of(bench, _own(bench)))
     return float(errors[:, column].mean())
 
 
@@ -424,7 +511,7 @@ _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
 FAMILY = Family(
     experiments=_EXPERIMENTS,
     figures={
-        "depth_mae_mm": lambda bench: _depth_error(bench, _own_curve(bench))[0],
+        "depth_mae_mm": lambda bench: _depth_error(bench, _own(bench), _own_curve(bench))[0],
         "quality_one_way_percent": lambda bench: _one_way(_own_curve(bench).quality),
         "edge_angle_deg": lambda bench: _edge_error(bench, 0),
         "edge_radius_mm": lambda bench: _edge_error(bench, 1),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from fabkit import sim
 from fabkit.bench import _deep, _learn
 from fabkit.bench._bench import Family, first_line
 from fabkit.bench._likeness import Code, drawn, likeness
+from fabkit.bench._networks import Card, HeldOut, Numbers
 from fabkit.bench._report import Row
 from fabkit.bench.half_ellipsoid import folds
 from fabkit.errors import FabkitError, invalid
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit.bench._bench import Bench
+    from fabkit.bench._onnx import Written
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,13 @@ _PICTURE_PX, _CODE = 68, 324
 # That of its encoded features, predicted by its LSTM from ten steps: from the published arrays.
 _ENCODED_R2 = 0.230
 _STEPS = 10
+_DRAWN = Numbers(
+    f"picture of markers, {_PICTURE_PX} rows of {_PICTURE_PX} pixels: white discs on black, cut to "
+    "the markers and half a pitch around them",
+    "share of white",
+)
+_NUMBERS = Numbers("what the autoencoder of this fold makes of such a picture", "")
+_LSTM = "LSTM, three layers of 256, and linear sums of the last step"
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +74,8 @@ class Touches:
     """How far each marker moved in the picture: n x 2 m."""
     marker_at_px: NDArray[np.float64]
     """Where each is in the mean picture: m x 2."""
+    seen: dict[str, Any]
+    """Names and mean places of what is in these arrays, for cards."""
     place: NDArray[np.int64]
     """Number of its place: n."""
 
@@ -93,17 +104,66 @@ def _touches(bench: Bench) -> Touches:
         at += [number] * len(names)
     if not columns:
         raise invalid("no place of the skin could be pressed")
-    ends_px, _ = _moved(np.concatenate(ends))
-    markers_px, at_px = _moved(np.concatenate(markers))
-    return Touches(np.concatenate(columns), ends_px, markers_px, at_px, np.array(at))
+    ends_px, ends_at_px, which = _moved(np.concatenate(ends))
+    seen: dict[str, Any] = {
+        "channels": list(skin.column_names),
+        "columns": [skin.column_names[k] for k in which],
+        "columns_at_px": ends_at_px.round(3).tolist(),
+    }
+    markers_px, at_px, which = _moved(np.concatenate(markers))
+    seen["markers"] = [skin.mark_names[k] for k in which]
+    seen["markers_at_px"] = at_px.round(3).tolist()
+    return Touches(np.concatenate(columns), ends_px, markers_px, at_px, seen, np.array(at))
 
 
-def _moved(pixels: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Tell ways from the mean picture of (n, m, 2), of what is always seen: (n, 2 m), (m, 2)."""
-    seen = pixels[:, np.isfinite(pixels).all(axis=(0, 2))]
+def _moved(
+    pixels: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Tell ways from the mean picture of (n, m, 2), of what is always seen: (n, 2 m), (m, 2), m."""
+    is_seen = np.isfinite(pixels).all(axis=(0, 2))
+    seen = pixels[:, is_seen]
     # A model with an offset does not ask which picture is at rest.
     mean: NDArray[np.float64] = seen.mean(axis=0)
-    return (seen - mean).reshape(len(seen), -1), mean
+    return (seen - mean).reshape(len(seen), -1), mean, np.flatnonzero(is_seen)
+
+
+def _keep(
+    bench: Bench,
+    name: str,
+    written: Written,
+    takes: Numbers,
+    gives: Numbers,
+    test: NDArray[np.bool_],
+    error: tuple[str, float, str],
+) -> None:
+    what, value, unit = error
+    held_out = HeldOut(f"{name}, first fold: {what}", value, unit, int(test.sum()))
+    mask = "columns and markers that are seen in all presses, by their names"
+    training = (int((~test).sum()), "presses at rest by a hemisphere")
+    bench.keep(name, written, Card(takes, gives, mask, training, [held_out]))
+
+
+def _columns_of(touches: Touches, *, exact: bool = False, steps: bool = False) -> Numbers:
+    """Say what networks take."""
+    if exact:
+        what = "how far the liquid of each channel moves in its tube"
+        return Numbers(what, "mm", {"channels": touches.seen["channels"]})
+    what = (
+        "how far each column ends from where it ends in the mean picture, x and y, rounded to "
+        "whole pixels; places are those of the mean picture"
+    )
+    if steps:
+        what += f"; of {_STEPS} ever deeper presses at one place, of which the last is asked for"
+    return Numbers(what, "px", {name: touches.seen[name] for name in ("columns", "columns_at_px")})
+
+
+def _markers_of(touches: Touches) -> Numbers:
+    """Say what networks give."""
+    what = (
+        "how far each marker is from where it is in the mean picture of the camera below, x and y; "
+        "places are those of the mean picture"
+    )
+    return Numbers(what, "px", {name: touches.seen[name] for name in ("markers", "markers_at_px")})
 
 
 @dataclass(frozen=True)
@@ -118,17 +178,21 @@ class Found:
     blind_px: float
 
 
-def _found(
-    bench: Bench, columns: NDArray[np.float64], touches: Touches, groups: NDArray[np.int64]
-) -> Found:
+def _found(bench: Bench, split: str, touches: Touches, groups: NDArray[np.int64]) -> Found:
     size: Size = bench.size
+    is_exact = split.endswith("exact columns")
+    # A picture tells where a column ends to a pixel: the paper takes the first that is black.
+    columns = touches.column_mm if is_exact else np.round(touches.column_px)
     truth = touches.marker_px
     found, blind = np.zeros_like(truth), np.zeros_like(truth)
     for test in folds(groups, size.folds, bench.random("folds")):
         ridge = _learn.Ridge().fit(columns[~test], truth[~test])
         found[test] = ridge.predict(columns[test])
         blind[test] = truth[~test].mean(axis=0)
-    rms_px, blind_px = (float(np.sqrt(((one - truth) ** 2).mean())) for one in (found, blind))
+        takes, gives = _columns_of(touches, exact=is_exact), _markers_of(touches)
+        error = ("rms error", _rms(found[test], truth[test]), "px")
+        _keep(bench, f"markers, {split}", ridge.written(), takes, gives, test, error)
+    rms_px, blind_px = (_rms(one, truth) for one in (found, blind))
     return Found(_r2(found, truth), rms_px, _r2(blind, truth), blind_px)
 
 
@@ -140,19 +204,17 @@ def _markers(bench: Bench) -> list[Row]:
         "ten steps of a finger's strokes. From its published arrays a ridge on ten steps of raw "
         "pixels has R2 0.48; trivial guess: the mean picture"
     )
-    # A picture tells where a column ends to a pixel: the paper takes the first that is black.
-    read, exact = np.round(touches.column_px), touches.column_mm
     apart = "no place is in training and test"
     shared = "the same place at another depth is in training"
     places, single = touches.place, np.arange(count)
     cases = {
-        "split by place": (read, places, _RIDGE_R2, f"; columns to a pixel; {apart}"),
-        "split at random": (read, single, None, f"; columns to a pixel; {shared}"),
-        "split by place, exact columns": (exact, places, None, f"; {apart}"),
+        "split by place": (places, _RIDGE_R2, f"; columns to a pixel; {apart}"),
+        "split at random": (single, None, f"; columns to a pixel; {shared}"),
+        "split by place, exact columns": (places, None, f"; {apart}"),
     }
     rows: list[Row] = []
-    for name, (columns, groups, paper, note) in cases.items():
-        found = _found(bench, columns, touches, groups)
+    for name, (groups, paper, note) in cases.items():
+        found = _found(bench, name, touches, groups)
         figures = (paper, found.r2, found.blind_r2)
         rows.append(Row(f"markers from columns, {name}: R2", "", *figures, count, said + note))
         figures = (None, found.rms_px, found.blind_px)
@@ -211,6 +273,9 @@ def _images(bench: Bench) -> list[Row]:
             alike[test] = likeness(code.decode(ridge.predict(columns[test])), truth)
             blind[test] = likeness(constant, truth)
             told[test] = likeness(truth, pictures[test])
+            written, takes = ridge.written(into=code, within=(0, 1)), _columns_of(touches)
+            error = ("SSIM to what the code keeps", float(alike[test].mean()), "")
+            _keep(bench, f"images, {name}", written, takes, _DRAWN, test, error)
         label = f"likeness of predicted images, {name}: SSIM"
         note = f"{said}; the code itself keeps {told.mean():.3f} of the drawn pictures"
         figures = (paper, float(alike.mean()), float(blind.mean()))
@@ -238,8 +303,11 @@ def _networks(bench: Bench) -> list[Row]:
     series = _series(np.round(touches.column_px), size.depths)
     truth = touches.marker_px
     count, markers = len(pictures), truth.shape[1]
+    split = "split by place"
+    name = f"by LSTM, {split}"
+    steps, markers_of = _columns_of(touches, steps=True), _markers_of(touches)
 
-    def foretold(told: NDArray[np.float64], test: NDArray[np.bool_]) -> NDArray[np.float64]:
+    def learned(told: NDArray[np.float64], test: NDArray[np.bool_]) -> _deep.Network:
         network = _deep.Network(
             lambda: _deep.recurrent(series.shape[2], told.shape[1]),
             seed=bench.seed,
@@ -247,7 +315,7 @@ def _networks(bench: Bench) -> list[Row]:
             rate=1e-3,
             batch=50,
         )
-        return network.fit(series[~test], told[~test]).predict(series[test])
+        return network.fit(series[~test], told[~test])
 
     moved = np.zeros((count, markers))
     mean = np.zeros((count, markers))
@@ -256,20 +324,30 @@ def _networks(bench: Bench) -> list[Row]:
     dealt = folds(touches.place, size.network_folds, bench.random("folds"))
     for fold, test in enumerate(dealt):
         bench.tell(f"  LSTM and autoencoder, fold {fold + 1} of {size.network_folds}")
-        moved[test] = foretold(truth, test)
+        to_markers = learned(truth, test)
+        moved[test] = to_markers.predict(series[test])
         mean[test] = truth[~test].mean(axis=0)
         code = _deep.Autoencoder(pictures[~test], seed=bench.seed, epochs=size.code_epochs)
-        learned = code.encode(pictures[~test])
+        numbers_of = code.encode(pictures[~test])
         encoded[test] = code.encode(pictures[test])
-        constant[test] = learned.mean(axis=0)
+        constant[test] = numbers_of.mean(axis=0)
         all_numbers = np.zeros((count, _CODE))
-        all_numbers[~test] = learned
-        numbers[test] = foretold(all_numbers, test)
+        all_numbers[~test] = numbers_of
+        to_code = learned(all_numbers, test)
+        numbers[test] = to_code.predict(series[test])
         decoded = code.decode(encoded[test])
         alike[test] = likeness(code.decode(numbers[test]), decoded)
         of_mean = np.broadcast_to(code.decode(constant[test][:1]), decoded.shape)
         blind[test] = likeness(of_mean, decoded)
         kept[test] = likeness(decoded, pictures[test])
+        encoder, decoder = code.written()
+        ways = ("rms error", _rms(moved[test], truth[test]), "px")
+        foretold = ("SSIM of what is decoded of it", float(alike[test].mean()), "")
+        coded = ("SSIM of decoded pictures", float(kept[test].mean()), "")
+        _keep(bench, f"markers {name}", to_markers.written(_LSTM), steps, markers_of, test, ways)
+        _keep(bench, f"code {name}", to_code.written(_LSTM), steps, _NUMBERS, test, foretold)
+        _keep(bench, f"code, encoder, {split}", encoder, _DRAWN, _NUMBERS, test, coded)
+        _keep(bench, f"code, decoder, {split}", decoder, _NUMBERS, _DRAWN, test, coded)
     said = (
         f"three layers of 256 on {_STEPS} steps of columns to a pixel, {size.recurrent_epochs} "
         "epochs of the paper's 100 (the published scripts differ); a step is a deeper press at "
@@ -280,7 +358,6 @@ def _networks(bench: Bench) -> list[Row]:
         "mirror image of the published decoder; pictures are drawn from where markers are; it "
         f"keeps {kept.mean():.3f} of them"
     )
-    name = "by LSTM, split by place"
     figures = (None, _r2(moved, truth), _r2(mean, truth))
     rows = [Row(f"markers from columns {name}: R2", "", *figures, count, said)]
     # Each fold has a code of its own: a mean over all of them is no number of any.
@@ -292,6 +369,10 @@ def _networks(bench: Bench) -> list[Row]:
     note = f"{said}{drawn_of}; decoded against decoded; trivial guess: the mean code, decoded"
     rows.append(Row(f"likeness of images {name}: SSIM", "", *figures, count, note))
     return rows
+
+
+def _rms(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
+    return float(np.sqrt(((found - truth) ** 2).mean()))
 
 
 def _r2(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
@@ -315,7 +396,7 @@ def _pictures(bench: Bench, touches: Touches) -> NDArray[np.float64]:
 
 def _markers_rms_px(bench: Bench) -> float:
     touches = _touches(bench)
-    return _found(bench, touches.column_mm, touches, touches.place).rms_px
+    return _found(bench, "split by place, exact columns", touches, touches.place).rms_px
 
 
 _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {

@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 pub const FORMAT: &str = "fabkit-pin-landmarks";
 /// The version this crate reads and writes.
 pub const VERSION: u32 = 1;
-/// Longest file, bytes.
-pub const MAX_BYTES: usize = 1 << 20;
-/// Most pins in a file.
-pub const MAX_PINS: usize = 20_000;
+/// Longest file, bytes: of the most pins, with room to spare.
+pub const MAX_BYTES: usize = 1 << 26;
+/// Most pins in a file: more than the largest set of halves has protrusions, on either side.
+pub const MAX_PINS: usize = 100_000;
 
 /// Farthest coordinate that can belong to a fingertip's fixture, mm.
 const MAX_COORDINATE_MM: f64 = 1000.0;

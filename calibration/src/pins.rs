@@ -93,6 +93,8 @@ pub struct Detection {
     pub rejected: Vec<(Point2<f64>, Rejection)>,
     /// Standard deviation of the smoothed logarithm of the ratio where nothing touches.
     pub noise: f64,
+    /// Share of what is lit that is saturated in either picture, 0 to 1: marks are cut there.
+    pub saturated: f64,
 }
 
 /// Finds the marks of pins in `pressed`, compared with `reference` without contact.

@@ -62,6 +62,8 @@ pub struct ExtrinsicsReport<'a> {
     pub not_drawn: Option<&'a str>,
     /// Why it is not known how far from their tips marks are found, if it is not.
     pub not_marked: Option<&'a str>,
+    /// The largest share of what is lit that is saturated in a capture, 0 to 1.
+    pub saturated: f64,
     /// Pins that are far off, as far as there are pictures of them.
     pub crops: &'a [Crop],
 }

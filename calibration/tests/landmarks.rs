@@ -77,7 +77,9 @@ fn wrong_files_are_refused_with_the_place() {
         assert!(message.contains(expected), "{text}: {message}");
     }
     let huge = format!("{{\"1\": [0, 0, 1{}]}}", " ".repeat(1 << 20));
-    assert!(PinLandmarks::from_json(&huge).unwrap_err().to_string().contains("at most 1048576"));
+    assert!(
+        PinLandmarks::from_json(&huge).unwrap_err().to_string().contains("the limit is 1048576")
+    );
 }
 
 #[test]

@@ -68,7 +68,7 @@ fn trial(lengths: &[(&str, f64)], mark_px: f64, seed: u64) -> Option<(f64, [f64;
 
 #[test]
 fn covariances_know_of_reseated_domes() {
-    let trials = std::env::var("FABKIT_TRIALS").ok().and_then(|n| n.parse().ok()).unwrap_or(12u32);
+    let trials = std::env::var("FABKIT_TRIALS").ok().and_then(|n| n.parse().ok()).unwrap_or(6u32);
     let two = &[("short", 0.7), ("long", 1.35)][..];
     for (lengths, mark_px) in [(two, 0.0), (&two[1..], 0.0), (two, MARK_PX)] {
         let all: Vec<_> =

@@ -1,6 +1,6 @@
-"""Calibrates R-Tac0s from rendered pins, each with a camera and a light of its own.
+"""Calibrates R-Tac0s from rendered pins or halves, each with a camera and a light of its own.
 
-python calibration.py [--trials N] [--captures N] [--seed N]
+python calibration.py [--trials N] [--captures N] [--seed N] [--fixture semi-domes]
 
 Prints by how far camera and surface are off, beside what the solver claims, who is told neither
 pose nor light: NEES is the error of the pose over its covariance, 6 on average where the claim is
@@ -77,6 +77,16 @@ def constants(folder, light):
     return path
 
 
+def captured_halves(folder, scene, light, landmarks, count, random):
+    """Take the pictures; one half in each, on either side."""
+    kinds = sorted({landmark["kind"] for landmark in landmarks})
+    for kind in random.permutation(kinds)[:count]:
+        seed = int(random.integers(1 << 31))
+        picture = scene.capture([str(kind)], seed=seed, constants=light, allow_no_contact=True)
+        save(folder / f"{kind}.png", picture.grey)
+    save(folder / "ref.png", scene.capture(seed=1, constants=light, allow_no_contact=True).grey)
+
+
 def captured(folder, scene, light, pins, count, random):
     """Take the pictures; five pins in each, none beside another."""
     rows = []
@@ -98,7 +108,7 @@ def captured(folder, scene, light, pins, count, random):
         csv.writer(file).writerows([("file", "hole", "kind"), *rows])
 
 
-def trial(sensor, pins, count, seed):
+def trial(sensor, fixture, count, seed):
     random = np.random.default_rng(seed)
     nominal = np.linalg.inv(fabkit.depth.Scene(sensor).sensor_from_camera)
     camera_from_sensor = nominal.copy()
@@ -114,9 +124,10 @@ def trial(sensor, pins, count, seed):
     truth = fabkit.depth.Scene(sensor, pose=camera_from_sensor)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        captured(folder, truth, constants(folder, light), pins, count, random)
+        take = captured if fixture.name.endswith("pin-dome") else captured_halves
+        take(folder, truth, constants(folder, light), fixture.landmarks, count, random)
         lens = fabkit.depth.Scene(sensor).camera
-        found = fabkit.calibrate.extrinsics(sensor, lens, folder)
+        found = fabkit.calibrate.extrinsics(sensor, lens, folder, landmarks=fixture)
     pose = found.camera_from_sensor
     off = np.concatenate(
         [
@@ -139,12 +150,13 @@ def main():
     parser.add_argument("--trials", type=int, default=10)
     parser.add_argument("--captures", type=int, default=30)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--fixture", choices=("pin-dome", "semi-domes"), default="pin-dome")
     asked = parser.parse_args()
     sensor = fabkit.load(SENSOR)
-    pins = sensor.fixtures["pin-dome"].landmarks
+    fixture = sensor.fixtures[asked.fixture]
     errors, squares = [], []
     for seed in range(asked.seed, asked.seed + asked.trials):
-        off, nees, in_z, apart, found = trial(sensor, pins, asked.captures, seed)
+        off, nees, in_z, apart, found = trial(sensor, fixture, asked.captures, seed)
         errors.append((nees, in_z))
         squares.append((apart**2).mean())
         is_other = any("not the one that is drawn" in warning for warning in found.warnings)

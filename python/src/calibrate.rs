@@ -216,6 +216,7 @@ pub struct Extrinsics {
     calibration: pose::PoseCalibration,
     not_drawn: Option<String>,
     not_marked: Option<String>,
+    saturated: f64,
 }
 
 impl Extrinsics {
@@ -229,6 +230,7 @@ impl Extrinsics {
             calibration: &self.calibration,
             not_drawn: self.not_drawn.as_deref(),
             not_marked: self.not_marked.as_deref(),
+            saturated: self.saturated,
             crops: &[],
         }
     }
@@ -291,7 +293,7 @@ pub fn extrinsics(
             }
         };
         let inputs = Inputs {
-            sensor: &project.design.sensor,
+            project: &project,
             camera: &camera,
             camera_file: &camera_file,
             landmarks: &landmarks,
@@ -309,6 +311,7 @@ pub fn extrinsics(
                 calibration: report.calibration.clone(),
                 not_drawn: report.not_drawn.map(str::to_owned),
                 not_marked: report.not_marked.map(str::to_owned),
+                saturated: report.saturated,
             })
         })
     })

@@ -57,7 +57,7 @@ capture 0 capture 9dtact --reference -o rest.png
 reconstruct 0 reconstruct 9dtact --reference rest.png capture.png -o depth
 calibrate-plan 0 calibrate plan digit-like --captures 2
 optics-pack 0 optics-pack gelsight-like -o optics
-optics-pack 0 optics-pack 9dtact -o depths
+optics-pack 0 optics-pack digit-like -o tables
 press 0 press digit-like --indenter ball@0mm,0mm --depth 0.4mm --steps 2 --shear 0.1mm,0mm --csv curve.csv
 guide 0 guide tactip -o guide
 error 2 show rtac1

@@ -1,8 +1,8 @@
 """Lets lib3mf, manifold3d, ezdxf and OpenCV read everything that `fabkit export` writes.
 
-    python check_files.py PATH_TO_FABKIT
+    python check_files.py PATH_TO_FABKIT [SENSOR...]
 
-For every built-in sensor: each 3MF file is read by lib3mf (the 3MF Consortium's own library) in
+For each of them, or for every built-in sensor: each 3MF file is read by lib3mf (the 3MF Consortium's own library) in
 strict mode and must give no warning, have millimetres as its unit and hold only closed, oriented
 objects; each STL file, its equal vertices merged, must be a manifold to manifold3d, with the
 volume, bounds and genus that the manifest states; each DXF file must pass ezdxf's audit without an
@@ -248,16 +248,18 @@ def check_board(folder: Path, kind: str) -> None:
     assert abs(abs(enclosed) - area) < 1e-6 * area, f"{kind}.dxf: {enclosed} mm2, not {area}"
 
 
-def main(binary: str) -> None:
+def main(binary: str, names: list[str]) -> None:
     files = 0
-    for sensor in fabkit(binary, "list")["sensors"]:
+    listed = fabkit(binary, "list")["sensors"]
+    sensors = [sensor for sensor in listed if not names or sensor["name"] in names]
+    for sensor in sensors:
         with tempfile.TemporaryDirectory() as folder:
             manifest = fabkit(binary, "export", f"{sensor['name']}/boards", "-o", folder)["manifest"]
             for file in manifest["files"]:
                 if file["name"].endswith(".board.json"):
                     check_board(Path(folder), file["name"].removesuffix(".board.json"))
                     files += 4
-    for sensor in fabkit(binary, "list")["sensors"]:
+    for sensor in sensors:
         bodies = sensor["parts"] + sensor["layers"]
         with tempfile.TemporaryDirectory() as folder:
             # All parts with their plates and stock sheets, as designed and as they are made, then
@@ -284,4 +286,4 @@ def main(binary: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(sys.argv[1], sys.argv[2:])

@@ -1,6 +1,6 @@
 """Reads optics packs as simulators do, and compares what they draw with what fabkit itself draws of the same surface.
 
-    python check_optics.py path/to/fabkit
+    python check_optics.py path/to/fabkit [SENSOR ...]
 
 Pictures of slopes: from the depth of the moved surface, pixel by pixel, through the table, as Taxim, TacEx and TacSL do
 (Si and Yuan 2022: bins of angle and way, polynomials of the pixel, the picture at rest added). Depths: the darkness of
@@ -123,16 +123,18 @@ def depths(fabkit: str, sensor: str, press: str, folder: Path) -> bool:
     return abs(float(off.mean())) < DEPTH * float(indentation[deep].mean())
 
 
-def main(fabkit: str) -> int:
+def main(fabkit: str, sensors: list[str]) -> int:
     fine = True
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for sensor, press in SLOPES.items():
-            fine &= slopes(fabkit, sensor, press, folder)
+            if sensor in sensors or not sensors:
+                fine &= slopes(fabkit, sensor, press, folder)
         for sensor, press in DEPTHS.items():
-            fine &= depths(fabkit, sensor, press, folder)
+            if sensor in sensors or not sensors:
+                fine &= depths(fabkit, sensor, press, folder)
     return 0 if fine else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main(str(Path(sys.argv[1]).resolve())))
+    sys.exit(main(str(Path(sys.argv[1]).resolve()), sys.argv[2:]))

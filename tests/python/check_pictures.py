@@ -1,6 +1,6 @@
 """Simulated pictures, read as papers read theirs.
 
-    python check_pictures.py PATH_TO_FABKIT
+    python check_pictures.py PATH_TO_FABKIT [shadows] [inks] [dots] [skin]
 
 ShadowTac: the authors' way to find dimples in the picture at rest, written anew from its description (code of the paper:
 channels are shifted towards their lamps until the three shadows of a dimple lie on each other, dark places of what is
@@ -168,7 +168,8 @@ def skin(camera: Camera) -> bool:
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         camera = Camera(sys.argv[1], Path(folder))
-        wrong = [check.__name__ for check in (shadows, inks, dots, skin) if not check(camera)]
+        checks = [check for check in (shadows, inks, dots, skin) if check.__name__ in sys.argv[2:] or not sys.argv[2:]]
+        wrong = [check.__name__ for check in checks if not check(camera)]
     if wrong:
         sys.exit(f"pictures that are not read as papers read theirs: {', '.join(wrong)}")
 

@@ -1,20 +1,34 @@
 //! The built-in sensors as the library builds them.
 
+use std::collections::BTreeSet;
 use std::env;
 
 use fabkit_designs::{Design, builtin_names, builtin_yaml, load};
 use fabkit_geometry::{Body, Solid};
 
-/// Every built-in sensor with its own values.
+/// Whose fixtures are looked at in continuous integration: one of each kind of surface.
+const WITH_FIXTURES: [&str; 3] = ["rtac0", "9dtact", "fluidic"];
+
+/// Whether this is continuous integration, where a sample is enough: machines there are slow, and what passed was
+/// looked at in full before.
+fn is_sampled() -> bool {
+    env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "false")
+}
+
+/// Names of the built-in sensors that tests look at: all, but in continuous integration the first of each family. The
+/// others differ from it in numbers, and the rules of `fabkit check` are asked of all of them even there.
+pub fn looked_at() -> Vec<&'static str> {
+    let mut families = BTreeSet::new();
+    let is_new = |name: &&str| !is_sampled() || families.insert(built(name, &[]).family);
+    builtin_names().into_iter().filter(is_new).collect()
+}
+
+/// The built-in sensors of [`looked_at`] with their own values.
 ///
 /// # Panics
 /// If one does not load.
 pub fn builtin_designs() -> Vec<Design> {
-    let design = |name: &str| {
-        let yaml = builtin_yaml(name).expect("named by the registry");
-        load(name, yaml, &[], &["fixtures"]).unwrap_or_else(|e| panic!("{name}: {:#?}", e.problems))
-    };
-    builtin_names().into_iter().map(design).collect()
+    looked_at().into_iter().map(|name| built(name, &[])).collect()
 }
 
 /// A built-in sensor with settings as after `--set`, without what others keep in its file.
@@ -28,13 +42,15 @@ pub fn built(name: &str, settings: &[&str]) -> Design {
         .unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
 }
 
-/// Every fixture of every built-in sensor with its own values, once where two sensors share it.
+/// Every fixture of every built-in sensor with its own values, once where two sensors share it; of three sensors in
+/// continuous integration.
 ///
 /// # Panics
 /// If one cannot be built.
 pub fn builtin_fixtures() -> Vec<Design> {
     let mut fixtures: Vec<Design> = Vec::new();
-    for name in builtin_names() {
+    let is_wanted = |name: &&str| !is_sampled() || WITH_FIXTURES.contains(name);
+    for name in builtin_names().into_iter().filter(is_wanted) {
         let yaml = builtin_yaml(name).expect("named by the registry");
         let project = fabkit_fixtures::load(name, yaml, &[]);
         let project = project.unwrap_or_else(|e| panic!("{name}: {:#?}", e.problems));
@@ -46,6 +62,11 @@ pub fn builtin_fixtures() -> Vec<Design> {
         }
     }
     fixtures
+}
+
+/// The cases that a test of many looks at: all, but in continuous integration the first and every third after it.
+pub fn some<T>(cases: &[T]) -> Vec<&T> {
+    cases.iter().step_by(if is_sampled() { 3 } else { 1 }).collect()
 }
 
 /// The bodies that tests look at: all of them, but of the hundred halves of a fixture, which differ in their

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fabkit_tests::{Run, fabkit};
+use fabkit_tests::{Run, fabkit, some};
 
 /// How often advice is followed.
 const ROUNDS: u32 = 3;
@@ -88,9 +88,9 @@ fn a_lens_that_is_recommended_covers_the_chip() {
 /// Near the surface, only the crests of ring-shaped protrusions stand out of a half dome.
 #[test]
 fn halves_close_to_the_surface_are_made() {
-    for (sensor, clearance) in
-        [("rtac0", "0.1mm"), ("tactip", "0.1mm"), ("uvdtact", "0.1mm"), ("uvdtact", "0.4mm")]
-    {
+    let close =
+        [("rtac0", "0.1mm"), ("tactip", "0.1mm"), ("uvdtact", "0.1mm"), ("uvdtact", "0.4mm")];
+    for (sensor, clearance) in some(&close) {
         let near = [format!("fixtures.semi_domes.clearance={clearance}")];
         let folder = tempfile::tempdir().unwrap();
         let design = format!("{sensor}/semi-domes");

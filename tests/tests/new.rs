@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 use std::fs;
 
-use fabkit_application::designs::{Design, REGISTRY, builtin_names};
+use fabkit_application::designs::{Design, REGISTRY};
 use fabkit_application::source::Source;
-use fabkit_tests::{Run, contents, fabkit};
+use fabkit_tests::{Run, contents, fabkit, looked_at};
 
 #[path = "../../application/examples/own_part.rs"]
 #[allow(dead_code)]
@@ -86,7 +86,7 @@ fn files_of_a_new_sensor_are_those_of_the_example() {
 #[test]
 fn what_extends_a_sensor_lists_all_that_it_may_change() {
     let root = tempfile::tempdir().unwrap();
-    for sensor in builtin_names() {
+    for sensor in looked_at() {
         let name = format!("{sensor}-x");
         fabkit(root.path(), &["new", &name, "--extends", sensor]).ok();
         let place = root.path().join(format!("{name}.yaml"));

@@ -6,10 +6,10 @@ use fabkit_application::depth::truth::{PixelRays, ReferenceSurface, Uncertainty}
 use fabkit_application::fixtures;
 use fabkit_application::ground_truth::Viewpoint;
 use fabkit_camera::{JointEstimate, Point2};
-use fabkit_designs::{builtin_names, builtin_yaml};
+use fabkit_designs::builtin_yaml;
 use fabkit_geometry::{Angle, NominalCamera, Point3, Pose, Ray, Sensor, Vector3};
 use fabkit_optics::{Bundles, End, Look, Sights, Stack, TILE, Tracer, Viewer};
-use fabkit_tests::built;
+use fabkit_tests::{built, looked_at};
 
 /// The ray of each pixel, row by row, with columns and rows.
 fn rays(sensor: &Sensor) -> (Vec<Option<Ray>>, [u32; 2]) {
@@ -20,7 +20,7 @@ fn rays(sensor: &Sensor) -> (Vec<Option<Ray>>, [u32; 2]) {
 
 #[test]
 fn every_camera_looks_through_media_that_are_known() {
-    for name in builtin_names() {
+    for name in looked_at() {
         let sensor = built(name, &[]).sensor;
         let stack = Stack::of(&sensor).unwrap_or_else(|error| panic!("{name}: {error}"));
         let (rays, _) = rays(&sensor);
@@ -47,7 +47,7 @@ fn every_camera_looks_through_media_that_are_known() {
 /// Tiles over the middle, the corner and the rim of each picture.
 #[test]
 fn together_and_alone_rays_end_at_the_same_points() {
-    for name in builtin_names() {
+    for name in looked_at() {
         let sensor = built(name, &[]).sensor;
         let stack = Stack::of(&sensor).unwrap();
         let bundles = Bundles::new(&stack);
@@ -136,7 +136,7 @@ fn small(sensor: &Sensor) -> NominalCamera {
 /// From pixel to surface and back to the pixel; with what differences say of how it moves.
 #[test]
 fn places_are_seen_at_the_pixels_that_see_them() {
-    for name in builtin_names() {
+    for name in looked_at() {
         let sensor = built(name, &[]).sensor;
         let viewpoint = Viewpoint::new(&small(&sensor), None, None).unwrap();
         let sights = Sights::new(viewpoint.stack(&sensor).unwrap());

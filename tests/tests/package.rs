@@ -81,8 +81,9 @@ fn a_package_holds_what_its_lists_say_and_makes_itself_again() {
 #[test]
 fn a_package_holds_boards() {
     let root = tempfile::tempdir().unwrap();
+    let few = ["--set", "fixtures.half_plates.count=4"];
     let words = ["export", "9dtact", "--all", "--tolerance", "0.1mm", "-o", "package"];
-    fabkit(root.path(), &words).ok();
+    fabkit(root.path(), &[&words[..], &few].concat()).ok();
     let folder = root.path().join("package");
     let own = manifest(&folder);
     let files = own["files"].as_array().unwrap();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 /// The workspace's root.
 pub fn root() -> &'static Path {
@@ -24,10 +24,14 @@ pub fn skip(step: &str, why: &str) -> Result<(), String> {
         return Err(format!("{step} must not be skipped here: {why}"));
     }
     println!("xtask: SKIPPED {step}: {why}");
-    if let Ok(mut steps) = SKIPPED.lock() {
-        steps.push(format!("{step}: {why}"));
-    }
+    note_skipped(format!("{step}: {why}"));
     Ok(())
+}
+
+fn note_skipped(step: String) {
+    if let Ok(mut steps) = SKIPPED.lock() {
+        steps.push(step);
+    }
 }
 
 static SKIPPED: Mutex<Vec<String>> = Mutex::new(Vec::new());
@@ -58,9 +62,11 @@ pub fn check(command: &mut Command) -> Result<(), String> {
 
 /// Runs a few programs at a time, the first ones first: most of them keep one core busy, and leave the other idle.
 /// What each prints is shown when it has ended, so that lines of two do not mix. All are run, and all that fail
-/// are named.
-pub fn check_side_by_side(commands: Vec<Command>) -> Result<(), String> {
-    let waiting = Mutex::new(commands.into_iter());
+/// are named; but of `samples`, which come last, those whose turn comes too late are left out aloud.
+pub fn check_side_by_side(commands: Vec<Command>, samples: Vec<Command>) -> Result<(), String> {
+    let samples = samples.into_iter().map(|command| (command, true));
+    let all: Vec<_> = commands.into_iter().map(|command| (command, false)).chain(samples).collect();
+    let waiting = Mutex::new(all.into_iter());
     let failures = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
         for _ in 0..AT_A_TIME {
@@ -68,7 +74,12 @@ pub fn check_side_by_side(commands: Vec<Command>) -> Result<(), String> {
                 loop {
                     // Not in the loop's head: there the lock would be held while the program runs.
                     let next = waiting.lock().ok().and_then(|mut waiting| waiting.next());
-                    let Some(mut command) = next else { return };
+                    let Some((mut command, is_sample)) = next else { return };
+                    if is_sample && is_late() {
+                        println!("xtask: NOT RUN, it is late: {}", shown(&command));
+                        note_skipped(format!("{}, because it was late", shown(&command)));
+                        continue;
+                    }
                     if let Err(why) = captured(&mut command)
                         && let Ok(mut failures) = failures.lock()
                     {
@@ -81,6 +92,14 @@ pub fn check_side_by_side(commands: Vec<Command>) -> Result<(), String> {
     let mut failures = failures.into_inner().map_err(|_| "a program's watcher ended early")?;
     failures.sort();
     if failures.is_empty() { Ok(()) } else { Err(failures.join("\n")) }
+}
+
+/// Whether the time is over that the gate has for samples of what outside programs say: `.ci/run` says when, in seconds
+/// since 1970. A slow machine would be stopped before its end, and nothing would be known.
+fn is_late() -> bool {
+    let end = env::var("FABKIT_SAMPLES_END").ok().and_then(|text| text.parse().ok());
+    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    end.zip(now.ok()).is_some_and(|(end, now): (u64, _)| now.as_secs() > end)
 }
 
 /// Programs that run side by side: the machine of the gate has two cores, and some wait for a disk or a browser.

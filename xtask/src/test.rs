@@ -13,6 +13,9 @@ use crate::run::{
 /// The sensor that is verified everywhere.
 const ALWAYS_VERIFIED: &str = "rtac0";
 
+/// In continuous integration, of its bodies every so many-th.
+const ALWAYS_EVERY: usize = 2;
+
 /// What is verified besides in continuous integration: a flat sensor. Built-in variants differ from it in numbers alone.
 const VERIFIED_IN_CI: [&str; 1] = ["9dtact"];
 
@@ -41,11 +44,23 @@ const SEMI_DOMES_IN_CI: (&str, [&str; 2]) =
 /// Sensors and fixtures whose GLB files trimesh reads; all of them without naming any.
 const VIEWED: [&str; 5] = ["rtac0", "rtac0/pin-dome", "9dtact", "fluidic", "tactip/semi-domes"];
 
-/// Whose files for robots are read: a dome, a skin with channels; those of all families without naming any.
-const ROBOTS: [&str; 2] = ["rtac0", "fluidic"];
+/// Whose files for robots are read, with a mount; those of all families without naming any.
+const ROBOTS: [&str; 1] = ["rtac0"];
 
 /// Random variants that are made every time, always the same ones; more with `cargo xtask variants`.
 const VARIANTS: (u32, u64) = (6, 13);
+
+/// Sensors whose files lib3mf, ezdxf and OpenCV read: one with sheets, one with a mold of slots, one with channels.
+const READ: [&str; 3] = ["rtac0", "uvdtact", "fluidic"];
+
+/// Pictures that are read as papers read theirs: dimples by their shadows, dots by 30 x 30 pixels.
+const SEEN: [&str; 2] = ["shadows", "dots"];
+
+/// Whose optics pack is read as simulators read it.
+const PACKED: &str = "digit-like";
+
+/// Of all parts of all sensors the slicer slices every so many-th.
+const SLICED_EVERY: &str = "5";
 
 /// Parts whose 3MF files are sliced twice, with their settings and as told: small ones of several kinds.
 const SLICED: [&str; 3] = ["rtac0/baffle", "9dtact/base", "tactip/controller-holder"];
@@ -71,24 +86,18 @@ pub fn run() -> Result<(), String> {
             Vec::new()
         }
     };
-    // The long ones first, so that the last one does not run alone for long.
-    match crate::python::environment() {
-        Ok(python) => {
-            let (long, short) = oracles(&python)?;
-            side_by_side.extend(long);
-            side_by_side.append(&mut package);
-            side_by_side.extend(tests.beside_others);
-            side_by_side.extend(short);
-        }
+    side_by_side.append(&mut package);
+    side_by_side.extend(tests.beside_others);
+    let samples = match crate::python::environment() {
+        Ok(python) => oracles(&python)?,
         Err(why) => {
             skip("the outside oracles and other kernels", &why)?;
-            side_by_side.append(&mut package);
-            side_by_side.extend(tests.beside_others);
+            Vec::new()
         }
-    }
+    };
     let mut failed = Vec::new();
     let mut note = |result: Result<(), String>| failed.extend(result.err());
-    note(check_side_by_side(side_by_side));
+    note(check_side_by_side(side_by_side, samples));
     // These measure, or do harm: nothing else runs beside them.
     for mut test in tests.alone {
         note(check(&mut test));
@@ -103,8 +112,8 @@ pub fn run() -> Result<(), String> {
     if failed.is_empty() { Ok(()) } else { Err(failed.join("\n")) }
 }
 
-/// What takes minutes, and what takes seconds.
-fn oracles(python: &Path) -> Result<(Vec<Command>, Vec<Command>), String> {
+/// What outside programs say of samples: what takes minutes, then what takes seconds.
+fn oracles(python: &Path) -> Result<Vec<Command>, String> {
     let fabkit = fabkit()?;
     let script = |path: &str| {
         let mut command = Command::new(python);
@@ -116,12 +125,12 @@ fn oracles(python: &Path) -> Result<(Vec<Command>, Vec<Command>), String> {
         command.args(arguments).arg(&fabkit);
         command
     };
+    let mut all = verified(python, &fabkit)?;
     let (count, seed) = VARIANTS;
-    let mut long = vec![crate::variants::judge(python, &fabkit, count, seed)];
-    long.extend(verified(python, &fabkit)?);
+    all.push(crate::variants::judge(python, &fabkit, count, seed));
     let mut robots = reader("tests/python/check_robot.py", &[]);
     robots.args(ROBOTS);
-    long.push(robots);
+    all.push(robots);
     let mut glb = script("tests/python/check_glb.py");
     glb.arg(&fabkit).args(VIEWED);
     match crate::pages::Tools::find() {
@@ -130,7 +139,7 @@ fn oracles(python: &Path) -> Result<(Vec<Command>, Vec<Command>), String> {
             tools.bundle()?;
             let mut pages = Command::new(env::current_exe().map_err(|e| format!("xtask: {e}"))?);
             pages.args(["pages", crate::pages::SAMPLED]);
-            long.push(pages);
+            all.push(pages);
         }
         Err(why) => skip("pages in a browser, and gltf-validator", &why)?,
     }
@@ -139,11 +148,15 @@ fn oracles(python: &Path) -> Result<(Vec<Command>, Vec<Command>), String> {
         .args(["-m", "unittest", "discover", "--start-directory"])
         .arg(root().join("verify/tests"));
     tests.env("FABKIT", &fabkit).env("FABKIT_PYTHON", python);
-    long.push(tests);
-    let mut all = vec![crate::light::sample(python, &fabkit)];
+    all.push(tests);
+    all.push(crate::light::sample(python, &fabkit));
     for consumer in CONSUMERS {
         if installed(consumer) {
-            all.push(reader("tests/python/consumers.py", &[consumer]));
+            let mut consumes = reader("tests/python/consumers.py", &[consumer]);
+            if consumer == "prusa-slicer" {
+                consumes.arg(SLICED_EVERY);
+            }
+            all.push(consumes);
             if consumer == "prusa-slicer" {
                 let mut settings = reader("tests/python/consumers.py", &["settings"]);
                 settings.args(SLICED);
@@ -153,24 +166,26 @@ fn oracles(python: &Path) -> Result<(Vec<Command>, Vec<Command>), String> {
             skip(consumer, "it is not installed; the system's packages have it")?;
         }
     }
-    for oracle in [
-        "files",
-        "contracts",
-        "boards",
-        "intrinsics",
-        "dataset",
-        "tetrahedra",
-        "pictures",
-        "optics",
-        "robot_examples",
-    ] {
+    let (mut pictures, mut optics) =
+        (script("tests/python/check_pictures.py"), script("tests/python/check_optics.py"));
+    pictures.arg(&fabkit);
+    optics.arg(&fabkit);
+    if in_ci() {
+        pictures.args(SEEN);
+        optics.arg(PACKED);
+    }
+    all.extend([pictures, optics]);
+    let mut files = reader("tests/python/check_files.py", &[]);
+    files.args(READ);
+    all.push(files);
+    for oracle in ["contracts", "boards", "intrinsics", "dataset", "tetrahedra", "robot_examples"] {
         all.push(reader(&format!("tests/python/check_{oracle}.py"), &[]));
     }
     all.push(glb);
     let mut elastic = script("tests/python/check_elastic.py");
     elastic.arg(built("release", "examples/press_json"));
     all.push(elastic);
-    Ok((long, all))
+    Ok(all)
 }
 
 /// What other kernels rebuild.
@@ -181,17 +196,19 @@ fn verified(python: &Path, fabkit: &Path) -> Result<Vec<Command>, String> {
         command.args(parts.iter().map(|part| format!("--part={part}")));
         command
     };
-    let mut all = vec![verify(ALWAYS_VERIFIED, &[], &[])];
+    let mut all = Vec::new();
     if in_ci() {
-        all.extend(VERIFIED_IN_CI.iter().map(|design| verify(design, &[], &[])));
-        for (design, every, options) in SAMPLED_IN_CI {
+        let always: (&str, usize, &[&str]) = (ALWAYS_VERIFIED, ALWAYS_EVERY, &[]);
+        for (design, every, options) in [always].into_iter().chain(SAMPLED_IN_CI) {
             let bodies = bodies(fabkit, design)?;
             let sample: Vec<&str> = bodies.iter().step_by(every).map(String::as_str).collect();
             all.push(verify(design, &sample, options));
         }
+        all.extend(VERIFIED_IN_CI.iter().map(|design| verify(design, &[], &[])));
         let (design, halves) = SEMI_DOMES_IN_CI;
         all.push(verify(design, &halves, &[]));
     } else {
+        all.push(verify(ALWAYS_VERIFIED, &[], &[]));
         skip("verification of the other sensors", "it is part of continuous integration")?;
     }
     Ok(all)

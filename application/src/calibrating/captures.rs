@@ -19,6 +19,8 @@ use crate::reading::{self, Expected, natural_order};
 pub(super) const MAX_PICTURES: usize = 10_000;
 /// Names under which the picture without contact is looked for.
 const REFERENCES: [&str; 2] = ["ref", "reference"];
+/// Kinds of pin that an error names.
+const NAMED: usize = 8;
 /// Name of the list of captures.
 pub(super) const LIST: &str = "captures.csv";
 
@@ -33,6 +35,8 @@ pub struct PinCaptures<'a> {
     pub folder: Option<PathBuf>,
     /// Whether all marks were found in pictures here; else they are whatever somebody took for pins.
     pub is_detected: bool,
+    /// The largest share of what is lit that is saturated in a picture, 0 to 1.
+    pub saturated: f64,
 }
 
 /// One capture before its picture is looked at.
@@ -68,10 +72,11 @@ pub fn read<'a>(
         };
         detections = pictures::detect_all(&reference, &seen, &DetectionOptions::default())?;
     }
+    let saturated = detections.iter().map(|found| found.saturated).fold(0.0, f64::max);
     let mut detections = detections.into_iter();
     let is_detected = planned.iter().all(|capture| capture.marks.is_none());
-    let mut captures =
-        PinCaptures { is_detected, folder: Some(folder.into()), ..PinCaptures::default() };
+    let folder = Some(folder.into());
+    let mut captures = PinCaptures { is_detected, folder, saturated, ..PinCaptures::default() };
     for Planned { file, pins, labelled, marks } in planned {
         let detected = || {
             let marks = detections.next().map(|detection| detection.marks).unwrap_or_default();
@@ -118,7 +123,10 @@ fn planned<'a>(
             .find(|path| path.is_file()),
     };
     let reference_name = reference.as_ref().and_then(|path| path.file_name()?.to_str());
-    if list.is_empty() && kind.is_none() && landmarks.kinds().len() > 1 {
+    let pictures = || files.iter().filter(|file| Some(file.as_str()) != reference_name);
+    let choose = Choose { landmarks, kind };
+    let is_open = || pictures().any(|file| choose.kinds_in(file).is_none());
+    if list.is_empty() && kind.is_none() && landmarks.kinds().len() > 1 && is_open() {
         let kinds = names(landmarks);
         return Err(CalibratingError::SeveralKinds { at: None, kinds }.into());
     }
@@ -128,11 +136,8 @@ fn planned<'a>(
         Ok(capture) => planned.push(capture),
         Err(error) => wrong.push(error),
     };
-    let choose = Choose { landmarks, kind };
     if list.is_empty() {
-        for file in files.iter().filter(|file| Some(file.as_str()) != reference_name) {
-            plan(choose.by_name(file));
-        }
+        pictures().for_each(|file| plan(choose.by_name(file)));
     } else {
         for (file, pins) in &list {
             plan(choose.by_list(file, pins));
@@ -231,8 +236,22 @@ impl<'a> Choose<'a, '_> {
         }
     }
 
+    /// All pins of the kinds that a file is named after: `semi-dome-017`, or two halves with a `+` between them.
+    fn kinds_in(&self, file: &str) -> Option<Vec<&'a PinLandmark>> {
+        let pins_of = |kind: &str| -> Option<Vec<_>> {
+            let pins =
+                self.landmarks.pins.iter().filter(|pin| pin.kind == kind).collect::<Vec<_>>();
+            Some(pins).filter(|pins| !pins.is_empty())
+        };
+        let of_each: Option<Vec<_>> = stem(file).split('+').map(pins_of).collect();
+        of_each.map(|pins| pins.concat())
+    }
+
     fn by_name(&self, file: &str) -> Result<Planned<'a>, Error> {
-        let stem = Path::new(file).file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+        if let Some(pins) = self.kinds_in(file) {
+            return Ok(Planned { file: file.into(), pins, labelled: true, marks: None });
+        }
+        let stem = stem(file);
         let holes = captures::holes_from_name(stem);
         let (pins, labelled) = (self.pins(file, holes.as_deref())?, holes.is_some());
         Ok(Planned { file: file.into(), pins, labelled, marks: None })
@@ -254,9 +273,19 @@ impl<'a> Choose<'a, '_> {
     }
 }
 
-/// Kinds of pin.
+/// A file's name without its ending.
+fn stem(file: &str) -> &str {
+    Path::new(file).file_stem().and_then(|stem| stem.to_str()).unwrap_or_default()
+}
+
+/// Kinds of pin; the first of them where there are as many as a set has halves.
 fn names(landmarks: &PinLandmarks) -> String {
-    landmarks.kinds().join(", ")
+    let kinds = landmarks.kinds();
+    let first = kinds.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
+    match kinds.len().saturating_sub(NAMED) {
+        0 => first,
+        more => format!("{first} and {more} more"),
+    }
 }
 
 /// The pictures of a folder but the one without contact, in natural order.

@@ -13,12 +13,13 @@ use fabkit_calibration::report::{Crop, ExtrinsicsReport};
 use fabkit_camera::CameraEstimate;
 use fabkit_camera::files;
 use fabkit_designs::Design;
-use fabkit_fixtures::DrawnBodies;
-use fabkit_geometry::{Point3, Pose, Sensor};
+use fabkit_fixtures::halves::are_of_halves;
+use fabkit_fixtures::{DrawnBodies, Project};
+use fabkit_geometry::{Point3, Pose};
 
 use super::CalibratingError;
 use super::captures::PinCaptures;
-use super::marks::{PinMarks, SeenFrom};
+use super::marks::{PinMarks, SeenFrom, Shapes};
 use super::pictures::read_grey;
 use crate::Error;
 use crate::capturing::LightConstants;
@@ -40,8 +41,8 @@ const CROP_PX: usize = 64;
 /// What a pose is solved from.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
-    /// Its nominal camera is where the solver begins.
-    pub sensor: &'a Sensor,
+    /// Its sensor's nominal camera is where the solver begins; its halves may be what presses.
+    pub project: &'a Project,
     /// The calibrated lens; its covariance is handed on.
     pub camera: &'a CameraEstimate,
     /// What reports call it.
@@ -50,7 +51,7 @@ pub struct Inputs<'a> {
     pub landmarks: &'a PinLandmarks,
     /// What was seen.
     pub captures: &'a PinCaptures<'a>,
-    /// Radius of the pins' tips, mm; 0 where nobody says it.
+    /// Radius of the pins' tips, mm; 0 where nobody says it, and for protrusions of halves.
     pub tip_radius_mm: f64,
     /// Refractive index of the gel behind an interface that is tried.
     pub gel_index: f64,
@@ -64,12 +65,18 @@ pub fn solve<R, E: From<CalibratingError>>(
     inputs: &Inputs,
     look: impl FnOnce(&ExtrinsicsReport) -> Result<R, E>,
 ) -> Result<R, E> {
-    let Inputs { sensor, camera, landmarks, captures, .. } = *inputs;
+    let Inputs { project, camera, landmarks, captures, .. } = *inputs;
+    let sensor = &project.design.sensor;
     let nominal = sensor.camera.sensor_from_camera.inverse();
-    let Some(assignment) = assign(camera.camera(), &nominal, &captures.marked, &landmarks.pins)
+    let Some(mut assignment) = assign(camera.camera(), &nominal, &captures.marked, &landmarks.pins)
     else {
         return Err(CalibratingError::NotAssigned.into());
     };
+    if are_of_halves(landmarks) {
+        // Protrusions are cut by the picture's edge, too large for a pin, or many dots: marks that are missing, or more
+        // of them, are no mistakes.
+        assignment.discrepancies.clear();
+    }
     let marks: usize = captures.records.iter().map(|record| record.pins_found).sum();
     let mislabelled = |doubt: &&Discrepancy| !matches!(doubt, Discrepancy::Missing { .. });
     let doubtful = assignment.discrepancies.iter().filter(mislabelled).count();
@@ -95,7 +102,10 @@ pub fn solve<R, E: From<CalibratingError>>(
     };
     let constants = LightConstants::of(sensor);
     let rendered = match captures.is_detected {
-        true => PinMarks::of(sensor, camera.camera(), &constants, inputs.tip_radius_mm),
+        true => {
+            let shapes = Shapes::of(project, landmarks, captures, inputs.tip_radius_mm);
+            PinMarks::of(sensor, camera.camera(), &constants, shapes)
+        }
         false => Ok(None),
     };
     let calibration = match &rendered {
@@ -139,6 +149,7 @@ pub fn solve<R, E: From<CalibratingError>>(
         calibration: &calibration,
         not_drawn: bodies.why_not(),
         not_marked: not_marked.as_deref(),
+        saturated: captures.saturated,
         crops: &crops(&calibration, captures),
     };
     if doubtful as f64 > MAX_DOUBTFUL * marks as f64 {

@@ -5,18 +5,22 @@
 //! is steep. How far is no unknown: the press of that pin is rendered from the drawn layers, and the same detector finds its
 //! mark.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use fabkit_calibration::image::GreyImage;
+use fabkit_calibration::landmarks::{PinLandmark, PinLandmarks};
 use fabkit_calibration::model::{FitParameter, MarkOffset, MarkOffsets, Model, Observation};
 use fabkit_calibration::pins::{DetectionOptions, Polarity, background_cell_px, detect};
 use fabkit_camera::{Camera, Interface, Point2, Vector2};
 use fabkit_depth::truth::{PixelRays, Presser, ReferenceSurface};
-use fabkit_fixtures::PressBody;
+use fabkit_fixtures::halves::{are_of_halves, body_of};
+use fabkit_fixtures::{PressBody, Project};
 use fabkit_geometry::{Point3, Pose, Sensor, Shows, Solid, TouchSurface, Vector3};
 use fabkit_optics::{Sights, Stack, Viewer};
 use rayon::prelude::*;
 
+use super::captures::PinCaptures;
 use crate::Error;
 use crate::capturing::{LayerScene, LightConstants};
 use crate::pressing::{Ready, threads};
@@ -48,8 +52,76 @@ const MOST_SIGMAS: f64 = 2.0;
 /// Without noise the faintest marks are found.
 const FAINTEST: f64 = 0.01;
 
-/// A pin that is pressed in: where its tip touches, mm, and which way it is pushed.
-type Pin = (Point3<f64>, Vector3<f64>);
+/// A pin that is pressed in, or a protrusion among those of its half.
+struct Pin {
+    /// Where its tip is, mm.
+    tip: Point3<f64>,
+    /// Which way it is pushed.
+    inwards: Vector3<f64>,
+    /// What is pressed in with it, and which of that it is.
+    bodies: Vec<PressBody>,
+    own: usize,
+}
+
+/// What presses where a landmark is.
+pub(super) enum Shapes<'a> {
+    /// Pins with round tips of one radius, mm, each by itself.
+    Pins { radius_mm: f64 },
+    /// Halves: landmarks are of their protrusions, and halves press as a whole.
+    Halves { landmarks: &'a PinLandmarks, presses: BTreeMap<String, Vec<PressBody>> },
+}
+
+impl<'a> Shapes<'a> {
+    /// Of what stands in captures; `None` where nobody says how large tips are.
+    pub(super) fn of(
+        project: &Project,
+        landmarks: &'a PinLandmarks,
+        captures: &PinCaptures<'_>,
+        tip_radius_mm: f64,
+    ) -> Option<Self> {
+        let pins = captures.marked.iter().flat_map(|capture| &capture.pins);
+        let kinds: BTreeSet<&str> = pins.map(|pin| pin.kind.as_str()).collect();
+        let finder = project.press_finder();
+        let press = |kind: &str| Some((kind.to_owned(), finder.press(kind).ok()?.bodies));
+        if !are_of_halves(landmarks) {
+            return (tip_radius_mm > 0.0).then_some(Self::Pins { radius_mm: tip_radius_mm });
+        }
+        let presses = kinds.into_iter().filter_map(press).collect();
+        Some(Self::Halves { landmarks, presses })
+    }
+
+    /// What presses at a place; `None` where nobody knows.
+    fn at(&self, tip: Point3<f64>, inwards: Vector3<f64>) -> Option<Pin> {
+        match self {
+            Self::Pins { radius_mm } => {
+                let radius_mm = *radius_mm;
+                let solid =
+                    Solid::union([Solid::sphere(radius_mm), Solid::cylinder(radius_mm, PIN_MM)]);
+                let sensor_from_body = Pose::z_to(-inwards, tip - radius_mm * inwards);
+                let body = PressBody { name: "pin".to_owned(), solid, sensor_from_body };
+                Some(Pin { tip, inwards, bodies: vec![body], own: 0 })
+            }
+            Self::Halves { landmarks, presses } => {
+                let is_here = |pin: &&PinLandmark| pin.contact_in_sensor_mm == tip;
+                let landmark = landmarks.pins.iter().find(is_here)?;
+                let bodies = presses.get(&landmark.kind)?.clone();
+                let own = body_of(landmark.hole).filter(|own| *own < bodies.len())?;
+                Some(Pin { tip, inwards, bodies, own })
+            }
+        }
+    }
+}
+
+impl Pin {
+    /// The same less deep.
+    fn shallower(&self, by_mm: f64) -> Self {
+        let out = -by_mm * self.inwards;
+        let mut bodies = self.bodies.clone();
+        let body = &mut bodies[self.own].sensor_from_body;
+        *body = Pose::translation(out.x, out.y, out.z).then_in(*body);
+        Self { tip: self.tip + out, bodies, ..*self }
+    }
+}
 
 /// Renders pins through a sensor's drawn bodies and layers.
 pub(super) struct PinMarks<'a> {
@@ -59,7 +131,7 @@ pub(super) struct PinMarks<'a> {
     layers: LayerScene<'a>,
     ready: Ready,
     constants: &'a LightConstants,
-    radius_mm: f64,
+    shapes: Shapes<'a>,
 }
 
 /// Where marks are rendered from, and in which light.
@@ -97,14 +169,13 @@ impl<'a> PinMarks<'a> {
         sensor: &'a Sensor,
         camera: &Camera,
         constants: &'a LightConstants,
-        radius_mm: f64,
+        shapes: Option<Shapes<'a>>,
     ) -> Result<Option<Self>, Error> {
         let lighting = sensor.lightings.first();
         let lighting = lighting.filter(|light| matches!(light.shows, Shows::Thickness { .. }));
-        let (Some(touch), Some(lighting)) = (&sensor.touch, lighting) else { return Ok(None) };
-        if radius_mm <= 0.0 {
+        let (Some(touch), Some(lighting), Some(shapes)) = (&sensor.touch, lighting, shapes) else {
             return Ok(None);
-        }
+        };
         let lens = *camera.lens();
         let camera = Camera::new(camera.width_px(), camera.height_px(), lens, Interface::Drawn);
         let camera = camera.map_err(Error::bug)?;
@@ -119,7 +190,7 @@ impl<'a> PinMarks<'a> {
             layers: layers.for_parts_of(&whole.untouched()),
             ready: Ready::for_all(sensor, None, false, threads())?,
             constants,
-            radius_mm,
+            shapes,
         }))
     }
 
@@ -135,18 +206,19 @@ impl<'a> PinMarks<'a> {
         let mut pins: Vec<Pin> = Vec::new();
         for contact in observations.iter().map(|observation| &observation.contact) {
             let place = contact.contact_in_sensor_mm;
-            if !pins.iter().any(|(known, _)| *known == place) {
+            if !pins.iter().any(|known| known.tip == place) {
                 let inwards = contact.axis_in_sensor;
-                pins.push((place, inwards.unwrap_or_else(|| -self.touch.depth_mm(&place).1)));
+                let inwards = inwards.unwrap_or_else(|| -self.touch.depth_mm(&place).1);
+                pins.extend(self.shapes.at(place, inwards));
             }
         }
         let [scatter, spread] = from.layer;
         let lights = [[0.0; 2], [MORE_SCATTER.ln(), 0.0], [0.0, WIDER_MM]];
         let lights = lights.map(|[more, wider]| self.light([scatter + more, spread + wider]));
         let of_pin = |pin: &Pin| {
-            let known = known.and_then(|known| known.of(&pin.0));
+            let known = known.and_then(|known| known.of(&pin.tip));
             let by_depth = known.map(|known| known.by_depth);
-            Some((pin.0, self.offset(from, pin, &lights, by_depth)?))
+            Some((pin.tip, self.offset(from, pin, &lights, by_depth)?))
         };
         MarkOffsets::new(pins.par_iter().filter_map(of_pin).collect::<Vec<_>>())
     }
@@ -172,8 +244,7 @@ impl<'a> PinMarks<'a> {
         let pose = &from.camera_from_sensor;
         let [here, more, wider] = self.offsets(pose, pin, lights.each_ref())?;
         let by_depth = by_depth.unwrap_or_else(|| {
-            let shallower = (pin.0 - LESS_MM * pin.1, pin.1);
-            let less = self.offsets(pose, &shallower, [&lights[0]]);
+            let less = self.offsets(pose, &pin.shallower(LESS_MM), [&lights[0]]);
             less.map_or_else(Vector2::zeros, |[less]| (here - less) / LESS_MM)
         });
         let by_light = [(more - here) / MORE_SCATTER.ln(), (wider - here) / WIDER_MM];
@@ -186,28 +257,22 @@ impl<'a> PinMarks<'a> {
     fn offsets<const N: usize>(
         &self,
         camera_from_sensor: &Pose,
-        (contact, axis): &Pin,
+        pin: &Pin,
         constants: [&LightConstants; N],
     ) -> Option<[Vector2<f64>; N]> {
         let sensor_from_camera = camera_from_sensor.inverse();
         let lens = self.camera.in_air();
         let mut viewer = Viewer::new(&lens, &sensor_from_camera, &self.sights);
-        let tip = viewer.look_at(contact).ok()?.pixel;
-        let outward = -axis;
-        let body = PressBody {
-            name: "pin".to_owned(),
-            solid: Solid::union([
-                Solid::sphere(self.radius_mm),
-                Solid::cylinder(self.radius_mm, PIN_MM),
-            ]),
-            sensor_from_body: Pose::z_to(outward, contact + self.radius_mm * outward),
+        let tip = viewer.look_at(&pin.tip).ok()?.pixel;
+        let presser = |body: &PressBody| {
+            Presser::new(body.name.clone(), &body.solid, body.sensor_from_body).ok()
         };
-        let presser = Presser::new(body.name.clone(), &body.solid, body.sensor_from_body).ok()?;
-        let answer = self.ready.answer(self.touch, &[body], [0.0; 2], None).ok()?;
+        let pressers = pin.bodies.iter().map(presser).collect::<Option<Vec<_>>>()?;
+        let answer = self.ready.answer(self.touch, &pin.bodies, [0.0; 2], None).ok()?;
         let window = Window::around(&self.camera, &tip)?;
         let rays = PixelRays::new(&window.camera, &sensor_from_camera).through(&self.sights);
         let surface = ReferenceSurface::cast(self.touch, &rays).ok()?;
-        let (rest, pressed) = (surface.untouched(), surface.yielded(&[presser], &answer, false));
+        let (rest, pressed) = (surface.untouched(), surface.yielded(&pressers, &answer, false));
         let rest = self.layers.grey_by_each(constants, &rest, None);
         let pressed = self.layers.grey_by_each(constants, &pressed, Some(&answer));
         let tip = tip.coords - Vector2::from(window.first.map(f64::from));
@@ -290,7 +355,6 @@ impl Window {
 
 #[cfg(test)]
 mod tests {
-    use fabkit_calibration::landmarks::PinLandmark;
     use fabkit_calibration::model::Contact;
     use fabkit_designs::builtin_yaml;
 
@@ -326,7 +390,8 @@ mod tests {
         let terms = camera.lens.projection.terms();
         let fov_rad = camera.field_of_view.rad();
         let lens = Camera::nominal(camera.width_px, camera.height_px, fov_rad, terms).unwrap();
-        let marks = PinMarks::of(sensor, &lens, &constants, landmarks.tip_radius_mm);
+        let shapes = Shapes::Pins { radius_mm: landmarks.tip_radius_mm };
+        let marks = PinMarks::of(sensor, &lens, &constants, Some(shapes));
         let marks = marks.unwrap().unwrap();
         let from = SeenFrom::in_assumed_light(camera.sensor_from_camera.inverse());
         let offsets = marks.all(&from, &pins, None);

@@ -8,7 +8,7 @@ use fabkit_fixtures::{Forecast, Project};
 use serde_json::{Value, json};
 
 use super::CalibratingError;
-use super::marks::{PinMarks, SeenFrom};
+use super::marks::{PinMarks, SeenFrom, Shapes};
 use crate::Error;
 use crate::capturing::LightConstants;
 use crate::source::Source;
@@ -96,8 +96,9 @@ pub fn plan(
     };
     model.camera = camera(*forecast.model.camera.interface()).map_err(Error::bug)?;
     let tip_mm = forecast.landmarks.tip_radius_mm;
+    let shapes = Shapes::Pins { radius_mm: tip_mm };
     let constants = LightConstants::of(sensor);
-    let rendered = PinMarks::of(sensor, lens.camera(), &constants, tip_mm);
+    let rendered = PinMarks::of(sensor, lens.camera(), &constants, Some(shapes));
     let not_marked = match &rendered {
         Ok(Some(_)) => None,
         Ok(None) => Some("nobody says how layers show these pins".to_owned()),

@@ -12,11 +12,19 @@ use super::{DOCUMENT, PinLandmark, PinLandmarks, UNNAMED_KIND};
 /// Points this close to a sphere were made as points of one, mm: maps are rounded to 0.01 mm.
 const SPHERE_TOLERANCE_MM: f64 = 0.05;
 
+/// Longest map, bytes: each of its keys is looked for in all of it.
+const MAX_BYTES: usize = 1 << 20;
+
 /// Reads the map; `text` is consulted for keys that JSON's maps silently merge.
 pub(super) fn read(
     text: &str,
     object: &Map<String, Value>,
 ) -> Result<PinLandmarks, InvalidDocument> {
+    if text.len() > MAX_BYTES {
+        let what =
+            format!("{} bytes of a map without `format`; the limit is {MAX_BYTES}", text.len());
+        return Err(DOCUMENT.refuse(&what));
+    }
     let mut problems = Vec::new();
     let mut points: Vec<(u32, Point3<f64>)> = Vec::new();
     for (key, value) in object {

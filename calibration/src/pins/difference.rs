@@ -58,6 +58,8 @@ pub(super) struct Difference {
     pub raw_noise: f64,
     /// Shorter side of the whole picture, px.
     pub shorter_px: usize,
+    /// Share of what is lit that is saturated, 0 to 1.
+    pub saturated: f64,
 }
 
 impl Difference {
@@ -79,7 +81,7 @@ impl Difference {
         let [width, height] = size(reference);
         let shorter_px = options.part_of_px.map_or(width.min(height), |px| px as usize);
         let blur_px = BLUR_PX * (shorter_px as f32 / 480.0).max(0.7);
-        let usable = usable(reference, pressed, blur_px)?;
+        let (usable, saturated) = usable(reference, pressed, blur_px)?;
         let (smooth_reference, smooth_pressed) =
             (reference.blurred(blur_px), pressed.blurred(blur_px));
         let sign = match options.polarity {
@@ -93,16 +95,17 @@ impl Difference {
         let noise = spread(change.iter().zip(&usable).filter(|(_, u)| **u).map(|(c, _)| *c));
         // White noise smoothed by a Gaussian of s px keeps 1 / (2 s sqrt(pi)) of its deviation.
         let raw_noise = noise * 2.0 * f64::from(blur_px) * std::f64::consts::PI.sqrt();
-        Ok(Self { width, height, change, usable, noise, raw_noise, shorter_px })
+        Ok(Self { width, height, change, usable, noise, raw_noise, shorter_px, saturated })
     }
 }
 
-/// Lit in the reference, saturated in neither picture nor within the blur of a saturated pixel.
+/// Lit in the reference, saturated in neither picture nor within the blur of a saturated pixel; and the share of what is
+/// lit that is saturated.
 fn usable(
     reference: &GreyImage,
     pressed: &GreyImage,
     blur_px: f32,
-) -> Result<Vec<bool>, DetectionError> {
+) -> Result<(Vec<bool>, f64), DetectionError> {
     let (width, height) = (reference.width_px(), reference.height_px());
     let pairs = reference.values().iter().zip(pressed.values());
     let clipped: Vec<bool> = pairs.map(|(r, p)| r.max(*p) >= SATURATED).collect();
@@ -115,7 +118,9 @@ fn usable(
         .collect();
     let threshold = LIT * median(&mut lit).unwrap_or(1.0);
     let reach = (2.0 * blur_px).ceil() as usize;
+    let clipped_count = clipped.iter().filter(|clipped| **clipped).count();
     let mut usable: Vec<bool> = reference.values().iter().map(|v| *v > threshold).collect();
+    let lit_count = usable.iter().zip(&clipped).filter(|(lit, clipped)| **lit || **clipped).count();
     for (i, _) in clipped.iter().enumerate().filter(|(_, clipped)| **clipped) {
         let (x, y) = (i % width, i / width);
         for row in y.saturating_sub(reach)..(y + reach + 1).min(height) {
@@ -130,7 +135,7 @@ fn usable(
         let saturated_percent = percent(&clipped);
         return Err(DetectionError::Exposure { usable_percent, saturated_percent });
     }
-    Ok(usable)
+    Ok((usable, clipped_count as f64 / lit_count.max(1) as f64))
 }
 
 /// Side of the cells over which the background of a picture is estimated, px, from its shorter side: parts of a picture that

@@ -56,7 +56,7 @@ pub(super) fn find(difference: &Difference, options: &DetectionOptions) -> Detec
     }
     let strength = |mark: &PinMark| mark.contrast * mark.diameter_px.powi(2);
     marks.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
-    Detection { marks, rejected, noise: difference.noise }
+    Detection { marks, rejected, noise: difference.noise, saturated: difference.saturated }
 }
 
 struct Region {

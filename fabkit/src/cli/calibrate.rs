@@ -115,6 +115,10 @@ pub struct CalibrateExtrinsics {
     /// [default: those of the sensor's own pin-dome or pin-plate]
     #[arg(long, value_name = "FILE.json")]
     pub landmarks: Option<PathBuf>,
+    /// What pressed, as in `fabkit list SENSOR`: `semi-domes` and `half-plates` are targets too, of pictures named after
+    /// their halves, as semi-dome-017.png, or of two with a + between them [default: its pin-dome or pin-plate]
+    #[arg(long, conflicts_with = "landmarks", value_name = "FIXTURE")]
+    pub fixture: Option<String>,
     /// Which kind of pin was used, where the dome has several
     #[arg(long, value_name = "KIND")]
     pub pin: Option<String>,

@@ -103,7 +103,9 @@ pub(crate) const EXTRINSICS: &str = "\
 Examples:
   fabkit calibrate extrinsics rtac0 --camera camera.yaml --captures pictures -o pose.yaml
   fabkit calibrate extrinsics 9dtact --camera camera.yaml --captures pictures --pin long -o pose.yaml \
---report pose.html";
+--report pose.html
+  fabkit calibrate extrinsics rtac0 --camera camera.yaml --captures halves --fixture semi-domes \
+-o pose.yaml";
 
 pub(crate) const RECONSTRUCT: &str = "\
 Examples:

@@ -2,7 +2,7 @@
 
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_geometry::Sensor;
-use fabkit_tests::{built, found};
+use fabkit_tests::{built, found, some};
 use rayon::prelude::*;
 
 fn errors(sensor: &Sensor) -> Vec<Finding> {
@@ -56,7 +56,7 @@ fn blames(sensor: &Sensor, body: &str) -> bool {
 
 #[test]
 fn what_lacks_its_screws_comes_off() {
-    WITHOUT.par_iter().for_each(|(name, screw, blamed)| {
+    some(&WITHOUT).par_iter().for_each(|(name, screw, blamed)| {
         let mut sensor = built(name, &[]).sensor;
         let count = sensor.bodies.len();
         sensor.bodies.retain(|body| body.name != *screw);
@@ -67,7 +67,7 @@ fn what_lacks_its_screws_comes_off() {
 
 #[test]
 fn what_lacks_its_glue_comes_off() {
-    UNGLUED.par_iter().for_each(|(name, body, blamed)| {
+    some(&UNGLUED).par_iter().for_each(|(name, body, blamed)| {
         let mut sensor = built(name, &[]).sensor;
         let count = sensor.adhesions.len();
         sensor.adhesions.retain(|one| one.bodies.iter().all(|other| other != body));
@@ -89,7 +89,7 @@ fn a_screw_that_finds_no_thread_is_named() {
 #[test]
 fn names_tell_nothing() {
     // Whatever they are called, screws hold and lamps do not count.
-    for name in ["rtac0", "uvdtact", "fluidic", "tactip"] {
+    for name in some(&["rtac0", "uvdtact", "fluidic", "tactip"]) {
         let mut sensor = built(name, &[]).sensor;
         let before = found(&sensor, &[Rule::Held]).unwrap().len();
         let renamed = |name: &mut String| *name = format!("x{}", blake(name));
@@ -117,7 +117,7 @@ fn blake(name: &str) -> String {
 
 #[test]
 fn what_ships_stays_together() {
-    fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
+    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
         assert_eq!(errors(&built(name, &[]).sensor), [], "{name}");
     });
 }

@@ -5,7 +5,7 @@ use fabkit_checks::{Finding, Rule, handwork};
 use fabkit_geometry::{
     Action, Assembly, Body, CompiledSolid, Cure, Occasion, Placement, Sensor, Solid, Step,
 };
-use fabkit_tests::{built, motions};
+use fabkit_tests::{built, motions, some};
 use rayon::prelude::*;
 
 fn access(sensor: &Sensor) -> Vec<Finding> {
@@ -34,7 +34,7 @@ const UNTURNED: [(&str, &[&str], &str); 8] = [
 
 #[test]
 fn lenses_that_nothing_turns_are_found() {
-    UNTURNED.par_iter().for_each(|(name, set, by)| {
+    some(&UNTURNED).par_iter().for_each(|(name, set, by)| {
         let found = access(&built(name, set).sensor);
         let is_it =
             |f: &&Finding| f.bodies == ["camera", by] && f.message.contains("turn the lens");
@@ -56,7 +56,7 @@ const FOCUSED: [(&str, &str); 8] = [
 
 #[test]
 fn what_is_put_in_front_of_a_lens_keeps_fingers_from_it() {
-    FOCUSED.par_iter().for_each(|(name, focused)| {
+    some(&FOCUSED).par_iter().for_each(|(name, focused)| {
         let mut sensor = built(name, &[]).sensor;
         let camera = sensor.body("camera").unwrap();
         let reach = camera.reach.iter().find(|reach| reach.occasion == Occasion::Adjustment);
@@ -141,7 +141,7 @@ fn robots_bolts_need_their_key() {
     let found = access(&built("shadowtac", &[ISO, "adapter.flange_angle=10 deg"]).sensor);
     assert!(found.iter().any(|f| f.bodies == ["bolt-m6", "camera-cable"]), "{found:#?}");
     // A shelf over the heads: neither upright nor leaning.
-    for name in ["shadowtac", "9dtact", "digit-like", "gelsight-like"] {
+    for name in some(&["shadowtac", "9dtact", "digit-like", "gelsight-like"]) {
         let mut sensor = built(name, &[ISO]).sensor;
         assert_eq!(motions(&sensor).unwrap(), [], "{name}");
         let head = sensor.body("bolt-m6").unwrap().placements[0].assembly_from_body;

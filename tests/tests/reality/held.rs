@@ -4,7 +4,7 @@
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_designs::Design;
 use fabkit_geometry::Sensor;
-use fabkit_tests::{built, found};
+use fabkit_tests::{built, found, some};
 use rayon::prelude::*;
 
 const RULES: [Rule; 5] = [Rule::Chemistry, Rule::Softness, Rule::Flow, Rule::Held, Rule::Sight];
@@ -77,7 +77,7 @@ const WRONG: [(&str, &[&str], Rule, &str); 24] = [
 
 #[test]
 fn each_wrong_design_is_found() {
-    WRONG.par_iter().for_each(|(sensor, settings, rule, blamed)| {
+    some(&WRONG).par_iter().for_each(|(sensor, settings, rule, blamed)| {
         let errors = errors(&built(sensor, settings).sensor, &[*rule]);
         let first = errors.iter().find(|finding| finding.rule == *rule);
         let first = first.unwrap_or_else(|| panic!("{sensor} {settings:?}: {errors:#?}"));
@@ -113,7 +113,7 @@ const LOOSE: [(&str, Spoil, &str); 6] = [
 
 #[test]
 fn what_nothing_holds_is_found() {
-    LOOSE.par_iter().for_each(|(sensor, spoil, blamed)| {
+    some(&LOOSE).par_iter().for_each(|(sensor, spoil, blamed)| {
         let mut design = built(sensor, &[]);
         spoil(&mut design);
         let held = errors(&design.sensor, &[Rule::Held]);
@@ -124,7 +124,7 @@ fn what_nothing_holds_is_found() {
 
 #[test]
 fn what_ships_holds_cures_and_bears_its_load() {
-    fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
+    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
         let design = built(name, &[]);
         let found = found(&design.sensor, &RULES).unwrap();
         let is_error = |finding: &&Finding| finding.severity == Severity::Error;
@@ -175,7 +175,7 @@ const USELESS_DOMES: [(&[&str], Rule); 4] = [
 
 #[test]
 fn fixtures_that_nobody_could_use_are_errors() {
-    USELESS_DOMES.par_iter().for_each(|(settings, rule)| {
+    some(&USELESS_DOMES).par_iter().for_each(|(settings, rule)| {
         let found = fixture("rtac0", "pin-dome", settings);
         assert!(found.iter().any(|finding| finding.rule == *rule), "{settings:?}: {found:#?}");
     });

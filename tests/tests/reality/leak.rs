@@ -2,7 +2,7 @@
 
 use fabkit_checks::{Finding, Rule};
 use fabkit_geometry::{Clarity, CompiledSolid, Sensor, Solid};
-use fabkit_tests::{built, found};
+use fabkit_tests::{built, found, some};
 use rayon::prelude::*;
 
 /// How a sensor is spoiled.
@@ -74,7 +74,7 @@ fn told(sensor: &Sensor) -> Option<Finding> {
 
 #[test]
 fn daylight_is_found() {
-    WRONG.par_iter().for_each(|(name, body, spoil, blamed)| {
+    some(&WRONG).par_iter().for_each(|(name, body, spoil, blamed)| {
         let finding = told(&spoiled(name, body, *spoil));
         let finding = finding.unwrap_or_else(|| panic!("{name} {body} {spoil:?}: dark inside"));
         assert_eq!(finding.rule, Rule::Leak);
@@ -85,7 +85,7 @@ fn daylight_is_found() {
 
 #[test]
 fn materials_that_light_passes_are_found() {
-    SET.par_iter().for_each(|(name, set, blamed)| {
+    some(&SET).par_iter().for_each(|(name, set, blamed)| {
         let finding = told(&built(name, &[set]).sensor);
         let finding = finding.unwrap_or_else(|| panic!("{name} {set}: dark inside"));
         assert_eq!(finding.bodies[0], *blamed, "{name} {set}: {finding:#?}");
@@ -95,7 +95,7 @@ fn materials_that_light_passes_are_found() {
 
 #[test]
 fn what_ships_is_dark_inside() {
-    fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
+    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
         assert_eq!(told(&built(name, &[]).sensor), None, "{name}");
     });
 }

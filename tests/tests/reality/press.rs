@@ -4,7 +4,7 @@
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_fixtures::{Project, load};
 use fabkit_geometry::{Leg, Sensor, Vector3};
-use fabkit_tests::motions;
+use fabkit_tests::{motions, some};
 use rayon::prelude::*;
 
 const ROUND: [&str; 4] = ["rtac0", "uvdtact", "tactip", "shadowtac"];
@@ -46,7 +46,7 @@ const WRONG_WAYS: [(&str, Change); 4] = [
 
 #[test]
 fn halves_come_on_no_other_way_than_along_their_dowels() {
-    ROUND.par_iter().for_each(|sensor| {
+    some(&ROUND).par_iter().for_each(|sensor| {
         let found = motions(&kit(sensor)).unwrap();
         assert!(found.is_empty(), "{sensor}: {found:#?}");
         for (name, change) in WRONG_WAYS {

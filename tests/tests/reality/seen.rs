@@ -59,7 +59,7 @@ fn what_is_sold_as_seen_and_is_not_is_found() {
 
 #[test]
 fn what_ships_is_told_and_has_no_fault() {
-    for name in fabkit_designs::builtin_names() {
+    for name in fabkit_tests::looked_at() {
         let found = seen(name, "", 0.0);
         assert!(!found.is_empty(), "{name}");
         assert!(found.iter().all(|f| f.severity == Severity::Note), "{name}: {found:#?}");

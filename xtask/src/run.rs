@@ -28,6 +28,12 @@ pub fn skip(step: &str, why: &str) -> Result<(), String> {
     Ok(())
 }
 
+/// Says that something is left out because it is late.
+pub fn note_late(step: &str) {
+    println!("xtask: NOT RUN, it is late: {step}");
+    note_skipped(format!("{step}, because it was late"));
+}
+
 fn note_skipped(step: String) {
     if let Ok(mut steps) = SKIPPED.lock() {
         steps.push(step);
@@ -76,8 +82,7 @@ pub fn check_side_by_side(commands: Vec<Command>, samples: Vec<Command>) -> Resu
                     let next = waiting.lock().ok().and_then(|mut waiting| waiting.next());
                     let Some((mut command, is_sample)) = next else { return };
                     if is_sample && is_late() {
-                        println!("xtask: NOT RUN, it is late: {}", shown(&command));
-                        note_skipped(format!("{}, because it was late", shown(&command)));
+                        note_late(&shown(&command));
                         continue;
                     }
                     if let Err(why) = captured(&mut command)
@@ -94,10 +99,10 @@ pub fn check_side_by_side(commands: Vec<Command>, samples: Vec<Command>) -> Resu
     if failures.is_empty() { Ok(()) } else { Err(failures.join("\n")) }
 }
 
-/// Whether the time is over that the gate has for samples of what outside programs say: `.ci/run` says when, in seconds
-/// since 1970. A slow machine would be stopped before its end, and nothing would be known.
-fn is_late() -> bool {
-    let end = env::var("FABKIT_SAMPLES_END").ok().and_then(|text| text.parse().ok());
+/// Whether the time is over that the gate has for what others say in part: samples for outside programs, pages of the book.
+/// `.ci/run` says when, in seconds since 1970. A slow machine would be stopped before its end, and nothing would be known.
+pub fn is_late() -> bool {
+    let end = env::var("FABKIT_LATE_FROM").ok().and_then(|text| text.parse().ok());
     let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     end.zip(now.ok()).is_some_and(|(end, now): (u64, _)| now.as_secs() > end)
 }

@@ -24,7 +24,7 @@ pub struct Bench {
     /// Only this experiment; may be repeated
     #[arg(long = "rows", value_name = "EXPERIMENT")]
     pub rows: Vec<String>,
-    /// The folder to write bench.json and bench.html into
+    /// The folder to write bench.json, bench.html and networks/ into
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 }

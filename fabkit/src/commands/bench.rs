@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::roles::Roles;
 use crate::table::{Align::Left, Align::Right, fitted};
 
-/// What is written into the folder.
+/// What is written into the folder, besides networks.
 const FILES: [&str; 2] = ["bench.json", "bench.html"];
 
 pub(super) fn run(args: &Bench, global: &Global) -> Result<Outcome, Failure> {
@@ -58,7 +58,13 @@ pub(super) fn run(args: &Bench, global: &Global) -> Result<Outcome, Failure> {
     }));
     let told = fitted(&[Left, Right, Right, Right, Left, Right], &lines);
     let text = format!("{told}open {}\n", files[1].display());
-    json["files"] = json!(files.map(|file| file.display().to_string()));
+    let networks = json["networks"].as_array().into_iter().flatten();
+    let networks = networks.filter_map(|network| network["name"].as_str()).flat_map(|name| {
+        ["onnx", "json"].map(|end| args.output.join("networks").join(format!("{name}.{end}")))
+    });
+    let written: Vec<String> =
+        files.iter().cloned().chain(networks).map(|file| file.display().to_string()).collect();
+    json["files"] = json!(written);
     Ok(Outcome { text, json, failed: false })
 }
 

@@ -208,3 +208,23 @@ fn a_mark_in_a_part_of_a_picture_is_the_mark_in_the_whole() {
         assert_eq!([part.contrast, part.diameter_px], [whole.contrast, whole.diameter_px]);
     }
 }
+
+/// A fifth of the lit surface is white, whatever is dark around it.
+#[test]
+fn what_is_saturated_of_what_is_lit_is_told() {
+    let picture = |depth: f64| {
+        let value = |i: usize| {
+            let (x, y) = ((i % 250) as f64, (i / 250) as f64);
+            if x < 50.0 {
+                return 0.0;
+            }
+            let lit = if x < 90.0 { 1.0 } else { 0.6 + 0.002 * ((7 * i) % 13) as f64 / 13.0 };
+            let r2 = (x - 180.0).powi(2) + (y - 75.0).powi(2);
+            (lit * (1.0 - depth * (-r2 / 18.0).exp())) as f32
+        };
+        GreyImage::new(250, 150, (0..250 * 150).map(value).collect()).unwrap()
+    };
+    let found = detect(&picture(0.0), &picture(0.4), &DetectionOptions::default()).unwrap();
+    assert_eq!(found.marks.len(), 1);
+    assert!((found.saturated - 0.2).abs() < 1e-12, "{}", found.saturated);
+}

@@ -8,10 +8,10 @@ use fabkit_calibration::extrinsics::{
 };
 use fabkit_calibration::image::GreyImage;
 use fabkit_calibration::landmarks::{self, PinLandmarks};
-use fabkit_calibration::model::{MarkOffsets, Model};
+use fabkit_calibration::model::{MarkOffsets, Model, Observation};
 use fabkit_calibration::report::{Crop, ExtrinsicsReport};
-use fabkit_camera::CameraEstimate;
 use fabkit_camera::files;
+use fabkit_camera::{CameraEstimate, Vector2};
 use fabkit_designs::Design;
 use fabkit_fixtures::halves::are_of_halves;
 use fabkit_fixtures::{DrawnBodies, Project};
@@ -33,6 +33,11 @@ const RENDERED_MM: f64 = 3.0;
 
 /// So many times pins are rendered again, each time nearer to where and in which light they were seen.
 const ROUNDS: usize = 2;
+
+/// So many times as far from where it is expected as most, and at least so far, px, the mark that is taken for a
+/// protrusion's is another's.
+const ASTRAY: f64 = 5.0;
+const ASTRAY_PX: f64 = 4.0;
 
 /// Most pictures of pins that are far off, and their sides, px: the least that a picture has.
 const CROPS: usize = 8;
@@ -72,7 +77,8 @@ pub fn solve<R, E: From<CalibratingError>>(
     else {
         return Err(CalibratingError::NotAssigned.into());
     };
-    if are_of_halves(landmarks) {
+    let of_halves = are_of_halves(landmarks);
+    if of_halves {
         // Protrusions are cut by the picture's edge, too large for a pin, or many dots: marks that are missing, or more
         // of them, are no mistakes.
         assignment.discrepancies.clear();
@@ -86,11 +92,11 @@ pub fn solve<R, E: From<CalibratingError>>(
     let drawn = bodies.interface();
     let drawn = drawn.map(|interface| Drawing { interface, displacements: &displacements });
     let start = &assignment.model.camera_from_sensor;
-    let observations = &assignment.observations;
+    let mut observations = assignment.observations;
     let touch = sensor.touch.as_ref();
     let normal = touch.map(|touch| |place: &Point3<f64>| touch.depth_mm(place).1);
     let outward = normal.as_ref().map(|normal| Outward(normal));
-    let solve = |offsets: &MarkOffsets| {
+    let solve = |observations: &[Observation], offsets: &MarkOffsets| {
         let options = CalibrationOptions {
             gel_index: inputs.gel_index,
             drawn,
@@ -112,24 +118,29 @@ pub fn solve<R, E: From<CalibratingError>>(
         Ok(Some(rendered)) => {
             // Turned as it is, where the design has it; then where the drawn bodies say it is, in the light that marks tell of.
             let turned = Pose::new(*start.rotation(), *nominal.translation_mm()).unwrap_or(nominal);
-            let mut offsets = rendered.all(&SeenFrom::in_assumed_light(turned), observations, None);
+            let from = SeenFrom::in_assumed_light(turned);
+            let mut offsets = rendered.all(&from, &observations, None);
             for _ in 0..ROUNDS {
                 let mut model = Model::new(camera.camera().in_air(), turned);
                 model.expected_translation_mm = Some(*nominal.translation_mm());
                 model.mark_offsets = offsets.clone();
                 let loss = CalibrationOptions::default().loss;
-                let through = |drawing| solve_drawn(observations, &model, &drawing, loss).ok();
+                let through = |drawing| solve_drawn(&observations, &model, &drawing, loss).ok();
                 let Some(fit) = drawn.and_then(through) else { break };
+                if of_halves {
+                    let residuals = fit.residuals_px(&observations);
+                    observations = not_astray(observations, &residuals);
+                }
                 let from = SeenFrom::of(&fit.model);
                 let off = from.camera_from_sensor.translation_mm() - turned.translation_mm();
                 if off.norm() > RENDERED_MM {
                     break;
                 }
-                offsets = rendered.all(&from, observations, Some(&offsets));
+                offsets = rendered.all(&from, &observations, Some(&offsets));
             }
-            solve(&offsets)
+            solve(&observations, &offsets)
         }
-        _ => solve(&MarkOffsets::default()),
+        _ => solve(&observations, &MarkOffsets::default()),
     };
     let calibration = calibration.map_err(CalibratingError::from)?;
     let not_marked = match rendered {
@@ -157,6 +168,22 @@ pub fn solve<R, E: From<CalibratingError>>(
         return Err(CalibratingError::Doubtful { doubtful, marks, discrepancies }.into());
     }
     look(&report)
+}
+
+/// Those that are not so far off that their marks are of something else: a dot beside a protrusion whose own mark is not
+/// found.
+fn not_astray(
+    observations: Vec<Observation>,
+    residuals: &[Option<Vector2<f64>>],
+) -> Vec<Observation> {
+    let off_px = residuals.iter().map(|residual| residual.map_or(f64::INFINITY, |r| r.norm()));
+    let off_px: Vec<f64> = off_px.collect();
+    let mut sorted = off_px.clone();
+    sorted.sort_by(f64::total_cmp);
+    let typical_px = sorted.get(sorted.len() / 2).copied().unwrap_or_default();
+    let most_px = (ASTRAY * typical_px).max(ASTRAY_PX);
+    let kept = observations.into_iter().zip(off_px).filter(|(_, off_px)| *off_px <= most_px);
+    kept.map(|(observation, _)| observation).collect()
 }
 
 /// The pictures of pins that are far off; those that cannot be read again are left out.

@@ -14,7 +14,7 @@ const MISFIT: f64 = 1.3;
 const APART: f64 = 2.5;
 /// A capture that moves the surface by more than this many times what one of so many should is to be looked at.
 const INFLUENTIAL: f64 = 4.0;
-/// Above this share of what is lit that is saturated, marks are often cut: of 19 simulated units the two with more than a fifth
+/// Above this share of what is lit that is saturated, marks are often cut: of 32 simulated units the two with more than a fifth
 /// were calibrated wrongly, and one with a sixth was not.
 const MUCH_SATURATED: f64 = 0.1;
 /// So many pins that are far off are named, the farthest first; the report has all.

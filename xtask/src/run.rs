@@ -70,6 +70,14 @@ pub fn check(command: &mut Command) -> Result<(), String> {
 /// What each prints is shown when it has ended, so that lines of two do not mix. All are run, and all that fail
 /// are named; but of `samples`, which come last, those whose turn comes too late are left out aloud.
 pub fn check_side_by_side(commands: Vec<Command>, samples: Vec<Command>) -> Result<(), String> {
+    side_by_side(commands, samples, &is_late)
+}
+
+fn side_by_side(
+    commands: Vec<Command>,
+    samples: Vec<Command>,
+    is_late: &(dyn Fn() -> bool + Sync),
+) -> Result<(), String> {
     let samples = samples.into_iter().map(|command| (command, true));
     let all: Vec<_> = commands.into_iter().map(|command| (command, false)).chain(samples).collect();
     let waiting = Mutex::new(all.into_iter());
@@ -196,4 +204,19 @@ fn shown(command: &Command) -> String {
         .map(|word| word.to_string_lossy())
         .collect::<Vec<_>>()
         .join(" ")
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_give_way_when_it_is_late_and_nothing_else_does() {
+        let of = |names: &[&str]| names.iter().map(Command::new).collect::<Vec<_>>();
+        let run =
+            |commands, samples, late: bool| side_by_side(of(commands), of(samples), &move || late);
+        assert!(run(&["true"], &["true", "false"], true).is_ok());
+        assert!(run(&["true"], &["true", "false"], false).is_err());
+        assert!(run(&["true", "false"], &["true"], true).is_err());
+    }
 }

@@ -95,7 +95,7 @@ pub(crate) fn rays_in_plane(
     let rays = (0..RAYS).filter_map(|number| {
         let at_px = most_px * (2.0 * number as f64 / (RAYS - 1) as f64 - 1.0);
         let pixel = Point2::new(0.5 * size[0], 0.5 * size[1]) + at_px * along;
-        let ray = ray_of(viewpoint, &pixel)?;
+        let ray = stack.entered(&ray_of(viewpoint, &pixel)?);
         let path = tracer.follow(&ray);
         let pupil = pose.point(Point3::origin());
         // A camera that bends its rays by itself looks from where it lets them go.
@@ -204,7 +204,7 @@ pub fn picture_of_view(
         let Some(ray) = ray_of(viewpoint, &Point2::new(x_px, y_px)) else {
             return Glimpse::Plain([0; 3]);
         };
-        let path = tracer.follow(&ray);
+        let path = tracer.follow(&stack.entered(&ray));
         match path.end {
             End::Surface | End::Body(_) => Glimpse::Along(path.last),
             End::Mirror(_) => Glimpse::Plain(MIRROR),

@@ -176,6 +176,7 @@ mod tests {
             radius_mm: 9.0,
             index_inside: 1.0,
             index_outside: 1.41,
+            is_drawn_behind: false,
         };
         for seen in [Interface::Flat(flat), Interface::Sphere(sphere)] {
             let drawn = DrawnInterface::new(&seen, &designed).unwrap();

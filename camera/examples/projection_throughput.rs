@@ -25,6 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             radius_mm: 11.0,
             index_inside: 1.0,
             index_outside: 1.41,
+            is_drawn_behind: false,
         }),
     ];
     println!(

@@ -44,6 +44,16 @@ impl Interface {
         }
     }
 
+    /// Whether rays are bent again behind it, by bodies that are drawn: a camera's own rays are then those that leave its
+    /// interface, and whoever has the drawing follows them further.
+    pub fn is_drawn_behind(&self) -> bool {
+        match self {
+            Self::None | Self::Drawn => false,
+            Self::Flat(flat) => flat.is_drawn_behind,
+            Self::Sphere(sphere) => sphere.is_drawn_behind,
+        }
+    }
+
     /// Names with units and values of what can be calibrated.
     pub(crate) fn parameters(&self) -> ([(&'static str, f64); MAX_INTERFACE_PARAMETERS], usize) {
         let mut all = [("", 0.0); MAX_INTERFACE_PARAMETERS];

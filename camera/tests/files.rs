@@ -203,6 +203,11 @@ fn our_own_format_is_strict() {
         ("kind: sphere", "kind: cube", "`cube` is not a kind of interface"),
         ("radius_mm: 11.0", "radius_mm: 1.0", "the lens must be inside the sphere"),
         ("index_outside: 1.41", "index_outside: 0.9", "interface_index_outside: is 0.9"),
+        (
+            "index_outside: 1.41",
+            "index_outside: 1.41\n  behind: glass",
+            "behind: `glass` is nothing",
+        ),
         ("names: [fx_px, fy_px", "names: [fy_px, fx_px", "names: are not the parameters"),
         ("matrix:\n    - [", "matrix:\n    - [1e9, ", "a row has 12 numbers; 11 are needed"),
         ("matrix:\n    - [", "matrix:\n    - [-", "covariance"),

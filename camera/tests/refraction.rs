@@ -142,6 +142,7 @@ fn nearly_concentric_is_nearly_nothing() {
         radius_mm: 8.0,
         index_inside: 1.0,
         index_outside: 1.5,
+        is_drawn_behind: false,
     };
     let near = with_interface(&camera, Interface::Sphere(sphere));
     let bare = with_interface(&camera, Interface::None);
@@ -172,6 +173,7 @@ fn points_and_pixels_without_a_path_are_refused() {
         radius_mm: 10.0,
         index_inside: 1.0,
         index_outside: 1.41,
+        is_drawn_behind: false,
     };
     let within = with_interface(&camera, Interface::Sphere(sphere));
     let refused = within.project(&Point3::new(0.0, 0.0, 9.0)).unwrap_err();

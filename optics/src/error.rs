@@ -51,6 +51,11 @@ pub enum InvalidStack {
         /// How many there are.
         count: usize,
     },
+    /// A camera that has an interface in its own model where none is drawn.
+    #[error(
+        "the camera's file has an interface before drawn bodies, but none is drawn that all rays pass first"
+    )]
+    NoInterface,
     /// Dimensions that make no solid.
     #[error("{body}: {source}")]
     Solid {
@@ -67,6 +72,10 @@ impl InvalidStack {
         match self {
             Self::UnknownIndex { .. } | Self::Index { .. } => {
                 "state `refractive_index` of the material under `materials:`, for example 1.41 of a clear silicone"
+            }
+            Self::NoInterface => {
+                "a camera that was calibrated with this design; or remove `behind` from the camera's file, and nothing but \
+                 its interface bends rays"
             }
             Self::CameraInside { .. } => "a camera pose from which the lens looks out",
             _ => "",

@@ -4,9 +4,11 @@
 //! is read off the rays that reach its sensing surface.
 
 use fabkit_camera::{Camera, Flat, Interface, Point2, Sphere};
-use fabkit_geometry::{Point3, Pose, Vector3};
+use fabkit_geometry::{Point3, Pose, Ray, Vector3};
 
+use crate::error::InvalidStack;
 use crate::inverse::{Seeker, Sights};
+use crate::stack::Stack;
 use crate::trace::{Bend, End};
 use crate::viewer::Viewer;
 
@@ -17,6 +19,8 @@ const RAYS: u32 = 48;
 const SAME: f64 = 1e-6;
 /// Rays from which an interface is guessed.
 const GUESSES: usize = 24;
+/// Behind a face by this much, mm: beyond rounding, and straight on in the same medium.
+const BEHIND_MM: f64 = 1e-5;
 /// Part of the rays that has to pass one interface, so that it stands for all.
 const MOST: f64 = 0.9;
 
@@ -61,7 +65,7 @@ impl Window {
             return Self::Other;
         }
         let again = rays.iter().any(|bends| bends.len() > faces.indices.len());
-        Self::One { interface: faces.interface, share, again }
+        Self::One { interface: drawn_behind(faces.interface, again), share, again }
     }
 
     /// How far from where it is a place seems to be, mm, for who knows of the first interface alone: from the
@@ -84,6 +88,101 @@ impl Window {
         let along = (to - from).normalize();
         let away = from - place_in_sensor;
         Some(away - along * along.dot(&away))
+    }
+}
+
+/// The interface, which says of itself whether rays are bent again behind it.
+fn drawn_behind(interface: Interface, is_drawn_behind: bool) -> Interface {
+    match interface {
+        Interface::None | Interface::Drawn => interface,
+        Interface::Flat(flat) => Interface::Flat(Flat { is_drawn_behind, ..flat }),
+        Interface::Sphere(sphere) => Interface::Sphere(Sphere { is_drawn_behind, ..sphere }),
+    }
+}
+
+/// The last face of a drawn interface, sensor frame.
+///
+/// A unit's own interface lies a little beside the drawn one. A ray that leaves it goes on behind the drawn one: it is not
+/// bent by both.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum LastFace {
+    Plane { point: Point3<f64>, normal: Vector3<f64> },
+    Sphere { centre: Point3<f64>, radius_mm: f64 },
+}
+
+impl LastFace {
+    /// Of an interface in a camera's frame; `None` where that has none.
+    fn of(interface: &Interface, sensor_from_camera: &Pose) -> Option<Self> {
+        match interface {
+            Interface::None | Interface::Drawn => None,
+            Interface::Flat(flat) => {
+                let normal = flat.normal();
+                let point = Point3::from(normal * (flat.distance_mm + flat.glass_thickness_mm));
+                let (point, normal) =
+                    (sensor_from_camera.point(point), sensor_from_camera.vector(normal));
+                Some(Self::Plane { point, normal })
+            }
+            Interface::Sphere(sphere) => {
+                let centre = sensor_from_camera.point(sphere.centre_in_camera);
+                Some(Self::Sphere { centre, radius_mm: sphere.radius_mm })
+            }
+        }
+    }
+
+    /// How far along a ray it lies, mm; negative or not a number where the ray begins behind it.
+    fn ahead_mm(&self, ray: &Ray) -> f64 {
+        match self {
+            Self::Plane { point, normal } => {
+                (point - ray.origin).dot(normal) / ray.direction.dot(normal)
+            }
+            Self::Sphere { centre, radius_mm } => {
+                let from = ray.origin - centre;
+                let along = from.dot(&ray.direction);
+                let square = from.norm_squared() - radius_mm * radius_mm;
+                // From outside there is nothing to leave.
+                if square > 0.0 { f64::NAN } else { -along + (along * along - square).sqrt() }
+            }
+        }
+    }
+
+    /// The ray as it goes on behind it.
+    pub(crate) fn passed(&self, ray: &Ray) -> Ray {
+        let ahead_mm = self.ahead_mm(ray);
+        match ahead_mm > -BEHIND_MM {
+            true => Ray { origin: ray.at(ahead_mm + BEHIND_MM), ..*ray },
+            false => *ray,
+        }
+    }
+}
+
+impl Stack {
+    /// The same for the rays of a camera that has the first interface of `sensor_from_camera`'s window in its own model,
+    /// near where it is drawn: what is drawn behind that bends them further. See [`Stack::entered`].
+    ///
+    /// # Errors
+    /// [`InvalidStack::NoInterface`].
+    pub fn behind(
+        mut self,
+        window: &Window,
+        sensor_from_camera: &Pose,
+    ) -> Result<Self, InvalidStack> {
+        let last = match window {
+            Window::One { interface, .. } => LastFace::of(interface, sensor_from_camera),
+            Window::Blind | Window::Other => None,
+        };
+        self.passed = Some(last.ok_or(InvalidStack::NoInterface)?);
+        Ok(self)
+    }
+
+    /// Whether rays begin behind the first interface.
+    pub fn is_entered(&self) -> bool {
+        self.passed.is_some()
+    }
+
+    /// A ray as it leaves a camera, where it can be followed from: behind the first drawn interface, if the camera has
+    /// that in its own model, see [`Stack::behind`]; else the ray itself.
+    pub fn entered(&self, ray: &Ray) -> Ray {
+        self.passed.as_ref().map_or(*ray, |face| face.passed(ray))
     }
 }
 
@@ -176,6 +275,7 @@ fn flat(face: &Bend, back: Option<&Bend>) -> Option<Flat> {
         index_outside: last.indices[1],
         glass_thickness_mm: normal.dot(&last.place.coords) - distance_mm,
         index_glass: face.indices[1],
+        is_drawn_behind: false,
     };
     (distance_mm > 0.0 && flat.glass_thickness_mm >= 0.0).then_some(flat)
 }
@@ -191,6 +291,7 @@ fn sphere(a: &Bend, b: &Bend) -> Option<Sphere> {
         radius_mm: along.abs(),
         index_inside: a.indices[0],
         index_outside: a.indices[1],
+        is_drawn_behind: false,
     };
     let outward: Vector3<f64> = (a.place - centre) / along.abs();
     // The lens is inside.

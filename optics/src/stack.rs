@@ -6,6 +6,7 @@ use fabkit_geometry::{
 
 use crate::InvalidStack;
 use crate::hollow::Hollow;
+use crate::interface::LastFace;
 use crate::sensing::SensingSurface;
 use crate::trace::{End, Tracer};
 
@@ -65,6 +66,8 @@ pub struct Stack {
     pub(crate) items: Vec<Item>,
     pub(crate) sensing: Option<SensingSurface>,
     names: Vec<String>,
+    /// What the camera's own model has of it.
+    pub(crate) passed: Option<LastFace>,
 }
 
 impl Stack {
@@ -76,7 +79,7 @@ impl Stack {
     pub fn of(sensor: &Sensor) -> Result<Self, InvalidStack> {
         let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
         let place = Assembly::sensor();
-        let mut stack = Self { items: Vec::new(), sensing: None, names: Vec::new() };
+        let mut stack = Self { items: Vec::new(), sensing: None, names: Vec::new(), passed: None };
         for body in &sensor.bodies {
             let places = body.placements.iter().filter(|placed| placed.assembly == place);
             let Some(part) = places.clone().next().map(|_| Part::of(sensor, body)) else {

@@ -88,8 +88,13 @@ fn a_drawn_pane_is_the_cameras_flat_interface() {
 fn a_drawn_ball_is_the_cameras_spherical_interface() {
     // The camera sits in a ball of air in the gel, off its centre.
     let centre = Point3::new(0.3, -0.2, 0.5);
-    let sphere =
-        Sphere { radius_mm: 4.0, centre_in_camera: centre, index_inside: 1.0, index_outside: 1.41 };
+    let sphere = Sphere {
+        radius_mm: 4.0,
+        centre_in_camera: centre,
+        index_inside: 1.0,
+        index_outside: 1.41,
+        is_drawn_behind: false,
+    };
     let gel = Solid::sphere(30.0).minus(Solid::sphere(4.0).at(centre.x, centre.y, centre.z));
     agree(Interface::Sphere(sphere), vec![medium("gel", 1.41, gel)], 1);
 }

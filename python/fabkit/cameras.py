@@ -116,7 +116,11 @@ class Camera:
 
     @property
     def interface(self) -> str:
-        """What stands between lens and scene, for example ``none``."""
+        """What stands between lens and scene, for example ``none``.
+
+        Cameras of calibrated sensors may have the first face in it; what is drawn behind that bends
+        rays further, which a :class:`fabkit.depth.Scene` follows and the camera alone does not.
+        """
         return self._native.interface()
 
     @property

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use fabkit_designs::Design;
 use fabkit_designs::parameters::Setting;
-use fabkit_geometry::{LensImaging, Lighting, NominalCamera, Ray, Rgb, Sensor};
+use fabkit_geometry::{LensImaging, Lighting, NominalCamera, Point3, Ray, Rgb, Sensor};
 use fabkit_light::{Defocus, circle_px};
 use fabkit_optics::{LightPath, Stack, Tracer};
 use rayon::prelude::*;
@@ -57,8 +57,18 @@ impl LensEffects {
         let stack = stack(sensor, lighting, viewpoint)?;
         let focal = camera.lens().intrinsics();
         let focal_px = f64::midpoint(focal.fx_px, focal.fy_px) * f64::from(samples);
+        let pose = &viewpoint.sensor_from_camera;
+        let pupil = pose.point(Point3::origin());
+        // How far away what it sees looks is counted from the pupil, and the drawn interface is near enough to the camera's own.
+        let ray = |i: usize| match stack.is_entered() {
+            true => {
+                let direction = camera.unproject(&rays.at_px(i)).ok()?.direction;
+                Some(Ray { origin: pupil, direction: pose.vector(direction) })
+            }
+            false => rays.ray(i),
+        };
         let diameter = |tracer: &mut Tracer<'_>, i: usize| {
-            let Some(ray) = rays.ray(i) else { return 0.0 };
+            let Some(ray) = ray(i) else { return 0.0 };
             let path = tracer.follow(&ray);
             circle_px(pupil_mm, focus_mm, apparent_mm(&ray, &path, tracer), focal_px)
         };

@@ -2,12 +2,18 @@
 
 use fabkit_camera::Point2;
 use fabkit_geometry::{Point3, Ray};
-use fabkit_optics::{Lost, Sights, Tracer, Viewer};
+use fabkit_optics::{Lost, Sights, Stack, Tracer, Viewer};
 
 use super::Viewpoint;
 
 /// A ray that ends that near to a place ends there, mm.
 const THERE_MM: f64 = 1e-6;
+
+/// A ray that passes a place that near goes there, mm: ten roundings of what aims at it.
+const AIMED_MM: f64 = 1e-9;
+
+/// Most times that a place is aimed at. Each comes nearer tenfold.
+const MOST_AIMS: usize = 24;
 
 /// Places that are looked at one after the other. What leads to one place is tried for the next, so that who
 /// comes after whom must not depend on threads.
@@ -19,6 +25,8 @@ pub(super) enum Looking<'a> {
     Lens(Box<Viewer<'a>>),
     /// A camera that knows by itself how light is bent on its way: bodies only hide.
     Model(&'a Viewpoint, Box<Tracer<'a>>),
+    /// A camera that knows that of the first interface: bodies behind that bend what it sees.
+    Behind(Box<Behind<'a>>),
 }
 
 impl<'a> Looking<'a> {
@@ -26,6 +34,12 @@ impl<'a> Looking<'a> {
         let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
         match viewpoint.is_drawn() {
             true => Self::Lens(Box::new(Viewer::new(camera, pose, sights))),
+            false if sights.stack().is_entered() => Self::Behind(Box::new(Behind {
+                viewpoint,
+                stack: sights.stack(),
+                clear: sights.media_tracer(),
+                all: Tracer::new(sights.stack()),
+            })),
             false => Self::Model(viewpoint, Box::new(Tracer::new(sights.stack()))),
         }
     }
@@ -35,6 +49,7 @@ impl<'a> Looking<'a> {
         match self {
             Self::Lens(viewer) => viewer.see(place),
             Self::Model(viewpoint, tracer) => by_its_own_model(viewpoint, tracer, place),
+            Self::Behind(behind) => behind.look(place),
         }
     }
 
@@ -47,7 +62,65 @@ impl<'a> Looking<'a> {
                 let point = viewpoint.sensor_from_camera.inverse().point(*place);
                 viewpoint.camera().project(&point).ok()
             }
+            Self::Behind(behind) => Some(behind.aim(place)?.0),
         }
+    }
+}
+
+/// A camera with the first interface in its own model, and the bodies behind that.
+pub(super) struct Behind<'a> {
+    viewpoint: &'a Viewpoint,
+    stack: &'a Stack,
+    /// Past what is clear, and past all bodies.
+    clear: Tracer<'a>,
+    all: Tracer<'a>,
+}
+
+impl Behind<'_> {
+    /// The pixel whose ray passes a place, with that ray; `None` where the lens maps nothing, or none passes.
+    ///
+    /// What bodies behind the interface displace hardly depends on where the camera aims: it aims beside the place by as
+    /// much as it missed, again and again.
+    fn aim(&mut self, place: &Point3<f64>) -> Option<(Point2<f64>, Ray)> {
+        let (camera, pose) = (self.viewpoint.camera(), &self.viewpoint.sensor_from_camera);
+        let camera_from_sensor = pose.inverse();
+        let mut at = *place;
+        for _ in 0..MOST_AIMS {
+            let pixel = camera.project(&camera_from_sensor.point(at)).ok()?;
+            let ray = camera.unproject(&pixel).ok()?;
+            let (origin, direction) =
+                (pose.point(ray.origin_in_camera), pose.vector(ray.direction));
+            let ray = self.stack.entered(&Ray { origin, direction });
+            let last = self.clear.follow(&ray).last;
+            let off = place - last.at((place - last.origin).dot(&last.direction));
+            if off.norm() < AIMED_MM {
+                return Some((pixel, ray));
+            }
+            at += off;
+        }
+        None
+    }
+
+    fn look(&mut self, place: &Point3<f64>) -> Result<Point2<f64>, Lost> {
+        let (pixel, ray) = self.aim(place).ok_or(Lost::Refraction)?;
+        if !self.viewpoint.camera().sees(&pixel) {
+            return Err(Lost::BesidePicture);
+        }
+        let pupil = self.viewpoint.sensor_from_camera.point(Point3::origin());
+        let to = ray.origin - pupil;
+        if let Some(direction) = to.try_normalize(0.0) {
+            let path = self.all.follow(&Ray { origin: pupil, direction });
+            if path.lead_mm + path.end_mm < to.norm() - THERE_MM {
+                return Err(Lost::at(path.end));
+            }
+        }
+        // What ends a ray before it is bent last ends it before the place.
+        let path = self.all.follow(&ray);
+        let left_mm = (place - path.last.origin).dot(&path.last.direction);
+        if path.end_mm < left_mm - THERE_MM {
+            return Err(Lost::at(path.end));
+        }
+        Ok(pixel)
     }
 }
 

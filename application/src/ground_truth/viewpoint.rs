@@ -8,7 +8,7 @@ use fabkit_camera::{
 };
 use fabkit_depth::truth::{PixelRays, Uncertainty};
 use fabkit_geometry::{Matrix3, NominalCamera, Point3, Pose, Sensor, Vector3};
-use fabkit_optics::{InvalidStack, Stack};
+use fabkit_optics::{InvalidStack, Sights, Stack, Window};
 use serde_json::{Value, json};
 
 /// A camera, where it is, and how sure both are.
@@ -101,7 +101,7 @@ impl Viewpoint {
 
     /// Whether the camera is a lens alone, so that the drawn bodies bend its rays: the design's, or one whose
     /// file says so. Other files were fitted to what the camera saw through the bodies: their model says how
-    /// rays are bent.
+    /// rays are bent, at all of them or, where it says so, at the first interface.
     pub fn is_drawn(&self) -> bool {
         self.is_nominal[0] || *self.camera().interface() == Interface::Drawn
     }
@@ -111,9 +111,23 @@ impl Viewpoint {
     /// # Errors
     /// As for [`Stack::of`]; a pose that puts the pupil inside what light does not pass.
     pub fn stack(&self, sensor: &Sensor) -> Result<Stack, InvalidStack> {
-        let stack = if self.is_drawn() { Stack::of(sensor) } else { Stack::straight(sensor) }?;
+        let stack = match self.is_drawn() {
+            true => Stack::of(sensor)?,
+            false if self.camera().interface().is_drawn_behind() => {
+                self.behind_interface(sensor)?
+            }
+            false => Stack::straight(sensor)?,
+        };
         stack.check_pupil(&self.sensor_from_camera.point(Point3::origin()))?;
         Ok(stack)
+    }
+
+    /// What bends rays behind the camera's own interface.
+    fn behind_interface(&self, sensor: &Sensor) -> Result<Stack, InvalidStack> {
+        let stack = Stack::of(sensor)?;
+        let nominal = &sensor.camera.sensor_from_camera;
+        let window = Window::of(&self.camera().in_air(), nominal, &Sights::new(stack.clone()));
+        stack.behind(&window, nominal)
     }
 
     /// The camera.
@@ -165,6 +179,7 @@ impl Viewpoint {
             "height_px": camera.height_px(),
             "lens": camera.lens().model_name(),
             "interface": if self.is_drawn() { "drawn" } else { camera.interface().kind_name() },
+            "is_drawn_behind": camera.interface().is_drawn_behind(),
             "parameters": parameters,
             "sensor_from_camera": self.sensor_from_camera,
         })

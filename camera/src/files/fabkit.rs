@@ -37,6 +37,9 @@ const SPHERE: [&str; 6] = [
     "interface_index_outside",
 ];
 
+/// What bends rays behind an interface; nothing, if it is left out.
+const BEHIND: &str = "behind";
+
 pub(super) fn write(estimate: &CameraEstimate) -> String {
     let camera = estimate.camera();
     let mut text = format!(
@@ -52,6 +55,9 @@ pub(super) fn write(estimate: &CameraEstimate) -> String {
         // Writing to a string does not fail, here and below.
         let _ = writeln!(text, "interface:\n  kind: {}", camera.interface().kind_name());
         write_pairs(&mut text, names.iter().copied().zip(values));
+        if camera.interface().is_drawn_behind() {
+            let _ = writeln!(text, "  {BEHIND}: drawn");
+        }
     }
     if let Some(covariance) = estimate.covariance() {
         let names = estimate.names().join(", ");
@@ -168,7 +174,7 @@ fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
             if kind == "drawn" { Interface::Drawn } else { Interface::None }
         }
         "flat" => {
-            fields.only(map, &[&["kind"], &FLAT[..]].concat());
+            fields.only(map, &[&["kind", BEHIND], &FLAT[..]].concat());
             let [
                 distance_mm,
                 tilt_x_rad,
@@ -186,14 +192,21 @@ fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
                 index_outside,
                 glass_thickness_mm,
                 index_glass,
+                is_drawn_behind: read_behind(fields, map),
             })
         }
         "sphere" => {
-            fields.only(map, &[&["kind"], &SPHERE[..]].concat());
+            fields.only(map, &[&["kind", BEHIND], &SPHERE[..]].concat());
             let [x_mm, y_mm, z_mm, radius_mm, index_inside, index_outside] =
                 SPHERE.map(|name| fields.number(map, name));
             let centre_in_camera = Point3::new(x_mm, y_mm, z_mm);
-            Interface::Sphere(Sphere { centre_in_camera, radius_mm, index_inside, index_outside })
+            Interface::Sphere(Sphere {
+                centre_in_camera,
+                radius_mm,
+                index_inside,
+                index_outside,
+                is_drawn_behind: read_behind(fields, map),
+            })
         }
         other => {
             let message = format!("`{}` is not a kind of interface", shown(other));
@@ -205,6 +218,19 @@ fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
             Interface::None
         }
     }
+}
+
+/// Whether drawn bodies bend rays behind an interface.
+fn read_behind(fields: &mut Fields, map: &Node) -> bool {
+    let Some((behind, line)) = map.get(BEHIND).and_then(|_| fields.text(map, BEHIND)) else {
+        return false;
+    };
+    if behind != "drawn" {
+        let message = format!("`{}` is nothing that stands behind an interface", shown(behind));
+        let hint = "`drawn`, or nothing where no rays are bent again";
+        fields.fault(Fault::new(line, BEHIND, message).hint(hint));
+    }
+    behind == "drawn"
 }
 
 /// N x N, if names and sizes fit the camera's `names`.

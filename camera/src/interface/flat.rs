@@ -29,6 +29,8 @@ pub struct Flat {
     pub glass_thickness_mm: f64,
     /// Refractive index of the pane; without meaning at thickness 0.
     pub index_glass: f64,
+    /// Whether drawn bodies bend rays again behind it: see [`Interface::is_drawn_behind`](super::Interface::is_drawn_behind).
+    pub is_drawn_behind: bool,
 }
 
 impl Flat {
@@ -42,6 +44,7 @@ impl Flat {
             index_outside,
             glass_thickness_mm: 0.0,
             index_glass: 1.5,
+            is_drawn_behind: false,
         }
     }
 

@@ -21,6 +21,8 @@ pub struct Sphere {
     pub index_inside: f64,
     /// Refractive index beyond: about 1.41 for silicone.
     pub index_outside: f64,
+    /// Whether drawn bodies bend rays again beyond it: see [`Interface::is_drawn_behind`](super::Interface::is_drawn_behind).
+    pub is_drawn_behind: bool,
 }
 
 impl Sphere {

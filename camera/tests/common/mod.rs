@@ -53,14 +53,20 @@ pub fn lenses() -> Vec<(&'static str, Lens, f64)> {
 }
 
 pub fn interfaces() -> Vec<(&'static str, Interface)> {
-    let tilted = Flat { tilt_x_rad: 0.06, tilt_y_rad: -0.09, ..Flat::in_air(2.7, 1.41) };
+    let tilted = Flat {
+        tilt_x_rad: 0.06,
+        tilt_y_rad: -0.09,
+        is_drawn_behind: true,
+        ..Flat::in_air(2.7, 1.41)
+    };
     let sphere = Sphere {
         centre_in_camera: Point3::new(0.3, -0.2, 1.9),
         radius_mm: 11.0,
         index_inside: 1.0,
         index_outside: 1.41,
+        is_drawn_behind: false,
     };
-    let centred = Sphere { centre_in_camera: Point3::origin(), ..sphere };
+    let centred = Sphere { centre_in_camera: Point3::origin(), is_drawn_behind: true, ..sphere };
     vec![
         ("none", Interface::None),
         ("flat", Interface::Flat(Flat::in_air(2.7, 1.41))),

@@ -31,6 +31,7 @@ mod rays;
 mod sigma;
 mod stitch;
 mod tiles;
+mod transfer;
 mod yielding;
 
 pub use cast::ReferenceSurface;

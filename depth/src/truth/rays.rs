@@ -1,14 +1,15 @@
 //! One ray for each pixel of a calibrated camera.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use fabkit_camera::{Camera, Interface, Point2};
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
-use fabkit_optics::{Bundles, End, LightPath, Sights, TILE, TileTracer};
+use fabkit_optics::{Bundles, End, LightPath, Sights, Stack, TILE, TileTracer};
 use rayon::prelude::*;
 
 use super::tiles::{Tile, tiles};
+use super::transfer::Transfer;
 
 /// The rays of all pixels in the sensor frame, computed once and used for every press.
 #[derive(Clone, Debug)]
@@ -31,12 +32,14 @@ pub struct PixelRays {
     seen_by_names: Vec<String>,
     /// What bent them, if anything did but the camera's own interface.
     media: Option<Arc<Sights>>,
+    /// How they change with the rays that leave the camera, once somebody asks.
+    transfer: OnceLock<Arc<Transfer>>,
 }
 
 /// What a ray sees that has no direction or leaves the sensor, in [`PixelRays::seen_by`].
-const SEES_NOTHING: u8 = 0;
+pub(super) const SEES_NOTHING: u8 = 0;
 /// The sensing surface, in the same.
-const SEES_SURFACE: u8 = 1;
+pub(super) const SEES_SURFACE: u8 = 1;
 /// The first body.
 const FIRST_BODY: u8 = 2;
 
@@ -107,6 +110,7 @@ impl PixelRays {
             seen_by: Vec::new(),
             seen_by_names: Vec::new(),
             media: None,
+            transfer: OnceLock::new(),
         };
         rays.tiles = tiles(&rays);
         rays
@@ -127,23 +131,9 @@ impl PixelRays {
             Origins::Own(origins) => origins,
             Origins::Common(origin) => vec![origin; self.directions.len()],
         };
-        let bodies = stack.names().len() as u8;
         let mut seen_by = vec![SEES_NOTHING; self.directions.len()];
-        let bundles = Bundles::new(stack);
-        // Strips as high as a tile: each belongs to one thread. Bands of rows begin where strips do, so that
-        // bundles are the same in a band as in the whole.
-        let strip = TILE as usize * width;
-        let strips = origins.par_chunks_mut(strip).zip(self.directions.par_chunks_mut(strip));
-        strips.zip(seen_by.par_chunks_mut(strip)).for_each_init(
-            || bundles.tracer(),
-            |tracer, ((origins, directions), seen_by)| {
-                let mut strip = Strip { width, origins, directions, seen_by, bodies };
-                if common.is_none() {
-                    strip.look_for_what_hides(tracer, &pupil);
-                }
-                strip.follow(tracer);
-            },
-        );
+        let hiding = common.is_none().then_some(&pupil);
+        follow_all(stack, width, &mut origins, &mut self.directions, &mut seen_by, hiding);
         self.origins = match common {
             Some(origin) if origins.iter().all(|own| *own == origin) => Origins::Common(origin),
             _ => Origins::Own(origins),
@@ -155,13 +145,28 @@ impl PixelRays {
         let names = words(&["nothing", "surface"]).into_iter().chain(bodies);
         self.seen_by_names = names.chain(words(&["total reflection"])).collect();
         self.media = sights.bends().then(|| Arc::clone(sights));
+        self.transfer = OnceLock::new();
         self.tiles = tiles(&self);
         self
     }
 
-    /// What bent the rays on their way from the pupil, if anything did but the camera's own interface.
-    pub(super) fn media(&self) -> Option<&Sights> {
-        self.media.as_deref()
+    /// How they change with the rays that leave the camera; nothing where those go straight on.
+    pub(super) fn transfer(&self) -> Option<&Transfer> {
+        let media = self.media.as_ref()?;
+        Some(self.transfer.get_or_init(|| Arc::new(Transfer::of(self, media))).as_ref())
+    }
+
+    /// A pixel's ray as it leaves the camera, sensor frame; `None` where the lens does not reach.
+    pub(super) fn leaving(&self, pixel: usize) -> Option<Ray> {
+        let ray = self.camera.unproject(&self.at_px(pixel)).ok()?;
+        let sensor_from_camera = self.camera_from_sensor.inverse();
+        let origin = sensor_from_camera.point(ray.origin_in_camera);
+        Some(Ray { origin, direction: sensor_from_camera.vector(ray.direction) })
+    }
+
+    /// Where a ray that leaves the camera is followed from.
+    pub(super) fn entered(&self, leaving: &Ray) -> Ray {
+        self.media.as_ref().map_or(*leaving, |media| media.stack().entered(leaving))
     }
 
     /// What each ray sees: an index into [`PixelRays::seen_by_names`], row by row; empty if the rays were
@@ -243,8 +248,37 @@ impl PixelRays {
     }
 }
 
+/// Follows rays, row by row, each as its origin and its direction, of which nothing is known yet; where they start behind an
+/// interface of the camera's own, what hides that from the pupil ends them.
+pub(super) fn follow_all(
+    stack: &Stack,
+    width: usize,
+    origins: &mut [Point3<f64>],
+    directions: &mut [Vector3<f64>],
+    seen_by: &mut [u8],
+    hiding: Option<&Point3<f64>>,
+) {
+    let bodies = stack.names().len() as u8;
+    let bundles = Bundles::new(stack);
+    // Strips as high as a tile: each belongs to one thread. Bands of rows begin where strips do, so that
+    // bundles are the same in a band as in the whole.
+    let strip = TILE as usize * width;
+    let strips = origins.par_chunks_mut(strip).zip(directions.par_chunks_mut(strip));
+    strips.zip(seen_by.par_chunks_mut(strip)).for_each_init(
+        || bundles.tracer(),
+        |tracer, ((origins, directions), seen_by)| {
+            let mut strip = Strip { stack, width, origins, directions, seen_by, bodies };
+            if let Some(pupil) = hiding {
+                strip.look_for_what_hides(tracer, pupil);
+            }
+            strip.follow(tracer);
+        },
+    );
+}
+
 /// Rows of rays that one thread follows.
 struct Strip<'a> {
+    stack: &'a Stack,
     width: usize,
     origins: &'a mut [Point3<f64>],
     directions: &'a mut [Vector3<f64>],
@@ -262,7 +296,7 @@ impl Strip<'_> {
                 let at = row as usize * self.width + column as usize;
                 let (origin, direction) = (self.origins[at], self.directions[at]);
                 let is_open = self.seen_by[at] == SEES_NOTHING && !direction.x.is_nan();
-                is_open.then_some(Ray { origin, direction })
+                is_open.then(|| self.stack.entered(&Ray { origin, direction }))
             };
             tracer.cast(columns, 0..self.rows(), &ray, &mut |column, row, path| {
                 paths.push((row as usize * self.width + column as usize, path));

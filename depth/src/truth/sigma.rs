@@ -8,8 +8,8 @@
 //! ```
 //!
 //! because the ray then meets the tangent plane elsewhere: the point slides along the surface. Behind media that
-//! bend it, o and d are those of its last piece, and their changes are found by following it again from a pupil
-//! and in a direction a step to either side. A range begins where its ray was bent last, so that it may err by far
+//! bend it, o and d are those of its last piece, and their changes are found by following it again, moved and turned
+//! a little where it leaves the camera. A range begins where its ray was bent last, so that it may err by far
 //! more than the point at its end does. An indentation is the difference of two ranges along one ray, which
 //! err together. A normal turns by as much as the surface does between the point that is shown and the one that
 //! should be, which the pixels beside it tell.
@@ -21,20 +21,17 @@
 //! to what presses is not in it: that is the error of a model.
 
 use fabkit_camera::{Camera, DMatrix, JointEstimate, POSE_COUNT};
-use fabkit_geometry::{Matrix3, Point3, Ray, Vector3};
-use fabkit_optics::{Sights, Tracer};
+use fabkit_geometry::{Matrix3, Ray, Vector3};
 use rayon::prelude::*;
 
 use super::PixelRays;
 use super::map::{DepthMap, NO_LABEL, SURFACE_LABEL};
 use super::tiles::TILE_PX;
+use super::transfer::Change;
 
 /// Step of central differences in units of a parameter, or of its value where that is above 1.
 /// Rays are good to 1e-15 and bend little over it, so that derivatives are good to 1e-8.
 const STEP: f64 = 1e-6;
-
-/// A step moves the start of a last piece by far less than that, unless it leads through another face, mm.
-const NEIGHBOUR_MM: f64 = 1e-3;
 
 /// What is known about the errors of camera, pose and shape.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,13 +102,6 @@ struct Stepped {
     width: f64,
 }
 
-/// How a ray, or its last piece, changes with a parameter, sensor frame.
-#[derive(Clone, Copy)]
-struct Change {
-    origin: Vector3<f64>,
-    direction: Vector3<f64>,
-}
-
 impl DepthMap<'_> {
     /// How sure each pixel's truth is.
     pub fn sigmas(&self, uncertainty: &Uncertainty) -> Sigmas {
@@ -131,17 +121,21 @@ impl DepthMap<'_> {
         };
         let (at_rest, normals) = (self.surface.normal_in_sensor(), self.normal_in_sensor());
         let shown = Shown { map: self, normals: &normals };
-        let pixel = |tracer: &mut Option<Tracer>, pixel: usize| -> Option<Sigma> {
+        let transfer = if causes.is_empty() { None } else { rays.transfer() };
+        let pixel = |pixel: usize| -> Option<Sigma> {
             let is_seen = self.label[pixel] != NO_LABEL && is_wanted(pixel);
             let ray = rays.ray(pixel).filter(|_| is_seen)?;
-            let nothing = Vector3::repeat(f64::NAN);
-            let mut change = |cause: &Cause| match tracer.as_mut() {
-                Some(tracer) => bent(rays, pixel, &ray, cause, tracer),
-                None => straight(rays, pixel, cause),
-            };
-            let unknown = Change { origin: nothing, direction: nothing };
+            let leaving = if transfer.is_some() { rays.leaving(pixel)? } else { ray };
+            let entered = rays.entered(&leaving);
+            let change =
+                |cause: &Cause| {
+                    let change = left(rays, pixel, &leaving, cause)?;
+                    Some(transfer.map_or(change, |t| {
+                        t.of_change(pixel, [&leaving, &entered, &ray], &change)
+                    }))
+                };
             let changes: Vec<Change> =
-                causes.iter().map(|cause| change(cause).unwrap_or(unknown)).collect();
+                causes.iter().map(|cause| change(cause).unwrap_or(Change::UNKNOWN)).collect();
             let now = End { ray: &ray, range_mm: self.range_mm[pixel], normal: &normals[pixel] };
             let before = self.surface.range_mm()[pixel];
             let before = End { ray: &ray, range_mm: before, normal: &at_rest[pixel] };
@@ -172,10 +166,8 @@ impl DepthMap<'_> {
                 normal_rad: of_normal.map_or(f64::NAN, |variance| variance.max(0.0).sqrt()),
             })
         };
-        let tracer = || rays.media().map(Sights::media_tracer);
-        let all = (0..rays.len())
-            .into_par_iter()
-            .map_init(tracer, |tracer, at| pixel(tracer, at).unwrap_or(Sigma::NOTHING));
+        let all = (0..rays.len()).into_par_iter();
+        let all = all.map(|at| pixel(at).unwrap_or(Sigma::NOTHING));
         Sigmas(all.collect())
     }
 }
@@ -265,13 +257,12 @@ impl Shown<'_> {
     }
 }
 
-/// How a ray changes that goes straight to the surface from where the camera has it.
-fn straight(rays: &PixelRays, pixel: usize, cause: &Cause) -> Option<Change> {
+/// How a ray changes as it leaves the camera.
+fn left(rays: &PixelRays, pixel: usize, ray: &Ray, cause: &Cause) -> Option<Change> {
     let rotation = rays.camera_from_sensor().rotation();
     match cause {
         Cause::Pose(i) => {
             let by = Vector3::ith(i % 3, 1.0);
-            let ray = rays.ray(pixel)?;
             let back = |v: Vector3<f64>| -rotation.tr_mul(&v);
             Some(match *i < 3 {
                 true => {
@@ -292,60 +283,6 @@ fn straight(rays: &PixelRays, pixel: usize, cause: &Cause) -> Option<Change> {
             })
         }
     }
-}
-
-/// How the last piece of a ray changes; nothing where a step leads through other faces on both sides, as at an edge.
-fn bent(
-    rays: &PixelRays,
-    pixel: usize,
-    ray: &Ray,
-    cause: &Cause,
-    tracer: &mut Tracer,
-) -> Option<Change> {
-    let here = (ray.origin.coords, ray.direction);
-    let width = match cause {
-        Cause::Pose(_) => 2.0 * STEP,
-        Cause::Camera(stepped) => stepped.width,
-    };
-    let mut side = |is_after: bool| {
-        let path = tracer.follow(&moved(rays, pixel, cause, is_after)?);
-        // Rays of one kind begin their last piece near each other.
-        let is_near = (path.last.origin.coords - here.0).norm() < NEIGHBOUR_MM;
-        is_near.then_some((path.last.origin.coords, path.last.direction))
-    };
-    let (before, after, width) = match (side(false), side(true)) {
-        (Some(before), Some(after)) => (before, after, width),
-        (Some(before), None) => (before, here, 0.5 * width),
-        (None, Some(after)) => (here, after, 0.5 * width),
-        (None, None) => return None,
-    };
-    Some(Change { origin: (after.0 - before.0) / width, direction: (after.1 - before.1) / width })
-}
-
-/// The ray from the pupil, sensor frame, after a step of a cause, or before it.
-fn moved(rays: &PixelRays, pixel: usize, cause: &Cause, is_after: bool) -> Option<Ray> {
-    let camera_from_sensor = rays.camera_from_sensor();
-    let (rotation, translation) =
-        (camera_from_sensor.rotation(), camera_from_sensor.translation_mm());
-    // Rotation of the camera by a small vector, and the translation.
-    let (camera, turned, shifted) = match cause {
-        Cause::Pose(i) => {
-            let step = if is_after { STEP } else { -STEP };
-            let by = Vector3::ith(i % 3, step);
-            let none = Vector3::zeros();
-            let (turned, shifted) = if *i < 3 { (by, none) } else { (none, by) };
-            (rays.camera(), turned, shifted)
-        }
-        Cause::Camera(stepped) => {
-            let camera = if is_after { &stepped.after } else { &stepped.before };
-            (camera, Vector3::zeros(), Vector3::zeros())
-        }
-    };
-    let direction = camera.unproject(&rays.at_px(pixel)).ok()?.direction;
-    let back = |v: Vector3<f64>| rotation.tr_mul(&(v - turned.cross(&v)));
-    // The translation is not turned with the rest.
-    let pupil = -rotation.tr_mul(&(translation + shifted - turned.cross(translation)));
-    Some(Ray { origin: Point3::from(pupil), direction: back(direction).normalize() })
 }
 
 /// The parameters that have a variance, and the covariance of those.

@@ -1,0 +1,131 @@
+//! How the last piece of a ray changes with the ray that leaves the camera.
+//!
+//! Whatever errs of a camera and its pose, it moves the ray that leaves the camera: across itself in two ways, and turns it in
+//! two. What media make of these four is the same for all that errs and for every press, and is followed once.
+
+use fabkit_geometry::{Point3, Ray, Vector3};
+use fabkit_optics::{Sight, Sights, Tracer};
+use rayon::prelude::*;
+
+use super::PixelRays;
+use super::rays::{SEES_NOTHING, SEES_SURFACE, follow_all};
+
+/// Steps of one-sided differences, rad and mm: a ray is good to 1e-14, and bends little over them, so that derivatives are
+/// good to 1e-6.
+const STEP: f64 = 1e-6;
+
+/// A step moves the start of a last piece by far less than that, unless it leads through another face, mm.
+const NEIGHBOUR_MM: f64 = 1e-3;
+
+/// Two turns and two shifts.
+const WAYS: usize = 4;
+
+/// How a ray, or its last piece, changes with a parameter, sensor frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Change {
+    pub(super) origin: Vector3<f64>,
+    pub(super) direction: Vector3<f64>,
+}
+
+impl Change {
+    /// What is not known.
+    pub(super) const UNKNOWN: Self = Self {
+        origin: Vector3::new(f64::NAN, f64::NAN, f64::NAN),
+        direction: Vector3::new(f64::NAN, f64::NAN, f64::NAN),
+    };
+}
+
+/// Of all rays, pixel by pixel.
+#[derive(Clone, Debug)]
+pub(super) struct Transfer {
+    /// By each of the ways, changes of origin and of direction; `NaN` where both steps of one lead through other faces, as at
+    /// an edge. In single precision: there are many, and they make errors, not places.
+    by: Vec<[[f32; 6]; WAYS]>,
+}
+
+impl Transfer {
+    pub(super) fn of(rays: &PixelRays, media: &Sights) -> Self {
+        let leaving: Vec<Option<Ray>> =
+            (0..rays.len()).into_par_iter().map(|pixel| rays.leaving(pixel)).collect();
+        let mut by = vec![[[f32::NAN; 6]; WAYS]; rays.len()];
+        for way in 0..WAYS {
+            let moved = |leaving: &Option<Ray>| leaving.as_ref().map(|ray| stepped(ray, way, STEP));
+            let moved: Vec<Option<Ray>> = leaving.par_iter().map(moved).collect();
+            let part = |of: &dyn Fn(&Ray) -> Vector3<f64>| -> Vec<Vector3<f64>> {
+                let nothing = Vector3::repeat(f64::NAN);
+                moved.iter().map(|ray| ray.as_ref().map_or(nothing, of)).collect()
+            };
+            let mut directions = part(&|ray| ray.direction);
+            let origins = part(&|ray| ray.origin.coords);
+            let mut origins: Vec<Point3<f64>> = origins.into_iter().map(Point3::from).collect();
+            // Of what does not see the surface nothing is asked.
+            let unasked = |seen: &u8| if *seen == SEES_SURFACE { SEES_NOTHING } else { *seen };
+            let mut seen_by: Vec<u8> = rays.seen_by().iter().map(unasked).collect();
+            let width = rays.width_px() as usize;
+            follow_all(media.stack(), width, &mut origins, &mut directions, &mut seen_by, None);
+            let before = |tracer: &mut Tracer<'_>, pixel: usize| {
+                let ray = stepped(leaving[pixel].as_ref()?, way, -STEP);
+                Some(tracer.follow(&media.stack().entered(&ray)).last)
+            };
+            by.par_iter_mut().enumerate().for_each_init(
+                || media.media_tracer(),
+                |tracer, (pixel, by)| {
+                    let is_asked = rays.seen_by().get(pixel) == Some(&SEES_SURFACE);
+                    let Some(here) = rays.ray(pixel).filter(|_| is_asked) else { return };
+                    let after = Ray { origin: origins[pixel], direction: directions[pixel] };
+                    let change = slope(&here, &after, STEP)
+                        .or_else(|| slope(&here, &before(tracer, pixel)?, -STEP));
+                    if let Some(change) = change {
+                        by[way] = change;
+                    }
+                },
+            );
+        }
+        Self { by }
+    }
+
+    /// How the last piece of a pixel's ray changes if the ray does that leaves the camera, and is followed from `entered` on.
+    pub(super) fn of_change(
+        &self,
+        pixel: usize,
+        [leaving, entered, last]: [&Ray; 3],
+        change: &Change,
+    ) -> Change {
+        if entered.origin == last.origin {
+            // Straight on.
+            let ahead_mm = (entered.origin - leaving.origin).dot(&leaving.direction);
+            return Change { origin: change.origin + ahead_mm * change.direction, ..*change };
+        }
+        let across = Sight::across(&leaving.direction);
+        let (turns, shifts) = (across.tr_mul(&change.direction), across.tr_mul(&change.origin));
+        let parts = [turns.x, turns.y, shifts.x, shifts.y];
+        let mut sum = [0.0; 6];
+        for (part, by) in parts.into_iter().zip(&self.by[pixel]) {
+            sum.iter_mut().zip(by).for_each(|(sum, by)| *sum += part * f64::from(*by));
+        }
+        let [x, y, z, turned_x, turned_y, turned_z] = sum;
+        Change {
+            origin: Vector3::new(x, y, z),
+            direction: Vector3::new(turned_x, turned_y, turned_z),
+        }
+    }
+}
+
+/// A ray that leaves the camera, moved in one of the ways.
+fn stepped(ray: &Ray, way: usize, step: f64) -> Ray {
+    let across = Sight::across(&ray.direction);
+    let by = step * across.column(way % 2);
+    match way < 2 {
+        true => Ray { direction: (ray.direction + by).normalize(), ..*ray },
+        false => Ray { origin: ray.origin + by, ..*ray },
+    }
+}
+
+/// Difference of two last pieces by the step between them; nothing where they begin at different faces.
+fn slope(here: &Ray, there: &Ray, step: f64) -> Option<[f32; 6]> {
+    let (origin, direction) = (there.origin - here.origin, there.direction - here.direction);
+    // Not a number either.
+    let is_near = origin.norm() < NEIGHBOUR_MM;
+    let by = [origin.x, origin.y, origin.z, direction.x, direction.y, direction.z];
+    is_near.then(|| by.map(|by| (by / step) as f32))
+}

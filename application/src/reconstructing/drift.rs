@@ -15,9 +15,11 @@ const DRIFT_STRIDE: usize = 7;
 pub(super) fn brighter(at_rest: &[f32], values: &[f32]) -> f32 {
     let mut counts = [0u32; DRIFT_STEPS + 1];
     let of_ratio = |ratio: f32| ((ratio - 1.0) / MOST_DRIFT + 1.0) * 0.5 * DRIFT_STEPS as f32;
-    for (rest, value) in at_rest.iter().zip(values).step_by(DRIFT_STRIDE) {
-        let step = of_ratio(WHITE * value / rest).round();
-        if *rest > 0.0 && (0.0..=DRIFT_STEPS as f32).contains(&step) {
+    let strides = at_rest.chunks(DRIFT_STRIDE).zip(values.chunks(DRIFT_STRIDE));
+    for (rest, value) in strides.map(|(rest, value)| (rest[0], value[0])) {
+        // Rounded: what is below half a step is cut off.
+        let step = of_ratio(WHITE * value / rest) + 0.5;
+        if rest > 0.0 && step >= 0.0 && step < DRIFT_STEPS as f32 + 1.0 {
             counts[step as usize] += 1;
         }
     }

@@ -93,48 +93,50 @@ impl Thickness {
     /// What a picture of brightness from 0 to 1 shows, row by row; as many values as pixels.
     pub fn of_values(&self, values: &[f32]) -> Reconstructed {
         let brighter = brighter(&self.laws.at_rest, values);
-        let scale = WHITE / brighter;
-        let at_rest = &self.laws.at_rest;
-        let mut darker: Vec<f32> =
-            at_rest.iter().zip(values).map(|(rest, value)| rest - scale * value).collect();
-        let around = self.around(&darker);
-        let contact: Vec<bool> = around.iter().map(|mean| *mean > CONTACT_GREY).collect();
+        let (mut darker, contact) = self.darker(values, WHITE / brighter);
         self.sharpener.apply(&mut darker, &contact);
-        let depth_mm = self.laws.depth_mm(&darker);
-        Reconstructed { depth_mm, contact, brighter }
+        self.laws.to_depth_mm(&mut darker);
+        Reconstructed { depth_mm: darker, contact, brighter }
     }
 
-    /// Means over a square around each pixel; 0 where no surface is seen, and at the border.
-    fn around(&self, darker: &[f32]) -> Vec<f32> {
-        let [width, height] = self.size_px;
-        let side = 2 * AROUND + 1;
-        let share = 1.0 / (side * side) as f32;
-        let mut along = vec![0.0f32; darker.len()];
-        for (row, sums) in darker.chunks_exact(width).zip(along.chunks_exact_mut(width)) {
-            let middle = &mut sums[AROUND..width - AROUND];
-            for k in 0..side {
-                for (sum, value) in middle.iter_mut().zip(&row[k..]) {
-                    *sum += value;
-                }
-            }
-        }
-        let mut means = vec![0.0f32; darker.len()];
+    /// How much darker than at rest each pixel is, grey, and where the mean over a square around it is so much so that
+    /// something presses: nowhere where no surface is seen, and at the border.
+    fn darker(&self, values: &[f32], scale: f32) -> (Vec<f32>, Vec<bool>) {
+        const SIDE: usize = 2 * AROUND + 1;
+        const LEAST: f32 = CONTACT_GREY * (SIDE * SIDE) as f32;
+        let [width, _] = self.size_px;
+        let mut darker = Vec::with_capacity(values.len());
+        let mut touched = vec![false; values.len()];
+        // Sums along the rows of the square, in turn, and over all of them. Row after row, as long as it is at hand.
+        let mut along: [Vec<f32>; SIDE] = std::array::from_fn(|_| vec![0.0; width]);
         let mut sums = vec![0.0f32; width];
-        for row in AROUND..height.saturating_sub(AROUND) {
-            sums.copy_from_slice(&along[(row - AROUND) * width..(row - AROUND + 1) * width]);
-            for other in row - AROUND + 1..=row + AROUND {
-                for (sum, value) in sums.iter_mut().zip(&along[other * width..(other + 1) * width])
-                {
+        let rows = self.laws.at_rest.chunks_exact(width).zip(values.chunks_exact(width));
+        for (row, (at_rest, values)) in rows.enumerate() {
+            darker.extend(at_rest.iter().zip(values).map(|(rest, value)| rest - scale * value));
+            let values = &darker[row * width..];
+            let own = &mut along[row % SIDE][AROUND..width - AROUND];
+            own.copy_from_slice(&values[..width - 2 * AROUND]);
+            for k in 1..SIDE {
+                for (sum, value) in own.iter_mut().zip(&values[k..]) {
                     *sum += value;
                 }
             }
-            let here = row * width..(row + 1) * width;
+            let Some(middle) = row.checked_sub(AROUND).filter(|middle| *middle >= AROUND) else {
+                continue;
+            };
+            sums.copy_from_slice(&along[(middle - AROUND) % SIDE]);
+            for other in middle - AROUND + 1..=row {
+                for (sum, value) in sums.iter_mut().zip(&along[other % SIDE]) {
+                    *sum += value;
+                }
+            }
+            let here = middle * width..(middle + 1) * width;
             let at_rest = &self.laws.at_rest[here.clone()];
-            for ((mean, sum), rest) in means[here].iter_mut().zip(&sums).zip(at_rest) {
-                *mean = if *rest > 0.0 { share * sum } else { 0.0 };
+            for ((touched, sum), rest) in touched[here].iter_mut().zip(&sums).zip(at_rest) {
+                *touched = *rest > 0.0 && *sum > LEAST;
             }
         }
-        means
+        (darker, touched)
     }
 }
 
@@ -150,23 +152,13 @@ impl Laws {
         self.over_path.push(over_path);
     }
 
-    /// Depth by how much darker each pixel is, mm.
-    fn depth_mm(&self, darker: &[f32]) -> Vec<f32> {
-        let mut depth_mm: Vec<f32> = self
-            .back
-            .iter()
-            .zip(&self.per_grey)
-            .zip(darker)
-            .map(|((back, per_grey), darker)| {
-                // No more than all of the layers can be missing, and brighter than endless ones none are.
-                let back = (back - per_grey * darker).clamp(0.0, MOST_BACK);
-                back / (1.0 - back)
-            })
-            .collect();
-        let known = self.most_mm.iter().zip(&self.over_path);
-        for (depth, (most_mm, over_path)) in depth_mm.iter_mut().zip(known) {
-            *depth = most_mm * (1.0 - *depth * over_path);
+    /// From how much darker each pixel is to its depth, mm.
+    fn to_depth_mm(&self, darker: &mut [f32]) {
+        let laws = self.back.iter().zip(&self.per_grey).zip(&self.most_mm).zip(&self.over_path);
+        for (value, (((back, per_grey), most_mm), over_path)) in darker.iter_mut().zip(laws) {
+            // No more than all of the layers can be missing, and brighter than endless ones none are.
+            let back = (back - per_grey * *value).clamp(0.0, MOST_BACK);
+            *value = most_mm * (1.0 - back / (1.0 - back) * over_path);
         }
-        depth_mm
     }
 }

@@ -238,6 +238,14 @@ fn forces_are_the_same_through_every_door() {
     assert!(elastic["layers"][0]["source"].as_str().is_some_and(|source| !source.is_empty()));
     let beyond = rows.iter().map(|row| row["beyond_seam_mm"].parse::<f64>().unwrap());
     assert!((beyond.fold(0.0, f64::max) - number(&elastic["beyond_seam_mm"])).abs() < 1e-6);
+    // The card compares all four halves with rigid contact; one of them is the press that `depth` was asked for.
+    let card = std::fs::read_to_string(root.path().join("set/README.md")).unwrap();
+    let (_, after) = card.split_once("in 4 of the halves ranges are ").unwrap();
+    let said: Vec<f64> = after.split(['(', ' ']).filter_map(|word| word.parse().ok()).collect();
+    let own = &depth["elastic"]["against_rigid"]["touched"];
+    assert!(said[0] > 0.0 && said[0] < said[1], "{said:?}");
+    // Three digits are written.
+    assert!(said[1] > number(&own["max_mm"]) - 5e-4, "{said:?} {own}");
 }
 
 #[test]

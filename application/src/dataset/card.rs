@@ -2,12 +2,19 @@
 
 use fabkit_depth::truth::Uncertainty;
 
-use super::{Job, Split};
+use super::halves::{pressers_of, with_map};
+use super::{DatasetError, Job, Split};
 use crate::ground_truth::median;
-use crate::pressing::Contact;
+use crate::pressing::{Contact, ContactGap};
+
+/// So many halves tell how far elastic contact is from rigid contact.
+const COMPARED: usize = 8;
 
 /// The content of `README.md`.
-pub(super) fn text(job: &Job) -> String {
+///
+/// # Errors
+/// Layers that do not answer a press.
+pub(super) fn text(job: &Job) -> Result<String, DatasetError> {
     let plan = job.plan;
     let count = plan.patterns.len();
     let of = |split: Split| {
@@ -38,7 +45,13 @@ pub(super) fn text(job: &Job) -> String {
              0 where neither holds."
         }
     };
-    format!(
+    let model = match job.contact {
+        Contact::Linear(_) => beside_rigid(job)?,
+        Contact::Rigid | Contact::Membrane(_) => {
+            "`fabkit depth` in rigid and in linear contact shows it press by press".into()
+        }
+    };
+    Ok(format!(
         "# Ground truth for a tactile sensor\n\n\
          {count} patterns, {halves} half presses, {all} samples of {width} x {height} px: \
          {train} for training, {validation} for validation, {test} for test, {mixed} mixed \
@@ -56,7 +69,7 @@ pub(super) fn text(job: &Job) -> String {
          of `dataset.json`.\n\
          - Contact: {contact}. Shapes are nominal, not as printed.\n\
          - How sure: {sure}. The error of the contact model comes on top: \
-         `fabkit depth` in rigid and in linear contact shows it press by press.\n\n\
+         {model}.\n\n\
          ```python\n\
          import numpy, zarr\n\
          halves, reference = zarr.open(\"halves\", mode=\"r\"), numpy.load(\"reference.npz\")\n\
@@ -72,7 +85,25 @@ pub(super) fn text(job: &Job) -> String {
         validation = of(Split::Validation),
         test = of(Split::Test),
         mixed = of(Split::Mixed),
-    )
+    ))
+}
+
+/// How far ranges are from those of rigid contact, of halves from all over the set.
+fn beside_rigid(job: &Job) -> Result<String, DatasetError> {
+    let halves = 2 * job.plan.patterns.len();
+    let compared = COMPARED.min(halves);
+    let mut gap = ContactGap::default();
+    for number in 0..compared {
+        let half = number * halves / compared;
+        let rigid = job.surface.pressed(pressers_of(job, half));
+        gap.join(&with_map(job, half, false, |map, _| ContactGap::of(map, &rigid))?);
+    }
+    let [touched, beside] = [gap.touched_mm(), gap.beside_mm()];
+    Ok(format!(
+        "in {compared} of the halves ranges are {:.3} mm rms ({:.3} at most) from those of rigid contact where something \
+         touches, and {:.3} mm rms ({:.3} at most) where the surface moves beside that; `fabkit depth` shows it press by press",
+        touched[0], touched[1], beside[0], beside[1]
+    ))
 }
 
 /// Standard deviations of the surface at rest, medians over its pixels.

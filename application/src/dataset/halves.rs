@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, Side, Uncertainty};
+use fabkit_depth::truth::{DepthMap, Presser, SURFACE_LABEL, Side, Uncertainty};
 use fabkit_export::{Array, Element, Values, ZarrArray, npz, zarr_pack};
 use rayon::prelude::*;
 use serde_json::json;
@@ -193,6 +193,12 @@ pub(super) fn answer<'a>(job: &Job<'a>, half: usize) -> Result<Option<Answer<'a>
     }
 }
 
+/// What presses in a half.
+pub(super) fn pressers_of<'a>(job: &'a Job, half: usize) -> &'a [Presser] {
+    let (pattern, side) = job.half(half);
+    if side == Side::Left { &pattern.left } else { &pattern.right }
+}
+
 /// Shows the map of a half, and what layers answer, with normals if they are wanted.
 pub(super) fn with_map<R>(
     job: &Job,
@@ -200,8 +206,7 @@ pub(super) fn with_map<R>(
     has_normals: bool,
     look: impl FnOnce(&DepthMap<'_>, Option<&Answer<'_>>) -> R,
 ) -> Result<R, DatasetError> {
-    let (pattern, side) = job.half(half);
-    let pressers = if side == Side::Left { &pattern.left } else { &pattern.right };
+    let pressers = pressers_of(job, half);
     let answer = answer(job, half)?;
     let map = match &answer {
         Some(answer) => job.surface.yielded(pressers, answer, has_normals),

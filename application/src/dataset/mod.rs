@@ -208,7 +208,7 @@ impl Begun {
         if let Some(felt) = felt {
             store.put("halves.csv", || Ok(felt.into_bytes()))?;
         }
-        store.put("README.md", || Ok(card::text(job).into_bytes()))?;
+        store.put("README.md", || Ok(card::text(job)?.into_bytes()))?;
         let (reference, cast) = rayon::join(
             || store.put("reference.npz", || halves::reference(job)),
             || halves::write(&store, job, halves, tiling),

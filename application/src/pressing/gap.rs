@@ -28,9 +28,12 @@ impl Differences {
         self.max_mm = self.max_mm.max(other.max_mm);
     }
 
+    fn rms_mm(self) -> f64 {
+        (self.squares_mm2 / self.pixels.max(1) as f64).sqrt()
+    }
+
     fn to_json(self) -> Value {
-        let rms_mm = (self.squares_mm2 / self.pixels.max(1) as f64).sqrt();
-        json!({ "pixels": self.pixels, "rms_mm": rms_mm, "max_mm": self.max_mm })
+        json!({ "pixels": self.pixels, "rms_mm": self.rms_mm(), "max_mm": self.max_mm })
     }
 }
 
@@ -64,6 +67,16 @@ impl ContactGap {
     pub fn join(&mut self, other: &Self) {
         self.touched.join(&other.touched);
         self.beside.join(&other.beside);
+    }
+
+    /// Where a presser touches: root mean square, and most.
+    pub(crate) fn touched_mm(&self) -> [f64; 2] {
+        [self.touched.rms_mm(), self.touched.max_mm]
+    }
+
+    /// Where none does and the surface moves, the same.
+    pub(crate) fn beside_mm(&self) -> [f64; 2] {
+        [self.beside.rms_mm(), self.beside.max_mm]
     }
 
     /// `touched` and `beside`, each `pixels`, `rms_mm` and `max_mm`.

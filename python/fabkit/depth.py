@@ -128,6 +128,9 @@ class Scene:
     pose_covariance
         (6, 6), a small rotation about the camera's axes through the sensor's origin, rad, then the
         translation, mm; instead of what ``pose`` says, and taken for independent of the camera.
+    unit
+        Number of a unit of the design, as for ``fabkit capture --unit``: its camera, lamps and
+        layers differ from the drawing as tolerances let them. Simulated.
 
     Raises
     ------
@@ -143,7 +146,10 @@ class Scene:
         camera: Camera | str | PathLike[str] | None = None,
         pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
         pose_covariance: ArrayLike | None = None,
+        unit: int | None = None,
     ) -> None:
+        if unit is not None and not 0 <= unit < 1 << 64:
+            raise invalid(f"unit is {unit}; it must be a number from 0 to 2^64 - 1")
         self.sensor = load(sensor) if isinstance(sensor, str) else sensor
         """Whose surface is seen."""
         covariance = pose_covariance
@@ -166,6 +172,7 @@ class Scene:
         of_pose = None if covariance is None else _arrays.matrix(covariance, 6, "pose_covariance")
         self._size_px: tuple[int, int] | None = None
         self._given = (camera if given else camera_file, pose_file or text or matrix, of_pose)
+        self._unit = unit
         self._native = _fabkit.Scene(
             self.sensor._project,  # pyright: ignore[reportPrivateUsage]
             self.sensor.source,
@@ -175,12 +182,13 @@ class Scene:
             None if text is None else text.text,
             matrix,
             of_pose,
+            unit,
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
         # To another process of the same machine, or one that sees the same files.
         there = [os.path.abspath(x) if isinstance(x, str) else x for x in self._given]
-        return (_scene, (self.sensor, *there, self._size_px))
+        return (_scene, (self.sensor, *there, self._size_px, self._unit))
 
     def resized(self, width_px: int, height_px: int) -> Scene:
         """See the same in another number of pixels: for simulators and networks.
@@ -308,9 +316,14 @@ class Scene:
 
 
 def _scene(
-    sensor: Sensor, camera: Any, pose: Any, pose_covariance: Any, size_px: tuple[int, int] | None
+    sensor: Sensor,
+    camera: Any,
+    pose: Any,
+    pose_covariance: Any,
+    size_px: tuple[int, int] | None,
+    unit: int | None,
 ) -> Scene:
-    scene = Scene(sensor, camera=camera, pose=pose, pose_covariance=pose_covariance)
+    scene = Scene(sensor, camera=camera, pose=pose, pose_covariance=pose_covariance, unit=unit)
     return scene if size_px is None else scene.resized(*size_px)
 
 

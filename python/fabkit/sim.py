@@ -246,7 +246,7 @@ class Sensor:
         Width and height of pictures, instead of the camera's own: the same view in fewer pixels.
     light, constants
         As for :meth:`fabkit.depth.Scene.capture`.
-    camera, pose
+    camera, pose, unit
         As for :class:`fabkit.depth.Scene`.
     samples
         Rays along each side of a pixel, 1 to 8: a pixel records the mean of its own.
@@ -270,10 +270,11 @@ class Sensor:
         constants: str | PathLike[str] | None = None,
         camera: Camera | str | PathLike[str] | None = None,
         pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
+        unit: int | None = None,
         samples: int = 1,
         spacing_mm: float | str | None = None,
     ) -> None:
-        scene = Scene(design, camera=camera, pose=pose)
+        scene = Scene(design, camera=camera, pose=pose, unit=unit)
         if size_px is not None:
             scene = scene.resized(*size_px)
         self.scene = scene

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use fabkit_application::Error;
 use fabkit_application::camera::files::{PoseFile, read_pose};
-use fabkit_application::capturing::{self, Capturing, LightConstants};
+use fabkit_application::capturing::{self, Capturing, LightConstants, Unit};
 use fabkit_application::export::{Array, Values, png};
 use fabkit_application::fitting_light::read_constants;
 use fabkit_application::geometry::{Lighting, Sensor};
@@ -60,6 +60,8 @@ pub fn false_color<'py>(
 pub struct Scene {
     pub sensor: String,
     pub scene: Arc<scene::SensorView>,
+    /// Which unit of the design it is; nothing for what is drawn.
+    pub unit: Option<Unit>,
 }
 
 #[pymethods]
@@ -67,7 +69,7 @@ impl Scene {
     /// Camera and pose are the design's, or what files say, or what is given: a camera, and the
     /// content of a pose file or a matrix with its covariance.
     #[new]
-    #[pyo3(signature = (project, sensor, camera_file, pose_file, camera, pose_text, camera_from_sensor, covariance))]
+    #[pyo3(signature = (project, sensor, camera_file, pose_file, camera, pose_text, camera_from_sensor, covariance, unit))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn new(
         py: Python<'_>,
@@ -79,8 +81,13 @@ impl Scene {
         pose_text: Option<String>,
         camera_from_sensor: Option<[[f64; 4]; 4]>,
         covariance: Option<[[f64; 6]; 6]>,
+        unit: Option<u64>,
     ) -> PyResult<Self> {
-        let project = Arc::clone(&project.project);
+        let mut project = Arc::clone(&project.project);
+        let unit = unit.map(Unit);
+        if let Some(unit) = unit {
+            unit.build(&mut Arc::make_mut(&mut project).design.sensor);
+        }
         let text = camera.map(|camera| camera.text()).transpose().or_raise(py)?;
         let scene = short(py, || {
             let bad = |error| SceneError::viewpoint(None, error);
@@ -111,7 +118,7 @@ impl Scene {
                 .map_err(bad)?;
             scene::SensorView::new(project, viewpoint)
         })?;
-        Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?) })
+        Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?), unit })
     }
 
     /// The same view in another number of pixels.
@@ -122,7 +129,8 @@ impl Scene {
             let viewpoint = viewpoint.map_err(|error| SceneError::viewpoint(None, error))?;
             scene::SensorView::new(Arc::clone(&view.project), viewpoint)
         })?;
-        Ok(Self { sensor: self.sensor.clone(), scene: Arc::new(scene.or_raise(py)?) })
+        let scene = Arc::new(scene.or_raise(py)?);
+        Ok(Self { sensor: self.sensor.clone(), scene, unit: self.unit })
     }
 
     /// What `sigma_mm` contains.
@@ -197,13 +205,16 @@ impl Scene {
         constants: Option<PathBuf>,
         seed: Option<u64>,
     ) -> PyResult<(Bound<'py, PyDict>, String)> {
-        let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
+        let (scene, sensor, unit) = (Arc::clone(&self.scene), self.sensor.clone(), self.unit);
         let (found, document) = run(py, Interrupted::Leave, None, move |_| {
             let finder = scene.project.press_finder();
             let press = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
             let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
             let drawn = &scene.project.design.sensor;
-            let (lighting, constants) = lit(drawn, light.as_deref(), constants.as_deref())?;
+            let (lighting, mut constants) = lit(drawn, light.as_deref(), constants.as_deref())?;
+            if let Some(unit) = unit {
+                unit.change(&mut constants);
+            }
             let cast = Cast {
                 presses: &presses,
                 samples,
@@ -218,9 +229,10 @@ impl Scene {
                 found = arrays(seen.map, seen.sigmas);
                 Ok(())
             })?;
-            let document =
-                capturing::document(&scene.project, &scene.viewpoint, &capturing, &captured)
-                    .to_string();
+            let mut document =
+                capturing::document(&scene.project, &scene.viewpoint, &capturing, &captured);
+            document["unit"] = unit.map(|unit| unit.document(drawn)).into();
+            let document = document.to_string();
             let [width, height] = captured.size_px.map(|px| px as usize);
             let mut shape = vec![height, width];
             if captured.channels > 1 {

@@ -1,5 +1,9 @@
 """Simulated pictures through Python."""
 
+import pickle
+
+import cv2
+import fabkit.sim
 import numpy as np
 import pytest
 
@@ -45,3 +49,24 @@ def test_colours_and_marks_come_along():
 def test_lights_that_a_sensor_has_not_are_refused():
     with pytest.raises(fabkit.FabkitError, match="no light `uv`: it has white"):
         fabkit.depth.Scene("rtac0").capture(light="uv")
+
+
+def test_units_are_the_commands(command, tmp_path):
+    press = "ball@1mm,-2mm,1mm"
+    scene = fabkit.depth.Scene("9dtact", unit=5)
+    captured = scene.capture(press, seed=3, spacing_mm=0.5)
+    theirs = command(
+        *("capture", "9dtact", "--press", press, "--seed=3", "--spacing=0.5mm", "--json"),
+        *("--unit=5", "-o", tmp_path / "a.png"),
+    )
+    assert theirs["unit"] == captured.document["unit"]
+    assert theirs["unit"]["number"] == 5
+    written = cv2.imread(str(tmp_path / "a.png"), cv2.IMREAD_UNCHANGED)
+    assert np.array_equal(written, np.rint(captured.grey).clip(0, 255))
+    at_rest = scene.capture(seed=3).grey
+    assert np.array_equal(pickle.loads(pickle.dumps(scene)).capture(seed=3).grey, at_rest)
+    assert not np.array_equal(fabkit.depth.Scene("9dtact", unit=6).capture(seed=3).grey, at_rest)
+    kept = fabkit.sim.Sensor("9dtact", unit=5, spacing_mm=0.5).press(seed=3).image
+    assert np.array_equal(kept, np.rint(at_rest).clip(0, 255))
+    with pytest.raises(fabkit.FabkitError, match="unit is -1"):
+        fabkit.depth.Scene("9dtact", unit=-1)

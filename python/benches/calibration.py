@@ -1,6 +1,6 @@
-"""Calibrates R-Tac0s from rendered pins or halves, each with a camera and a light of its own.
+"""Calibrates R-Tac0s from rendered pins, halves or balls, each with a camera and light of its own.
 
-python calibration.py [--trials N] [--captures N] [--seed N] [--fixture semi-domes]
+python calibration.py [--trials N] [--captures N] [--seed N] [--fixture semi-domes|balls]
 
 Prints by how far camera and surface are off, beside what the solver claims, who is told neither
 pose nor light. Sets whose pictures are white in more than a tenth, which the solver warns of, are
@@ -15,6 +15,8 @@ import json
 import math
 import os
 import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 os.environ.setdefault("RAYON_NUM_THREADS", "1")
@@ -32,7 +34,12 @@ PINS = 5
 # Nearer to each other pins are no two marks, mm.
 APART_MM = 6.0
 # Two holes lie behind the shell's rim.
-HIDDEN = {24, 28}
+HIDDEN = frozenset({24, 28})
+# Balls at known places, as a robot presses them: their radius, mm, how many in a picture, how far
+# apart; rings by their angle to the tip, and depths by name.
+BALL_MM, BALLS, BALLS_APART_MM = 3.0, 3, 10.0
+BALL_RINGS = ((0, 1), (25, 5), (45, 8), (62, 9))
+BALL_DEPTHS_MM = {"deep": 1.0, "shallow": 0.6}
 # How far a camera is from where it is drawn, one standard deviation: a part of its tolerances.
 TURN_RAD, SHIFT_MM = math.radians(0.5), 0.3
 # What the solver assumes of light in the layer (1/mm, mm), and how well it says it knows that.
@@ -75,6 +82,49 @@ def constants(folder, light):
     return path
 
 
+def ball_places(sensor):
+    """Where balls are pressed: over the dome, to two depths, as landmarks' files have it."""
+    surface = sensor.values.surface
+    pins = []
+    for ring, (polar_deg, count) in enumerate(BALL_RINGS):
+        for place in range(count):
+            polar, azimuth = math.radians(polar_deg), math.tau * (place + 0.5 * ring) / count
+            out = np.array(
+                [
+                    math.sin(polar) * math.cos(azimuth),
+                    math.sin(polar) * math.sin(azimuth),
+                    math.cos(polar),
+                ]
+            )
+            hole = 1 + len(pins) // len(BALL_DEPTHS_MM)
+            for kind, depth_mm in BALL_DEPTHS_MM.items():
+                contact = [0, 0, surface.wall_height] + (surface.radius - depth_mm) * out
+                pins.append(
+                    {
+                        "hole": hole,
+                        "kind": kind,
+                        "tip_centre_in_sensor_mm": (contact + BALL_MM * out).tolist(),
+                        "contact_in_sensor_mm": contact.tolist(),
+                        "axis_in_sensor": (-out).tolist(),
+                    }
+                )
+    return pins
+
+
+def ball_file(folder, pins):
+    document = {
+        "format": "fabkit-pin-landmarks",
+        "version": 1,
+        "sensor": SENSOR,
+        "fixture": "balls",
+        "tip_radius_mm": BALL_MM,
+        "pins": pins,
+    }
+    path = folder / "balls.json"
+    path.write_text(json.dumps(document))
+    return path
+
+
 def captured_halves(folder, unit, landmarks, count, random):
     """Take the pictures; one half in each, on either side."""
     kinds = sorted({landmark["kind"] for landmark in landmarks})
@@ -85,27 +135,56 @@ def captured_halves(folder, unit, landmarks, count, random):
         cv2.imwrite(str(folder / f"{kind}.png"), image)
 
 
-def captured(folder, unit, pins, count, random):
-    """Take the pictures; five pins in each, none beside another."""
-    rows, asked = [], []
-    for number in range(count):
-        chosen = []
-        while len(chosen) < PINS:
-            pin = pins[random.integers(len(pins))]
-            place = pin["contact_in_sensor_mm"]
-            apart = all(math.dist(place, o["contact_in_sensor_mm"]) > APART_MM for o in chosen)
-            if pin["hole"] not in HIDDEN and apart:
-                chosen.append(pin)
-        presses = [f"pin-{pin['hole']}-{pin['kind']}" for pin in chosen]
-        asked.append(fabkit.sim.Asked(presses, seed=int(random.integers(1 << 31))))
-        rows += [(f"{number}.png", pin["hole"], pin["kind"]) for pin in chosen]
-    for number, image in enumerate(unit.press_all(asked).image):
-        cv2.imwrite(str(folder / f"{number}.png"), image)
-    with (folder / "captures.csv").open("w", newline="") as file:
-        csv.writer(file).writerows([("file", "hole", "kind"), *rows])
+@dataclass(frozen=True)
+class Single:
+    """What presses by itself, several in each picture: pins, or balls."""
+
+    landmarks: list[dict]
+    presser: Callable[[dict], object]
+    in_picture: int
+    apart_mm: float
+    """Nearer to each other they are no two marks."""
+    hidden: frozenset[int] = frozenset()
+    """Holes that are left out."""
+
+    def captured(self, folder, unit, count, random):
+        """Take the pictures."""
+        rows, asked = [], []
+        for number in range(count):
+            chosen = []
+            while len(chosen) < self.in_picture:
+                one = self.landmarks[random.integers(len(self.landmarks))]
+                place = one["contact_in_sensor_mm"]
+                others = [other["contact_in_sensor_mm"] for other in chosen]
+                is_apart = all(math.dist(place, other) > self.apart_mm for other in others)
+                if is_apart and one["hole"] not in self.hidden:
+                    chosen.append(one)
+            seed = int(random.integers(1 << 31))
+            asked.append(fabkit.sim.Asked([self.presser(one) for one in chosen], seed=seed))
+            rows += [(f"{number}.png", one["hole"], one["kind"]) for one in chosen]
+        for number, image in enumerate(unit.press_all(asked).image):
+            cv2.imwrite(str(folder / f"{number}.png"), image)
+        with (folder / "captures.csv").open("w", newline="") as file:
+            csv.writer(file).writerows([("file", "hole", "kind"), *rows])
+
+
+def pins(sensor):
+    landmarks = sensor.fixtures["pin-dome"].landmarks
+    return Single(landmarks, lambda pin: f"pin-{pin['hole']}-{pin['kind']}", PINS, APART_MM, HIDDEN)
+
+
+def balls(sensor):
+    ball = fabkit.sim.ball(BALL_MM)
+    return Single(
+        ball_places(sensor),
+        lambda place: ball.at(*place["tip_centre_in_sensor_mm"]),
+        BALLS,
+        BALLS_APART_MM,
+    )
 
 
 def trial(sensor, fixture, count, seed):
+    """Return errors of one unit, and how sure they are said to be."""
     random = np.random.default_rng(seed)
     nominal = np.linalg.inv(fabkit.depth.Scene(sensor).sensor_from_camera)
     camera_from_sensor = nominal.copy()
@@ -121,14 +200,20 @@ def trial(sensor, fixture, count, seed):
     truth = fabkit.depth.Scene(sensor, pose=camera_from_sensor)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        take = captured if fixture.name.endswith("pin-dome") else captured_halves
         unit = fabkit.sim.Sensor(
             sensor, pose=camera_from_sensor, constants=constants(folder, light)
         )
-        take(folder, unit, fixture.landmarks, count, random)
+        landmarks = sensor.fixtures.get(fixture)
+        if fixture == "semi-domes":
+            captured_halves(folder, unit, landmarks.landmarks, count, random)
+        else:
+            single = balls(sensor) if fixture == "balls" else pins(sensor)
+            single.captured(folder, unit, count, random)
+            if fixture == "balls":
+                landmarks = ball_file(folder, single.landmarks)
         cv2.imwrite(str(folder / "ref.png"), unit.press(seed=1).image)
         lens = fabkit.depth.Scene(sensor).camera
-        found = fabkit.calibrate.extrinsics(sensor, lens, folder, landmarks=fixture)
+        found = fabkit.calibrate.extrinsics(sensor, lens, folder, landmarks=landmarks)
     pose = found.camera_from_sensor
     off = np.concatenate(
         [
@@ -151,13 +236,14 @@ def main():
     parser.add_argument("--trials", type=int, default=10)
     parser.add_argument("--captures", type=int, default=30)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--fixture", choices=("pin-dome", "semi-domes"), default="pin-dome")
+    parser.add_argument(
+        "--fixture", choices=("pin-dome", "semi-domes", "balls"), default="pin-dome"
+    )
     asked = parser.parse_args()
     sensor = fabkit.load(SENSOR)
-    fixture = sensor.fixtures[asked.fixture]
     rows = []
     for seed in range(asked.seed, asked.seed + asked.trials):
-        off, nees, in_z, apart, claimed, found = trial(sensor, fixture, asked.captures, seed)
+        off, nees, in_z, apart, claimed, found = trial(sensor, asked.fixture, asked.captures, seed)
         surface, sure = (math.sqrt((mm**2).mean()) for mm in (apart, claimed))
         is_white = any("saturated" in warning for warning in found.warnings)
         is_other = any("not the one that is drawn" in warning for warning in found.warnings)

@@ -135,7 +135,8 @@ def captured_halves(folder, scene, light, landmarks, count, random):
     for kind in random.permutation(kinds)[:count]:
         seed = int(random.integers(1 << 31))
         picture = scene.capture([str(kind)], seed=seed, constants=light, allow_no_contact=True)
-        cv2.imwrite(str(folder / f"{kind}.png"), np.clip(np.rint(picture.grey), 0, 255))
+        grey = np.clip(np.rint(picture.grey), 0, 255).astype(np.uint8)
+        cv2.imwrite(str(folder / f"{kind}.png"), grey)
 
 
 @dataclass(frozen=True)

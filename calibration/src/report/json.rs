@@ -46,6 +46,7 @@ impl ExtrinsicsReport<'_> {
                 "parameters": parameters.collect::<Vec<_>>(),
                 "camera": camera.map(|(name, value)| (name.to_owned(), json!(value))).collect::<serde_json::Map<_, _>>(),
                 "interface": model.camera.interface().kind_name(),
+                "is_drawn_behind": model.camera.interface().is_drawn_behind(),
                 "unobservable": chosen.unobservable.iter().map(unknown_json).collect::<Vec<_>>(),
             },
             "seating_offset_observable": calibration.selection.seating_shows,

@@ -57,7 +57,7 @@ fn light_goes_on_behind_the_interface_as_drawn() {
             let off_mm = (expected - found).norm();
             // At the very edge of a body a ray may pass that rounding stops.
             astray += usize::from(expected.x.is_finite() != found.x.is_finite());
-            assert!(!(off_mm > 1e-9), "{name}: {off_mm:.1e} mm");
+            assert!(off_mm.is_nan() || off_mm < 1e-9, "{name}: {off_mm:.1e} mm");
         }
         assert!(astray <= 2, "{name}: {astray}");
         assert!(tips.seen > 100 && tips.seen.abs_diff(own_tips.seen) <= 2, "{name}");

@@ -42,6 +42,8 @@ const BAND_BYTES: u64 = 475;
 const MEMBRANE_BYTES: u64 = 575;
 /// The same where the surface gives way.
 const YIELDING_BYTES: u64 = 540;
+/// What it takes besides to say how sure a place behind bent rays is: counted, not measured.
+pub(crate) const BENT_BYTES: u64 = 201;
 
 /// A sensor whose surface a camera sees.
 #[derive(Clone, Debug)]
@@ -132,6 +134,11 @@ impl SensorView {
         Ok(Self { project, viewpoint, coverage, sights, layers: Arc::default() })
     }
 
+    /// Whether somebody says how sure camera or pose are, and bodies bend rays behind them.
+    pub(crate) fn is_unsure_behind_bends(&self) -> bool {
+        self.viewpoint.says_how_sure() && self.sights.bends()
+    }
+
     /// The sensor's bodies as the camera's rays meet them.
     pub fn sights(&self) -> &Sights {
         &self.sights
@@ -207,6 +214,7 @@ impl SensorView {
             Contact::Membrane(_) => MEMBRANE_BYTES,
             Contact::Linear(_) => YIELDING_BYTES,
         };
+        let per_ray = per_ray + if self.is_unsure_behind_bends() { BENT_BYTES } else { 0 };
         memory::admit(
             &format!("casting {width} x {height} rays for these files"),
             kept * rays + per_ray * at_once,

@@ -3,7 +3,7 @@
 use super::DatasetRequest;
 use crate::memory::{self, Less, MemoryError};
 use crate::pressing::Contact;
-use crate::scene::SensorView;
+use crate::scene::{BENT_BYTES, SensorView};
 
 /// For each pixel, bytes: rays, the surface, the seam, and the reference with the file made of it.
 const SHARED: u64 = 24 + 24 + 1 + 8 + 1 + 150;
@@ -44,7 +44,10 @@ impl Room {
         let of_halves = if_so(order.materialise, PART)
             + if_so(order.captures.is_some() || order.images.is_some(), CAPTURE);
         let is_unsure = scene.viewpoint.says_how_sure();
-        let shared = SHARED + if_so(is_unsure, UNSURE_SHARED) + 2 * patterns * of_halves;
+        let shared = SHARED
+            + if_so(is_unsure, UNSURE_SHARED)
+            + if_so(scene.is_unsure_behind_bends(), BENT_BYTES)
+            + 2 * patterns * of_halves;
         let (more, field) = match order.contact {
             Contact::Rigid => (0, 0),
             Contact::Membrane(_) => (MEMBRANE, 0),

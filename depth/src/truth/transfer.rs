@@ -17,6 +17,12 @@ const STEP: f64 = 1e-6;
 /// A step moves the start of a last piece by far less than that, unless it leads through another face, mm.
 const NEIGHBOUR_MM: f64 = 1e-3;
 
+/// Of a pixel that the lens does not reach.
+const NOWHERE: Ray = Ray {
+    origin: Point3::new(0.0, 0.0, 0.0),
+    direction: Vector3::new(f64::NAN, f64::NAN, f64::NAN),
+};
+
 /// Two turns and two shifts.
 const WAYS: usize = 4;
 
@@ -49,15 +55,12 @@ impl Transfer {
             (0..rays.len()).into_par_iter().map(|pixel| rays.leaving(pixel)).collect();
         let mut by = vec![[[f32::NAN; 6]; WAYS]; rays.len()];
         for way in 0..WAYS {
-            let moved = |leaving: &Option<Ray>| leaving.as_ref().map(|ray| stepped(ray, way, STEP));
-            let moved: Vec<Option<Ray>> = leaving.par_iter().map(moved).collect();
-            let part = |of: &dyn Fn(&Ray) -> Vector3<f64>| -> Vec<Vector3<f64>> {
-                let nothing = Vector3::repeat(f64::NAN);
-                moved.iter().map(|ray| ray.as_ref().map_or(nothing, of)).collect()
+            let start = |leaving: &Option<Ray>| {
+                let ray = leaving.as_ref().map_or(NOWHERE, |ray| stepped(ray, way, STEP));
+                (ray.origin, ray.direction)
             };
-            let mut directions = part(&|ray| ray.direction);
-            let origins = part(&|ray| ray.origin.coords);
-            let mut origins: Vec<Point3<f64>> = origins.into_iter().map(Point3::from).collect();
+            let (mut origins, mut directions): (Vec<_>, Vec<_>) =
+                leaving.par_iter().map(start).unzip();
             // Of what does not see the surface nothing is asked.
             let unasked = |seen: &u8| if *seen == SEES_SURFACE { SEES_NOTHING } else { *seen };
             let mut seen_by: Vec<u8> = rays.seen_by().iter().map(unasked).collect();

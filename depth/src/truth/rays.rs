@@ -153,7 +153,11 @@ impl PixelRays {
     /// How they change with the rays that leave the camera; nothing where those go straight on.
     pub(super) fn transfer(&self) -> Option<&Transfer> {
         let media = self.media.as_ref()?;
-        Some(self.transfer.get_or_init(|| Arc::new(Transfer::of(self, media))).as_ref())
+        if self.transfer.get().is_none() {
+            // Not within the lock: a thread that waits for its parts may take up other work, and ask for this again.
+            let _ = self.transfer.set(Arc::new(Transfer::of(self, media)));
+        }
+        self.transfer.get().map(Arc::as_ref)
     }
 
     /// A pixel's ray as it leaves the camera, sensor frame; `None` where the lens does not reach.

@@ -62,6 +62,7 @@ fn parameter_json(setting: &Setting) -> Value {
         "summary": setting.summary,
         "source": setting.source.kind.to_string(),
         "note": setting.source.note,
+        "tolerance": setting.source.tolerance,
         "expression": setting.expression,
     })
 }

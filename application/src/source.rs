@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fabkit_checks::{self as checks, CheckReport, InvalidBody, Severity};
+use fabkit_designs::built::Dimension;
 use fabkit_designs::fixing::{self, Change, Feasible};
 use fabkit_designs::profile::ProcessProfile;
 use fabkit_designs::{self as designs, BaseFile, Design, Extends, SensorText, UserFile};
@@ -408,6 +409,19 @@ impl Source {
             fixing::advise(self.sensor_text(), overrides, &[fixtures::KEY], &mut invalid);
             self.invalid(invalid)
         })
+    }
+
+    /// A unit of the sensor, as [`designs::built::as_built`] has it.
+    ///
+    /// # Errors
+    /// All problems of the design.
+    pub fn as_built(
+        &self,
+        overrides: &[String],
+        off: &dyn Fn(&str) -> f64,
+    ) -> Result<(Design, Vec<Dimension>), Error> {
+        designs::built::as_built(self.sensor_text(), overrides, &[fixtures::KEY], off)
+            .map_err(|invalid| self.invalid(invalid))
     }
 
     /// The fewest and least changes of what fabkit has chosen with which the sensor can be built.

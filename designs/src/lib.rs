@@ -4,6 +4,7 @@ use fabkit_geometry::Sensor;
 
 pub mod assembling;
 pub mod blocks;
+pub mod built;
 pub mod buying;
 mod companion;
 mod families;

@@ -129,8 +129,8 @@ class Scene:
         (6, 6), a small rotation about the camera's axes through the sensor's origin, rad, then the
         translation, mm; instead of what ``pose`` says, and taken for independent of the camera.
     unit
-        Number of a unit of the design, as for ``fabkit capture --unit``: its camera, lamps and
-        layers differ from the drawing as tolerances let them. Simulated.
+        Number of a unit of the design, as for ``fabkit capture --unit``: its parts, camera, lamps
+        and layers differ from the drawing as tolerances let them. Simulated.
 
     Raises
     ------

@@ -76,6 +76,8 @@ class Parameter:
     """``paper``, ``measured``, ``chosen`` or ``override``."""
     note: str
     """More about the source."""
+    tolerance: str | None = None
+    """How far what is made may be off either way, where the file says so."""
     expression: str | None = None
     """What the value follows from: ``= surface.radius - 3 mm``; ``None`` for a plain value."""
 

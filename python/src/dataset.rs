@@ -117,7 +117,6 @@ impl DatasetOrder {
             images: self.images.as_ref().map(|(light, constants)| ImageRequest {
                 light: light.as_deref(),
                 constants: constants.as_deref(),
-                unit: None,
             }),
             contact: named(self.contact.clone()).map_err(Error::from)?,
             seam_margin_mm: self.seam_margin_mm,

@@ -4,9 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use fabkit_application::Error;
-use fabkit_application::capturing::LightConstants;
 use fabkit_application::export::{Array, Values};
-use fabkit_application::fitting_light::read_constants;
 use fabkit_application::fixtures::{Press, PressBody};
 use fabkit_application::geometry::{Matrix3, Point3, Pose, Solid, Vector3};
 use fabkit_application::live::{
@@ -46,14 +44,8 @@ impl Live {
         samples: u32,
         spacing_mm: Option<f64>,
     ) -> PyResult<Self> {
-        let (view, sensor, unit) = (Arc::clone(&scene.scene), scene.sensor.clone(), scene.unit);
+        let (view, sensor) = (Arc::clone(&scene.scene), scene.sensor.clone());
         let live = run(py, Interrupted::Leave, None, move |_| {
-            let drawn = &view.project.design.sensor;
-            let read = |path: &PathBuf| read_constants(drawn, path);
-            let mut constants = constants.as_ref().map(read).transpose()?;
-            if let Some(unit) = unit {
-                unit.change(constants.get_or_insert_with(|| LightConstants::of(drawn)));
-            }
             let options = LiveOptions { light, constants, samples, spacing_mm };
             Ok::<_, Failure>(live::Live::new(Arc::clone(&view), options)?)
         })?;

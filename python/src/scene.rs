@@ -3,12 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fabkit_application::Error;
 use fabkit_application::camera::files::{PoseFile, read_pose};
-use fabkit_application::capturing::{self, Capturing, LightConstants, Unit};
+use fabkit_application::capturing::{self, Capturing, Unit, lit};
 use fabkit_application::export::{Array, Values, png};
-use fabkit_application::fitting_light::read_constants;
-use fabkit_application::geometry::{Lighting, Sensor};
 use fabkit_application::ground_truth::{Viewpoint, arrays, picture};
 use fabkit_application::pressing::{self, Contact, Linear, PressingError};
 use fabkit_application::reconstructing::{self, DepthNetwork, Taken};
@@ -60,8 +57,6 @@ pub fn false_color<'py>(
 pub struct Scene {
     pub sensor: String,
     pub scene: Arc<scene::SensorView>,
-    /// Which unit of the design it is; nothing for what is drawn.
-    pub unit: Option<Unit>,
 }
 
 #[pymethods]
@@ -83,13 +78,14 @@ impl Scene {
         covariance: Option<[[f64; 6]; 6]>,
         unit: Option<u64>,
     ) -> PyResult<Self> {
-        let mut project = Arc::clone(&project.project);
-        let unit = unit.map(Unit);
-        if let Some(unit) = unit {
-            unit.build(&mut Arc::make_mut(&mut project).design.sensor);
-        }
+        let drawn = Arc::clone(&project.project);
+        let (source, overrides) = (Arc::clone(&project.source), &project.overrides);
         let text = camera.map(|camera| camera.text()).transpose().or_raise(py)?;
         let scene = short(py, || {
+            let project = match unit.map(Unit) {
+                None => drawn,
+                Some(unit) => Arc::new(unit.of(&source, overrides)?),
+            };
             let bad = |error| SceneError::viewpoint(None, error);
             let mut files =
                 ViewpointFiles::read(&project, camera_file.as_deref(), pose_file.as_deref())?;
@@ -118,7 +114,7 @@ impl Scene {
                 .map_err(bad)?;
             scene::SensorView::new(project, viewpoint)
         })?;
-        Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?), unit })
+        Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?) })
     }
 
     /// The same view in another number of pixels.
@@ -130,7 +126,7 @@ impl Scene {
             scene::SensorView::new(Arc::clone(&view.project), viewpoint)
         })?;
         let scene = Arc::new(scene.or_raise(py)?);
-        Ok(Self { sensor: self.sensor.clone(), scene, unit: self.unit })
+        Ok(Self { sensor: self.sensor.clone(), scene })
     }
 
     /// What `sigma_mm` contains.
@@ -205,16 +201,13 @@ impl Scene {
         constants: Option<PathBuf>,
         seed: Option<u64>,
     ) -> PyResult<(Bound<'py, PyDict>, String)> {
-        let (scene, sensor, unit) = (Arc::clone(&self.scene), self.sensor.clone(), self.unit);
+        let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
         let (found, document) = run(py, Interrupted::Leave, None, move |_| {
             let finder = scene.project.press_finder();
             let press = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
             let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
-            let drawn = &scene.project.design.sensor;
-            let (lighting, mut constants) = lit(drawn, light.as_deref(), constants.as_deref())?;
-            if let Some(unit) = unit {
-                unit.change(&mut constants);
-            }
+            let (lighting, constants) =
+                lit(&scene.project, light.as_deref(), constants.as_deref())?;
             let cast = Cast {
                 presses: &presses,
                 samples,
@@ -229,9 +222,8 @@ impl Scene {
                 found = arrays(seen.map, seen.sigmas);
                 Ok(())
             })?;
-            let mut document =
+            let document =
                 capturing::document(&scene.project, &scene.viewpoint, &capturing, &captured);
-            document["unit"] = unit.map(|unit| unit.document(drawn)).into();
             let document = document.to_string();
             let [width, height] = captured.size_px.map(|px| px as usize);
             let mut shape = vec![height, width];
@@ -244,20 +236,6 @@ impl Scene {
         })?;
         Ok((arrays::dictionary(py, found)?, document))
     }
-}
-
-/// What lights a sensor, and the constants of that light: a file's, or the sensor's own.
-fn lit<'a>(
-    sensor: &'a Sensor,
-    light: Option<&str>,
-    constants: Option<&Path>,
-) -> Result<(&'a Lighting, LightConstants), Error> {
-    let lighting = capturing::lighting(sensor, light)?;
-    let constants = match constants {
-        Some(path) => read_constants(sensor, path)?,
-        None => LightConstants::of(sensor),
-    };
-    Ok((lighting, constants))
 }
 
 /// See [`reconstructing::Reconstructor`].
@@ -287,8 +265,7 @@ impl Reconstructor {
                 let known = reconstructing::Reconstructor::with_network(&view, &network, given);
                 return Ok::<_, Failure>(known?);
             }
-            let drawn = &view.project.design.sensor;
-            let (lighting, constants) = lit(drawn, light.as_deref(), constants.as_deref())?;
+            let (lighting, constants) = lit(&view.project, light.as_deref(), constants.as_deref())?;
             let known = reconstructing::Reconstructor::new(&view, lighting, &constants, given);
             Ok::<_, Failure>(known?)
         })?;

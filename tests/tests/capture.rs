@@ -276,13 +276,22 @@ fn a_unit_is_another_sensor_of_the_same_design() {
         a.grey.iter().zip(&b.grey).filter(|(a, b)| (*a - *b).abs() > 1.0).count()
     };
     assert!(differ(&unit, &as_drawn) > 10_000 && differ(&unit, &other) > 10_000);
-    // A core that stands higher leaves less above it.
+    // A core that stands higher leaves less above it, of what this unit's pad and coat came out as.
     let core_mm = said["unit"]["core_off_mm"][2].as_f64().unwrap();
+    let dimensions = said["unit"]["dimensions"].as_array().unwrap();
+    let size = |path: &str| dimensions.iter().find(|one| one["path"] == path).unwrap();
+    let [pad_mm, coat_mm] = ["pad.thickness", "coat.thickness"].map(|path| {
+        let [drawn, built, tolerance] =
+            ["drawn", "built", "tolerance"].map(|key| size(path)[key].as_f64().unwrap());
+        assert!(built != drawn && (built - drawn).abs() < tolerance + 1e-4, "{path} {built}");
+        built
+    });
     let thin_mm = said["thickness_mm"][0].as_f64().unwrap();
     assert!(
-        (thin_mm - (2.5 - core_mm)).abs() < 1e-6 && core_mm.abs() > 1e-3,
+        (thin_mm - (pad_mm - coat_mm - core_mm)).abs() < 1e-6 && core_mm.abs() > 1e-3,
         "{thin_mm} {core_mm}"
     );
+    assert_eq!(said["design_hash"], drawn["design_hash"]);
     // Its camera's pose is that of the unit, for the truth as well.
     let moved = [&said, &drawn]
         .map(|of| of["viewpoint"]["sensor_from_camera"]["translation_mm"][0].as_f64().unwrap());

@@ -8,7 +8,7 @@ use fabkit_tests::{Run, fabkit};
 use serde_json::{Value, json};
 
 /// Files that the commands below are about.
-const FILES: [(&str, &[u8]); 9] = [
+const FILES: [(&str, &[u8]); 10] = [
     ("key.yaml", b"format: 1\nextends: rtac0\nname: mine\nsurface:\n  radios: 15 mm\n"),
     ("empty.yaml", b""),
     ("broken.yaml", b"a: [1\n"),
@@ -16,6 +16,10 @@ const FILES: [(&str, &[u8]); 9] = [
     ("extends.yaml", b"format: 1\nextends: rtac\nname: mine\n"),
     ("format.yaml", b"format: 7\nextends: rtac0\nname: mine\n"),
     ("latin.yaml", b"format: 1\nname: \xff\n"),
+    (
+        "tolerance.yaml",
+        b"format: 1\nextends: rtac0\nname: mine\nsurface:\n  radius: {value: 15 mm, tolerance: 0.1}\n",
+    ),
     ("nothing.yaml", b"format: 1\nextends: rtac0\nname: mine\nsurface:\n  radius:\n"),
     ("camera.yaml", b"fabkit_camera: 1\n"),
 ];
@@ -186,6 +190,14 @@ const CASES: &[Case] = &[
     ("show format.yaml", 2, "wrong_format", "format", "-", "`7`"),
     ("show latin.yaml", 2, "not_utf8", "-", "-", "UTF-8"),
     ("show nothing.yaml", 2, "no_value", "surface.radius", "-", "has no value"),
+    (
+        "show tolerance.yaml",
+        2,
+        "missing_unit",
+        "surface.radius.tolerance",
+        "-",
+        "the tolerance of surface.radius is `0.1`",
+    ),
     ("show folder.yaml", 2, "not_a_file", "-", "-", "a folder"),
     (
         "depth rtac0 --camera camera.yaml --reference -o camera.yaml",

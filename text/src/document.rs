@@ -3,11 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use fabkit_geometry::{Angle, Length};
+
 use crate::expression::Formula;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::tree::{Content, Entry, Node};
 use crate::unknown::{instead, meant};
-use crate::{Field, Shape, Source, SourceKind, TextLayer, did_you_mean, join, shown, similar};
+use crate::{
+    Field, Kind, Refusal, Scalar, Shape, Source, SourceKind, TextLayer, did_you_mean, join, shown,
+    similar,
+};
 
 /// All values that were written, whichever layer they come from.
 #[derive(Clone, Debug)]
@@ -225,8 +230,8 @@ impl Document {
                     let hint = format!("its keys are {keys}");
                     self.break_at(&path, found.hint(hint).code("wrong_shape"));
                 }
-                (Shape::Value { is_list, .. }, Content::Map(entries)) => {
-                    match self.read_map(&path, *is_list, entries, &key_place, place) {
+                (Shape::Value { kind, is_list, .. }, Content::Map(entries)) => {
+                    match self.read_map(&path, (*kind, *is_list), entries, &key_place, place) {
                         Some(written) => self.set(&path, written),
                         None => {
                             self.broken.insert(path);
@@ -237,7 +242,7 @@ impl Document {
                     let node = Node { position: value.position, content };
                     match plain(&path, *is_list, node, place) {
                         Ok((text, place)) => {
-                            let source = Source { kind: SourceKind::User, note: String::new() };
+                            let source = Source::user("");
                             self.set(&path, Written::new(place, text, source));
                         }
                         Err(found) => self.break_at(&path, *found),
@@ -297,18 +302,18 @@ impl Document {
         self.found.push(found);
     }
 
-    /// Reads `{value, source, note}`.
+    /// Reads `{value, source, note, tolerance}`.
     fn read_map(
         &mut self,
         path: &str,
-        is_list: bool,
+        (kind, is_list): (Kind, bool),
         entries: Vec<Entry>,
         key_place: &Place,
         place: &Place,
     ) -> Option<Written> {
-        const KEYS: [&str; 3] = ["value", "source", "note"];
+        const KEYS: [&str; 4] = ["value", "source", "note", "tolerance"];
         let mut text = None;
-        let mut source = Source { kind: SourceKind::User, note: String::new() };
+        let mut source = Source::user("");
         let mut has_value = false;
         for Entry { key, key_position, value } in entries {
             let at = place.at(value.position);
@@ -348,7 +353,16 @@ impl Document {
                         self.found.push(found.hint("write one short line"));
                     }
                 },
-                ("source" | "note", _) => {
+                ("tolerance", Content::Scalar(text)) => match tolerance(kind, is_list, &text) {
+                    Ok(text) => source.tolerance = Some(text),
+                    Err(Refusal { says, hint, code, .. }) => {
+                        let text = shown(&text);
+                        let message = format!("the tolerance of {path} is `{text}`, which {says}");
+                        let found = at.problem(&join(path, "tolerance"), &text, message);
+                        self.found.push(found.hint(hint.unwrap_or_default()).code(code));
+                    }
+                },
+                ("source" | "note" | "tolerance", _) => {
                     let message = format!("the {key} of {path} is not a text");
                     let found = at.problem(&join(path, &key), "", message);
                     let found = found.hint("write it as one line of text");
@@ -426,6 +440,24 @@ fn note_text(note: &str) -> Result<String, String> {
         return Err("contains a control character".into());
     }
     Ok(note.to_owned())
+}
+
+/// How far what is made may be from a value, as it was written.
+fn tolerance(kind: Kind, is_list: bool, text: &str) -> Result<String, Refusal> {
+    let value = match (kind, is_list) {
+        (Kind::Length, false) => Length::parse(text)?.mm(),
+        (Kind::Angle, false) => Angle::parse(text)?.deg(),
+        _ => {
+            return Err(Refusal::new(
+                "says nothing of what is no single length or angle",
+                "remove it",
+            ));
+        }
+    };
+    match value >= 0.0 {
+        true => Ok(text.trim().to_owned()),
+        false => Err(Refusal::new("is below 0", "write how far it may be off either way")),
+    }
 }
 
 fn names(fields: &[Field]) -> String {

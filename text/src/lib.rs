@@ -96,6 +96,15 @@ pub struct Source {
     pub kind: SourceKind,
     /// Section, file or reason.
     pub note: String,
+    /// How far what is made may be from it, either way, as written; of lengths and angles.
+    pub tolerance: Option<String>,
+}
+
+impl Source {
+    /// Of a value that the user gave; nothing more is known of it.
+    pub fn user(note: impl Into<String>) -> Self {
+        Self { kind: SourceKind::User, note: note.into(), tolerance: None }
+    }
 }
 
 /// One parameter as it stands, for `fabkit show`.

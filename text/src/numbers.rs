@@ -24,6 +24,8 @@ pub struct Number {
     pub is_expression: bool,
     /// What it is; nothing where that cannot be read.
     pub value: Option<f64>,
+    /// How far what is made may be from it, either way, where its text says so; in its unit.
+    pub tolerance: Option<f64>,
 }
 
 impl Number {
@@ -59,7 +61,18 @@ impl Document {
             let value = self.number(&path, *kind);
             let (source, layer) = (written.source.kind, written.place.layer);
             let is_expression = written.formula.is_some();
-            Some(Number { path, kind: *kind, range, source, layer, is_expression, value })
+            let stated = written.source.tolerance.as_ref();
+            let tolerance = stated.and_then(|text| parsed(*kind, text));
+            Some(Number {
+                path,
+                kind: *kind,
+                range,
+                source,
+                layer,
+                is_expression,
+                value,
+                tolerance,
+            })
         };
         self.paths().into_iter().filter_map(number).collect()
     }
@@ -76,7 +89,7 @@ impl Document {
     pub fn write_over(&mut self, values: &BTreeMap<String, String>) {
         let place = Place::new(TextLayer::Override, OVERRIDES, self.root.dialect);
         for (path, text) in values {
-            let source = Source { kind: SourceKind::User, note: OVERRIDES.to_owned() };
+            let source = Source::user(OVERRIDES);
             let text = WrittenText::Scalar(text.clone());
             self.set(path, Written::new(place.clone(), text, source));
         }

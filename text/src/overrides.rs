@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::document::{Document, plain};
 use crate::parse::parse;
 use crate::place::{Found, Place, Written, WrittenText};
-use crate::{Shape, Source, SourceKind, TextLayer, shown};
+use crate::{Shape, Source, TextLayer, shown};
 
 /// What problems with overrides give as their file: the command's word for them.
 pub const OVERRIDES: &str = "--set";
@@ -85,7 +85,7 @@ fn written(
     } else {
         WrittenText::Scalar(value.to_owned())
     };
-    let source = Source { kind: SourceKind::User, note: OVERRIDES.to_owned() };
+    let source = Source::user(OVERRIDES);
     Ok(Written::new(place.clone(), text, source))
 }
 

@@ -151,6 +151,7 @@ fn value(summary: &str, allowed: &str, plain: &Json, has_expressions: bool, is_l
             "value": value,
             "source": { "enum": SourceKind::ALL.map(SourceKind::word) },
             "note": { "type": "string" },
+            "tolerance": { "type": "string" },
         },
         "required": ["value"],
         "additionalProperties": false,

@@ -5,7 +5,7 @@ use fabkit_fixtures::Project;
 use fabkit_geometry::Shows;
 use serde_json::{Value, json};
 
-use super::{Captured, Capturing, lens};
+use super::{Captured, Capturing, lens, unit_document};
 use crate::ground_truth::Viewpoint;
 use crate::identity::design_hash;
 use crate::pressing::marks_document;
@@ -64,6 +64,7 @@ pub fn document(
         "channels": captured.channels,
         "samples": capturing.cast.samples,
         "seed": capturing.seed,
+        "unit": unit_document(project),
         "exposure": captured.exposure,
         "drift_grey": captured.drift_grey,
         "jpeg_quality": capturing.jpeg_quality(&project.design.sensor),
@@ -91,8 +92,10 @@ pub fn comment(project: &Project, capturing: &Capturing<'_>, captured: &Captured
     let presses: Vec<&str> = capturing.cast.presses.iter().map(|p| p.id.as_str()).collect();
     let pressed = if presses.is_empty() { "no contact".to_owned() } else { presses.join(" ") };
     let noise = capturing.seed.map_or("no noise".to_owned(), |seed| format!("seed {seed}"));
+    let unit =
+        project.unit.as_ref().map_or(String::new(), |unit| format!(" unit {},", unit.number));
     format!(
-        "simulated by fabkit: {}, design {}, {} light, {pressed}, {} contact, {noise}",
+        "simulated by fabkit: {}, design {},{unit} {} light, {pressed}, {} contact, {noise}",
         project.design.sensor.name,
         design_hash(&project.design),
         capturing.lighting.name,

@@ -11,6 +11,7 @@ mod document;
 mod glowing;
 mod layers;
 mod lens;
+mod lighting;
 mod lit;
 mod marks;
 mod pack;
@@ -32,11 +33,12 @@ use rayon::prelude::*;
 pub(crate) use columns::column_ends;
 pub use constants::{Constant, Known, LightConstants};
 pub use document::{comment, document};
+pub use lighting::{lighting, lit};
 pub use pack::{OpticsPack, SLOPE_BINS, optics_pack};
 pub use scene::Scene;
 pub use skin::SkinView;
 pub use studio::Studio;
-pub use unit::Unit;
+pub use unit::{Unit, unit_document};
 
 pub(crate) use self::coat::CoatScene;
 use self::glowing::GlowScene;
@@ -151,23 +153,6 @@ impl Explained for CaptureError {
         };
         Some(hint.to_owned())
     }
-}
-
-/// A sensor's light by its name, or its usual one.
-///
-/// # Errors
-/// [`CaptureError`]: none of that name, or none at all.
-pub fn lighting<'a>(sensor: &'a Sensor, name: Option<&str>) -> Result<&'a Lighting, CaptureError> {
-    let Some(name) = name else {
-        let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
-        return sensor.lightings.first().ok_or_else(missing);
-    };
-    let unknown = || CaptureError::UnknownLight {
-        sensor: sensor.name.clone(),
-        light: name.to_owned(),
-        known: sensor.lightings.iter().map(|light| light.name).collect(),
-    };
-    sensor.lightings.iter().find(|light| light.name == name).ok_or_else(unknown)
 }
 
 /// What to take a picture of.

@@ -1,12 +1,17 @@
 //! Another sensor of the same design: what differs from the drawing from unit to unit.
 
+use fabkit_designs::built::Dimension;
+use fabkit_fixtures::{OneUnit, Project};
 use fabkit_geometry::{Angle, NominalCamera, Pose, Projection, Rgb, Sensor, Vector3};
 use fabkit_light::normal;
 use serde_json::{Value, json};
 
 use super::{Constant, LightConstants};
+use crate::Error;
+use crate::source::Source;
 
-/// Standard deviations from unit to unit. All chosen, but for the focal length, of which the design says what makers allow.
+/// Standard deviations from unit to unit. All chosen, but for the focal length, of which the design says what makers allow,
+/// and sizes, of which the design or a standard says what is permissible.
 ///
 /// A camera's seat, along each axis, mm, and about each, rad: prints and screws.
 const SEAT_MM: f64 = 0.1;
@@ -52,8 +57,26 @@ impl Unit {
         (1.0 + self.drawn(what, LAMP)).max(0.1)
     }
 
+    /// How far off a size is, in its tolerances. None is beyond them: such parts are not used.
+    fn off(self, path: &str) -> f64 {
+        self.drawn(of_name(path), OF_TOLERANCE).clamp(-1.0, 1.0)
+    }
+
+    /// This unit of a design: made parts and layers off by what is permissible, camera and lamps as it has them.
+    /// Parameters and fixtures are the drawing's.
+    ///
+    /// # Errors
+    /// All problems of the design.
+    pub fn of(self, source: &Source, overrides: &[String]) -> Result<Project, Error> {
+        let drawn = source.load(overrides)?;
+        let (built, dimensions) = source.as_built(overrides, &|path| self.off(path))?;
+        let mut sensor = built.sensor;
+        self.build(&mut sensor);
+        Ok(drawn.into_unit(self.0, sensor, dimensions))
+    }
+
     /// Camera and lamps of a sensor as this unit has them.
-    pub fn build(self, sensor: &mut Sensor) {
+    fn build(self, sensor: &mut Sensor) {
         let camera = &mut sensor.camera;
         let turns = self.seat_rad().map(Angle::from_rad);
         let [Some(x), Some(y), Some(z)] = turns else { return };
@@ -83,7 +106,7 @@ impl Unit {
     }
 
     /// What its light rests on.
-    pub fn change(self, constants: &mut LightConstants) {
+    pub(super) fn change(self, constants: &mut LightConstants) {
         let all: [&mut Constant; 3] =
             [&mut constants.scatter_per_mm, &mut constants.spread_mm, &mut constants.uv_per_mm];
         for (number, constant) in (10..).zip(all) {
@@ -94,8 +117,8 @@ impl Unit {
         constants.core_off_mm = self.core_mm();
     }
 
-    /// What differs from the drawing, as JSON; of a sensor as drawn.
-    pub fn document(self, sensor: &Sensor) -> Value {
+    fn document(self, dimensions: &[Dimension], sensor: &Sensor) -> Value {
+        let dimensions: Vec<Value> = dimensions.iter().map(dimension).collect();
         json!({
             "number": self.0,
             "is_simulated": true,
@@ -103,6 +126,7 @@ impl Unit {
             "camera_turned_deg": self.seat_rad().map(f64::to_degrees),
             "focal_length_times": 1.0 + self.focal_share(&sensor.camera),
             "core_off_mm": <[f64; 3]>::from(self.core_mm()),
+            "dimensions": dimensions,
             "sigmas": {
                 "camera_mm": SEAT_MM,
                 "camera_deg": SEAT_RAD.to_degrees(),
@@ -110,9 +134,38 @@ impl Unit {
                 "lamp": LAMP,
                 "core_mm": CORE_MM,
                 "layer": LAYER,
+                "dimension": OF_TOLERANCE,
             },
         })
     }
+}
+
+fn dimension(of: &Dimension) -> Value {
+    json!({
+        "path": of.path,
+        "unit": of.unit,
+        "drawn": of.drawn,
+        "built": of.built,
+        "tolerance": of.tolerance,
+        "source": if of.is_stated { "stated" } else { "ISO 2768-1 m" },
+    })
+}
+
+/// What differs from the drawing in the unit that a sensor is, as JSON; null for what is drawn.
+pub fn unit_document(project: &Project) -> Value {
+    let of = |OneUnit { number, dimensions, .. }: &OneUnit| {
+        Unit(*number).document(dimensions, &project.design.sensor)
+    };
+    project.unit.as_ref().map(of).into()
+}
+
+/// A number for each name, apart from the small ones that are given by hand.
+fn of_name(name: &str) -> u64 {
+    // FNV-1a: as good as any for some hundred names.
+    let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    hash | 1 << 63
 }
 
 /// The angle that a lens shows at a radius over its focal length, rad; the search begins nearby.
@@ -136,6 +189,8 @@ mod tests {
         assert!(near(of(&|unit| unit.seat_mm().x), SEAT_MM));
         assert!(near(of(&|unit| unit.core_mm().z), CORE_MM));
         assert!(near(of(&|unit| unit.lamp(0, 3) - 1.0), LAMP));
+        // Cut off at two standard deviations: 0.959 of one is left.
+        assert!(near(of(&|unit| unit.off("tube.wall")), 0.959 * OF_TOLERANCE));
         assert_eq!(Unit(5).seat_mm(), Unit(5).seat_mm());
         assert_ne!(Unit(5).seat_mm(), Unit(6).seat_mm());
     }

@@ -12,11 +12,10 @@ use super::{
     DatasetPlan, HalfCaptures, HalfImages, InvalidCaptures, Job, NamedPresses, NoPatterns, felt,
     patterns,
 };
-use crate::capturing::{self, LightConstants, Studio, Unit};
+use crate::capturing::{self, Studio, unit_document};
 use crate::diagnostics::{Diagnosed, SourceText};
 use crate::documents;
 use crate::error::{Error, ErrorKind, Explained, listed};
-use crate::fitting_light::read_constants;
 use crate::identity::design_hash;
 use crate::pressing::{Contact, Linear, Ready, threads};
 use crate::reading::{self, Expected};
@@ -53,8 +52,6 @@ pub struct ImageRequest<'a> {
     pub light: Option<&'a str>,
     /// Constants of a unit's light.
     pub constants: Option<&'a Path>,
-    /// Which unit the scene's sensor is; nothing for what is drawn.
-    pub unit: Option<Unit>,
 }
 
 /// What a data set cannot be made of.
@@ -127,21 +124,8 @@ pub fn prepare<R, E: From<Error>>(
     let rays = scene.rays_of_rows(1, 0..u32::MAX);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     let seam = Seam::new(&surface, SEAM_NORMAL, order.seam_margin_mm);
-    let drawn = &scene.project.design.sensor;
-    let light = match order.images {
-        Some(images) => {
-            let lighting = capturing::lighting(drawn, images.light).map_err(Error::from)?;
-            let mut constants = match images.constants {
-                Some(path) => read_constants(drawn, path)?,
-                None => LightConstants::of(drawn),
-            };
-            if let Some(unit) = images.unit {
-                unit.change(&mut constants);
-            }
-            Some((lighting, constants))
-        }
-        None => None,
-    };
+    let lit = |of: ImageRequest| capturing::lit(&scene.project, of.light, of.constants);
+    let light = order.images.map(lit).transpose()?;
     let captures = match &light {
         Some((lighting, constants)) => {
             let studio = Studio::new(scene, &surface, lighting, constants, order.contact)?;
@@ -221,7 +205,7 @@ fn about(
         "design_hash": design_hash(design),
         "presses_hash": patterns::hash(named),
         "images": captures.map(HalfImages::document),
-        "unit": order.images.and_then(|images| images.unit).map(|unit| unit.document(&design.sensor)),
+        "unit": unit_document(&scene.project),
         "viewpoint": scene.viewpoint.to_json(),
         "surface_seen": documents::coverage(&scene.coverage),
         "seed": order.seed,

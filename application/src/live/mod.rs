@@ -7,6 +7,7 @@
 
 mod skin;
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
@@ -18,7 +19,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::Error;
-use crate::capturing::{self, LightConstants, Studio};
+use crate::capturing::{self, Studio};
 use crate::ground_truth::pressers;
 use crate::pressing::{Answer, Contact, Linear, Moved, Ready, Step, soft_layers, threads};
 use crate::scene::SensorView;
@@ -34,7 +35,7 @@ pub struct LiveOptions {
     /// Which of its lights is on; the usual one where none is named.
     pub light: Option<String>,
     /// What the light rests on; nothing for the sensor's own.
-    pub constants: Option<LightConstants>,
+    pub constants: Option<PathBuf>,
     /// Rays along each side of a pixel; 0 counts as 1.
     pub samples: u32,
     /// Distance of the surface's nodes, mm; nothing for what a few seconds allow.
@@ -160,15 +161,8 @@ fn keep(
     work: impl FnOnce(LiveAbout, &Kept<'_>),
 ) -> Result<(), Error> {
     let sensor = &scene.project.design.sensor;
-    let lighting = capturing::lighting(sensor, options.light.as_deref())?;
-    let own;
-    let constants = match &options.constants {
-        Some(constants) => constants,
-        None => {
-            own = LightConstants::of(sensor);
-            &own
-        }
-    };
+    let (light, constants) = (options.light.as_deref(), options.constants.as_deref());
+    let (lighting, constants) = capturing::lit(&scene.project, light, constants)?;
     let touch = scene.touch()?;
     let contact = Contact::Linear(Linear { spacing_mm: options.spacing_mm, friction: None });
     let samples = options.samples.max(1);
@@ -176,7 +170,7 @@ fn keep(
     let rays = scene.rays_of_rows(samples, 0..u32::MAX);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     let ready = Ready::for_all(sensor, options.spacing_mm, true, threads())?;
-    let studio = Studio::new(scene, &surface, lighting, constants, contact)?;
+    let studio = Studio::new(scene, &surface, lighting, &constants, contact)?;
     let mut document = studio.document();
     document["layers"] = soft_layers(&ready.soft.layers);
     document["layers_left_out"] = ready.soft.left_out.clone().into();

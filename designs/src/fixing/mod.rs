@@ -103,7 +103,7 @@ pub fn fix(
 }
 
 /// The overrides of the sensor itself.
-fn own(overrides: &[String], others: &[&str]) -> Vec<String> {
+pub(crate) fn own(overrides: &[String], others: &[&str]) -> Vec<String> {
     let is_other = |text: &String| {
         others.iter().any(|key| text.strip_prefix(key).is_some_and(|rest| rest.starts_with('.')))
     };

@@ -199,7 +199,7 @@ fn with_source<'n>(
     path: &str,
     node: &'n Node,
 ) -> Option<(&'n [Entry], Source)> {
-    let mut source = Source { kind: SourceKind::User, note: String::new() };
+    let mut source = Source::user("");
     let Some(inner @ Node { content: Content::Map(_), .. }) = node.get("value") else {
         return Some((reading.map(path, node), source));
     };
@@ -347,7 +347,7 @@ mod tests {
             let material = castable.material();
             assert!(material.settings.len() >= 4, "{}", material.name);
             for setting in &material.settings {
-                let Source { kind, note } = &setting.source;
+                let Source { kind, note, .. } = &setting.source;
                 assert!(*kind != SourceKind::User && !note.is_empty(), "{setting:?}");
             }
         }

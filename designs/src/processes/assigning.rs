@@ -1,8 +1,6 @@
 //! Which parts are made how: `processes:` and `parts:` of files, as read.
 
-use fabkit_text::{
-    Dialect, Entry, Found, Place, Reading, Setting, Source, SourceKind, join, shown,
-};
+use fabkit_text::{Dialect, Entry, Found, Place, Reading, Setting, Source, join, shown};
 
 use super::making::{Given, fits};
 use super::{Making, ProcessFigures, ProcessKind, Recipe};
@@ -162,7 +160,7 @@ impl Processes {
                     path: join(&path, key),
                     value: value?,
                     kind: fabkit_text::Kind::Text,
-                    source: Source { kind: SourceKind::User, note: String::new() },
+                    source: Source::user(""),
                     summary: summary.into(),
                     limits: String::new(),
                     expression: None,

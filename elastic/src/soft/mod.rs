@@ -27,8 +27,9 @@ pub use self::tip::{BondLine, TipPress};
 pub use self::yielded::Yielded;
 use crate::{Body, Curve, Hold, Layer, Material};
 
-/// Layers thinner than this on the axis are given to the next one: coats of paint, which bend with it, mm.
-const THIN_MM: f64 = 0.1;
+/// Layers thinner than this on the axis are given to the next one: coats of paint, which bend with it, mm. A coat of
+/// 0.1 mm that came out thicker is one too.
+const THIN_MM: f64 = 0.15;
 /// A pad is a disc of this many thicknesses around the press: farther off nothing moves that is bonded below.
 const PAD_THICKNESSES: f64 = 10.0;
 /// Parts of the layers that a press may be deep.

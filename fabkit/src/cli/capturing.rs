@@ -67,8 +67,8 @@ pub struct Capture {
     /// What lights it.
     #[command(flatten)]
     pub light: LightArgs,
-    /// Of another sensor of the same design: where its camera sits, how bright its lamps are, how its layers came out
-    /// differ from the drawing as usual tolerances let them; the same number is the same unit
+    /// Of another sensor of the same design: what its parts measure, where its camera sits, how bright its lamps are, how
+    /// its layers came out differ from the drawing as tolerances let them; the same number is the same unit
     #[arg(long, value_name = "N")]
     pub unit: Option<u64>,
     /// Of noise and drift: another seed is another picture of the same

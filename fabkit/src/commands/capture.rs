@@ -39,7 +39,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
     let unit = args.unit.map(Unit);
     let (project, viewpoint) = view::seen_from(&args.design, &args.camera, unit)?;
     let sensor = &project.design.sensor;
-    let (lighting, mut constants) = view::lit(sensor, &args.light)?;
+    let (lighting, constants) = view::lit(&project, &args.light)?;
     let viewpoint = match &lighting.camera {
         Some(camera) if args.camera.camera.is_none() && args.camera.pose.is_none() => {
             Viewpoint::new(camera, None, None).map_err(Failure::bug)?
@@ -47,9 +47,6 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         _ => viewpoint,
     };
     let presses = presses(&project, args)?;
-    if let Some(unit) = unit {
-        unit.change(&mut constants);
-    }
     let capturing = Capturing {
         cast: Cast {
             presses: &presses,
@@ -81,8 +78,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         })?
     };
     let words = comment(&project, &capturing, &captured);
-    let mut json = document(&project, &viewpoint, &capturing, &captured);
-    json["unit"] = json!(unit.map(|unit| unit.document(sensor)));
+    let json = document(&project, &viewpoint, &capturing, &captured);
     write(args, &captured, &words, json, &mut truth)
 }
 

@@ -39,7 +39,6 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
         images: args.images.then_some(ImageRequest {
             light: args.light.as_deref(),
             constants: args.constants.as_deref(),
-            unit: args.unit.map(Unit),
         }),
         contact: args.view.contact.contact()?,
         seam_margin_mm: args.seam_margin,

@@ -17,8 +17,7 @@ pub(super) fn run(args: &OpticsPack) -> Result<Outcome, Failure> {
         .writes("-o", &output)
         .check()?;
     let scene = view::scene(&args.design, &args.camera)?;
-    let sensor = &scene.project.design.sensor;
-    let (lighting, constants) = view::lit(sensor, &args.light)?;
+    let (lighting, constants) = view::lit(&scene.project, &args.light)?;
     let pack = optics_pack(&scene, lighting, &constants)?;
     interrupt::begin_writing()?;
     write_all(&args.output, &pack.files, &interrupt::requested)?;

@@ -39,7 +39,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
         .check()?;
     let (project, viewpoint) = view::seen_from(&args.design, &args.camera, None)?;
     let sensor = &project.design.sensor;
-    let (lighting, constants) = view::lit(sensor, &args.light)?;
+    let (lighting, constants) = view::lit(&project, &args.light)?;
     let viewpoint = match &lighting.camera {
         Some(camera) if args.camera.camera.is_none() && args.camera.pose.is_none() => {
             Viewpoint::new(camera, None, None).map_err(Failure::bug)?

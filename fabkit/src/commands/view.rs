@@ -2,11 +2,9 @@
 
 use std::sync::Arc;
 
-use fabkit_application::Error;
-use fabkit_application::capturing::{LightConstants, Unit, lighting};
-use fabkit_application::fitting_light::read_constants;
+use fabkit_application::capturing::{LightConstants, Unit, lit as lit_by};
 use fabkit_application::fixtures::Project;
-use fabkit_application::geometry::{Lighting, Sensor};
+use fabkit_application::geometry::Lighting;
 use fabkit_application::ground_truth::{SurfaceCoverage, Viewpoint};
 use fabkit_application::scene::{SensorView, viewpoint_from_files, words};
 use fabkit_application::source::{Source, Target};
@@ -49,10 +47,11 @@ pub(super) fn seen_from(
         let hint = format!("write `{}`; what presses is named with --press", target.sensor);
         return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
-    let mut project = Source::find(target.sensor)?.load(&design.set)?;
-    if let Some(unit) = unit {
-        unit.build(&mut project.design.sensor);
-    }
+    let source = Source::find(target.sensor)?;
+    let project = match unit {
+        None => source.load(&design.set)?,
+        Some(unit) => unit.of(&source, &design.set)?,
+    };
     let viewpoint =
         viewpoint_from_files(&project, camera.camera.as_deref(), camera.pose.as_deref())?;
     Ok((Arc::new(project), viewpoint))
@@ -60,15 +59,10 @@ pub(super) fn seen_from(
 
 /// What lights a sensor, and the constants of that light.
 pub(super) fn lit<'a>(
-    sensor: &'a Sensor,
+    project: &'a Project,
     args: &LightArgs,
 ) -> Result<(&'a Lighting, LightConstants), Failure> {
-    let lighting = lighting(sensor, args.light.as_deref()).map_err(Error::from)?;
-    let constants = match &args.constants {
-        Some(path) => read_constants(sensor, path)?,
-        None => LightConstants::of(sensor),
-    };
-    Ok((lighting, constants))
+    Ok(lit_by(project, args.light.as_deref(), args.constants.as_deref())?)
 }
 
 /// Below this share of the surface a camera is taken for misplaced, and said to be.

@@ -5,7 +5,7 @@ use crate::{Dialect, Source};
 fn report() -> Report {
     let place = Place::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
     let text = WrittenText::Scalar("1 mm".into());
-    let source = Source { kind: SourceKind::User, note: String::new() };
+    let source = Source::user("");
     let written = BTreeMap::from([("wall".to_owned(), Written::new(place, text, source))]);
     Report::new(written, Vec::new())
 }
@@ -56,7 +56,7 @@ fn limits_are_offered_in_the_unit_and_the_steps_of_what_is_limited() {
 #[test]
 fn a_limit_is_stated_for_the_parameter_that_it_names() {
     let place = Place::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
-    let source = Source { kind: SourceKind::User, note: String::new() };
+    let source = Source::user("");
     let written = ["a", "box.a"].map(|path| {
         let text = WrittenText::Scalar("1".into());
         (path.to_owned(), Written::new(place.clone(), text, source.clone()))
@@ -121,7 +121,7 @@ fn check(p: &Crate, report: &mut Report) {
 #[test]
 fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
     let place = Place::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
-    let source = Source { kind: SourceKind::User, note: String::new() };
+    let source = Source::user("");
     let written = <Crate as crate::Section>::fields().into_iter().map(|field| {
         let text = WrittenText::Scalar("1".into());
         let written = Written::new(place.clone(), text, source.clone());

@@ -1,0 +1,230 @@
+//! One unit of a design as it measures: what is made is never quite what is drawn.
+
+use std::collections::BTreeMap;
+
+use fabkit_geometry::Mark;
+use fabkit_text::{InvalidDesign, Kind, Number};
+
+use crate::fixing::is_bought;
+use crate::registry::Trial;
+use crate::{Design, REGISTRY, SensorText};
+
+/// Permissible deviations of lengths without a tolerance of their own, ISO 2768-1 class m (medium): up to this
+/// size, mm, this far either way, mm.
+const LENGTHS_MM: [(f64, f64); 6] =
+    [(6.0, 0.1), (30.0, 0.2), (120.0, 0.3), (400.0, 0.5), (1000.0, 0.8), (2000.0, 1.2)];
+/// What that standard begins at, mm. What is thinner, such as a coat, is within this part of itself.
+const THIN_MM: f64 = 0.5;
+const OF_THIN: f64 = 0.2;
+/// The same standard's for angles with sides of 10 to 50 mm, which most are, deg.
+const ANGLE_DEG: f64 = 0.5;
+
+/// A length or an angle of one unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dimension {
+    /// Dotted path of the parameter.
+    pub path: String,
+    /// `mm` or `deg`.
+    pub unit: &'static str,
+    /// As the design has it.
+    pub drawn: f64,
+    /// As this unit has it: as drawn where what was drawn of it by lot would break one of the design's rules, or move
+    /// something to where another one is drawn.
+    pub built: f64,
+    /// How far it may be off either way.
+    pub tolerance: f64,
+    /// Whether the sensor's file states that, rather than ISO 2768-1.
+    pub is_stated: bool,
+}
+
+/// How far a length or an angle may be off where nobody says it.
+///
+/// ```
+/// use fabkit_designs::{built::usual_tolerance, parameters::Kind};
+/// assert_eq!(usual_tolerance(Kind::Length, 1.5), Some(0.1));
+/// assert_eq!(usual_tolerance(Kind::Length, 15.0), Some(0.2));
+/// assert_eq!(usual_tolerance(Kind::Count, 8.0), None);
+/// ```
+pub fn usual_tolerance(kind: Kind, value: f64) -> Option<f64> {
+    let size = value.abs();
+    match kind {
+        Kind::Length if size < THIN_MM => Some(OF_THIN * size),
+        Kind::Length => {
+            let of_size = LENGTHS_MM.iter().find(|(up_to, _)| size <= *up_to);
+            Some(of_size.unwrap_or(&LENGTHS_MM[LENGTHS_MM.len() - 1]).1)
+        }
+        Kind::Angle => Some(ANGLE_DEG),
+        Kind::Count | Kind::Number | Kind::Switch | Kind::Text | Kind::List => None,
+    }
+}
+
+/// A unit of a design, with every length and angle of what is made off by so many tolerances as `off` says of its
+/// path.
+///
+/// What is bought is as its maker says, and the camera's sizes are its maker's. What is nought is not there, and
+/// stays so. Values that follow from others are off on their own, as what is made from them is. `overrides` and
+/// `others` are as for [`load`](crate::load).
+///
+/// # Errors
+/// Everything that is wrong with the design as drawn.
+pub fn as_built(
+    text: SensorText,
+    overrides: &[String],
+    others: &[&str],
+    off: &dyn Fn(&str) -> f64,
+) -> Result<(Design, Vec<Dimension>), InvalidDesign> {
+    let mine: Vec<String> = crate::fixing::own(overrides, others);
+    let drawn = REGISTRY.load_text(text, &mine, others)?;
+    let trial = REGISTRY.trial(text, &mine, others)?;
+    let numbers: Vec<Number> = trial.numbers().into_iter().filter(is_made).collect();
+    let mut dimensions: Vec<Dimension> =
+        numbers.iter().filter_map(|number| dimension(number, off(&number.path))).collect();
+    let lot = Lot { trial: &trial, text, set: &mine, others, drawn: &drawn };
+    let kept = lot.keep(Sizes::new(), &dimensions);
+    for dimension in dimensions.iter_mut().filter(|one| !kept.contains_key(&one.path)) {
+        dimension.built = dimension.drawn;
+    }
+    let built = if kept.is_empty() { drawn } else { lot.built(&kept)? };
+    Ok((built, dimensions))
+}
+
+/// Values by path, as they would be written.
+type Sizes = BTreeMap<String, String>;
+
+/// Whether a number is a size of something that is made, and is there.
+fn is_made(number: &Number) -> bool {
+    let is_size = matches!(number.kind, Kind::Length | Kind::Angle);
+    let is_there = number.value.is_some_and(|value| value != 0.0);
+    is_size && is_there && !is_bought(&number.path) && !number.path.starts_with("camera.")
+}
+
+fn dimension(number: &Number, off: f64) -> Option<Dimension> {
+    let drawn = number.value?;
+    let tolerance = number.tolerance.or(usual_tolerance(number.kind, drawn))?;
+    // To a tenth of a micrometre: nobody measures more of it.
+    let built = (1e4 * (drawn + off * tolerance)).round() / 1e4;
+    let [least, most] = number.range;
+    Some(Dimension {
+        path: number.path.clone(),
+        unit: if number.kind == Kind::Angle { "deg" } else { "mm" },
+        drawn,
+        built: built.clamp(least, most),
+        tolerance,
+        is_stated: number.tolerance.is_some(),
+    })
+}
+
+/// What sizes drawn by lot have to go together with.
+struct Lot<'a> {
+    trial: &'a Trial,
+    text: SensorText<'a>,
+    set: &'a [String],
+    others: &'a [&'a str],
+    drawn: &'a Design,
+}
+
+impl Lot<'_> {
+    /// Adds as many of these as can be had: all, or of each half of them as many, down to single ones.
+    fn keep(&self, kept: Sizes, dimensions: &[Dimension]) -> Sizes {
+        let sizes =
+            dimensions.iter().map(|one| (one.path.clone(), format!("{} {}", one.built, one.unit)));
+        let with: Sizes = kept.clone().into_iter().chain(sizes).collect();
+        if self.can_be_had(&with) {
+            return with;
+        }
+        match dimensions {
+            [] | [_] => kept,
+            all => {
+                let (first, rest) = all.split_at(all.len() / 2);
+                self.keep(self.keep(kept, first), rest)
+            }
+        }
+    }
+
+    /// Whether no rule is broken, and each piece of the drawing is there: a pattern that fills what there is has as many
+    /// pins in each of its rings in every unit.
+    fn can_be_had(&self, sizes: &Sizes) -> bool {
+        self.trial.with(sizes, &[]).0.is_clean()
+            && self.built(sizes).is_ok_and(|built| has_the_pieces_of(self.drawn, &built))
+    }
+
+    fn built(&self, sizes: &Sizes) -> Result<Design, InvalidDesign> {
+        // In place of what was set: nothing may be set twice.
+        let path = |set: &str| set.split_once('=').map_or("", |(path, _)| path.trim()).to_owned();
+        let set = self.set.iter().filter(|set| !sizes.contains_key(&path(set))).cloned();
+        let built = sizes.iter().map(|(path, text)| format!("{path}={text}"));
+        REGISTRY.load_text(self.text, &set.chain(built).collect::<Vec<_>>(), self.others)
+    }
+}
+
+/// Whether there are the same bodies, as many of each, and what the camera follows is each nearer to its own place in
+/// the drawing than to any other's.
+fn has_the_pieces_of(drawn: &Design, built: &Design) -> bool {
+    let bodies = |design: &Design| -> Vec<(String, usize)> {
+        let bodies = design.sensor.bodies.iter();
+        bodies.map(|body| (body.name.clone(), body.placements.len())).collect()
+    };
+    let (was, is) = (&drawn.sensor.marks, &built.sensor.marks);
+    let is_at_its_own = |(own, mark): (&Mark, &Mark)| {
+        let away = |other: &Mark| (other.point - mark.point).norm_squared();
+        own.name == mark.name && was.iter().all(|other| away(own) <= away(other))
+    };
+    bodies(drawn) == bodies(built) && was.len() == is.len() && was.iter().zip(is).all(is_at_its_own)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From -1 to 1, evenly, by a path and a number.
+    fn lot(path: &str, seed: u64) -> f64 {
+        let hash = path
+            .bytes()
+            .fold(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0xcbf2_9ce4, |hash, byte| {
+                (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+            });
+        2.0 * (hash >> 11) as f64 / (1_u64 << 53) as f64 - 1.0
+    }
+
+    #[test]
+    fn every_unit_of_every_sensor_can_be_built_and_most_of_it_is_off() {
+        for name in crate::builtin_names() {
+            let yaml = crate::builtin_yaml(name).unwrap();
+            let text = SensorText::alone(name, yaml);
+            let (mut sizes, mut off) = (0, 0);
+            let drawn = REGISTRY.load_text(text, &[], &["fixtures"]).unwrap();
+            for seed in 0..3 {
+                let built = as_built(text, &[], &["fixtures"], &|path| lot(path, seed));
+                let (design, dimensions) =
+                    built.unwrap_or_else(|error| panic!("{name}: {error:?}"));
+                assert!(has_the_pieces_of(&drawn, &design) && dimensions.len() > 20, "{name}");
+                for one in &dimensions {
+                    assert!((one.built - one.drawn).abs() <= one.tolerance + 1e-4, "{one:?}");
+                    sizes += 1;
+                    off += usize::from(one.built != one.drawn);
+                }
+            }
+            assert!(4 * off > 3 * sizes, "{name}: {off} of {sizes}");
+        }
+    }
+
+    #[test]
+    fn a_stated_tolerance_stands_over_the_usual_one() {
+        let yaml =
+            "format: 1\nextends: rtac0\nsurface:\n  radius: {value: 15 mm, tolerance: 0.01 mm}\n";
+        let of = |off: f64| {
+            let text = SensorText::alone("mine.yaml", yaml);
+            let (design, dimensions) =
+                as_built(text, &["shell.wall=1.6 mm".into()], &["fixtures"], &|_| off).unwrap();
+            let size = |path: &str| dimensions.iter().find(|one| one.path == path).unwrap().clone();
+            (design, size("surface.radius"), size("translucent_gel.thickness"), size("shell.wall"))
+        };
+        let (design, radius, thickness, wall) = of(0.5);
+        assert_eq!((radius.built, radius.tolerance, radius.is_stated), (15.005, 0.01, true));
+        assert_eq!((thickness.built, thickness.tolerance, thickness.is_stated), (1.55, 0.1, false));
+        assert_eq!((wall.drawn, wall.built), (1.6, 1.65));
+        let touch = design.sensor.touch.unwrap();
+        let drawn = of(0.0).0.sensor.touch.unwrap();
+        assert!(touch != drawn);
+    }
+}

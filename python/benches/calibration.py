@@ -187,7 +187,7 @@ def balls(sensor):
     )
 
 
-def trial(sensor, fixture, count, seed):
+def trial(sensor, fixture, count, seed, *, has_own_sizes):
     """Return errors of one unit, and how sure they are said to be."""
     random = np.random.default_rng(seed)
     nominal = np.linalg.inv(fabkit.depth.Scene(sensor).sensor_from_camera)
@@ -201,11 +201,13 @@ def trial(sensor, fixture, count, seed):
         "ground_grey": random.uniform(*GROUND_GREY),
         "spread_mm": max(random.normal(SPREAD_MM, SPREAD_SIGMA_MM), 0.1),
     }
-    truth = fabkit.depth.Scene(sensor, pose=camera_from_sensor)
+    lens = fabkit.depth.Scene(sensor).camera
+    own = {"unit": seed if has_own_sizes else None, "camera": lens, "pose": camera_from_sensor}
+    truth = fabkit.depth.Scene(sensor, **own)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         light_file = constants(folder, light)
-        unit = fabkit.sim.Sensor(sensor, pose=camera_from_sensor, constants=light_file)
+        unit = fabkit.sim.Sensor(sensor, constants=light_file, **own)
         landmarks = sensor.fixtures.get(fixture)
         if fixture == "semi-domes":
             captured_halves(folder, truth, light_file, landmarks.landmarks, count, random)
@@ -215,7 +217,6 @@ def trial(sensor, fixture, count, seed):
             if fixture == "balls":
                 landmarks = ball_file(folder, single.landmarks)
         cv2.imwrite(str(folder / "ref.png"), unit.press(seed=1).image)
-        lens = fabkit.depth.Scene(sensor).camera
         found = fabkit.calibrate.extrinsics(sensor, lens, folder, landmarks=landmarks)
     pose = found.camera_from_sensor
     off = np.concatenate(
@@ -242,11 +243,18 @@ def main():
     parser.add_argument(
         "--fixture", choices=("pin-dome", "semi-domes", "balls"), default="pin-dome"
     )
+    parser.add_argument(
+        "--sizes",
+        action="store_true",
+        help="units' parts, lamps and layers are off, too, as tolerances let them",
+    )
     asked = parser.parse_args()
     sensor = fabkit.load(SENSOR)
     rows = []
     for seed in range(asked.seed, asked.seed + asked.trials):
-        off, nees, in_z, apart, claimed, found = trial(sensor, asked.fixture, asked.captures, seed)
+        off, nees, in_z, apart, claimed, found = trial(
+            sensor, asked.fixture, asked.captures, seed, has_own_sizes=asked.sizes
+        )
         surface, sure = (math.sqrt((mm**2).mean()) for mm in (apart, claimed))
         is_white = any("saturated" in warning for warning in found.warnings)
         is_other = any("not the one that is drawn" in warning for warning in found.warnings)

@@ -171,7 +171,12 @@ class Camera:
         through these bodies.
 
         >>> import fabkit
-        >>> fabkit.load("rtac0").camera.behind_drawing().interface
+        >>> fabkit.Camera.equidistant(640, 480, 2.8).behind_drawing().interface
+        'drawn'
+
+        The camera of a design is one already.
+
+        >>> fabkit.load("rtac0").camera.interface
         'drawn'
         """
         return Camera(self._native.behind_drawing())

@@ -207,7 +207,7 @@ class Scene:
 
     @property
     def camera(self) -> Camera:
-        """The camera that looks."""
+        """The camera that looks; a lens alone, whose rays drawn bodies bend, says so."""
         return Camera(self._native.camera())
 
     @property

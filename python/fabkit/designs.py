@@ -460,7 +460,7 @@ class Sensor(Design):
 
     @property
     def camera(self) -> Camera:
-        """The camera as designed, before any calibration."""
+        """The camera as designed, before any calibration: a lens, whose rays drawn bodies bend."""
         return Camera(self._project.camera())
 
     @property

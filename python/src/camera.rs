@@ -25,7 +25,8 @@ impl Camera {
         let terms = lens.projection.terms();
         let made = || camera::Camera::nominal(width_px, height_px, field_of_view.rad(), terms);
         let camera = short(py, made)?.map_err(Failure::call).or_raise(py)?;
-        Ok(Self { estimate: camera.into() })
+        // A lens alone: what is drawn bends its rays.
+        Ok(Self { estimate: CameraEstimate::from(camera).behind_drawing() })
     }
 
     /// In fabkit's own format, which keeps everything.

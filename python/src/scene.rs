@@ -140,7 +140,11 @@ impl Scene {
     }
 
     fn camera(&self) -> Camera {
-        Camera { estimate: self.scene.viewpoint.estimate.camera_estimate() }
+        let viewpoint = &self.scene.viewpoint;
+        let estimate = viewpoint.estimate.camera_estimate();
+        // Given to another scene it shall see the same.
+        let is_drawn = viewpoint.is_drawn();
+        Camera { estimate: if is_drawn { estimate.behind_drawing() } else { estimate } }
     }
 
     fn sensor_from_camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {

@@ -78,3 +78,13 @@ def test_files_and_pickles_keep_everything(camera, tmp_path):
     with pytest.raises(fabkit.FabkitError, match=r"bad\.yaml") as caught:
         fabkit.Camera.load(tmp_path / "bad.yaml")
     assert caught.value.code == "bad-input"
+
+
+def test_a_scenes_camera_and_pose_make_the_same_scene() -> None:
+    scene = fabkit.depth.Scene("rtac0").resized(64, 48)
+    camera_from_sensor = np.linalg.inv(scene.sensor_from_camera)
+    again = fabkit.depth.Scene("rtac0", camera=scene.camera, pose=camera_from_sensor)
+    # Two matrix inverses apart; without its glass, places would be 0.05 mm off.
+    np.testing.assert_allclose(
+        again.cast().point_in_sensor, scene.cast().point_in_sensor, rtol=0, atol=1e-9
+    )

@@ -69,8 +69,6 @@ def another(
             "cy_px": lens["cy_px"] + aside[1],
         }
     )
-    # A lens alone: what is drawn bends its rays.
-    camera = camera.behind_drawing()
     # The small motion is the camera's own, in its frame.
     moved = np.linalg.inv(design.sensor_from_camera)
     moved = _motion(random, spread) @ moved

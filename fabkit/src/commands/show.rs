@@ -96,7 +96,9 @@ fn reasons(design: &Design) -> String {
         // The whole text stands in the file, and in `--json`.
         let formula = expression.iter().map(|expression| format!("`{}`", shown(expression)));
         let note = Some(source.note.clone()).filter(|note| !note.is_empty());
-        let reason = formula.chain(note).collect::<Vec<_>>().join(": ");
+        let within =
+            source.tolerance.iter().map(|tolerance| format!("within {tolerance} either way"));
+        let reason = formula.chain(note).chain(within).collect::<Vec<_>>().join(": ");
         if !reason.is_empty() {
             rows.push(row([path, &reason]));
         }

@@ -35,15 +35,15 @@ pub(super) struct Node {
     pub direction: Vector3<f64>,
 }
 
-/// Two neighbours: `after` of the second minus `before` of the first is `step`, each in mm.
-struct Pair {
-    first: usize,
-    second: usize,
-    before: f64,
-    after: f64,
-    step: f64,
-    /// One over the variance, 1/mm2.
-    weight: f64,
+/// What holds heights, as equations: row by row the node's own factor, and those of the neighbours to its right and below it,
+/// which hold it in the same way.
+struct Equations {
+    columns: usize,
+    own: Vec<f64>,
+    right: Vec<f64>,
+    below: Vec<f64>,
+    /// Other side.
+    wanted: Vec<f64>,
 }
 
 impl Grid {
@@ -56,34 +56,21 @@ impl Grid {
         known: &[bool],
         nearer_mm: Vec<f64>,
     ) -> Vec<f64> {
-        let pairs = self.pairs(normals, known);
-        let hold: Vec<f64> = still
-            .iter()
-            .map(|is_still| if *is_still { STILL_MM } else { LOOSE_MM }.powi(-2))
-            .collect();
-        let mut right = vec![0.0; self.nodes.len()];
-        let mut diagonal = hold.clone();
-        for pair in &pairs {
-            right[pair.first] -= pair.weight * pair.before * pair.step;
-            right[pair.second] += pair.weight * pair.after * pair.step;
-            diagonal[pair.first] += pair.weight * pair.before * pair.before;
-            diagonal[pair.second] += pair.weight * pair.after * pair.after;
-        }
-        let times = |x: &[f64], y: &mut [f64]| {
-            for ((y, x), hold) in y.iter_mut().zip(x).zip(&hold) {
-                *y = hold * x;
-            }
-            for pair in &pairs {
-                let off = pair.weight * (pair.after * x[pair.second] - pair.before * x[pair.first]);
-                y[pair.second] += pair.after * off;
-                y[pair.first] -= pair.before * off;
-            }
+        let hold = |is_still: &bool| if *is_still { STILL_MM } else { LOOSE_MM }.powi(-2);
+        let count = self.nodes.len();
+        let mut equations = Equations {
+            columns: self.columns,
+            own: still.iter().map(hold).collect(),
+            right: vec![0.0; count],
+            below: vec![0.0; count],
+            wanted: vec![0.0; count],
         };
-        solve(&right, &diagonal, nearer_mm, times)
+        self.add_pairs(normals, known, &mut equations);
+        solve(&equations, nearer_mm)
     }
 
-    fn pairs(&self, normals: &[Vector3<f64>], known: &[bool]) -> Vec<Pair> {
-        let mut pairs = Vec::with_capacity(2 * self.nodes.len());
+    /// Of two neighbours, `after` of the second minus `before` of the first is `step`, each in mm.
+    fn add_pairs(&self, normals: &[Vector3<f64>], known: &[bool], equations: &mut Equations) {
         for (i, node) in self.nodes.iter().enumerate() {
             let Some(node) = node else { continue };
             let right = (i % self.columns + 1 < self.columns).then_some(i + 1);
@@ -91,41 +78,74 @@ impl Grid {
                 let Some(Some(other)) = self.nodes.get(j) else { continue };
                 let mean = |a: &Vector3<f64>, b: &Vector3<f64>| (a + b).normalize();
                 // A place of which nothing is known looks as at rest beside those that do.
+                let rest = mean(&node.outward, &other.outward);
                 let normal = match [known[i], known[j]] {
                     [true, true] => mean(&normals[i], &normals[j]),
                     [true, false] => normals[i],
                     [false, true] => normals[j],
-                    [false, false] => mean(&node.outward, &other.outward),
+                    [false, false] => rest,
                 };
-                let rest = mean(&node.outward, &other.outward);
                 let apart = other.place - node.place;
                 let [before, after] = [node, other].map(|node| normal.dot(&node.direction));
                 if before.min(after) < LEAST_COSINE {
                     continue;
                 }
                 let sure_mm = SLOPE_RAD * apart.norm();
+                // One over the variance, 1/mm2.
                 let weight = if known[i] || known[j] { 1.0 } else { 0.1 } / (sure_mm * sure_mm);
                 // At rest nothing is nearer, whatever the grid makes of a curved surface.
                 let step = (normal - rest).dot(&apart);
-                pairs.push(Pair { first: i, second: j, before, after, step, weight });
+                equations.own[i] += weight * before * before;
+                equations.own[j] += weight * after * after;
+                equations.wanted[i] -= weight * before * step;
+                equations.wanted[j] += weight * after * step;
+                let side = if j == i + 1 { &mut equations.right } else { &mut equations.below };
+                side[i] = -weight * before * after;
             }
         }
-        pairs
     }
 }
 
+impl Equations {
+    /// Their left side.
+    fn times(&self, x: &[f64], y: &mut [f64]) {
+        for ((y, own), x) in y.iter_mut().zip(&self.own).zip(x) {
+            *y = own * x;
+        }
+        for (factors, far) in [(&self.right, 1), (&self.below, self.columns)] {
+            let ahead = x.get(far..).unwrap_or_default();
+            for ((y, factor), x) in y.iter_mut().zip(factors).zip(ahead) {
+                *y += factor * x;
+            }
+            let behind = y.get_mut(far..).unwrap_or_default();
+            for ((y, factor), x) in behind.iter_mut().zip(factors).zip(x) {
+                *y += factor * x;
+            }
+        }
+    }
+}
+
+/// In eight sums side by side, which do not wait for each other.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (eights, others) = a.as_chunks::<8>();
+    let (of_b, others_of_b) = b.as_chunks::<8>();
+    for (a, b) in eights.iter().zip(of_b) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = others.iter().zip(others_of_b).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
+}
+
 /// Conjugate gradients (Hestenes and Stiefel 1952), each unknown scaled by its diagonal.
-fn solve(
-    right: &[f64],
-    diagonal: &[f64],
-    mut x: Vec<f64>,
-    times: impl Fn(&[f64], &mut [f64]),
-) -> Vec<f64> {
-    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+fn solve(equations: &Equations, mut x: Vec<f64>) -> Vec<f64> {
+    let Equations { own: diagonal, wanted: right, .. } = equations;
     let scaled = |r: &[f64]| -> Vec<f64> { r.iter().zip(diagonal).map(|(r, d)| r / d).collect() };
     let enough = TOLERANCE * TOLERANCE * dot(right, &scaled(right));
     let mut along = vec![0.0; right.len()];
-    times(&x, &mut along);
+    equations.times(&x, &mut along);
     let mut residual: Vec<f64> = right.iter().zip(&along).map(|(r, a)| r - a).collect();
     let mut toward = scaled(&residual);
     let mut way = toward.clone();
@@ -134,7 +154,7 @@ fn solve(
         if length <= enough {
             break;
         }
-        times(&way, &mut along);
+        equations.times(&way, &mut along);
         let step = length / dot(&way, &along);
         for i in 0..x.len() {
             x[i] += step * way[i];

@@ -33,10 +33,12 @@ const STEEP: f64 = 0.7;
 const STEEPEST: f64 = 2.0;
 /// By how much of its light a place is expected to be in shadow, as a part. Chosen.
 const SHADED: f64 = 0.3;
-/// Steps to how most of a picture has drifted.
+/// Every so many-th node is asked how most of a picture has drifted: some thousand, each with less noise than a grey value; and steps.
+const DRIFT_STRIDE: usize = 7;
 const DRIFT_STEPS: usize = 10;
-/// Steps to the way a place looks, and of a derivative, tangent.
+/// Most steps to the way a place looks, and the last that counts: a hundredth of what noise does; and of a derivative, tangent.
 const STEPS: usize = 5;
+const FINE: f64 = 2e-4;
 const NUDGE: f64 = 1e-3;
 /// With the light at rest, then with that where the first result says that places are.
 const PASSES: usize = 2;
@@ -244,6 +246,9 @@ impl Slopes {
             let towards = slopes.transpose() * off + hold.component_mul(&(at - rest));
             let Some(step) = square.cholesky().map(|square| square.solve(&towards)) else { break };
             at -= step;
+            if step.amax() < FINE {
+                break;
+            }
             let steep = at[0].hypot(at[1]);
             if steep > STEEPEST {
                 at[0] *= STEEPEST / steep;
@@ -256,7 +261,7 @@ impl Slopes {
     /// What most of a picture is of the one at rest: so many times as bright, plus some grey. What a press changes is the
     /// smaller part, and counts the less the more it differs (Cauchy's weights).
     fn drift(&self, grey: &[Rgb]) -> [f64; 2] {
-        let lit = self.lit.iter().zip(grey);
+        let lit = self.lit.iter().zip(grey).step_by(DRIFT_STRIDE);
         let both = lit.filter_map(|(lit, grey)| Some((lit.as_ref()?.grey, grey)));
         let pairs: Vec<[f64; 2]> =
             both.flat_map(|(rest, now)| [0, 1, 2].map(|k| [rest[k], now[k]])).collect();

@@ -26,18 +26,18 @@ pub struct Dimension {
     pub path: String,
     /// `mm` or `deg`.
     pub unit: &'static str,
-    /// As the design has it.
+    /// As the design has it, in `unit`.
     pub drawn: f64,
-    /// As this unit has it: as drawn where what was drawn of it by lot would break one of the design's rules, or move
+    /// As this unit has it, in `unit`: as drawn where what was drawn of it by lot would break one of the design's rules, or move
     /// something to where another one is drawn.
     pub built: f64,
-    /// How far it may be off either way.
+    /// How far it may be off either way, in `unit`.
     pub tolerance: f64,
     /// Whether the sensor's file states that, rather than ISO 2768-1.
     pub is_stated: bool,
 }
 
-/// How far a length or an angle may be off where nobody says it.
+/// How far a length, mm, or an angle, deg, may be off where nobody says it; nothing of other kinds.
 ///
 /// ```
 /// use fabkit_designs::{built::usual_tolerance, parameters::Kind};

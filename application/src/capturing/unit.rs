@@ -196,6 +196,23 @@ mod tests {
     }
 
     #[test]
+    fn fixtures_press_where_the_drawing_puts_them_and_places_are_the_units_own() {
+        let source = Source::find("rtac0").unwrap();
+        let (drawn, unit) = (source.load(&[]).unwrap(), Unit(3).of(&source, &[]).unwrap());
+        assert!(drawn.design.sensor.touch != unit.design.sensor.touch);
+        let placed = |project: &Project, id: &str| -> Vec<Pose> {
+            project.press(id).unwrap().bodies.iter().map(|body| body.sensor_from_body).collect()
+        };
+        for id in ["pin-1-long", "semi-dome-017"] {
+            assert_eq!(placed(&drawn, id), placed(&unit, id), "{id}");
+        }
+        let id = "ball@24deg,120deg,0.5mm";
+        assert_ne!(placed(&drawn, id), placed(&unit, id));
+        let hash = |project: &Project| crate::identity::design_hash(&project.design);
+        assert_eq!(hash(&drawn), hash(&unit));
+    }
+
+    #[test]
     fn a_longer_lens_sees_less() {
         for law in [Projection::Equidistant, Projection::Equisolid, Projection::Stereographic] {
             let rad = angle_of(law, law.radius(0.8) / 1.03, 0.8);

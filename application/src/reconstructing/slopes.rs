@@ -246,13 +246,13 @@ impl Slopes {
             let towards = slopes.transpose() * off + hold.component_mul(&(at - rest));
             let Some(step) = square.cholesky().map(|square| square.solve(&towards)) else { break };
             at -= step;
-            if step.amax() < FINE {
-                break;
-            }
             let steep = at[0].hypot(at[1]);
             if steep > STEEPEST {
                 at[0] *= STEEPEST / steep;
                 at[1] *= STEEPEST / steep;
+            }
+            if step.amax() < FINE {
+                break;
             }
         }
         outward(at[0], at[1])

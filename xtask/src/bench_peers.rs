@@ -73,7 +73,7 @@ pub fn run() -> Result<(), String> {
             .arg("--fabkit")
             .arg(peer)
             .arg("--verify")
-            .arg(root().join("verify"))
+            .arg(root().join("export/verify"))
             .arg("--write")
             .arg(root().join("docs/benchmarks.md"))
             .args(groups)

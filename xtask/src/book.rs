@@ -149,7 +149,7 @@ fn reference(fabkit: &Path, python: Option<&Path>) -> Result<(), String> {
 
 fn python_page(python: &Path) -> Result<Output, String> {
     let script = root().join("xtask/book/python_reference.py");
-    let text = output(Command::new(python).arg(script).arg(root().join("python/fabkit")))?;
+    let text = output(Command::new(python).arg(script).arg(root().join("fabkit/python/fabkit")))?;
     let text = format!("# Python\n\n{GENERATED}\n\n{text}");
     Ok(Output { path: PathBuf::from("reference/python.md"), text })
 }

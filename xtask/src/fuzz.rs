@@ -33,6 +33,6 @@ pub fn run(arguments: impl Iterator<Item = String>) -> Result<(), String> {
         return crate::run::skip("fuzzing", "memory is limited by what Linux has for it");
     }
     let mut fuzz = Command::new(program("fabkit-fuzz-targets", "fabkit-fuzz")?);
-    fuzz.arg(root().join("fuzz/corpus")).arg(root().join("target/fuzz")).arg(fabkit()?);
+    fuzz.arg(root().join("tests/fuzz/corpus")).arg(root().join("target/fuzz")).arg(fabkit()?);
     check(fuzz.args([runs, seconds, seed]).args(names))
 }

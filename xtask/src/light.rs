@@ -9,7 +9,7 @@ use crate::run::{build_workspace, built, check, exists, fabkit, root};
 /// Pixels of each sensor in `cargo xtask test`: half a minute in all, most of it for depth maps.
 const SAMPLE: &str = "500";
 
-const REQUIREMENTS: &str = "tests/python/requirements-mitsuba.txt";
+const REQUIREMENTS: &str = "tests/oracles/requirements-mitsuba.txt";
 
 /// All pixels that are compared, of all sensors or those that are named; or Mitsuba's part of them.
 pub fn run(args: &[String]) -> Result<(), String> {
@@ -18,7 +18,7 @@ pub fn run(args: &[String]) -> Result<(), String> {
     if args.first().is_some_and(|arg| arg == "--mitsuba") {
         return check(
             Command::new(mitsuba()?)
-                .arg(root().join("tests/python/check_mitsuba.py"))
+                .arg(root().join("tests/oracles/check_mitsuba.py"))
                 .arg(&fabkit)
                 .args(&args[1..]),
         );
@@ -35,7 +35,7 @@ pub fn sample(python: &Path, fabkit: &Path) -> Command {
 
 fn script(python: &Path, fabkit: &Path) -> Command {
     let mut command = Command::new(python);
-    command.arg(root().join("tests/python/check_light.py")).arg(fabkit);
+    command.arg(root().join("tests/oracles/check_light.py")).arg(fabkit);
     command
 }
 

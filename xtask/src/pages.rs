@@ -40,7 +40,7 @@ fn place(program: &str) -> Option<PathBuf> {
     env::split_paths(&folders).map(|folder| folder.join(program)).find(|path| path.is_file())
 }
 
-/// Programs from npm in the versions of `viewer/package-lock.json`, and a browser.
+/// Programs from npm in the versions of `designs/viewer/package-lock.json`, and a browser.
 pub struct Tools {
     chromium: PathBuf,
 }
@@ -78,10 +78,10 @@ impl Tools {
         check(Command::new("node").arg(viewer().join("build.js")).arg(&folder))?;
         let read = |path: PathBuf| fs::read(&path).map_err(|e| format!("{}: {e}", path.display()));
         let made = read(folder.join("viewer.js"))?;
-        if made == read(root().join("guide/src/viewer/viewer.js"))? {
+        if made == read(root().join("designs/guide/src/viewer/viewer.js"))? {
             return Ok(());
         }
-        Err("guide/src/viewer/viewer.js is not what viewer/ makes: run `npm run build` there"
+        Err("designs/guide/src/viewer/viewer.js is not what viewer/ makes: run `npm run build` there"
             .into())
     }
 
@@ -99,5 +99,5 @@ impl Tools {
 }
 
 fn viewer() -> PathBuf {
-    root().join("viewer")
+    root().join("designs/viewer")
 }

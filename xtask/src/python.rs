@@ -1,7 +1,7 @@
 //! `cargo xtask verify-env`: the Python environment of the verifier and of all outside oracles.
 //!
 //! cadquery's and build123d's wheels of OpenCascade write the same folder; only uv can leave one of
-//! them out (`verify/pyproject.toml`), so that uv itself comes from PyPI first, into `.tools/uv`.
+//! them out (`export/verify/pyproject.toml`), so that uv itself comes from PyPI first, into `.tools/uv`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use crate::run::{check, exists, root};
 
 /// What the environment is made from; a change in any of them remakes it.
 const SOURCES: [&str; 3] =
-    ["verify/pyproject.toml", "verify/uv.lock", "tests/python/requirements.txt"];
+    ["export/verify/pyproject.toml", "export/verify/uv.lock", "tests/oracles/requirements.txt"];
 const UV: &str = "uv==0.13.9";
 
 /// Makes the environment and says which kernels it holds.
@@ -38,7 +38,7 @@ pub fn environment() -> Result<PathBuf, String> {
     check(
         Command::new(&uv)
             .args(["sync", "--quiet", "--frozen", "--project"])
-            .arg(root().join("verify"))
+            .arg(root().join("export/verify"))
             .env("UV_PROJECT_ENVIRONMENT", &venv),
     )?;
     check(

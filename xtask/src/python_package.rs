@@ -7,7 +7,7 @@ use std::process::Command;
 use crate::python::{interpreter, uv};
 use crate::run::{built, check, exists, root};
 
-const REQUIREMENTS: &str = "python/requirements-dev.txt";
+const REQUIREMENTS: &str = "fabkit/python/requirements-dev.txt";
 
 /// Builds the wheel, installs it into an environment of its own, runs tests and examples, and checks
 /// types and style.
@@ -39,7 +39,7 @@ pub fn checks() -> Result<Vec<Command>, String> {
     pyright.arg("--pythonpath").arg(&python);
     // Tests, and the examples in the docstrings of what is installed.
     let mut pytest = Command::new(&python);
-    pytest.args(["-m", "pytest", "-q", "--pyargs", "fabkit", "python/tests"]);
+    pytest.args(["-m", "pytest", "-q", "--pyargs", "fabkit", "fabkit/python/tests"]);
     pytest.current_dir(root());
     Ok(vec![pytest, pyright])
 }

@@ -128,10 +128,10 @@ fn oracles(python: &Path) -> Result<Vec<Command>, String> {
     let mut all = verified(python, &fabkit)?;
     let (count, seed) = VARIANTS;
     all.push(crate::variants::judge(python, &fabkit, count, seed));
-    let mut robots = reader("tests/python/check_robot.py", &[]);
+    let mut robots = reader("tests/oracles/check_robot.py", &[]);
     robots.args(ROBOTS);
     all.push(robots);
-    let mut glb = script("tests/python/check_glb.py");
+    let mut glb = script("tests/oracles/check_glb.py");
     glb.arg(&fabkit).args(VIEWED);
     match crate::pages::Tools::find() {
         Ok(tools) => {
@@ -146,19 +146,19 @@ fn oracles(python: &Path) -> Result<Vec<Command>, String> {
     let mut tests = Command::new(python);
     tests
         .args(["-m", "unittest", "discover", "--start-directory"])
-        .arg(root().join("verify/tests"));
+        .arg(root().join("export/verify/tests"));
     tests.env("FABKIT", &fabkit).env("FABKIT_PYTHON", python);
     all.push(tests);
     all.push(crate::light::sample(python, &fabkit));
     for consumer in CONSUMERS {
         if installed(consumer) {
-            let mut consumes = reader("tests/python/consumers.py", &[consumer]);
+            let mut consumes = reader("tests/oracles/consumers.py", &[consumer]);
             if consumer == "prusa-slicer" {
                 consumes.arg(SLICED_EVERY);
             }
             all.push(consumes);
             if consumer == "prusa-slicer" {
-                let mut settings = reader("tests/python/consumers.py", &["settings"]);
+                let mut settings = reader("tests/oracles/consumers.py", &["settings"]);
                 settings.args(SLICED);
                 all.push(settings);
             }
@@ -167,7 +167,7 @@ fn oracles(python: &Path) -> Result<Vec<Command>, String> {
         }
     }
     let (mut pictures, mut optics) =
-        (script("tests/python/check_pictures.py"), script("tests/python/check_optics.py"));
+        (script("tests/oracles/check_pictures.py"), script("tests/oracles/check_optics.py"));
     pictures.arg(&fabkit);
     optics.arg(&fabkit);
     if in_ci() {
@@ -175,14 +175,14 @@ fn oracles(python: &Path) -> Result<Vec<Command>, String> {
         optics.arg(PACKED);
     }
     all.extend([pictures, optics]);
-    let mut files = reader("tests/python/check_files.py", &[]);
+    let mut files = reader("tests/oracles/check_files.py", &[]);
     files.args(READ);
     all.push(files);
     for oracle in ["contracts", "boards", "intrinsics", "dataset", "tetrahedra", "robot_examples"] {
-        all.push(reader(&format!("tests/python/check_{oracle}.py"), &[]));
+        all.push(reader(&format!("tests/oracles/check_{oracle}.py"), &[]));
     }
     all.push(glb);
-    let mut elastic = script("tests/python/check_elastic.py");
+    let mut elastic = script("tests/oracles/check_elastic.py");
     elastic.arg(built("release", "examples/press_json"));
     all.push(elastic);
     Ok(all)

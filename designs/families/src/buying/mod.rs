@@ -1,0 +1,172 @@
+//! Names to buy: what shops know of screws, rings, lamps, cameras, silicones and what the work uses up.
+//!
+//! Bodies say article and size ([`Order`]); all else stands in `designs/families/catalogue/*.yaml`, in the form in which
+//! anybody writes their own below `buy:`, which is laid over it name by name. Nothing that is made follows from
+//! it: it does not count for a design's hash.
+
+mod article;
+mod filling;
+mod pack;
+mod reading;
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, LazyLock};
+
+use fabkit_geometry::Order;
+use fabkit_text::{Dialect, Found, Place, TextLayer, check_format, mapping_of};
+
+pub use article::{Article, Role};
+pub(crate) use filling::{fill, fill_all};
+pub use pack::PackSize;
+
+use crate::own::named::{Noun, Raw, key_of, raws};
+use reading::Known;
+
+/// What is bought, in files.
+pub(crate) const BUYING: Noun = Noun {
+    key: "buy",
+    dialect: &Dialect::new("list of what to buy", 1, ", then `buy:` and names with sections"),
+};
+
+/// Name and text of each built-in file.
+const FILES: [(&str, &str); 6] = [
+    ("casting.yaml (built-in)", include_str!("../../catalogue/casting.yaml")),
+    ("electronics.yaml (built-in)", include_str!("../../catalogue/electronics.yaml")),
+    ("hardware.yaml (built-in)", include_str!("../../catalogue/hardware.yaml")),
+    ("stock.yaml (built-in)", include_str!("../../catalogue/stock.yaml")),
+    ("supplies.yaml (built-in)", include_str!("../../catalogue/supplies.yaml")),
+    ("tools.yaml (built-in)", include_str!("../../catalogue/tools.yaml")),
+];
+
+/// Where prices come from that say nothing else.
+const PRICE_SOURCE: &str = "chosen: what shops in Europe asked in 2025, roughly, without shipping";
+
+static BUILTIN: LazyLock<Articles> = LazyLock::new(|| {
+    let mut found = Vec::new();
+    let articles = Articles::of(builtin_raws(&mut found), &mut found);
+    debug_assert!(found.is_empty(), "{found:#?}");
+    articles
+});
+
+fn builtin_raws(found: &mut Vec<Found>) -> Vec<Raw> {
+    let mut all = Vec::new();
+    for (file, yaml) in FILES {
+        let place = Place::new(TextLayer::Base, file, BUYING.dialect);
+        let mut entries = mapping_of(yaml, &place, found).unwrap_or_default();
+        check_format(&mut entries, &place, found);
+        for entry in entries {
+            all.extend(raws(BUYING, entry, &place, found));
+        }
+    }
+    all
+}
+
+fn is_builtin(raw: &Raw) -> bool {
+    FILES.iter().any(|(file, _)| *file == &*raw.place.file)
+}
+
+/// Everything that may be bought, by name.
+#[derive(Clone, Debug)]
+pub struct Articles {
+    raws: Arc<Vec<Raw>>,
+    by_key: Arc<BTreeMap<String, Known>>,
+}
+
+impl Default for Articles {
+    fn default() -> Self {
+        Self::builtin().clone()
+    }
+}
+
+impl Articles {
+    /// What fabkit comes with.
+    pub fn builtin() -> &'static Self {
+        &BUILTIN
+    }
+
+    /// The same with what files say, the later ones over the earlier ones.
+    pub(crate) fn with(&self, own: Vec<Raw>, found: &mut Vec<Found>) -> Self {
+        if own.is_empty() {
+            return self.clone();
+        }
+        Self::of(self.raws.iter().cloned().chain(own).collect(), found)
+    }
+
+    fn of(raws: Vec<Raw>, found: &mut Vec<Found>) -> Self {
+        let by_key = reading::by_key(&raws, found);
+        Self { by_key: Arc::new(by_key), raws: Arc::new(raws) }
+    }
+
+    /// All names, as they are written.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.by_key.values().map(|known| &*known.name)
+    }
+
+    fn find(&self, name: &str) -> Option<&Known> {
+        self.by_key.get(&key_of(name))
+    }
+
+    /// An article by its name, or by words that begin with one: `hexagon key 4 mm` is a `hexagon key`.
+    pub fn article(&self, name: &str) -> Order {
+        let key = key_of(name);
+        let cuts = key.match_indices(' ').map(|(at, _)| at).chain([key.len()]);
+        let begins = cuts.filter(|at| self.by_key.contains_key(&key[..*at])).max();
+        match begins {
+            Some(at) => {
+                let size: Vec<&str> = name.split_whitespace().collect();
+                let words = key[..at].split(' ').count();
+                self.filled(&Order::of(&*self.by_key[&key[..at]].name, size[words..].join(" ")), "")
+            }
+            None => Order::of(name, ""),
+        }
+    }
+
+    /// What parts are made from, by process and by words of the material's name; the entry without words is for
+    /// all other materials.
+    pub fn stock(&self, process: &str, material: &str) -> Order {
+        let of_process = self.by_key.values().filter(|known| {
+            known.article.role == Some(Role::Stock)
+                && known.article.process.as_deref() == Some(process)
+        });
+        // The one that more is said of goes before the others.
+        let fitting = of_process.filter_map(|known| {
+            let length = match &known.article.words {
+                None => 0,
+                Some(words) => {
+                    words.split(';').filter(|word| says(material, word)).map(str::len).max()?
+                }
+            };
+            Some((length, known))
+        });
+        match fitting.max_by_key(|(length, _)| *length) {
+            Some((_, known)) => self.filled(&Order::of(&*known.name, material), ""),
+            None => Order::of(material, ""),
+        }
+    }
+
+    /// Supplies and tools that a text asks for, by their words.
+    pub fn asked_for(&self, text: &str) -> Vec<(Role, Order)> {
+        let asked = |known: &&Known| {
+            let words = known.article.words.as_deref().unwrap_or_default();
+            words.split(';').any(|word| says(text, word))
+        };
+        let of_role = |known: &Known| {
+            let role = known.article.role?;
+            let is_it = matches!(role, Role::Supply | Role::Tool);
+            is_it.then(|| (role, self.filled(&Order::of(&*known.name, ""), "")))
+        };
+        self.by_key.values().filter(asked).filter_map(of_role).collect()
+    }
+}
+
+/// Whether a text holds a word or some, each from its beginning: `screw` is in `two screws`.
+fn says(text: &str, words: &str) -> bool {
+    let plain = |text: &str| {
+        let is_letter = |c: char| c.is_alphanumeric() || matches!(c, '@' | '-');
+        let parts = text.to_lowercase();
+        let parts = parts.split(|c: char| !is_letter(c)).filter(|part| !part.is_empty());
+        parts.collect::<Vec<_>>().join(" ")
+    };
+    let words = plain(words);
+    !words.is_empty() && format!(" {}", plain(text)).contains(&format!(" {words}"))
+}

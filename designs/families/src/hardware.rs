@@ -1,0 +1,396 @@
+//! Bought fasteners and standard pieces, as solids and as the holes they need.
+//!
+//! Heads and nuts are modelled at the largest size that their standard allows, because what is made
+//! has to take every piece that is sold; `designs/families/tests/hardware.rs` compares all of them with the
+//! standards' tables. Threads are cylinders of their nominal diameter.
+//!
+//! A fastener's frame: origin where its head bears (pan) or ends flush (countersunk), z out of the
+//! material, so that the shaft goes down -z. A hole's frame is its fastener's.
+
+mod dowel;
+mod lens;
+mod nuts;
+mod o_ring;
+pub mod tools;
+
+use fabkit_geometry::{CUT_OVERLAP_MM, Order, Path, Solid};
+
+pub use dowel::Dowel;
+pub use lens::Lens;
+pub use nuts::{HeatSetNut, HexNut, HexSpacer};
+pub use o_ring::{ORing, SQUEEZED_PLAY_MM, stocked_cords};
+
+/// Shape of a screw's head.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Head {
+    /// ISO 7045, bears on a plane.
+    Pan,
+    /// ISO 7046-1, a head of ISO 7721: 90 degrees, ends flush with the surface.
+    Countersunk,
+}
+
+/// A metric screw. `length_mm` counts as ordered: a countersunk head is part of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Screw {
+    /// Nominal thread diameter, mm.
+    pub thread_mm: f64,
+    /// Ordered length, mm.
+    pub length_mm: f64,
+    /// Head.
+    pub head: Head,
+}
+
+/// Dimensions that depend on the thread alone, mm.
+struct Thread {
+    nominal: f64,
+    pan_head_diameter: f64,
+    pan_head_height: f64,
+    countersunk: Countersunk,
+    /// ISO 273, medium.
+    clearance_hole: f64,
+    /// Hole in plastic that the screw cuts its own thread into: about 0.82 of the nominal.
+    pilot_hole: f64,
+}
+
+/// A countersunk head: its cone would end in a sharp edge, but is cut off by a short cylinder, so
+/// that its rim is narrower than the countersink that it lies in.
+struct Countersunk {
+    standard: &'static str,
+    /// Over the rim.
+    diameter: f64,
+    /// Where the cone would meet the head's flat face ("theoretical" in the standard).
+    sharp_diameter: f64,
+    /// The smallest countersink, at the surface.
+    sink_diameter: f64,
+}
+
+/// ISO 7045 (dk max, k max), ISO 7046-1 (dk max, theoretical dk max), ISO 15065 (Dc min).
+const THREADS: [Thread; 7] = [
+    // The ISO standards begin at M1.6. Pan: JCIS 10-70, type 3 (D, H max). Countersunk: DIN 963
+    // (dk, and k = 0.72 mm gives the sharp diameter); no standard countersink: the largest head.
+    Thread {
+        nominal: 1.2,
+        pan_head_diameter: 2.05,
+        pan_head_height: 0.75,
+        countersunk: Countersunk {
+            standard: "DIN 963",
+            diameter: 2.3,
+            sharp_diameter: 2.64,
+            sink_diameter: 2.64,
+        },
+        clearance_hole: 1.4,
+        pilot_hole: 1.0,
+    },
+    Thread {
+        nominal: 1.6,
+        pan_head_diameter: 3.2,
+        pan_head_height: 1.3,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 3.0,
+            sharp_diameter: 3.6,
+            sink_diameter: 3.6,
+        },
+        clearance_hole: 1.8,
+        pilot_hole: 1.3,
+    },
+    Thread {
+        nominal: 2.0,
+        pan_head_diameter: 4.0,
+        pan_head_height: 1.6,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 3.8,
+            sharp_diameter: 4.4,
+            sink_diameter: 4.4,
+        },
+        clearance_hole: 2.4,
+        pilot_hole: 1.65,
+    },
+    Thread {
+        nominal: 2.5,
+        pan_head_diameter: 5.0,
+        pan_head_height: 2.1,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 4.7,
+            sharp_diameter: 5.5,
+            sink_diameter: 5.5,
+        },
+        clearance_hole: 2.9,
+        pilot_hole: 2.05,
+    },
+    Thread {
+        nominal: 3.0,
+        pan_head_diameter: 5.6,
+        pan_head_height: 2.4,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 5.5,
+            sharp_diameter: 6.3,
+            sink_diameter: 6.3,
+        },
+        clearance_hole: 3.4,
+        pilot_hole: 2.5,
+    },
+    Thread {
+        nominal: 4.0,
+        pan_head_diameter: 8.0,
+        pan_head_height: 3.1,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 8.4,
+            sharp_diameter: 9.4,
+            sink_diameter: 9.4,
+        },
+        clearance_hole: 4.5,
+        pilot_hole: 3.3,
+    },
+    Thread {
+        nominal: 5.0,
+        pan_head_diameter: 9.5,
+        pan_head_height: 3.7,
+        countersunk: Countersunk {
+            standard: "ISO 7046",
+            diameter: 9.3,
+            sharp_diameter: 10.4,
+            sink_diameter: 10.4,
+        },
+        clearance_hole: 5.5,
+        pilot_hole: 4.2,
+    },
+];
+
+impl Screw {
+    /// M1.2 x 3, countersunk, DIN 963.
+    pub const M1_2X3: Self = Self { thread_mm: 1.2, length_mm: 3.0, head: Head::Countersunk };
+    /// M1.6 x 5, pan head.
+    pub const M1_6X5: Self = Self { thread_mm: 1.6, length_mm: 5.0, head: Head::Pan };
+    /// M1.6 x 6, pan head.
+    pub const M1_6X6: Self = Self { thread_mm: 1.6, length_mm: 6.0, head: Head::Pan };
+    /// M2 x 4, countersunk.
+    pub const M2X4: Self = Self { thread_mm: 2.0, length_mm: 4.0, head: Head::Countersunk };
+    /// M3 x 4, pan head.
+    pub const M3X4: Self = Self { thread_mm: 3.0, length_mm: 4.0, head: Head::Pan };
+    /// M2 x 16, pan head.
+    pub const M2X16: Self = Self { thread_mm: 2.0, length_mm: 16.0, head: Head::Pan };
+    /// M3 x 16, pan head.
+    pub const M3X16: Self = Self { thread_mm: 3.0, length_mm: 16.0, head: Head::Pan };
+
+    /// M2 x 12, pan head.
+    pub const M2X12: Self = Self { thread_mm: 2.0, length_mm: 12.0, head: Head::Pan };
+    /// M3 x 12, pan head.
+    pub const M3X12: Self = Self { thread_mm: 3.0, length_mm: 12.0, head: Head::Pan };
+
+    fn thread(&self) -> &'static Thread {
+        // Screws are made from the constants above, whose threads are all in the table.
+        THREADS.iter().find(|t| t.nominal == self.thread_mm).unwrap_or(&THREADS[0])
+    }
+
+    /// Diameter of a hole that it passes through, mm.
+    pub fn clearance_hole_mm(&self) -> f64 {
+        self.thread().clearance_hole
+    }
+
+    /// Diameter of a hole in plastic that it cuts its thread into, mm.
+    pub fn pilot_hole_mm(&self) -> f64 {
+        self.thread().pilot_hole
+    }
+
+    /// Diameter of the head, mm.
+    pub fn head_diameter_mm(&self) -> f64 {
+        match self.head {
+            Head::Pan => self.thread().pan_head_diameter,
+            Head::Countersunk => self.thread().countersunk.diameter,
+        }
+    }
+
+    /// The standard that it is ordered by.
+    pub fn standard(&self) -> &'static str {
+        match self.head {
+            Head::Pan if self.thread_mm < 1.6 => "JCIS 10-70",
+            Head::Pan => "ISO 7045",
+            Head::Countersunk => self.thread().countersunk.standard,
+        }
+    }
+
+    /// Its name among a sensor's bodies, for example `screw-m1-6x5`.
+    pub fn name(&self) -> String {
+        format!("screw-m{}x{}", self.thread_mm, self.length_mm).replace('.', "-")
+    }
+
+    /// How it is ordered, for example `pan head screw ISO 7045 M1.6x5`.
+    pub fn ordered(&self) -> String {
+        self.order().asked_for()
+    }
+
+    /// What to ask a shop for, with the driver that turns it: ISO 4757 gives the cross recess of each thread.
+    pub fn order(&self) -> Order {
+        let head = match self.head {
+            Head::Pan => "pan head",
+            Head::Countersunk => "countersunk",
+        };
+        let driver = match self.thread_mm {
+            _ if self.standard() == "DIN 963" => "screwdriver, slotted 0.3 mm thick",
+            thread if thread < 2.2 => "screwdriver PH0",
+            thread if thread < 3.6 => "screwdriver PH1",
+            _ => "screwdriver PH2",
+        };
+        let size = format!("M{}x{}", self.thread_mm, self.length_mm);
+        Order::of(format!("{head} screw {}", self.standard()), size).with_tool(driver)
+    }
+
+    /// Diameter of the countersink at the surface, mm, for a countersunk head with `gap_mm` to
+    /// spare on each side; of the hole for other heads.
+    pub fn sink_diameter_mm(&self, gap_mm: f64) -> f64 {
+        match self.head {
+            Head::Pan => self.clearance_hole_mm(),
+            Head::Countersunk => self.thread().countersunk.sink_diameter + 2.0 * gap_mm,
+        }
+    }
+
+    /// Depth of that countersink, mm: from the surface to where its cone meets the hole.
+    pub fn sink_depth_mm(&self, gap_mm: f64) -> f64 {
+        (self.sink_diameter_mm(gap_mm) - self.clearance_hole_mm()) / 2.0
+    }
+
+    /// How far the head stands above the surface it bears on, mm.
+    pub fn head_height_mm(&self) -> f64 {
+        match self.head {
+            Head::Pan => self.thread().pan_head_height,
+            Head::Countersunk => 0.0,
+        }
+    }
+
+    /// How much a thread that is cut into plastic overlaps it, mm per side.
+    pub fn thread_overlap_mm(&self) -> f64 {
+        (self.thread_mm - self.pilot_hole_mm()) / 2.0
+    }
+
+    /// The screw.
+    pub fn solid(&self) -> Solid {
+        let (shaft, head, length) =
+            (self.thread_mm / 2.0, self.head_diameter_mm() / 2.0, self.length_mm);
+        let outline = match self.head {
+            Head::Pan => {
+                let height = self.thread().pan_head_height;
+                let top = [[head, 0.0], [head, height], [0.0, height]];
+                [vec![[0.0, -length], [shaft, -length], [shaft, 0.0]], top.to_vec()].concat()
+            }
+            Head::Countersunk => {
+                let sharp = self.thread().countersunk.sharp_diameter / 2.0;
+                let (foot, rim) = (shaft - sharp, head - sharp);
+                let shaft = [[0.0, -length], [shaft, -length], [shaft, foot]];
+                [shaft.to_vec(), vec![[head, rim], [head, 0.0], [0.0, 0.0]]].concat()
+            }
+        };
+        Solid::revolution(Path::polygon(&outline)).named("screw")
+    }
+
+    /// The passage through a plate of `depth_mm` below the origin, open above. A countersunk head
+    /// gets the smallest countersink of its standard and `gap_mm` on each side, so that even the
+    /// largest head does not stand proud; the cone goes on upwards so that it leaves a curved face
+    /// too.
+    pub fn clearance_tool(&self, depth_mm: f64, gap_mm: f64) -> Solid {
+        let hole = self.clearance_hole_mm() / 2.0;
+        let bottom = -depth_mm - CUT_OVERLAP_MM;
+        let outline = match self.head {
+            Head::Pan => {
+                vec![[0.0, bottom], [hole, bottom], [hole, CUT_OVERLAP_MM], [0.0, CUT_OVERLAP_MM]]
+            }
+            Head::Countersunk => {
+                let rim = self.sink_diameter_mm(gap_mm) / 2.0;
+                let above = 1.0;
+                vec![
+                    [0.0, bottom],
+                    [hole, bottom],
+                    [hole, hole - rim],
+                    [rim + above, above],
+                    [0.0, above],
+                ]
+            }
+        };
+        Solid::revolution(Path::polygon(&outline))
+    }
+
+    /// The passage through `depth_mm` below the origin, with a counterbore `height_mm` high above
+    /// it and `gap_mm` to spare around the head.
+    pub fn sunk_tool(&self, depth_mm: f64, height_mm: f64, gap_mm: f64) -> Solid {
+        let (hole, head) = (self.clearance_hole_mm() / 2.0, self.head_diameter_mm() / 2.0 + gap_mm);
+        let (bottom, top) = (-depth_mm - CUT_OVERLAP_MM, height_mm + CUT_OVERLAP_MM);
+        Solid::revolution(Path::polygon(&[
+            [0.0, bottom],
+            [hole, bottom],
+            [hole, 0.0],
+            [head, 0.0],
+            [head, top],
+            [0.0, top],
+        ]))
+    }
+
+    /// The hole that the screw cuts its thread into, `depth_mm` deep below the origin.
+    pub fn pilot_tool(&self, depth_mm: f64) -> Solid {
+        Solid::cylinder(self.pilot_hole_mm() / 2.0, depth_mm + CUT_OVERLAP_MM).at_z(-depth_mm)
+    }
+}
+
+/// A hexagon socket head screw, ISO 4762 (dk max of plain heads, k max).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SocketScrew {
+    /// Thread, mm.
+    pub thread_mm: f64,
+    /// Diameter of the head, mm.
+    pub head_diameter_mm: f64,
+    /// Height of the head, mm.
+    pub head_height_mm: f64,
+    /// Hole that it passes through, ISO 273 medium, mm.
+    pub clearance_hole_mm: f64,
+}
+
+/// Lengths that ISO 4762 has for M4, M5 and, but for the first, for M6, mm.
+const SOCKET_LENGTHS_MM: [f64; 10] = [8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0];
+
+impl SocketScrew {
+    /// M4.
+    pub const M4: Self =
+        Self { thread_mm: 4.0, head_diameter_mm: 7.0, head_height_mm: 4.0, clearance_hole_mm: 4.5 };
+
+    /// M5.
+    pub const M5: Self =
+        Self { thread_mm: 5.0, head_diameter_mm: 8.5, head_height_mm: 5.0, clearance_hole_mm: 5.5 };
+
+    /// M6.
+    pub const M6: Self = Self {
+        thread_mm: 6.0,
+        head_diameter_mm: 10.0,
+        head_height_mm: 6.0,
+        clearance_hole_mm: 6.6,
+    };
+
+    /// The standard's length that is nearest to a wanted one, mm.
+    pub fn length_near_mm(wanted_mm: f64) -> f64 {
+        let off = |length: &f64| (length - wanted_mm).abs();
+        let nearest = SOCKET_LENGTHS_MM.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        nearest.unwrap_or(wanted_mm)
+    }
+
+    /// What to ask a shop for, with the key that turns it: the socket of ISO 4762.
+    pub fn order(&self, length_mm: f64) -> Order {
+        let key_mm = self.thread_mm - 1.0;
+        Order::of("socket head screw ISO 4762", format!("M{}x{length_mm}", self.thread_mm))
+            .with_tool(format!("hexagon key {key_mm} mm"))
+    }
+
+    /// The screw, its head bearing at z = 0.
+    pub fn solid(&self, length_mm: f64) -> Solid {
+        let (shaft, head) = (self.thread_mm / 2.0, self.head_diameter_mm / 2.0);
+        Solid::revolution(Path::polygon(&[
+            [0.0, -length_mm],
+            [shaft, -length_mm],
+            [shaft, 0.0],
+            [head, 0.0],
+            [head, self.head_height_mm],
+            [0.0, self.head_height_mm],
+        ]))
+    }
+}

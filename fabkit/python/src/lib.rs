@@ -1,0 +1,61 @@
+//! fabkit for Python: thin bindings, one file a topic.
+//!
+//! What is here is private to the package (`fabkit._fabkit`): its classes and functions take and give
+//! what is cheap to hand over, numpy arrays and JSON documents. Names, defaults, docstrings and types
+//! that people see are in `fabkit/python/fabkit/`.
+
+mod arrays;
+mod calibrate;
+mod camera;
+mod command;
+mod dataset;
+mod design;
+mod errors;
+mod export;
+mod hints;
+mod live;
+mod marks;
+mod mesh;
+mod press;
+mod running;
+mod scene;
+mod sweep;
+
+/// `fabkit._fabkit`.
+#[pyo3::pymodule]
+mod _fabkit {
+    #[pymodule_export]
+    use crate::calibrate::{
+        Extrinsics, Intrinsics, board, extrinsics, find_corners, find_pins, intrinsics, plan,
+    };
+    #[pymodule_export]
+    use crate::camera::Camera;
+    #[pymodule_export]
+    use crate::command::command;
+    #[pymodule_export]
+    use crate::dataset::{BegunDataset, DatasetOrder, DatasetReader, Samples};
+    #[pymodule_export]
+    use crate::design::{Design, Project, load, sensors};
+    #[pymodule_export]
+    use crate::errors::{hint, length_mm};
+    #[pymodule_export]
+    use crate::export::{Exported, write_files};
+    #[pymodule_export]
+    use crate::live::{Live, LiveSkin};
+    #[pymodule_export]
+    use crate::marks::MarkFollower;
+    #[pymodule_export]
+    use crate::mesh::Mesh;
+    #[pymodule_export]
+    use crate::press::press;
+    #[pymodule_export]
+    use crate::running::fall;
+    #[pymodule_export]
+    use crate::scene::{Reconstructor, Scene, false_color};
+    #[pymodule_export]
+    use crate::sweep::{SweepPlan, SweepStore, run_sweep, save_sweep};
+
+    #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "Python's name for it")]
+    const __version__: &str = fabkit_application::export::VERSION;
+}

@@ -1,0 +1,126 @@
+//! Pins in gel.
+
+use std::f64::consts::PI;
+
+use fabkit_geometry::Vector3;
+
+use crate::Material;
+
+/// How two unit normals before and after tell that something turned: the shortest turn from one to the other.
+pub(super) struct Turn {
+    pub(super) before: Vector3<f64>,
+    pub(super) after: Vector3<f64>,
+}
+
+impl Turn {
+    /// A way, turned (Rodrigues).
+    pub(super) fn of(&self, way: Vector3<f64>) -> Vector3<f64> {
+        let (across, cos) = (self.before.cross(&self.after), self.before.dot(&self.after));
+        way * cos + across.cross(&way) + across * (across.dot(&way) / (1.0 + cos))
+    }
+}
+
+/// A pin as a beam that the gel around it holds all along, in proportion to how far it is from where the gel would be
+/// without it (Winkler's foundation): a stiff pin goes as a lever, one that is thin and soft goes with the gel.
+///
+/// Across, gel holds a rod with about 4 pi G for each unit of length and of distance, along with half of that: what
+/// slender rods in an incompressible medium have, with 1 for the logarithm of how slender they are. The gel's motion is
+/// taken to be even along the pin, and the pin not to hold back what it stands on. `tests/oracles/check_pins.py` says
+/// how far off that is.
+pub(super) struct Rod {
+    length_mm: f64,
+    /// What is left at the end of a displacement by the lever, and of a turn: 1 for a stiff pin.
+    left_of_lever: f64,
+    left_of_turn: f64,
+    /// What is left there of the way that the root goes along the pin.
+    left_along: f64,
+}
+
+impl Rod {
+    pub(super) fn new(pin: &Material, gel: &Material, radius_mm: f64, length_mm: f64) -> Self {
+        let hold_mpa = 4.0 * PI * gel.shear_modulus_mpa();
+        let stretching_n = pin.young_mpa() * PI * radius_mm.powi(2);
+        let bending_nmm2 = stretching_n * radius_mm.powi(2) / 4.0;
+        // h'''' + 4 h = 0 with h = 0 and h' = 1 at the root, h'' = h''' = 0 at the end.
+        let x = length_mm * (hold_mpa / (4.0 * bending_nmm2)).powf(0.25);
+        let (sin, cos, sinh, cosh) = (x.sin(), x.cos(), x.sinh(), x.cosh());
+        let sum = cos * cos + cosh * cosh;
+        // h'' = h with h = 0 at the root and a slope at the end.
+        let along = length_mm * (hold_mpa / (2.0 * stretching_n)).sqrt();
+        let is_pin = x > 0.0;
+        Self {
+            length_mm,
+            left_of_lever: if is_pin { (sin * cosh + cos * sinh) / (sum * x) } else { 1.0 },
+            left_of_turn: 2.0 * cos * cosh / sum,
+            left_along: if is_pin { along.tanh() / along } else { 1.0 },
+        }
+    }
+
+    /// Where its end goes, mm, and which way it then points: from the way from root to end, how the root goes and turns,
+    /// and how the gel at the end would go without it.
+    pub(super) fn moved(
+        &self,
+        lever_mm: Vector3<f64>,
+        root_moved_mm: Vector3<f64>,
+        gel_moved_mm: Vector3<f64>,
+        turn: &Turn,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let Some(axis) = lever_mm.try_normalize(1e-9) else {
+            return (root_moved_mm, turn.of(lever_mm));
+        };
+        // What the root does beyond what the gel does: along the pin, and across by its turn.
+        let apart_mm = root_moved_mm - gel_moved_mm;
+        let along_mm = axis * apart_mm.dot(&axis);
+        let across_mm = apart_mm - along_mm;
+        let turned_mm = turn.of(lever_mm) - lever_mm + across_mm;
+        let displacement_mm =
+            gel_moved_mm + self.left_along * along_mm + self.left_of_lever * turned_mm;
+        let slope = (self.left_of_turn * turned_mm - across_mm) / self.length_mm;
+        (displacement_mm, (axis + slope).normalize())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rod(pin_mpa: f64, gel_mpa: f64) -> Rod {
+        let material = |young| Material::new(young, 0.495).unwrap();
+        Rod::new(&material(pin_mpa), &material(gel_mpa), 0.5, 2.0)
+    }
+
+    /// The root sinks by 0.2 mm and turns by 0.1 about y; the gel goes its own way.
+    fn moved(rod: &Rod) -> (Vector3<f64>, Vector3<f64>) {
+        let turn =
+            Turn { before: Vector3::z(), after: Vector3::new(0.1f64.sin(), 0.0, 0.1f64.cos()) };
+        let (root, gel) = (Vector3::new(0.0, 0.0, -0.2), Vector3::new(0.05, 0.02, -0.1));
+        rod.moved(Vector3::new(0.0, 0.0, -2.0), root, gel, &turn)
+    }
+
+    #[test]
+    fn a_stiff_pin_is_a_lever() {
+        let (displacement_mm, axis) = moved(&rod(1e6, 1e-3));
+        let lever_mm = Vector3::new(-2.0 * 0.1f64.sin(), 0.0, -0.2 + 2.0 * (1.0 - 0.1f64.cos()));
+        assert!((displacement_mm - lever_mm).norm() < 1e-3, "{displacement_mm}");
+        assert!((axis + Vector3::new(0.1f64.sin(), 0.0, 0.1f64.cos())).norm() < 1e-3, "{axis}");
+    }
+
+    #[test]
+    fn a_pin_of_nothing_goes_with_the_gel() {
+        let (displacement_mm, _) = moved(&rod(1e-6, 1.0));
+        assert!((displacement_mm - Vector3::new(0.05, 0.02, -0.1)).norm() < 1e-2);
+    }
+
+    #[test]
+    fn a_pin_without_length_is_its_root() {
+        let turn = Turn { before: Vector3::z(), after: Vector3::z() };
+        let rod = Rod::new(
+            &Material::new(1.0, 0.4).unwrap(),
+            &Material::new(0.1, 0.4).unwrap(),
+            0.5,
+            0.0,
+        );
+        let root = Vector3::new(0.1, 0.0, -0.2);
+        assert_eq!(rod.moved(Vector3::zeros(), root, root, &turn).0, root);
+    }
+}

@@ -8,10 +8,10 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::thread;
 
+use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use serde_json::Value;
 
 use crate::verifier::PYTHON_VARIABLE;
-use crate::{ErrorKind, Explained};
 
 /// The interpreter that the environment names.
 pub(crate) fn interpreter() -> PathBuf {
@@ -66,6 +66,13 @@ impl Explained for BenchError {
             )),
             Self::Refused { hint, .. } => hint.clone(),
             Self::NoAnswer(_) => None,
+        }
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::NoPackage { python, .. } => ErrorSubject::at("no_bench", python),
+            other => ErrorSubject::of_kind(other.kind()),
         }
     }
 }

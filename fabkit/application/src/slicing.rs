@@ -9,12 +9,12 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use fabkit_designs::Design;
+use fabkit_files::progress::{OnProgress, Step};
+use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use fabkit_guide::{Guide, Sliced};
 use rayon::prelude::*;
 
 use crate::exporting::{self, ExportFailure, ExportOptions, Format};
-use crate::progress::{OnProgress, Step};
-use crate::{ErrorKind, Explained};
 
 /// Names the slicer by an absolute path, in place of the one on the search path.
 pub const SLICER_VARIABLE: &str = "FABKIT_SLICER";
@@ -93,6 +93,13 @@ impl Explained for SlicingError {
             }
             Self::Io { .. } | Self::Cancelled => None,
         }
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        ErrorSubject::new(match self {
+            Self::NotFound | Self::NoSuchSlicer(_) => "no_slicer",
+            _ => "slicing",
+        })
     }
 }
 

@@ -8,7 +8,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use fabkit_application::coded::About;
+use fabkit_application::ErrorSubject;
 
 use crate::failure::{ErrorKind, Failure};
 
@@ -99,7 +99,7 @@ impl Roles {
         match wrong.is_empty() {
             true => Ok(()),
             false => Err(Failure::new(ErrorKind::BadInput, wrong.join("\nerror: "), hint)
-                .about(About::of("replaces_input"))),
+                .about(ErrorSubject::new("replaces_input"))),
         }
     }
 }

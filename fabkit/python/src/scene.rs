@@ -9,7 +9,8 @@ use fabkit_application::export::{Array, Values, png};
 use fabkit_application::ground_truth::{Viewpoint, arrays, picture};
 use fabkit_application::pressing::{self, Contact, Linear, PressingError};
 use fabkit_application::reconstructing::{self, DepthNetwork, Taken};
-use fabkit_application::scene::{self, Cast, SceneError, ViewpointFiles, press_error};
+use fabkit_application::scene::{self, Cast, SceneError, ViewpointFiles};
+use fabkit_application::source::press_error;
 use numpy::{PyArray2, PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -84,7 +85,7 @@ impl Scene {
         let scene = short(py, || {
             let project = match unit.map(Unit) {
                 None => drawn,
-                Some(unit) => Arc::new(unit.of(&source, overrides)?),
+                Some(unit) => Arc::new(source.unit(unit, overrides)?),
             };
             let bad = |error| SceneError::viewpoint(None, error);
             let mut files =

@@ -10,13 +10,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use fabkit_export::{FileEntry, Manifest, OtherFile, Otherness, PartEntry, ProfileEntry};
+use fabkit_files::reading::{self, Expected, ReadError};
+use fabkit_files::resumable::{MAX_DOCUMENT_BYTES, SealError, unseal};
+use fabkit_files::staging::{OutputFile, StagingError, Transaction};
+use fabkit_files::{ErrorKind, ErrorSubject, Explained, joined};
 
 use super::{Exported, MANIFEST_NAME, manifest_file};
-use crate::error::{ErrorKind, Explained, joined};
 use crate::exporting::ExportFailure;
-use crate::reading::{self, Expected, ReadError};
-use crate::resumable::{MAX_DOCUMENT_BYTES, SealError, unseal};
-use crate::staging::{OutputFile, StagingError, Transaction};
 
 /// A list of contents.
 const MANIFEST: Expected =
@@ -100,6 +100,15 @@ impl Explained for FolderError {
             Self::Refused(_) => Some("choose another folder, or have it replaced by force".into()),
             Self::Export(error) => error.hint(),
             Self::Staging(error) => error.hint(),
+        }
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::Refused(_) if self.is_of_another_design() => ErrorSubject::new("other_design"),
+            Self::Refused(_) => ErrorSubject::new("edited_by_hand"),
+            Self::Export(error) => error.subject(),
+            Self::Staging(error) => error.subject(),
         }
     }
 }
@@ -340,7 +349,7 @@ fn old_manifest(folder: &Path) -> Result<Old, StagingError> {
 
 /// A manifest that somebody wrote by hand reaches no folder that is not below its own.
 fn is_plain(name: &str) -> bool {
-    crate::resumable::is_plain(name) && name != MANIFEST_NAME
+    fabkit_files::resumable::is_plain(name) && name != MANIFEST_NAME
 }
 
 /// BLAKE3 of a file's content, in hex; nothing where there is no file.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use fabkit_designs::Design;
 use fabkit_export::{GlbBody, GlbPlace, GlbScene};
+use fabkit_files::staging::OutputFile;
 use fabkit_geometry::measure::ray_volume;
 use fabkit_geometry::{Action, Body, Clarity, CompiledSolid};
 use fabkit_mesh::{PrintMesh, ShadedMesh};
@@ -14,7 +15,6 @@ use super::pieces::FINEST_MM;
 use super::topology::{self, Counted};
 use super::{ExportFailure, ExportOptions, Format, Made, limit_triangles};
 use crate::pictures;
-use crate::staging::OutputFile;
 
 const MM3_PER_CM3: f64 = 1e3;
 

@@ -38,14 +38,15 @@ pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;
 pub(crate) use self::sheets::plan as sheet_plan;
 pub use self::tetra::DEFAULT_EDGE_MM;
+use fabkit_designs::design_hash;
+use fabkit_files::progress::unwatched;
+use fabkit_files::resumable::seal_text;
+use fabkit_files::staging::OutputFile;
+use fabkit_files::{UnknownName, memory};
+
 use self::topology::Counted;
-use crate::bodies::{self, UnknownName};
-use crate::identity::design_hash;
-use crate::memory;
+use crate::bodies;
 use crate::pictures::{self, Shot};
-use crate::progress::unwatched;
-use crate::resumable::seal_text;
-use crate::staging::OutputFile;
 
 /// Most triangles that one export may have, copies on plates included.
 pub const MAX_TRIANGLES: usize = 5_000_000;
@@ -53,7 +54,7 @@ pub const MAX_TRIANGLES: usize = 5_000_000;
 const TRIANGLE_BYTES: u64 = 380;
 
 /// Name of the list of contents.
-pub const MANIFEST_NAME: &str = crate::staging::CONTENTS;
+pub const MANIFEST_NAME: &str = fabkit_files::staging::CONTENTS;
 
 /// How pictures of single parts are taken.
 const PART_SHOT: Shot = Shot { size_px: [800, 600], section: false, from: None };

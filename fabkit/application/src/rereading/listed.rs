@@ -5,15 +5,14 @@ use std::fs;
 use std::path::Path;
 
 use fabkit_export::{Manifest, OtherFile};
-use serde_json::Value;
-
-use super::{Kind, RereadError};
-use crate::dataset;
-use crate::exporting::MANIFEST_NAME;
-use crate::resumable::{
+use fabkit_files::resumable::{
     self, Files, FolderError, MAX_DOCUMENT_BYTES, Piece, SealError, files_of, is_plain,
     read_regular, unseal,
 };
+use serde_json::Value;
+
+use super::{Kind, RereadError};
+use crate::exporting::MANIFEST_NAME;
 use crate::sweeping;
 
 /// Lists without a checksum.
@@ -43,7 +42,7 @@ impl Listed {
         }
         let read = match kind {
             Kind::Export => manifest(&path),
-            Kind::Dataset => document(&path, dataset::KIND),
+            Kind::Dataset => document(&path, fabkit_dataset::KIND),
             Kind::Sweep => document(&path, sweeping::KIND),
         };
         match read {

@@ -12,14 +12,14 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use fabkit_dataset::{self, DatasetReader};
+use fabkit_files::resumable::{Files, FolderError, State};
+use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained};
 use rayon::prelude::*;
 
 use self::listed::Listed;
-use crate::dataset::{self, DatasetReader};
 use crate::exporting::MANIFEST_NAME;
-use crate::resumable::{Files, FolderError, State};
 use crate::sweeping;
-use crate::{Error, ErrorKind, Explained};
 
 /// Files that no list names, beyond which they are only counted.
 const MOST_NAMED: usize = 1000;
@@ -133,6 +133,14 @@ impl Explained for RereadError {
         };
         Some(hint.into())
     }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::OtherVersion(error) | Self::List(error) => error.subject(),
+            Self::NoList { folder, .. } => ErrorSubject::at("not_fabkits_folder", folder),
+            Self::Io { folder, source } => ErrorSubject::of_io(folder, source, "file_unreadable"),
+        }
+    }
 }
 
 /// What a folder is filled with.
@@ -149,7 +157,7 @@ impl Kind {
     fn document(self) -> String {
         match self {
             Self::Export => MANIFEST_NAME.to_owned(),
-            Self::Dataset => dataset::KIND.document(),
+            Self::Dataset => fabkit_dataset::KIND.document(),
             Self::Sweep => sweeping::KIND.document(),
         }
     }
@@ -157,7 +165,7 @@ impl Kind {
     fn what(self) -> &'static str {
         match self {
             Self::Export => "export",
-            Self::Dataset => dataset::KIND.what,
+            Self::Dataset => fabkit_dataset::KIND.what,
             Self::Sweep => sweeping::KIND.what,
         }
     }
@@ -204,8 +212,9 @@ fn exports_below(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 }
 
 fn no_list(folder: &Path) -> RereadError {
-    let is_begun =
-        [dataset::KIND, sweeping::KIND].iter().any(|kind| folder.join(kind.partial("")).is_dir());
+    let is_begun = [fabkit_dataset::KIND, sweeping::KIND]
+        .iter()
+        .any(|kind| folder.join(kind.partial("")).is_dir());
     let documents = Kind::ALL.map(Kind::document);
     RereadError::NoList { folder: folder.into(), documents, is_begun }
 }
@@ -342,7 +351,7 @@ fn foreign(
 fn is_partial(kind: Kind, name: &str) -> bool {
     let kind = match kind {
         Kind::Export => return false,
-        Kind::Dataset => dataset::KIND,
+        Kind::Dataset => fabkit_dataset::KIND,
         Kind::Sweep => sweeping::KIND,
     };
     kind.partial("").trim_end_matches('/') == name

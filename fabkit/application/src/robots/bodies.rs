@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use fabkit_designs::Design;
 use fabkit_export::{Inertia, RobotLink, RobotMesh, RobotShape};
+use fabkit_files::Error;
 use fabkit_geometry::{Assembly, Body, Kind, Pose};
 use rayon::prelude::*;
 
 use super::masses::{Mass, mass};
-use crate::Error;
 use crate::exporting::ExportFailure;
 
 /// Meshes that are seen are nowhere farther from the exact surface, mm: simulators draw nothing smaller.

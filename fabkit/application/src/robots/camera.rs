@@ -5,11 +5,10 @@ use std::sync::Arc;
 use fabkit_camera::files::{self, CameraFormat};
 use fabkit_camera::{Camera, Interface, Intrinsics, Lens, OpenCv, Point2};
 use fabkit_export::{Array, RobotCamera, Values, npz};
+use fabkit_files::Error;
 use fabkit_geometry::{Point3, Ray, Scratch, Sensor, Vector3};
 use fabkit_optics::{End, SensingSurface, Sights, Tracer};
-
-use crate::Error;
-use crate::ground_truth::Viewpoint;
+use fabkit_scene::ground_truth::Viewpoint;
 
 /// A pinhole shows no wider view than this to each side, deg: beyond it a picture is mostly edge.
 const WIDEST_DEG: f64 = 70.0;

@@ -1,13 +1,13 @@
 //! `robot.json`: what files of robots have no place for.
 
 use fabkit_export::Robot;
+use fabkit_files::Error;
 use fabkit_mesh::Hull;
 use serde_json::json;
 
 use super::bodies::{SEEN_MM, Standing};
 use super::soft::Soft;
 use super::taxels::TouchMesh;
-use crate::Error;
 
 const MM_PER_M: f64 = 1000.0;
 

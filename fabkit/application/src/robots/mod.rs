@@ -19,26 +19,25 @@ mod taxels;
 
 use std::sync::Arc;
 
-use fabkit_designs::Design;
+use fabkit_capture::middle_of;
+use fabkit_designs::{Design, design_hash};
 use fabkit_export::{
     Robot, RobotFrame, RobotMesh, RobotShape, drake, mjcf, npz, obj, sdf, tacex, tacsl, tacto,
     urdf, usd,
 };
+use fabkit_files::Error;
+use fabkit_files::staging::OutputFile;
 use fabkit_geometry::{Point3, Pose, Sensor, SurfacePoints};
 use fabkit_optics::Sights;
+use fabkit_scene::SceneError;
+use fabkit_scene::ground_truth::{Viewpoint, are_seen, pixels_of};
 
 use self::bodies::{Standing, link, seen, standing};
 use self::camera::Pixels;
 use self::document::Told;
 use self::soft::{lamps, soft};
 use self::taxels::TouchMesh;
-use crate::Error;
-use crate::capturing::middle_of;
 use crate::exporting::ForeignFile;
-use crate::ground_truth::{Viewpoint, are_seen, pixels_of};
-use crate::identity::design_hash;
-use crate::scene::SceneError;
-use crate::staging::OutputFile;
 
 /// The camera's frame.
 const OPTICAL: &str = "camera_optical";

@@ -3,11 +3,11 @@
 //! Plates, flanges and tubes follow each other along a sensor's axis, posts and connectors stand beside it; each of these is nearly
 //! convex. Boxes are cut where that saves most, one after the other, at the places where something ends.
 
+use fabkit_files::Error;
 use fabkit_mesh::{Hull, convex_hull};
 use rayon::prelude::*;
 
 use super::Standing;
-use crate::Error;
 
 /// No more pieces than this.
 const MOST: usize = 39;

@@ -3,17 +3,17 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use fabkit_capture::SLOPE_BINS;
 use fabkit_designs::Design;
 use fabkit_elastic::{SoftLayer, SoftStack};
 use fabkit_export::{
     RobotLamp, RobotMesh, RobotTetrahedra, RobotTouch, TetraMesh, VERSION, msh2, vtk,
 };
+use fabkit_files::Error;
 use fabkit_geometry::{Sensor, Shows, TouchSurface, Vector3};
 use fabkit_light::Emitters;
 use fabkit_tetra::Tetrahedra;
 
-use crate::Error;
-use crate::capturing::SLOPE_BINS;
 use crate::exporting::ExportFailure;
 
 /// Length of edges, about, mm: simulators solve it in every step. Finer ones are in the formats `msh` and `vtk`.

@@ -1,10 +1,9 @@
 //! Where the touched surface feels: points that stand for equal areas, as the vertices of one closed mesh.
 
 use fabkit_export::{Array, Values};
+use fabkit_files::Error;
 use fabkit_geometry::{Point3, SurfacePoints, Vector3};
 use fabkit_mesh::convex_hull;
-
-use crate::Error;
 
 /// Points of a dome; those of a pad along its longer side.
 const OF_DOME: usize = 900;

@@ -9,7 +9,8 @@ use fabkit_application::fixtures::{Press, Project};
 use fabkit_application::ground_truth::{Collected, Viewpoint, Wanted};
 use fabkit_application::pressing::{Pressing, farthest};
 use fabkit_application::reading::has_ending;
-use fabkit_application::scene::{Cast, SensorView, press_error};
+use fabkit_application::scene::{Cast, SensorView};
+use fabkit_application::source::press_error;
 use fabkit_application::staging::write_each;
 use serde_json::{Value, json};
 

@@ -4,17 +4,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use fabkit_application::bodies;
 use fabkit_application::designs::Design;
 use fabkit_application::export::{Bed, FileEntry, Manifest, OtherFile, Otherness};
 use fabkit_application::exporting::{
     self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Format, Overwriting, WrittenExport,
 };
-use fabkit_application::guiding;
 use fabkit_application::packaging::{self, GUIDE_FOLDER, Terms};
 use fabkit_application::robots::robot_files;
 use fabkit_application::source::{self, Faults, Target};
 use fabkit_application::verifier::Verifier;
+use fabkit_application::{bodies, guiding};
 use serde_json::{Value, json};
 
 use super::progress::Progress;

@@ -65,15 +65,17 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     let marks = match MarkFollower::new(sensor, &viewpoint, lighting, rest) {
         Ok(marks) => Some(marks),
         // Depth needs none, and a picture without marks still shows it.
-        Err(Error::Reconstruct(
-            error @ (ReconstructError::NoMarks { .. } | ReconstructError::FewMarks { .. }),
-        )) if depth.is_some() => {
-            left_out.push(match error {
-                ReconstructError::FewMarks { .. } => format!("{error}: they are not followed"),
-                _ => error.to_string(),
-            });
-            None
-        }
+        Err(error) if depth.is_some() => match error.downcast_ref() {
+            Some(few @ ReconstructError::FewMarks { .. }) => {
+                left_out.push(format!("{few}: they are not followed"));
+                None
+            }
+            Some(none @ ReconstructError::NoMarks { .. }) => {
+                left_out.push(none.to_string());
+                None
+            }
+            _ => return Err(error.into()),
+        },
         Err(error) => return Err(error.into()),
     };
     let camera = viewpoint.camera();

@@ -9,17 +9,17 @@ What was trained on the way is kept as ONNX: :attr:`Report.networks`.
 
 What learns needs scikit-learn: ``pip install fabkit-cad[bench]``.
 
->>> import fabkit.bench
->>> report = fabkit.bench.run("rtac0", rows=["slip"])
+>>> import fabkit_bench
+>>> report = fabkit_bench.run("rtac0", rows=["slip"])
 >>> [row.paper for row in report.rows]
 [3.1, 3.8, 5.1, 8.2]
 >>> report.document()["is_simulated"]
 True
 """
 
-from fabkit.bench._networks import Network
-from fabkit.bench._report import Report, Row
-from fabkit.bench._run import experiments, figures, run
+from fabkit_bench._networks import Network
+from fabkit_bench._report import Report, Row
+from fabkit_bench._run import experiments, figures, run
 
 __all__ = ["Network", "Report", "Row", "experiments", "figures", "run"]
 

@@ -1,4 +1,4 @@
-"""``python -m fabkit.bench SENSOR -o DIR``: the paper's table beside the simulated one."""
+"""``python -m fabkit_bench SENSOR -o DIR``: the paper's table beside the simulated one."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import argparse
 import json
 import sys
 
-from fabkit.bench._run import run
 from fabkit.designs import load
 from fabkit.errors import FabkitError, invalid
+from fabkit_bench._run import run
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -38,7 +38,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m fabkit.bench",
+        prog="python -m fabkit_bench",
         description="Run a paper's experiment in simulation, and print its table beside that.",
     )
     parser.add_argument("sensor", help="a built-in sensor, or a YAML file")

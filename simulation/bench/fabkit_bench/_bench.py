@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from fabkit import sim
-from fabkit.bench._networks import FORMAT, Card, Network
-from fabkit.bench._report import Row
 from fabkit.errors import FabkitError
+from fabkit_bench._networks import FORMAT, Card, Network
+from fabkit_bench._report import Row
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
-    from fabkit.bench._onnx import Written
     from fabkit.designs import Sensor
+    from fabkit_bench._onnx import Written
 
 __all__ = ["Bench", "Family", "first_line", "press", "reference", "row_of_failure"]
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabkit.bench._layers import layer
-from fabkit.bench._onnx import Graph, Written
 from fabkit.errors import invalid
+from fabkit_bench._layers import layer
+from fabkit_bench._onnx import Graph, Written
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator

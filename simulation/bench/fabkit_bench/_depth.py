@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabkit.bench import _learn
-from fabkit.bench._networks import Card, HeldOut, Numbers
-from fabkit.bench._pictures import blurred, grey, neighbourhoods
+from fabkit_bench import _learn
+from fabkit_bench._networks import Card, HeldOut, Numbers
+from fabkit_bench._pictures import blurred, grey, neighbourhoods
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit import sim
-    from fabkit.bench._onnx import Written
+    from fabkit_bench._onnx import Written
 
     Maps = NDArray[np.float32]
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fabkit.bench._onnx import Graph
+    from fabkit_bench._onnx import Graph
 
 __all__ = ["layer"]
 

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabkit.bench._onnx import Dense, Graph, Written, perceptron
 from fabkit.errors import invalid
+from fabkit_bench._onnx import Dense, Graph, Written, perceptron
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
     from numpy.typing import NDArray
 
-    from fabkit.bench._likeness import Code
+    from fabkit_bench._likeness import Code
 
     Array = NDArray[np.floating[Any]]
 

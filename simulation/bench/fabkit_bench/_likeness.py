@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabkit.bench._onnx import Dense
+from fabkit_bench._onnx import Dense
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

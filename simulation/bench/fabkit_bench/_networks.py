@@ -13,7 +13,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fabkit.bench._onnx import Written
+    from fabkit_bench._onnx import Written
 
 __all__ = ["FORMAT", "Card", "HeldOut", "Network", "Numbers", "digest", "files", "remove_stale"]
 

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit import sim
-from fabkit.bench._bench import press
-from fabkit.bench._pictures import blurred
-from fabkit.bench._places import places
-from fabkit.bench._report import Row
 from fabkit.errors import invalid
+from fabkit_bench._bench import press
+from fabkit_bench._pictures import blurred
+from fabkit_bench._places import places
+from fabkit_bench._report import Row
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fabkit.bench._bench import Bench
+    from fabkit_bench._bench import Bench
 
     Maps = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fabkit.bench._networks import Network, digest, files, remove_stale
 from fabkit.errors import FabkitError, Problem
+from fabkit_bench._networks import Network, digest, files, remove_stale
 
 if TYPE_CHECKING:
     from os import PathLike

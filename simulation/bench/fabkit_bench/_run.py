@@ -7,11 +7,11 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from fabkit.bench import _learn
-from fabkit.bench._bench import Bench, Family, row_of_failure
-from fabkit.bench._report import Report, Row
 from fabkit.designs import Sensor, load
 from fabkit.errors import FabkitError, invalid, unknown
+from fabkit_bench import _learn
+from fabkit_bench._bench import Bench, Family, row_of_failure
+from fabkit_bench._report import Report, Row
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -61,8 +61,8 @@ def run(
         A sensor of a family without an experiment, an unknown experiment, a seed that is none,
         scikit-learn that is missing; a sensor of which no experiment can be run.
 
-    >>> import fabkit.bench
-    >>> fabkit.bench.run("rtac0", rows=["slip"]).rows[0].name
+    >>> import fabkit_bench
+    >>> fabkit_bench.run("rtac0", rows=["slip"]).rows[0].name
     'ruler slips at 2 m/s, 120 frames a second'
     """
     started = time.monotonic()
@@ -144,8 +144,8 @@ def figures(
 def experiments(design: Sensor | str) -> list[str]:
     """List what :func:`run` can be asked for.
 
-    >>> import fabkit.bench
-    >>> fabkit.bench.experiments("rtac0")
+    >>> import fabkit_bench
+    >>> fabkit_bench.experiments("rtac0")
     ['depth', 'largest-depth', 'slip']
     """
     return list(_family(load(design) if isinstance(design, str) else design).experiments)
@@ -174,4 +174,4 @@ def _family(design: Sensor) -> Family:
     if name not in _MODULES:
         hint = f"there are experiments for {', '.join(sorted(_MODULES))}"
         raise invalid(f"{design.name} is of the family {name}, which has no experiment", hint)
-    return importlib.import_module(f"fabkit.bench.{_MODULES[name]}").FAMILY
+    return importlib.import_module(f"fabkit_bench.{_MODULES[name]}").FAMILY

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabkit.bench._onnx import Convolution, Relu, chain
+from fabkit_bench._onnx import Convolution, Relu, chain
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,7 +10,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from fabkit import sim
-    from fabkit.bench._bench import Bench
+    from fabkit_bench._bench import Bench
 
 __all__ = ["Spread", "another"]
 

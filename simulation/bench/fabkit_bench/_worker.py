@@ -12,9 +12,9 @@ import signal
 import sys
 
 from fabkit import _fabkit
-from fabkit.bench import _learn
 from fabkit.errors import FabkitError
 from fabkit.sweep import Plan
+from fabkit_bench import _learn
 
 
 def main() -> None:

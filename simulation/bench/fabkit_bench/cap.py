@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit import sim
-from fabkit.bench import _learn, _occlusion
-from fabkit.bench._bench import Family
-from fabkit.bench._networks import Card, HeldOut, Numbers
-from fabkit.bench._places import places
-from fabkit.bench._report import Row
 from fabkit.errors import FabkitError
+from fabkit_bench import _learn, _occlusion
+from fabkit_bench._bench import Family
+from fabkit_bench._networks import Card, HeldOut, Numbers
+from fabkit_bench._places import places
+from fabkit_bench._report import Row
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from fabkit.bench._bench import Bench
+    from fabkit_bench._bench import Bench
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit import sim
-from fabkit.bench._bench import Family, first_line, reference
-from fabkit.bench._depth import MASKS, Model, Score, Seen, guess, held_out, saturated, score, seen
-from fabkit.bench._report import Row
-from fabkit.bench._unit import Spread, another
 from fabkit.errors import FabkitError, invalid
+from fabkit_bench._bench import Family, first_line, reference
+from fabkit_bench._depth import MASKS, Model, Score, Seen, guess, held_out, saturated, score, seen
+from fabkit_bench._report import Row
+from fabkit_bench._unit import Spread, another
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fabkit.bench._bench import Bench
+    from fabkit_bench._bench import Bench
 
 
 @dataclass(frozen=True)

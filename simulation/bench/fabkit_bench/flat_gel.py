@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit import sim
-from fabkit.bench import _learn
-from fabkit.bench._bench import Family, first_line, reference
-from fabkit.bench._depth import MASKS, Model, Seen, guess, held_out, score, seen
-from fabkit.bench._networks import Card, Numbers
-from fabkit.bench._places import places
-from fabkit.bench._report import Row
 from fabkit.errors import FabkitError
+from fabkit_bench import _learn
+from fabkit_bench._bench import Family, first_line, reference
+from fabkit_bench._depth import MASKS, Model, Seen, guess, held_out, score, seen
+from fabkit_bench._networks import Card, Numbers
+from fabkit_bench._places import places
+from fabkit_bench._report import Row
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fabkit.bench._bench import Bench
-    from fabkit.bench._networks import HeldOut
-    from fabkit.bench._onnx import Written
+    from fabkit_bench._bench import Bench
+    from fabkit_bench._networks import HeldOut
+    from fabkit_bench._onnx import Written
 
     Maps = NDArray[np.float32]
 

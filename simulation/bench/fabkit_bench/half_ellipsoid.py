@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit import sim
-from fabkit.bench import _deep, _learn
-from fabkit.bench._bench import Family, first_line, reference
-from fabkit.bench._networks import Card, HeldOut, Numbers
-from fabkit.bench._pictures import grey, shrunk
-from fabkit.bench._places import places
-from fabkit.bench._report import Row
 from fabkit.errors import FabkitError
+from fabkit_bench import _deep, _learn
+from fabkit_bench._bench import Family, first_line, reference
+from fabkit_bench._networks import Card, HeldOut, Numbers
+from fabkit_bench._pictures import grey, shrunk
+from fabkit_bench._places import places
+from fabkit_bench._report import Row
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
-    from fabkit.bench._bench import Bench
-    from fabkit.bench._onnx import Written
     from fabkit.designs import Sensor
+    from fabkit_bench._bench import Bench
+    from fabkit_bench._onnx import Written
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""``python -m fabkit.bench.network SENSOR -o FILE.onnx``: a small depth network, with its card.
+"""``python -m fabkit_bench.network SENSOR -o FILE.onnx``: a small depth network, with its card.
 
 For sensors whose light shows thickness and that have semi-domes (R-Tac0). It learns from simulated
 pictures of the size that the camera takes: most of the semi-domes, pins, balls and hemispheres; the
@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit import sim
-from fabkit.bench._learn import one_thread
-from fabkit.bench._onnx import chain
-from fabkit.bench._small import PAPER, RATE, SMALL, Small
 from fabkit.designs import load
 from fabkit.errors import FabkitError, invalid
+from fabkit_bench._learn import one_thread
+from fabkit_bench._onnx import chain
+from fabkit_bench._small import PAPER, RATE, SMALL, Small
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -201,7 +201,7 @@ def _save(file: Path, network: Small, about: dict[str, Any]) -> Path:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; 0, or the exit code of what went wrong."""
     parser = argparse.ArgumentParser(
-        prog="python -m fabkit.bench.network",
+        prog="python -m fabkit_bench.network",
         description="Train a small depth network on simulated presses; write it with its card.",
     )
     parser.add_argument("sensor", help="a built-in sensor, or a YAML file")

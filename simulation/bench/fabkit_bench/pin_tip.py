@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit import sim
-from fabkit.bench import _learn
-from fabkit.bench._bench import Family, first_line
-from fabkit.bench._networks import Card, HeldOut, Numbers
-from fabkit.bench._onnx import TYPES, Graph, Written
-from fabkit.bench._report import Row
 from fabkit.errors import FabkitError
+from fabkit_bench import _learn
+from fabkit_bench._bench import Family, first_line
+from fabkit_bench._networks import Card, HeldOut, Numbers
+from fabkit_bench._onnx import TYPES, Graph, Written
+from fabkit_bench._report import Row
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from fabkit.bench._bench import Bench
     from fabkit.designs import Sensor
+    from fabkit_bench._bench import Bench
 
 
 @dataclass(frozen=True)

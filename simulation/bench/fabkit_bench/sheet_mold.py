@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit import sim
-from fabkit.bench import _deep, _learn
-from fabkit.bench._bench import Family, first_line
-from fabkit.bench._likeness import Code, drawn, likeness
-from fabkit.bench._networks import Card, HeldOut, Numbers
-from fabkit.bench._report import Row
-from fabkit.bench.half_ellipsoid import folds
 from fabkit.errors import FabkitError, invalid
+from fabkit_bench import _deep, _learn
+from fabkit_bench._bench import Family, first_line
+from fabkit_bench._likeness import Code, drawn, likeness
+from fabkit_bench._networks import Card, HeldOut, Numbers
+from fabkit_bench._report import Row
+from fabkit_bench.half_ellipsoid import folds
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from fabkit.bench._bench import Bench
-    from fabkit.bench._onnx import Written
+    from fabkit_bench._bench import Bench
+    from fabkit_bench._onnx import Written
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,8 @@ import fabkit
 
 pytest.importorskip("sklearn")
 
-from fabkit.bench import (
+import fabkit_bench as bench
+from fabkit_bench import (
     _deep,
     _depth,
     _learn,
@@ -28,9 +29,7 @@ from fabkit.bench import (
     pin_tip,
     sheet_mold,
 )
-from fabkit.bench.__main__ import main
-
-from fabkit import bench
+from fabkit_bench.__main__ import main
 
 DOME = dome.Size(
     size_px=(64, 48),

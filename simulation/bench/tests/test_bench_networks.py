@@ -13,10 +13,9 @@ import fabkit
 
 pytest.importorskip("sklearn")
 
-from fabkit.bench import _deep, _learn, _likeness, _run, half_ellipsoid, pin_tip, sheet_mold
-from fabkit.bench._networks import Card, HeldOut, Numbers
-
-from fabkit import bench
+import fabkit_bench as bench
+from fabkit_bench import _deep, _learn, _likeness, _run, half_ellipsoid, pin_tip, sheet_mold
+from fabkit_bench._networks import Card, HeldOut, Numbers
 
 onnxruntime = pytest.importorskip("onnxruntime")
 RANDOM = np.random.default_rng(0)

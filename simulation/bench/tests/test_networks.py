@@ -2,14 +2,14 @@
 
 import json
 
-import fabkit.sim as sim
 import numpy as np
 import pytest
-from fabkit.bench._onnx import Convolution, chain
-from fabkit.bench._small import Form, Small
 from numpy.testing import assert_allclose
 
 import fabkit
+import fabkit.sim as sim
+from fabkit_bench._onnx import Convolution, chain
+from fabkit_bench._small import Form, Small
 
 SEPARABLE = Form((3, 3), (3, 5), (5, 4), is_separable=True)
 WHOLE = Form((3, 3), (4, 5), (5,), is_separable=False)

@@ -56,16 +56,21 @@ def describe_beside(package):
 
 
 def follow(tree, package, private):
-    """Give a module what it takes from private ones and names as its own."""
+    """Give a module what it takes from private ones and names as its own, or inherits."""
     own = set(names_in(tree)) if "__all__" in assigned(tree) else set()
     for node in list(tree.body):
         path = isinstance(node, ast.ImportFrom) and private.get(
             node.module.removeprefix(f"{package}.")
         )
-        names = own & {alias.name for alias in node.names} if path else set()
-        if names:
-            parts = ast.parse(path.read_text()).body
-            tree.body += [part for part in parts if getattr(part, "name", None) in names]
+        if not path:
+            continue
+        named = {alias.name for alias in node.names}
+        parts = [part for part in ast.parse(path.read_text()).body if hasattr(part, "name")]
+        tree.body += [part for part in parts if part.name in own & named]
+        bases = {part.name: part for part in parts if part.name in named}
+        for heir in tree.body:
+            for base in getattr(heir, "bases", ()):
+                heir.body += bases[base.id].body if ast.unparse(base) in bases else []
 
 
 def sources(tree, package, modules):

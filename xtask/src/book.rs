@@ -52,9 +52,10 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
     let pages = structure::pages(&docs)?;
     let mut faults = structure::faults(&docs, &pages)?;
     if let Some(python) = python {
-        let package = match importable(&python, "fabkit") {
-            true => None,
-            false => Some(crate::python_package::unpacked()?),
+        let package = if importable(&python, "fabkit") {
+            None
+        } else {
+            Some(crate::python_package::unpacked()?)
         };
         let runner = || Runner::new(&fabkit, &python, package.as_deref());
         let chosen: Vec<_> = pages

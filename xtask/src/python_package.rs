@@ -108,5 +108,7 @@ fn wheels_in(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let entries = fs::read_dir(folder).map_err(failed)?;
     let paths = entries.map(|entry| Ok(entry.map_err(failed)?.path()));
     // What builds wheels may leave a list of what to ignore beside them.
-    paths.filter(|path| path.as_ref().map_or(true, |path| path.extension() == Some("whl".as_ref()))).collect()
+    paths
+        .filter(|path| path.as_ref().map_or(true, |path| path.extension() == Some("whl".as_ref())))
+        .collect()
 }

@@ -149,9 +149,10 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     let rate = rate.unwrap_or(f64::NAN);
     text += &format!("{rate:.0} pictures a second on one core, read and written apart\n");
     // A network knows nothing of how light behaves, and marks need not.
-    let constants = match depth.is_some() && network.is_none() {
-        true => json!(constants.document(&lighting.shows)),
-        false => json!([]),
+    let constants = if depth.is_some() && network.is_none() {
+        json!(constants.document(&lighting.shows))
+    } else {
+        json!([])
     };
     let json = json!({
         "format": "fabkit-reconstruction",

@@ -31,9 +31,10 @@ pub(super) fn run(args: &cli::Show, global: &cli::Global) -> Result<Outcome, Fai
         return limits::run(&args.design, global);
     }
     let design = target.design(set)?;
-    let (text, json) = match args.chain {
-        true => (chain::text(&design), documents::chain(&design)),
-        false => (text(&design), documents::show(&design)),
+    let (text, json) = if args.chain {
+        (chain::text(&design), documents::chain(&design))
+    } else {
+        (text(&design), documents::show(&design))
     };
     Ok(Outcome { text, json, failed: false })
 }

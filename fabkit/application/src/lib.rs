@@ -48,6 +48,7 @@ pub use fabkit_files::{
     progress, reading, resumable, staging,
 };
 pub use fabkit_reconstruct as reconstructing;
+pub use fabkit_robots as robots;
 pub use fabkit_scene as scene;
 pub use fabkit_scene::{ground_truth, pressing};
 
@@ -64,7 +65,6 @@ pub mod materials;
 pub mod packaging;
 pub mod pictures;
 pub mod rereading;
-pub mod robots;
 pub mod seeing;
 pub mod slicing;
 pub mod source;

@@ -8,6 +8,7 @@ use fabkit_designs::fixing::{self, Change, Feasible};
 use fabkit_designs::profile::ProcessProfile;
 use fabkit_designs::{self as designs, BaseFile, Design, Extends, SensorText, UserFile};
 use fabkit_files::diagnostics::{Diagnosed, SourceText};
+use fabkit_files::listing::real_path;
 use fabkit_files::progress::{OnProgress, counted};
 use fabkit_files::reading::{self, Expected, ReadError};
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, UnknownName};
@@ -481,7 +482,7 @@ fn extended_files(main: &SourceText) -> Result<Vec<BaseFile>, Error> {
     /// One more than may be.
     const MOST: usize = 17;
     let mut bases: Vec<BaseFile> = Vec::new();
-    let real = |file: &str| std::fs::canonicalize(file).unwrap_or_else(|_| file.into());
+    let real = |file: &str| real_path(Path::new(file));
     let mut known = vec![(real(&main.file), main.file.clone())];
     let mut last = main.clone();
     while bases.len() < MOST

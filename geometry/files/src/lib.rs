@@ -9,11 +9,13 @@
 
 pub mod diagnostics;
 mod error;
+pub mod listing;
 pub mod memory;
 mod names;
 pub mod progress;
 pub mod reading;
 pub mod resumable;
+pub mod scratch;
 pub mod staging;
 mod subject;
 

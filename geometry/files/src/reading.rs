@@ -4,7 +4,8 @@
 //! device must not feed it for ever, and nothing is read that is larger than its kind can be.
 
 use std::cmp::Ordering;
-use std::fs::{File, OpenOptions};
+pub use std::fs::File;
+use std::fs::OpenOptions;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 

@@ -5,7 +5,6 @@
 //! the sharding codec, little-endian values, Zstandard, checksums; sizes are checked before anybody
 //! computes with them.
 
-use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -190,7 +189,7 @@ impl SampleArray {
     }
 
     /// Every file is there in a data set that is whole, also where all is zero.
-    fn shard_file(&self, path: &Path) -> Result<ShardFile<File>, Fault> {
+    fn shard_file(&self, path: &Path) -> Result<ShardFile<reading::File>, Fault> {
         match reading::open(path) {
             Ok((file, length)) => ShardFile::open(file, length, &self.array),
             Err(ReadError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {

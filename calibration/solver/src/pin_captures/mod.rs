@@ -4,7 +4,6 @@ mod error;
 pub mod pictures;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use fabkit_picture::{ENDINGS, is_named_as_one};
@@ -17,6 +16,7 @@ use crate::report::CaptureRecord;
 
 pub use error::{OTHER_CAMERA, PinCaptureError};
 use fabkit_files::Error;
+use fabkit_files::listing;
 use fabkit_files::reading::{self, Expected, natural_order};
 
 /// Most pictures in a folder.
@@ -309,21 +309,17 @@ pub fn pictures_of(folder: &Path, reference: &Path) -> Result<Vec<PathBuf>, Erro
 
 /// Whether two paths name one file.
 fn same_file(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => a == b,
-    }
+    listing::real_path(a) == listing::real_path(b)
 }
 
 fn pictures_in(folder: &Path) -> Result<Vec<String>, PinCaptureError> {
     let unreadable = |source| PinCaptureError::Folder { folder: folder.into(), source };
     let mut files = Vec::new();
-    for entry in fs::read_dir(folder).map_err(unreadable)? {
-        let name = entry.map_err(unreadable)?.file_name();
+    for entry in listing::entries(folder).map_err(unreadable)? {
+        let entry = entry.map_err(unreadable)?;
         // Names that are not UTF-8 hold no label either.
-        let Some(name) = name.to_str() else { continue };
-        if is_named_as_one(name) {
-            files.push(name.to_owned());
+        if entry.is_utf8() && is_named_as_one(&entry.name) {
+            files.push(entry.name);
         }
         if files.len() > MAX_PICTURES {
             return Err(PinCaptureError::TooManyPictures { folder: folder.into() });

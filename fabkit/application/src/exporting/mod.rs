@@ -32,7 +32,7 @@ pub use self::boards::{FinishedBoard, board, boards};
 use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
 pub use self::folder::{FolderError, FolderRefusal, Overwriting, WrittenExport, write};
-pub(crate) use self::glb::{densities, shown as shown_glb};
+pub(crate) use self::glb::shown as shown_glb;
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;
@@ -41,6 +41,7 @@ pub use self::tetra::DEFAULT_EDGE_MM;
 use fabkit_designs::design_hash;
 use fabkit_files::progress::unwatched;
 use fabkit_files::resumable::seal_text;
+pub use fabkit_files::staging::ForeignFile;
 use fabkit_files::staging::OutputFile;
 use fabkit_files::{UnknownName, memory};
 
@@ -71,17 +72,6 @@ pub struct Exported {
     pub manifest: Manifest,
     /// All bodies that the design has, in its order.
     pub bodies: Vec<String>,
-}
-
-/// A file that somebody else made, for the manifest.
-#[derive(Clone, Debug)]
-pub struct ForeignFile {
-    /// Name and content.
-    pub file: OutputFile,
-    /// The word used in the manifest.
-    pub format: &'static str,
-    /// Which bodies it holds.
-    pub parts: Vec<String>,
 }
 
 impl Exported {

@@ -8,11 +8,11 @@
 mod listed;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use fabkit_dataset::{self, DatasetReader};
+use fabkit_files::listing::{self, Entry};
 use fabkit_files::resumable::{Files, FolderError, State};
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained};
 use rayon::prelude::*;
@@ -172,7 +172,7 @@ impl Kind {
 
     /// Whatever is there has that name, also what is no file: then it is damaged.
     fn of(folder: &Path) -> Option<Self> {
-        let is_there = |kind: &Self| fs::symlink_metadata(folder.join(kind.document())).is_ok();
+        let is_there = |kind: &Self| listing::is_there(&folder.join(kind.document()));
         Self::ALL.into_iter().find(is_there)
     }
 }
@@ -183,7 +183,7 @@ impl Kind {
 /// A folder that holds no list of contents, or one of another version; damage is none.
 pub fn reread(folder: &Path) -> Result<Vec<Reread>, Error> {
     let Some(kind) = Kind::of(folder) else {
-        fs::metadata(folder).map_err(|error| cannot_list(folder, error))?;
+        listing::look_at(folder).map_err(|error| cannot_list(folder, error))?;
         return Err(no_list(folder).into());
     };
     let mut all = vec![one(folder, kind)?];
@@ -200,11 +200,11 @@ pub fn reread(folder: &Path) -> Result<Vec<Reread>, Error> {
 
 /// Exports in folders directly below another one, sorted.
 fn exports_below(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let mut below: Vec<PathBuf> = fs::read_dir(folder)
+    let mut below: Vec<PathBuf> = listing::entries(folder)
         .map_err(|e| cannot_list(folder, e))?
         .flatten()
-        .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
-        .map(|entry| entry.path())
+        .filter(|entry| entry.is_folder)
+        .map(|entry| entry.path)
         .filter(|path| Kind::of(path) == Some(Kind::Export))
         .collect();
     below.sort();
@@ -324,16 +324,13 @@ fn foreign(
     let mut open = vec![String::new()];
     while let Some(below) = open.pop() {
         let place = folder.join(&below);
-        let entries = fs::read_dir(&place).map_err(|e| cannot_list(&place, e))?;
+        let entries = listing::entries(&place).map_err(|e| cannot_list(&place, e))?;
         for entry in entries {
-            let entry = entry.map_err(|e| cannot_list(&place, e))?;
-            let name = entry.file_name().to_string_lossy().into_owned();
+            let Entry { name, is_folder, .. } = entry.map_err(|e| cannot_list(&place, e))?;
             if name.starts_with(HIDDEN) {
                 continue;
             }
             let path = if below.is_empty() { name } else { format!("{below}/{name}") };
-            // Links are not followed.
-            let is_folder = entry.file_type().is_ok_and(|found| found.is_dir());
             let is_partial = below.is_empty() && is_partial(kind, &path);
             match is_folder {
                 true if is_partial || !is_ours(&path) => {}

@@ -32,6 +32,17 @@ pub struct OutputFile {
     pub bytes: Vec<u8>,
 }
 
+/// A file made outside of an export that is to stand in its manifest.
+#[derive(Clone, Debug)]
+pub struct ForeignFile {
+    /// Name and content.
+    pub file: OutputFile,
+    /// The word used in the manifest.
+    pub format: &'static str,
+    /// Which bodies it holds.
+    pub parts: Vec<String>,
+}
+
 /// Why nothing was written.
 #[derive(Debug, thiserror::Error)]
 pub enum StagingError {

@@ -9,7 +9,7 @@ use fabkit_geometry::{Assembly, Body, Kind, Pose};
 use rayon::prelude::*;
 
 use super::masses::{Mass, mass};
-use crate::exporting::ExportFailure;
+use crate::RobotError;
 
 /// Meshes that are seen are nowhere farther from the exact surface, mm: simulators draw nothing smaller.
 pub(super) const SEEN_MM: f64 = 0.05;
@@ -27,9 +27,9 @@ pub(super) struct Standing<'a> {
 
 /// All bodies in the sensor, with their masses and meshes.
 pub(super) fn standing<'a>(design: &'a Design) -> Result<Vec<Standing<'a>>, Error> {
-    let densities = crate::exporting::densities(design);
+    let densities = fabkit_sweep::densities(design);
     let one = |(body, pose): (&'a Body, Pose)| -> Result<Standing<'a>, Error> {
-        let failed = |source| ExportFailure::Mesh { part: body.name.clone(), source };
+        let failed = |source| RobotError::Mesh { part: body.name.clone(), source };
         let placed = body.solid.clone().placed(pose);
         let mesh = fabkit_mesh::mesh(&placed, SEEN_MM).map_err(failed)?;
         let moments = fabkit_export::moments(&placed).map_err(failed)?;

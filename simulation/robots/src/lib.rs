@@ -12,6 +12,7 @@
 mod bodies;
 mod camera;
 mod document;
+mod error;
 mod masses;
 mod pieces;
 mod soft;
@@ -26,18 +27,19 @@ use fabkit_export::{
     urdf, usd,
 };
 use fabkit_files::Error;
-use fabkit_files::staging::OutputFile;
+use fabkit_files::staging::{ForeignFile, OutputFile};
 use fabkit_geometry::{Point3, Pose, Sensor, SurfacePoints};
 use fabkit_optics::Sights;
 use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::{Viewpoint, are_seen, pixels_of};
+
+pub use self::error::RobotError;
 
 use self::bodies::{Standing, link, seen, standing};
 use self::camera::Pixels;
 use self::document::Told;
 use self::soft::{lamps, soft};
 use self::taxels::TouchMesh;
-use crate::exporting::ForeignFile;
 
 /// The camera's frame.
 const OPTICAL: &str = "camera_optical";

@@ -14,7 +14,7 @@ use fabkit_geometry::{Sensor, Shows, TouchSurface, Vector3};
 use fabkit_light::Emitters;
 use fabkit_tetra::Tetrahedra;
 
-use crate::exporting::ExportFailure;
+use crate::RobotError;
 
 /// Length of edges, about, mm: simulators solve it in every step. Finer ones are in the formats `msh` and `vtk`.
 const EDGE_MM: f64 = 1.0;
@@ -38,8 +38,8 @@ pub(super) fn soft(
     link: &str,
 ) -> Result<Soft, Error> {
     let sensor = &design.sensor;
-    let stack = SoftStack::at_tip(sensor).map_err(ExportFailure::from)?;
-    let cells = Tetrahedra::new(&stack, touch, EDGE_MM).map_err(ExportFailure::from)?;
+    let stack = SoftStack::at_tip(sensor).map_err(RobotError::from)?;
+    let cells = Tetrahedra::new(&stack, touch, EDGE_MM).map_err(RobotError::from)?;
     let title =
         format!("{}: soft layers in its sensor frame, metres, fabkit {VERSION}", sensor.name);
     let materials: Vec<String> = cells.layers.iter().map(|layer| layer.name.clone()).collect();

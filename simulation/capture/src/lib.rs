@@ -7,6 +7,7 @@
 mod coat;
 mod columns;
 mod constants;
+mod constants_file;
 mod document;
 mod glowing;
 mod layers;
@@ -36,6 +37,7 @@ use rayon::prelude::*;
 
 pub use columns::column_ends;
 pub use constants::{Constant, Known, LightConstants};
+pub use constants_file::{ConstantsError, read_constants};
 pub use document::{comment, document};
 pub use lighting::{lighting, lit};
 pub use pack::{OpticsPack, SLOPE_BINS, optics_pack};

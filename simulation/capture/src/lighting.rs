@@ -6,8 +6,8 @@ use fabkit_files::Error;
 use fabkit_fixtures::Project;
 use fabkit_geometry::{Lighting, Sensor};
 
+use super::constants_file::read_constants;
 use super::{CaptureError, LightConstants, Unit};
-use crate::fitting_light::read_constants;
 
 /// A sensor's light by its name, or its usual one.
 ///

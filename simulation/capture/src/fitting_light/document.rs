@@ -1,19 +1,10 @@
 //! Fitted constants as JSON, and as what pictures rest on.
 
-use std::path::Path;
-
-use fabkit_files::Error;
-use fabkit_files::reading::{self, Expected};
 use fabkit_geometry::Sensor;
 use serde_json::{Value, json};
 
-use super::{FitLightError, FittedLight, Ring};
-use crate::{Constant, Known, LightConstants};
-
-pub(super) const FORMAT: &str = "fabkit-fit-light";
-
-/// Names of the fitted numbers, in their order.
-pub(super) const NAMES: [&str; 4] = ["layer_grey", "ground_grey", "scatter_per_mm", "spread_mm"];
+use super::{FittedLight, Ring};
+use crate::constants_file::{FITTED, FORMAT};
 
 /// As `fabkit fit-light --json` says it (`fabkit-fit-light` version 1), without files.
 pub fn document(sensor: &Sensor, fitted: &FittedLight) -> Value {
@@ -36,7 +27,7 @@ pub fn document(sensor: &Sensor, fitted: &FittedLight) -> Value {
         "version": 1,
         "sensor": sensor.name,
         "captures": fitted.captures,
-        "constants": NAMES.iter().enumerate().map(constant).collect::<Vec<_>>(),
+        "constants": FITTED.iter().enumerate().map(constant).collect::<Vec<_>>(),
         "pin_depth_mm": fitted.pin_depth_mm,
         "stated_pin_depth_mm": fitted.stated_depth_mm,
         "held_out_profile_rms_grey": fitted.held_out_profile_rms_grey,
@@ -67,49 +58,4 @@ fn unexplained(fitted: &FittedLight) -> Vec<String> {
         ));
     }
     found
-}
-
-/// What pictures of a unit rest on, from the file that [`document`] is in.
-///
-/// # Errors
-/// A file that cannot be read, or is none of those.
-pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Error> {
-    let hint = "`fabkit fit-light` writes such files with -o";
-    let expected = Expected { what: "constants of light", max_bytes: 1 << 20, hint };
-    let text = reading::read_text(path, expected)?;
-    let wrong = |what: &str| FitLightError::File { file: path.into(), what: what.to_owned() };
-    let document: Value =
-        serde_json::from_str(&text).map_err(|error| wrong(&format!("is no JSON: {error}")))?;
-    if document["format"] != FORMAT || document["version"] != 1 {
-        return Err(wrong("is not of the format fabkit-fit-light 1").into());
-    }
-    let value = |name: &str| {
-        let constants = document["constants"].as_array().into_iter().flatten();
-        let mut named = constants.filter(|constant| constant["name"] == name);
-        let value = named.next().and_then(|constant| constant["value"].as_f64());
-        let value = value.filter(|value| *value > 0.0 && value.is_finite());
-        value.ok_or_else(|| wrong(&format!("has no {name} above zero")))
-    };
-    let rms = document["held_out_profile_rms_grey"].as_f64();
-    let rms = rms.map_or_else(
-        || "none was held out".to_owned(),
-        |rms| format!("{rms:.1} grey rms are left on those that were held out"),
-    );
-    // On pads how far light spreads is held.
-    let is_pad = document["balls"].is_array();
-    let (fitted, what) = if is_pad { (&NAMES[..3], "balls") } else { (&NAMES[..], "pins") };
-    let source =
-        format!("{}: fitted to {} captures of {what}; {rms}", path.display(), document["captures"]);
-    let mut constants = LightConstants { middle_grey: None, ..LightConstants::of(sensor) };
-    let parts: [&mut Constant; 4] = [
-        &mut constants.layer_grey,
-        &mut constants.ground_grey,
-        &mut constants.scatter_per_mm,
-        &mut constants.spread_mm,
-    ];
-    for (constant, name) in parts.into_iter().zip(fitted) {
-        (constant.value, constant.known) = (value(name)?, Known::Fitted);
-        constant.source.clone_from(&source);
-    }
-    Ok(constants)
 }

@@ -22,7 +22,7 @@ use fabkit_geometry::{Sensor, SurfacePoints};
 use fabkit_light::{TwoStream, fit};
 use rayon::prelude::*;
 
-pub use document::{document, read_constants};
+pub use document::document;
 pub use pads::{Ball, FittedPads, FittingPads, Outline, Shape, is_pad};
 pub use pads_document::pads_document;
 
@@ -110,14 +110,6 @@ pub enum FitLightError {
         /// The picture.
         file: PathBuf,
     },
-    /// A file that is none of constants.
-    #[error("{} {what}", .file.display())]
-    File {
-        /// The file.
-        file: PathBuf,
-        /// What is wrong with it.
-        what: String,
-    },
     /// The fit ends nowhere.
     #[error("no constants explain these captures: the fit does not end")]
     NoFit,
@@ -133,7 +125,6 @@ impl Explained for FitLightError {
 
     fn hint(&self) -> Option<String> {
         let hint = match self {
-            Self::File { .. } => "`fabkit fit-light` writes such files with -o",
             Self::TooFew { .. } => "take more captures, with pins in full view",
             Self::NoDome { .. } => "press one ball in each capture, and leave landmarks away",
             Self::NoBall { .. } => {

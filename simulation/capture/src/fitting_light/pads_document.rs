@@ -3,8 +3,8 @@
 use fabkit_geometry::Sensor;
 use serde_json::{Value, json};
 
-use super::document::{FORMAT, NAMES};
 use super::pads::{Ball, FittedPads, Shape};
+use crate::constants_file::{FITTED, FORMAT};
 
 /// Errors beyond these are said in words: of the ring's height, as a part of the real one, and its place, mm; of profiles and
 /// of the picture at rest, grey.
@@ -15,7 +15,7 @@ const PROFILE_GREY: f64 = 4.0;
 /// As `fabkit fit-light --json` says it of a pad (`fabkit-fit-light` version 1), without files.
 pub fn pads_document(sensor: &Sensor, fitted: &FittedPads) -> Value {
     let constant = |(i, name): (usize, &&str)| json!({ "name": name, "value": fitted.values[i], "sigma": fitted.sigmas[i] });
-    let mut constants: Vec<Value> = NAMES[..3].iter().enumerate().map(constant).collect();
+    let mut constants: Vec<Value> = FITTED[..3].iter().enumerate().map(constant).collect();
     let [value, sigma] = fitted.layer_grey_per_mm;
     constants.push(json!({ "name": "layer_grey_per_mm", "value": value, "sigma": sigma }));
     let shape = |shape: &Shape| {

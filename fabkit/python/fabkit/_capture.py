@@ -30,7 +30,6 @@ class Capture:
         spacing_mm: float | str | None = None,
         allow_no_contact: bool = False,
         samples: int = 1,
-        print_sigma_mm: float | str = 0.05,
         light: str | None = None,
         constants: str | PathLike[str] | None = None,
         seed: int | None = 0,
@@ -59,9 +58,6 @@ class Capture:
             Go on where a press does not touch the surface, or where the camera sees nothing of it.
         samples
             Cast N x N rays for each pixel, which records their mean.
-        print_sigma_mm
-            Standard deviation of printed and cast surfaces that the truth is written with, 0 mm to
-            1 mm.
         light
             Which of the sensor's lights is on, for example ``uv``. Default: its usual one.
         constants
@@ -90,7 +86,6 @@ class Capture:
             "spacing": _arrays.optional_length_mm(spacing_mm, "spacing_mm"),
             "allow_no_contact": allow_no_contact,
             "samples": samples,
-            "print_sigma": _arrays.length_mm(print_sigma_mm, "print_sigma_mm"),
             "light": light,
             "constants": None if constants is None else os.fspath(constants),
             "seed": 0 if seed is None else seed,

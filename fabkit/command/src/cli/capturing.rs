@@ -10,13 +10,16 @@ use fabkit_application::geometry::Lighting;
 use fabkit_application::pressing::{Contact, Linear, PressingError};
 use fabkit_application::scene::{Cast, MAX_SAMPLES};
 
-use super::ground_truth::{CameraArgs, sigma};
+use super::ground_truth::CameraArgs;
 use super::options::options;
 use super::pressing::{depth, friction, shear, spacing};
 use super::{Design, length_within};
 
 const LIGHT: &str = "Which of the sensor's lights is on, for example `uv` [default: its usual one]";
 const CONSTANTS: &str = "Constants of a unit's light, as `fit-light` writes them [default: those of R-Tac0's published unit]";
+
+/// Standard deviation of printed and cast surfaces that truth is written with, mm: that of `depth`.
+const PRINT_SIGMA_MM: f64 = 0.05;
 
 /// What lights a picture.
 #[derive(Debug, Args)]
@@ -89,9 +92,6 @@ options! {
         #[arg(long, value_name = "N", default_value = "1",
               value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
         pub samples: u32,
-        /// Standard deviation of printed and cast surfaces that the truth is written with, 0 mm to 1 mm
-        #[arg(long, value_parser = sigma, default_value = "0.05mm", value_name = "LENGTH")]
-        pub print_sigma: f64,
         /// Which of the sensor's lights is on.
         #[arg(long, value_name = "NAME", help = LIGHT)]
         pub light: Option<String>,
@@ -136,7 +136,7 @@ impl CaptureOptions {
             samples: self.samples,
             contact: Contact::named(Some(&self.contact), 0.0, linear)?,
             shear_mm: self.shear,
-            print_sigma_mm: self.print_sigma,
+            print_sigma_mm: PRINT_SIGMA_MM,
             allow_no_contact: self.allow_no_contact,
         };
         let seed = (!self.no_noise).then_some(self.seed);

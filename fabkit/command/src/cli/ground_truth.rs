@@ -185,7 +185,7 @@ pub struct Dataset {
     pub depth: Option<f64>,
 }
 
-pub(super) fn sigma(text: &str) -> Result<f64, String> {
+fn sigma(text: &str) -> Result<f64, String> {
     length_within(text, SIGMA_LIMITS_MM)
 }
 

@@ -66,7 +66,8 @@ pub fn rows(text: &str, head: &str) -> Vec<Vec<String>> {
         let inner = row.trim().trim_start_matches('|').trim_end_matches('|');
         inner.split('|').map(|cell| cell.trim().to_owned()).collect()
     };
-    let found: Vec<_> = below.map_while(|line| line.starts_with('|').then(|| cells(line))).collect();
+    let found: Vec<_> =
+        below.map_while(|line| line.starts_with('|').then(|| cells(line))).collect();
     let count = head.split('|').count() - 2;
     for row in &found {
         assert_eq!(row.len(), count, "the cells of {row:?} below {head}");
@@ -152,5 +153,8 @@ fn a_readmes_rows_are_read() {
 #[test]
 #[should_panic(expected = "the cells of")]
 fn a_row_that_lacks_a_cell_is_refused() {
-    crates("room", "| folder | uses | tests also use | holds | may not know |\n|---|---|---|---|---|\n| `a/` | b |\n");
+    crates(
+        "room",
+        "| folder | uses | tests also use | holds | may not know |\n|---|---|---|---|---|\n| `a/` | b |\n",
+    );
 }

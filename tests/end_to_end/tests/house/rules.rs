@@ -23,11 +23,6 @@ pub struct Code {
     pub tokens: Vec<Token>,
 }
 
-/// The crates of a plan's rows by their short names.
-fn by_name(crates: &Crates) -> BTreeMap<&str, &Crate> {
-    crates.iter().map(|(package, own)| (short(package), own)).collect()
-}
-
 /// Short names of those that are crates of the workspace.
 fn of_workspace(crates: &Crates, used: &BTreeSet<String>) -> BTreeSet<String> {
     let own = used.iter().filter(|used| crates.contains_key(*used));
@@ -48,10 +43,9 @@ pub fn wrong_rows(plan: &Plan, crates: &Crates) -> Vec<String> {
         let uses = of_workspace(crates, &own.uses);
         let for_tests = of_workspace(crates, &own.tests_use);
         let tests_also_use: BTreeSet<String> = for_tests.difference(&uses).cloned().collect();
-        for (column, here, said) in [
-            ("uses", &uses, &row.uses),
-            ("tests also use", &tests_also_use, &row.tests_also_use),
-        ] {
+        for (column, here, said) in
+            [("uses", &uses, &row.uses), ("tests also use", &tests_also_use, &row.tests_also_use)]
+        {
             if here != said {
                 wrong.push(format!("{} {column} {here:?}, its README says {said:?}", own.folder));
             }
@@ -78,9 +72,12 @@ pub fn arrows_up(plan: &Plan, crates: &Crates) -> Vec<String> {
             wrong.push(format!("{} lies in no room", own.folder));
             continue;
         };
-        for (used, target) in own.uses.iter().chain(&own.tests_use).filter_map(|used| {
-            crates.get_key_value(used).filter(|(used, _)| *used != package)
-        }) {
+        for (used, target) in own
+            .uses
+            .iter()
+            .chain(&own.tests_use)
+            .filter_map(|used| crates.get_key_value(used).filter(|(used, _)| *used != package))
+        {
             if target.room() != own.room() && place(target.room()).is_none_or(|to| to <= from) {
                 wrong.push(format!("{} uses {}, which lies above it", own.folder, short(used)));
             }
@@ -98,16 +95,16 @@ pub fn forbidden(
 ) -> Vec<String> {
     let mut wrong = Vec::new();
     let all_packages: BTreeSet<&String> = crates.values().flat_map(|own| &own.uses).collect();
-    let is_folder = |folder: &str| {
-        crates.values().any(|own| own.folder == folder || own.room() == folder)
-    };
+    let is_folder =
+        |folder: &str| crates.values().any(|own| own.folder == folder || own.room() == folder);
     for own in crates.values() {
         let of = |rows: &'_ [Row], folder: &str| {
             let row = rows.iter().find(|row| row.folder == folder);
             row.map_or(Vec::new(), |row| row.forbidden.clone())
         };
         let all = [of(&plan.rooms, own.room()), of(&plan.crates, &own.folder)].concat();
-        let is_of_code = |one: &Forbidden| matches!(one, Forbidden::Word(_) | Forbidden::SensorNames);
+        let is_of_code =
+            |one: &Forbidden| matches!(one, Forbidden::Word(_) | Forbidden::SensorNames);
         let files = if all.iter().any(is_of_code) { code(own) } else { Vec::new() };
         for one in all {
             match one {
@@ -186,7 +183,9 @@ pub fn except(what: &str, found: &[String], exceptions: &[&str]) -> Vec<String> 
     let wrong = found.iter().filter(|file| !is_excepted(file));
     let past = exceptions.iter().filter(|file| !found.iter().any(|found| found == *file));
     let wrong = wrong.map(|file| format!("{file} {what}"));
-    wrong.chain(past.map(|file| format!("{file} is no exception any more: strike it out"))).collect()
+    wrong
+        .chain(past.map(|file| format!("{file} is no exception any more: strike it out")))
+        .collect()
 }
 
 /// The packages from outside that have few users, with those that have others than they may.
@@ -196,5 +195,7 @@ pub fn wrong_users(crates: &Crates, few: &BTreeMap<String, BTreeSet<String>>) ->
         using.map(|(name, _)| short(name).to_owned()).collect()
     };
     let wrong = few.iter().filter(|(package, said)| users(package) != **said);
-    wrong.map(|(package, said)| format!("{package} is used by {:?}, not {said:?}", users(package))).collect()
+    wrong
+        .map(|(package, said)| format!("{package} is used by {:?}, not {said:?}", users(package)))
+        .collect()
 }

@@ -41,6 +41,11 @@ impl Modules {
         found
     }
 
+    /// The files that it has, tests left out.
+    pub fn paths(&self) -> Vec<PathBuf> {
+        self.files.iter().map(|(path, _)| path.clone()).collect()
+    }
+
     fn add(
         &mut self,
         path: PathBuf,

@@ -158,7 +158,7 @@ fn use_tree(
         match tokens.get(at) {
             Some(Token::Word(word)) if word == "as" => {
                 let name = tokens.get(at + 1).and_then(Token::word).unwrap_or("_").to_owned();
-                found.push((path, name));
+                found.push((without_self(path), name));
                 return at + 2;
             }
             Some(Token::Word(word)) => path.push(word.clone()),
@@ -176,9 +176,7 @@ fn use_tree(
                 return at + 1;
             }
             _ => {
-                if path.len() > 1 && path.last().is_some_and(|last| last == "self") {
-                    path.pop();
-                }
+                path = without_self(path);
                 let name = path.last().cloned().unwrap_or_default();
                 found.push((path, name));
                 return at;
@@ -186,6 +184,14 @@ fn use_tree(
         }
         at += 1;
     }
+}
+
+/// `a::self` is `a`.
+fn without_self(mut path: Vec<String>) -> Vec<String> {
+    if path.len() > 1 && path.last().is_some_and(|last| last == "self") {
+        path.pop();
+    }
+    path
 }
 
 /// All paths of a file from their beginning, as far as names tell: what `use` brings, and what code names.

@@ -10,6 +10,7 @@ mod grip;
 mod order;
 mod path;
 mod stages;
+mod stuck;
 mod tools;
 
 use fabkit_geometry::{Occasion, Sensor};
@@ -23,7 +24,8 @@ use crate::scene::Assemblies;
 pub use stages::{Came, Stage, Stand, stages};
 
 use arrival::{Arrival, Work, arrivals};
-use order::{Order, Stuck};
+use order::Order;
+use stuck::Stuck;
 use tools::{count, working};
 
 /// What was found, and how much was looked at.

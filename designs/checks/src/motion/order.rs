@@ -13,8 +13,8 @@ use fabkit_geometry::{Aabb, Motion, Occasion, Sensor, Vector3};
 use super::arrival::Arrival;
 use super::path::{Contact, contact, follow, is_blocked, is_too_deep};
 use super::tools;
-use crate::finding::Rule;
 use crate::memo::{Key, Memo};
+use crate::rule::Rule;
 use crate::scene::Placed;
 
 /// Directions across z that are tried where the axes do not serve.

@@ -2,11 +2,12 @@
 
 use std::ops::Deref;
 
-use nalgebra::{Matrix2x3, Point2, Point3, Vector2, Vector3};
+use nalgebra::{Matrix2x3, Point2, Point3, Vector2};
 
 use crate::error::{InvalidCamera, OutsideDomain, Rules};
 use crate::interface::{Bent, Interface, MAX_INTERFACE_PARAMETERS, Refraction};
 use crate::lens::{Intrinsics, KannalaBrandt, Lens, LensProjection, MAX_COEFFICIENTS};
+use crate::view_ray::ViewRay;
 
 /// Most parameters that any camera has: intrinsics, coefficients, interface.
 pub const MAX_PARAMETERS: usize = 4 + MAX_COEFFICIENTS + MAX_INTERFACE_PARAMETERS;
@@ -34,22 +35,6 @@ pub struct Camera {
     lens: Lens,
     interface: Interface,
     refraction: Refraction,
-}
-
-/// A half line in the last medium.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ViewRay {
-    /// On the interface; the lens's centre if there is none. mm.
-    pub origin_in_camera: Point3<f64>,
-    /// Unit length, away from the camera.
-    pub direction: Vector3<f64>,
-}
-
-impl ViewRay {
-    /// The point `distance_mm` along the ray.
-    pub fn at(&self, distance_mm: f64) -> Point3<f64> {
-        self.origin_in_camera + self.direction * distance_mm
-    }
 }
 
 /// A projected point with its derivatives.

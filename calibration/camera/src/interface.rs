@@ -8,8 +8,8 @@ use nalgebra::{Matrix3, Point3, Vector3};
 pub use flat::Flat;
 pub use sphere::Sphere;
 
-use crate::camera::ViewRay;
 use crate::error::{OutsideDomain, Rules};
+use crate::view_ray::ViewRay;
 use flat::FlatRefraction;
 use sphere::SphereRefraction;
 

@@ -1,9 +1,9 @@
 //! A laid-out board: what is etched, drilled, opened and printed.
 
-use fabkit_geometry::{BoardPlace, BoardSide, Circuit, CircuitKind, CircuitPart};
+use fabkit_geometry::{BoardPlace, BoardSide, CircuitKind, CircuitPart};
 
+use crate::BoardShape;
 use crate::shapes::{Point, Shape};
-use crate::{BoardError, BoardShape, Rules, place, route, silk};
 
 /// Both sides, upper first.
 pub const SIDES: [BoardSide; 2] = [BoardSide::Top, BoardSide::Bottom];
@@ -159,28 +159,4 @@ pub fn part_outline(place: &BoardPlace, part: &CircuitPart) -> Shape {
     }
     let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
     Shape::polygon(corners.map(|corner| place.point(corner)).to_vec())
-}
-
-/// Lays a circuit out on its board: places, tracks, masks, silk. The same circuit gives the same board.
-///
-/// # Errors
-/// Parts or tracks that find no room, with the net and the numbers. What is laid out is not judged; see
-/// [`crate::check`].
-pub fn lay_out(circuit: &Circuit, board: &BoardShape, rules: &Rules) -> Result<Layout, BoardError> {
-    let widths =
-        [rules.usual_track_mm, (rules.usual_track_mm + rules.track_mm) / 2.0, rules.track_mm];
-    let mut failed = None;
-    for with_test_points in [true, false] {
-        for width_mm in widths {
-            let mut layout = place::placed(circuit, board, rules, with_test_points)?;
-            match route::route(&mut layout, circuit, rules, width_mm) {
-                Ok(()) => {
-                    silk::print(&mut layout, circuit, rules);
-                    return Ok(layout);
-                }
-                Err(error) => failed = failed.or(Some(error)),
-            }
-        }
-    }
-    Err(failed.expect("each try that did not end failed"))
 }

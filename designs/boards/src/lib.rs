@@ -18,6 +18,7 @@ mod grid;
 mod layout;
 mod outline;
 mod place;
+mod place_and_route;
 mod route;
 mod rules;
 mod shapes;
@@ -28,9 +29,8 @@ pub use artwork::svg;
 pub use check::{Finding, Flaw, check};
 pub use error::BoardError;
 pub use files::{BoardFile, files};
-pub use layout::{
-    Drill, LARGEST_DRILL_MM, Layout, Pad, PlacedPart, SIDES, SilkLine, Track, Via, lay_out,
-};
+pub use layout::{Drill, LARGEST_DRILL_MM, Layout, Pad, PlacedPart, SIDES, SilkLine, Track, Via};
 pub use outline::{BoardShape, RoundHole};
+pub use place_and_route::lay_out;
 pub use rules::{Rules, USUAL, width_for_mm};
 pub use shapes::{Point, Shape};

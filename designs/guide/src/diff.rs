@@ -6,7 +6,7 @@ use fabkit_geometry::{Body, Kind, Process, Sensor};
 use serde::Serialize;
 
 use crate::Tool;
-use crate::lists::stays;
+use crate::membership::stays;
 
 /// From one design to another.
 #[derive(Clone, Debug, Serialize)]

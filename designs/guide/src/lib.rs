@@ -25,52 +25,44 @@
 mod calibration;
 mod csv;
 mod diff;
+mod error;
 mod extent;
 mod html;
 mod lists;
+mod membership;
+mod mixed;
 mod outer;
 mod printing;
+mod request;
 mod sheets;
 mod shop;
+mod step;
 mod supplies;
 mod timeline;
 mod told;
 mod warnings;
 mod wiring;
 
-use fabkit_checks::{Batch, Stage, batches};
+use fabkit_checks::{Batch, batches};
 use fabkit_geometry::{Action, Sensor};
 use serde::Serialize;
 
 pub use calibration::{Calibration, Capture, FixtureNote, Typed};
 pub use diff::{BodyChange, Change, DesignName, Difference, ParameterChange, Side, StepChange};
+pub use error::NoSuchPart;
 pub use html::{BoardArt, Model, Pairs, Pictures, Pressed, Rays, SeenRay, StepPictures};
-pub use lists::{Bought, Liquid, Made, NoSuchPart, Tool};
+pub use lists::{Bought, Liquid, Made, Tool};
+pub use mixed::{Component, Mixed};
 pub use outer::Outer;
 pub use printing::{Printing, Sliced};
+pub use request::Request;
 pub use sheets::{SheetPiece, SheetPlan};
 pub use shop::{Figure, NoShop, Purchase, Shop, Use};
+pub use step::{GuideStep, Need, Way};
 pub use supplies::{Costs, Stock, Supply};
 pub use timeline::{Meanwhile, Series, Stretch, Timeline};
 pub use warnings::Warning;
 pub use wiring::{Wire, WiredNet, WiredPart, WiredPin, WiredResistor, Wiring};
-
-/// What a guide is asked for.
-#[derive(Clone, Copy)]
-pub struct Request<'a> {
-    /// The design's hash, which tells it from others of its name.
-    pub design_hash: &'a str,
-    /// How many sensors are to be built; molds and tools are made once.
-    pub units: u32,
-    /// Density of a material that parts are made of, g/cm3, as far as anybody knows it.
-    pub density: &'a dyn Fn(&str) -> Option<f64>,
-    /// What stands where in each step: of the same sensor, as [`fabkit_checks::stages`] tells it.
-    pub stages: &'a [Stage<'a>],
-    /// What may be bought.
-    pub shop: &'a dyn Shop,
-    /// How it is calibrated, where it is.
-    pub calibration: Option<&'a Calibration>,
-}
 
 /// Everything that a lab needs to know to build a design.
 #[derive(Clone, Debug, Serialize)]
@@ -117,97 +109,6 @@ pub struct Guide {
     pub timeline: Timeline,
     /// How it is calibrated; `null` of what is not.
     pub calibration: Option<Calibration>,
-}
-
-/// One mix of a step.
-#[derive(Clone, Debug, Serialize)]
-pub struct Mixed {
-    /// The step's number, from 1.
-    pub step: usize,
-    /// The layer that it becomes.
-    pub layer: String,
-    /// The layer's volume, mm3.
-    pub volume_mm3: f64,
-    /// Surplus in the masses, as a fraction of the layer's.
-    pub waste: f64,
-    /// How often it is mixed: once for each unit, or once for what is cast as a tool.
-    pub batches: u32,
-    /// Masses of one batch, waste included.
-    pub components: Vec<Component>,
-    /// Whether air is drawn out in a vacuum.
-    pub degas: bool,
-    /// How long air is given to leave it, h: in the vacuum, else at rest before it is poured; 0 of what is sprayed.
-    pub air_h: f64,
-    /// Where that is from: `chosen`.
-    pub air_source: &'static str,
-    /// Hours until it has cured.
-    pub cure_h: f64,
-    /// At how many degrees Celsius.
-    pub cure_celsius: f64,
-    /// How long it can be worked with after mixing, h; `null` where its maker does not say.
-    pub pot_life_h: Option<f64>,
-    /// How long hands need with it, h: until the step is done in which it cures.
-    pub in_hand_h: f64,
-}
-
-/// Part of a mix.
-#[derive(Clone, Debug, Serialize)]
-pub struct Component {
-    /// As it is sold.
-    pub name: String,
-    /// g.
-    pub mass_g: f64,
-}
-
-/// What a step needs.
-#[derive(Clone, Debug, Serialize)]
-pub struct Need {
-    /// Its name in the design.
-    pub name: String,
-    /// How many for one unit.
-    pub count: usize,
-}
-
-/// One step.
-#[derive(Clone, Debug, Serialize)]
-pub struct GuideStep {
-    /// From 1.
-    pub number: usize,
-    /// Its name in the design.
-    pub name: String,
-    /// What is done: `make`, `prepare`, `assemble`, `bond`, `spray`, `pour` or `demold`.
-    pub action: &'static str,
-    /// What to do, as a sentence.
-    pub instruction: String,
-    /// Where bodies stand together.
-    pub assembly: Option<String>,
-    /// What it needs, in the order of the design.
-    pub needs: Vec<Need>,
-    /// What comes off in it, by name.
-    pub removed: Vec<String>,
-    /// Who sets something right in it, by name.
-    pub adjusted: Vec<String>,
-    /// The number of the step whose cure is waited for meanwhile.
-    pub during: Option<usize>,
-    /// Section of the paper, or why it is so.
-    pub source: String,
-    /// What hands hold in it.
-    pub tools: Vec<String>,
-    /// What to check when it is done.
-    pub checks: Vec<String>,
-    /// Which way things come and go.
-    pub ways: Vec<Way>,
-}
-
-/// Bodies that are brought to their places or taken away together.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Way {
-    /// Which, by name.
-    pub bodies: Vec<String>,
-    /// Whether they come; else they go.
-    pub is_coming: bool,
-    /// Which way, a unit vector of the assembly's frame.
-    pub along: [f64; 3],
 }
 
 impl Guide {
@@ -289,7 +190,7 @@ fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
             layer: batch.layer.clone(),
             volume_mm3: batch.volume.value_mm3,
             waste: batch.waste,
-            batches: if lists::stays(layer) { units } else { 1 },
+            batches: if membership::stays(layer) { units } else { 1 },
             components: components
                 .map(|(name, mass_g)| Component { name: name.clone(), mass_g: *mass_g })
                 .collect(),

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_geometry::measure::{MeasureError, ray_volume};
-use fabkit_geometry::{Assembly, Body, CompiledSolid, InvalidSolid, Kind, Order, Sensor, Unit};
+use fabkit_geometry::measure::ray_volume;
+use fabkit_geometry::{Body, CompiledSolid, Kind, Order, Sensor, Unit};
 use serde::Serialize;
 
+use crate::error::NoSuchPart;
+use crate::membership::stays;
 use crate::printing::{Printing, printing};
 use crate::shop::{Purchase, Shop, share_kits};
 use crate::{Mixed, Request};
@@ -14,30 +16,6 @@ use crate::{Mixed, Request};
 pub(crate) const LINES: u32 = 20_000;
 
 pub(crate) const MM3_PER_CM3: f64 = 1e3;
-
-/// A part that cannot be made.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NoSuchPart {
-    /// A tree that is no solid.
-    #[error("{body}: {source}")]
-    Solid {
-        /// Which part.
-        body: String,
-        /// Why.
-        source: InvalidSolid,
-    },
-    /// A solid that no rule can be applied to.
-    #[error("{0}")]
-    Examined(String),
-    /// A solid that has no volume.
-    #[error("{body}: {source}")]
-    Volume {
-        /// Which part.
-        body: String,
-        /// Why.
-        source: MeasureError,
-    },
-}
 
 /// Whether a body is of the finished sensor, or helps to build it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -106,12 +84,6 @@ pub struct Liquid {
     pub steps: Vec<usize>,
     /// What to order.
     pub order: Purchase,
-}
-
-/// Whether a body stays in the finished sensor.
-pub(crate) fn stays(body: &Body) -> bool {
-    let place = Assembly::sensor();
-    body.placements.iter().any(|placed| placed.assembly == place)
 }
 
 fn of(body: &Body) -> Tool {

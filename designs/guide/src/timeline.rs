@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use fabkit_geometry::{Action, Sensor, Step};
 use serde::Serialize;
 
-use crate::lists::stays;
+use crate::membership::stays;
 
 /// Hands-on time of a step, h: chosen, since no paper says it. Cures decide how long a build takes; these only
 /// keep steps apart.

@@ -20,6 +20,7 @@
 //! ```
 
 mod conform;
+mod error;
 mod evaluate;
 mod extent;
 mod facets;
@@ -38,81 +39,20 @@ mod shape_key;
 mod snapshot;
 mod surface;
 mod tessellate;
+mod tri_mesh;
 
-use fabkit_geometry::{Pose, Solid};
+use fabkit_geometry::Solid;
 
+pub use error::{MeshError, TOLERANCE_RANGE_MM};
 pub use hull::{Hull, convex_hull};
 pub use measure::Shell;
 pub use print::{PrintDefect, PrintMesh};
 pub use shading::ShadedMesh;
 pub use snapshot::snapshot;
+pub use tri_mesh::{FaceId, TriMesh};
 
 /// Chord tolerance where nobody asks for another, mm.
 pub const DEFAULT_TOLERANCE_MM: f64 = 0.01;
-
-/// Chord tolerances outside this range are refused, mm: below, rounding to `f32` would take part in
-/// the shape; above, nothing of a sensor's part is left.
-pub const TOLERANCE_RANGE_MM: std::ops::RangeInclusive<f64> = 1e-4..=5.0;
-
-/// Which face of which primitive a triangle belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct FaceId {
-    /// Index into [`Solid::leaves`].
-    pub leaf: u32,
-    /// Face number within the primitive, as the primitive documents.
-    pub face: u32,
-}
-
-/// A closed, oriented triangle mesh, mm.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TriMesh {
-    /// Vertex positions, mm.
-    pub vertices: Vec<[f64; 3]>,
-    /// Counter-clockwise seen from outside.
-    pub triangles: Vec<[u32; 3]>,
-    /// One per triangle.
-    pub faces: Vec<FaceId>,
-}
-
-/// Why there is no mesh.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MeshError {
-    /// The tree is not a solid.
-    #[error(transparent)]
-    Invalid(#[from] fabkit_geometry::InvalidSolid),
-    /// The chord tolerance makes no sense.
-    #[error(
-        "a chord tolerance of {tolerance_mm} mm; it must lie between {} and {} mm",
-        TOLERANCE_RANGE_MM.start(), TOLERANCE_RANGE_MM.end()
-    )]
-    Tolerance {
-        /// As asked for, mm.
-        tolerance_mm: f64,
-    },
-    /// A half space is not cut down to anything finite.
-    #[error("the solid is unbounded: a half space only cuts, or is cut by, something finite")]
-    Unbounded,
-    /// Nothing is left.
-    #[error("the solid is empty: the booleans leave nothing")]
-    Empty,
-    /// Too many triangles.
-    #[error("a face cannot be followed to {tolerance_mm} mm with a sensible number of triangles")]
-    TooFine {
-        /// As asked for, mm.
-        tolerance_mm: f64,
-    },
-    /// The boolean kernel refused.
-    #[error("the boolean kernel failed while {operation}: {reason}")]
-    Kernel {
-        /// What it was doing.
-        operation: &'static str,
-        /// In its own words.
-        reason: &'static str,
-    },
-    /// What is left after rounding to `f32` is no solid.
-    #[error(transparent)]
-    Print(#[from] PrintDefect),
-}
 
 /// Meshes a solid.
 ///
@@ -203,30 +143,6 @@ impl Intersections {
 }
 
 impl TriMesh {
-    /// The same mesh moved rigidly.
-    #[must_use]
-    pub fn placed(&self, pose: &Pose) -> Self {
-        let vertices = self.vertices.iter().map(|&v| facets::moved(pose, v)).collect();
-        Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
-    }
-
-    /// The same mesh, larger or smaller about the origin by a factor above 0; its distance from the
-    /// surface grows with it.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
-        let vertices = self.vertices.iter().map(|v| v.map(|x| x * factor)).collect();
-        Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
-    }
-
-    /// The same mesh, stretched along x, y and z about the origin by factors above 0; its distance
-    /// from the surface grows by at most the largest.
-    #[must_use]
-    pub fn stretched(&self, factors: [f64; 3]) -> Self {
-        let stretch = |v: &[f64; 3]| std::array::from_fn(|i| v[i] * factors[i]);
-        let vertices = self.vertices.iter().map(stretch).collect();
-        Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
-    }
-
     /// Rounds to `f32`, welds, removes what became degenerate, and proves the result closed,
     /// oriented and free of degenerate triangles.
     ///

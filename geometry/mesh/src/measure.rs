@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use fabkit_geometry::{Aabb, Solid};
 
 use crate::facets::bounds_of;
-use crate::{FaceId, PrintMesh, TriMesh};
+use crate::{FaceId, TriMesh};
 
 impl TriMesh {
     /// Enclosed volume, mm^3.
@@ -53,42 +53,6 @@ impl TriMesh {
     }
 }
 
-impl PrintMesh {
-    /// Enclosed volume, mm^3, of the rounded vertices.
-    pub fn volume_mm3(&self) -> f64 {
-        volume_mm3(&self.vertices_f64(), self.triangles())
-    }
-
-    /// Surface area, mm^2.
-    pub fn area_mm2(&self) -> f64 {
-        area_mm2(&self.vertices_f64(), self.triangles())
-    }
-
-    /// As [`TriMesh::genus`].
-    pub fn genus(&self) -> i32 {
-        genus(self.vertices().len(), self.triangles())
-    }
-
-    /// The closed surfaces that it consists of, in the order of their first triangles.
-    pub fn shells(&self) -> Vec<Shell> {
-        shells(&self.vertices_f64(), self.triangles())
-    }
-
-    /// Smallest box, mm.
-    pub fn bounds(&self) -> Aabb {
-        bounds_of(&self.vertices_f64())
-    }
-
-    /// As [`TriMesh::feature`].
-    pub fn feature<'a>(&self, triangle: usize, solid: &'a Solid) -> &'a str {
-        feature_of(self.faces().get(triangle), solid)
-    }
-
-    fn vertices_f64(&self) -> Vec<[f64; 3]> {
-        self.vertices().iter().map(|v| v.map(f64::from)).collect()
-    }
-}
-
 /// One closed, connected surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shell {
@@ -105,7 +69,7 @@ impl Shell {
     }
 }
 
-fn feature_of<'a>(face: Option<&FaceId>, solid: &'a Solid) -> &'a str {
+pub(crate) fn feature_of<'a>(face: Option<&FaceId>, solid: &'a Solid) -> &'a str {
     let leaves = solid.leaves();
     face.and_then(|id| leaves.get(id.leaf as usize)).map_or("", |leaf| leaf.feature)
 }
@@ -137,7 +101,7 @@ pub(crate) fn volume_mm3(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
     triangles.iter().map(tetrahedron).sum::<f64>() / 6.0
 }
 
-fn area_mm2(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
+pub(crate) fn area_mm2(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
     let double = |t: &[u32; 3]| {
         let normal = double_area(t.map(|v| vertices[v as usize]));
         dot(normal, normal).sqrt()
@@ -152,7 +116,7 @@ pub(crate) fn genus(vertex_count: usize, triangles: &[[u32; 3]]) -> i32 {
     (shells as i64 - characteristic / 2) as i32
 }
 
-fn shells(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Shell> {
+pub(crate) fn shells(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Shell> {
     let root = components(vertices.len(), triangles);
     let mut of: BTreeMap<u32, (usize, Vec<[u32; 3]>)> = BTreeMap::new();
     for (t, triangle) in triangles.iter().enumerate() {

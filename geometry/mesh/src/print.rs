@@ -5,6 +5,7 @@
 //! rounding happens here, where it can be repaired, and the result is proven sound.
 
 mod halfedges;
+mod measure;
 mod repair;
 mod verify;
 

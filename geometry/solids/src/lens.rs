@@ -1,7 +1,5 @@
 //! The lens that a camera is designed with: how it lays angles onto the picture, and how well that is known.
 
-use crate::NominalCamera;
-
 /// How far from the picture's middle a lens shows what it sees at an angle off its axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Projection {
@@ -71,14 +69,6 @@ pub struct LensImaging {
     pub pupil_mm: f64,
     /// Distance in focus from the optical centre along the axis, as in air, mm.
     pub focus_mm: f64,
-}
-
-impl NominalCamera {
-    /// Focal length, px: what a radian on the axis is long, so that the angle of view spans the diagonal.
-    pub fn focal_px(&self) -> f64 {
-        let half_px = f64::from(self.width_px).hypot(f64::from(self.height_px)) / 2.0;
-        half_px / self.lens.projection.radius(self.field_of_view.rad() / 2.0)
-    }
 }
 
 #[cfg(test)]

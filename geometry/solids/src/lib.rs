@@ -23,6 +23,7 @@
 //! # Ok::<(), fabkit_geometry::InvalidSolid>(())
 //! ```
 
+mod body_advice;
 mod bounds;
 mod casting;
 mod circuit;
@@ -35,11 +36,13 @@ mod mark;
 pub mod measure;
 mod model;
 mod motion;
+mod nominal_camera;
 mod order;
 mod outline;
 mod pattern;
 mod pose;
 mod profile;
+mod profile_extent;
 pub mod proofs;
 mod roots;
 mod sensor;
@@ -66,6 +69,7 @@ pub use mark::{Carrier, Mark};
 pub use model::*;
 pub use motion::{Leg, Motion, Occasion, Reach};
 pub use nalgebra::{Matrix3, Point3, Vector3};
+pub use nominal_camera::NominalCamera;
 pub use order::{ANY, Order, Pack, Unit};
 pub use pattern::{InvalidPattern, MAX_FEATURES, Pattern};
 pub use pose::Pose;

@@ -1,7 +1,5 @@
 //! What to ask a shop for.
 
-use crate::{Body, Kind};
-
 /// What a pack is counted in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
@@ -138,15 +136,6 @@ impl Order {
             "" => self.article.clone(),
             size => format!("{} {size}", self.article),
         }
-    }
-}
-
-impl Body {
-    /// What to ask a shop for, where it is bought.
-    #[must_use]
-    pub fn ordered(self, order: Order) -> Self {
-        debug_assert!(self.kind == Kind::Bought, "{} is not bought", self.name);
-        Self { order: Some(order), ..self }
     }
 }
 

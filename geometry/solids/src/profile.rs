@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Angle;
-use crate::compiled::{Region, path_length, signed_area};
 
 /// One piece of a [`Path`], from where the last one ended.
 ///
@@ -305,11 +304,6 @@ impl Path {
         path
     }
 
-    /// Enclosed area, mm^2, positive counter-clockwise; exact for lines and arcs (Green's theorem).
-    pub fn signed_area_mm2(&self) -> f64 {
-        signed_area(self)
-    }
-
     /// A sector of a ring around the origin, from `start` counter-clockwise to `end`.
     pub fn ring_sector(inner_mm: f64, outer_mm: f64, start: Angle, end: Angle) -> Self {
         let at = |r: f64, a: Angle| [r * a.rad().cos(), r * a.rad().sin()];
@@ -351,31 +345,6 @@ impl Profile {
     /// Outer boundary first, then the holes: the order in which faces are numbered.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         std::iter::once(&self.outer).chain(&self.holes)
-    }
-
-    /// Area of the region, mm^2.
-    ///
-    /// ```
-    /// use fabkit_geometry::{Path, Profile};
-    /// let disc = Profile::new(Path::circle([3.0, 4.0], 2.0));
-    /// assert!((disc.area_mm2() - 4.0 * std::f64::consts::PI).abs() < 1e-12);
-    /// assert_eq!(disc.with_hole(Path::rectangle([3.0, 4.0], [1.0, 1.0], 0.0)).bounds_mm()[1], [5.0, 6.0]);
-    /// ```
-    pub fn area_mm2(&self) -> f64 {
-        let holes: f64 = self.holes.iter().map(|hole| hole.signed_area_mm2().abs()).sum();
-        self.outer.signed_area_mm2().abs() - holes
-    }
-
-    /// Length of all boundaries, mm. Lines and circular arcs only.
-    pub fn boundary_mm(&self) -> f64 {
-        self.paths().map(path_length).sum()
-    }
-
-    /// Lower left and upper right corner of the box around the region, mm; exact for arcs.
-    pub fn bounds_mm(&self) -> [[f64; 2]; 2] {
-        let region = Region::new(self);
-        let reach = |x: f64, y: f64| region.support(nalgebra::Vector2::new(x, y));
-        [[-reach(-1.0, 0.0), -reach(0.0, -1.0)], [reach(1.0, 0.0), reach(0.0, 1.0)]]
     }
 
     /// The same region, shifted.

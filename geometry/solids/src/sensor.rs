@@ -1,7 +1,7 @@
 //! A sensor: all its bodies, what holds them together, its camera and its chain.
 
 use crate::{
-    Adhesion, Angle, Body, Circuit, Kind, Leg, Lighting, LiquidSkin, Mark, NominalLens, Pose, Step,
+    Adhesion, Body, Circuit, Kind, Leg, Lighting, LiquidSkin, Mark, NominalCamera, Pose, Step,
     TouchSurface,
 };
 
@@ -38,21 +38,6 @@ pub struct Loose {
     pub layer: String,
     /// What it lies on.
     pub on: String,
-}
-
-/// The camera as the design intends it, before any calibration.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NominalCamera {
-    /// Camera frame (+z forward, +x right, +y down) to sensor frame, mm.
-    pub sensor_from_camera: Pose,
-    /// Image width, px.
-    pub width_px: u32,
-    /// Image height, px.
-    pub height_px: u32,
-    /// Full angle of view over the image's diagonal, as makers of small cameras state it.
-    pub field_of_view: Angle,
-    /// How its lens lays angles onto the picture, and how well that is known.
-    pub lens: NominalLens,
 }
 
 /// A tip that comes off: what is behind it may be wider, and fixtures go around the tip alone.

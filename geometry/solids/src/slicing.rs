@@ -1,7 +1,5 @@
 //! What whoever slices a part must know because it follows from the part or from its printer.
 
-use crate::Body;
-
 /// What the slicer of a printed part is told; what is not said follows from what the part is for.
 ///
 /// Notes say the same for people. Both are written side by side where a part is made, and a test compares
@@ -20,28 +18,4 @@ pub struct SliceAdvice {
     pub supports: Option<bool>,
     /// Width of the brim, mm; 0 for none.
     pub brim_mm: Option<f64>,
-}
-
-/// What notes of a part tell the slicer, too.
-impl Body {
-    /// Printed in layers of this height, mm.
-    #[must_use]
-    pub fn in_layers(mut self, layer_mm: f64) -> Self {
-        self.slicing.layer_mm = Some(layer_mm);
-        self
-    }
-
-    /// Printed with supports, or on purpose without.
-    #[must_use]
-    pub fn with_supports(mut self, supports: bool) -> Self {
-        self.slicing.supports = Some(supports);
-        self
-    }
-
-    /// Printed on a brim of this width, mm.
-    #[must_use]
-    pub fn on_brim(mut self, brim_mm: f64) -> Self {
-        self.slicing.brim_mm = Some(brim_mm);
-        self
-    }
 }

@@ -1,7 +1,5 @@
 //! What programs need to know of a problem, besides what people read.
 
-use crate::Found;
-
 /// What programs need to know of a problem. Values are as they would be written, with their units.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Facts {
@@ -45,22 +43,6 @@ impl Facts {
         let value = at_least.as_ref().or(at_most.as_ref()).cloned();
         let suggestion = value.map(|value| Suggestion { path: path.into(), value });
         Self { at_least, at_most, suggestion, ..Self::of("limit_broken") }
-    }
-}
-
-impl Found {
-    /// The same with the name of its kind.
-    #[must_use]
-    pub fn code(mut self, code: &'static str) -> Self {
-        self.problem.facts.code = code;
-        self
-    }
-
-    /// The same with what to write instead.
-    #[must_use]
-    pub fn suggest(mut self, path: &str, value: &str) -> Self {
-        self.problem.facts.suggestion = Some(Suggestion { path: path.into(), value: value.into() });
-        self
     }
 }
 

@@ -3,37 +3,9 @@
 use std::sync::Arc;
 
 use crate::expression::Formula;
+use crate::layer::TextLayer;
 use crate::tree::{Dialect, Fault, Position};
-use crate::{Facts, Problem, Source, shown};
-
-/// Which text a value comes from; also the order in which problems are told.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum TextLayer {
-    /// The file that was asked for.
-    File,
-    /// `--set`.
-    Override,
-    /// A file of the user's that the file extends, so many steps away.
-    Extended(u8),
-    /// What is built in: the sensor that it extends, defaults.
-    Base,
-    /// What holds where nobody says anything, and means that something is as it always was.
-    Default,
-}
-
-impl TextLayer {
-    /// Whether what stands in this text replaces what stands in another.
-    pub(crate) fn is_over(self, other: Self) -> bool {
-        let height = |layer| match layer {
-            Self::Default => 0,
-            Self::Base => 1,
-            Self::Extended(steps) => 257 - u16::from(steps),
-            Self::File => 258,
-            Self::Override => 259,
-        };
-        height(self) > height(other)
-    }
-}
+use crate::{Facts, Problem, Source, Suggestion, shown};
 
 /// Where something stands.
 #[derive(Clone, Debug)]
@@ -145,5 +117,21 @@ impl WrittenText {
                 shown(&format!("[{}]", items.join(", ")))
             }
         }
+    }
+}
+
+impl Found {
+    /// The same with the name of its kind.
+    #[must_use]
+    pub fn code(mut self, code: &'static str) -> Self {
+        self.problem.facts.code = code;
+        self
+    }
+
+    /// The same with what to write instead.
+    #[must_use]
+    pub fn suggest(mut self, path: &str, value: &str) -> Self {
+        self.problem.facts.suggestion = Some(Suggestion { path: path.into(), value: value.into() });
+        self
     }
 }

@@ -1,6 +1,10 @@
 //! Why a press has no result.
 
-use crate::material::MAX_POISSON_RATIO;
+/// Poisson's ratio up to which a solution keeps its digits, without unit.
+///
+/// The bulk stiffness is `2 nu / (1 - 2 nu)` times the shear stiffness, 5,000 times here, and so many digits
+/// of sixteen are lost in a factorisation. No silicone is known more closely to be incompressible.
+pub const MAX_POISSON_RATIO: f64 = 0.4999;
 
 /// What a body, a press or an iteration cannot be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

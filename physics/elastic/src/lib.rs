@@ -95,13 +95,13 @@ mod stack;
 
 pub use ball_test::{BallModulus, BallReading, BallTest, BallTestError};
 pub use division::Division;
-pub use error::ElasticError;
+pub use error::{ElasticError, MAX_POISSON_RATIO};
 pub use field::Field;
 pub use finite::FiniteStack;
 pub use liquid::{
     AIR_MPA, ChannelMoved, Column, LiquidOutcome, LiquidReady, LiquidStack, SkinNode,
 };
-pub use material::{MAX_POISSON_RATIO, Material};
+pub use material::Material;
 pub use meridian::{Body, Curve, Hold, Layer};
 pub use outcome::{Level, Outcome, SurfaceNode, Touch};
 pub use presser::{Ball, Press, Presser, SolidPresser};

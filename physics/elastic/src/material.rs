@@ -1,12 +1,6 @@
 //! What a layer is made of.
 
-use crate::ElasticError;
-
-/// Poisson's ratio up to which a solution keeps its digits, without unit.
-///
-/// The bulk stiffness is `2 nu / (1 - 2 nu)` times the shear stiffness, 5,000 times here, and so many digits
-/// of sixteen are lost in a factorisation. No silicone is known more closely to be incompressible.
-pub const MAX_POISSON_RATIO: f64 = 0.4999;
+use crate::error::{ElasticError, MAX_POISSON_RATIO};
 
 /// An isotropic elastic material at small strain.
 ///

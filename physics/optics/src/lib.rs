@@ -54,6 +54,7 @@ mod error;
 mod hollow;
 mod interface;
 mod inverse;
+mod last_face;
 mod lost;
 mod sensing;
 mod snell;

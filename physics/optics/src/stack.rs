@@ -6,7 +6,7 @@ use fabkit_geometry::{
 
 use crate::InvalidStack;
 use crate::hollow::Hollow;
-use crate::interface::LastFace;
+use crate::last_face::LastFace;
 use crate::sensing::SensingSurface;
 use crate::trace::{End, Tracer};
 

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::{Bent, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_MM, check_indices, refract};
-use crate::camera::ViewRay;
 use crate::error::{OutsideDomain, Rules};
+use crate::view_ray::ViewRay;
 
 /// A flat window: lens in one medium (air), then a pane of glass or nothing, then the gel.
 ///

@@ -3,9 +3,9 @@
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Point3, Vector3};
 
 use super::{Bent, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_MM, check_indices, refract};
-use crate::camera::ViewRay;
 use crate::error::{OutsideDomain, Rules};
 use crate::roots::increasing;
+use crate::view_ray::ViewRay;
 
 /// A dome around the lens: air within, gel beyond.
 ///

@@ -10,6 +10,7 @@ mod grip;
 mod order;
 mod path;
 mod stages;
+mod stuck;
 mod tools;
 
 use fabkit_geometry::{Occasion, Sensor};
@@ -20,15 +21,17 @@ use crate::finding::Finding;
 use crate::memo::Memo;
 use crate::scene::Assemblies;
 
+use std::cell::RefMut;
+use std::mem;
+
 pub use stages::{Came, Stage, Stand, stages};
 
 use crate::case::{Case, Looked, Ways};
 use crate::declaration::rule;
 use crate::rule::Rule;
 use arrival::{Arrival, Work, arrivals};
-use order::{Order, Stuck};
-use std::cell::RefMut;
-use std::mem;
+use order::Order;
+use stuck::Stuck;
 use tools::{count, working};
 
 rule! {

@@ -11,7 +11,8 @@ use std::f64::consts::TAU;
 use fabkit_geometry::{Aabb, Motion, Occasion, Sensor, Vector3};
 
 use super::arrival::Arrival;
-use super::path::{Contact, contact, follow, is_blocked, is_too_deep};
+use super::path::{contact, follow, is_blocked, is_too_deep};
+use super::stuck::Stuck;
 use super::tools;
 use crate::memo::{Key, Memo};
 use crate::rule::Rule;
@@ -28,18 +29,6 @@ pub(crate) type Piece<'a> = Vec<&'a Placed<'a>>;
 
 /// Directions in which a piece may leave.
 type Ways = fn(&Piece) -> Vec<Vector3<f64>>;
-
-/// A piece that does not get to its place.
-pub(crate) struct Stuck<'a> {
-    /// [`Rule::Motion`], or [`Rule::Access`] where there is no room for its tool.
-    pub(crate) rule: Rule,
-    pub(crate) body: &'a str,
-    pub(crate) by: &'a str,
-    pub(crate) tool: Option<&'a str>,
-    /// Which way it would go, to its place.
-    pub(crate) along: Option<Vector3<f64>>,
-    pub(crate) contact: Contact,
-}
 
 /// Takes apart what a step brings.
 pub(crate) struct Order<'a> {

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use fabkit_geometry::{Occasion, Reach};
 
 use super::arrival::Work;
-use super::order::Stuck;
 use super::path::{Contact, overlap};
+use super::stuck::Stuck;
 use crate::memo::{Key, Memo};
 use crate::rule::Rule;
 use crate::scene::{Placed, Tool};

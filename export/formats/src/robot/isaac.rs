@@ -14,8 +14,6 @@ const MARGIN: f64 = 0.05;
 const FRICTION: f64 = 0.5;
 /// Where the numbers of an optics pack are looked for, beside the file.
 const PACK: &str = "optics";
-/// Focal length in the USD file; only its ratio to the apertures counts.
-pub(super) const FOCAL: f64 = 24.0;
 
 /// For TacSL's sensor: the fields of `VisuoTactileSensorCfg`, with those of `GelSightRenderCfg` and `TiledCameraCfg` in it;
 /// nothing for a sensor without a surface to touch.

@@ -4,10 +4,12 @@ use std::fmt::Write as _;
 
 use fabkit_geometry::{Matrix3, Pose, Vector3};
 
-use super::isaac::FOCAL;
 use super::numbers::{MM_PER_M, number};
 use super::rotation::{looking_back, quaternion};
 use super::{Inertia, Robot, RobotCamera, RobotLink, RobotMesh, RobotShape, RobotTetrahedra};
+
+/// Focal length; only its ratio to the apertures counts.
+const FOCAL: f64 = 24.0;
 
 /// The text of a `.usda` file: metres, kilograms, z up. Each link is a rigid body with its mass and principal inertia, welded to
 /// the base by a fixed joint; there is no root of an articulation, so that the sensor can hang on a robot's own. What is bumped into

@@ -20,6 +20,7 @@ mod man;
 mod misread;
 mod new;
 mod optics_pack;
+mod outcome;
 mod packaged;
 mod press;
 mod profile;
@@ -46,19 +47,10 @@ use serde_json::Value;
 use crate::cli::{Calibrate, Cli, Command, Global};
 use crate::failure::{self, ErrorKind, Exit, Failure};
 use crate::interrupt;
+use outcome::Outcome;
 
 /// The command did its work, and what it examined is not in order.
 const CHECK_FAILED: u8 = 1;
-
-/// What a command has to say.
-struct Outcome {
-    /// For people; empty for nothing.
-    text: String,
-    /// For scripts.
-    json: Value,
-    /// A check found errors.
-    failed: bool,
-}
 
 /// See [`run`](crate::run).
 pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {

@@ -1,5 +1,6 @@
 use super::*;
-use crate::place::{Place, TextLayer, WrittenText};
+use crate::layer::TextLayer;
+use crate::place::{Place, WrittenText};
 use crate::{Dialect, Source};
 
 fn report() -> Report {

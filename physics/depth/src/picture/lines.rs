@@ -1,7 +1,7 @@
 //! Where lines are drawn: between samples that do not see one smooth surface.
 
 use super::framing::Framing;
-use super::sample::{CUT_LEAF, SeenSurface};
+use super::surface::{CUT_LEAF, SeenSurface};
 
 /// Faces that meet at more than about 10 degrees make a crease.
 const SMOOTH_COSINE: f64 = 0.985;

@@ -2,16 +2,18 @@
 //!
 //! Each pixel starts with one ray through its centre. Where neighbouring rays disagree about what
 //! they see (another body, a step in depth, a crease), the pixel is looked at again with
-//! [`tile::SUBSAMPLES`] squared rays; lines are drawn there, and nowhere else. The work is cut into
+//! [`pen::SUBSAMPLES`] squared rays; lines are drawn there, and nowhere else. The work is cut into
 //! tiles that overlap by as much as a line can reach, so tiles need not know of one another.
 
 mod framing;
 mod lines;
 mod overlay;
+mod pen;
 mod sample;
 mod seen;
 mod shade;
 mod sheet;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod tile;
@@ -22,11 +24,12 @@ use rayon::prelude::*;
 
 use crate::Scene;
 pub use framing::Framing;
+use pen::Pen;
 use sample::{Setup, Tracer};
 pub use seen::{Glimpse, render_seen};
 use shade::Shader;
 pub use sheet::contact_sheet;
-use tile::{Pen, TILE_PX, Tile};
+use tile::{TILE_PX, Tile};
 pub use view::{SectionCut, View, ViewProjection};
 
 /// Largest picture, px.

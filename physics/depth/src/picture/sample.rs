@@ -1,11 +1,12 @@
 //! What one ray sees: surfaces from front to back, and their blended colour.
 
-use fabkit_geometry::{Crossing, Point3, Ray, Vector3};
+use fabkit_geometry::{Crossing, Ray, Vector3};
 
 use super::SectionCut;
 use super::framing::Framing;
+use super::pen::Pen;
 use super::shade::{Linear, Shader, add};
-use super::tile::Pen;
+use super::surface::{CUT_LEAF, SeenSurface};
 use crate::{Scene, SceneScratch};
 
 /// Surfaces nearer together than this count as touching, mm; then the earlier actor is in front,
@@ -20,24 +21,6 @@ const LEAST_LIGHT: f64 = 0.02;
 
 /// A surface does not shelter itself: hits closer than this share of the reach do not count.
 const SHELTER_GAP: f64 = 1e-4;
-
-/// Stands for the leaf number of a face that the cut has made.
-pub(super) const CUT_LEAF: u32 = u32::MAX;
-
-/// A surface that a ray sees.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SeenSurface {
-    pub t: f64,
-    /// Scene frame, mm.
-    pub point: Point3<f64>,
-    /// Scene frame, unit length, towards the viewer.
-    pub normal: Vector3<f64>,
-    pub actor: u32,
-    pub leaf: u32,
-    pub face: u32,
-    /// How strongly lines on it show, 0 to 1: less on and behind what lets light through.
-    pub line_weight: f64,
-}
 
 /// One ray's result; its surfaces are kept in the [`Tracer`].
 #[derive(Clone, Copy, Debug)]

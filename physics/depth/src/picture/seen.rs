@@ -4,8 +4,8 @@ use fabkit_geometry::{Pose, Ray, Vector3};
 use rayon::prelude::*;
 
 use super::framing::Framing;
-use super::sample::SeenSurface;
 use super::shade::{Linear, Shader, add, linear, srgb};
+use super::surface::SeenSurface;
 use super::{Actor, Picture, RenderError, View};
 use crate::{Scene, SceneScratch};
 

@@ -3,7 +3,7 @@
 use fabkit_geometry::Vector3;
 
 use super::framing::Framing;
-use super::sample::{CUT_LEAF, SeenSurface};
+use super::surface::{CUT_LEAF, SeenSurface};
 use super::{Actor, SectionCut, View};
 
 /// Linear light, red, green, blue, 0 to 1.

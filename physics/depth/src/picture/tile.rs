@@ -1,41 +1,16 @@
 //! A piece of the picture: samples, refinement, lines.
 
 use super::lines::{Line, line_between};
+use super::pen::{Pen, SUBSAMPLES};
 use super::sample::{Sample, Setup, Tracer};
 use super::shade::{Linear, Shader, add, srgb};
-use super::view::View;
 
 /// Side of a tile.
 pub(super) const TILE_PX: u32 = 128;
 
-/// A refined pixel is looked at with the square of this many rays.
-pub(super) const SUBSAMPLES: i32 = 4;
-
 /// Strength of outlines and of creases.
 const OUTLINE_INK: f32 = 0.95;
 const CREASE_INK: f32 = 0.70;
-
-/// How wide lines are, in subsamples beyond the two right beside a break.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Pen {
-    outline_reach: f64,
-    crease_reach: f64,
-}
-
-impl Pen {
-    /// Outlines of about 1.3 px, creases of 1 px; wider in pictures above 600 px, up to three
-    /// times.
-    pub fn of(view: &View) -> Self {
-        let scale = (f64::from(view.width_px.min(view.height_px)) / 600.0).clamp(1.0, 3.0);
-        Self { outline_reach: 2.24 * scale, crease_reach: scale }
-    }
-
-    /// Pixels around a tile in which lines may reach into it: whole pixels, and more than the
-    /// reach, so that a line's neighbours are known too.
-    fn margin_px(&self) -> i32 {
-        self.outline_reach as i32 / SUBSAMPLES + 1
-    }
-}
 
 /// A rectangle of pixels.
 #[derive(Clone, Copy, Debug)]

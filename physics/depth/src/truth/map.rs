@@ -3,7 +3,7 @@
 use fabkit_geometry::{Point3, Vector3};
 
 use super::PixelRays;
-use super::cast::ReferenceSurface;
+use super::reference::ReferenceSurface;
 
 /// The label of pixels that see no sensing surface.
 pub const NO_LABEL: u16 = 0;

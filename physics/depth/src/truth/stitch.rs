@@ -2,7 +2,7 @@
 
 use fabkit_geometry::Vector3;
 
-use super::cast::ReferenceSurface;
+use super::reference::ReferenceSurface;
 
 /// On which side of a plane through the sensor's axis each pixel sees the surface.
 ///

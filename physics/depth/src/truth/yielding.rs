@@ -8,9 +8,9 @@
 use fabkit_geometry::{Point3, Ray, TouchSurface, Vector3};
 use rayon::prelude::*;
 
-use super::cast::ReferenceSurface;
 use super::map::{DepthMap, SURFACE_LABEL};
 use super::presser::Presser;
+use super::reference::ReferenceSurface;
 
 /// How near to the surface a ray ends, mm.
 const NEAR_MM: f64 = 1e-7;

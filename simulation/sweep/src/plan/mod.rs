@@ -236,23 +236,6 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The sensor that a plan names: a built-in one, or a file.
-    ///
-    /// # Errors
-    /// A text that cannot be read, or names no sensor.
-    pub fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign> {
-        reading::sensor_of(file, text)
-    }
-
-    /// Reads a plan.
-    ///
-    /// # Errors
-    /// Everything that is wrong with the plan, with its lines; then what is wrong with its sensor; then
-    /// constraints on parameters that no variant fulfils.
-    pub fn new(source: PlanSource) -> Result<Self, InvalidDesign> {
-        reading::read(source)
-    }
-
     /// How many variants there are.
     pub fn len(&self) -> usize {
         self.len

@@ -46,8 +46,27 @@ fn find<'n>(entries: &'n [Entry], key: &str) -> Option<&'n Entry> {
     entries.iter().find(|entry| entry.key == key)
 }
 
+impl Plan {
+    /// The sensor that a plan names: a built-in one, or a file.
+    ///
+    /// # Errors
+    /// A text that cannot be read, or names no sensor.
+    pub fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign> {
+        sensor_of(file, text)
+    }
+
+    /// Reads a plan.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the plan, with its lines; then what is wrong with its sensor; then
+    /// constraints on parameters that no variant fulfils.
+    pub fn new(source: PlanSource) -> Result<Self, InvalidDesign> {
+        read(source)
+    }
+}
+
 /// The sensor that a plan names.
-pub(super) fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign> {
+fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign> {
     let (entries, mut reading) = entries(file, text)?;
     let sensor = match find(&entries, "sensor") {
         Some(entry) => reading.scalar("sensor", &entry.value).map(str::to_owned),
@@ -62,7 +81,7 @@ pub(super) fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign>
 }
 
 /// Reads a plan.
-pub(super) fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
+fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
     let sensor = sensor_of(&source.file, &source.text)?;
     let (mut entries, mut reading) = entries(&source.file, &source.text)?;
     check_format(&mut entries, &reading.place, &mut reading.found);

@@ -161,13 +161,14 @@ impl Modules {
         if has_children { own } else { path.parent().unwrap_or(path).to_owned() }
     }
 
-    /// Groups of files that name each other in a loop, each sorted, with whether they lie in several folders.
+    /// Groups of files that name each other in a loop: across folders, then inside one without its face.
     pub fn circles(&self) -> Vec<Circle> {
         let edges = self.edges();
         let without_faces = self.without_faces(&edges);
         let mut circles = self.circles_of(&edges);
         circles.retain(|circle| circle.spans_folders);
-        circles.extend(self.circles_of(&without_faces));
+        let inside = self.circles_of(&without_faces).into_iter();
+        circles.extend(inside.filter(|circle| !circle.spans_folders));
         circles
     }
 

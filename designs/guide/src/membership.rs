@@ -1,0 +1,9 @@
+//! Which bodies belong to every unit.
+
+use fabkit_geometry::{Assembly, Body};
+
+/// Whether a body stays in the finished sensor.
+pub(crate) fn stays(body: &Body) -> bool {
+    let place = Assembly::sensor();
+    body.placements.iter().any(|placed| placed.assembly == place)
+}

@@ -1,0 +1,22 @@
+//! Texts of others on a terminal.
+
+/// Text from a file as it may be shown on a terminal: one line, no control characters, not long.
+pub fn shown(text: &str) -> String {
+    const LONGEST: usize = 60;
+    let mut safe = String::new();
+    for (i, c) in text.chars().enumerate() {
+        if i == LONGEST {
+            safe.push('…');
+            break;
+        }
+        match c {
+            // Direction marks could make a terminal show another text than the one refused.
+            '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => {
+                safe.extend(c.escape_unicode());
+            }
+            c if c.is_control() => safe.extend(c.escape_default()),
+            c => safe.push(c),
+        }
+    }
+    safe
+}

@@ -1,8 +1,7 @@
 //! Hardly any files of one folder name each other in a loop, beside a module and its own children.
 
-use std::path::{Path, PathBuf};
-
-use super::modules::{Circle, Modules};
+use super::crates::{crates, root};
+use super::modules::Circle;
 
 /// Crates with such circles, and how many at most: a list that only gets shorter.
 const INSIDE_ONE: [(&str, usize); 12] = [
@@ -20,45 +19,6 @@ const INSIDE_ONE: [(&str, usize); 12] = [
     ("simulation/scene", 1),
 ];
 
-/// The rooms in which crates lie, or which are crates.
-const ROOMS: [&str; 10] = [
-    "calibration",
-    "designs",
-    "export",
-    "fabkit",
-    "fixtures",
-    "geometry",
-    "physics",
-    "simulation",
-    "tests",
-    "xtask",
-];
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
-
-/// Each crate's folder from the checkout's, with its root file.
-fn crates() -> Vec<(String, PathBuf)> {
-    let mut found = Vec::new();
-    for room in ROOMS {
-        let inside = std::fs::read_dir(root().join(room)).expect("a room is a folder");
-        let mut folders: Vec<String> = inside
-            .map(|entry| {
-                format!("{room}/{}", entry.expect("a folder").file_name().to_string_lossy())
-            })
-            .collect();
-        folders.push(room.to_owned());
-        folders.sort();
-        for folder in folders {
-            let sources = root().join(&folder).join("src");
-            let files = ["lib.rs", "main.rs"].map(|file| sources.join(file));
-            found.extend(files.into_iter().find(|file| file.exists()).map(|file| (folder, file)));
-        }
-    }
-    found
-}
-
 /// What is wrong with a crate's circles, beside as many as are listed.
 fn breach(name: &str, circles: &[Circle], most: usize) -> Option<String> {
     let inside: Vec<&Circle> = circles.iter().filter(|circle| !circle.spans_folders).collect();
@@ -71,10 +31,11 @@ fn breach(name: &str, circles: &[Circle], most: usize) -> Option<String> {
 #[test]
 fn files_of_one_folder_name_each_other_in_few_loops() {
     let crates = crates();
-    assert!(crates.len() > 25, "{crates:?}");
-    let found = crates.iter().filter_map(|(name, file)| {
-        let listed = INSIDE_ONE.iter().find(|(listed, _)| listed == name);
-        breach(name, &Modules::read(file).circles(), listed.map_or(0, |(_, most)| *most))
+    let found = crates.values().filter_map(|own| {
+        let listed = INSIDE_ONE.iter().find(|(listed, _)| *listed == own.folder);
+        let circles: Vec<Circle> =
+            own.modules().iter().flat_map(|modules| modules.circles()).collect();
+        breach(&own.folder, &circles, listed.map_or(0, |(_, most)| *most))
     });
     let found: Vec<String> = found.collect();
     assert!(found.is_empty(), "{}", found.join("\n"));

@@ -2,7 +2,35 @@
 
 use fabkit_geometry::{Body, Occasion, Sensor, Step};
 
-use crate::finding::{Finding, Rule};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::Finding;
+use crate::motion;
+use crate::rule::Rule;
+use std::mem;
+
+rule! {
+    /// Hands and tools have room where they work.
+    Access = "access",
+    examines: "places for hands and tools",
+    finds: "a screw without room for its driver, a nut for its spanner, an insert for its iron; \
+             a pry slot that no screwdriver enters when the mold is opened, a mold with neither a \
+             slot nor 3 mm of edge for two fingers, a seat without room for syringe and hand when \
+             it is filled; a lens that no step focuses, or without room for fingers or tweezers \
+             in the step that does; a pin that no fingers pull out, a dowel that nothing presses \
+             in, a robot's bolt without its key",
+    limit: "the tool's own size, at the step that uses it; the blade that pries is 0.8 x 4 mm \
+             (ISO 2380-1); 3 mm of a barrel and 8 mm beside it for fingers, 0.5 mm of a rim for \
+             tweezers, 3 mm of a pin's head and 6 mm beside it (chosen)",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    // Tools are looked at with the ways of what they fix.
+    let mut ways = motion::ways(case);
+    Ok(([mem::take(&mut ways.findings), examine(case.sensor)].concat(), ways.tools))
+}
 
 fn is_adjustable(body: &Body) -> bool {
     body.reach.iter().any(|reach| reach.occasion == Occasion::Adjustment)

@@ -9,12 +9,37 @@
 use fabkit_geometry::{CompiledSolid, Point3, Pour, Ray, Vector3};
 use rayon::prelude::*;
 
+use crate::case::{Case, Looked};
 use crate::chain::Place;
-use crate::finding::{Finding, Rule};
+use crate::declaration::rule;
+use crate::finding::Finding;
 use crate::lines::{Caster, basis};
 use crate::memo::{Key, Memo};
 use crate::opening;
+use crate::outlet;
+use crate::rule::Rule;
 use crate::scene::Assemblies;
+
+rule! {
+    /// Air can leave the cavity everywhere.
+    TrappedAir = "trapped-air",
+    examines: "pours",
+    finds: "places from which air cannot rise to an opening",
+    limit: "columns, 320 across",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    let rising: Vec<_> = case.rising().collect();
+    let found = rising.iter().flat_map(|(place, pour)| {
+        let mut found = examine(place, pour, case.scene, case.memo);
+        found.extend(outlet::examine(place, pour, case.scene, case.memo));
+        (case.tick)();
+        found
+    });
+    Ok((found.collect(), rising.len()))
+}
 
 /// Columns along the longer side of the cavity.
 pub(crate) const COLUMNS: usize = 320;

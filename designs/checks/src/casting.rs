@@ -9,12 +9,34 @@ use std::collections::BTreeMap;
 use fabkit_geometry::{Crossing, Point3, Pour, Ray};
 use rayon::prelude::*;
 
+use crate::case::{Case, Looked};
 use crate::chain::Place;
-use crate::finding::{Finding, Rule};
+use crate::declaration::rule;
+use crate::finding::Finding;
 use crate::lines::{Bundle, Caster, DIRECTIONS, steepness};
 use crate::memo::{Key, Memo};
 use crate::opening;
+use crate::rule::Rule;
 use crate::scene::{Assemblies, Placed};
+
+rule! {
+    /// The closed cavity of a pour is the layer.
+    Casting = "casting",
+    examines: "pours",
+    finds: "a closed cavity that is not the layer that is cast in it",
+    limit: "faces within 1e-6 mm are together",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    let found = case.pours.iter().flat_map(|(place, pour)| {
+        let found = examine(place, pour, case.scene, case.memo);
+        (case.tick)();
+        found
+    });
+    Ok((found.collect(), case.pours.len()))
+}
 
 /// Lines of each of the three directions.
 pub(crate) const LINES: usize = 8192;

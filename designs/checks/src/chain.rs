@@ -7,10 +7,29 @@ use fabkit_geometry::{
     Step, Vector3,
 };
 
-use crate::finding::{Finding, Rule, Severity};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::{Finding, Severity};
 use crate::lines::{Caster, basis};
 use crate::opening;
+use crate::rule::Rule;
 use crate::scene::{Assemblies, Placed};
+use crate::waiting;
+
+rule! {
+    /// The chain names what exists, in an order that works.
+    Chain = "chain",
+    examines: "steps",
+    finds: "steps that name what does not exist, or come in an order that does not work",
+    limit: "—",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    let found = [examine(case.sensor, case.scene), waiting::examine(case.sensor)];
+    Ok((found.concat(), case.sensor.chain.len()))
+}
 
 /// How far a unit vector's length may be off.
 const UNIT_ROUNDING: f64 = 1e-9;

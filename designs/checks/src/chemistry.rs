@@ -2,7 +2,25 @@
 
 use fabkit_geometry::{Action, Assembly, Body, Curing, Sensor, Sort};
 
-use crate::finding::{Finding, Rule};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::Finding;
+use crate::rule::Rule;
+
+rule! {
+    /// What is poured cures against what it touches, and does not grow together with its mold.
+    Chemistry = "chemistry",
+    examines: "faces of liquids",
+    finds: "silicone that does not cure against what it touches, or grows together with its mold",
+    limit: "what materials say of their cure and of what inhibits it; a step that seals or \
+             releases",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    Ok(examine(case.sensor))
+}
 
 /// What a liquid touches and must be kept from.
 #[derive(Clone, Copy, Debug)]

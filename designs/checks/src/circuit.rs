@@ -9,8 +9,29 @@ use fabkit_geometry::{
     SeriesResistor, Vector3,
 };
 
-use crate::finding::{Finding, Rule};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::Finding;
+use crate::rule::Rule;
 use crate::scene::InvalidBody;
+
+rule! {
+    /// Lamps shine and do not burn, nets connect, boards are there.
+    Circuit = "circuit",
+    examines: "circuits",
+    finds: "lamps that need more than the supply has, that burn or burn their resistors, that no \
+             resistor is calculated for, or that are turned round beside others; more current \
+             than the supply gives; nets with one end, pins that are on none or on two; boards \
+             that are no body, and pads beside them",
+    limit: "the ratings of the design (`leds.rated_ma`, `leds.supply_ma`) and of the resistor's \
+             package",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    examine(case.sensor)
+}
 
 /// Shares of currents that differ by less are the same.
 const SAME: f64 = 1e-9;

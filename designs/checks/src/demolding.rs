@@ -10,11 +10,35 @@ use fabkit_geometry::proofs::{Shadow, obstacles};
 use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pull, Ray, Vector3};
 use rayon::prelude::*;
 
+use crate::case::{Case, Looked};
 use crate::chain::{Place, Removal};
-use crate::finding::{Finding, Rule, Severity};
+use crate::declaration::rule;
+use crate::finding::{Finding, Severity};
 use crate::lines::{Caster, basis, steepness};
 use crate::memo::{Key, Memo};
+use crate::rule::Rule;
 use crate::scene::Placed;
+
+rule! {
+    /// Tools come off what was cast.
+    Demolding = "demolding",
+    examines: "pulls",
+    finds: "what stands in the way of a tool that is taken off",
+    limit: "the strain that a soft material bears",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    let Case { memo, tick, removals, .. } = case;
+    let pulled = removals.par_iter().map(|removal| {
+        let has_direction = removal.pull.direction.norm() > 0.0;
+        let found = has_direction.then(|| examine(removal, memo));
+        tick();
+        found.unwrap_or_default()
+    });
+    Ok((pulled.collect::<Vec<_>>().concat(), removals.len()))
+}
 
 /// Lines along the longer side of what tool and cast have in common.
 pub(crate) const LINES: usize = 320;

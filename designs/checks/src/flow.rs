@@ -2,10 +2,31 @@
 
 use fabkit_geometry::{Pour, Sensor};
 
+use crate::case::{Case, Looked};
 use crate::chain::Place;
-use crate::finding::{Finding, Rule};
+use crate::declaration::rule;
+use crate::finding::Finding;
 use crate::lines::{Bundle, Caster};
+use crate::rule::Rule;
 use crate::scene::Assemblies;
+use rayon::prelude::*;
+
+rule! {
+    /// A closed mold lets its surplus out.
+    Flow = "flow",
+    examines: "pours",
+    finds: "vents that do not let the surplus out while a hand presses the mold shut",
+    limit: "Hagen-Poiseuille with the material's viscosity, 10 kPa, 60 s (chosen)",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    let Case { sensor, scene, pours, .. } = case;
+    let flows = pours.par_iter();
+    let flows = flows.filter_map(|(at, pour)| examine(sensor, at, pour, scene));
+    Ok((flows.collect(), pours.len()))
+}
 
 /// What a hand presses a lid or core down with: 10 N on 10 cm2, Pa (chosen).
 const PRESSURE_PA: f64 = 1e4;

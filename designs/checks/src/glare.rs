@@ -12,10 +12,28 @@ use fabkit_geometry::{
 };
 use rayon::prelude::*;
 
-use crate::finding::{Finding, Rule, Severity};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::{Finding, Severity};
 use crate::lines::{Caster, Stretch};
+use crate::rule::Rule;
 use crate::scene::{Assemblies, InvalidBody, Placed};
 use crate::sight::{Cone, pixels};
+
+rule! {
+    /// No lamp is mirrored into the picture.
+    Glare = "glare",
+    examines: "lamps",
+    finds: "lamps mirrored into the picture by a face between air and something clear",
+    limit: "half a percent of the picture within half of the view is a warning; further out a \
+             note: most published sensors with bare lamps beside a flat window have them",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    examine(case.sensor, case.scene)
+}
 
 /// Rays over the picture: a lamp of 3 x 3 mm, 30 mm behind its mirror, is met by about eight.
 const RAYS: usize = 8_192;

@@ -11,10 +11,30 @@ mod stuck;
 use fabkit_geometry::{Assembly, Sensor};
 
 use crate::contacts::WAY_WORDS;
-use crate::finding::{Finding, Rule, Severity};
+use crate::finding::{Finding, Severity};
 use crate::scene::Assemblies;
 
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::rule::Rule;
 use graph::Graph;
+
+rule! {
+    /// Every body of the finished sensor is held in every direction, and bears its load.
+    Held = "held",
+    examines: "pairs of bodies that meet",
+    finds: "bodies that can leave the finished sensor, screws without a thread, pieces that \
+             hover, LEDs that no step solders or glues, and a sensing module that does not bear \
+             its load",
+    limit: "contact, threads, press fits and bonds with their areas and lower strengths; 10 N \
+             unless `loads.touch` says otherwise",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    Ok(examine(case.sensor, case.scene))
+}
 
 /// All findings, and how many pairs of bodies meet.
 pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {

@@ -6,10 +6,28 @@ use fabkit_geometry::proofs::meetings;
 use fabkit_geometry::{CompiledSolid, Point3, PressFit, Ray, Sensor, Vector3};
 use rayon::prelude::*;
 
-use crate::finding::{Finding, Rule};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::Finding;
 use crate::lines::{Bundle, Caster, DIRECTIONS, Stretch};
 use crate::memo::{Key, Memo};
+use crate::rule::Rule;
 use crate::scene::{Assemblies, Placed};
+
+rule! {
+    /// Bodies of one assembly overlap only where a press fit is declared.
+    Interference = "interference",
+    examines: "pairs of bodies",
+    finds: "bodies that overlap without a declared press fit, or deeper than it says",
+    limit: "20 000 lines a pair",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    let found = examine(case.sensor, &case.pairs, case.memo, case.tick);
+    Ok((found, case.pairs.len()))
+}
 
 /// Lines through the box that two bodies share.
 pub(crate) const LINES: u32 = 20_000;

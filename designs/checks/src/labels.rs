@@ -5,9 +5,26 @@ use fabkit_geometry::{
     is_lettered,
 };
 
-use crate::finding::{Finding, Rule, Severity};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::{Finding, Severity};
 use crate::lines::Caster;
+use crate::rule::Rule;
 use crate::scene::{Assemblies, Placed};
+
+rule! {
+    /// Printed parts can be told apart, and letters are where they do no harm.
+    Labels = "labels",
+    examines: "printed parts",
+    finds: "twins without labels, letters on faces that others touch",
+    limit: "0.5 mm of difference in size",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    Ok(examine(case.sensor, case.scene))
+}
 
 /// Parts whose sizes differ by less look alike, mm: nobody sees it without a gauge.
 const ALIKE_MM: f64 = 0.5;

@@ -12,10 +12,29 @@ use std::collections::BTreeMap;
 use fabkit_geometry::{Aabb, Assembly, Clarity, Point3, Ray, Sensor, Vector3};
 use rayon::prelude::*;
 
-use crate::finding::{Finding, Rule};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::Finding;
 use crate::lines::{Caster, basis};
+use crate::rule::Rule;
 use crate::scene::{Assemblies, Placed};
 use crate::sight::{Cone, bodies, pixels};
+
+rule! {
+    /// No daylight falls on what the camera looks at.
+    Leak = "leak",
+    examines: "lines to where daylight might be",
+    finds: "straight lines from outside to what the camera looks at, through gaps and what is \
+             clear or translucent; refraction and what walls throw back are not counted, and \
+             holes in the face that is mounted are covered",
+    limit: "0.05 % of the daylight around (chosen): a quarter of a lux in a room",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    Ok(examine(case.sensor, case.scene))
+}
 
 /// Rays towards what is there to be seen, and the most places of it that are looked at.
 const PLACES: (usize, usize) = (2_048, 256);

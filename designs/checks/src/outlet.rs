@@ -10,10 +10,11 @@ use std::collections::{HashSet, VecDeque};
 use fabkit_geometry::{CompiledSolid, Opening, Point3, Pour, Ray, Vector3};
 
 use crate::chain::Place;
-use crate::finding::{Finding, Rule};
+use crate::finding::Finding;
 use crate::lines::{Caster, basis};
 use crate::memo::{Key, Memo};
 use crate::opening;
+use crate::rule::Rule;
 use crate::scene::Assemblies;
 
 /// Distance of places from which lines are followed, mm; what is narrower may be missed. It has no common

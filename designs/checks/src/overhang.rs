@@ -12,11 +12,28 @@ use fabkit_geometry::{
 };
 use rayon::prelude::*;
 
-use crate::finding::{Finding, Rule, Severity};
+use crate::finding::{Finding, Severity};
 use crate::lines::Caster;
 use crate::scene::InvalidBody;
 
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::rule::Rule;
 use grid::{Column, Down, Grid, Region};
+
+rule! {
+    /// What a printer must support is told to whoever prints it.
+    Overhang = "overhang",
+    examines: "printed parts",
+    finds: "what hangs over as a printed part lies on its bed",
+    limit: "72 columns across",
+    for_variants: false,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    examine(case.sensor)
+}
 
 /// Steepest overhang of usual filament printers without support, from the vertical, degrees. Resin is
 /// supported wherever it lies, by whoever slices it.

@@ -10,9 +10,26 @@ use fabkit_geometry::{
     Vector3,
 };
 
-use crate::finding::{Finding, Rule, Severity};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::{Finding, Severity};
 use crate::lines::Caster;
+use crate::rule::Rule;
 use crate::scene::Assemblies;
+
+rule! {
+    /// One tool shapes what is touched, without a seam.
+    Parting = "parting",
+    examines: "steps that shape what is touched",
+    finds: "two tools that meet on the surface that is touched: a seam",
+    limit: "2 % of the surface each",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    Ok(examine(case.sensor, case.scene))
+}
 
 /// Lines.
 const LINES: usize = 1_024;

@@ -5,9 +5,26 @@ use fabkit_geometry::{
 };
 use rayon::prelude::*;
 
-use crate::finding::{Finding, Rule, Severity};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::{Finding, Severity};
 use crate::lines::{Bundle, Caster, DIRECTIONS, steepness};
+use crate::rule::Rule;
 use crate::scene::InvalidBody;
+
+rule! {
+    /// The printer can make it.
+    Printability = "printability",
+    examines: "parts on own machines",
+    finds: "walls, holes and beds that a machine cannot make",
+    limit: "what a file says of the machine",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    on_machines(case.sensor)
+}
 
 /// Lines through each part in each direction.
 const LINES: usize = 6_000;

@@ -18,8 +18,9 @@ use fabkit_geometry::sequences::EvenPoints;
 use fabkit_geometry::{Assembly, InvalidSolid, Point3, Ray, Sensor, SurfacePoints, TouchSurface};
 use fabkit_optics::{InvalidStack, Lost, Sights, Stack, Viewer, in_words};
 
-use crate::finding::{Finding, Rule, Severity};
+use crate::finding::{Finding, Severity};
 use crate::lines::{Caster, steepness};
+use crate::rule::Rule;
 use crate::scene::{Assemblies, InvalidBody};
 use crate::sight::{Cone, bodies, is_markers, listed};
 

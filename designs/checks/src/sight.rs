@@ -11,9 +11,36 @@ use fabkit_geometry::{
 };
 use rayon::prelude::*;
 
-use crate::finding::{Finding, Rule};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::Finding;
 use crate::lines::{Caster, basis, steepness};
+use crate::rule::Rule;
 use crate::scene::{Assemblies, Placed};
+use crate::softness;
+
+rule! {
+    /// The camera sees what it is there to see.
+    Sight = "sight",
+    examines: "bodies that are to be seen",
+    finds: "what hides, or lies outside of the picture, or is looked at by too few pixels; light \
+             from outside; markers at the picture's edge; and through the drawn bodies how much \
+             of the surface and of markers is seen, and what takes the rest (a note), a middle of \
+             the surface or markers that are not seen, a body that hides much (warnings)",
+    limit: "a third hidden, two thirds outside, 100 px a surface, half a pixel a marker, 3 % at \
+             the edge: a maker's tolerance of the view and of the chip's place; bent rays: a \
+             tenth of the third of the surface nearest to its tip or middle, a twentieth of the \
+             markers, a tenth of the surface by one body (chosen: published sensors lose 4, 2 and \
+             3 %)",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    let (mut unseen, to_be_seen) = examine(case.sensor, case.scene);
+    unseen.extend(softness::contrasts(case.sensor));
+    Ok((unseen, to_be_seen))
+}
 
 /// Rays in all directions, and again towards what is to be seen.
 const RAYS: usize = 8_192;

@@ -3,10 +3,27 @@
 
 use fabkit_geometry::{Action, Assembly, Body, Kind, Sensor, Shore, Vector3};
 
+use crate::case::{Case, Looked};
 use crate::chemistry::in_use;
-use crate::finding::{Finding, Rule};
+use crate::declaration::rule;
+use crate::finding::Finding;
 use crate::lines::{Bundle, Caster, steepness};
+use crate::rule::Rule;
 use crate::scene::Assemblies;
+
+rule! {
+    /// Soft where it must give way, firm where it must hold.
+    Softness = "softness",
+    examines: "bodies of known hardness",
+    finds: "gels that are hard, molds that are soft, holders that give way, coats that run",
+    limit: "Shore hardness of the data sheets",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    Ok(examine(case.sensor, case.scene))
+}
 
 /// Softest silicone that keeps its shape as a mold: makers sell Shore A 15 to 40 for molds (Smooth-On's Mold
 /// Star 15, 16 and 30); softer ones sag under what is poured.

@@ -8,9 +8,26 @@ use fabkit_geometry::{
 };
 use rayon::prelude::*;
 
-use crate::finding::{Finding, Rule, Severity};
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::{Finding, Severity};
 use crate::lines::Caster;
+use crate::rule::Rule;
 use crate::scene::InvalidBody;
+
+rule! {
+    /// Printed parts stand while they grow, and resin leaves them.
+    Standing = "standing",
+    examines: "printed parts",
+    finds: "printed parts that topple while they grow, resin that stays in a hollow",
+    limit: "slenderness 6, 1 mm2 of foot per mm of height without a brim",
+    for_variants: false,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    examine(case.sensor)
+}
 
 /// Height over the least width of the footprint that filament stands without a brim. Prusa's guide asks
 /// for one under what is tall and thin; the figure is chosen: at 6, a nozzle that catches a curled edge

@@ -3,7 +3,8 @@
 use fabkit_elastic::{BondLine, SoftStack};
 use fabkit_geometry::{Adhesion, Sensor};
 
-use crate::finding::{Finding, Rule, Severity};
+use crate::finding::{Finding, Severity};
+use crate::rule::Rule;
 
 /// A fingertip's size.
 const BALL_RADIUS_MM: f64 = 4.0;

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::{Action, Duty, Sensor, Step};
 
-use crate::finding::{Finding, Rule};
+use crate::finding::Finding;
+use crate::rule::Rule;
 
 /// Hours that differ by less are the same.
 const SAME_H: f64 = 1e-9;

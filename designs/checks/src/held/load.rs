@@ -6,8 +6,9 @@ use fabkit_geometry::{Point3, Ray, Sensor, Vector3};
 
 use super::graph::{Graph, Link};
 use crate::contacts::{WAYS, opposite};
-use crate::finding::{Finding, Rule, Severity};
+use crate::finding::{Finding, Severity};
 use crate::lines::Caster;
+use crate::rule::Rule;
 
 /// Stress of what nobody knows better, MPa: a filament's print across its layers.
 const USUAL_MPA: f64 = 15.0;

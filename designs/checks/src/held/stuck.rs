@@ -7,7 +7,8 @@ use fabkit_geometry::{Assembly, Duty, Sensor};
 use rayon::prelude::*;
 
 use crate::contacts::faces;
-use crate::finding::{Finding, Rule};
+use crate::finding::Finding;
+use crate::rule::Rule;
 use crate::scene::{Assemblies, Placed};
 
 /// What a fillet of solder, a drop of glue or a foam tape fills, mm; chosen.

@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 
 use fabkit_geometry::{Action, Duty, Occasion, Point3, Process, Pull, Ray, Sensor, Vector3};
 
-use crate::finding::{Finding, Rule};
+use crate::finding::Finding;
 use crate::lines::{Caster, basis};
+use crate::rule::Rule;
 use crate::scene::Placed;
 
 use super::arrival::Work;

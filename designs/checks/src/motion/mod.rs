@@ -17,27 +17,47 @@ use fabkit_geometry::{Occasion, Sensor};
 use rayon::prelude::*;
 
 use crate::chain::Place;
-use crate::finding::{Finding, Rule};
+use crate::finding::Finding;
 use crate::memo::Memo;
 use crate::scene::Assemblies;
 
+use std::cell::RefMut;
+use std::mem;
+
 pub use stages::{Came, Stage, Stand, stages};
 
+use crate::case::{Case, Looked, Ways};
+use crate::declaration::rule;
+use crate::rule::Rule;
 use arrival::{Arrival, Work, arrivals};
 use order::Order;
 use stuck::Stuck;
 use tools::{count, working};
 
-/// What was found, and how much was looked at.
-#[derive(Default)]
-pub(crate) struct Ways {
-    pub(crate) findings: Vec<Finding>,
-    pub(crate) bodies: usize,
-    pub(crate) tools: usize,
+rule! {
+    /// Every body gets to its place past what stands there already.
+    Motion = "motion",
+    examines: "bodies that get to a place",
+    finds: "bodies that cannot get to their place past what stands there already: each step is \
+             taken apart again, along the motion that it states, the way of a screw, an axis, or \
+             one of 24 directions",
+    limit: "straight ways by up to 160 lines across; a turn every 0.25 mm",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    let mut ways = ways(case);
+    Ok((mem::take(&mut ways.findings), ways.bodies))
+}
+
+/// What was found of ways and tools, once for both rules.
+pub(crate) fn ways<'c>(case: &'c Case<'_>) -> RefMut<'c, Ways> {
+    case.ways(|| examine(case.sensor, case.scene, case.memo))
 }
 
 /// All findings about ways and tools.
-pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways {
+fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways {
     let (arrivals, works) = arrivals(sensor, scene);
     let found = |arrival: &Arrival| {
         let order = Order::find(sensor, arrival, memo);
@@ -73,7 +93,7 @@ fn told(place: &Place, stuck: &Stuck) -> Finding {
             along.map(|along| format!(" along {}", direction(&along.into()))).unwrap_or_default()
         ),
     };
-    let fix = match rule {
+    let fix = match *rule {
         Rule::Access => "put it in before what is in the way, or make room for the tool",
         _ => "bring it before what is in its way, make room, or state another motion in its step",
     };

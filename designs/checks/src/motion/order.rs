@@ -14,8 +14,8 @@ use super::arrival::Arrival;
 use super::path::{contact, follow, is_blocked, is_too_deep};
 use super::stuck::Stuck;
 use super::tools;
-use crate::finding::Rule;
 use crate::memo::{Key, Memo};
+use crate::rule::Rule;
 use crate::scene::Placed;
 
 /// Directions across z that are tried where the axes do not serve.

@@ -7,8 +7,8 @@ use fabkit_geometry::{Occasion, Reach};
 use super::arrival::Work;
 use super::path::{Contact, overlap};
 use super::stuck::Stuck;
-use crate::finding::Rule;
 use crate::memo::{Key, Memo};
+use crate::rule::Rule;
 use crate::scene::{Placed, Tool};
 
 /// How many tools work on a body on an occasion.

@@ -1,0 +1,47 @@
+//! Layers that do not stick to what they are cast onto, or tear off it.
+
+use fabkit_geometry::{Loose, Sensor};
+
+use crate::case::{Case, Looked};
+use crate::declaration::rule;
+use crate::finding::{Finding, Severity};
+use crate::rule::Rule;
+use crate::tearing;
+
+rule! {
+    /// Layers stick to what they are cast onto.
+    Bonding = "bonding",
+    examines: "layers",
+    finds: "layers that are cast onto what they do not stick to",
+    limit: "`bonds` of the materials",
+    for_variants: true,
+    look: apply,
+}
+
+fn apply(case: &Case<'_>) -> Looked {
+    let loose = case.sensor.loose.iter().map(|loose| unbonded(case.sensor, loose));
+    let loose = loose.chain(tearing::examine(case.sensor)).collect();
+    Ok((loose, case.sensor.layers().count()))
+}
+
+/// A layer that is cast onto something that it does not stick to: its shape may hold it all the same.
+fn unbonded(sensor: &Sensor, loose: &Loose) -> Finding {
+    let from = |name: &str| {
+        let body = sensor.body(name);
+        let from =
+            body.map(|body| if body.material.is_empty() { &body.summary } else { &body.material });
+        from.map_or("", String::as_str)
+    };
+    let (layer, on) = (from(&loose.layer), from(&loose.on));
+    let message = format!(
+        "{} of {layer} is cast onto {} of {on}, to which it does not stick",
+        loose.layer, loose.on
+    );
+    let fix = format!(
+        "hold it by its shape or by a glue, take another material, or name a primer in `bonds` of {layer}"
+    );
+    Finding::error(Rule::Bonding, message, fix)
+        .with_severity(Severity::Warning)
+        .in_step(&loose.step)
+        .of([loose.layer.as_str(), loose.on.as_str()])
+}

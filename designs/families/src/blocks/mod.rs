@@ -19,8 +19,8 @@ pub mod marker_grid;
 pub mod marks;
 pub mod mold;
 pub mod mounting;
-pub mod nominal_lens;
 mod o_ring_seat;
+pub mod optics;
 pub mod posted_camera;
 mod rect;
 pub mod sprue;
@@ -29,8 +29,8 @@ mod vented_lid;
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, NominalCamera, NominalLens, Placement,
-    Point3, Pose, PressFit, Sensor, Solid, Vector3,
+    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, NominalCamera, Placement, Point3, Pose,
+    PressFit, Sensor, Solid, Vector3,
 };
 
 use crate::Header;
@@ -39,10 +39,12 @@ use crate::assembling::Name;
 pub(crate) use board_camera::{BoardCamera, board_camera};
 pub use joint::Joint;
 pub(crate) use led_ring::{LedRing, led_ring};
-pub(crate) use nominal_lens::{imaging, nominal_lens};
 pub use o_ring_seat::ORingSeat;
 pub use rect::Rect;
 pub use vented_lid::VentedLid;
+
+/// What holds for every family that has the parameter: name for messages and YAML text.
+pub(crate) const DEFAULTS: (&str, &str) = ("blocks.yaml (defaults)", include_str!("defaults.yaml"));
 
 crate::bodies! {
     /// An LED.
@@ -183,17 +185,6 @@ pub fn press_fit(
 /// A sphere, as surfaces that are touched and patterns on them describe it.
 pub fn sphere(radius_mm: f64) -> EllipsoidOffset {
     EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 }
-}
-
-/// A camera on the axis that looks along +z; its image's right is the sensor's +x.
-pub fn camera_at(
-    pupil_z: f64,
-    [width_px, height_px]: [u32; 2],
-    view: Angle,
-    lens: NominalLens,
-) -> NominalCamera {
-    let sensor_from_camera = Pose::translation(0.0, 0.0, pupil_z);
-    NominalCamera { sensor_from_camera, width_px, height_px, field_of_view: view, lens }
 }
 
 /// A sensor of these bodies, as its file's header calls it.

@@ -2,44 +2,29 @@
 
 use fabkit_geometry::{Angle, Body, Length, Order, Process, Solid};
 
-use super::nominal_lens::LensLaw;
+use super::optics::{LensLaw, Module, Optics, Pictures};
 use super::{
     APART_MM, CAMERA_GREEN, INTO_MM, Joint, PRINTED_WALL_MM, Rect, board_camera, copies, corners,
-    nominal_lens, upright,
+    upright,
 };
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::parameters;
-use crate::parameters::{Report, limits};
+use crate::parameters::{Inline, Report, limits};
 
 parameters! {
     /// The camera and the board it comes on. Its distance follows from the pitch of its pixels.
     pub struct PostedCamera {
-        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
-        module: String = 1..=64,
-        /// Type.
-        model: String = 1..=80,
-        /// Image width in pixels.
-        width_px: u32 = 16..=20000,
-        /// Image height in pixels.
-        height_px: u32 = 16..=20000,
-        /// Frames per second.
-        frame_rate: u32 = 1..=10000,
+        /// Which it is.
+        module: Inline<Module>,
+        /// Its pictures.
+        pictures: Inline<Pictures>,
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=220.0,
         /// How the lens lays angles onto the picture.
         projection: LensLaw,
-        /// How far the focal length may be from what is described, as a share of it.
-        focal_tolerance: f64 = 0.0..=0.2,
-        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
-        centre_tolerance: f64 = 0.0..=0.2,
-        /// Power of the cosine of the angle to the lens's axis, in air, by which pictures are darker there: 4 by the
-        /// natural law, 0 for as bright everywhere.
-        vignetting: f64 = 0.0..=8.0,
-        /// Diameter of the lens's entrance pupil: focal length over f-number; 0 for sharp pictures.
-        aperture: Length = 0.0..=20.0,
-        /// Distance that is in focus, from the optical centre along the axis, as in air.
-        focus: Length = 1.0..=100000.0,
+        /// Its lens.
+        optics: Inline<Optics>,
         /// Distance of neighbouring pixels on what is seen, in the middle, by straight rays.
         pixel_pitch: Length = 0.001..=1.0,
         /// Distance of the optical centre behind the lens's front.
@@ -109,8 +94,11 @@ pub struct Posted<'a> {
 impl PostedCamera {
     /// The angle that a pixel in the middle stands for, rad.
     pub fn rad_per_px(&self) -> f64 {
-        let half_px = f64::from(self.width_px).hypot(f64::from(self.height_px)) / 2.0;
-        nominal_lens!(self).projection.radius(self.field_of_view.rad() / 2.0) / half_px
+        let half_px = {
+            let [x, y] = self.pictures.size_px().map(f64::from);
+            x.hypot(y)
+        } / 2.0;
+        self.projection.projection().radius(self.field_of_view.rad() / 2.0) / half_px
     }
 
     /// In front of a plane at `seen_z`; its base keeps that play around the connector.
@@ -171,8 +159,8 @@ impl Posted<'_> {
         let c = self.camera;
         let [x, y] = c.board_mm();
         let ordered = format!(
-            "{}, {} x {} px at {} fps, {} lens, board {x} x {y} mm",
-            c.model, c.width_px, c.height_px, c.frame_rate, c.field_of_view
+            "{}, {}, {} lens, board {x} x {y} mm",
+            c.module.model, *c.pictures, c.field_of_view
         );
         let thickness = c.board_thickness.mm();
         let holes = self.joint().passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
@@ -184,7 +172,7 @@ impl Posted<'_> {
         let lens = board_camera!(c).lens(self.top_z).turned_from_front();
         CAMERA
             .bought(ordered, solid, [])
-            .ordered(Order::of(&c.model, ""))
+            .ordered(Order::of(&c.module.model, ""))
             .times(1)
             .reached(lens)
             .colored(CAMERA_GREEN)

@@ -6,7 +6,7 @@ use fabkit_geometry::{BoardPlace, BoardSide, Circuit, Connection, KeepOutRegion}
 
 use super::{LED_BOARD, Light, LightFrom};
 use crate::blocks::circuit::{
-    Builder, CHIP_0603, GROUND, LedPackage, SUPPLY, Wire, along_x, camera_to_host, electric,
+    Builder, CHIP_0603, GROUND, LedPackage, SUPPLY, Wire, along_x, camera_to_host,
 };
 use crate::blocks::{LED, PRINTED_WALL_MM};
 
@@ -29,10 +29,10 @@ impl Light<'_> {
 
     fn board_circuit(&self) -> Circuit {
         let leds = self.leds;
-        let mut board = Builder::on(LED_BOARD, leds.supply_volts, leds.supply_ma / 1e3);
+        let mut board = Builder::on(LED_BOARD, &leds.electric);
         let package = LedPackage::Chip([leds.pitch.mm(), leds.width.mm()]);
         board.each_with_resistor(
-            electric!(leds),
+            &leds.electric,
             (&leds.model, package, LED),
             along_x(&self.poses()),
             CHIP_0603,
@@ -72,7 +72,7 @@ impl Light<'_> {
 
     fn strips(&self) -> Circuit {
         let leds = self.leds;
-        let mut wired = Builder::wired("led-strips", leds.supply_volts);
+        let mut wired = Builder::wired("led-strips", leds.electric.supply_volts);
         for wall in 1..=leds.count.min(4) {
             for (net, color) in [(SUPPLY, "red"), (GROUND, "black")] {
                 wired.connection(Connection {
@@ -90,7 +90,7 @@ impl Light<'_> {
                 });
             }
         }
-        let each = leds.current_ma / 1e3;
+        let each = leds.electric.current_a();
         wired.draws(each * self.poses().len() as f64);
         wired.connection(camera_to_host("camera", None, None, "USB"));
         wired.note(

@@ -10,7 +10,7 @@ use super::layout::Layout;
 use super::parameters::Dome;
 use super::wiring;
 use crate::blocks::circuit::{
-    Builder, CHIP_0603, GROUND, LedPackage, SUPPLY, Wire, along_y, camera_to_host, electric,
+    Builder, CHIP_0603, GROUND, LedPackage, SUPPLY, Wire, along_y, camera_to_host,
 };
 use crate::blocks::{LED, turn};
 
@@ -19,10 +19,10 @@ const PAD_MM: [f64; 2] = [1.5, 0.8];
 
 /// LEDs between supply and ground, each with its resistor; two wires; the camera's cable.
 pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
-    let mut board = Builder::on(LED_BOARD, p.leds.supply_volts, p.leds.supply_ma / 1e3);
+    let mut board = Builder::on(LED_BOARD, &p.leds.electric);
     let package = LedPackage::Chip([p.leds.length.mm(), p.leds.width.mm()]);
     board.each_with_resistor(
-        electric!(p.leds),
+        &p.leds.electric,
         (&p.leds.model, package, LED),
         along_y(&led_poses(p, layout)),
         CHIP_0603,

@@ -75,7 +75,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         .opaque(0.3),
         CAMERA
             .bought(camera_specification(p), camera(p, layout), vec![in_sensor().lifted(-46.0)])
-            .ordered(Order::of(&p.camera.model, ""))
+            .ordered(Order::of(&p.camera.module.model, ""))
             .reached(board_camera!(p.camera).lens(layout.camera_board_top_z_mm).turned_from_front())
             .colored(CAMERA_GREEN),
         led_ring!(p.leds).body(each(SENSOR, &led_poses(p, layout), -20.0)),
@@ -137,11 +137,9 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
 
 fn camera_specification(p: &Dome) -> String {
     format!(
-        "{}, {} x {} px at {} fps, {} lens, board {} x {} mm",
-        p.camera.model,
-        p.camera.width_px,
-        p.camera.height_px,
-        p.camera.frame_rate,
+        "{}, {}, {} lens, board {} x {} mm",
+        p.camera.module.model,
+        *p.camera.pictures,
         p.camera.field_of_view,
         p.camera.board_size.mm(),
         p.camera.board_size_y.mm()

@@ -14,7 +14,7 @@ use super::mold::vents;
 use super::parameters::{CableExit, Dome, MoldRoute};
 use super::tooling::{FLANGE_INSET_MM, cup, form, o_ring_seat};
 use super::wiring::{self, Slit};
-use crate::blocks::circuit::{CHIP_0603, electric};
+use crate::blocks::circuit::CHIP_0603;
 use crate::blocks::mounting::{Mounting, outside};
 use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, half_chord, led_ring};
 use crate::fits::Fit;
@@ -133,7 +133,7 @@ fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
     let (length, width) = (p.leds.length.mm(), p.leds.width.mm());
     let circle = p.leds.circle_radius.mm();
     let bore = (layout.shell_bore_radius_mm, "the shell's bore");
-    electric!(p.leds).check("leds.forward_volts", [1, p.leds.count], CHIP_0603, report);
+    p.leds.electric.check("leds.forward_volts", [1, p.leds.count], CHIP_0603, report);
     led_ring!(p.leds).check(p.led_board.bore_radius, bore, report);
     report.require(
         p.leds.count.is_multiple_of(p.shell.ribs),

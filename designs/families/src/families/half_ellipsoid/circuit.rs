@@ -23,19 +23,20 @@ const SWITCH_PINS: [&str; 8] = ["1", "2", "3", "4", "5", "6", "7", "8"];
 
 /// Of the white LEDs and of the UV ones.
 pub fn electric(p: &HalfEllipsoid) -> [Electric; 2] {
-    [p.leds.white_forward_volts, p.leds.uv_forward_volts].map(|forward_v| Electric {
-        supply_v: p.leds.supply_volts,
-        forward_v,
-        current_a: p.leds.current_ma / 1e3,
-        rated_a: p.leds.rated_ma / 1e3,
-        supply_a: p.leds.supply_ma / 1e3,
-        ohms: 0.0,
+    [p.leds.white_forward_volts, p.leds.uv_forward_volts].map(|forward_volts| Electric {
+        supply_volts: p.leds.supply_volts,
+        forward_volts,
+        current_ma: p.leds.current_ma,
+        rated_ma: p.leds.rated_ma,
+        supply_ma: p.leds.supply_ma,
+        resistor_ohms: 0.0,
     })
 }
 
 /// White and UV LEDs parallel, each kind behind one resistor; two channels of a switch turn them on.
 pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
-    let mut board = Builder::on(LED_BOARD, p.leds.supply_volts, p.leds.supply_ma / 1e3);
+    let kinds = electric(p);
+    let mut board = Builder::on(LED_BOARD, &kinds[0]);
     let is_switched = has_parts(p) && p.led_board.wires >= 4;
     let poses = board_part_poses(p, layout);
     let below = |pose: &Pose| BoardPlace::of_body(pose, Vector3::y(), BoardSide::Bottom);
@@ -43,9 +44,8 @@ pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
     let mut channels = Vec::new();
     for (kind, places) in leds_by_kind(p, layout).iter().enumerate() {
         let name = ["WHITE", "UV"][kind];
-        let electric = electric(p)[kind];
         let source = format!("leds.current_ma, leds.{}_forward_volts", name.to_lowercase());
-        let mut calculation = board.calculate(electric, p.leds.pairs, CHIP_0603, &source);
+        let mut calculation = board.calculate(&kinds[kind], p.leds.pairs, CHIP_0603, &source);
         let drawn = has_parts(p).then(|| (below(&poses.resistors[kind]), RESISTOR));
         let after = if is_switched { format!("{name}-R") } else { name.to_owned() };
         let resistor = board.resistor(calculation.ohms, CHIP_0603, drawn, [SUPPLY, &after]);

@@ -36,11 +36,9 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     };
     let c = &p.camera;
     let camera_text = format!(
-        "{}, {} x {} px at {} fps, {} lens, {} x {} mm",
-        c.model,
-        c.width_px,
-        c.height_px,
-        c.frame_rate,
+        "{}, {}, {} lens, {} x {} mm",
+        c.module.model,
+        *c.pictures,
         c.field_of_view,
         c.diameter.mm(),
         c.length.mm()
@@ -59,7 +57,7 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
         vec![
             CAMERA
                 .bought(camera_text, camera(p, layout), [SENSOR.at(front).lifted(6.0)])
-                .ordered(Order::of(&c.model, ""))
+                .ordered(Order::of(&c.module.model, ""))
                 .colored(CAMERA_GREY),
             leds(WHITE_LED, &p.leds.white_model, LED_YELLOW, white),
             leds(UV_LED, &p.leds.uv_model, UV, uv),

@@ -9,7 +9,7 @@ use super::body::led_poses;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::blocks::circuit::{
-    Builder, CHIP_0402, GROUND, LedPackage, SUPPLY, Wire, along_y, camera_to_host, electric,
+    Builder, CHIP_0402, GROUND, LedPackage, SUPPLY, Wire, along_y, camera_to_host,
 };
 use crate::blocks::{LED, turn};
 
@@ -22,10 +22,10 @@ const BESIDE_MM: f64 = 0.21;
 
 /// LEDs between supply and ground, each with its resistor; wires on the lower side.
 pub fn circuit(p: &PinTip, layout: &Layout) -> Circuit {
-    let mut board = Builder::on(LED_BOARD, p.leds.supply_volts, p.leds.supply_ma / 1e3);
+    let mut board = Builder::on(LED_BOARD, &p.leds.electric);
     let package = LedPackage::Chip([p.leds.length.mm(), p.leds.width.mm()]);
     board.each_with_resistor(
-        electric!(p.leds),
+        &p.leds.electric,
         (&p.leds.model, package, LED),
         along_y(&led_poses(p, layout)),
         CHIP_0402,

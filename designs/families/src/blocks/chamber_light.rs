@@ -254,7 +254,7 @@ impl Light<'_> {
     }
 
     fn check_strips(&self, report: &mut Report) {
-        let (leds, chamber, camera) = (self.leds, self.chamber, self.camera.camera);
+        let (leds, chamber, camera) = (self.leds, self.chamber, &*self.camera.camera.board);
         let straight = chamber.straight(0).min(chamber.straight(1));
         limits! { report:
             leds.count <= 4.0, "a chamber has 4 walls";
@@ -270,7 +270,7 @@ impl Light<'_> {
 
     fn check_board(&self, edges: [(&str, Length); 2], report: &mut Report) {
         let (leds, (board, bore)) = (self.leds, self.board_rect());
-        let camera = self.camera.camera;
+        let camera = &*self.camera.camera.board;
         leds.electric.check("leds.forward_volts", [1, 2 * leds.count], CHIP_0603, report);
         limits! { report:
             camera.lens_height >= camera.lens_height.mm() + leds.board_thickness.mm()

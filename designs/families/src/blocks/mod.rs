@@ -2,7 +2,7 @@
 
 pub mod adapter;
 pub mod bayonet;
-mod board_camera;
+pub mod board_camera;
 pub mod cable;
 pub mod cable_way;
 pub mod chamber_light;
@@ -49,6 +49,12 @@ pub(crate) const DEFAULTS: (&str, &str) = ("blocks.yaml (defaults)", include_str
 crate::bodies! {
     /// An LED.
     pub LED "led";
+    /// A wire of the LEDs.
+    pub LED_WIRE "led-wire";
+    /// The camera.
+    pub CAMERA "camera";
+    /// The camera's cable.
+    pub CAMERA_CABLE "camera-cable";
     /// Steel pins that align halves and frames.
     pub DOWEL "dowel";
 }

@@ -6,6 +6,7 @@ use fabkit_geometry::{
     Angle, Length, LensImaging, LensTolerance, NominalCamera, NominalLens, Pose, Projection,
 };
 
+use crate::parameters::Inline;
 use crate::{choices, sections};
 
 choices! {
@@ -52,6 +53,16 @@ sections! {
         aperture: Length = 0.0..=20.0,
         /// Distance that is in focus, from the optical centre along the axis, as in air.
         focus: Length = 1.0..=100000.0,
+    }
+
+    /// What a lens sees on a board or in a housing, whose maker states its angle.
+    pub struct View {
+        /// Full angle of view of the lens, over the image's diagonal.
+        field_of_view: Angle = 10.0..=220.0,
+        /// How the lens lays angles onto the picture.
+        projection: LensLaw,
+        /// What it does to pictures.
+        optics: Inline<Optics>,
     }
 }
 
@@ -106,5 +117,18 @@ impl Optics {
         let sensor_from_camera = Pose::translation(0.0, 0.0, pupil_z);
         let lens = self.lens(law, width_px);
         NominalCamera { sensor_from_camera, width_px, height_px, field_of_view, lens }
+    }
+}
+
+impl View {
+    /// The camera on the axis, see [`Optics::camera_at`].
+    pub fn camera_at(&self, pupil_z: f64, size_px: [u32; 2]) -> NominalCamera {
+        self.optics.camera_at(pupil_z, size_px, (self.field_of_view, self.projection))
+    }
+
+    /// The angle that a pixel in the middle of such a picture stands for, rad.
+    pub fn rad_per_px(&self, size_px: [u32; 2]) -> f64 {
+        let [x, y] = size_px.map(f64::from);
+        self.projection.projection().radius(self.field_of_view.rad() / 2.0) / (x.hypot(y) / 2.0)
     }
 }

@@ -1,11 +1,12 @@
 //! A small camera on posts: its board is screwed to a base, and looks along +z at a plane.
 
-use fabkit_geometry::{Angle, Body, Length, Order, Process, Solid};
+use fabkit_geometry::{Body, Length, Order, Process, Solid};
 
-use super::optics::{LensLaw, Module, Optics, Pictures};
+use super::board_camera::Board;
+use super::optics::{Module, Pictures, View};
 use super::{
-    APART_MM, CAMERA_GREEN, INTO_MM, Joint, PRINTED_WALL_MM, Rect, board_camera, copies, corners,
-    upright,
+    APART_MM, CAMERA, CAMERA_GREEN, INTO_MM, Joint, PRINTED_WALL_MM, Rect, board_camera, copies,
+    corners, upright,
 };
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
@@ -19,42 +20,15 @@ parameters! {
         module: Inline<Module>,
         /// Its pictures.
         pictures: Inline<Pictures>,
-        /// Full angle of view of the lens, over the image's diagonal.
-        field_of_view: Angle = 10.0..=220.0,
-        /// How the lens lays angles onto the picture.
-        projection: LensLaw,
-        /// Its lens.
-        optics: Inline<Optics>,
+        /// What its lens sees.
+        view: Inline<View>,
         /// Distance of neighbouring pixels on what is seen, in the middle, by straight rays.
         pixel_pitch: Length = 0.001..=1.0,
-        /// Distance of the optical centre behind the lens's front.
-        pupil_behind_front: Length = 0.0..=20.0,
-        /// Edge of the board along x.
-        board_size: Length = 4.0..=60.0,
-        /// Edge of the board along y.
-        board_size_y: Length = 4.0..=60.0,
-        /// Thickness of the board.
-        board_thickness: Length = 0.4..=3.2,
-        /// Distance of the screw holes' centres along x.
-        screw_spacing: Length = 2.0..=58.0,
-        /// Distance of the screw holes' centres along y.
-        screw_spacing_y: Length = 2.0..=58.0,
-        /// Edge of the square lens holder.
-        holder_size: Length = 2.0..=40.0,
-        /// Height of the lens holder above the board.
-        holder_height: Length = 0.5..=30.0,
-        /// Diameter of the lens barrel.
-        barrel_diameter: Length = 1.0..=40.0,
-        /// Height of the lens's front above the board.
-        lens_height: Length = 1.0..=60.0,
+        /// Its board and lens.
+        board: Inline<Board>,
         /// Room behind the board for connector and cable: the height of the posts.
         back_clearance: Length = 1.0..=20.0,
     }
-}
-
-crate::bodies! {
-    /// The camera.
-    pub CAMERA "camera";
 }
 
 /// What holds the board.
@@ -94,19 +68,15 @@ pub struct Posted<'a> {
 impl PostedCamera {
     /// The angle that a pixel in the middle stands for, rad.
     pub fn rad_per_px(&self) -> f64 {
-        let half_px = {
-            let [x, y] = self.pictures.size_px().map(f64::from);
-            x.hypot(y)
-        } / 2.0;
-        self.projection.projection().radius(self.field_of_view.rad() / 2.0) / half_px
+        self.view.rad_per_px(self.pictures.size_px())
     }
 
     /// In front of a plane at `seen_z`; its base keeps that play around the connector.
     pub fn before(&self, seen_z: f64, play_mm: f64) -> Posted<'_> {
         let pupil_z = seen_z - self.pixel_pitch.mm() / self.rad_per_px();
-        let front_z = pupil_z + self.pupil_behind_front.mm();
-        let top_z = front_z - self.lens_height.mm();
-        let bottom_z = top_z - self.board_thickness.mm();
+        let front_z = pupil_z + self.board.pupil_behind_front.mm();
+        let top_z = front_z - self.board.lens_height.mm();
+        let bottom_z = top_z - self.board.board_thickness.mm();
         let foot_z = bottom_z - self.back_clearance.mm();
         Posted { camera: self, pupil_z, front_z, top_z, bottom_z, foot_z, play_mm }
     }
@@ -114,18 +84,18 @@ impl PostedCamera {
     /// Radius of a hole that the lens's holder passes, mm: in a circuit board, which stays one however
     /// others are made.
     pub fn bore_mm(&self) -> f64 {
-        let holder = self.holder_size.mm() / 2f64.sqrt();
-        holder.max(self.barrel_diameter.mm() / 2.0) + gap_mm(Process::Fdm, Fit::Free)
+        let holder = self.board.holder_size.mm() / 2f64.sqrt();
+        holder.max(self.board.barrel_diameter.mm() / 2.0) + gap_mm(Process::Fdm, Fit::Free)
     }
 
     /// Distances of the screws along x and y, mm.
     pub fn spacing_mm(&self) -> [f64; 2] {
-        [self.screw_spacing, self.screw_spacing_y].map(Length::mm)
+        [self.board.screw_spacing, self.board.screw_spacing_y].map(Length::mm)
     }
 
     /// Edges of the board along x and y, mm.
     pub fn board_mm(&self) -> [f64; 2] {
-        [self.board_size, self.board_size_y].map(Length::mm)
+        [self.board.board_size, self.board.board_size_y].map(Length::mm)
     }
 }
 
@@ -160,16 +130,17 @@ impl Posted<'_> {
         let [x, y] = c.board_mm();
         let ordered = format!(
             "{}, {}, {} lens, board {x} x {y} mm",
-            c.module.model, *c.pictures, c.field_of_view
+            c.module.model, *c.pictures, c.view.field_of_view
         );
-        let thickness = c.board_thickness.mm();
+        let thickness = c.board.board_thickness.mm();
         let holes = self.joint().passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
         let ([x, y], bottom) = (self.connector_mm(), self.foot_z + CONNECTOR_ABOVE_MM);
         let connector = Solid::cuboid(x, y / 2.0, self.bottom_z + INTO_MM - bottom)
             .at_z(bottom)
             .named("connector");
-        let solid = board_camera!(c).solid([self.bottom_z, self.top_z], holes.tools, connector);
-        let lens = board_camera!(c).lens(self.top_z).turned_from_front();
+        let solid =
+            board_camera!(c.board).solid([self.bottom_z, self.top_z], holes.tools, connector);
+        let lens = board_camera!(c.board).lens(self.top_z).turned_from_front();
         CAMERA
             .bought(ordered, solid, [])
             .ordered(Order::of(&c.module.model, ""))
@@ -181,7 +152,7 @@ impl Posted<'_> {
     /// Reports what keeps the camera from being put together on a base `base_mm` thick, in a room.
     /// The section must be called `camera`; `from` are the paths that the room's edges follow from.
     pub fn check(&self, base_mm: f64, room: Rect, from: &[&str], report: &mut Report) {
-        let camera = self.camera;
+        let camera = &*self.camera.board;
         let head = SCREW.head_diameter_mm() / 2.0;
         let bite = SCREW.length_mm + PILOT_SPARE_MM - camera.board_thickness.mm();
         limits! { report:
@@ -194,9 +165,10 @@ impl Posted<'_> {
                 "the connector lies between the posts";
             camera.screw_spacing <= camera.board_size.mm() - SCREW.clearance_hole_mm() - 1.0,
                 "the screws' holes need half a millimetre of board around them";
-            camera.back_clearance >= bite + FLOOR_MM - base_mm,
-                "the camera's M1.6x5 screws end inside posts and base";
         }
+        let posts = bite + FLOOR_MM - base_mm;
+        let because = "the camera's M1.6x5 screws end inside posts and base";
+        report.at_least("camera.back_clearance", self.camera.back_clearance, posts, because);
         if camera.screw_spacing != camera.screw_spacing_y
             || camera.board_size != camera.board_size_y
         {
@@ -212,7 +184,7 @@ impl Posted<'_> {
             }
         }
         report.require(
-            room.holds(camera.board_mm().map(|mm| mm / 2.0), APART_MM),
+            room.holds(self.camera.board_mm().map(|mm| mm / 2.0), APART_MM),
             "camera.board_size",
             || {
                 format!(

@@ -108,8 +108,7 @@ const RED_BLUE_GREEN: [usize; 3] = [0, 2, 1];
 /// The camera, turned as its plug is.
 fn nominal(p: &Cap) -> NominalCamera {
     let c = &p.camera;
-    let view = (c.field_of_view, c.projection);
-    let camera = c.optics.camera_at(-c.depth.mm(), c.pictures.size_px(), view);
+    let camera = c.view.camera_at(-c.depth.mm(), c.pictures.size_px());
     let sensor_from_camera = components::turned(p, camera.sensor_from_camera);
     NominalCamera { sensor_from_camera, ..camera }
 }

@@ -5,7 +5,7 @@ use fabkit_geometry::{Angle, Length};
 use crate::blocks::cable_way::Side;
 use crate::blocks::marks::{Listed, RoundPattern};
 use crate::blocks::mounting::Mount;
-use crate::blocks::optics::{LensLaw, Module, Optics, Pictures};
+use crate::blocks::optics::{Module, Pictures, View};
 use crate::materials::Castable;
 use crate::parameters::Inline;
 use crate::processes::Making;
@@ -136,12 +136,8 @@ sections! {
         lens: String = 1..=80,
         /// Its pictures.
         pictures: Inline<Pictures>,
-        /// Full angle of view of the lens, over the image's diagonal.
-        field_of_view: Angle = 10.0..=220.0,
-        /// How the lens lays angles onto the picture.
-        projection: LensLaw,
-        /// Its lens.
-        optics: Inline<Optics>,
+        /// What its lens sees.
+        view: Inline<View>,
         /// Distance of the optical centre below the skin's foot.
         depth: Length = 1.0..=100.0,
         /// Distance of the optical centre behind the lens's front.

@@ -76,7 +76,11 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         CAMERA
             .bought(camera_specification(p), camera(p, layout), vec![in_sensor().lifted(-46.0)])
             .ordered(Order::of(&p.camera.module.model, ""))
-            .reached(board_camera!(p.camera).lens(layout.camera_board_top_z_mm).turned_from_front())
+            .reached(
+                board_camera!(p.camera.board)
+                    .lens(layout.camera_board_top_z_mm)
+                    .turned_from_front(),
+            )
             .colored(CAMERA_GREEN),
         led_ring!(p.leds).body(each(SENSOR, &led_poses(p, layout), -20.0)),
     ];
@@ -140,15 +144,15 @@ fn camera_specification(p: &Dome) -> String {
         "{}, {}, {} lens, board {} x {} mm",
         p.camera.module.model,
         *p.camera.pictures,
-        p.camera.field_of_view,
-        p.camera.board_size.mm(),
-        p.camera.board_size_y.mm()
+        p.camera.view.field_of_view,
+        p.camera.board.board_size.mm(),
+        p.camera.board.board_size_y.mm()
     )
 }
 
 /// Board with four holes, lens holder and barrel, connector behind.
 fn camera(p: &Dome, layout: &Layout) -> Solid {
-    let thickness = p.camera.board_thickness.mm();
+    let thickness = p.camera.board.board_thickness.mm();
     let holes = Joints::new(p, layout).camera.passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
     let edges = relief_edges_mm(p).map(|edge| edge - 2.0);
     let connector =
@@ -156,7 +160,7 @@ fn camera(p: &Dome, layout: &Layout) -> Solid {
             .at_z(layout.relief_z_mm + 0.5)
             .named("connector");
     let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
-    board_camera!(p.camera).solid(heights, holes.tools, connector)
+    board_camera!(p.camera.board).solid(heights, holes.tools, connector)
 }
 
 fn dowel(p: &Dome) -> Dowel {

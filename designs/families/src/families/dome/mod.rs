@@ -98,8 +98,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
         layers.extend(both.map(|cavity| tooling::silicone_mold(p, &layout, cavity)));
     }
     let c = &p.camera;
-    let view = (c.field_of_view, c.projection);
-    let camera = c.optics.camera_at(-c.depth.mm(), c.pictures.size_px(), view);
+    let camera = c.view.camera_at(-c.depth.mm(), c.pictures.size_px());
     let bodies = parts.into_iter().chain(layers).chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),

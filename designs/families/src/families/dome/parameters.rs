@@ -2,11 +2,12 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::blocks::board_camera::Board;
 use crate::blocks::circuit::Electric;
 use crate::blocks::cup_and_bridge::Form;
 use crate::blocks::mold::Mold;
 use crate::blocks::mounting::Mount;
-use crate::blocks::optics::{LensLaw, Module, Optics, Pictures};
+use crate::blocks::optics::{Module, Pictures, View};
 use crate::materials::Castable;
 use crate::parameters::Inline;
 use crate::processes::Making;
@@ -190,34 +191,12 @@ sections! {
         pictures: Inline<Pictures>,
         /// Quality of the JPEG in which it sends pictures, as encoders count it; 0 for none.
         jpeg_quality: u32 = 0..=100,
-        /// Full angle of view of the lens, over the image's diagonal.
-        field_of_view: Angle = 10.0..=220.0,
-        /// How the lens lays angles onto the picture.
-        projection: LensLaw,
-        /// Its lens.
-        optics: Inline<Optics>,
+        /// What its lens sees.
+        view: Inline<View>,
         /// Distance of the optical centre below the sensing surface's foot.
         depth: Length = 0.0..=100.0,
-        /// Distance of the optical centre behind the lens's front.
-        pupil_behind_front: Length = 0.0..=20.0,
-        /// Edge of the board along x.
-        board_size: Length = 4.0..=60.0,
-        /// Edge of the board along y.
-        board_size_y: Length = 4.0..=60.0,
-        /// Thickness of the board.
-        board_thickness: Length = 0.4..=3.2,
-        /// Distance of the screw holes' centres along x.
-        screw_spacing: Length = 2.0..=58.0,
-        /// Distance of the screw holes' centres along y.
-        screw_spacing_y: Length = 2.0..=58.0,
-        /// Edge of the square lens holder.
-        holder_size: Length = 2.0..=40.0,
-        /// Height of the lens holder above the board.
-        holder_height: Length = 0.5..=30.0,
-        /// Diameter of the lens barrel.
-        barrel_diameter: Length = 1.0..=40.0,
-        /// Height of the lens's front above the board.
-        lens_height: Length = 1.0..=60.0,
+        /// Its board and lens.
+        board: Inline<Board>,
         /// Room behind the board for connector and parts.
         back_clearance: Length = 0.5..=10.0,
     }

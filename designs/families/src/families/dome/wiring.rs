@@ -105,7 +105,7 @@ const BESIDE_BOARD_MM: f64 = 0.5;
 fn hole_radius(p: &Dome) -> f64 {
     let hole = p.led_board.wire_hole_diameter.mm();
     let out = way(p).vector(Vector3::x());
-    let edge = [p.camera.board_size, p.camera.board_size_y].map(|edge| edge.mm() / 2.0);
+    let edge = [p.camera.board.board_size, p.camera.board.board_size_y].map(|edge| edge.mm() / 2.0);
     let board = (edge[0] / out.x.abs().max(1e-9)).min(edge[1] / out.y.abs().max(1e-9));
     let beside = board + BESIDE_BOARD_MM + p.cables.wire_diameter.mm() / 2.0;
     let inside = p.led_board.bore_radius.mm() + hole;

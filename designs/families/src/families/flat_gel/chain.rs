@@ -11,8 +11,7 @@ use crate::assembling::{
 use crate::blocks::chamber_light::{LED_BOARD, LightFrom};
 use crate::blocks::frame_mold::FLOOR;
 use crate::blocks::marker_grid::{MARKERS, STENCIL};
-use crate::blocks::posted_camera::CAMERA;
-use crate::blocks::{DOWEL, LED};
+use crate::blocks::{CAMERA, DOWEL, LED};
 use crate::materials::Castable;
 
 /// What a primer and an adhesive for silicone need before the next step.

@@ -93,8 +93,8 @@ fn lighting(p: &FlatGel, layout: &Layout) -> Lighting {
 /// The camera, the long side of its picture along that of the pad.
 fn nominal(layout: &Layout) -> NominalCamera {
     let c = layout.camera.camera;
-    let (size, view) = (c.pictures.size_px(), (c.field_of_view, c.projection));
-    let camera = c.optics.camera_at(layout.camera.pupil_z, size, view);
+    let size = c.pictures.size_px();
+    let camera = c.view.camera_at(layout.camera.pupil_z, size);
     let turned = layout.pad.longer() == usize::from(size[0] >= size[1]);
     let quarter = Angle::from_deg(if turned { 90.0 } else { 0.0 }).expect("finite");
     let sensor_from_camera = camera.sensor_from_camera.then_in(Pose::rotation_z(quarter));

@@ -29,8 +29,8 @@ mod vented_lid;
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, NominalCamera, Placement, Point3, Pose,
-    PressFit, Sensor, Solid, Vector3,
+    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, NominalCamera, NominalLens, Placement,
+    Point3, Pose, PressFit, Sensor, Solid, Vector3,
 };
 
 use crate::Header;
@@ -191,6 +191,17 @@ pub fn press_fit(
 /// A sphere, as surfaces that are touched and patterns on them describe it.
 pub fn sphere(radius_mm: f64) -> EllipsoidOffset {
     EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 }
+}
+
+/// A camera on the axis that looks along +z; its image's right is the sensor's +x.
+pub fn camera_at(
+    pupil_z: f64,
+    [width_px, height_px]: [u32; 2],
+    view: Angle,
+    lens: NominalLens,
+) -> NominalCamera {
+    let sensor_from_camera = Pose::translation(0.0, 0.0, pupil_z);
+    NominalCamera { sensor_from_camera, width_px, height_px, field_of_view: view, lens }
 }
 
 /// A sensor of these bodies, as its file's header calls it.

@@ -3,9 +3,10 @@
 use std::fmt::{self, Display, Formatter};
 
 use fabkit_geometry::{
-    Angle, Length, LensImaging, LensTolerance, NominalCamera, NominalLens, Pose, Projection,
+    Angle, Length, LensImaging, LensTolerance, NominalCamera, NominalLens, Projection,
 };
 
+use super::camera_at;
 use crate::parameters::Inline;
 use crate::{choices, sections};
 
@@ -106,17 +107,14 @@ impl Optics {
         }
     }
 
-    /// A camera on the axis, its pupil there, that looks along +z with a full angle of view over the
-    /// picture's diagonal; its picture's right is the sensor's +x.
+    /// The camera as [`camera_at`] says, with such a lens.
     pub fn camera_at(
         &self,
         pupil_z: f64,
-        [width_px, height_px]: [u32; 2],
-        (field_of_view, law): (Angle, LensLaw),
+        size_px: [u32; 2],
+        (view, law): (Angle, LensLaw),
     ) -> NominalCamera {
-        let sensor_from_camera = Pose::translation(0.0, 0.0, pupil_z);
-        let lens = self.lens(law, width_px);
-        NominalCamera { sensor_from_camera, width_px, height_px, field_of_view, lens }
+        camera_at(pupil_z, size_px, view, self.lens(law, size_px[0]))
     }
 }
 

@@ -14,6 +14,10 @@ pub const SUPPLY: &str = "V+";
 /// Net of ground.
 pub const GROUND: &str = "GND";
 
+/// Both wires of lamps: net, colour of the insulation, and what it leads to.
+pub const TO_SUPPLY: [(&str, &str, &str); 2] =
+    [(SUPPLY, "red", "supply"), (GROUND, "black", "ground of the supply")];
+
 /// A chip resistor's package with what it bears, W: thick film at 70 degrees Celsius (Yageo RC and Vishay CRCW
 /// alike), and its length and width, mm (IEC 60115-8).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -402,6 +406,19 @@ impl Builder {
         self.circuit.connections.push(connection);
     }
 
+    /// Supply and ground of strips of LEDs, which are called so and numbered.
+    pub fn strips(&mut self, count: u32, called: &str, supply: &str) {
+        let numbers = (1..=count).flat_map(|number| TO_SUPPLY.map(|wire| (number, wire)));
+        self.circuit.connections.extend(numbers.map(|(number, (net, color, to))| Connection {
+            from: format!("{called} {number}, {net}"),
+            to: if net == SUPPLY { supply } else { to }.to_owned(),
+            carries: net.to_owned(),
+            by: None,
+            length_mm: None,
+            color: Some(color.to_owned()),
+        }));
+    }
+
     /// What to mind.
     pub fn note(&mut self, text: impl Into<String>) {
         self.circuit.notes.push(text.into());
@@ -439,6 +456,22 @@ pub struct Wire<'a> {
     pub length_mm: Option<f64>,
     /// Of its insulation.
     pub color: &'a str,
+}
+
+impl<'a> Wire<'a> {
+    /// One of [`TO_SUPPLY`] on a pad alone, not drawn.
+    pub fn undrawn(
+        place: BoardPlace,
+        pad_mm: [f64; 2],
+        (_, color, to): (&str, &'a str, &'a str),
+    ) -> Self {
+        Self { place, hole_mm: None, pad_mm, by: None, to, length_mm: None, color }
+    }
+}
+
+/// All around the board's middle, between two radii, mm.
+pub fn all_around([inner_mm, outer_mm]: [f64; 2]) -> KeepOutRegion {
+    KeepOutRegion::Sector { inner_mm, outer_mm, middle_rad: 0.0, half_rad: std::f64::consts::PI }
 }
 
 /// Where LEDs that are drawn with their length along x have their pins.

@@ -1,13 +1,10 @@
 //! A small camera on posts: its board is screwed to a base, and looks along +z at a plane.
 
-use fabkit_geometry::{Body, Length, Order, Process, Solid};
+use fabkit_geometry::{Body, Length, Process, Solid};
 
 use super::board_camera::Board;
 use super::optics::{Module, Pictures, View};
-use super::{
-    APART_MM, CAMERA, CAMERA_GREEN, INTO_MM, Joint, PRINTED_WALL_MM, Rect, board_camera, copies,
-    corners, upright,
-};
+use super::{APART_MM, INTO_MM, Joint, PRINTED_WALL_MM, Rect, copies, corners, upright};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::parameters;
@@ -127,26 +124,15 @@ impl Posted<'_> {
     /// The camera; where it stands, its family says.
     pub fn body(&self) -> Body {
         let c = self.camera;
-        let [x, y] = c.board_mm();
-        let ordered = format!(
-            "{}, {}, {} lens, board {x} x {y} mm",
-            c.module.model, *c.pictures, c.view.field_of_view
-        );
         let thickness = c.board.board_thickness.mm();
         let holes = self.joint().passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
         let ([x, y], bottom) = (self.connector_mm(), self.foot_z + CONNECTOR_ABOVE_MM);
         let connector = Solid::cuboid(x, y / 2.0, self.bottom_z + INTO_MM - bottom)
             .at_z(bottom)
             .named("connector");
-        let solid =
-            board_camera!(c.board).solid([self.bottom_z, self.top_z], holes.tools, connector);
-        let lens = board_camera!(c.board).lens(self.top_z).turned_from_front();
-        CAMERA
-            .bought(ordered, solid, [])
-            .ordered(Order::of(&c.module.model, ""))
-            .times(1)
-            .reached(lens)
-            .colored(CAMERA_GREEN)
+        let heights = [self.bottom_z, self.top_z];
+        let which = (&*c.module, &*c.pictures, &*c.view);
+        c.board.bought(which, heights, holes.tools, connector)
     }
 
     /// Reports what keeps the camera from being put together on a base `base_mm` thick, in a room.

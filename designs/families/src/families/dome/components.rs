@@ -14,7 +14,7 @@ use super::wiring;
 use crate::assembling::{AssemblyName, SENSOR, in_sensor};
 use crate::blocks::cup_and_bridge::CupAndBridge;
 use crate::blocks::mold::{lid_dowel_poses, side_dowel_poses};
-use crate::blocks::{CAMERA_GREEN, DOWEL, GLASS, INTO_MM, RUBBER, board_camera, led_ring, merged};
+use crate::blocks::{DOWEL, GLASS, INTO_MM, RUBBER, led_ring, merged};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Dowel;
 
@@ -73,15 +73,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         ))
         .colored(GLASS)
         .opaque(0.3),
-        CAMERA
-            .bought(camera_specification(p), camera(p, layout), vec![in_sensor().lifted(-46.0)])
-            .ordered(Order::of(&p.camera.module.model, ""))
-            .reached(
-                board_camera!(p.camera.board)
-                    .lens(layout.camera_board_top_z_mm)
-                    .turned_from_front(),
-            )
-            .colored(CAMERA_GREEN),
+        camera(p, layout).placed([in_sensor().lifted(-46.0)]),
         led_ring!(p.leds).body(each(SENSOR, &led_poses(p, layout), -20.0)),
     ];
     let screws = [
@@ -139,19 +131,8 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     sensor.into_iter().chain(wiring::bodies(p, layout)).chain(screws).chain(tools).collect()
 }
 
-fn camera_specification(p: &Dome) -> String {
-    format!(
-        "{}, {}, {} lens, board {} x {} mm",
-        p.camera.module.model,
-        *p.camera.pictures,
-        p.camera.view.field_of_view,
-        p.camera.board.board_size.mm(),
-        p.camera.board.board_size_y.mm()
-    )
-}
-
 /// Board with four holes, lens holder and barrel, connector behind.
-fn camera(p: &Dome, layout: &Layout) -> Solid {
+fn camera(p: &Dome, layout: &Layout) -> Body {
     let thickness = p.camera.board.board_thickness.mm();
     let holes = Joints::new(p, layout).camera.passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
     let edges = relief_edges_mm(p).map(|edge| edge - 2.0);
@@ -160,7 +141,8 @@ fn camera(p: &Dome, layout: &Layout) -> Solid {
             .at_z(layout.relief_z_mm + 0.5)
             .named("connector");
     let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
-    board_camera!(p.camera.board).solid(heights, holes.tools, connector)
+    let c = &p.camera;
+    c.board.bought((&c.module, &c.pictures, &c.view), heights, holes.tools, connector)
 }
 
 fn dowel(p: &Dome) -> Dowel {

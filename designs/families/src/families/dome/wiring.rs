@@ -13,7 +13,7 @@ use super::layout::Layout;
 use super::parameters::{CableExit, Dome};
 use crate::assembling::{SENSOR, in_sensor};
 use crate::blocks::adapter::Exit;
-use crate::blocks::cable::{Cable, GIVES_MM, WIRE_MM};
+use crate::blocks::cable::{Cable, GIVES_MM, wire_order};
 use crate::blocks::{APART_MM, INTO_MM, RUBBER, half_chord, holes, turn};
 use crate::fits::Fit;
 
@@ -250,13 +250,7 @@ pub fn bodies(p: &Dome, layout: &Layout) -> Vec<Body> {
                 wire.solid(),
                 places,
             )
-            .ordered(
-                Order::of(
-                    "stranded wire",
-                    format!("{} mm over its insulation", p.cables.wire_diameter.mm()),
-                )
-                .cut_to(WIRE_MM),
-            )
+            .ordered(wire_order(p.cables.wire_diameter))
             .colored([190, 60, 50])
             .giving(GIVES_MM),
     ]

@@ -1,7 +1,7 @@
 //! What is soldered to the LED board: two kinds of LEDs, a resistor and a switch for each kind.
 
 use fabkit_geometry::{
-    BoardPlace, BoardSide, Circuit, CircuitKind, CircuitPart, KeepOutRegion, Land, Pose, Vector3,
+    BoardPlace, BoardSide, Circuit, CircuitKind, CircuitPart, Land, Pose, Vector3,
 };
 
 use super::bodies::*;
@@ -10,7 +10,8 @@ use super::housing::{leds_by_kind, wire_places, wire_slot};
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use crate::blocks::circuit::{
-    Builder, CHIP_0603, Electric, GROUND, LedPackage, SUPPLY, Wire, along_y, camera_to_host,
+    Builder, CHIP_0603, Electric, GROUND, LedPackage, SUPPLY, Wire, all_around, along_y,
+    camera_to_host,
 };
 
 /// A wire's pad outwards from its hole, mm.
@@ -80,12 +81,7 @@ pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
         nets = vec![(SUPPLY, "red"), ("WHITE-ON", "white"), ("UV-ON", "violet"), (GROUND, "black")];
     }
     wires(p, layout, &mut board, &nets);
-    let diffuser = KeepOutRegion::Sector {
-        inner_mm: layout.diffuser_wall_radius_mm,
-        outer_mm: layout.board_radius_mm + 1.0,
-        middle_rad: 0.0,
-        half_rad: std::f64::consts::PI,
-    };
+    let diffuser = all_around([layout.diffuser_wall_radius_mm, layout.board_radius_mm + 1.0]);
     board.keep_out(BoardSide::Top, diffuser, "the diffusion ring's wall");
     board.test_points();
     board.connection(camera_to_host(

@@ -10,7 +10,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use crate::assembling::{Name, SENSOR};
-use crate::blocks::cable::{GIVES_MM, WIRE_MM};
+use crate::blocks::cable::{GIVES_MM, wire_order};
 use crate::blocks::{INTO_MM, LED_YELLOW};
 
 const UV: Color = [170, 130, 230];
@@ -63,13 +63,7 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
             leds(UV_LED, &p.leds.uv_model, UV, uv),
             LED_WIRE
                 .bought(wire_text, wire, wires)
-                .ordered(
-                    Order::of(
-                        "stranded wire",
-                        format!("{} mm over its insulation", p.led_board.wire_diameter.mm()),
-                    )
-                    .cut_to(WIRE_MM),
-                )
+                .ordered(wire_order(p.led_board.wire_diameter))
                 .colored(UV)
                 .giving(GIVES_MM),
         ],

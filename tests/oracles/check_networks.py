@@ -3,16 +3,16 @@
     python check_networks.py NETWORK.onnx...
 
 Each network has its card beside it, or is taken for R-Tac0's published one. Errors are over pixels that something
-presses, and over all that the first network looks at. Needs fabkit from Python. On demand: networks are not in
-this repository; `python -m fabkit.bench.network rtac0 -o NETWORK.onnx` trains one.
+presses, and over all that the first network looks at. Needs fabkit and fabkit-bench from Python. On demand: networks are not in
+this repository; `python -m fabkit_bench.network rtac0 -o NETWORK.onnx` trains one.
 """
 
 import sys
 
 import fabkit.sim as sim
 import numpy as np
-from fabkit.bench.network import maps, presses
 from fabkit.designs import load
+from fabkit_bench.network import maps, presses
 
 
 def main() -> None:

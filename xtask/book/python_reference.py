@@ -1,6 +1,6 @@
-"""Writes the reference of the Python package as Markdown, from signatures and docstrings.
+"""Writes the reference of the Python packages as Markdown, from signatures and docstrings.
 
-    python python_reference.py PACKAGE_FOLDER
+    python python_reference.py PACKAGE_FOLDER [FOLDER_OF_ANOTHER...]
 
 Reads the sources without importing them: what is not built can be documented all the same. Public is
 what `__all__` of a module names, or without it every name without a leading underscore.
@@ -42,27 +42,35 @@ def main(package):
         print(prose(ast.get_docstring(tree)))
         for node in public:
             describe(node, f"{package.name}.{stem}.")
-    for inner in sorted(package.glob("*/__init__.py")):
-        tree, name = ast.parse(inner.read_text()), f"{package.name}.{inner.parent.name}"
-        print(f"\n## {name}\n")
-        print(prose(ast.get_docstring(tree)))
-        parts = {path.stem: ast.parse(path.read_text()) for path in inner.parent.glob("*.py")}
-        found = sources(tree, name, parts)
-        for public in names_in(tree):
-            describe(found[public], f"{name}.")
+
+
+def describe_beside(package):
+    """A package of its own, by the names that it gives away."""
+    tree, name = ast.parse((package / "__init__.py").read_text()), package.name
+    print(f"\n## {name}\n")
+    print(prose(ast.get_docstring(tree)))
+    parts = {path.stem: ast.parse(path.read_text()) for path in package.glob("*.py")}
+    found = sources(tree, name, parts)
+    for public in names_in(tree):
+        describe(found[public], f"{name}.")
 
 
 def follow(tree, package, private):
-    """Give a module what it takes from private ones and names as its own."""
+    """Give a module what it takes from private ones and names as its own, or inherits."""
     own = set(names_in(tree)) if "__all__" in assigned(tree) else set()
     for node in list(tree.body):
         path = isinstance(node, ast.ImportFrom) and private.get(
             node.module.removeprefix(f"{package}.")
         )
-        names = own & {alias.name for alias in node.names} if path else set()
-        if names:
-            parts = ast.parse(path.read_text()).body
-            tree.body += [part for part in parts if getattr(part, "name", None) in names]
+        if not path:
+            continue
+        named = {alias.name for alias in node.names}
+        parts = [part for part in ast.parse(path.read_text()).body if hasattr(part, "name")]
+        tree.body += [part for part in parts if part.name in own & named]
+        bases = {part.name: part for part in parts if part.name in named}
+        for heir in tree.body:
+            for base in getattr(heir, "bases", ()):
+                heir.body += bases[base.id].body if ast.unparse(base) in bases else []
 
 
 def sources(tree, package, modules):
@@ -184,3 +192,5 @@ def prose(text):
 
 if __name__ == "__main__":
     main(Path(sys.argv[1]))
+    for beside in sys.argv[2:]:
+        describe_beside(Path(beside))

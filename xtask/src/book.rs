@@ -21,6 +21,9 @@ use pages::Runner;
 /// What generated pages say of themselves.
 const GENERATED: &str = "<!-- Made by `cargo xtask book`; do not edit. -->";
 
+/// Folders of the Python packages, in the order of their reference.
+const PACKAGES: [&str; 2] = ["fabkit/python/fabkit", "simulation/bench/fabkit_bench"];
+
 /// A page as it should be.
 pub struct Output {
     /// Below `docs/`.
@@ -49,9 +52,10 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
     let pages = structure::pages(&docs)?;
     let mut faults = structure::faults(&docs, &pages)?;
     if let Some(python) = python {
-        let package = match importable(&python, "fabkit") {
-            true => None,
-            false => Some(crate::python_package::unpacked()?),
+        let package = if importable(&python, "fabkit") {
+            None
+        } else {
+            Some(crate::python_package::unpacked()?)
         };
         let runner = || Runner::new(&fabkit, &python, package.as_deref());
         let chosen: Vec<_> = pages
@@ -145,7 +149,8 @@ fn reference(fabkit: &Path, python: Option<&Path>) -> Result<(), String> {
 
 fn python_page(python: &Path) -> Result<Output, String> {
     let script = root().join("xtask/book/python_reference.py");
-    let text = output(Command::new(python).arg(script).arg(root().join("fabkit/python/fabkit")))?;
+    let packages = PACKAGES.map(|package| root().join(package));
+    let text = output(Command::new(python).arg(script).args(packages))?;
     let text = format!("# Python\n\n{GENERATED}\n\n{text}");
     Ok(Output { path: PathBuf::from("reference/python.md"), text })
 }

@@ -1,4 +1,5 @@
-//! `cargo xtask python`: the Python package as its users get it, from the wheel.
+//! `cargo xtask python`: the Python packages as their users get them, from wheels: fabkit-cad, and fabkit-bench, which its
+//! extra `bench` installs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,14 +9,15 @@ use crate::python::{interpreter, uv};
 use crate::run::{built, check, exists, root};
 
 const REQUIREMENTS: &str = "fabkit/python/requirements-dev.txt";
+const BENCH: &str = "simulation/bench";
 
-/// Builds the wheel, installs it into an environment of its own, runs tests and examples, and checks
+/// Builds the wheels, installs them into an environment of its own, runs tests and examples, and checks
 /// types and style.
 pub fn run() -> Result<(), String> {
     checks()?.iter_mut().try_for_each(check)
 }
 
-/// Installs the package, and says what judges it.
+/// Installs the packages, and says what judges them.
 pub fn checks() -> Result<Vec<Command>, String> {
     let folder = folder();
     let python = environment(&folder)?;
@@ -40,11 +42,12 @@ pub fn checks() -> Result<Vec<Command>, String> {
     // Tests, and the examples in the docstrings of what is installed.
     let mut pytest = Command::new(&python);
     pytest.args(["-m", "pytest", "-q", "--pyargs", "fabkit", "fabkit/python/tests"]);
+    pytest.args(["fabkit_bench", "simulation/bench/tests"]);
     pytest.current_dir(root());
     Ok(vec![pytest, pyright])
 }
 
-/// A folder with the package alone, for the `PYTHONPATH` of any interpreter.
+/// A folder with the packages alone, for the `PYTHONPATH` of any interpreter.
 pub fn unpacked() -> Result<PathBuf, String> {
     let folder = folder();
     let python = environment(&folder)?;
@@ -65,7 +68,7 @@ fn folder() -> PathBuf {
     built("python", "").components().collect()
 }
 
-/// Builds the wheel, alone in its folder.
+/// Builds both wheels, alone in their folder.
 fn wheels(folder: &Path, python: &Path) -> Result<Vec<PathBuf>, String> {
     let wheels = folder.join("wheels");
     if wheels.is_dir() {
@@ -75,6 +78,10 @@ fn wheels(folder: &Path, python: &Path) -> Result<Vec<PathBuf>, String> {
     let mut maturin = Command::new(python.with_file_name("maturin"));
     maturin.args(["build", "--release", "--locked", "--quiet", "--out"]).arg(&wheels);
     check(maturin.current_dir(root()))?;
+    // What builds it is in the environment already.
+    let mut bench = Command::new(uv()?);
+    bench.args(["build", "--quiet", "--wheel", "--no-build-isolation", "--python"]).arg(python);
+    check(bench.arg("--out-dir").arg(&wheels).arg(BENCH).current_dir(root()))?;
     wheels_in(&wheels)
 }
 
@@ -99,5 +106,9 @@ fn environment(folder: &Path) -> Result<PathBuf, String> {
 fn wheels_in(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
     let entries = fs::read_dir(folder).map_err(failed)?;
-    entries.map(|entry| Ok(entry.map_err(failed)?.path())).collect()
+    let paths = entries.map(|entry| Ok(entry.map_err(failed)?.path()));
+    // What builds wheels may leave a list of what to ignore beside them.
+    paths
+        .filter(|path| path.as_ref().map_or(true, |path| path.extension() == Some("whl".as_ref())))
+        .collect()
 }

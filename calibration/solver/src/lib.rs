@@ -21,6 +21,7 @@ pub mod intrinsics;
 pub mod landmarks;
 pub mod model;
 pub mod observability;
+pub mod pin_captures;
 pub mod pins;
 pub mod planning;
 pub mod report;

@@ -11,6 +11,7 @@ mod families;
 mod fits;
 pub mod fixing;
 pub mod hardware;
+mod identity;
 mod kerf;
 mod labeling;
 mod loads;
@@ -27,6 +28,7 @@ pub use fits::{Fit, gap_mm};
 pub use hardware::{
     Dowel, Head, HeatSetNut, HexNut, HexSpacer, ORing, SQUEEZED_PLAY_MM, Screw, SocketScrew,
 };
+pub use identity::design_hash;
 pub use kerf::kerf_mm;
 pub use own::UserFile;
 pub use registry::{

@@ -6,8 +6,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::error::{ErrorKind, Explained, joined};
-use crate::reading::{self, Expected, ReadError};
+use fabkit_files::reading::{self, Expected, ReadError};
+use fabkit_files::{ErrorKind, ErrorSubject, Explained, joined};
+
 use crate::source::MAX_YAML_BYTES;
 
 /// Before and after the hash.
@@ -37,6 +38,10 @@ impl Explained for NotReplaced {
 
     fn hint(&self) -> Option<String> {
         Some("choose another file, or have it replaced by force".into())
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        ErrorSubject::new("edited_by_hand")
     }
 }
 

@@ -1,5 +1,5 @@
-//! The bench is Python, because what learns there is: `fabkit.bench`, of the package that `pip install` knows. This finds
-//! an interpreter that has it, and hands over what it says.
+//! The bench is Python, because what learns there is: `fabkit_bench`, which the extra `bench` of the Python package
+//! installs. This finds an interpreter that has it, and hands over what it says.
 
 use std::env;
 use std::ffi::OsString;
@@ -8,10 +8,10 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::thread;
 
+use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use serde_json::Value;
 
 use crate::verifier::PYTHON_VARIABLE;
-use crate::{ErrorKind, Explained};
 
 /// The interpreter that the environment names.
 pub(crate) fn interpreter() -> PathBuf {
@@ -21,7 +21,7 @@ pub(crate) fn interpreter() -> PathBuf {
 
 /// Starts the bench, whatever the current folder holds: `-c` looks there first.
 const START: &str = "import sys\nsys.path = [path for path in sys.path if path]\n\
-    try:\n    from fabkit.bench.__main__ import main\nexcept ImportError as error:\n    \
+    try:\n    from fabkit_bench.__main__ import main\nexcept ImportError as error:\n    \
     print(f'error: {error}', file=sys.stderr)\n    sys.exit(9)\nsys.exit(main())\n";
 /// What it ends with where the package is missing.
 const MISSING: i32 = 9;
@@ -66,6 +66,13 @@ impl Explained for BenchError {
             )),
             Self::Refused { hint, .. } => hint.clone(),
             Self::NoAnswer(_) => None,
+        }
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::NoPackage { python, .. } => ErrorSubject::at("no_bench", python),
+            other => ErrorSubject::of_kind(other.kind()),
         }
     }
 }

@@ -1,56 +1,9 @@
-//! Names that are asked for and may not be there.
+//! Bodies of a sensor by their names.
 
+use fabkit_files::UnknownName;
 use fabkit_geometry::{Body, Sensor};
 
-use crate::{ErrorKind, Explained};
-
-/// A name that is not there.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no {what} `{name}`")]
-pub struct UnknownName {
-    /// What was looked for, for example `part`.
-    pub what: &'static str,
-    /// The name asked for.
-    pub name: String,
-    /// What would have been found, in order.
-    pub known: Vec<String>,
-    /// The known name that is closest, if any is close.
-    pub closest: Option<String>,
-}
-
-impl UnknownName {
-    /// Names what is there, and finds what may have been meant.
-    pub fn new<'a>(
-        what: &'static str,
-        name: &str,
-        known: impl IntoIterator<Item = &'a str>,
-    ) -> Self {
-        let known: Vec<String> = known.into_iter().map(str::to_owned).collect();
-        let similar = fabkit_text::similar(name, known.iter().map(String::as_str));
-        let closest = similar.first().map(|known| (*known).to_owned());
-        Self { what, name: name.into(), known, closest }
-    }
-
-    /// What to do about it.
-    pub fn hint(&self) -> String {
-        match &self.closest {
-            Some(closest) => fabkit_text::did_you_mean(&[closest]),
-            None => format!("known: {}", self.known.join(", ")),
-        }
-    }
-}
-
-impl Explained for UnknownName {
-    fn kind(&self) -> ErrorKind {
-        ErrorKind::BadInput
-    }
-
-    fn hint(&self) -> Option<String> {
-        Some(Self::hint(self))
-    }
-}
-
-/// The body of that name.
+/// Finds the body of that name.
 ///
 /// # Errors
 /// [`UnknownName`] with the names that there are.
@@ -58,18 +11,4 @@ pub fn find<'a>(sensor: &'a Sensor, name: &str) -> Result<&'a Body, UnknownName>
     sensor.body(name).ok_or_else(|| {
         UnknownName::new("part", name, sensor.bodies.iter().map(|body| body.name.as_str()))
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_typo_gets_a_suggestion_and_another_word_the_list() {
-        let unknown = |name| UnknownName::new("part", name, ["base", "shell", "diffuser"]);
-        assert_eq!(unknown("shel").hint(), "did you mean `shell`?");
-        assert_eq!(unknown("difuser").hint(), "did you mean `diffuser`?");
-        assert_eq!(unknown("xyzzy").hint(), "known: base, shell, diffuser");
-        assert_eq!(unknown("shel").to_string(), "there is no part `shel`");
-    }
 }

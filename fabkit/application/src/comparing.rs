@@ -2,14 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_designs::Design;
+use fabkit_designs::{Design, design_hash};
+use fabkit_files::progress::unwatched;
 use fabkit_guide::{Change, Difference, Pairs, Side};
 use fabkit_text::Setting;
 use rayon::prelude::*;
 
-use crate::identity::design_hash;
 use crate::pictures::{PictureError, Shot, picture_of_body};
-use crate::progress::unwatched;
 
 /// Width and height of a part's picture, px.
 const PART_PX: [u32; 2] = [320, 240];

@@ -3,16 +3,14 @@
 use std::path::Path;
 
 use fabkit_checks::{self as checks, Batch, CheckReport, Finding, Rule};
-use fabkit_designs::Design;
 use fabkit_designs::fixing::{Change, Feasible, Range};
+use fabkit_designs::{Design, design_hash};
+use fabkit_files::{amount, limit};
 use fabkit_geometry::{Action, Body, Step};
 use fabkit_sweep::Status;
 use fabkit_text::{Kind, Setting};
 use serde_json::{Map, Value, json};
 
-use crate::coded::{amount, limit};
-use crate::ground_truth::SurfaceCoverage;
-use crate::identity::design_hash;
 use crate::sweeping::Finished;
 
 /// What a design is and consists of (`fabkit-show` version 2).
@@ -250,14 +248,4 @@ pub fn sweep(folder: &Path, finished: &Finished) -> Value {
         "empty_metrics": empty_metrics,
         "none_left": none_left,
     })
-}
-
-/// How much of a surface a camera sees.
-pub fn coverage(coverage: &SurfaceCoverage) -> Value {
-    json!({ "area": coverage.area, "area_mm2": coverage.area_mm2, "lost": lost(coverage) })
-}
-
-/// Shares of a surface that a camera does not see, by what keeps it from them.
-pub fn lost(coverage: &SurfaceCoverage) -> Value {
-    coverage.lost.iter().map(|(by, share)| (by.clone(), json!(share))).collect()
 }

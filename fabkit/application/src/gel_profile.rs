@@ -5,8 +5,7 @@ use std::fmt::Write as _;
 use fabkit_designs::profile::{GelCoupon, GelReading};
 pub use fabkit_elastic::BallModulus;
 use fabkit_elastic::{BallReading, BallTest, BallTestError};
-
-use crate::error::{ErrorKind, Explained};
+use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 
 /// Standard gravity, m/s2, as scales take it (CGPM, 1901).
 const GRAVITY: f64 = 9.806_65;
@@ -15,18 +14,18 @@ const GRAVITY: f64 = 9.806_65;
 ///
 /// # Errors
 /// Loads that differ too little, readings that no modulus explains, or nearly any.
-pub fn modulus(coupon: &GelCoupon) -> Result<BallModulus, BallTestError> {
+pub fn modulus(coupon: &GelCoupon) -> Result<BallModulus, GelError> {
     let reading = |reading: &GelReading| BallReading {
         force_n: 1e-3 * reading.load_g * GRAVITY,
         gap_mm: reading.gap_mm,
     };
-    BallTest {
+    let test = BallTest {
         ball_radius_mm: coupon.ball_mm / 2.0,
         thickness_mm: coupon.thickness_mm,
         radius_mm: coupon.diameter_mm / 2.0,
         readings: coupon.readings.iter().map(reading).collect(),
-    }
-    .fit()
+    };
+    Ok(test.fit()?)
 }
 
 /// A file of materials that changes one modulus: a user's own file, or a section of a sensor's.
@@ -61,26 +60,40 @@ pub fn to_yaml(coupon: &GelCoupon, modulus: &BallModulus) -> String {
     yaml
 }
 
-impl Explained for BallTestError {
+/// Why readings of a gel give no modulus.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub struct GelError(#[from] BallTestError);
+
+impl Explained for GelError {
     fn kind(&self) -> ErrorKind {
-        match self {
-            Self::Few { .. } | Self::Outside { .. } | Self::Vague { .. } => ErrorKind::BadInput,
-            Self::Elastic(_) => ErrorKind::Limit,
+        match &self.0 {
+            BallTestError::Few { .. }
+            | BallTestError::Outside { .. }
+            | BallTestError::Vague { .. } => ErrorKind::BadInput,
+            BallTestError::Elastic(_) => ErrorKind::Limit,
         }
     }
 
     fn hint(&self) -> Option<String> {
-        Some(match self {
-            Self::Few { .. } => "read gaps under more weights".to_owned(),
-            Self::Outside { .. } => {
+        Some(match &self.0 {
+            BallTestError::Few { .. } => "read gaps under more weights".to_owned(),
+            BallTestError::Outside { .. } => {
                 "is the load in g all that rests on the gel, and does the gap shrink with it? else take \
                  lighter or heavier weights"
                     .to_owned()
             }
-            Self::Vague { .. } => {
+            BallTestError::Vague { .. } => {
                 "read the gaps again, and under more weights that differ more".to_owned()
             }
-            Self::Elastic(_) => return None,
+            BallTestError::Elastic(_) => return None,
+        })
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        ErrorSubject::new(match &self.0 {
+            BallTestError::Elastic(_) => "no_contact_solution",
+            _ => "no_modulus",
         })
     }
 }

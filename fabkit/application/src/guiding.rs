@@ -8,8 +8,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fabkit_boards::{SIDES, svg};
 use fabkit_checks::{InvalidBody, Stage};
-use fabkit_designs::Design;
 use fabkit_designs::buying::{Articles, Role};
+use fabkit_designs::{Design, design_hash};
+use fabkit_files::Error;
+use fabkit_files::progress::{OnProgress, Step, unwatched};
+use fabkit_files::staging::OutputFile;
 use fabkit_geometry::Order;
 use fabkit_guide::{
     BoardArt, Calibration, Guide, NoSuchPart, Pictures, Request, Shop, StepPictures, Use,
@@ -17,12 +20,8 @@ use fabkit_guide::{
 use fabkit_sweep::stock_density_g_per_cm3;
 use rayon::prelude::*;
 
-use crate::Error;
 use crate::exporting;
-use crate::identity::design_hash;
 use crate::pictures::{PictureError, Shot, default_assembly, picture_of_assembly, picture_of_body};
-use crate::progress::{OnProgress, Step, unwatched};
-use crate::staging::OutputFile;
 
 pub use calibrating::calibration;
 

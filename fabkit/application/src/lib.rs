@@ -40,43 +40,34 @@ pub use fabkit_picture as picture;
 pub use fabkit_sweep as sweep;
 pub use fabkit_text as text;
 
+pub use fabkit_capture as capturing;
+pub use fabkit_capture::{fitting_light, live};
+pub use fabkit_dataset as dataset;
+pub use fabkit_files::{
+    Error, ErrorKind, ErrorSubject, Explained, UnknownName, diagnostics, memory, problem_json,
+    progress, reading, resumable, staging,
+};
+pub use fabkit_reconstruct as reconstructing;
+pub use fabkit_robots as robots;
+pub use fabkit_scene as scene;
+pub use fabkit_scene::{ground_truth, pressing};
+
 pub mod authored;
 pub mod benching;
 pub mod bodies;
 pub mod calibrating;
-pub mod capturing;
-pub mod coded;
 pub mod comparing;
-pub mod dataset;
-pub mod diagnostics;
 pub mod documents;
-mod error;
 pub mod exporting;
-pub mod fitting_light;
 pub mod gel_profile;
-pub mod ground_truth;
 pub mod guiding;
-pub mod identity;
-mod legend;
-pub mod live;
 pub mod materials;
-pub mod memory;
 pub mod packaging;
 pub mod pictures;
-pub mod pressing;
-pub mod progress;
-pub mod reading;
-pub mod reconstructing;
 pub mod rereading;
-pub mod resumable;
-pub mod robots;
-pub mod scene;
 pub mod seeing;
 pub mod slicing;
 pub mod source;
-pub mod staging;
 pub mod sweeping;
 pub mod verifier;
 pub mod viewing;
-
-pub use error::{Error, ErrorKind, Explained};

@@ -6,17 +6,16 @@ mod resolved;
 
 use fabkit_camera::CameraEstimate;
 use fabkit_camera::files::{self, CameraFormat};
-use fabkit_designs::Design;
+use fabkit_designs::{Design, design_hash};
 use fabkit_export::Manifest;
+use fabkit_files::progress::OnProgress;
+use fabkit_files::staging::OutputFile;
 use fabkit_guide::Calibration;
+use fabkit_scene::ground_truth::Viewpoint;
 
 use crate::exporting::{ExportFailure, Exported, ForeignFile};
-use crate::ground_truth::Viewpoint;
 use crate::guiding;
-use crate::identity::design_hash;
-use crate::progress::OnProgress;
 use crate::source::NamedDesigns;
-use crate::staging::OutputFile;
 
 pub use citation::{DEFAULT_LICENSE, LICENSES, License};
 pub use resolved::resolved_yaml;

@@ -4,13 +4,11 @@ use std::str::FromStr;
 
 use fabkit_depth::{Actor, Picture, RenderError, View, render_watched};
 use fabkit_export::ExportError;
+use fabkit_files::progress::{OnProgress, counted};
+use fabkit_files::{ErrorKind, ErrorSubject, Explained, UnknownName};
 use fabkit_geometry::{
     Action, Assembly, Body, CompiledSolid, InvalidSolid, Placement, Point3, Pose, Sensor, Vector3,
 };
-
-use crate::bodies::UnknownName;
-use crate::progress::{OnProgress, counted};
-use crate::{ErrorKind, Explained};
 
 pub use fabkit_depth::MAX_PIXELS;
 
@@ -129,6 +127,13 @@ impl Explained for PictureError {
             Self::Unknown(unknown) => Some(unknown.hint()),
             Self::Render(RenderError::TooLarge { .. }) => Some("ask for a smaller picture".into()),
             _ => None,
+        }
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::Unknown(error) => error.subject(),
+            other => ErrorSubject::of_kind(other.kind()),
         }
     }
 }

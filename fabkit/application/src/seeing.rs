@@ -2,14 +2,14 @@
 
 use fabkit_camera::Point2;
 use fabkit_depth::{Framing, Glimpse, Picture, View, render_framed, render_seen};
+use fabkit_files::progress::{OnProgress, counted};
 use fabkit_geometry::{Assembly, Clarity, Point3, Ray, Sensor, Vector3};
 use fabkit_optics::{End, Stack, Tracer};
+use fabkit_scene::SceneError;
+use fabkit_scene::ground_truth::Viewpoint;
+use fabkit_scene::legend::{self, Entry};
 
-use crate::ground_truth::Viewpoint;
-use crate::legend::{self, Entry};
 use crate::pictures::{self, PictureError, Shot, Viewer, actors_of, towards_viewer};
-use crate::progress::{OnProgress, counted};
-use crate::scene::SceneError;
 
 /// Rays of a section, evenly spread over the picture.
 pub const RAYS: usize = 41;

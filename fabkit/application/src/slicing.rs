@@ -3,18 +3,18 @@
 
 use std::env;
 use std::ffi::OsString;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use fabkit_designs::Design;
+use fabkit_files::progress::{OnProgress, Step};
+use fabkit_files::scratch::Scratch;
+use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use fabkit_guide::{Guide, Sliced};
 use rayon::prelude::*;
 
 use crate::exporting::{self, ExportFailure, ExportOptions, Format};
-use crate::progress::{OnProgress, Step};
-use crate::{ErrorKind, Explained};
 
 /// Names the slicer by an absolute path, in place of the one on the search path.
 pub const SLICER_VARIABLE: &str = "FABKIT_SLICER";
@@ -94,6 +94,13 @@ impl Explained for SlicingError {
             Self::Io { .. } | Self::Cancelled => None,
         }
     }
+
+    fn subject(&self) -> ErrorSubject {
+        ErrorSubject::new(match self {
+            Self::NotFound | Self::NoSuchSlicer(_) => "no_slicer",
+            _ => "slicing",
+        })
+    }
 }
 
 /// Where the slicer is.
@@ -164,18 +171,17 @@ fn one(
     if cancelled() {
         return Err(SlicingError::Cancelled);
     }
-    let folder = tempfile::tempdir().map_err(failed)?;
-    let place = |name: &str| folder.path().join(name);
-    fs::write(place("part.3mf"), bytes).map_err(failed)?;
-    fs::create_dir(place("settings")).map_err(failed)?;
-    let log = fs::File::create(place("log")).map_err(failed)?;
+    let folder = Scratch::new().map_err(failed)?;
+    folder.write("part.3mf", bytes).map_err(failed)?;
+    folder.make_folder("settings").map_err(failed)?;
+    let log = folder.create("log").map_err(failed)?;
     let arguments: [OsString; 6] = [
         "--datadir".into(),
-        place("settings").into(),
+        folder.place("settings").into(),
         "--export-gcode".into(),
         "--output".into(),
-        place("part.gcode").into(),
-        place("part.3mf").into(),
+        folder.place("part.gcode").into(),
+        folder.place("part.3mf").into(),
     ];
     let child = Command::new(slicer)
         .args(arguments)
@@ -186,9 +192,9 @@ fn one(
         .spawn()
         .map_err(failed)?;
     wait(child, part, cancelled)?;
-    let text = fs::read(place("part.gcode")).unwrap_or_default();
+    let text = folder.read("part.gcode");
     read(&String::from_utf8_lossy(&text)).ok_or_else(|| {
-        let log = fs::read(place("log")).unwrap_or_default();
+        let log = folder.read("log");
         let log = String::from_utf8_lossy(&log);
         let said = log.lines().last().unwrap_or("it ended without a word").trim().to_owned();
         SlicingError::Refused { part: part.to_owned(), said }

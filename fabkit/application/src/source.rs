@@ -2,22 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
+use fabkit_capture::Unit;
 use fabkit_checks::{self as checks, CheckReport, InvalidBody, Severity};
-use fabkit_designs::built::Dimension;
 use fabkit_designs::fixing::{self, Change, Feasible};
 use fabkit_designs::profile::ProcessProfile;
 use fabkit_designs::{self as designs, BaseFile, Design, Extends, SensorText, UserFile};
-use fabkit_fixtures::{self as fixtures, FixtureError, Project};
+use fabkit_files::diagnostics::{Diagnosed, SourceText};
+use fabkit_files::listing::real_path;
+use fabkit_files::progress::{OnProgress, counted};
+use fabkit_files::reading::{self, Expected, ReadError};
+use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, UnknownName};
+use fabkit_fixtures::{self as fixtures, FixtureError, PressError, Project};
+use fabkit_scene::SceneError;
 use fabkit_text::InvalidDesign;
 
-use crate::bodies::UnknownName;
-use crate::diagnostics::{Diagnosed, SourceText};
-use crate::progress::{OnProgress, counted};
-use crate::reading::{self, Expected, ReadError};
-use crate::{Error, ErrorKind, Explained};
-
-/// Longest sensor file.
-pub const MAX_YAML_BYTES: u64 = 1 << 20;
+pub use fabkit_files::reading::MAX_YAML_BYTES;
 
 /// A sensor or a fixture that is not there.
 #[derive(Debug, thiserror::Error)]
@@ -71,6 +70,17 @@ impl Explained for SourceError {
             Self::Preset { unknown, .. } => unknown.hint(),
             Self::Fixture(_) => "`fabkit list` shows every fixture".into(),
         })
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::Sensor(error) | Self::Preset { unknown: error, .. } => error.subject(),
+            Self::Fixture(FixtureError::Unknown { name }) => {
+                UnknownName::new("fixture", name, fixtures::fixture_names()).subject()
+            }
+            Self::Fixture(_) => ErrorSubject::new("unsuitable_fixture"),
+            Self::Extended { why, .. } => why.subject(),
+        }
     }
 }
 
@@ -411,17 +421,19 @@ impl Source {
         })
     }
 
-    /// A unit of the sensor, as [`designs::built::as_built`] has it.
+    /// Builds a unit of the sensor: made parts and layers off by what is permissible, camera and lamps as it has them.
+    /// Parameters and fixtures are the drawing's.
     ///
     /// # Errors
     /// All problems of the design.
-    pub fn as_built(
-        &self,
-        overrides: &[String],
-        off: &dyn Fn(&str) -> f64,
-    ) -> Result<(Design, Vec<Dimension>), Error> {
-        designs::built::as_built(self.sensor_text(), overrides, &[fixtures::KEY], off)
-            .map_err(|invalid| self.invalid(invalid))
+    pub fn unit(&self, unit: Unit, overrides: &[String]) -> Result<Project, Error> {
+        let drawn = self.load(overrides)?;
+        let off = |path: &str| unit.off(path);
+        let built = designs::built::as_built(self.sensor_text(), overrides, &[fixtures::KEY], &off);
+        let (built, dimensions) = built.map_err(|invalid| self.invalid(invalid))?;
+        let mut sensor = built.sensor;
+        unit.build(&mut sensor);
+        Ok(drawn.into_unit(unit.0, sensor, dimensions))
     }
 
     /// The fewest and least changes of what fabkit has chosen with which the sensor can be built.
@@ -470,7 +482,7 @@ fn extended_files(main: &SourceText) -> Result<Vec<BaseFile>, Error> {
     /// One more than may be.
     const MOST: usize = 17;
     let mut bases: Vec<BaseFile> = Vec::new();
-    let real = |file: &str| std::fs::canonicalize(file).unwrap_or_else(|_| file.into());
+    let real = |file: &str| real_path(Path::new(file));
     let mut known = vec![(real(&main.file), main.file.clone())];
     let mut last = main.clone();
     while bases.len() < MOST
@@ -494,6 +506,18 @@ fn extended_files(main: &SourceText) -> Result<Vec<BaseFile>, Error> {
         last = SourceText { file, text };
     }
     Ok(bases)
+}
+
+/// Why a press of a sensor cannot be had; `sensor` is a name or a path, whose texts may be to blame.
+pub fn press_error(sensor: &str, error: PressError) -> Error {
+    match error {
+        PressError::Fixture(error) => match Source::find(sensor) {
+            Ok(source) => source.error(error),
+            Err(error) => error,
+        },
+        PressError::Surface(_) => Error::bug(error),
+        other => SceneError::Press(other).into(),
+    }
 }
 
 /// The text of a built-in sensor, named as the designs crate names it in messages.
@@ -543,6 +567,8 @@ pub fn read_profile(path: &Path) -> Result<ProcessProfile, Error> {
 
 #[cfg(test)]
 mod tests {
+    use fabkit_geometry::Pose;
+
     use super::*;
 
     #[test]
@@ -560,5 +586,22 @@ mod tests {
         assert_eq!(split("a/b/my.yaml/shell"), ("a/b/my.yaml", None, Some("shell")));
         assert_eq!(split("./my.yml/indenters"), ("./my.yml", Some("indenters"), None));
         assert_eq!(split("/shell"), ("/shell", None, None));
+    }
+
+    #[test]
+    fn fixtures_press_where_the_drawing_puts_them_and_places_are_the_units_own() {
+        let source = Source::find("rtac0").unwrap();
+        let (drawn, unit) = (source.load(&[]).unwrap(), source.unit(Unit(3), &[]).unwrap());
+        assert!(drawn.design.sensor.touch != unit.design.sensor.touch);
+        let placed = |project: &Project, id: &str| -> Vec<Pose> {
+            project.press(id).unwrap().bodies.iter().map(|body| body.sensor_from_body).collect()
+        };
+        for id in ["pin-1-long", "semi-dome-017"] {
+            assert_eq!(placed(&drawn, id), placed(&unit, id), "{id}");
+        }
+        let id = "ball@24deg,120deg,0.5mm";
+        assert_ne!(placed(&drawn, id), placed(&unit, id));
+        let hash = |project: &Project| fabkit_designs::design_hash(&project.design);
+        assert_eq!(hash(&drawn), hash(&unit));
     }
 }

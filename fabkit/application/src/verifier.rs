@@ -19,13 +19,14 @@ use tempfile::TempDir;
 
 use self::interpreter::Interpreter;
 pub use self::interpreter::PYTHON_VARIABLE;
+use fabkit_files::progress::{OnProgress, Step};
+use fabkit_files::reading::{self, Expected, ReadError};
+use fabkit_files::staging::OutputFile;
+use fabkit_files::{ErrorKind, ErrorSubject, Explained};
+
 use crate::exporting::{
     self, ExportFailure, ExportOptions, FolderError, ForeignFile, Format, Overwriting,
 };
-use crate::progress::{OnProgress, Step};
-use crate::reading::{self, Expected, ReadError};
-use crate::staging::OutputFile;
-use crate::{ErrorKind, Explained};
 
 /// What a kernel may leave.
 const STEP: Expected =
@@ -101,6 +102,19 @@ impl Explained for VerifierError {
             Self::Folder(error) => error.hint(),
             Self::Read(error) => error.hint(),
             _ => None,
+        }
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::NoEnvironment => ErrorSubject::new("no_verifier"),
+            Self::NoPackage(path) | Self::RelativePython(path) => {
+                ErrorSubject::at("no_verifier", path)
+            }
+            Self::Export(error) => error.subject(),
+            Self::Folder(error) => error.subject(),
+            Self::Read(error) => error.subject(),
+            other => ErrorSubject::of_kind(other.kind()),
         }
     }
 }

@@ -1,15 +1,14 @@
 //! A model to turn in a page: all bodies where they stand, and what lies over them.
 
 use fabkit_depth::truth::scale_color;
-use fabkit_designs::Design;
+use fabkit_designs::{Design, design_hash};
 use fabkit_geometry::{
     CompiledSolid, Point3, Pose, Sensor, Solid, SurfacePoints, TouchSurface, Vector3,
 };
 use fabkit_guide::{Model, Pressed, Rays, SeenRay};
+use fabkit_scene::ground_truth::Viewpoint;
 
 use crate::exporting::{ExportFailure, shown_glb};
-use crate::ground_truth::Viewpoint;
-use crate::identity::design_hash;
 use crate::pictures::default_assembly;
 use crate::seeing::{self, DrawnRay};
 

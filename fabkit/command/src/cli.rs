@@ -10,7 +10,10 @@ mod examples;
 mod ground_truth;
 mod guide;
 mod new;
+mod options;
 mod pressing;
+#[cfg(test)]
+mod python;
 mod robots;
 mod sweep;
 
@@ -27,10 +30,11 @@ pub use bench::Bench;
 pub use calibrate::{
     Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins, CalibratePlan,
 };
-pub use capturing::{Capture, CaptureContact, FitLight, LightArgs, OpticsPack, Reconstruct};
+pub use capturing::{Capture, CaptureOptions, FitLight, LightArgs, OpticsPack, Reconstruct};
 pub use ground_truth::{CameraArgs, Dataset, Depth};
 pub use guide::Guide;
 pub use new::New;
+pub use options::Named;
 pub use pressing::{ContactLevel, PressArgs};
 pub use robots::RobotArg;
 pub use sweep::Sweep;

@@ -7,11 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) use fabkit_application::ErrorKind;
 use fabkit_application::calibrating::CalibratingError;
-use fabkit_application::coded::{self, About};
 use fabkit_application::diagnostics::{self, Diagnosed, SourceText};
 use fabkit_application::sweep::panics::becomes_a_row;
 use fabkit_application::text::InvalidDesign;
-use fabkit_application::{Error, Explained};
+use fabkit_application::{Error, ErrorSubject, problem_json};
 use serde_json::{Value, json};
 
 use crate::hints::{self, REPORT};
@@ -57,7 +56,7 @@ pub(crate) enum Failure {
         /// What to do about it.
         hint: Option<String>,
         /// The same for programs, where more is known than the kind.
-        about: Option<Box<About>>,
+        about: Option<Box<ErrorSubject>>,
     },
 }
 
@@ -75,7 +74,7 @@ impl Failure {
 
     /// The same, with what programs want to know.
     #[must_use]
-    pub(crate) fn about(mut self, known: About) -> Self {
+    pub(crate) fn about(mut self, known: ErrorSubject) -> Self {
         if let Self::Command { about, .. } = &mut self {
             *about = Some(Box::new(known));
         }
@@ -111,10 +110,12 @@ impl Failure {
 
     fn message(&self) -> String {
         match self {
-            Self::Application(Error::Calibrating(CalibratingError::Charuco)) => {
-                "--detector opencv finds checkerboards, and this is a ChArUco board".into()
-            }
-            Self::Application(error) => error.to_string(),
+            Self::Application(error) => match error.downcast_ref() {
+                Some(CalibratingError::Charuco) => {
+                    "--detector opencv finds checkerboards, and this is a ChArUco board".into()
+                }
+                _ => error.to_string(),
+            },
             Self::Command { message, .. } => message.clone(),
         }
     }
@@ -128,7 +129,9 @@ impl Failure {
 
     /// For people, with a final newline.
     pub(crate) fn to_text(&self) -> String {
-        if let Self::Application(Error::Invalid(found)) = self {
+        if let Self::Application(error) = self
+            && let Some(found) = error.downcast_ref::<Diagnosed>()
+        {
             return diagnostics::list(&found.invalid.problems, &found.texts);
         }
         let hint = self.hint().map(|hint| format!("  = help: {hint}\n")).unwrap_or_default();
@@ -138,21 +141,21 @@ impl Failure {
     /// For scripts (`fabkit-error` version 2).
     pub(crate) fn to_json(&self) -> Value {
         let problems = match self {
-            Self::Application(Error::Invalid(_) | Error::Several(_)) => Vec::new(),
-            Self::Application(error) => {
+            // Said in the words of the command line, where there is one failure.
+            Self::Application(error)
+                if error.parts().is_empty() && error.downcast_ref::<Diagnosed>().is_none() =>
+            {
                 let hint = self.hint();
-                vec![coded::about(error).to_json(&self.message(), hint.as_deref())]
+                vec![error.subject().to_json(&self.message(), hint.as_deref())]
             }
+            Self::Application(error) => problems_of(error),
             Self::Command { kind, message, hint, about } => {
-                let about = about.as_deref().cloned().unwrap_or_else(|| coded::of_kind(*kind));
-                vec![about.to_json(message, hint.as_deref())]
+                let subject = about.as_deref().cloned();
+                let subject = subject.unwrap_or_else(|| ErrorSubject::of_kind(*kind));
+                vec![subject.to_json(message, hint.as_deref())]
             }
         };
-        let listed = match self {
-            Self::Application(error) if problems.is_empty() => problems_of(error),
-            _ => problems,
-        };
-        document(self.kind(), listed)
+        document(self.kind(), problems)
     }
 }
 
@@ -168,12 +171,14 @@ fn document(kind: ErrorKind, problems: Vec<Value>) -> Value {
 
 /// Each for itself, where there are several.
 fn problems_of(error: &Error) -> Vec<Value> {
-    match error {
-        Error::Invalid(found) => found.invalid.problems.iter().map(coded::problem_json).collect(),
-        Error::Several(errors) => errors.iter().flat_map(problems_of).collect(),
-        error => {
+    if !error.parts().is_empty() {
+        return error.parts().iter().flat_map(problems_of).collect();
+    }
+    match error.downcast_ref::<Diagnosed>() {
+        Some(found) => found.invalid.problems.iter().map(problem_json).collect(),
+        None => {
             let hint = hints::hint(error);
-            vec![coded::about(error).to_json(&error.to_string(), hint.as_deref())]
+            vec![error.subject().to_json(&error.to_string(), hint.as_deref())]
         }
     }
 }
@@ -199,7 +204,7 @@ pub(crate) fn guard(json: bool, command: impl FnOnce() -> u8 + panic::UnwindSafe
             let _ = write!(io::stderr(), "error: {text}\n  = help: {REPORT}\n");
         }
         if json {
-            let about = coded::of_kind(ErrorKind::Bug);
+            let about = ErrorSubject::of_kind(ErrorKind::Bug);
             let problem = about.to_json(text_of(&*payload), Some(REPORT));
             let _ = writeln!(io::stdout(), "{:#}", document(ErrorKind::Bug, vec![problem]));
         }

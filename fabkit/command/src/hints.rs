@@ -3,7 +3,8 @@
 
 use std::io;
 
-use fabkit_application::calibrating::CalibratingError;
+use fabkit_application::authored::NotReplaced;
+use fabkit_application::calibrating::{CalibratingError, PinCaptureError};
 use fabkit_application::calibration::intrinsics::CalibrateError;
 use fabkit_application::dataset::{DatasetError, DatasetRequestError, SampleError};
 use fabkit_application::export::ExportError;
@@ -22,7 +23,6 @@ use fabkit_application::{Error, ErrorKind, Explained};
 /// For what must not happen.
 pub(crate) const REPORT: &str = "this is a bug in fabkit; please report it with the command line and, if \
                                  there is one, the sensor's file";
-const REPLACED: &str = "choose another file with -o, or let --force replace it";
 const GOES_ON: &str = "--resume goes on from here";
 
 /// What to do, where that is known.
@@ -30,34 +30,85 @@ pub(crate) fn hint(error: &Error) -> Option<String> {
     if error.kind() == ErrorKind::Bug {
         return Some(REPORT.into());
     }
-    let hint = match error {
-        Error::Several(errors) => return hint(errors.first()?),
-        Error::Memory(error) => return memory(error),
-        Error::Staging(error) => return staging(error),
-        Error::Folder(error) => return folder(error),
-        Error::Authored(_) => REPLACED,
-        Error::Export(error) => return export(error),
-        Error::ExportFolder(error) => return export_folder(error),
-        Error::Verifier(error) => return verifier(error),
-        Error::Scene(error) => return scene(error),
-        Error::DatasetRequest(DatasetRequestError::NoPatterns(_)) => {
-            "list presses in a text file and name it with --presses"
+    if let Some(first) = error.parts().first() {
+        return hint(first);
+    }
+    // Each topic's own type says which function words its hint.
+    if let Some(error) = error.downcast_ref() {
+        return memory(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return staging(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return folder(error);
+    }
+    if error.downcast_ref::<NotReplaced>().is_some() {
+        return Some("choose another file with -o, or let --force replace it".into());
+    }
+    if let Some(error) = error.downcast_ref() {
+        return export(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return export_folder(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return verifier(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return scene(error);
+    }
+    if let Some(DatasetRequestError::NoPatterns(_)) = error.downcast_ref() {
+        return Some("list presses in a text file and name it with --presses".into());
+    }
+    if let Some(error) = error.downcast_ref() {
+        return dataset(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return sample(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return sweep(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return calibrating(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return pin_captures(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return reread(error);
+    }
+    error.hint()
+}
+
+fn dataset(error: &DatasetError) -> Option<String> {
+    match error {
+        DatasetError::Read(error) => sample(error),
+        DatasetError::Folder(error) => folder(error),
+        DatasetError::Cancelled => Some(GOES_ON.into()),
+        other => other.hint(),
+    }
+}
+
+fn sweep(error: &SweepError) -> Option<String> {
+    match error {
+        SweepError::Folder(error) => folder(error),
+        SweepError::Memory(error) => memory(error),
+        SweepError::Staging(error) => staging(error),
+        SweepError::Cancelled => Some(GOES_ON.into()),
+        other => other.hint(),
+    }
+}
+
+fn reread(error: &RereadError) -> Option<String> {
+    match error {
+        RereadError::NoList { is_begun: true, .. } => {
+            Some("it is not finished: run the command that began it with --resume".into())
         }
-        Error::Dataset(DatasetError::Read(error)) | Error::Sample(error) => return sample(error),
-        Error::Dataset(DatasetError::Folder(error)) | Error::Sweep(SweepError::Folder(error)) => {
-            return folder(error);
-        }
-        Error::Dataset(DatasetError::Cancelled) | Error::Sweep(SweepError::Cancelled) => GOES_ON,
-        Error::Sweep(SweepError::Memory(error)) => return memory(error),
-        Error::Sweep(SweepError::Staging(error)) => return staging(error),
-        Error::Calibrating(error) => return calibrating(error),
-        Error::Reread(RereadError::NoList { is_begun: true, .. }) => {
-            "it is not finished: run the command that began it with --resume"
-        }
-        Error::Reread(RereadError::List(error)) => return folder(error),
-        other => return other.hint(),
-    };
-    Some(hint.into())
+        RereadError::List(error) => folder(error),
+        other => other.hint(),
+    }
 }
 
 fn memory(error: &MemoryError) -> Option<String> {
@@ -205,14 +256,21 @@ fn calibrating(error: &CalibratingError) -> Option<String> {
             "build it with `cargo build --release --features opencv`, or give what OpenCV found by \
              --corners"
         }
-        CalibratingError::NoReference { .. } => {
-            "save one there as ref.png, or name it with --reference"
-        }
-        CalibratingError::SeveralKinds { .. } => {
-            "say which was used with --pin, or in the column `kind` of captures.csv"
-        }
         CalibratingError::Lens { source: CalibrateError::NoModel { .. }, .. } => {
             "try all lens models, without --model"
+        }
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}
+
+fn pin_captures(error: &PinCaptureError) -> Option<String> {
+    let hint = match error {
+        PinCaptureError::NoReference { .. } => {
+            "save one there as ref.png, or name it with --reference"
+        }
+        PinCaptureError::SeveralKinds { .. } => {
+            "say which was used with --pin, or in the column `kind` of captures.csv"
         }
         other => return other.hint(),
     };

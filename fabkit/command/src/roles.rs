@@ -8,7 +8,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use fabkit_application::coded::About;
+use fabkit_application::ErrorSubject;
 
 use crate::failure::{ErrorKind, Failure};
 
@@ -96,10 +96,11 @@ impl Roles {
             }
         }
         let hint = "give each file that is written a name of its own";
-        match wrong.is_empty() {
-            true => Ok(()),
-            false => Err(Failure::new(ErrorKind::BadInput, wrong.join("\nerror: "), hint)
-                .about(About::of("replaces_input"))),
+        if wrong.is_empty() {
+            Ok(())
+        } else {
+            Err(Failure::new(ErrorKind::BadInput, wrong.join("\nerror: "), hint)
+                .about(ErrorSubject::new("replaces_input")))
         }
     }
 }

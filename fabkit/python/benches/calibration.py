@@ -22,12 +22,12 @@ from pathlib import Path
 os.environ.setdefault("RAYON_NUM_THREADS", "1")
 
 import cv2
-import fabkit.calibrate
-import fabkit.depth
-import fabkit.sim
 import numpy as np
 
 import fabkit
+import fabkit.calibrate
+import fabkit.depth
+import fabkit.sim
 
 SENSOR = "rtac0"
 PINS = 5

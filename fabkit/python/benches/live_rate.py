@@ -9,8 +9,9 @@ import time
 
 os.environ["RAYON_NUM_THREADS"] = "1"
 
-import fabkit.sim
 import numpy as np
+
+import fabkit.sim
 
 SIZE_PX = (160, 120)
 SPACING_MM = {

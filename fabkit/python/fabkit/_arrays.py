@@ -72,6 +72,11 @@ def length_mm(value: float | str, name: str) -> float:
     return _fabkit.length_mm(value, name) if isinstance(value, str) else float(value)
 
 
+def optional_length_mm(value: float | str | None, name: str) -> float | None:
+    """Give a length in mm, if there is one."""
+    return None if value is None else length_mm(value, name)
+
+
 def lengths_mm(value: tuple[float | str, float | str], name: str) -> tuple[float, float]:
     """Give two lengths in mm."""
     first, second = value

@@ -236,15 +236,7 @@ class Scene:
         allow_no_contact: bool,
     ) -> tuple[dict[str, Any], str | None]: ...
     def capture(
-        self,
-        presses: list[str],
-        samples: int,
-        contact: _Contact,
-        shear_mm: tuple[float, float],
-        allow_no_contact: bool,
-        light: str | None,
-        constants: str | None,
-        seed: int | None,
+        self, presses: list[str], options: dict[str, Any]
     ) -> tuple[dict[str, Any], str]: ...
 
 def press(

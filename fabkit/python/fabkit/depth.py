@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from fabkit import _arrays, _fabkit
+from fabkit._capture import Capture
 from fabkit.calibrate import Extrinsics
 from fabkit.cameras import Camera
 from fabkit.designs import Sensor, load
@@ -112,7 +113,7 @@ class _PoseText:
     text: str
 
 
-class Scene:
+class Scene(Capture):
     """A sensor's surface and the camera that looks at it.
 
     Parameters
@@ -259,57 +260,8 @@ class Scene:
         )
         return Truth(**seen, elastic=None if elastic is None else json.loads(elastic))
 
-    def capture(
-        self,
-        press: str | Sequence[str] = (),
-        *,
-        samples: int = 1,
-        contact: str = "linear",
-        shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
-        friction: float | None = None,
-        spacing_mm: float | str | None = None,
-        light: str | None = None,
-        constants: str | PathLike[str] | None = None,
-        seed: int | None = 0,
-        allow_no_contact: bool = False,
-    ) -> Captured:
-        """Take the picture of a press, simulated, as ``fabkit capture`` does.
-
-        Parameters
-        ----------
-        press, samples, shear_mm, friction, spacing_mm, allow_no_contact
-            As for :func:`cast`; a pixel records the mean of its samples.
-        contact
-            How the layers answer: ``"linear"``, or ``"rigid"``.
-        light
-            Which of the sensor's lights is on; its usual one where none is named.
-        constants
-            Of a unit's light, a file that ``fabkit fit-light`` writes.
-        seed
-            Of noise and drift; ``None`` for neither.
-
-        Raises
-        ------
-        FabkitError
-            A light that the sensor has not, a file that is none of constants, and as for
-            :func:`cast`.
-
-        >>> import fabkit
-        >>> scene = fabkit.depth.Scene("9dtact")
-        >>> captured = scene.capture("ball@0mm,0mm,1mm", seed=None)
-        >>> captured.grey.shape, captured.document["is_simulated"]
-        ((480, 640), True)
-        """
-        found, document = self._native.capture(
-            [press] if isinstance(press, str) else list(press),
-            samples,
-            _arrays.contact(contact, 0.0, friction, spacing_mm),
-            _arrays.lengths_mm(shear_mm, "shear_mm"),
-            allow_no_contact,
-            light,
-            None if constants is None else os.fspath(constants),
-            seed,
-        )
+    def _take(self, presses: list[str], options: dict[str, Any]) -> Captured:
+        found, document = self._native.capture(presses, options)
         said = json.loads(document)
         grey = found.pop("grey")
         return Captured(grey, Truth(**found, elastic=said["elastic"]), said)

@@ -389,14 +389,19 @@ def _asked(
 
 def _benched(sensor: Sensor, plan: _fabkit.SweepPlan) -> tuple[dict[str, float], list[str]]:
     """Run the bench on a variant; what cannot be pressed leaves cells empty, and says why."""
-    from fabkit import bench  # other sweeps need none of it
-    from fabkit.bench import _learn
-
     # Without it no variant has figures: an error, not a note in each row.
+    try:
+        import fabkit_bench  # other sweeps need none of it
+        from fabkit_bench import _learn  # pyright: ignore[reportPrivateUsage]
+    except ImportError as error:
+        hint = "pip install fabkit-cad[bench]"
+        raise invalid(
+            "the bench's figures need fabkit-bench, which is not installed", hint
+        ) from error
     _learn.needed()
     try:
         # Seeds of the bench are shorter than those of samples.
-        return bench.figures(sensor, seed=plan.seed() % 2**31, names=plan.bench()), []
+        return fabkit_bench.figures(sensor, seed=plan.seed() % 2**31, names=plan.bench()), []
     except FabkitError as error:
         return {}, [f"bench: {str(error).splitlines()[0]}"]
 

@@ -4,14 +4,12 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit_application::Error;
-use fabkit_application::bodies::UnknownName;
 use fabkit_application::calibrating::boards::{self, Detector};
 use fabkit_application::calibrating::captures::{self, MeasuredCapture};
 use fabkit_application::calibrating::extrinsics::{self as from_pins, Inputs};
 use fabkit_application::calibrating::planning::{self, Wanted};
 use fabkit_application::calibrating::{
-    CalibratingError, intrinsics as from_views, pictures, pose_file,
+    PinCaptureError, intrinsics as from_views, pictures, pose_file,
 };
 use fabkit_application::calibration::assignment::{Discrepancy, Mark};
 use fabkit_application::calibration::board::{self as on_board, FoundCorner};
@@ -25,6 +23,7 @@ use fabkit_application::calibration::report::{
 use fabkit_application::calibration::{extrinsics as pose, intrinsics as lens};
 use fabkit_application::camera::Point2;
 use fabkit_application::staging::write_each;
+use fabkit_application::{Error, UnknownName};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -42,12 +41,12 @@ type Pins = (String, Option<Vec<u32>>, Vec<[f64; 2]>, Vec<f64>);
 /// (n, 2) pixels and (n,) standard deviations.
 type Found<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
 
-fn grey(name: &str, picture: &Picture<'_>) -> Result<GreyImage, CalibratingError> {
+fn grey(name: &str, picture: &Picture<'_>) -> Result<GreyImage, PinCaptureError> {
     let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
     let [height, width] = [picture.shape()[0], picture.shape()[1]].map(side);
     let values = picture.as_array().iter().copied().collect();
     GreyImage::new(width, height, values)
-        .map_err(|source| CalibratingError::Picture { file: name.into(), source })
+        .map_err(|source| PinCaptureError::Picture { file: name.into(), source })
 }
 
 /// A board's file, checked; as JSON with everything that it leaves to be computed.

@@ -69,8 +69,7 @@ impl Camera {
     fn to_text(&self, py: Python<'_>, format: &str) -> PyResult<String> {
         let known = || CameraFormat::ALL.iter().map(|format| format.name());
         let Some(format) = CameraFormat::ALL.iter().find(|known| known.name() == format) else {
-            let unknown =
-                fabkit_application::bodies::UnknownName::new("camera format", format, known());
+            let unknown = fabkit_application::UnknownName::new("camera format", format, known());
             return Err(exception(py, unknown));
         };
         let text = short(py, || files::write(&self.estimate, *format))?;

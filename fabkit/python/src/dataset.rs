@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use fabkit_application::Error;
 use fabkit_application::dataset::{
     self, Begun, DatasetError, DatasetRequest, ImageRequest, Job, SampleArray, WrittenDataset,
 };
 use fabkit_application::export::Element;
 use fabkit_application::progress::Step;
-use fabkit_application::scene;
+use fabkit_application::source::press_error;
+use fabkit_application::{Error, scene};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -125,7 +125,8 @@ impl DatasetOrder {
             allow_no_contact: self.allow_no_contact,
             resume,
         };
-        dataset::prepare(&self.scene, &self.sensor, &order, |job, _| Ok(work(job)?))
+        let explain = |error| press_error(&self.sensor, error);
+        dataset::prepare(&self.scene, &explain, &order, |job, _| Ok(work(job)?))
     }
 }
 

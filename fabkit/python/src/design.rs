@@ -3,17 +3,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit_application::Error;
-use fabkit_application::bodies;
 use fabkit_application::calibration::board::Board;
 use fabkit_application::calibration::landmarks::PinLandmarks;
 use fabkit_application::designs::fixing::Change;
-use fabkit_application::documents;
 use fabkit_application::exporting::ExportFailure;
 use fabkit_application::pictures::{self, PictureError, Shot};
 use fabkit_application::progress::unwatched;
 use fabkit_application::source::Source;
-use fabkit_application::{checks, designs, fixtures, viewing};
+use fabkit_application::{Error, bodies, checks, designs, documents, fixtures, viewing};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;

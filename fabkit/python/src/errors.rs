@@ -2,12 +2,10 @@
 
 use std::borrow::Cow;
 
-use fabkit_application::bodies::UnknownName;
-use fabkit_application::coded::{self, About};
 use fabkit_application::diagnostics::{self, Diagnosed};
 use fabkit_application::geometry::Length;
 use fabkit_application::text::{Json, OVERRIDES, Problem, Scalar, shown};
-use fabkit_application::{Error, ErrorKind, Explained};
+use fabkit_application::{Error, ErrorKind, ErrorSubject, UnknownName, problem_json};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -51,10 +49,10 @@ impl Failure {
         }
     }
 
-    fn about(&self) -> About {
+    fn about(&self) -> ErrorSubject {
         match self {
-            Self::Application(error) => coded::about(error),
-            Self::Call { .. } => coded::of_kind(self.kind()),
+            Self::Application(error) => error.subject(),
+            Self::Call { .. } => ErrorSubject::of_kind(self.kind()),
         }
     }
 
@@ -79,11 +77,15 @@ pub fn exception(py: Python<'_>, failure: impl Into<Failure>) -> PyErr {
 }
 
 fn made(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
-    let (text, problems) = match failure {
-        Failure::Application(Error::Invalid(found)) => invalid(found),
-        other => {
-            let (message, hint) = other.message_and_hint();
-            let problem = other.about().to_json(&message, hint.as_deref());
+    let found = match failure {
+        Failure::Application(error) => error.downcast_ref(),
+        Failure::Call { .. } => None,
+    };
+    let (text, problems) = match found {
+        Some(found) => invalid(found),
+        None => {
+            let (message, hint) = failure.message_and_hint();
+            let problem = failure.about().to_json(&message, hint.as_deref());
             let help = hint.map(|hint| format!("\n  = help: {hint}")).unwrap_or_default();
             (message + &help, vec![problem])
         }
@@ -99,7 +101,7 @@ fn made(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
 fn invalid(found: &Diagnosed) -> (String, Vec<Json>) {
     let problems: Vec<Problem> = found.invalid.problems.iter().map(of_overrides).collect();
     let listed = diagnostics::list(&problems, &found.texts);
-    let problems = problems.iter().map(coded::problem_json).collect();
+    let problems = problems.iter().map(problem_json).collect();
     let text = listed.strip_prefix("error: ").unwrap_or(&listed).trim_end_matches('\n').to_owned();
     (text, problems)
 }

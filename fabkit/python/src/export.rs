@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit_application::bodies::UnknownName;
+use fabkit_application::UnknownName;
 use fabkit_application::designs::Design;
 use fabkit_application::export::Bed;
 use fabkit_application::exporting::{self, DEFAULT_STOCK, ExportOptions, Format, Overwriting};

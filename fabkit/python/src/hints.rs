@@ -1,7 +1,7 @@
 //! What to do about a failure in Python: hints that name arguments. Whatever needs none is said by the error
 //! itself.
 
-use fabkit_application::calibrating::CalibratingError;
+use fabkit_application::calibrating::PinCaptureError;
 use fabkit_application::dataset::{DatasetError, DatasetRequestError, SampleError};
 use fabkit_application::export::ExportError;
 use fabkit_application::exporting::{self, ExportFailure};
@@ -14,48 +14,85 @@ use fabkit_application::{Error, ErrorKind, Explained};
 
 /// What to do, where that is known.
 pub fn hint(error: &Error) -> Option<String> {
+    if error.kind() == ErrorKind::Bug {
+        return Some(REPORT.into());
+    }
+    if let Some(first) = error.parts().first() {
+        return hint(first);
+    }
+    // Each topic's own type says which function words its hint.
+    if let Some(error) = error.downcast_ref() {
+        return folder(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return export(error);
+    }
+    if let Some(VerifierError::Export(error)) = error.downcast_ref() {
+        return export(error);
+    }
+    if let Some(refused @ exporting::FolderError::Refused(_)) = error.downcast_ref() {
+        let hint = if refused.is_of_another_design() {
+            "choose another folder; clean=True removes what that export wrote"
+        } else {
+            "choose another folder; force=True replaces it"
+        };
+        return Some(hint.into());
+    }
+    if let Some(SceneError::NoContact { .. } | SceneError::NothingSeen(_)) = error.downcast_ref() {
+        return Some(format!("{} with allow_no_contact=True", error.hint()?));
+    }
+    if let Some(DatasetRequestError::NoPatterns(_)) = error.downcast_ref() {
+        return Some("list presses in a text file and pass it as `presses`".into());
+    }
+    if let Some(error) = error.downcast_ref() {
+        return match error {
+            DatasetError::Folder(error) => folder(error),
+            DatasetError::Read(error) => sample(error),
+            DatasetError::Cancelled => Some(GOES_ON.into()),
+            other => other.hint(),
+        };
+    }
+    if let Some(error) = error.downcast_ref() {
+        return sample(error);
+    }
+    if let Some(error) = error.downcast_ref() {
+        return match error {
+            SweepError::Folder(error) => folder(error),
+            SweepError::Cancelled => Some(GOES_ON.into()),
+            other => other.hint(),
+        };
+    }
+    if let Some(error) = error.downcast_ref() {
+        return pin_captures(error);
+    }
+    error.hint()
+}
+
+const REPORT: &str = "this is a bug in fabkit; please report it with the call and, if there is one, the \
+                      sensor's file";
+const GOES_ON: &str = "resume=True goes on from here";
+
+fn sample(error: &SampleError) -> Option<String> {
     let hint = match error {
-        _ if error.kind() == ErrorKind::Bug => {
-            "this is a bug in fabkit; please report it with the call and, if there is one, the \
-             sensor's file"
+        SampleError::Folder(error) => return folder(error),
+        SampleError::Absent { is_begun: true, .. } => {
+            "it is not finished: call `fabkit.dataset.write` again with resume=True"
         }
-        Error::Several(errors) => return hint(errors.first()?),
-        Error::Folder(error)
-        | Error::Dataset(DatasetError::Folder(error))
-        | Error::Sweep(SweepError::Folder(error)) => return folder(error),
-        Error::Export(error) | Error::Verifier(VerifierError::Export(error)) => {
-            return export(error);
+        SampleError::Absent { .. } => "`fabkit.dataset.write` writes one",
+        SampleError::Damaged { .. } => {
+            "delete that file, and `fabkit.dataset.write` with resume=True makes it again"
         }
-        Error::ExportFolder(refused @ exporting::FolderError::Refused(_)) => {
-            match refused.is_of_another_design() {
-                true => "choose another folder; clean=True removes what that export wrote",
-                false => "choose another folder; force=True replaces it",
-            }
-        }
-        Error::Scene(SceneError::NoContact { .. } | SceneError::NothingSeen(_)) => {
-            return Some(format!("{} with allow_no_contact=True", error.hint()?));
-        }
-        Error::DatasetRequest(DatasetRequestError::NoPatterns(_)) => {
-            "list presses in a text file and pass it as `presses`"
-        }
-        Error::Dataset(DatasetError::Read(error)) | Error::Sample(error) => match error {
-            SampleError::Folder(error) => return folder(error),
-            SampleError::Absent { is_begun: true, .. } => {
-                "it is not finished: call `fabkit.dataset.write` again with resume=True"
-            }
-            SampleError::Absent { .. } => "`fabkit.dataset.write` writes one",
-            SampleError::Damaged { .. } => {
-                "delete that file, and `fabkit.dataset.write` with resume=True makes it again"
-            }
-            other => return other.hint(),
-        },
-        Error::Dataset(DatasetError::Cancelled) | Error::Sweep(SweepError::Cancelled) => {
-            "resume=True goes on from here"
-        }
-        Error::Calibrating(CalibratingError::NoReference { .. }) => {
+        other => return other.hint(),
+    };
+    Some(hint.into())
+}
+
+fn pin_captures(error: &PinCaptureError) -> Option<String> {
+    let hint = match error {
+        PinCaptureError::NoReference { .. } => {
             "save one there as ref.png, or pass it as `reference`"
         }
-        Error::Calibrating(CalibratingError::SeveralKinds { .. }) => {
+        PinCaptureError::SeveralKinds { .. } => {
             "say which was used with `pin`, or in the column `kind` of captures.csv"
         }
         other => return other.hint(),

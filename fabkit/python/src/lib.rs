@@ -13,6 +13,7 @@ mod design;
 mod errors;
 mod export;
 mod hints;
+mod keywords;
 mod live;
 mod marks;
 mod mesh;

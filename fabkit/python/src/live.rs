@@ -10,7 +10,7 @@ use fabkit_application::geometry::{Matrix3, Point3, Pose, Solid, Vector3};
 use fabkit_application::live::{
     self, LiveOptions, LivePress, LiveShown, SkinPicture, SkinPictures, SkinShown,
 };
-use fabkit_application::scene::press_error;
+use fabkit_application::source::press_error;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

@@ -3,10 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use fabkit_application::capturing;
 use fabkit_application::ground_truth::Viewpoint;
-use fabkit_application::reconstructing;
 use fabkit_application::scene::SceneError;
+use fabkit_application::{capturing, reconstructing};
 use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use fabkit_application::Error;
 use fabkit_application::pressing::{self, Level, Pressing, PressingError, threads};
-use fabkit_application::scene::press_error;
+use fabkit_application::source::press_error;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

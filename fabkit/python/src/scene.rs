@@ -3,13 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use fabkit::CaptureOptions;
 use fabkit_application::camera::files::{PoseFile, read_pose};
-use fabkit_application::capturing::{self, Capturing, Unit, lit};
+use fabkit_application::capturing::{self, Unit, lit};
 use fabkit_application::export::{Array, Values, png};
 use fabkit_application::ground_truth::{Viewpoint, arrays, picture};
 use fabkit_application::pressing::{self, Contact, Linear, PressingError};
 use fabkit_application::reconstructing::{self, DepthNetwork, Taken};
-use fabkit_application::scene::{self, Cast, SceneError, ViewpointFiles, press_error};
+use fabkit_application::scene::{self, Cast, SceneError, ViewpointFiles};
+use fabkit_application::source::press_error;
 use numpy::{PyArray2, PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -18,10 +20,8 @@ use crate::arrays;
 use crate::camera::Camera;
 use crate::design::Project;
 use crate::errors::{Failure, OrRaise, exception};
+use crate::keywords::Keywords;
 use crate::running::{Interrupted, run, short};
-
-/// Standard deviation of printed and cast surfaces that the truth of pictures is written with, mm: that of `depth`.
-const PRINT_SIGMA_MM: f64 = 0.05;
 
 /// How the surface answers: the level's name, the membrane's reach, mm, friction, and the distance of nodes, mm.
 pub type Contacting = (Option<String>, f64, Option<f64>, Option<f64>);
@@ -84,7 +84,7 @@ impl Scene {
         let scene = short(py, || {
             let project = match unit.map(Unit) {
                 None => drawn,
-                Some(unit) => Arc::new(unit.of(&source, overrides)?),
+                Some(unit) => Arc::new(source.unit(unit, overrides)?),
             };
             let bad = |error| SceneError::viewpoint(None, error);
             let mut files =
@@ -191,36 +191,22 @@ impl Scene {
     }
 
     /// Takes the picture of a press: its grey values as `grey`, what it shows as the arrays of [`Scene::cast`], and what
-    /// `fabkit capture --json` says, as JSON.
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+    /// `fabkit capture --json` says, as JSON. Options are those of [`CaptureOptions`], by name.
     fn capture<'py>(
         &self,
         py: Python<'py>,
         presses: Vec<String>,
-        samples: u32,
-        contact: Contacting,
-        shear_mm: [f64; 2],
-        allow_no_contact: bool,
-        light: Option<String>,
-        constants: Option<PathBuf>,
-        seed: Option<u64>,
+        options: Bound<'py, PyDict>,
     ) -> PyResult<(Bound<'py, PyDict>, String)> {
+        let options = CaptureOptions::from_named(&Keywords(&options))?;
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
         let (found, document) = run(py, Interrupted::Leave, None, move |_| {
             let finder = scene.project.press_finder();
             let press = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
             let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
             let (lighting, constants) =
-                lit(&scene.project, light.as_deref(), constants.as_deref())?;
-            let cast = Cast {
-                presses: &presses,
-                samples,
-                contact: named(contact)?,
-                shear_mm,
-                print_sigma_mm: PRINT_SIGMA_MM,
-                allow_no_contact,
-            };
-            let capturing = Capturing { cast, lighting, constants: &constants, seed };
+                lit(&scene.project, options.light.as_deref(), options.constants.as_deref())?;
+            let capturing = options.capturing(&presses, lighting, &constants)?;
             let mut found = Vec::new();
             let captured = capturing.take(&scene, |seen| {
                 found = arrays(seen.map, seen.sigmas);

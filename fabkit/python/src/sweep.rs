@@ -5,12 +5,11 @@ use std::sync::{Arc, Mutex};
 
 use fabkit_application::designs::UserFile;
 use fabkit_application::diagnostics::{Diagnosed, SourceText};
-use fabkit_application::documents;
-use fabkit_application::fixtures;
 use fabkit_application::progress::Step;
 use fabkit_application::source::Source;
 use fabkit_application::sweep::{More, Plan, PlanSource, Variant};
 use fabkit_application::sweeping::{self, Store, Sweep};
+use fabkit_application::{documents, fixtures};
 use pyo3::prelude::*;
 
 use crate::design::Project;

@@ -7,9 +7,9 @@ import sys
 
 import numpy as np
 import pytest
-from fabkit.calibrate import Corners, Pins
 
 import fabkit
+from fabkit.calibrate import Corners, Pins
 
 
 @pytest.fixture(scope="module")

@@ -3,11 +3,11 @@
 import pickle
 
 import cv2
-import fabkit.sim
 import numpy as np
 import pytest
 
 import fabkit
+import fabkit.sim
 
 
 def test_a_picture_is_the_commands(command, tmp_path):

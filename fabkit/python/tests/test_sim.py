@@ -4,13 +4,13 @@ import pickle
 import runpy
 from pathlib import Path
 
-import fabkit.sim as sim
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from numpy.testing import assert_allclose, assert_array_equal
 
 import fabkit
+import fabkit.sim as sim
 
 SIZE_PX = (80, 60)
 PRESS = "hemisphere@30deg,0deg,0.8mm"

@@ -218,10 +218,10 @@ def test_what_the_bench_cannot_press_is_an_empty_cell_with_a_note() -> None:
 
 
 def test_plans_know_every_figure_of_the_bench() -> None:
-    from fabkit.bench import _run
+    from fabkit_bench import _run
 
     for module in _run._MODULES.values():
-        family = importlib.import_module(f"fabkit.bench.{module}").FAMILY
+        family = importlib.import_module(f"fabkit_bench.{module}").FAMILY
         fabkit.sweep.load(
             {
                 "sensor": "rtac0",

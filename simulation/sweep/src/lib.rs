@@ -45,7 +45,7 @@ mod report;
 mod row;
 mod table;
 
-pub use metrics::{GROUPS, Group, METRICS, Metric, stock_density_g_per_cm3};
+pub use metrics::{GROUPS, Group, METRICS, Metric, densities, stock_density_g_per_cm3};
 pub use pareto::front;
 pub use plan::{
     AskMore, Constraint, Direction, InvalidSource, MAX_AXES, MAX_VARIANTS, More, Objective, Plan,

@@ -7,14 +7,15 @@ use std::path::{Path, PathBuf};
 use fabkit_calibration::board::{self, Board, BoardKind, FoundCorner, find_corners};
 use fabkit_calibration::image::GreyImage;
 use fabkit_calibration::intrinsics::{BoardView, CornerObservation, MIN_CORNERS};
+use fabkit_calibration::pin_captures::pictures;
 use fabkit_calibration::report::PictureRecord;
+use fabkit_files::Error;
+use fabkit_files::reading::{self, Expected};
 use fabkit_geometry::NominalCamera;
 use rayon::prelude::*;
 
+use super::CalibratingError;
 use super::error::{BOARD_HINT, CORNERS_HINT};
-use super::{CalibratingError, pictures};
-use crate::Error;
-use crate::reading::{self, Expected};
 
 /// What looking for the board takes for each pixel, the picture itself included, bytes.
 const BOARD_BYTES: u64 = 40;

@@ -1,26 +1,19 @@
 //! Why a calibration does not come about.
 
 use std::fmt::Display;
-use std::io;
 use std::path::{Path, PathBuf};
 
-use fabkit_calibration::captures::InvalidList;
 use fabkit_calibration::extrinsics::CalibrationError;
-use fabkit_calibration::image::ImageError;
 use fabkit_calibration::intrinsics::CalibrateError;
-use fabkit_calibration::pins::DetectionError;
+use fabkit_calibration::pin_captures::OTHER_CAMERA;
 use fabkit_camera::files::InvalidCameraFile;
+use fabkit_files::{ErrorKind, ErrorSubject, Explained, joined};
 use fabkit_optics::InvalidStack;
 use fabkit_text::InvalidDocument;
-
-use super::captures::{LIST, MAX_PICTURES};
-use crate::error::{ErrorKind, Explained, joined};
 
 pub(super) const BOARD_HINT: &str = "`fabkit export SENSOR/boards` writes one beside each board";
 pub(super) const CORNERS_HINT: &str =
     "the columns are view,corner,x_px,y_px and, if known, sigma_px";
-const OTHER_CAMERA: &str =
-    "is the camera's file the one of this camera, and are the landmarks this dome's?";
 
 /// Why a calibration does not come about.
 #[derive(Debug, thiserror::Error)]
@@ -55,12 +48,6 @@ pub enum CalibratingError {
         /// The earlier one.
         there: String,
     },
-    /// A capture whose name does not say which holes had pins.
-    #[error("{file}: its name does not say which holes had pins")]
-    Unlabelled {
-        /// Its picture.
-        file: String,
-    },
     /// A camera that is none.
     #[error("{why}")]
     NoForecast {
@@ -91,90 +78,6 @@ pub enum CalibratingError {
         /// Which corner.
         corner: u32,
     },
-    /// A picture that is none.
-    #[error("{file}: {source}")]
-    Picture {
-        /// Which.
-        file: String,
-        /// Why.
-        source: ImageError,
-    },
-    /// A picture in which nobody can look for pins.
-    #[error("{file}: {source}")]
-    Undetected {
-        /// Which.
-        file: String,
-        /// Why.
-        source: DetectionError,
-    },
-    /// A folder that cannot be read.
-    #[error("cannot read {}: {source}", .folder.display())]
-    Folder {
-        /// Which.
-        folder: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// More pictures than anybody takes.
-    #[error("{} holds more than {MAX_PICTURES} pictures", .folder.display())]
-    TooManyPictures {
-        /// Where.
-        folder: PathBuf,
-    },
-    /// A folder without captures.
-    #[error("{} holds no captures", .folder.display())]
-    NoCaptures {
-        /// Which.
-        folder: PathBuf,
-    },
-    /// Captures, and nothing to compare them with.
-    #[error("{} has no picture without contact", .folder.display())]
-    NoReference {
-        /// Which folder.
-        folder: PathBuf,
-    },
-    /// A list of captures that cannot be read.
-    #[error("{}: {source}", .file.display())]
-    List {
-        /// Which file.
-        file: PathBuf,
-        /// Why.
-        source: InvalidList,
-    },
-    /// Pins of several kinds, and nobody says which was used.
-    #[error("{}: {kinds}", several(.at.as_ref()))]
-    SeveralKinds {
-        /// The capture and the hole, where it is about one.
-        at: Option<(String, u32)>,
-        /// Which there are.
-        kinds: String,
-    },
-    /// A hole that the dome does not have.
-    #[error("{file}: the landmarks have no hole {hole}")]
-    NoHole {
-        /// Which capture.
-        file: String,
-        /// As given.
-        hole: u32,
-    },
-    /// A kind of pin that the hole does not have.
-    #[error("{file}: hole {hole} has no pin of kind `{kind}`")]
-    NoSuchPin {
-        /// Which capture.
-        file: String,
-        /// Which hole.
-        hole: u32,
-        /// As given.
-        kind: String,
-        /// Which there are.
-        kinds: String,
-    },
-    /// A capture of which some pins were measured by hand.
-    #[error("{file}: some pins have a pixel and some have none")]
-    HalfMeasured {
-        /// Which.
-        file: String,
-    },
     /// A camera's file with faults.
     #[error("{}", faults(.file, .source))]
     Camera {
@@ -197,9 +100,6 @@ pub enum CalibratingError {
         /// Which.
         fixture: String,
     },
-    /// Marks that no pose explains.
-    #[error("the marks in the pictures are not where the holes would be seen from any side")]
-    NotAssigned,
     /// Marks that are at no hole that a label names.
     #[error("{doubtful} of {marks} marks are at no labelled hole:\n  {}", .discrepancies.join("\n  "))]
     Doubtful {
@@ -248,18 +148,9 @@ fn faults(file: &Path, invalid: &InvalidCameraFile) -> String {
     faults.collect::<Vec<_>>().join("\n")
 }
 
-fn several(at: Option<&(String, u32)>) -> String {
-    match at {
-        None => "the landmarks have several kinds of pin".into(),
-        Some((file, hole)) => format!("{file}: there are several kinds of pin for hole {hole}"),
-    }
-}
-
 impl Explained for CalibratingError {
     fn kind(&self) -> ErrorKind {
         match self {
-            Self::TooManyPictures { .. } => ErrorKind::Limit,
-            Self::Folder { .. } => ErrorKind::Io,
             Self::Lens { source: CalibrateError::Covariance(_), .. } => ErrorKind::Bug,
             _ => ErrorKind::BadInput,
         }
@@ -277,30 +168,9 @@ impl Explained for CalibratingError {
             Self::SamePicture { .. } => {
                 "give each picture once; the same one again is no new evidence"
             }
-            Self::Unlabelled { .. } => {
-                return Some(format!(
-                    "name it after its holes, as 01_05_08.png, or list its pins in {LIST}"
-                ));
-            }
             Self::NoForecast { .. } => "correct the sensor's `camera`",
             Self::Charuco => "use fabkit's own detector, or give what OpenCV found",
             Self::NoOpencv => "build fabkit with its feature `opencv`, or give what OpenCV found",
-            Self::Undetected { source, .. } => match source {
-                DetectionError::Size { .. } => "all pictures come from one camera at one size",
-                DetectionError::Identical => "take the reference without contact",
-                DetectionError::Exposure { .. } => {
-                    "lower or raise the exposure until the surface is grey, not white or black"
-                }
-            },
-            Self::NoCaptures { .. } => {
-                "captures are PNG, JPEG, TIFF or BMP files, named after their holes as in 01_05_08.png"
-            }
-            Self::NoReference { .. } => "save one there as ref.png, or name it",
-            Self::SeveralKinds { .. } => {
-                return Some(format!("say which was used, here or in the column `kind` of {LIST}"));
-            }
-            Self::NoSuchPin { kinds, .. } => return Some(format!("its kinds are: {kinds}")),
-            Self::NotAssigned => OTHER_CAMERA,
             Self::Doubtful { .. } => "check the labels and the landmarks",
             Self::Pose(error) => match error {
                 // What was computed from the file's is no covariance, because the file's hardly is one.
@@ -331,5 +201,18 @@ impl Explained for CalibratingError {
             _ => return None,
         };
         Some(hint.into())
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::Camera { file, .. } => ErrorSubject::at("bad_camera_file", file),
+            Self::OtherSize { file, .. } => ErrorSubject::at("other_size", file.as_ref()),
+            Self::Board(_) => ErrorSubject::new("bad_board"),
+            Self::Corners(_) => ErrorSubject::new("bad_corners"),
+            Self::Landmarks { .. } => ErrorSubject::new("bad_landmarks"),
+            Self::Pose(_) => ErrorSubject::new("no_pose"),
+            Self::Lens { .. } => ErrorSubject::new("no_lens"),
+            other => ErrorSubject::of_kind(other.kind()),
+        }
     }
 }

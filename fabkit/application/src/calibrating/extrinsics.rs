@@ -9,21 +9,20 @@ use fabkit_calibration::extrinsics::{
 use fabkit_calibration::image::GreyImage;
 use fabkit_calibration::landmarks::{self, PinLandmarks};
 use fabkit_calibration::model::{MarkOffsets, Model, Observation};
+use fabkit_calibration::pin_captures::pictures::read_grey;
+use fabkit_calibration::pin_captures::{PinCaptureError, PinCaptures};
 use fabkit_calibration::report::{Crop, ExtrinsicsReport};
-use fabkit_camera::files;
-use fabkit_camera::{CameraEstimate, Vector2};
+use fabkit_camera::{CameraEstimate, Vector2, files};
+use fabkit_capture::LightConstants;
 use fabkit_designs::Design;
+use fabkit_files::Error;
+use fabkit_files::reading::{self, Expected};
 use fabkit_fixtures::halves::are_of_halves;
 use fabkit_fixtures::{DrawnBodies, Project};
 use fabkit_geometry::{Point3, Pose};
 
 use super::CalibratingError;
-use super::captures::PinCaptures;
 use super::marks::{PinMarks, SeenFrom, Shapes};
-use super::pictures::read_grey;
-use crate::Error;
-use crate::capturing::LightConstants;
-use crate::reading::{self, Expected};
 
 /// Above this part of all marks without a hole, the labels or the camera are wrong, not the pins.
 const MAX_DOUBTFUL: f64 = 0.2;
@@ -66,7 +65,7 @@ pub struct Inputs<'a> {
 ///
 /// # Errors
 /// Marks that do not tell the pose, labels that do not fit, and what `look` says.
-pub fn solve<R, E: From<CalibratingError>>(
+pub fn solve<R, E: From<Error>>(
     inputs: &Inputs,
     look: impl FnOnce(&ExtrinsicsReport) -> Result<R, E>,
 ) -> Result<R, E> {
@@ -75,7 +74,7 @@ pub fn solve<R, E: From<CalibratingError>>(
     let nominal = sensor.camera.sensor_from_camera.inverse();
     let Some(mut assignment) = assign(camera.camera(), &nominal, &captures.marked, &landmarks.pins)
     else {
-        return Err(CalibratingError::NotAssigned.into());
+        return Err(Error::from(PinCaptureError::NotAssigned).into());
     };
     let of_halves = are_of_halves(landmarks);
     if of_halves {
@@ -86,7 +85,8 @@ pub fn solve<R, E: From<CalibratingError>>(
     let marks: usize = captures.records.iter().map(|record| record.pins_found).sum();
     let mislabelled = |doubt: &&Discrepancy| !matches!(doubt, Discrepancy::Missing { .. });
     let doubtful = assignment.discrepancies.iter().filter(mislabelled).count();
-    let bodies = DrawnBodies::of(sensor, camera.camera()).map_err(CalibratingError::from)?;
+    let bodies = DrawnBodies::of(sensor, camera.camera()).map_err(CalibratingError::from);
+    let bodies = bodies.map_err(Error::from)?;
     let displacements =
         |pose: &Pose, contacts: &[Point3<f64>]| bodies.displacements(pose, contacts);
     let drawn = bodies.interface();
@@ -142,7 +142,7 @@ pub fn solve<R, E: From<CalibratingError>>(
         }
         _ => solve(&observations, &MarkOffsets::default()),
     };
-    let calibration = calibration.map_err(CalibratingError::from)?;
+    let calibration = calibration.map_err(CalibratingError::from).map_err(Error::from)?;
     let not_marked = match rendered {
         Ok(Some(_)) => None,
         Ok(None) if !captures.is_detected => {
@@ -165,7 +165,8 @@ pub fn solve<R, E: From<CalibratingError>>(
     };
     if doubtful as f64 > MAX_DOUBTFUL * marks as f64 {
         let discrepancies = report.doubt_sentences();
-        return Err(CalibratingError::Doubtful { doubtful, marks, discrepancies }.into());
+        let doubtful = CalibratingError::Doubtful { doubtful, marks, discrepancies };
+        return Err(Error::from(doubtful).into());
     }
     look(&report)
 }

@@ -3,11 +3,11 @@
 use fabkit_calibration::intrinsics::{LensCalibration, LensModel, calibrate};
 use fabkit_calibration::report::PictureRecord;
 use fabkit_camera::Camera;
+use fabkit_files::Error;
 use fabkit_geometry::NominalCamera;
 
 use super::CalibratingError;
 use super::boards::Views;
-use crate::Error;
 
 /// Solves for the camera, beginning with the sensor's nominal one; no models are all of them.
 ///

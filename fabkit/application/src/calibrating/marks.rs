@@ -11,19 +11,18 @@ use std::sync::Arc;
 use fabkit_calibration::image::GreyImage;
 use fabkit_calibration::landmarks::{PinLandmark, PinLandmarks};
 use fabkit_calibration::model::{FitParameter, MarkOffset, MarkOffsets, Model, Observation};
+use fabkit_calibration::pin_captures::PinCaptures;
 use fabkit_calibration::pins::{DetectionOptions, Polarity, background_cell_px, detect};
 use fabkit_camera::{Camera, Interface, Point2, Vector2};
+use fabkit_capture::{LayerScene, LightConstants};
 use fabkit_depth::truth::{PixelRays, Presser, ReferenceSurface};
+use fabkit_files::Error;
 use fabkit_fixtures::halves::{are_of_halves, body_of};
 use fabkit_fixtures::{PressBody, Project};
 use fabkit_geometry::{Point3, Pose, Sensor, Shows, Solid, TouchSurface, Vector3};
 use fabkit_optics::{Sights, Stack, Viewer};
+use fabkit_scene::pressing::{Ready, threads};
 use rayon::prelude::*;
-
-use super::captures::PinCaptures;
-use crate::Error;
-use crate::capturing::{LayerScene, LightConstants};
-use crate::pressing::{Ready, threads};
 
 /// Half the side of the part of a picture that is rendered around a tip, as a part of the picture's shorter side: beyond the
 /// widest mark that the detector takes for one.

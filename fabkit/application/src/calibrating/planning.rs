@@ -4,13 +4,13 @@ use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Contact, FitParameter, Observation};
 use fabkit_calibration::planning::{Expectation, Looseness, Plan, Setup};
 use fabkit_camera::{Camera, CameraEstimate, Point2};
+use fabkit_capture::LightConstants;
+use fabkit_files::Error;
 use fabkit_fixtures::{Forecast, Project};
 use serde_json::{Value, json};
 
 use super::CalibratingError;
 use super::marks::{PinMarks, SeenFrom, Shapes};
-use crate::Error;
-use crate::capturing::LightConstants;
 use crate::source::Source;
 
 /// Marks of pins nearer to each other than this many of their diameters run into one another.

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use fabkit_calibration::report::ExtrinsicsReport;
 use fabkit_camera::POSE_PARAMETERS;
 use fabkit_camera::files::{self, CameraFormat, FiledJoint, list};
+use fabkit_files::Error;
 
 use super::CalibratingError;
-use crate::Error;
 use crate::authored::signed;
 
 /// `pose.yaml` and the camera that belongs to it.

@@ -2,10 +2,10 @@
 
 use fabkit_boards::{BoardError, BoardShape, Layout, USUAL, check, files, lay_out};
 use fabkit_designs::Design;
+use fabkit_files::staging::OutputFile;
 use fabkit_geometry::{Circuit, Sensor};
 
 use super::{ExportFailure, Made};
-use crate::staging::OutputFile;
 
 /// A circuit with its finished board, which keeps all rules.
 pub struct FinishedBoard<'a> {

@@ -3,10 +3,9 @@
 use fabkit_designs::kerf_mm;
 use fabkit_designs::profile::{ProcessProfile, Suits};
 use fabkit_export::{Compensation, PrintCompensation};
-use fabkit_geometry::{Pose, Solid};
+use fabkit_geometry::{Body, Pose, Solid};
 
 use super::ExportOptions;
-use fabkit_geometry::Body;
 
 /// What the files of a body make up for. `is_drawn` says whether outlines are among them.
 pub(super) fn compensation(body: &Body, options: &ExportOptions, is_drawn: bool) -> Compensation {

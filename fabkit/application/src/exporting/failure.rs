@@ -4,16 +4,15 @@ use fabkit_boards::BoardError;
 use fabkit_checks::InvalidBody;
 use fabkit_elastic::SoftError;
 use fabkit_export::ExportError;
+use fabkit_files::{ErrorKind, ErrorSubject, Explained, UnknownName};
 use fabkit_geometry::{NotASheet, Shells};
 use fabkit_mesh::{MeshError, Shell};
 use fabkit_optics::InvalidStack;
+use fabkit_scene::ground_truth::InvalidViewpoint;
 use fabkit_tetra::TetraError;
 
 use super::topology::places;
-use crate::bodies::UnknownName;
-use crate::ground_truth::InvalidViewpoint;
 use crate::pictures::PictureError;
-use crate::{ErrorKind, Explained};
 
 /// Why there is nothing to write.
 #[derive(Debug, thiserror::Error)]
@@ -282,6 +281,27 @@ impl Explained for ExportFailure {
             _ => return None,
         };
         Some(hint.into())
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        ErrorSubject::new(match self {
+            Self::Unknown(error) => return error.subject(),
+            Self::Picture { source, .. } => return source.subject(),
+            Self::TooManyTriangles { .. }
+            | Self::Mesh { source: MeshError::TooFine { .. }, .. } => "too_many_triangles",
+            Self::Mesh { source: MeshError::Tolerance { .. }, .. } => "out_of_range",
+            Self::Plate(_) => "larger_than_bed",
+            Self::Stock(_) => "larger_than_stock",
+            Self::Outline { source: ExportError::KerfTooWide { .. }, .. } => "kerf_too_wide",
+            Self::CannotBeMade { .. } => "cannot_be_made",
+            Self::HolesBreakOut { .. } => "holes_break_out",
+            Self::ProfileWithoutFiles { .. } | Self::ProfileUnused { .. } => "profile_unused",
+            Self::NoOutlines { .. } => "no_outlines",
+            Self::Soft(_) => "nothing_soft",
+            Self::Tetra(TetraError::TooMany { .. }) => "too_many_tetrahedra",
+            Self::Tetra(TetraError::Edge { .. }) => "out_of_range",
+            other => return ErrorSubject::of_kind(other.kind()),
+        })
     }
 }
 

@@ -5,18 +5,18 @@
 //! Nothing is written over that fabkit did not write.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
 use fabkit_export::{FileEntry, Manifest, OtherFile, Otherness, PartEntry, ProfileEntry};
+use fabkit_files::listing::{hash_of, visible_files};
+use fabkit_files::reading::{self, Expected, ReadError};
+use fabkit_files::resumable::{MAX_DOCUMENT_BYTES, SealError, unseal};
+use fabkit_files::staging::{OutputFile, StagingError, Transaction};
+use fabkit_files::{ErrorKind, ErrorSubject, Explained, joined};
 
 use super::{Exported, MANIFEST_NAME, manifest_file};
-use crate::error::{ErrorKind, Explained, joined};
 use crate::exporting::ExportFailure;
-use crate::reading::{self, Expected, ReadError};
-use crate::resumable::{MAX_DOCUMENT_BYTES, SealError, unseal};
-use crate::staging::{OutputFile, StagingError, Transaction};
 
 /// A list of contents.
 const MANIFEST: Expected =
@@ -100,6 +100,15 @@ impl Explained for FolderError {
             Self::Refused(_) => Some("choose another folder, or have it replaced by force".into()),
             Self::Export(error) => error.hint(),
             Self::Staging(error) => error.hint(),
+        }
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::Refused(_) if self.is_of_another_design() => ErrorSubject::new("other_design"),
+            Self::Refused(_) => ErrorSubject::new("edited_by_hand"),
+            Self::Export(error) => error.subject(),
+            Self::Staging(error) => error.subject(),
         }
     }
 }
@@ -246,9 +255,9 @@ impl Merged {
             .collect();
         // Boards have folders of their own below.
         let own = known.iter().filter_map(|name| Some(name.rsplit_once('/')?.0));
-        let mut there = names_in(folder, "")?;
+        let mut there = visible_files(folder, "")?;
         for below in own.collect::<BTreeSet<&str>>() {
-            there.extend(names_in(&folder.join(below), &format!("{below}/"))?);
+            there.extend(visible_files(&folder.join(below), &format!("{below}/"))?);
         }
         let foreign = there.into_iter().filter(|name| !known.contains(name.as_str()));
         manifest.others.extend(foreign.map(|name| OtherFile {
@@ -340,42 +349,5 @@ fn old_manifest(folder: &Path) -> Result<Old, StagingError> {
 
 /// A manifest that somebody wrote by hand reaches no folder that is not below its own.
 fn is_plain(name: &str) -> bool {
-    crate::resumable::is_plain(name) && name != MANIFEST_NAME
-}
-
-/// BLAKE3 of a file's content, in hex; nothing where there is no file.
-fn hash_of(path: &Path) -> Result<Option<String>, StagingError> {
-    match fs::metadata(path) {
-        Ok(found) if found.is_file() => {}
-        Ok(_) => return Ok(None),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(source) => {
-            return Err(StagingError::Io { action: "look at", path: path.into(), source });
-        }
-    }
-    let mut hasher = blake3::Hasher::new();
-    File::open(path)
-        .and_then(|file| hasher.update_reader(file).map(drop))
-        .map_err(|source| StagingError::Io { action: "read", path: path.into(), source })?;
-    Ok(Some(hasher.finalize().to_hex().to_string()))
-}
-
-/// Files in a folder, none where it is not there yet, with what is before their names; neither hidden ones nor
-/// what is below.
-fn names_in(folder: &Path, before: &str) -> Result<Vec<String>, StagingError> {
-    let unreadable =
-        |source| StagingError::Io { action: "read the folder", path: folder.into(), source };
-    let entries = match fs::read_dir(folder) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        entries => entries.map_err(unreadable)?,
-    };
-    let mut names = Vec::new();
-    for entry in entries {
-        let entry = entry.map_err(unreadable)?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if !name.starts_with('.') && entry.path().is_file() {
-            names.push(format!("{before}{name}"));
-        }
-    }
-    Ok(names)
+    fabkit_files::resumable::is_plain(name) && name != MANIFEST_NAME
 }

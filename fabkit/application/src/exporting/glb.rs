@@ -1,11 +1,10 @@
 //! A design as one file for viewers: every body of the sensor, or of the fixture, where it stands.
 
-use std::collections::BTreeMap;
-
 use fabkit_designs::Design;
 use fabkit_export::{GlbBody, GlbPlace, GlbScene};
+use fabkit_files::staging::OutputFile;
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{Action, Body, Clarity, CompiledSolid};
+use fabkit_geometry::{Body, Clarity, CompiledSolid};
 use fabkit_mesh::{PrintMesh, ShadedMesh};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -14,7 +13,6 @@ use super::pieces::FINEST_MM;
 use super::topology::{self, Counted};
 use super::{ExportFailure, ExportOptions, Format, Made, limit_triangles};
 use crate::pictures;
-use crate::staging::OutputFile;
 
 const MM3_PER_CM3: f64 = 1e3;
 
@@ -38,7 +36,7 @@ pub(super) fn made(
 ) -> Result<Made, ExportFailure> {
     let sensor = &design.sensor;
     let assembly = pictures::default_assembly(sensor);
-    let densities = densities(design);
+    let densities = fabkit_sweep::densities(design);
     let standing = standing(design, std::slice::from_ref(&assembly), |body| {
         let print = meshed(body, options.tolerance_mm)?;
         let density = densities.get(body.name.as_str()).copied();
@@ -64,7 +62,7 @@ pub(crate) fn shown(
     design_hash: &str,
     assemblies: &[String],
 ) -> Result<Vec<u8>, ExportFailure> {
-    let densities = densities(design);
+    let densities = fabkit_sweep::densities(design);
     let standing = standing(design, assemblies, |body| {
         let print = meshed(body, SHOWN_MM)?;
         let solid = CompiledSolid::new(&body.solid).ok();
@@ -214,30 +212,6 @@ fn meshed_at(
         Some(failure) => Err(failure),
         None => Ok(mesh),
     }
-}
-
-/// Densities, g/cm3, by body, as far as they are known: of what is mixed for a layer, of the design's own
-/// materials, and of usual stock.
-pub(crate) fn densities(design: &Design) -> BTreeMap<&str, f64> {
-    let mixed = design.sensor.chain.iter().filter_map(|step| match &step.action {
-        Action::Pour(pour) => Some((&*pour.layer, pour.mix.density_g_per_cm3)),
-        Action::Spray(spray) => Some((&*spray.layer, spray.mix.density_g_per_cm3)),
-        _ => None,
-    });
-    let mixed: BTreeMap<&str, f64> = mixed.collect();
-    let named = |material: &str| {
-        let known = design.materials.iter().map(|known| known.material());
-        let own = known.filter(|known| known.name == material);
-        own.map(|known| known.figures.density.0).next()
-    };
-    let of = |body: &Body| {
-        let mixed = mixed.get(body.name.as_str()).copied();
-        mixed
-            .or_else(|| named(&body.material))
-            .or_else(|| fabkit_sweep::stock_density_g_per_cm3(&body.material))
-    };
-    let bodies = design.sensor.bodies.iter();
-    bodies.filter_map(|body| Some((body.name.as_str(), of(body)?))).collect()
 }
 
 /// What a viewer can tell of a body. Sizes are those of the box around it in its own frame; a mass is that of

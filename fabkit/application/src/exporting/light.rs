@@ -5,15 +5,15 @@ use fabkit_export::{
     LightBody, LightCamera, LightDocument, LightDome, LightPart, LightPlacement, LightPlane,
     LightSurface,
 };
+use fabkit_files::staging::OutputFile;
 use fabkit_geometry::{
     Assembly, Body, Clarity, CompiledSolid, Point3, Sensor, Solid, TouchSurface,
 };
 use fabkit_optics::{InvalidStack, Part, Stack};
+use fabkit_scene::ground_truth::Viewpoint;
 use serde_json::json;
 
 use super::{ExportFailure, Made};
-use crate::ground_truth::Viewpoint;
-use crate::staging::OutputFile;
 
 /// Name of the file.
 pub const LIGHT_NAME: &str = "light.json";

@@ -32,20 +32,22 @@ pub use self::boards::{FinishedBoard, board, boards};
 use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
 pub use self::folder::{FolderError, FolderRefusal, Overwriting, WrittenExport, write};
-pub(crate) use self::glb::{densities, shown as shown_glb};
+pub(crate) use self::glb::shown as shown_glb;
 pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
 pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;
 pub(crate) use self::sheets::plan as sheet_plan;
 pub use self::tetra::DEFAULT_EDGE_MM;
+use fabkit_designs::design_hash;
+use fabkit_files::progress::unwatched;
+use fabkit_files::resumable::seal_text;
+pub use fabkit_files::staging::ForeignFile;
+use fabkit_files::staging::OutputFile;
+use fabkit_files::{UnknownName, memory};
+
 use self::topology::Counted;
-use crate::bodies::{self, UnknownName};
-use crate::identity::design_hash;
-use crate::memory;
+use crate::bodies;
 use crate::pictures::{self, Shot};
-use crate::progress::unwatched;
-use crate::resumable::seal_text;
-use crate::staging::OutputFile;
 
 /// Most triangles that one export may have, copies on plates included.
 pub const MAX_TRIANGLES: usize = 5_000_000;
@@ -53,7 +55,7 @@ pub const MAX_TRIANGLES: usize = 5_000_000;
 const TRIANGLE_BYTES: u64 = 380;
 
 /// Name of the list of contents.
-pub const MANIFEST_NAME: &str = crate::staging::CONTENTS;
+pub const MANIFEST_NAME: &str = fabkit_files::staging::CONTENTS;
 
 /// How pictures of single parts are taken.
 const PART_SHOT: Shot = Shot { size_px: [800, 600], section: false, from: None };
@@ -70,17 +72,6 @@ pub struct Exported {
     pub manifest: Manifest,
     /// All bodies that the design has, in its order.
     pub bodies: Vec<String>,
-}
-
-/// A file that somebody else made, for the manifest.
-#[derive(Clone, Debug)]
-pub struct ForeignFile {
-    /// Name and content.
-    pub file: OutputFile,
-    /// The word used in the manifest.
-    pub format: &'static str,
-    /// Which bodies it holds.
-    pub parts: Vec<String>,
 }
 
 impl Exported {

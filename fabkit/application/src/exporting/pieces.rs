@@ -1,13 +1,14 @@
 //! What leaves the printer as one piece lies as one piece in its files.
 
 use fabkit_export::Document;
+use fabkit_files::UnknownName;
+use fabkit_files::staging::OutputFile;
 use fabkit_geometry::{Body, Pose, PrintGroup, Sensor};
 use fabkit_mesh::DEFAULT_TOLERANCE_MM;
 
 use super::topology::Counted;
 use super::{ExportFailure, ExportOptions, Format, Made, Meshed, measured, object, turned};
-use crate::bodies::{self, UnknownName};
-use crate::staging::OutputFile;
+use crate::bodies;
 
 /// A topology that is wrong at this tolerance, mm, is no matter of the tolerance.
 pub(super) const FINEST_MM: f64 = DEFAULT_TOLERANCE_MM / 2.0;

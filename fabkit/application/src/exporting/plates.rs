@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use fabkit_designs::Design;
 use fabkit_export::{Bed, Document, Object, Spot};
+use fabkit_files::staging::OutputFile;
 use fabkit_geometry::{Pose, Process};
 use fabkit_mesh::PrintMesh;
 use rayon::prelude::*;
 
 use super::{ExportFailure, ExportOptions, Format, Made, Meshed, limit_triangles, object, stock};
-use crate::staging::OutputFile;
 
 /// Processes whose parts lie on a bed.
 const BED_PROCESSES: [Process; 2] = [Process::Fdm, Process::Sla];

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use fabkit_designs::Design;
 use fabkit_designs::profile::{ProcessProfile, Suits};
 use fabkit_export::{NotApplied, ProfileEntry};
+use fabkit_geometry::Body;
 
 use super::{ExportFailure, ExportOptions, chosen, pieces};
-use fabkit_geometry::Body;
 
 /// A profile must change something: one that was given for other parts is a slip, not a wish.
 /// Several designs may be exported with one profile, of which some have no part that it is for.

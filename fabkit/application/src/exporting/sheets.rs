@@ -7,12 +7,12 @@ use fabkit_export::{
     Compensation, Document, Drawing, ExportError, NestedSheet, Piece, SheetFigures, dxf, nest,
     sheet_picture, svg, widen_for_kerf,
 };
+use fabkit_files::staging::OutputFile;
 use fabkit_geometry::{Body, Process, Profile};
 use fabkit_guide::{SheetPiece, SheetPlan};
 
 use super::compensation::compensation;
 use super::{ExportFailure, ExportOptions, Format, Made, Meshed, stock};
-use crate::staging::OutputFile;
 
 /// A part's outlines as they are cut.
 pub(super) struct CutSheet {

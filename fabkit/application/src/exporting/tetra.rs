@@ -3,12 +3,12 @@
 use fabkit_designs::Design;
 use fabkit_elastic::{SoftError, SoftStack};
 use fabkit_export::TetraMesh;
+use fabkit_files::resumable::seal_text;
+use fabkit_files::staging::OutputFile;
 use fabkit_tetra::{Quality, Tetrahedra};
 use serde_json::json;
 
 use super::{ExportFailure, ExportOptions, Format, Made};
-use crate::resumable::seal_text;
-use crate::staging::OutputFile;
 
 /// Length of edges, where nothing is said, mm.
 pub const DEFAULT_EDGE_MM: f64 = 0.5;

@@ -3,11 +3,10 @@
 
 use fabkit_designs::parameters::SourceKind;
 use fabkit_designs::{Design, builtin_names, builtin_yaml};
-use fabkit_geometry::Shells;
+use fabkit_geometry::{Body, Shells};
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, PrintMesh, Shell};
 
 use super::ExportFailure;
-use fabkit_geometry::Body;
 
 /// Chips and cavities that a message names.
 const MOST_NAMED: usize = 3;

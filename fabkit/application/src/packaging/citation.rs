@@ -2,11 +2,10 @@
 
 use std::fmt::Write as _;
 
-use fabkit_designs::Design;
+use fabkit_designs::{Design, design_hash};
 use serde_json::json;
 
 use super::Terms;
-use crate::identity::design_hash;
 
 /// A licence by its SPDX identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

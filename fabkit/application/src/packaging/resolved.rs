@@ -2,13 +2,12 @@
 
 use std::fmt::Write as _;
 
-use fabkit_designs::Design;
+use fabkit_designs::{Design, design_hash};
+use fabkit_files::diagnostics::SourceText;
 use fabkit_text::Setting;
 use serde_json::json;
 
 use super::is_of_fixtures;
-use crate::diagnostics::SourceText;
-use crate::identity::design_hash;
 use crate::source::{NamedDesigns, Source};
 
 /// One text that stands for a sensor and its fixtures; nothing where the text, read again, would be another

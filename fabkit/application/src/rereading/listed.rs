@@ -1,19 +1,18 @@
 //! What a folder's list of contents says of it.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::Path;
 
 use fabkit_export::{Manifest, OtherFile};
-use serde_json::Value;
-
-use super::{Kind, RereadError};
-use crate::dataset;
-use crate::exporting::MANIFEST_NAME;
-use crate::resumable::{
+use fabkit_files::listing;
+use fabkit_files::resumable::{
     self, Files, FolderError, MAX_DOCUMENT_BYTES, Piece, SealError, files_of, is_plain,
     read_regular, unseal,
 };
+use serde_json::Value;
+
+use super::{Kind, RereadError};
+use crate::exporting::MANIFEST_NAME;
 use crate::sweeping;
 
 /// Lists without a checksum.
@@ -38,12 +37,12 @@ impl Listed {
     /// A list of another version; the system's reasons.
     pub(super) fn read(folder: &Path, kind: Kind) -> Result<Result<Self, String>, RereadError> {
         let path = folder.join(kind.document());
-        if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
+        if listing::is_no_file(&path) {
             return Ok(Err("it is not a file".into()));
         }
         let read = match kind {
             Kind::Export => manifest(&path),
-            Kind::Dataset => document(&path, dataset::KIND),
+            Kind::Dataset => document(&path, fabkit_dataset::KIND),
             Kind::Sweep => document(&path, sweeping::KIND),
         };
         match read {
@@ -117,8 +116,8 @@ impl Listed {
         for OtherFile { name, blake3, .. } in others.iter().filter(|other| is_plain(&other.name)) {
             let Some(blake3) = blake3 else { continue };
             // Its size is not listed, and it may have been removed.
-            let Ok(found) = fs::symlink_metadata(folder.join(name)) else { continue };
-            if let Some(piece) = Piece::listed(found.len(), blake3) {
+            let Some(bytes) = listing::size_bytes(&folder.join(name)) else { continue };
+            if let Some(piece) = Piece::listed(bytes, blake3) {
                 self.files.insert(name.clone(), piece);
             }
         }

@@ -8,18 +8,18 @@
 mod listed;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use fabkit_dataset::{self, DatasetReader};
+use fabkit_files::listing::{self, Entry};
+use fabkit_files::resumable::{Files, FolderError, State};
+use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained};
 use rayon::prelude::*;
 
 use self::listed::Listed;
-use crate::dataset::{self, DatasetReader};
 use crate::exporting::MANIFEST_NAME;
-use crate::resumable::{Files, FolderError, State};
 use crate::sweeping;
-use crate::{Error, ErrorKind, Explained};
 
 /// Files that no list names, beyond which they are only counted.
 const MOST_NAMED: usize = 1000;
@@ -133,6 +133,14 @@ impl Explained for RereadError {
         };
         Some(hint.into())
     }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::OtherVersion(error) | Self::List(error) => error.subject(),
+            Self::NoList { folder, .. } => ErrorSubject::at("not_fabkits_folder", folder),
+            Self::Io { folder, source } => ErrorSubject::of_io(folder, source, "file_unreadable"),
+        }
+    }
 }
 
 /// What a folder is filled with.
@@ -149,7 +157,7 @@ impl Kind {
     fn document(self) -> String {
         match self {
             Self::Export => MANIFEST_NAME.to_owned(),
-            Self::Dataset => dataset::KIND.document(),
+            Self::Dataset => fabkit_dataset::KIND.document(),
             Self::Sweep => sweeping::KIND.document(),
         }
     }
@@ -157,14 +165,14 @@ impl Kind {
     fn what(self) -> &'static str {
         match self {
             Self::Export => "export",
-            Self::Dataset => dataset::KIND.what,
+            Self::Dataset => fabkit_dataset::KIND.what,
             Self::Sweep => sweeping::KIND.what,
         }
     }
 
     /// Whatever is there has that name, also what is no file: then it is damaged.
     fn of(folder: &Path) -> Option<Self> {
-        let is_there = |kind: &Self| fs::symlink_metadata(folder.join(kind.document())).is_ok();
+        let is_there = |kind: &Self| listing::is_there(&folder.join(kind.document()));
         Self::ALL.into_iter().find(is_there)
     }
 }
@@ -175,7 +183,7 @@ impl Kind {
 /// A folder that holds no list of contents, or one of another version; damage is none.
 pub fn reread(folder: &Path) -> Result<Vec<Reread>, Error> {
     let Some(kind) = Kind::of(folder) else {
-        fs::metadata(folder).map_err(|error| cannot_list(folder, error))?;
+        listing::look_at(folder).map_err(|error| cannot_list(folder, error))?;
         return Err(no_list(folder).into());
     };
     let mut all = vec![one(folder, kind)?];
@@ -192,11 +200,11 @@ pub fn reread(folder: &Path) -> Result<Vec<Reread>, Error> {
 
 /// Exports in folders directly below another one, sorted.
 fn exports_below(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let mut below: Vec<PathBuf> = fs::read_dir(folder)
+    let mut below: Vec<PathBuf> = listing::entries(folder)
         .map_err(|e| cannot_list(folder, e))?
         .flatten()
-        .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
-        .map(|entry| entry.path())
+        .filter(|entry| entry.is_folder)
+        .map(|entry| entry.path)
         .filter(|path| Kind::of(path) == Some(Kind::Export))
         .collect();
     below.sort();
@@ -204,8 +212,9 @@ fn exports_below(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 }
 
 fn no_list(folder: &Path) -> RereadError {
-    let is_begun =
-        [dataset::KIND, sweeping::KIND].iter().any(|kind| folder.join(kind.partial("")).is_dir());
+    let is_begun = [fabkit_dataset::KIND, sweeping::KIND]
+        .iter()
+        .any(|kind| folder.join(kind.partial("")).is_dir());
     let documents = Kind::ALL.map(Kind::document);
     RereadError::NoList { folder: folder.into(), documents, is_begun }
 }
@@ -315,16 +324,13 @@ fn foreign(
     let mut open = vec![String::new()];
     while let Some(below) = open.pop() {
         let place = folder.join(&below);
-        let entries = fs::read_dir(&place).map_err(|e| cannot_list(&place, e))?;
+        let entries = listing::entries(&place).map_err(|e| cannot_list(&place, e))?;
         for entry in entries {
-            let entry = entry.map_err(|e| cannot_list(&place, e))?;
-            let name = entry.file_name().to_string_lossy().into_owned();
+            let Entry { name, is_folder, .. } = entry.map_err(|e| cannot_list(&place, e))?;
             if name.starts_with(HIDDEN) {
                 continue;
             }
             let path = if below.is_empty() { name } else { format!("{below}/{name}") };
-            // Links are not followed.
-            let is_folder = entry.file_type().is_ok_and(|found| found.is_dir());
             let is_partial = below.is_empty() && is_partial(kind, &path);
             match is_folder {
                 true if is_partial || !is_ours(&path) => {}
@@ -342,7 +348,7 @@ fn foreign(
 fn is_partial(kind: Kind, name: &str) -> bool {
     let kind = match kind {
         Kind::Export => return false,
-        Kind::Dataset => dataset::KIND,
+        Kind::Dataset => fabkit_dataset::KIND,
         Kind::Sweep => sweeping::KIND,
     };
     kind.partial("").trim_end_matches('/') == name

@@ -14,7 +14,7 @@ use crate::benching::{self, BenchError};
 
 /// Starts a worker, whatever the current folder holds: `-c` looks there first.
 const START: &str = "import sys\nsys.path = [path for path in sys.path if path]\n\
-    try:\n    from fabkit.bench._worker import main\nexcept ImportError as error:\n    \
+    try:\n    from fabkit_bench._worker import main\nexcept ImportError as error:\n    \
     import json\n    print(json.dumps({'missing': str(error)}))\n    sys.exit(9)\nmain()\n";
 
 /// Workers that wait for something to do, and how to start others.

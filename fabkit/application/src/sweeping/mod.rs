@@ -7,7 +7,7 @@
 //! | `sweep.json` | which plan it was, how many variants became what, and hashes of the above |
 //! | `sweep.partial/` | until the above are there: the plan, and rows in files that appear whole |
 //!
-//! One process writes at a time ([`resumable`](crate::resumable)). A variant that makes fabkit panic
+//! One process writes at a time ([`resumable`](fabkit_files::resumable)). A variant that makes fabkit panic
 //! is a row that says where. Rows are pure functions of the plan, so that it does not matter which run, process or machine
 //! computed them: killed and resumed, a sweep ends with the same bytes as an undisturbed one.
 
@@ -17,21 +17,20 @@ mod store;
 use std::path::Path;
 use std::sync::Mutex;
 
+use fabkit_files::Error;
+use fabkit_files::diagnostics::{Diagnosed, SourceText};
+use fabkit_files::memory::{self, Less};
+use fabkit_files::progress::{OnProgress, Step};
+use fabkit_files::reading::{self, Expected};
+use fabkit_files::resumable::FolderError;
+use fabkit_files::staging::write_all;
 use fabkit_sweep::{Plan, PlanSource, Row, Status};
 use fabkit_text::InvalidDesign;
 use rayon::prelude::*;
 
-use crate::Error;
-use crate::diagnostics::{Diagnosed, SourceText};
-use crate::memory::{self, Less};
-use crate::progress::{OnProgress, Step};
-use crate::reading::{self, Expected};
-use crate::resumable::FolderError;
-use crate::source::{MAX_YAML_BYTES, Source};
-use crate::staging::write_all;
-
 use self::benches::Benches;
 pub use self::store::{Finished, KIND, Store, SweepError};
+use crate::source::{MAX_YAML_BYTES, Source};
 
 /// What a row takes in memory, in the tables and in the report, bytes.
 const ROW_BYTES: u64 = 6000;

@@ -4,15 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use fabkit_export::ExportError;
+use fabkit_files::memory::MemoryError;
+use fabkit_files::resumable::{Files, Folder, FolderError, FolderKind, Piece, SAME_VERSION};
+use fabkit_files::staging::{OutputFile, StagingError};
+use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use fabkit_sweep::{InvalidRow, PANIC, Plan, PlanSource, Row, Status, Table, report};
 use serde_json::{Map, Value, json};
 
 use super::counts;
 use crate::benching::BenchError;
-use crate::memory::MemoryError;
-use crate::resumable::{Files, Folder, FolderError, FolderKind, Piece, SAME_VERSION};
-use crate::staging::{OutputFile, StagingError};
-use crate::{ErrorKind, Explained};
 
 /// A sweep's folder. Version 1 had no checksums.
 pub const KIND: FolderKind = FolderKind { what: "sweep", name: "sweep", version: 2 };
@@ -86,6 +86,16 @@ impl Explained for SweepError {
             Self::NoRow(_) | Self::Stranger { .. } => Some(SAME_VERSION.into()),
             Self::Cancelled => Some("what is finished stays, and can be gone on with".into()),
             Self::Row(_) | Self::Export(_) | Self::Unfinished { .. } => None,
+        }
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::Bench(error) => error.subject(),
+            Self::Folder(error) => error.subject(),
+            Self::Staging(error) => error.subject(),
+            Self::Memory(error) => error.subject(),
+            other => ErrorSubject::of_kind(other.kind()),
         }
     }
 }

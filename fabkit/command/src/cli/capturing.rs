@@ -2,22 +2,33 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use fabkit_application::pressing::{Contact, Linear};
-use fabkit_application::scene::MAX_SAMPLES;
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use fabkit_application::capturing::{Capturing, LightConstants};
+use fabkit_application::fixtures::Press;
+use fabkit_application::geometry::Lighting;
+use fabkit_application::pressing::{Contact, Linear, PressingError};
+use fabkit_application::scene::{Cast, MAX_SAMPLES};
 
 use super::ground_truth::CameraArgs;
+use super::options::options;
 use super::pressing::{depth, friction, shear, spacing};
 use super::{Design, length_within};
+
+const LIGHT: &str = "Which of the sensor's lights is on, for example `uv` [default: its usual one]";
+const CONSTANTS: &str = "Constants of a unit's light, as `fit-light` writes them [default: those of R-Tac0's published unit]";
+
+/// Standard deviation of printed and cast surfaces that truth is written with, mm: that of `depth`.
+const PRINT_SIGMA_MM: f64 = 0.05;
 
 /// What lights a picture.
 #[derive(Debug, Args)]
 pub struct LightArgs {
-    /// Which of the sensor's lights is on, for example `uv` [default: its usual one]
-    #[arg(long, value_name = "NAME")]
+    /// Which of the sensor's lights is on.
+    #[arg(long, value_name = "NAME", help = LIGHT)]
     pub light: Option<String>,
-    /// Constants of a unit's light, as `fit-light` writes them [default: those of R-Tac0's published unit]
-    #[arg(long, value_name = "FILE.json")]
+    /// File of constants of a unit's light.
+    #[arg(long, value_name = "FILE.json", help = CONSTANTS)]
     pub constants: Option<PathBuf>,
 }
 
@@ -44,39 +55,9 @@ pub struct Capture {
     /// Nothing presses
     #[arg(long)]
     pub reference: bool,
-    /// How far all that presses then moves along the surface, in linear contact: on a dome away from the tip and around
-    /// it where it goes deepest, on a pad along x and y
-    #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
-    pub shear: [f64; 2],
-    /// How the layers answer: as elastic ones that bulge, or as what follows the presser and nothing else
-    #[arg(long, value_enum, value_name = "LEVEL", default_value = "linear")]
-    pub contact: CaptureContact,
-    /// Coulomb's coefficient of friction where something moves along the surface [default: that of the touched material]
-    #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
-    pub friction: Option<f64>,
-    /// Distance of the surface's nodes in linear contact [default: as fine as a few seconds allow]
-    #[arg(long, value_parser = spacing, value_name = "LENGTH")]
-    pub spacing: Option<f64>,
-    /// Go on where a press does not touch the surface, or where the camera sees nothing of it
-    #[arg(long, conflicts_with = "reference")]
-    pub allow_no_contact: bool,
-    /// Cast N x N rays for each pixel, which records their mean
-    #[arg(long, value_name = "N", default_value = "1",
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
-    pub samples: u32,
-    /// What lights it.
+    /// How the picture is taken.
     #[command(flatten)]
-    pub light: LightArgs,
-    /// Of another sensor of the same design: what its parts measure, where its camera sits, how bright its lamps are, how
-    /// its layers came out differ from the drawing as tolerances let them; the same number is the same unit
-    #[arg(long, value_name = "N")]
-    pub unit: Option<u64>,
-    /// Of noise and drift: another seed is another picture of the same
-    #[arg(long, value_name = "N", default_value = "0")]
-    pub seed: u64,
-    /// Neither noise nor drift, and not as the JPEG in which a camera sends it
-    #[arg(long, conflicts_with = "seed")]
-    pub no_noise: bool,
+    pub options: CaptureOptions,
     /// Of a grey value in the file
     #[arg(long, value_name = "N", default_value = "8", value_parser = ["8", "16"])]
     pub bits: String,
@@ -88,24 +69,78 @@ pub struct Capture {
     pub truth: Option<PathBuf>,
 }
 
-/// How layers answer to what is captured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum CaptureContact {
-    /// They follow what presses, and nothing else moves
-    Rigid,
-    /// They give way as elastic ones do, and bulge
-    Linear,
+options! {
+    /// How a picture is taken: options of `fabkit capture`, and keyword arguments of `fabkit.depth.Scene.capture`.
+    pub struct CaptureOptions {
+        /// How far all that presses then moves along the surface, in linear contact: on a dome away from the tip and around
+        /// it where it goes deepest, on a pad along x and y
+        #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
+        pub shear: [f64; 2],
+        /// How the layers answer: as elastic ones that bulge, or as what follows the presser and nothing else
+        #[arg(long, value_parser = contact_levels(), value_name = "LEVEL", default_value = "linear")]
+        pub contact: String,
+        /// Coulomb's coefficient of friction where something moves along the surface [default: that of the touched material]
+        #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
+        pub friction: Option<f64>,
+        /// Distance of the surface's nodes in linear contact [default: as fine as a few seconds allow]
+        #[arg(long, value_parser = spacing, value_name = "LENGTH")]
+        pub spacing: Option<f64>,
+        /// Go on where a press does not touch the surface, or where the camera sees nothing of it
+        #[arg(long, conflicts_with = "reference")]
+        pub allow_no_contact: bool,
+        /// Cast N x N rays for each pixel, which records their mean
+        #[arg(long, value_name = "N", default_value = "1",
+              value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+        pub samples: u32,
+        /// Which of the sensor's lights is on.
+        #[arg(long, value_name = "NAME", help = LIGHT)]
+        pub light: Option<String>,
+        /// File of constants of a unit's light.
+        #[arg(long, value_name = "FILE.json", help = CONSTANTS)]
+        pub constants: Option<PathBuf>,
+        /// Of another sensor of the same design: what its parts measure, where its camera sits, how bright its lamps are, how
+        /// its layers came out differ from the drawing as tolerances let them; the same number is the same unit
+        #[arg(long, value_name = "N")]
+        pub unit: Option<u64>,
+        /// Of noise and drift: another seed is another picture of the same
+        #[arg(long, value_name = "N", default_value = "0")]
+        pub seed: u64,
+        /// Neither noise nor drift, and not as the JPEG in which a camera sends it
+        #[arg(long, conflicts_with = "seed")]
+        pub no_noise: bool,
+    }
 }
 
-impl Capture {
-    /// How the surface answers.
-    pub fn contact(&self) -> Contact {
-        match self.contact {
-            CaptureContact::Rigid => Contact::Rigid,
-            CaptureContact::Linear => {
-                Contact::Linear(Linear { spacing_mm: self.spacing, friction: self.friction })
-            }
-        }
+/// How layers answer to what is captured.
+fn contact_levels() -> PossibleValuesParser {
+    PossibleValuesParser::new([
+        PossibleValue::new("rigid").help("They follow what presses, and nothing else moves"),
+        PossibleValue::new("linear").help("They give way as elastic ones do, and bulge"),
+    ])
+}
+
+impl CaptureOptions {
+    /// The picture of `presses` in this light.
+    ///
+    /// # Errors
+    /// [`PressingError::Contact`]: no such level of contact, and what belongs to another one.
+    pub fn capturing<'a>(
+        &self,
+        presses: &'a [Press],
+        lighting: &'a Lighting,
+        constants: &'a LightConstants,
+    ) -> Result<Capturing<'a>, PressingError> {
+        let linear = Linear { spacing_mm: self.spacing, friction: self.friction };
+        let cast = Cast {
+            presses,
+            samples: self.samples,
+            contact: Contact::named(Some(&self.contact), 0.0, linear)?,
+            shear_mm: self.shear,
+            print_sigma_mm: PRINT_SIGMA_MM,
+            allow_no_contact: self.allow_no_contact,
+        };
+        let seed = (!self.no_noise).then_some(self.seed);
+        Ok(Capturing { cast, lighting, constants, seed })
     }
 }
 

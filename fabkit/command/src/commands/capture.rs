@@ -3,43 +3,43 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit_application::capturing::{Captured, Capturing, SkinView, Unit, comment, document};
+use fabkit_application::capturing::{Captured, SkinView, Unit, comment, document, lit};
 use fabkit_application::export::png_with_comment;
 use fabkit_application::fixtures::{Press, Project};
 use fabkit_application::ground_truth::{Collected, Viewpoint, Wanted};
 use fabkit_application::pressing::{Pressing, farthest};
 use fabkit_application::reading::has_ending;
-use fabkit_application::scene::{Cast, SensorView, press_error};
+use fabkit_application::scene::SensorView;
+use fabkit_application::source::press_error;
 use fabkit_application::staging::write_each;
 use serde_json::{Value, json};
 
 use super::{Outcome, view};
-use crate::cli::{Capture, CaptureContact};
+use crate::cli::Capture;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::table::size;
 
-/// Standard deviation of printed and cast surfaces that truth is written with, mm: that of `depth`.
-const PRINT_SIGMA_MM: f64 = 0.05;
-
 pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
+    let options = &args.options;
     let output = Some(args.output.clone());
     view::roles(&args.design, &args.camera)
-        .reads("--constants", &args.light.constants)
+        .reads("--constants", &options.constants)
         .writes("-o", &output)
         .writes("--truth", &args.truth)
         .check()?;
     ends(&args.output, "png")?;
     args.truth.as_ref().map_or(Ok(()), |path| ends(path, "npz"))?;
-    let is_told = args.friction.is_some() || args.spacing.is_some();
-    if args.contact == CaptureContact::Rigid && is_told {
+    let is_told = options.friction.is_some() || options.spacing.is_some();
+    if options.contact == "rigid" && is_told {
         let message = "friction and the distance of nodes belong to `linear` contact";
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
-    let unit = args.unit.map(Unit);
+    let unit = options.unit.map(Unit);
     let (project, viewpoint) = view::seen_from(&args.design, &args.camera, unit)?;
     let sensor = &project.design.sensor;
-    let (lighting, constants) = view::lit(&project, &args.light)?;
+    let (lighting, constants) =
+        lit(&project, options.light.as_deref(), options.constants.as_deref())?;
     let viewpoint = match &lighting.camera {
         Some(camera) if args.camera.camera.is_none() && args.camera.pose.is_none() => {
             Viewpoint::new(camera, None, None).map_err(Failure::bug)?
@@ -47,21 +47,11 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         _ => viewpoint,
     };
     let presses = presses(&project, args)?;
-    let capturing = Capturing {
-        cast: Cast {
-            presses: &presses,
-            samples: args.samples,
-            contact: args.contact(),
-            shear_mm: args.shear,
-            print_sigma_mm: PRINT_SIGMA_MM,
-            allow_no_contact: args.allow_no_contact,
-        },
-        lighting,
-        constants: &constants,
-        seed: (!args.no_noise).then_some(args.seed),
-    };
+    let capturing = options
+        .capturing(&presses, lighting, &constants)
+        .map_err(fabkit_application::Error::from)?;
     let camera = viewpoint.camera();
-    let rays = [camera.width_px(), camera.height_px()].map(|px| px * args.samples);
+    let rays = [camera.width_px(), camera.height_px()].map(|px| px * options.samples);
     let wanted = Wanted { npz: args.truth.is_some(), ..Wanted::default() };
     let mut truth = Collected::new(wanted, rays);
     let captured = if Pressing::is_on_skin(sensor) {
@@ -84,14 +74,12 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
 
 /// What a skin with channels of liquid has not.
 fn refuse_on_skin(args: &Capture) -> Result<(), Failure> {
-    let problem = match () {
-        () if args.truth.is_some() => {
-            "there is no truth of depth of a skin with channels of liquid"
-        }
-        () if args.shear != [0.0; 2] || args.friction.is_some() => {
-            "a skin with channels of liquid is pressed straight down, without friction"
-        }
-        () => return Ok(()),
+    let problem = if args.truth.is_some() {
+        "there is no truth of depth of a skin with channels of liquid"
+    } else if args.options.shear != [0.0; 2] || args.options.friction.is_some() {
+        "a skin with channels of liquid is pressed straight down, without friction"
+    } else {
+        return Ok(());
     };
     Err(Failure::plain(ErrorKind::BadInput, problem))
 }
@@ -150,9 +138,10 @@ fn ends(path: &std::path::Path, ending: &str) -> Result<(), Failure> {
 }
 
 fn presses(project: &Project, args: &Capture) -> Result<Vec<Press>, Failure> {
-    let finder = match Pressing::is_on_skin(&project.design.sensor) {
-        true => project.skin_press_finder(),
-        false => project.press_finder(),
+    let finder = if Pressing::is_on_skin(&project.design.sensor) {
+        project.skin_press_finder()
+    } else {
+        project.press_finder()
     };
     let press = |id: &String| {
         finder.press(id).map_err(|error| press_error(&args.design.sensor, error).into())

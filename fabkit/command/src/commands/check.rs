@@ -1,11 +1,8 @@
 //! `fabkit check SENSOR`
 
-use fabkit_application::bodies::UnknownName;
 use fabkit_application::checks::{Batch, CheckReport, Finding};
-use fabkit_application::coded;
-use fabkit_application::documents;
-use fabkit_application::fixtures;
 use fabkit_application::source::Target;
+use fabkit_application::{Explained, UnknownName, documents, fixtures};
 
 use super::Outcome;
 use super::progress::Progress;
@@ -18,7 +15,7 @@ pub(super) fn run(args: &cli::Design, global: &cli::Global) -> Result<Outcome, F
     if let Some(name) = target.part {
         let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
         let hint = format!("{}; a single part has nothing to be checked against", unknown.hint());
-        let about = coded::unknown(&unknown);
+        let about = unknown.subject();
         return Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about));
     }
     let design = target.design(&args.set)?;

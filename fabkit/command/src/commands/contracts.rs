@@ -1,7 +1,6 @@
 //! What the documents of `--json` hold, for programs that read them.
 
-use fabkit_application::bodies::UnknownName;
-use fabkit_application::coded;
+use fabkit_application::{Explained, UnknownName};
 use serde_json::Value;
 
 use crate::failure::{ErrorKind, Failure};
@@ -50,7 +49,7 @@ pub(super) fn schema(name: &str) -> Result<Value, Failure> {
         None => {
             let unknown = UnknownName::new("output", name, names);
             let hint = unknown.hint();
-            let about = coded::unknown(&unknown);
+            let about = unknown.subject();
             Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about))
         }
     }

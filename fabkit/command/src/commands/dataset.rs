@@ -9,12 +9,12 @@ use fabkit_application::capturing::Unit;
 use fabkit_application::dataset::{
     self, DatasetPlan, DatasetRequest, ImageRequest, Job, WrittenDataset,
 };
-use fabkit_application::documents;
 use fabkit_application::export::png;
 use fabkit_application::picture::is_named_as_one as is_picture;
 use fabkit_application::progress::Step;
 use fabkit_application::reading::has_ending;
 use fabkit_application::scene::SensorView;
+use fabkit_application::source::press_error;
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
@@ -47,26 +47,31 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
         materialise: args.materialise,
         resume: args.resume,
     };
-    dataset::prepare(&scene, &args.design.sensor, &order, |job, room| {
-        let sheet = args.contact_sheet.as_deref();
-        let sheet = sheet.map(|path| Ok::<_, Failure>((path, sheet_of(path, job, args.seed)?)));
-        let sheet = sheet.transpose()?;
-        interrupt::begin_writing()?;
-        let progress = Progress::new(global, "writing files");
-        let show = |step: Step| progress.show(step);
-        let room = if args.contact_sheet.is_some() { room.with_sheet() } else { room };
-        let written = room.work(|| {
-            let written = dataset::write(&args.output, job, &show, &interrupt::requested);
-            written.map_err(Failure::from)
-        });
-        drop(progress);
-        let written = written?;
-        // Nothing is replaced for a data set that does not come about.
-        if let Some((path, bytes)) = sheet {
-            write_each([(path.to_owned(), &bytes[..])], &|| false)?;
-        }
-        Ok(report(args, &scene, job.plan, &written, start))
-    })
+    dataset::prepare(
+        &scene,
+        &|error| press_error(&args.design.sensor, error),
+        &order,
+        |job, room| {
+            let sheet = args.contact_sheet.as_deref();
+            let sheet = sheet.map(|path| Ok::<_, Failure>((path, sheet_of(path, job, args.seed)?)));
+            let sheet = sheet.transpose()?;
+            interrupt::begin_writing()?;
+            let progress = Progress::new(global, "writing files");
+            let show = |step: Step| progress.show(step);
+            let room = if args.contact_sheet.is_some() { room.with_sheet() } else { room };
+            let written = room.work(|| {
+                let written = dataset::write(&args.output, job, &show, &interrupt::requested);
+                written.map_err(Failure::from)
+            });
+            drop(progress);
+            let written = written?;
+            // Nothing is replaced for a data set that does not come about.
+            if let Some((path, bytes)) = sheet {
+                write_each([(path.to_owned(), &bytes[..])], &|| false)?;
+            }
+            Ok(report(args, &scene, job.plan, &written, start))
+        },
+    )
 }
 
 fn roles(args: &Dataset) -> Roles {
@@ -137,7 +142,7 @@ fn report(
         "files_found": found,
         "files_damaged": damaged,
         "halves_without_contact": untouched,
-        "surface_seen": documents::coverage(&scene.coverage),
+        "surface_seen": scene.coverage.to_json(),
     });
     Outcome { text, json, failed: false }
 }

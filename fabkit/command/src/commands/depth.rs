@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use fabkit_application::documents;
 use fabkit_application::export::ExportError;
 use fabkit_application::fixtures::Press;
 use fabkit_application::ground_truth::{Collected, Deepest, GREY_STEP_MM, Shown, Wanted};
 use fabkit_application::pressing::{self, ContactGap};
 use fabkit_application::reading::has_ending;
-use fabkit_application::scene::{Cast, SensorView, press_error};
+use fabkit_application::scene::{Cast, SensorView};
+use fabkit_application::source::press_error;
 use fabkit_application::staging::write_each;
 use serde_json::{Value, json};
 
@@ -142,9 +142,9 @@ fn write(
         "version": 1,
         "files": listed,
         "viewpoint": scene.viewpoint.to_json(),
-        "surface_seen": documents::coverage(&scene.coverage),
+        "surface_seen": scene.coverage.to_json(),
         "coverage": scene.coverage.area,
-        "coverage_lost": documents::lost(&scene.coverage),
+        "coverage_lost": scene.coverage.lost_json(),
         "width_px": width,
         "height_px": height,
         "pixels_seen": surface_px,

@@ -91,8 +91,9 @@ fn told(difference: &Difference) -> String {
         let _ = writeln!(text, "{what:<11}{list}");
     }
     let is_same = difference.bodies.iter().all(|one| one.change == Change::Same);
-    match is_same && difference.parameters.is_empty() && difference.steps.is_empty() {
-        true => "no difference: all of it can be used again\n".into(),
-        false => text,
+    if is_same && difference.parameters.is_empty() && difference.steps.is_empty() {
+        "no difference: all of it can be used again\n".into()
+    } else {
+        text
     }
 }

@@ -4,17 +4,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use fabkit_application::bodies;
 use fabkit_application::designs::Design;
 use fabkit_application::export::{Bed, FileEntry, Manifest, OtherFile, Otherness};
 use fabkit_application::exporting::{
     self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Format, Overwriting, WrittenExport,
 };
-use fabkit_application::guiding;
 use fabkit_application::packaging::{self, GUIDE_FOLDER, Terms};
 use fabkit_application::robots::robot_files;
-use fabkit_application::source::{self, Faults, Target};
+use fabkit_application::source::{self, Faults, NamedDesigns, Target};
 use fabkit_application::verifier::Verifier;
+use fabkit_application::{bodies, guiding};
 use serde_json::{Value, json};
 
 use super::progress::Progress;
@@ -35,129 +34,257 @@ const MOST_NAMED: usize = 8;
 pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
-    let with_fixtures = args.fixtures || args.all;
-    if with_fixtures && (target.fixture.is_some() || target.part.is_some()) {
-        let option = if args.all { "--all" } else { "--fixtures" };
-        let message = format!("{option} is for a whole sensor, not for {}", args.sensor);
-        let hint = format!("write `fabkit export {} {option}`", target.sensor);
-        return Err(Failure::new(ErrorKind::BadInput, message, hint));
-    }
-    if !args.robot.is_empty() && (target.fixture.is_some() || target.part.is_some()) {
-        let message = format!("--robot is for a whole sensor, not for {}", args.sensor);
-        let hint = format!("write `fabkit export {} --robot ...`", target.sensor);
-        return Err(Failure::new(ErrorKind::BadInput, message, hint));
-    }
+    require_whole_sensor(args, &target)?;
     let chosen = Chosen::new(args, &Defaults::read()?)?;
-    let profile = chosen.process.as_deref().map(source::read_profile).transpose()?;
-    let (design, fixtures) = match with_fixtures {
-        true => target.design_with_fixtures(&args.set)?,
-        false => (target.design(&args.set)?, Vec::new()),
-    };
+    let order = Order::new(args, global, target, &chosen)?;
+    let made = order.make()?;
+    if args.zip.is_some() {
+        let below = made.fixtures().chain(made.guides());
+        let exports = std::iter::once((PathBuf::new(), &made.own)).chain(below);
+        return packaged::zipped(args, &target, &order.design, exports.collect());
+    }
+    let folder = args.output.clone();
+    let folder =
+        folder.unwrap_or_else(|| default_folder(chosen.output.clone(), &target, &order.design));
+    let written = write(args, &target, &chosen, &made, &folder)?;
 
-    let mut options = ExportOptions {
-        parts: target
-            .part
-            .map(str::to_owned)
-            .into_iter()
-            .chain(args.parts.iter().cloned())
-            .collect(),
-        formats: match args.all {
-            true => Format::published(),
-            false => args.format.iter().filter_map(|format| format.own()).collect(),
-        },
-        tolerance_mm: chosen.tolerance_mm,
-        edge_mm: args.edge,
-        bed: chosen.bed,
-        stock: chosen.stock,
-        kerf_mm: chosen.kerf_mm,
-        profile,
-        profile_for_any_material: args.process_for_any_material,
-        nominal: args.nominal,
-    };
-    options.formats.sort();
-    options.formats.dedup();
-    let designs = std::iter::once(&design).chain(fixtures.iter().map(|(_, design)| design));
-    exporting::require_profile_applies(designs, &options)?;
+    let mut text = made.faults.as_ref().map(warning).unwrap_or_default();
+    for ((name, exported), written) in made.of_fixtures.iter().zip(&written.of_fixtures) {
+        text += &format!("{name}\n{}{}", table_of(&exported.manifest), remains(exported, written));
+        text.push('\n');
+    }
+    text += &table_of(&made.own.manifest);
+    text += &format!(
+        "{} files, {} in {} ({:.2} s)\n",
+        written.files,
+        size(written.bytes),
+        folder.display(),
+        start.elapsed().as_secs_f64(),
+    );
+    if !made.guides.is_empty() {
+        text += &format!("open {}\n", folder.join(GUIDE_FOLDER).join("index.html").display());
+    }
+    if !made.has_file {
+        text += &packaged::no_file(&order.design);
+    }
+    text += &remains(&made.own, &written.own);
+    if !chosen.from_file.is_empty() {
+        text += &format!("from {}: {}\n", defaults::FILE, chosen.from_file.join(", "));
+    }
+    let mut json = json(&written.own, &folder, made.faults.as_ref());
+    if order.with_fixtures {
+        let names = made.of_fixtures.iter().map(|(name, _)| *name);
+        let manifests = written.of_fixtures.iter().map(|written| &written.manifest);
+        json["fixtures"] = json!(names.zip(manifests).collect::<BTreeMap<_, _>>());
+    }
+    if !chosen.from_file.is_empty() {
+        json["defaults"] = json!({ "file": defaults::FILE, "keys": chosen.from_file });
+    }
+    Ok(Outcome { text, json, failed: false })
+}
 
-    // A slip is told before anything takes time.
-    for part in &options.parts {
-        bodies::find(&design.sensor, part)?;
+/// Refuses options that a part or fixture alone has no use for.
+fn require_whole_sensor(args: &Export, target: &Target) -> Result<(), Failure> {
+    if target.fixture.is_none() && target.part.is_none() {
+        return Ok(());
+    }
+    let (option, values) = if args.all {
+        ("--all", "")
+    } else if args.fixtures {
+        ("--fixtures", "")
+    } else if !args.robot.is_empty() {
+        ("--robot", " ...")
+    } else {
+        return Ok(());
+    };
+    let message = format!("{option} is for a whole sensor, not for {}", args.sensor);
+    let hint = format!("write `fabkit export {} {option}{values}`", target.sensor);
+    Err(Failure::new(ErrorKind::BadInput, message, hint))
+}
+
+/// What to export, and how.
+struct Order<'a> {
+    args: &'a Export,
+    global: &'a Global,
+    target: Target<'a>,
+    with_fixtures: bool,
+    design: Design,
+    fixtures: NamedDesigns,
+    options: ExportOptions,
+}
+
+impl<'a> Order<'a> {
+    /// Builds the designs. A slip is told before anything takes time.
+    fn new(
+        args: &'a Export,
+        global: &'a Global,
+        target: Target<'a>,
+        chosen: &Chosen,
+    ) -> Result<Self, Failure> {
+        let profile = chosen.process.as_deref().map(source::read_profile).transpose()?;
+        let with_fixtures = args.fixtures || args.all;
+        let (design, fixtures) = if with_fixtures {
+            target.design_with_fixtures(&args.set)?
+        } else {
+            (target.design(&args.set)?, Vec::new())
+        };
+        let part = target.part.map(str::to_owned);
+        let mut formats = if args.all {
+            Format::published()
+        } else {
+            args.format.iter().filter_map(|format| format.own()).collect()
+        };
+        formats.sort();
+        formats.dedup();
+        let options = ExportOptions {
+            parts: part.into_iter().chain(args.parts.iter().cloned()).collect(),
+            formats,
+            tolerance_mm: chosen.tolerance_mm,
+            edge_mm: args.edge,
+            bed: chosen.bed,
+            stock: chosen.stock,
+            kerf_mm: chosen.kerf_mm,
+            profile,
+            profile_for_any_material: args.process_for_any_material,
+            nominal: args.nominal,
+        };
+        let designs = std::iter::once(&design).chain(fixtures.iter().map(|(_, design)| design));
+        exporting::require_profile_applies(designs, &options)?;
+        for part in &options.parts {
+            bodies::find(&design.sensor, part)?;
+        }
+        Ok(Self { args, global, target, with_fixtures, design, fixtures, options })
     }
 
-    let progress = Progress::new(global, format!("exporting {}", args.sensor));
-    let export = |design: &Design| {
-        let own = args.all.then(|| options.for_sensor(&design.sensor));
-        exporting::export(design, own.as_ref().unwrap_or(&options), &|part| progress.finished(part))
-    };
-    let make = || {
-        let exported = export(&design)?;
-        let of_fixtures = fixtures.iter().map(|(name, design)| Ok((*name, export(design)?)));
-        Ok::<_, ExportFailure>((exported, of_fixtures.collect::<Result<Vec<_>, ExportFailure>>()?))
-    };
-    // Where nobody would read the answer, or whoever asks knows it, nobody looks.
-    let is_told = !args.force && (global.json || !global.quiet);
-    let look = || is_told.then(|| target.faults(&args.set, with_fixtures));
-    let (exported, faults) = rayon::join(make, look);
-    drop(progress);
-    let (mut exported, mut of_fixtures) = exported?;
-    let faults = match faults {
-        Some(faults) => Some(faults?.map_err(Failure::bug)?),
-        None => None,
-    };
-    if args.format.iter().any(|format| format.own().is_none()) {
+    /// Makes all files, in memory.
+    fn make(&self) -> Result<Made, Failure> {
+        let mut made = self.make_parts()?;
+        if self.args.format.iter().any(|format| format.own().is_none()) {
+            self.add_step_files(&mut made)?;
+        }
+        if !self.args.robot.is_empty() {
+            let mut formats: Vec<_> = self.args.robot.iter().map(|robot| robot.format()).collect();
+            formats.sort();
+            formats.dedup();
+            made.own.add(robot_files(&self.design, &formats)?)?;
+        }
+        if self.args.all || self.args.guide {
+            made.guides = self.make_guides()?;
+        }
+        if self.args.all {
+            let terms = Terms { license: self.args.license, authors: self.args.authors.clone() };
+            made.has_file =
+                packaging::complete(&mut made.own, &self.design, &self.fixtures, &terms)?;
+        }
+        Ok(made)
+    }
+
+    /// Files of parts in fabkit's own formats, and meanwhile what `check` finds.
+    fn make_parts(&self) -> Result<Made, Failure> {
+        let progress = Progress::new(self.global, format!("exporting {}", self.args.sensor));
+        let export = |design: &Design| {
+            let own = self.args.all.then(|| self.options.for_sensor(&design.sensor));
+            let options = own.as_ref().unwrap_or(&self.options);
+            exporting::export(design, options, &|part| progress.finished(part))
+        };
+        let make = || {
+            let exported = export(&self.design)?;
+            let fixtures = self.fixtures.iter();
+            let of_fixtures = fixtures.map(|(name, design)| Ok((*name, export(design)?)));
+            Ok::<_, ExportFailure>((
+                exported,
+                of_fixtures.collect::<Result<Vec<_>, ExportFailure>>()?,
+            ))
+        };
+        // Where nobody would read the answer, or whoever asks knows it, nobody looks.
+        let is_told = !self.args.force && (self.global.json || !self.global.quiet);
+        let look = || is_told.then(|| self.target.faults(&self.args.set, self.with_fixtures));
+        let (exported, faults) = rayon::join(make, look);
+        drop(progress);
+        let (own, of_fixtures) = exported?;
+        let faults = match faults {
+            Some(faults) => Some(faults?.map_err(Failure::bug)?),
+            None => None,
+        };
+        Ok(Made { own, of_fixtures, guides: Vec::new(), has_file: true, faults })
+    }
+
+    fn add_step_files(&self, made: &mut Made) -> Result<(), Failure> {
         let verifier = Verifier::find()?;
         let step_files = |design: &Design, parts: &[String]| {
             let doing = format!("writing STEP files of {}", design.sensor.name);
-            let progress = Progress::new(global, doing);
+            let progress = Progress::new(self.global, doing);
             verifier.step_files(design, parts, &|step| progress.show(step))
         };
-        exported.add(step_files(&design, &options.parts)?)?;
-        for ((_, exported), (_, design)) in of_fixtures.iter_mut().zip(&fixtures) {
+        made.own.add(step_files(&self.design, &self.options.parts)?)?;
+        for ((_, exported), (_, design)) in made.of_fixtures.iter_mut().zip(&self.fixtures) {
             exported.add(step_files(design, &[])?)?;
         }
-    }
-    if !args.robot.is_empty() {
-        let mut formats: Vec<_> = args.robot.iter().map(|robot| robot.format()).collect();
-        formats.sort();
-        formats.dedup();
-        exported.add(robot_files(&design, &formats)?)?;
+        Ok(())
     }
 
-    let mut guides = Vec::new();
-    if args.all || args.guide {
-        let progress = Progress::new(global, format!("drawing the guide of {}", args.sensor));
-        let project = target.project(&args.set)?;
+    /// Guides of the sensor and of its fixtures, by their folders.
+    fn make_guides(&self) -> Result<Vec<(PathBuf, Exported)>, Failure> {
+        let set = &self.args.set;
+        let doing = format!("drawing the guide of {}", self.args.sensor);
+        let progress = Progress::new(self.global, doing);
+        let project = self.target.project(set)?;
         let guide = |target: Target, design: &Design| {
-            let lines = |names: &[&str], pins_in: Option<&str>| {
-                typed::typed(names, pins_in, target, &args.set)
-            };
+            let lines =
+                |names: &[&str], pins_in: Option<&str>| typed::typed(names, pins_in, target, set);
             let calibration = guiding::calibration(&project, target, &lines);
             packaging::guide(design, calibration.as_ref(), &|step| progress.show(step))
         };
-        guides.push((PathBuf::from(GUIDE_FOLDER), guide(target, &design)?));
-        for (name, fixture) in &fixtures {
-            let target = Target { fixture: Some(name), ..target };
+        let mut guides = vec![(PathBuf::from(GUIDE_FOLDER), guide(self.target, &self.design)?)];
+        for (name, fixture) in &self.fixtures {
+            let target = Target { fixture: Some(name), ..self.target };
             guides.push((Path::new(name).join(GUIDE_FOLDER), guide(target, fixture)?));
         }
+        Ok(guides)
     }
-    let mut has_file = true;
-    if args.all {
-        let terms = Terms { license: args.license, authors: args.authors.clone() };
-        has_file = packaging::complete(&mut exported, &design, &fixtures, &terms)?;
+}
+
+/// Files that have been made, each list with the folder below the sensor's that it goes into.
+struct Made {
+    own: Exported,
+    of_fixtures: Vec<(&'static str, Exported)>,
+    guides: Vec<(PathBuf, Exported)>,
+    /// Whether the package has the sensor's file.
+    has_file: bool,
+    /// What `check` finds, if somebody looked.
+    faults: Option<Faults>,
+}
+
+impl Made {
+    fn fixtures(&self) -> impl Iterator<Item = (PathBuf, &Exported)> {
+        self.of_fixtures.iter().map(|(name, exported)| (PathBuf::from(*name), exported))
     }
 
-    if args.zip.is_some() {
-        let exports = std::iter::once((PathBuf::new(), &exported))
-            .chain(of_fixtures.iter().map(|(name, exported)| (PathBuf::from(*name), exported)))
-            .chain(guides.iter().map(|(folder, exported)| (folder.clone(), exported)));
-        return packaged::zipped(args, &target, &design, exports.collect());
+    fn guides(&self) -> impl Iterator<Item = (PathBuf, &Exported)> {
+        self.guides.iter().map(|(folder, exported)| (folder.clone(), exported))
     }
-    let folder = args.output.clone();
-    let folder = folder.unwrap_or_else(|| default_folder(chosen.output, &target, &design));
+}
+
+/// What has been written: the sensor's own folder, and those of its fixtures.
+struct Written {
+    own: WrittenExport,
+    of_fixtures: Vec<WrittenExport>,
+    files: usize,
+    bytes: u64,
+}
+
+/// Writes all folders, or leaves them as they were.
+fn write(
+    args: &Export,
+    target: &Target,
+    chosen: &Chosen,
+    made: &Made,
+    folder: &Path,
+) -> Result<Written, Failure> {
     // Fixtures lie in folders below; the sensor's own list of contents comes last.
-    let below = of_fixtures.iter().map(|(name, exported)| (folder.join(name), exported));
-    let of_guides = guides.iter().map(|(name, exported)| (folder.join(name), exported));
-    let exports: Vec<_> = below.chain(of_guides).chain([(folder.clone(), &exported)]).collect();
+    let below = made.fixtures().chain(made.guides());
+    let below = below.map(|(name, exported)| (folder.join(name), exported));
+    let exports: Vec<_> = below.chain([(folder.to_owned(), &made.own)]).collect();
     let files = exports.iter().flat_map(|(folder, exported)| {
         exported.files.iter().map(move |file| (folder.join(&file.name), file.bytes.len() as u64))
     });
@@ -171,43 +298,11 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     interrupt::begin_writing()?;
     let how = Overwriting { clean: args.clean, force: args.force };
     let mut written = exporting::write(&exports, how, &interrupt::requested)?;
-    let own = written.pop();
-
-    let mut text = faults.as_ref().map(warning).unwrap_or_default();
-    let mut manifests = BTreeMap::new();
-    for ((name, exported), written) in of_fixtures.iter().zip(&written) {
-        text += &format!("{name}\n{}{}", table_of(&exported.manifest), remains(exported, written));
-        text.push('\n');
-        manifests.insert(*name, &written.manifest);
-    }
-    text += &table_of(&exported.manifest);
+    let own = written.pop().ok_or_else(|| Failure::bug("an export without a folder"))?;
+    // Guides follow the fixtures.
+    written.truncate(made.of_fixtures.len());
     let bytes = files.iter().map(|(_, bytes)| bytes).sum();
-    text += &format!(
-        "{} files, {} in {} ({:.2} s)\n",
-        files.len(),
-        size(bytes),
-        folder.display(),
-        start.elapsed().as_secs_f64(),
-    );
-    if !guides.is_empty() {
-        text += &format!("open {}\n", folder.join(GUIDE_FOLDER).join("index.html").display());
-    }
-    if !has_file {
-        text += &packaged::no_file(&design);
-    }
-    let own = own.ok_or_else(|| Failure::bug("an export without a folder"))?;
-    text += &remains(&exported, &own);
-    if !chosen.from_file.is_empty() {
-        text += &format!("from {}: {}\n", defaults::FILE, chosen.from_file.join(", "));
-    }
-    let mut json = json(&own, &folder, faults.as_ref());
-    if with_fixtures {
-        json["fixtures"] = json!(manifests);
-    }
-    if !chosen.from_file.is_empty() {
-        json["defaults"] = json!({ "file": defaults::FILE, "keys": chosen.from_file });
-    }
-    Ok(Outcome { text, json, failed: false })
+    Ok(Written { own, of_fixtures: written, files: files.len(), bytes })
 }
 
 /// What options say; where they are not given, what the working folder's file says, else fabkit.

@@ -1,10 +1,9 @@
 //! `fabkit guide SENSOR[/FIXTURE] -o DIR`
 
-use fabkit_application::guiding;
 use fabkit_application::progress::Step;
-use fabkit_application::slicing;
 use fabkit_application::source::Target;
 use fabkit_application::staging::{OutputFile, write_all};
+use fabkit_application::{guiding, slicing};
 use serde_json::json;
 
 use super::progress::Progress;

@@ -1,7 +1,7 @@
 //! Command lines that cannot be read, for scripts: what clap says, as one of fabkit's failures.
 
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind as Slip};
-use fabkit_application::coded::About;
+use fabkit_application::ErrorSubject;
 
 use crate::failure::{ErrorKind, Failure};
 
@@ -13,25 +13,25 @@ pub(super) fn failure(error: &Error) -> Failure {
     Failure::new(ErrorKind::BadInput, message, rest.trim()).about(about(error))
 }
 
-fn about(error: &Error) -> About {
+fn about(error: &Error) -> ErrorSubject {
     let first = |kind| words(error, kind).into_iter().next();
     // `--tolerance <LENGTH>`
     let name = |text: String| text.split(' ').next().unwrap_or_default().to_owned();
     let option = first(ContextKind::InvalidArg).map(name);
-    let of = |code: &str| About { path: option.clone(), ..About::of(code) };
+    let of = |code: &str| ErrorSubject { path: option.clone(), ..ErrorSubject::new(code) };
     match error.kind() {
-        Slip::UnknownArgument => About {
+        Slip::UnknownArgument => ErrorSubject {
             written: option,
             suggestion: first(ContextKind::SuggestedArg).map(name),
-            ..About::of("unknown_option")
+            ..ErrorSubject::new("unknown_option")
         },
-        Slip::InvalidSubcommand => About {
+        Slip::InvalidSubcommand => ErrorSubject {
             written: first(ContextKind::InvalidSubcommand),
             // The nearest stands last.
             suggestion: words(error, ContextKind::SuggestedSubcommand).pop(),
-            ..About::of("unknown_command")
+            ..ErrorSubject::new("unknown_command")
         },
-        Slip::InvalidValue | Slip::ValueValidation => About {
+        Slip::InvalidValue | Slip::ValueValidation => ErrorSubject {
             written: first(ContextKind::InvalidValue),
             choices: words(error, ContextKind::ValidValue),
             suggestion: first(ContextKind::SuggestedValue),

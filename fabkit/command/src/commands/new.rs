@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fabkit_application::bodies::UnknownName;
-use fabkit_application::coded;
 use fabkit_application::designs::{FamilyEntry, REGISTRY, Start};
 use fabkit_application::staging::write_each;
 use fabkit_application::text::{Name, Scalar, shown};
+use fabkit_application::{Explained, UnknownName};
 use serde_json::json;
 
 use super::Outcome;
@@ -70,7 +69,7 @@ fn unknown(start: Start) -> Failure {
     };
     let closest = unknown.closest.as_ref().map(|_| unknown.hint() + " ").unwrap_or_default();
     let hint = format!("{closest}{all} {}", unknown.known.join(", "));
-    Failure::new(ErrorKind::BadInput, &unknown, hint).about(coded::unknown(&unknown))
+    Failure::new(ErrorKind::BadInput, &unknown, hint).about(unknown.subject())
 }
 
 /// Sensors' files are known by their ending. People write into them, so that none is replaced unasked.

@@ -10,7 +10,7 @@ use fabkit_application::pressing::{
     curve_csv, curve_svg, document, farthest, picture, skin_arrays, skin_csv, skin_document,
     skin_svg, threads,
 };
-use fabkit_application::scene::press_error;
+use fabkit_application::source::press_error;
 use fabkit_application::source::{Source, Target};
 use fabkit_application::staging::write_each;
 use serde_json::{Value, json};

@@ -24,12 +24,11 @@ pub(super) fn run(args: &Profile) -> Result<Outcome, Failure> {
     let expected = Expected { what: "a coupon's file", max_bytes: MAX_YAML_BYTES, hint };
     let (file, text) =
         (args.coupon.display().to_string(), reading::read_text(&args.coupon, expected)?);
-    let (text, outcome) = match GelCoupon::is_in(&text) {
-        true => {
-            stem(&args.output)?;
-            super::gel_profile::measured(args, &file, &text)?
-        }
-        false => printed(args, file, text)?,
+    let (text, outcome) = if GelCoupon::is_in(&text) {
+        stem(&args.output)?;
+        super::gel_profile::measured(args, &file, &text)?
+    } else {
+        printed(args, file, text)?
     };
     let text = signed(&text);
     let files = [(args.output.clone(), text.into_bytes())];

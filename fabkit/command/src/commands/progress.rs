@@ -29,9 +29,10 @@ pub(super) struct Progress {
 impl Progress {
     /// `doing` is what is under way: `checking rtac0`.
     pub(super) fn new(global: &Global, doing: impl Into<String>) -> Self {
-        let target = match global.quiet || global.json {
-            true => ProgressDrawTarget::hidden(),
-            false => ProgressDrawTarget::stderr_with_hz(PACE),
+        let target = if global.quiet || global.json {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr_with_hz(PACE)
         };
         Self::on(target, doing.into())
     }

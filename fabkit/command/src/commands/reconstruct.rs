@@ -65,15 +65,17 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     let marks = match MarkFollower::new(sensor, &viewpoint, lighting, rest) {
         Ok(marks) => Some(marks),
         // Depth needs none, and a picture without marks still shows it.
-        Err(Error::Reconstruct(
-            error @ (ReconstructError::NoMarks { .. } | ReconstructError::FewMarks { .. }),
-        )) if depth.is_some() => {
-            left_out.push(match error {
-                ReconstructError::FewMarks { .. } => format!("{error}: they are not followed"),
-                _ => error.to_string(),
-            });
-            None
-        }
+        Err(error) if depth.is_some() => match error.downcast_ref() {
+            Some(few @ ReconstructError::FewMarks { .. }) => {
+                left_out.push(format!("{few}: they are not followed"));
+                None
+            }
+            Some(none @ ReconstructError::NoMarks { .. }) => {
+                left_out.push(none.to_string());
+                None
+            }
+            _ => return Err(error.into()),
+        },
         Err(error) => return Err(error.into()),
     };
     let camera = viewpoint.camera();
@@ -147,9 +149,10 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     let rate = rate.unwrap_or(f64::NAN);
     text += &format!("{rate:.0} pictures a second on one core, read and written apart\n");
     // A network knows nothing of how light behaves, and marks need not.
-    let constants = match depth.is_some() && network.is_none() {
-        true => json!(constants.document(&lighting.shows)),
-        false => json!([]),
+    let constants = if depth.is_some() && network.is_none() {
+        json!(constants.document(&lighting.shows))
+    } else {
+        json!([])
     };
     let json = json!({
         "format": "fabkit-reconstruction",

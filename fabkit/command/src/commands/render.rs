@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use fabkit_application::Error;
-use fabkit_application::bodies;
 use fabkit_application::memory::{self, Less};
 use fabkit_application::pictures::{self, MAX_PIXELS, Shot};
 use fabkit_application::progress::Step;
@@ -12,6 +10,7 @@ use fabkit_application::scene::viewpoint_from_files;
 use fabkit_application::seeing::{self, DrawnRay};
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
+use fabkit_application::{Error, bodies};
 use serde_json::json;
 
 use super::Outcome;

@@ -81,10 +81,9 @@ fn text_of(reread: &Reread) -> String {
         .map(|(what, count)| format!("{count} {}", what.word()))
         .collect();
     let (what, files) = (reread.what, grouped(reread.files as u64));
-    text + &match reread.passed() {
-        true => {
-            format!("{folder}: {what}, {files} files, {}, all as written\n", size(reread.bytes))
-        }
-        false => format!("{folder}: {what}, {files} files listed; {}\n", wrong.join(", ")),
+    text + &if reread.passed() {
+        format!("{folder}: {what}, {files} files, {}, all as written\n", size(reread.bytes))
+    } else {
+        format!("{folder}: {what}, {files} files listed; {}\n", wrong.join(", "))
     }
 }

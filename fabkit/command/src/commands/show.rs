@@ -6,15 +6,12 @@ mod materials;
 
 use std::iter;
 
-use fabkit_application::bodies::UnknownName;
-use fabkit_application::coded;
 use fabkit_application::designs::Design;
-use fabkit_application::documents;
-use fabkit_application::fixtures;
+use fabkit_application::designs::design_hash;
 use fabkit_application::geometry::Body;
-use fabkit_application::identity::design_hash;
 use fabkit_application::source::Target;
 use fabkit_application::text::{Setting, shown};
+use fabkit_application::{Explained, UnknownName, documents, fixtures};
 
 use super::Outcome;
 use crate::cli;
@@ -27,16 +24,17 @@ pub(super) fn run(args: &cli::Show, global: &cli::Global) -> Result<Outcome, Fai
     if let Some(name) = target.part {
         let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
         let hint = format!("{}; a single part has no parameters of its own", unknown.hint());
-        let about = coded::unknown(&unknown);
+        let about = unknown.subject();
         return Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about));
     }
     if args.limits {
         return limits::run(&args.design, global);
     }
     let design = target.design(set)?;
-    let (text, json) = match args.chain {
-        true => (chain::text(&design), documents::chain(&design)),
-        false => (text(&design), documents::show(&design)),
+    let (text, json) = if args.chain {
+        (chain::text(&design), documents::chain(&design))
+    } else {
+        (text(&design), documents::show(&design))
     };
     Ok(Outcome { text, json, failed: false })
 }

@@ -50,7 +50,7 @@ pub(super) fn seen_from(
     let source = Source::find(target.sensor)?;
     let project = match unit {
         None => source.load(&design.set)?,
-        Some(unit) => unit.of(&source, &design.set)?,
+        Some(unit) => source.unit(unit, &design.set)?,
     };
     let viewpoint =
         viewpoint_from_files(&project, camera.camera.as_deref(), camera.pose.as_deref())?;

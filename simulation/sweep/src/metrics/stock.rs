@@ -3,7 +3,10 @@
 //! Densities are those of makers' data sheets, rounded. Prices are list prices of small amounts in
 //! 2025, rounded hard: they compare variants, they are no budget.
 
-use fabkit_geometry::Process;
+use std::collections::BTreeMap;
+
+use fabkit_designs::Design;
+use fabkit_geometry::{Action, Body, Process};
 
 /// What is known of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,6 +79,28 @@ pub fn pace(process: Process) -> Option<Pace> {
         Process::PolyJet => Some(Pace::Height(10.0)),
         Process::Laser | Process::Cnc | Process::Cast | Process::Pcb => None,
     }
+}
+
+/// Densities, g/cm3, by body, as far as they are known: of what is mixed for a layer, of the design's own
+/// materials, and of usual stock.
+pub fn densities(design: &Design) -> BTreeMap<&str, f64> {
+    let mixed = design.sensor.chain.iter().filter_map(|step| match &step.action {
+        Action::Pour(pour) => Some((&*pour.layer, pour.mix.density_g_per_cm3)),
+        Action::Spray(spray) => Some((&*spray.layer, spray.mix.density_g_per_cm3)),
+        _ => None,
+    });
+    let mixed: BTreeMap<&str, f64> = mixed.collect();
+    let named = |material: &str| {
+        let known = design.materials.iter().map(|known| known.material());
+        let own = known.filter(|known| known.name == material);
+        own.map(|known| known.figures.density.0).next()
+    };
+    let of = |body: &Body| {
+        let mixed = mixed.get(body.name.as_str()).copied();
+        mixed.or_else(|| named(&body.material)).or_else(|| stock_density_g_per_cm3(&body.material))
+    };
+    let bodies = design.sensor.bodies.iter();
+    bodies.filter_map(|body| Some((body.name.as_str(), of(body)?))).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! `fabkit dataset SENSOR --probes -o FILE.csv`
 
-use fabkit_application::documents;
 use fabkit_application::ground_truth::probes::probes;
 use fabkit_application::reading::has_ending;
 use fabkit_application::scene::SensorView;
@@ -60,7 +59,7 @@ pub(super) fn run(args: &Dataset, scene: &SensorView) -> Result<Outcome, Failure
         "deepest_mm": deepest_mm,
         "seed": args.seed,
         "viewpoint": scene.viewpoint.to_json(),
-        "surface_seen": documents::coverage(&scene.coverage),
+        "surface_seen": scene.coverage.to_json(),
     });
     Ok(Outcome { text, json, failed: false })
 }

@@ -1,0 +1,118 @@
+//! Reading pictures and looking for pins in them.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use fabkit_files::Error;
+use fabkit_files::memory::{self, Less};
+use fabkit_files::reading::{self, Expected};
+use rayon::prelude::*;
+
+use super::PinCaptureError;
+use crate::image::{GreyImage, ImageError};
+use crate::pins::{Detection, DetectionError, DetectionOptions, detect};
+
+/// Pictures of tactile sensors.
+pub const PICTURE: Expected = Expected {
+    what: "a picture",
+    max_bytes: 256 << 20,
+    hint: "pictures of tactile sensors are files of a few megabytes at most",
+};
+
+/// What decoding takes for each pixel besides the picture, bytes: the file, and all of the widest
+/// pixels.
+const DECODING_BYTES: u64 = 16;
+/// What looking for pins takes for each pixel, the picture itself included, bytes.
+const PINS_BYTES: u64 = 32;
+
+/// Reads a picture.
+///
+/// # Errors
+/// A file that cannot be read, or is no picture that can be used.
+pub fn read_grey(path: &Path) -> Result<GreyImage, Error> {
+    read(path, |_| Ok(()))
+}
+
+/// Reads a picture whose size passes a test, made before anything is decoded.
+pub fn read(path: &Path, fits: impl Fn([u32; 2]) -> Result<(), Error>) -> Result<GreyImage, Error> {
+    let bytes = reading::read(path, PICTURE)?;
+    let wrong = |source: ImageError| {
+        Error::from(PinCaptureError::Picture { file: path.display().to_string(), source })
+    };
+    fits(GreyImage::size_px(&bytes).map_err(wrong)?)?;
+    GreyImage::read(&bytes).map_err(wrong)
+}
+
+/// Does something with pictures of this size, as many at once as there is memory for; `each` is what
+/// it takes for a pixel, bytes, and `shared` what all of it takes together.
+pub fn on_workers<R: Send>(
+    what: &str,
+    size_px: [u32; 2],
+    [shared, each]: [u64; 2],
+    work: impl FnOnce() -> Result<R, Error> + Send,
+) -> Result<R, Error> {
+    let [width, height] = size_px.map(u64::from);
+    let pixels = width * height;
+    let what = format!("{what} a picture of {width} x {height} px");
+    let each = pixels * (each + DECODING_BYTES);
+    memory::on_workers(&what, pixels * shared, each, Less::Pictures, work)
+}
+
+/// Looks for pins in each picture.
+///
+/// # Errors
+/// Pictures that cannot be read or used, all of them.
+pub fn detect_all(
+    reference: &Path,
+    pictures: &[PathBuf],
+    options: &DetectionOptions,
+) -> Result<Vec<Detection>, Error> {
+    let names: Vec<String> = pictures.iter().map(|path| path.display().to_string()).collect();
+    let what = "looking for pins in";
+    let fits = |size_px| on_workers(what, size_px, [4, PINS_BYTES], || Ok(()));
+    let reference = read(reference, fits)?;
+    let reference_px = [reference.width_px(), reference.height_px()];
+    let picture = |i: usize| {
+        let same = |size_px: [u32; 2]| match size_px.map(|px| px as usize) {
+            pressed if pressed == reference_px => Ok(()),
+            pressed => {
+                let error = DetectionError::Size { pressed, reference: reference_px };
+                Err(undetected(&names[i], error))
+            }
+        };
+        Ok(Cow::Owned(read(&pictures[i], same)?))
+    };
+    // The reference is no larger than a picture may be.
+    on_workers(what, reference_px.map(|px| px as u32), [4, PINS_BYTES], || {
+        detect_in(&reference, &names, &picture, options)
+    })
+}
+
+fn undetected(name: &str, source: DetectionError) -> Error {
+    PinCaptureError::Undetected { file: name.into(), source }.into()
+}
+
+/// The same with pictures by their names, from wherever `read` has the i-th.
+///
+/// # Errors
+/// Pictures that cannot be used, all of them.
+pub fn detect_in<'a>(
+    reference: &GreyImage,
+    names: &[String],
+    read: &(dyn Fn(usize) -> Result<Cow<'a, GreyImage>, Error> + Sync),
+    options: &DetectionOptions,
+) -> Result<Vec<Detection>, Error> {
+    let one = |(i, name): (usize, &String)| -> Result<Detection, Error> {
+        detect(reference, &*read(i)?, options).map_err(|error| undetected(name, error))
+    };
+    let results: Vec<Result<Detection, Error>> = names.par_iter().enumerate().map(one).collect();
+    let (found, mut wrong) = (Vec::with_capacity(results.len()), Vec::new());
+    let found = results.into_iter().fold(found, |mut found, result| {
+        match result {
+            Ok(detection) => found.push(detection),
+            Err(error) => wrong.push(error),
+        }
+        found
+    });
+    Error::all(wrong).map_or(Ok(found), Err)
+}

@@ -1,0 +1,27 @@
+"""The former name of the package ``fabkit_bench``, kept for one version."""
+
+import sys
+import warnings
+
+try:
+    import fabkit_bench
+    from fabkit_bench import Network, Report, Row, experiments, figures, run
+except ModuleNotFoundError as error:
+    if error.name != "fabkit_bench":
+        raise
+    raise ImportError(
+        "fabkit.bench is the package fabkit_bench, which is not installed; "
+        "pip install 'fabkit-cad[bench]'",
+        name="fabkit_bench",
+    ) from error
+
+__all__ = ["Network", "Report", "Row", "experiments", "figures", "run"]
+
+if __name__ == "__main__":
+    from fabkit_bench.__main__ import main
+
+    sys.exit(main())
+
+warnings.warn("fabkit.bench is called fabkit_bench now", DeprecationWarning, stacklevel=2)
+# Modules below it are found there, too.
+sys.modules[__name__] = fabkit_bench

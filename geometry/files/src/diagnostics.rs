@@ -1,0 +1,183 @@
+//! Problems of a design, each with the line it is about, in the layout that rustc made familiar.
+
+use std::fmt::Write as _;
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use fabkit_text::{InvalidDesign, Problem};
+
+use crate::{ErrorKind, ErrorSubject, Explained};
+
+/// Lines that would be longer are cut around the place in question.
+const LINE_COLUMNS: usize = 100;
+
+/// The text that problems of one file point into.
+#[derive(Clone, Debug)]
+pub struct SourceText {
+    /// As problems name it.
+    pub file: String,
+    /// What it says.
+    pub text: String,
+}
+
+/// Texts with problems, and what they say.
+#[derive(Debug, thiserror::Error)]
+#[error("{invalid}")]
+pub struct Diagnosed {
+    /// What is wrong.
+    pub invalid: InvalidDesign,
+    /// The texts that problems may lie in.
+    pub texts: Vec<SourceText>,
+}
+
+impl Diagnosed {
+    /// What is wrong with one text, or with those that it refers to.
+    pub fn new(invalid: InvalidDesign, texts: impl IntoIterator<Item = SourceText>) -> Self {
+        Self { invalid, texts: texts.into_iter().collect() }
+    }
+}
+
+impl Explained for Diagnosed {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::BadInput
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        ErrorSubject::new("invalid")
+    }
+}
+
+/// All problems and their number, with a final newline. `sources` are the files they may be in.
+pub fn list(problems: &[Problem], sources: &[SourceText]) -> String {
+    let mut out = String::new();
+    for problem in problems {
+        one(&mut out, problem, sources);
+        out.push('\n');
+    }
+    let count = problems.len();
+    let _ = writeln!(out, "{count} problem{}", if count == 1 { "" } else { "s" });
+    out
+}
+
+/// Writing to a `String` cannot fail, so results are dropped.
+fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
+    let message = printable(&problem.message);
+    let hint = problem.hint.as_deref().map(printable);
+    if let Some((text, place)) = excerpt(problem, sources) {
+        let annotation = AnnotationKind::Primary.span(place);
+        let snippet = Snippet::source(text).path(printable(&problem.file));
+        let snippet = snippet.line_start(problem.line.unwrap_or(1)).annotation(annotation);
+        let group = Group::with_title(Level::ERROR.primary_title(message)).element(snippet);
+        let group = group.elements(hint.map(|hint| Level::HELP.message(hint)));
+        let _ = writeln!(out, "{}", Renderer::plain().term_width(LINE_COLUMNS).render(&[group]));
+        return;
+    }
+    let _ = writeln!(out, "error: {message}");
+    let digits = problem.line.map_or(1, |line| line.to_string().len());
+    if !problem.file.is_empty() {
+        let file = printable(&problem.file);
+        let line = problem.line.map(|line| format!(":{line}")).unwrap_or_default();
+        let column = problem.column.map(|column| format!(":{column}")).unwrap_or_default();
+        let indent = problem.line.map_or(2, |_| digits);
+        let _ = writeln!(out, "{:indent$}--> {file}{line}{column}", "");
+    }
+    if let Some(hint) = hint {
+        let _ = writeln!(out, "{:digits$} = help: {hint}", "");
+    }
+}
+
+/// The line that a problem is about, and the bytes of it that are: the whole value if that is what
+/// stands there, else one character.
+fn excerpt<'a>(problem: &Problem, sources: &'a [SourceText]) -> Option<(&'a str, Range<usize>)> {
+    let source = sources.iter().find(|source| source.file == problem.file)?;
+    let line = source.text.lines().nth(problem.line?.saturating_sub(1))?;
+    let column = problem.column.unwrap_or(1).saturating_sub(1);
+    let start = line.char_indices().nth(column).map_or(line.len(), |(byte, _)| byte);
+    let rest = &line[start..];
+    let stands_there = !problem.value.is_empty() && rest.starts_with(&problem.value);
+    let first = rest.chars().next().map_or(0, char::len_utf8);
+    Some((line, start..start + if stands_there { problem.value.len() } else { first }))
+}
+
+/// Files are other people's: what would steer a terminal is not passed on to it.
+fn printable(text: &str) -> String {
+    text.chars()
+        .map(|c| match c {
+            '\t' => ' ',
+            '\n' => '\n',
+            c if c.is_control() => char::REPLACEMENT_CHARACTER,
+            c => c,
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use fabkit_text::Facts;
+
+    use super::*;
+
+    fn problem(line: Option<usize>, column: Option<usize>, value: &str) -> Problem {
+        Problem {
+            file: "my.yaml".into(),
+            line,
+            column,
+            path: "surface.radius".into(),
+            value: value.into(),
+            message: "surface.radius is 900 mm; it must be between 4 mm and 60 mm".into(),
+            hint: Some("60 mm is the largest".into()),
+            facts: Facts::default(),
+        }
+    }
+
+    fn source(text: &str) -> [SourceText; 1] {
+        [SourceText { file: "my.yaml".into(), text: text.into() }]
+    }
+
+    #[test]
+    fn a_problem_points_at_its_value() {
+        let text = source("surface:\n  radius: 900 mm\n");
+        let expected = "\
+error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
+ --> my.yaml:2:11
+  |
+2 |   radius: 900 mm
+  |           ^^^^^^
+  |
+  = help: 60 mm is the largest
+
+1 problem
+";
+        assert_eq!(list(&[problem(Some(2), Some(11), "900 mm")], &text), expected);
+    }
+
+    #[test]
+    fn places_that_are_not_there_are_left_out() {
+        let text = source("a: 1\n");
+        let shown = list(&[problem(None, None, ""), problem(Some(99), Some(99), "x")], &text);
+        assert!(shown.contains("  --> my.yaml\n"));
+        assert!(shown.contains("--> my.yaml:99:99\n"));
+        assert!(shown.ends_with("\n2 problems\n"));
+        assert!(!shown.contains('^'));
+    }
+
+    #[test]
+    fn a_long_line_is_cut_and_control_characters_do_not_reach_the_terminal() {
+        let long = format!("{}\u{1b}[31m900 mm{}", " ".repeat(1000), "x".repeat(100_000));
+        let shown = list(&[problem(Some(1), Some(1006), "900 mm")], &source(&long));
+        assert!(shown.len() < 600 && !shown.contains('\u{1b}'), "{shown}");
+        let lines: Vec<&str> = shown.lines().collect();
+        // `900 mm` stands right above its carets.
+        let at = lines[4].find('^').unwrap();
+        let above: String = lines[3].chars().skip(at).take(6).collect();
+        assert_eq!(above, "900 mm");
+    }
+
+    #[test]
+    fn carets_stand_below_what_follows_characters_as_wide_as_two() {
+        let shown = list(&[problem(Some(1), Some(7), "900 mm")], &source("注意, x:900 mm\n"));
+        let lines: Vec<&str> = shown.lines().collect();
+        // Behind the gutter of four columns come four for two characters, and four more.
+        assert_eq!(lines[4].find('^'), Some(4 + 4 + 4), "{shown}");
+    }
+}

@@ -1,0 +1,217 @@
+//! Why a folder cannot be filled, or read.
+
+use std::collections::BTreeSet;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value};
+
+use crate::staging::{StagingError, io_hint};
+use crate::{ErrorKind, ErrorSubject, Explained};
+
+/// Why a folder cannot be filled.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// Something is there already.
+    #[error("{} is not empty", .folder.display())]
+    NotEmpty {
+        /// Where.
+        folder: PathBuf,
+    },
+    /// What is there was begun with another plan.
+    #[error(
+        "{} holds another {what}{}",
+        .folder.display(),
+        differences.iter().map(|line| format!("\n  {line}")).collect::<String>()
+    )]
+    OtherPlan {
+        /// For example `data set`.
+        what: &'static str,
+        /// Where.
+        folder: PathBuf,
+        /// The first few values that differ: path, what is there, what was asked for.
+        differences: Vec<String>,
+    },
+    /// A document of another version of the format.
+    #[error("{} is version {found} of a {what}; this fabkit knows version {known}", .path.display())]
+    OtherVersion {
+        /// For example `data set`.
+        what: &'static str,
+        /// Which file.
+        path: PathBuf,
+        /// As found.
+        found: u64,
+        /// As written now.
+        known: u64,
+    },
+    /// A file that was damaged after it was written.
+    #[error("{} is damaged: {what}", .path.display())]
+    Damaged {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+    /// A plan or a list of contents that was damaged after it was written.
+    #[error("{} is damaged: {what}", .path.display())]
+    DamagedDocument {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+    /// Files of a whole folder that are not what was written.
+    #[error("{}", changed(what, paths))]
+    Changed {
+        /// For example `data set`.
+        what: &'static str,
+        /// Which.
+        paths: Vec<PathBuf>,
+    },
+    /// A folder that leads elsewhere.
+    #[error("{} is a symbolic link: what is written there lands elsewhere", .path.display())]
+    Link {
+        /// Which.
+        path: PathBuf,
+    },
+    /// A name that leads out of the folder.
+    #[error("`{name}` does not name a file below {}", .folder.display())]
+    Outside {
+        /// As given.
+        name: String,
+        /// Which folder.
+        folder: PathBuf,
+    },
+    /// Another process is at work, or a file cannot be written.
+    #[error(transparent)]
+    Staging(#[from] StagingError),
+    /// The operating system said no.
+    #[error("cannot {action} {}: {source}", .path.display())]
+    Io {
+        /// For example `read`.
+        action: &'static str,
+        /// Which file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+impl FolderError {
+    pub(super) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
+        Self::Io { action, path: path.into(), source }
+    }
+}
+
+impl Explained for FolderError {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::NotEmpty { .. } | Self::OtherPlan { .. } | Self::OtherVersion { .. } => {
+                ErrorKind::BadInput
+            }
+            Self::Staging(error) => error.kind(),
+            Self::Damaged { .. }
+            | Self::DamagedDocument { .. }
+            | Self::Changed { .. }
+            | Self::Link { .. }
+            | Self::Outside { .. }
+            | Self::Io { .. } => ErrorKind::Io,
+        }
+    }
+
+    fn hint(&self) -> Option<String> {
+        let hint = match self {
+            Self::NotEmpty { .. } => {
+                "choose another folder, or go on with what the same order began there"
+            }
+            Self::OtherPlan { .. } => "go on as it was begun, or choose another folder",
+            Self::OtherVersion { .. } => "make it again in another folder",
+            Self::Damaged { .. } => "delete that file, and going on makes it again",
+            Self::DamagedDocument { .. } => {
+                "what the folder holds is unknown without it: begin anew in another one"
+            }
+            Self::Changed { .. } => {
+                "if nobody edited them, the disk did: delete them, and going on makes them again"
+            }
+            Self::Link { .. } => "replace the link by a folder",
+            Self::Outside { .. } => SAME_VERSION,
+            Self::Staging(StagingError::Io { source, .. }) | Self::Io { source, .. } => {
+                return Some(format!("{}; then go on from here", io_hint(source)?));
+            }
+            Self::Staging(error) => return error.hint(),
+        };
+        Some(hint.into())
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::NotEmpty { folder } => ErrorSubject::at("folder_not_empty", folder),
+            Self::OtherPlan { folder, .. } => ErrorSubject::at("other_plan", folder),
+            Self::OtherVersion { path, .. } => ErrorSubject::at("other_version", path),
+            Self::Damaged { path, .. } | Self::DamagedDocument { path, .. } => {
+                ErrorSubject::at("damaged", path)
+            }
+            Self::Changed { paths, .. } => match paths.first() {
+                Some(path) => ErrorSubject::at("damaged", path),
+                None => ErrorSubject::new("damaged"),
+            },
+            Self::Link { path } => ErrorSubject::at("symbolic_link", path),
+            Self::Outside { folder, .. } => ErrorSubject::at("outside_folder", folder),
+            Self::Staging(error) => error.subject(),
+            Self::Io { path, source, .. } => ErrorSubject::of_io(path, source, "cannot_write"),
+        }
+    }
+}
+
+/// For what comes from other processes and cannot be.
+pub const SAME_VERSION: &str = "do all workers have this version of fabkit?";
+
+/// Paths that are shown one by one.
+const MOST_SHOWN: usize = 8;
+
+fn changed(what: &str, paths: &[PathBuf]) -> String {
+    let shown = paths.iter().take(MOST_SHOWN).map(|path| path.display().to_string());
+    let shown: Vec<String> = shown.collect();
+    let more = match paths.len() - shown.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let (are, they) = if paths.len() == 1 { ("is", "it was") } else { ("are", "they were") };
+    format!("{}{more} {are} no longer what {they} when the {what} was written", shown.join(", "))
+}
+
+/// The first values in which what is there differs from the plan asked for; a whole folder's
+/// document says more than its plan does.
+pub fn differences(found: &Value, wanted: &Value) -> Vec<String> {
+    const MOST: usize = 5;
+    let none = Map::new();
+    let mut lines = Vec::new();
+    let found = found.as_object().unwrap_or(&none);
+    for (key, wanted) in wanted.as_object().into_iter().flatten() {
+        differ(key, found.get(key).unwrap_or(&Value::Null), wanted, &mut lines);
+    }
+    lines.truncate(MOST);
+    lines
+}
+
+fn differ(path: &str, found: &Value, wanted: &Value, lines: &mut Vec<String>) {
+    match (found, wanted) {
+        (Value::Object(a), Value::Object(b)) => {
+            let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+            for key in keys {
+                let of = |map: &Map<String, Value>| map.get(key).cloned().unwrap_or_default();
+                differ(&format!("{path}.{key}"), &of(a), &of(b), lines);
+            }
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() != b.len() => {
+            lines.push(format!("{path}: {} there, {} asked for", a.len(), b.len()));
+        }
+        (Value::Array(a), Value::Array(b)) => {
+            for (i, (a, b)) in a.iter().zip(b).enumerate() {
+                differ(&format!("{path}[{i}]"), a, b, lines);
+            }
+        }
+        (a, b) if a == b => {}
+        (a, b) => lines.push(format!("{path}: {a} there, {b} asked for")),
+    }
+}

@@ -1,0 +1,340 @@
+//! Folders that are filled piece by piece, by runs that may be killed at any moment.
+//!
+//! | path | holds |
+//! |---|---|
+//! | `NAME.partial/plan.json` | what the pieces are pieces of, [sealed](seal) |
+//! | `NAME.partial/journal` | hash, size and path of each finished piece, a line each |
+//! | `NAME.json` | once the folder is whole: the plan, and size and hash of every file; sealed |
+//!
+//! A piece is finished when it is a regular file of the size and hash that are noted. One process
+//! writes at a time. Killed and resumed, the folder ends with the same bytes as without.
+
+mod error;
+mod piece;
+mod seal;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use rayon::prelude::*;
+use serde_json::{Map, Value};
+
+pub use error::SAME_VERSION;
+pub use error::{FolderError, differences};
+pub use piece::{Piece, State, is_plain, read_regular};
+pub use seal::{SealError, seal, seal_text, unseal};
+
+use crate::staging::FolderLock;
+
+/// Longest plan, list of contents or journal that is read, bytes.
+pub const MAX_DOCUMENT_BYTES: u64 = 64 << 20;
+const PLAN: &str = "plan.json";
+const JOURNAL: &str = "journal";
+/// The lock, and whatever else a writer needs meanwhile.
+const HIDDEN: &str = ".fabkit-";
+
+/// What a folder is filled with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FolderKind {
+    /// For people: `data set`.
+    pub what: &'static str,
+    /// Its document is `NAME.json`, what is unfinished lies in `NAME.partial`.
+    pub name: &'static str,
+    /// Version of its document.
+    pub version: u64,
+}
+
+impl FolderKind {
+    /// The document of a whole folder.
+    pub fn document(self) -> String {
+        format!("{}.json", self.name)
+    }
+
+    /// The path of what is removed once the folder is whole.
+    pub fn partial(self, name: &str) -> String {
+        format!("{}.partial/{name}", self.name)
+    }
+
+    fn is_partial(self, name: &str) -> bool {
+        name.strip_prefix(self.name).is_some_and(|rest| rest.starts_with(".partial/"))
+    }
+
+    /// The plan with what a whole folder's document says besides: results, and its files.
+    pub fn whole(self, plan: &Value, results: Map<String, Value>, files: &Files) -> Vec<u8> {
+        let mut document = plan.as_object().cloned().unwrap_or_default();
+        document.extend(results);
+        let files = files.iter().map(|(name, piece)| (name.clone(), piece.to_json()));
+        document.insert("files".into(), Value::Object(files.collect()));
+        seal(&document)
+    }
+
+    /// Reads and checks a document that [`seal`] made; `None` if there is none.
+    ///
+    /// # Errors
+    /// [`FolderError::DamagedDocument`], [`FolderError::OtherVersion`] and [`FolderError::Io`].
+    pub fn read(self, path: &Path) -> Result<Option<Value>, FolderError> {
+        let Some(bytes) = read_regular(path, MAX_DOCUMENT_BYTES)? else { return Ok(None) };
+        let damaged = |what: SealError| {
+            Err(FolderError::DamagedDocument { path: path.into(), what: what.to_string() })
+        };
+        let document = match unseal(&bytes) {
+            Ok(document) => document,
+            // What was written before there were seals.
+            Err(SealError::None) => match serde_json::from_slice::<Value>(&bytes) {
+                Ok(document) if document["version"] != self.version => document,
+                _ => return damaged(SealError::None),
+            },
+            Err(error) => return damaged(error),
+        };
+        match document["version"].as_u64() {
+            Some(found) if found != self.version => Err(FolderError::OtherVersion {
+                what: self.what,
+                path: path.into(),
+                found,
+                known: self.version,
+            }),
+            Some(_) => Ok(Some(document)),
+            None => damaged(SealError::None),
+        }
+    }
+}
+
+/// Files by their paths below a folder.
+pub type Files = BTreeMap<String, Piece>;
+
+/// An open folder, locked until it is dropped.
+#[derive(Debug)]
+pub struct Folder {
+    kind: FolderKind,
+    lock: FolderLock,
+    plan: Value,
+    /// The document, if the folder is whole.
+    whole: Option<Value>,
+    /// Pieces that were there and are not what was written.
+    damaged: Vec<String>,
+    state: Mutex<Pieces>,
+}
+
+#[derive(Debug)]
+struct Pieces {
+    /// Whatever is finished.
+    done: Files,
+    /// Names that this run asked for: what else an earlier run's notes name is none of ours.
+    asked: BTreeSet<String>,
+    /// Where finished pieces are noted; none in a whole folder.
+    journal: Option<File>,
+}
+
+impl Folder {
+    /// Takes the folder's lock, and leaves the plan in it, or, to resume, finds the same plan there
+    /// and looks at every piece.
+    ///
+    /// # Errors
+    /// [`FolderError`].
+    pub fn open(
+        kind: FolderKind,
+        folder: &Path,
+        plan: Value,
+        resume: bool,
+    ) -> Result<Self, FolderError> {
+        let lock = FolderLock::take(folder)?;
+        let not_empty = || FolderError::NotEmpty { folder: folder.into() };
+        let is_empty = is_empty(folder, kind)?;
+        if !resume && !is_empty {
+            return Err(not_empty());
+        }
+        let whole = kind.read(&folder.join(kind.document()))?;
+        let begun = kind.read(&folder.join(kind.partial(PLAN)))?;
+        if !is_empty && whole.is_none() && begun.is_none() {
+            return Err(not_empty());
+        }
+        for found in [&whole, &begun].into_iter().flatten() {
+            let differences = differences(found, &plan);
+            if !differences.is_empty() {
+                let what = kind.what;
+                return Err(FolderError::OtherPlan { what, folder: folder.into(), differences });
+            }
+        }
+        let mut noted = read_journal(&folder.join(kind.partial(JOURNAL)))?;
+        noted.extend(whole.iter().flat_map(files_of));
+        let states: Vec<State> = noted
+            .par_iter()
+            .map(|(name, piece)| piece.state(folder, name))
+            .collect::<Result<_, _>>()?;
+        let is_whole = whole.is_some() && states.iter().all(|state| *state == State::Right);
+        let mut done = Files::new();
+        let mut damaged = Vec::new();
+        for ((name, piece), state) in noted.into_iter().zip(states) {
+            match state {
+                State::Right => drop(done.insert(name, piece)),
+                State::Other(_) => damaged.push(name),
+                State::Missing => {}
+            }
+        }
+        if whole.is_some() && !damaged.is_empty() {
+            // Somebody may have edited them: they are not ours to replace.
+            let paths = damaged.iter().map(|name| folder.join(name)).collect();
+            return Err(FolderError::Changed { what: kind.what, paths });
+        }
+        let state = Pieces { done, asked: BTreeSet::new(), journal: None };
+        let whole = whole.filter(|_| is_whole);
+        let folder = Self { kind, lock, plan, whole, damaged, state: Mutex::new(state) };
+        if !is_whole {
+            folder.begin()?;
+        }
+        Ok(folder)
+    }
+
+    /// Leaves the plan, and a journal of what is there.
+    fn begin(&self) -> Result<(), FolderError> {
+        let plan = seal(&self.plan.as_object().cloned().unwrap_or_default());
+        self.place(&self.kind.partial(PLAN), &plan)?;
+        let mut state = self.state();
+        let lines: String = state.done.iter().map(|(name, piece)| piece.line(name)).collect();
+        // Anew: what a killed run left may end within a line.
+        let journal = self.kind.partial(JOURNAL);
+        self.place(&journal, lines.as_bytes())?;
+        let path = self.path().join(journal);
+        let file = OpenOptions::new().append(true).open(&path);
+        state.journal = Some(file.map_err(|e| FolderError::io("write", &path, e))?);
+        Ok(())
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.lock.folder()
+    }
+
+    /// The document of a folder that was found whole: there is nothing left to do but to
+    /// [finish](Self::finish).
+    pub fn whole(&self) -> Option<&Value> {
+        self.whole.as_ref()
+    }
+
+    /// Pieces that were found, and are not what an earlier run wrote: they count as missing.
+    pub fn damaged(&self) -> &[String] {
+        &self.damaged
+    }
+
+    /// Finished pieces whose names begin like this.
+    pub fn names(&self, prefix: &str) -> Vec<String> {
+        let state = self.state();
+        state.done.keys().filter(|name| name.starts_with(prefix)).cloned().collect()
+    }
+
+    /// Whether a piece is finished.
+    pub fn has(&self, name: &str) -> bool {
+        let mut state = self.state();
+        state.asked.insert(name.to_owned());
+        state.done.contains_key(name)
+    }
+
+    /// Writes a piece, which appears whole or not at all.
+    ///
+    /// # Errors
+    /// [`FolderError`].
+    pub fn put(&self, name: &str, bytes: &[u8]) -> Result<(), FolderError> {
+        self.place(name, bytes)?;
+        let piece = Piece::of(bytes);
+        let mut state = self.state();
+        if let Some(journal) = &mut state.journal {
+            let noted = journal.write_all(piece.line(name).as_bytes());
+            let path = || self.path().join(self.kind.partial(JOURNAL));
+            noted.map_err(|e| FolderError::io("write", &path(), e))?;
+        }
+        state.asked.insert(name.to_owned());
+        state.done.insert(name.to_owned(), piece);
+        Ok(())
+    }
+
+    /// Reads a finished piece again.
+    ///
+    /// # Errors
+    /// [`FolderError::Damaged`] if it is not what was written.
+    pub fn read(&self, name: &str) -> Result<Vec<u8>, FolderError> {
+        let piece = self.state().done.get(name).copied();
+        let missing =
+            || FolderError::Damaged { path: self.path().join(name), what: "it is missing".into() };
+        piece.ok_or_else(missing)?.read(self.path(), name)
+    }
+
+    /// Marks the folder as whole, and removes what was only needed until then.
+    ///
+    /// # Errors
+    /// [`FolderError`].
+    pub fn finish(&self, results: Map<String, Value>) -> Result<(), FolderError> {
+        if self.whole.is_none() {
+            let state = self.state();
+            let is_ours = |name: &String| state.asked.contains(name) && !self.kind.is_partial(name);
+            let files = state.done.iter().filter(|(name, _)| is_ours(name));
+            let files = files.map(|(name, piece)| (name.clone(), *piece)).collect();
+            let document = self.kind.whole(&self.plan, results, &files);
+            self.place(&self.kind.document(), &document)?;
+        }
+        let partial = self.path().join(format!("{}.partial", self.kind.name));
+        match fs::remove_dir_all(&partial) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Err(FolderError::io("remove", &partial, error))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes a file within the folder: not through a link to somewhere else.
+    fn place(&self, name: &str, bytes: &[u8]) -> Result<(), FolderError> {
+        if !piece::is_plain(name) {
+            return Err(FolderError::Outside { name: name.into(), folder: self.path().into() });
+        }
+        if let Some(path) = piece::link_on_the_way(self.path(), name)? {
+            return Err(FolderError::Link { path });
+        }
+        Ok(self.lock.put(name, bytes)?)
+    }
+
+    fn state(&self) -> MutexGuard<'_, Pieces> {
+        // Every change is whole by itself.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Whether there is nothing but what a run leaves that was killed before it had a plan.
+fn is_empty(folder: &Path, kind: FolderKind) -> Result<bool, FolderError> {
+    let failed = |error| FolderError::io("read the folder", folder, error);
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let name = entry.file_name();
+        let is_partial = name == format!("{}.partial", kind.name).as_str();
+        let is_leftover = is_partial
+            && entry.file_type().map_err(failed)?.is_dir()
+            && fs::read_dir(entry.path()).map_err(failed)?.next().is_none();
+        let is_ours = name.to_str().is_some_and(|name| name.starts_with(HIDDEN));
+        if !is_ours && !is_leftover {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// What a journal names. A line that cannot be read is as good as none: its piece is made again.
+fn read_journal(path: &Path) -> Result<Files, FolderError> {
+    let bytes = read_regular(path, MAX_DOCUMENT_BYTES)?.unwrap_or_default();
+    Ok(String::from_utf8_lossy(&bytes).lines().filter_map(Piece::from_line).collect())
+}
+
+/// What the document of a whole folder lists.
+pub fn files_of(document: &Value) -> Files {
+    let files = document["files"].as_object();
+    let piece = |(name, value): (&String, &Value)| Some((name.clone(), Piece::from_json(value)?));
+    files
+        .into_iter()
+        .flatten()
+        .filter_map(piece)
+        .filter(|(name, _)| piece::is_plain(name))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,88 @@
+//! JSON documents whose last key is the hash of all before it: a flipped bit anywhere is noticed,
+//! and whoever reads JSON reads them.
+
+use serde_json::{Map, Value};
+
+/// Between the document and the hash; after it.
+const BEFORE: &str = ",\n  \"blake3\": \"";
+const AFTER: &str = "\"\n}\n";
+const HASH_LENGTH: usize = 64;
+
+/// Why a document cannot be believed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SealError {
+    /// It does not end with a hash.
+    #[error("it does not end with its checksum")]
+    None,
+    /// It ends with another hash.
+    #[error("its checksum is another")]
+    Other,
+}
+
+/// A document's bytes, with the hash in its last line.
+///
+/// ```
+/// use fabkit_files::resumable::{seal, unseal};
+///
+/// let document = serde_json::json!({ "format": "mine", "version": 1 });
+/// let mut bytes = seal(document.as_object().unwrap());
+/// assert_eq!(unseal(&bytes)?, document);
+/// bytes[5] ^= 1;
+/// assert!(unseal(&bytes).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn seal(document: &Map<String, Value>) -> Vec<u8> {
+    seal_text(&format!("{:#}", Value::Object(document.clone())))
+}
+
+/// The same of a document that is text already: an object that is not empty, with a line for each key.
+pub fn seal_text(text: &str) -> Vec<u8> {
+    let text = text.trim_end_matches('\n');
+    let mut text = text.strip_suffix('}').unwrap_or(text).trim_end_matches('\n').to_owned();
+    let hash = blake3::hash(text.as_bytes()).to_hex();
+    text += BEFORE;
+    text += &hash;
+    text += AFTER;
+    text.into_bytes()
+}
+
+/// The document without its hash.
+///
+/// # Errors
+/// [`SealError`].
+pub fn unseal(bytes: &[u8]) -> Result<Value, SealError> {
+    let end = BEFORE.len() + HASH_LENGTH + AFTER.len();
+    let (body, seal) = bytes.split_at(bytes.len().saturating_sub(end));
+    let hash = blake3::hash(body).to_hex();
+    if seal == [BEFORE.as_bytes(), hash.as_bytes(), AFTER.as_bytes()].concat() {
+        let text = [body, b"}"].concat();
+        return serde_json::from_slice(&text).map_err(|_| SealError::None);
+    }
+    let is_sealed = seal.starts_with(BEFORE.as_bytes()) || seal.ends_with(AFTER.as_bytes());
+    Err(if is_sealed { SealError::Other } else { SealError::None })
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn every_flipped_bit_and_every_cut_is_noticed() {
+        let document = json!({ "a": { "b": [1, 2.5, "}\n}"] }, "z": { "files": {} } });
+        let sealed = seal(document.as_object().unwrap());
+        let whole: Value = serde_json::from_slice(&sealed).unwrap();
+        assert_eq!(whole["a"], document["a"], "it is JSON");
+        assert_eq!(unseal(&sealed), Ok(document));
+        for bit in 0..8 * sealed.len() {
+            let mut flipped = sealed.clone();
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            assert!(unseal(&flipped).is_err(), "{bit}");
+        }
+        for length in 0..sealed.len() {
+            assert!(unseal(&sealed[..length]).is_err(), "{length}");
+        }
+        assert!(unseal(&[&sealed[..], b"\n"].concat()).is_err());
+    }
+}

@@ -1,0 +1,263 @@
+//! One writer per folder.
+//!
+//! Whoever writes into a folder holds its lock: a file that the operating system lets one process
+//! hold, and takes back when that process ends, however it ends. Under the lock every temporary
+//! file of an earlier writer is a left-over of a dead one, and is removed.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use super::{StagingError, check_replaceable, failed, journal, sync_folder};
+
+/// What all files begin with that are fabkit's own business in a folder.
+pub(super) const HIDDEN: &str = ".fabkit-";
+const LOCK: &str = ".fabkit-lock";
+/// How often a lock may vanish between opening and locking it before something else is wrong.
+const ATTEMPTS: usize = 100;
+/// Longest message of a holder that is repeated to others.
+const MAX_HOLDER_BYTES: u64 = 400;
+
+/// The right to write into a folder; given back when dropped.
+///
+/// ```
+/// use fabkit_files::staging::FolderLock;
+///
+/// let folder = std::env::temp_dir().join("fabkit-doc-lock");
+/// let lock = FolderLock::take(&folder)?;
+/// assert!(FolderLock::take(&folder).is_err());
+/// lock.put("notes/a.txt", b"whole or not at all")?;
+/// drop(lock);
+/// assert_eq!(std::fs::read(folder.join("notes/a.txt"))?, b"whole or not at all");
+/// # std::fs::remove_dir_all(folder)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct FolderLock {
+    folder: PathBuf,
+    /// Held open: closing it gives the lock back.
+    file: Option<File>,
+    /// Differs from every other writer's, also from those in other containers with the same process
+    /// number.
+    writer: String,
+    next: AtomicU64,
+}
+
+impl FolderLock {
+    /// Makes the folder if it is missing, takes its lock, takes back what a dead writer left
+    /// unfinished, and removes its temporary files.
+    ///
+    /// File systems without locks are written to without one.
+    ///
+    /// # Errors
+    /// [`StagingError::Locked`] if another process writes there now; [`StagingError::Io`].
+    pub fn take(folder: &Path) -> Result<Self, StagingError> {
+        let path = folder.join(LOCK);
+        let writer = unique();
+        let holder = format!("process {} ({})\n{writer}\n", std::process::id(), command());
+        for _ in 0..ATTEMPTS {
+            fs::create_dir_all(folder).map_err(|e| failed("create the folder", folder, e))?;
+            let mut options = OpenOptions::new();
+            options.read(true).write(true).create(true).truncate(false);
+            check_replaceable(&path)?;
+            let mut file = match options.open(&path) {
+                Ok(file) => file,
+                // Whoever made the folder too has just removed it again.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                Err(error) => return Err(failed("write into", folder, error)),
+            };
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => {
+                    let holder = read_holder(&mut file);
+                    return Err(StagingError::Locked { folder: folder.into(), holder });
+                }
+                Err(TryLockError::Error(error)) if has_no_locks(&error) => {}
+                Err(TryLockError::Error(error)) => return Err(failed("lock", &path, error)),
+            }
+            let written = file
+                .set_len(0)
+                .and_then(|()| file.rewind())
+                .and_then(|()| file.write_all(holder.as_bytes()));
+            written.map_err(|e| {
+                remove_ours(&file, &path);
+                failed("write", &path, e)
+            })?;
+            // The last holder may have removed the file between our opening and locking it: then
+            // what we hold has no name any more, and keeps nobody out.
+            let there = match fs::read_to_string(&path) {
+                Ok(there) => there,
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                Err(error) => {
+                    remove_ours(&file, &path);
+                    return Err(failed("lock", &path, error));
+                }
+            };
+            if there == holder {
+                let lock = Self {
+                    folder: folder.into(),
+                    file: Some(file),
+                    writer,
+                    next: AtomicU64::new(0),
+                };
+                journal::recover(folder)?;
+                lock.remove_leftovers()?;
+                return Ok(lock);
+            }
+        }
+        let error = io::Error::other("the lock vanished each time that it was taken");
+        Err(failed("lock", &path, error))
+    }
+
+    /// The folder that may be written to.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Writes one file, whose name may have subfolders before it: it appears whole or not at all.
+    ///
+    /// # Errors
+    /// [`StagingError`]; what stood there before still does.
+    pub fn put(&self, name: &str, bytes: &[u8]) -> Result<(), StagingError> {
+        let place = self.folder.join(name);
+        let parent = place.parent().unwrap_or(&self.folder);
+        fs::create_dir_all(parent).map_err(|e| failed("create the folder", parent, e))?;
+        check_replaceable(&place)?;
+        let temporary = self.temporary();
+        let written = File::create_new(&temporary).and_then(|mut file| {
+            file.write_all(bytes)?;
+            file.sync_all()
+        });
+        let renamed = written.and_then(|()| fs::rename(&temporary, &place));
+        renamed.map_err(|error| {
+            // Nothing half-written stays behind a full disk.
+            let _ = fs::remove_file(&temporary);
+            failed("write", &place, error)
+        })?;
+        sync_folder(parent)
+    }
+
+    /// Unlike any other writer's.
+    pub(super) fn writer(&self) -> &str {
+        &self.writer
+    }
+
+    /// A name in the folder that nobody else has; short, whatever the file will be called.
+    pub(super) fn temporary(&self) -> PathBuf {
+        let number = self.next.fetch_add(1, Ordering::Relaxed);
+        self.folder.join(format!("{HIDDEN}{}-{number}", self.writer))
+    }
+
+    fn remove_leftovers(&self) -> Result<(), StagingError> {
+        let unreadable = |e| failed("read the folder", &self.folder, e);
+        for entry in fs::read_dir(&self.folder).map_err(unreadable)? {
+            let name = entry.map_err(unreadable)?.file_name();
+            let is_ours = name.to_str().is_some_and(|n| n.starts_with(HIDDEN) && n != LOCK);
+            if is_ours {
+                let path = self.folder.join(name);
+                fs::remove_file(&path).map_err(|e| failed("remove", &path, e))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Drop for FolderLock {
+    fn drop(&mut self) {
+        // Removed while it is still held, so that nobody takes a lock that has no name. Best effort:
+        // a lock file that stays keeps nobody out.
+        let _ = fs::remove_file(self.folder.join(LOCK));
+        drop(self.file.take());
+    }
+}
+
+/// Removes a lock that is held, if it is the one that the path means. Best effort: one that stays
+/// keeps nobody out.
+#[cfg(unix)]
+fn remove_ours(file: &File, path: &Path) {
+    use std::os::unix::fs::MetadataExt;
+    if let (Ok(ours), Ok(there)) = (file.metadata(), fs::metadata(path))
+        && (ours.dev(), ours.ino()) == (there.dev(), there.ino())
+    {
+        let _ = fs::remove_file(path);
+    }
+}
+
+#[cfg(not(unix))]
+fn remove_ours(_: &File, _: &Path) {}
+
+/// Some network file systems know no locks.
+fn has_no_locks(error: &io::Error) -> bool {
+    error.kind() == io::ErrorKind::Unsupported
+}
+
+fn read_holder(file: &mut File) -> String {
+    let mut text = String::new();
+    let read = file.take(MAX_HOLDER_BYTES).read_to_string(&mut text);
+    match (read, text.lines().next()) {
+        (Ok(_), Some(holder)) => holder.to_owned(),
+        // It has just taken the lock and not yet said who it is, or the system keeps readers out.
+        _ => "another process".to_owned(),
+    }
+}
+
+fn command() -> String {
+    let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+    let line: String = words.collect::<Vec<_>>().join(" ");
+    line.chars().map(|c| if c.is_control() { ' ' } else { c }).take(200).collect()
+}
+
+/// Unlike any other writer's, with overwhelming likelihood: process, time, and a random seed that
+/// the standard library draws for each process.
+fn unique() -> String {
+    use std::hash::{BuildHasher, Hasher, RandomState};
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let mut hasher = RandomState::new().build_hasher();
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    hasher.write_u128(now.as_nanos());
+    hasher.write_u32(std::process::id());
+    hasher.write_u64(COUNT.fetch_add(1, Ordering::Relaxed));
+    format!("{:016x}", hasher.finish())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_writer_is_told_of_the_first() {
+        let root = tempfile::tempdir().unwrap();
+        let lock = FolderLock::take(root.path()).unwrap();
+        let error = FolderLock::take(root.path()).unwrap_err();
+        let expected = format!("process {}", std::process::id());
+        assert!(error.to_string().contains(&expected), "{error}");
+        drop(lock);
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0);
+        FolderLock::take(root.path()).unwrap();
+    }
+
+    #[test]
+    fn leftovers_of_a_dead_writer_are_removed_and_nothing_else() {
+        let root = tempfile::tempdir().unwrap();
+        for name in [".fabkit-0123456789abcdef-7", LOCK, ".fabkitrc", "a.stl"] {
+            fs::write(root.path().join(name), "x").unwrap();
+        }
+        drop(FolderLock::take(root.path()).unwrap());
+        let mut names: Vec<_> =
+            fs::read_dir(root.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        names.sort();
+        assert_eq!(names, [".fabkitrc", "a.stl"]);
+    }
+
+    #[test]
+    fn long_names_can_be_written() {
+        let root = tempfile::tempdir().unwrap();
+        let lock = FolderLock::take(root.path()).unwrap();
+        let name = "x".repeat(255);
+        lock.put(&name, b"1").unwrap();
+        assert_eq!(fs::read(root.path().join(name)).unwrap(), b"1");
+    }
+}

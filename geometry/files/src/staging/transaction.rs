@@ -1,0 +1,376 @@
+//! Files of one or more folders that appear together, or not at all.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use super::journal::{JOURNAL, Journal, Record};
+use super::lock::FolderLock;
+use super::{CONTENTS, StagingError, check_replaceable, failed, sync_folder};
+
+/// How long another writer of the same folder is waited for: many runs may write there side by side,
+/// and each does so for less than a second.
+const PATIENCE: Duration = Duration::from_secs(20);
+const POLL: Duration = Duration::from_millis(10);
+
+/// A set of files that is being written. What is not committed leaves no trace.
+///
+/// ```
+/// use fabkit_files::staging::Transaction;
+///
+/// let root = std::env::temp_dir().join("fabkit-doc-transaction");
+/// let [a, b] = [root.join("here/a.txt"), root.join("there/b.txt")];
+/// let mut set = Transaction::open([a.as_path(), b.as_path()], &|| false)?;
+/// set.write(&a, b"1")?;
+/// set.write(&b, b"2")?;
+/// assert!(!a.exists());
+/// set.commit()?;
+/// assert_eq!(std::fs::read(&b)?, b"2");
+/// # std::fs::remove_dir_all(root)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Transaction {
+    /// Folders made for this, outermost first.
+    made: Vec<PathBuf>,
+    /// By what they are, however they are spelled; the first one's journal decides.
+    folders: Vec<(PathBuf, FolderLock)>,
+    /// Which of them is meant.
+    by_spelling: BTreeMap<PathBuf, usize>,
+    entries: Vec<Entry>,
+    committed: bool,
+}
+
+#[derive(Debug)]
+struct Entry {
+    folder: usize,
+    place: PathBuf,
+    /// The new content; nothing for a file that is to go.
+    new: Option<Staged>,
+    /// The hidden name of the file that stood there before.
+    previous: Option<PathBuf>,
+}
+
+#[derive(Debug)]
+struct Staged {
+    temporary: PathBuf,
+    blake3: blake3::Hash,
+}
+
+impl Entry {
+    fn is_contents(&self) -> bool {
+        self.place.file_name().is_some_and(|name| name == CONTENTS)
+    }
+
+    /// Whether the old file is out of sight while others are replaced.
+    fn leaves(&self) -> bool {
+        self.is_contents() || self.new.is_none()
+    }
+}
+
+impl Transaction {
+    /// Makes the folders of these files where they are missing, and becomes their only writer.
+    ///
+    /// Other writers are waited for, as long as `cancelled` does not say otherwise.
+    ///
+    /// # Errors
+    /// [`StagingError`]; folders made are gone again.
+    pub fn open<'a>(
+        places: impl IntoIterator<Item = &'a Path>,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Self, StagingError> {
+        let mut set = Self {
+            made: Vec::new(),
+            folders: Vec::new(),
+            by_spelling: BTreeMap::new(),
+            entries: Vec::new(),
+            committed: false,
+        };
+        let spellings: BTreeSet<PathBuf> = places.into_iter().map(folder_of).collect();
+        let mut by_identity: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
+        for folder in spellings {
+            set.make(&folder)?;
+            let real = fs::canonicalize(&folder).map_err(|e| failed("look at", &folder, e))?;
+            by_identity.entry(real).or_default().push(folder);
+        }
+        // Everybody takes locks in the same order, so that no two wait for each other.
+        for (real, spellings) in by_identity {
+            let lock = wait_for(&spellings[0], cancelled)?;
+            let index = set.folders.len();
+            set.by_spelling.extend(spellings.into_iter().map(|folder| (folder, index)));
+            set.folders.push((real, lock));
+        }
+        Ok(set)
+    }
+
+    /// Writes a file's new content under a hidden name and syncs it to disk.
+    ///
+    /// # Errors
+    /// [`StagingError`].
+    pub fn write(&mut self, place: &Path, bytes: &[u8]) -> Result<(), StagingError> {
+        check_replaceable(place)?;
+        let folder = self.index_of(place)?;
+        let temporary = self.folders[folder].1.temporary();
+        let mut file = File::create_new(&temporary).map_err(|e| failed("write", place, e))?;
+        // From here on the temporary file is ours to remove.
+        let new = Some(Staged { temporary, blake3: blake3::hash(bytes) });
+        self.entries.push(Entry { folder, place: place.into(), new, previous: None });
+        file.write_all(bytes).map_err(|e| failed("write", place, e))?;
+        file.sync_all().map_err(|e| failed("write", place, e))
+    }
+
+    /// Lets a file go when the others appear.
+    ///
+    /// # Errors
+    /// [`StagingError`].
+    pub fn remove(&mut self, place: &Path) -> Result<(), StagingError> {
+        check_replaceable(place)?;
+        let folder = self.index_of(place)?;
+        self.entries.push(Entry { folder, place: place.into(), new: None, previous: None });
+        Ok(())
+    }
+
+    /// Puts all files in their places, lists of contents last.
+    ///
+    /// # Errors
+    /// [`StagingError`]; all files are then as they were. Where the system does not even let them be
+    /// put back, [`StagingError::Kept`] says so, and the next writer does it.
+    pub fn commit(mut self) -> Result<(), StagingError> {
+        // Stable: otherwise in the order given.
+        self.entries.sort_by_key(Entry::is_contents);
+        if let [Entry { place, new: Some(new), folder, .. }] = &self.entries[..] {
+            // One file changes in one step.
+            fs::rename(&new.temporary, place).map_err(|e| failed("write", place, e))?;
+            let folder = *folder;
+            self.entries.clear();
+            self.committed = true;
+            return sync_folder(self.folders[folder].1.folder());
+        }
+        self.keep_previous()?;
+        let records = self.records();
+        self.write_journals(&records)?;
+        let mut done = 0;
+        if let Err(cause) = self.switch(&mut done) {
+            return Err(self.take_back(done, cause));
+        }
+        self.committed = true;
+        // What is left over from here on is removed by the next writer at the latest.
+        for (_, lock) in self.folders.iter().skip(1) {
+            let _ = fs::remove_file(lock.folder().join(JOURNAL));
+        }
+        match self.folders.first() {
+            Some((_, lock)) => sync_folder(lock.folder()),
+            None => Ok(()),
+        }
+    }
+
+    fn make(&mut self, folder: &Path) -> Result<(), StagingError> {
+        let missing = folder
+            .ancestors()
+            .take_while(|path| !path.as_os_str().is_empty() && !path.exists())
+            .map(Path::to_path_buf);
+        let missing: Vec<PathBuf> = missing.collect();
+        self.made.extend(missing.into_iter().rev());
+        fs::create_dir_all(folder).map_err(|e| failed("create the folder", folder, e))
+    }
+
+    fn index_of(&self, place: &Path) -> Result<usize, StagingError> {
+        let index = self.by_spelling.get(&folder_of(place)).copied();
+        let closed = || io::Error::other("its folder was not opened for this");
+        index.ok_or_else(|| failed("write", place, closed()))
+    }
+
+    /// Second names for the files that will be replaced.
+    fn keep_previous(&mut self) -> Result<(), StagingError> {
+        for entry in &mut self.entries {
+            if fs::symlink_metadata(&entry.place).is_err() {
+                continue;
+            }
+            let previous = self.folders[entry.folder].1.temporary();
+            // Files that leave move there in the switch itself.
+            let stays = !entry.leaves();
+            let (place, to) = (&entry.place, &previous);
+            let kept = match stays {
+                // File systems without hard links get a copy.
+                true => fs::hard_link(place, to).or_else(|_| {
+                    fs::copy(place, to)?;
+                    File::open(to)?.sync_all()
+                }),
+                false => Ok(()),
+            };
+            // Also a copy that was only begun is ours to remove.
+            entry.previous = Some(previous);
+            kept.map_err(|e| failed("keep", &entry.place, e))?;
+        }
+        Ok(())
+    }
+
+    /// For each folder.
+    fn records(&self) -> Vec<Vec<Record>> {
+        let mut records = vec![Vec::new(); self.folders.len()];
+        let name = |path: &Path| path.file_name().map(OsString::from).unwrap_or_default();
+        for Entry { folder, place, new, previous } in &self.entries {
+            records[*folder].push(Record {
+                name: name(place),
+                previous: previous.as_deref().map(name),
+                blake3: new.as_ref().map(|new| new.blake3.to_hex().to_string()),
+            });
+        }
+        records
+    }
+
+    fn write_journals(&self, records: &[Vec<Record>]) -> Result<(), StagingError> {
+        let Some(((first, lead), others)) = self.folders.split_first() else { return Ok(()) };
+        let paths: Vec<&PathBuf> = others.iter().map(|(real, _)| real).collect();
+        let write = |lock: &FolderLock, others: &[&PathBuf], records: &Vec<Record>| {
+            // Put syncs the folder, and with it the names of what was staged.
+            Journal::new(lead.writer(), first, others, records.clone()).write(lock)
+        };
+        for ((_, lock), records) in others.iter().zip(&records[1..]) {
+            write(lock, &[], records)?;
+        }
+        write(lead, &paths, &records[0])
+    }
+
+    /// The moment in which old and new are mixed: renames and nothing else, and no list of contents
+    /// that could lie about them. `done` counts the renames.
+    fn switch(&self, done: &mut usize) -> Result<(), StagingError> {
+        for Rename { from, to, .. } in self.renames() {
+            fs::rename(from, to).map_err(|e| failed("write", to, e))?;
+            *done += 1;
+        }
+        for (_, lock) in &self.folders {
+            sync_folder(lock.folder())?;
+        }
+        if let Some((_, lead)) = self.folders.first() {
+            let journal = lead.folder().join(JOURNAL);
+            fs::remove_file(&journal).map_err(|e| failed("remove", &journal, e))?;
+        }
+        Ok(())
+    }
+
+    /// What goes and old lists of contents leave their places first, new lists come last.
+    fn renames(&self) -> Vec<Rename<'_>> {
+        let mut renames = Vec::new();
+        for entry in self.entries.iter().filter(|entry| entry.leaves()) {
+            if let Some(previous) = entry.previous.as_deref() {
+                renames.push(Rename {
+                    from: &entry.place,
+                    to: previous,
+                    back: Back::Rename(previous),
+                });
+            }
+        }
+        for entry in &self.entries {
+            let Some(new) = &entry.new else { continue };
+            let back = match entry.previous.as_deref() {
+                None => Back::Remove,
+                // The old one comes back over it when its leaving is undone.
+                Some(_) if entry.leaves() => Back::Nothing,
+                Some(previous) => Back::Rename(previous),
+            };
+            renames.push(Rename { from: &new.temporary, to: &entry.place, back });
+        }
+        renames
+    }
+
+    /// Undoes so many renames. What cannot be undone now is left, with its journal, to the next
+    /// writer.
+    fn take_back(&mut self, done: usize, cause: StagingError) -> StagingError {
+        let mut unreturned = None;
+        for Rename { from, to, back } in self.renames().into_iter().take(done).rev() {
+            // A file that left goes back to where it came from; else the old one to where the new
+            // one is.
+            let (place, kept, result) = match back {
+                Back::Nothing => continue,
+                Back::Remove => (to, to, fs::remove_file(to)),
+                Back::Rename(previous) if previous == to => (from, to, fs::rename(to, from)),
+                Back::Rename(previous) => (to, previous, fs::rename(previous, to)),
+            };
+            if let (Err(source), None) = (result, &unreturned) {
+                unreturned = Some((place.to_owned(), kept.to_owned(), source));
+            }
+        }
+        let Some((place, kept, source)) = unreturned else { return cause };
+        // Nothing is removed on drop: it may be all that is left of the old files.
+        self.entries.clear();
+        self.made.clear();
+        StagingError::Kept { cause: Some(Box::new(cause)), place, kept, source }
+    }
+}
+
+/// A step of a switch, and how it is undone.
+struct Rename<'a> {
+    from: &'a Path,
+    to: &'a Path,
+    back: Back<'a>,
+}
+
+enum Back<'a> {
+    Nothing,
+    Remove,
+    Rename(&'a Path),
+}
+
+#[cfg(test)]
+impl Transaction {
+    /// What a process leaves that is killed after so many renames.
+    pub(super) fn interrupt_after(mut self, renames: usize) {
+        self.entries.sort_by_key(Entry::is_contents);
+        self.keep_previous().unwrap();
+        self.write_journals(&self.records()).unwrap();
+        for Rename { from, to, .. } in self.renames().into_iter().take(renames) {
+            fs::rename(from, to).unwrap();
+        }
+        self.entries.clear();
+        self.made.clear();
+    }
+}
+
+impl Drop for Transaction {
+    fn drop(&mut self) {
+        // Best effort: there is nobody left to tell, and the first error is already on its way. What
+        // stays is removed by the next writer.
+        for Entry { new, previous, .. } in &self.entries {
+            let new = new.as_ref().map(|new| &new.temporary);
+            for path in new.into_iter().chain(previous) {
+                let _ = fs::remove_file(path);
+            }
+        }
+        if !self.committed && !self.entries.is_empty() {
+            // The deciding one last.
+            for (_, lock) in self.folders.iter().rev() {
+                let _ = fs::remove_file(lock.folder().join(JOURNAL));
+            }
+        }
+        self.folders.clear();
+        if !self.committed {
+            for folder in self.made.iter().rev() {
+                let _ = fs::remove_dir(folder);
+            }
+        }
+    }
+}
+
+/// The folder that a file lies in; `.` for a bare name.
+pub(super) fn folder_of(place: &Path) -> PathBuf {
+    match place.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+fn wait_for(folder: &Path, cancelled: &dyn Fn() -> bool) -> Result<FolderLock, StagingError> {
+    let start = Instant::now();
+    loop {
+        match FolderLock::take(folder) {
+            Err(StagingError::Locked { .. }) if cancelled() => return Err(StagingError::Cancelled),
+            Err(StagingError::Locked { .. }) if start.elapsed() < PATIENCE => sleep(POLL),
+            result => return result,
+        }
+    }
+}

@@ -1,0 +1,267 @@
+"""What a bench found: a table, as JSON, as text and as a page."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import tempfile
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fabkit.errors import FabkitError, Problem
+from fabkit_bench._networks import Network, digest, files, remove_stale
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+__all__ = ["Report", "Row"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure: what a paper says of it, and what simulation does."""
+
+    name: str
+    """What is measured."""
+    unit: str
+    """For example ``mm``; empty for ratios."""
+    paper: float | None
+    """As published; ``None`` where nothing is."""
+    simulated: float | None
+    """As simulated here; ``None`` where that could not be done: the note says why."""
+    baseline: float | None
+    """What a guess scores that looks at no picture."""
+    samples: int
+    """How many presses the figure rests on."""
+    note: str
+    """What differs from the paper, and what was chosen."""
+    experiment: str = ""
+    """The experiment that it belongs to."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """A sensor's table. Simulated."""
+
+    sensor: str
+    """The design's name."""
+    title: str
+    """The same for people."""
+    reference: str
+    """The publication."""
+    design_hash: str
+    """Of everything that shapes the design."""
+    seed: int
+    """Of places, noise and models."""
+    quick: bool
+    """Whether counts were made small."""
+    rows: list[Row]
+    """The table."""
+    choices: list[str]
+    """What the paper does not state, or what is done otherwise here, in words."""
+    constants: list[dict[str, Any]]
+    """What pictures rest on, with sources."""
+    left_out: list[str]
+    """What is not simulated, and what of the paper is not run."""
+    seconds: float = 0.0
+    """How long it took: the one figure that differs from run to run."""
+    networks: dict[str, Network] = field(default_factory=dict[str, Network])
+    """What was trained on the way, by name."""
+
+    def document(self) -> dict[str, Any]:
+        """Make what ``bench.json`` holds: the same for the same seed, but for ``seconds``."""
+        return {
+            "format": "fabkit-bench",
+            "version": 1,
+            "sensor": self.sensor,
+            "title": self.title,
+            "reference": self.reference,
+            "design_hash": self.design_hash,
+            "seed": self.seed,
+            "quick": self.quick,
+            "is_simulated": True,
+            "rows": [asdict(row) for row in self.rows],
+            "choices": list(self.choices),
+            "constants": list(self.constants),
+            "left_out": list(self.left_out),
+            "networks": [
+                {"name": name, "sha256": digest(network.onnx)}
+                for name, network in self.networks.items()
+            ],
+            "seconds": round(self.seconds, 1),
+        }
+
+    def text(self) -> str:
+        """Write the table for a terminal."""
+        head = ("what", "unit", "paper", "simulated", "trivial", "samples")
+        lines = [f"{self.title}: simulated, seed {self.seed}, {self._how()}"]
+        for experiment, rows in self._groups():
+            cells = [_cells(row) for row in rows]
+            widths = [max(len(line[k]) for line in [head, *cells]) for k in range(len(head))]
+            lines += ["", experiment, _line(head, widths)]
+            lines += [_line(line, widths) for line in cells]
+            notes = dict.fromkeys(row.note for row in rows if row.note)
+            lines += [f"  - {note}" for note in notes]
+        return "\n".join(lines)
+
+    def html(self) -> str:
+        """Make one page that needs no network, light or dark as the reader's system is."""
+        parts: list[str] = []
+        for experiment, rows in self._groups():
+            head = "".join(f"<th scope='col'>{word}</th>" for word in _HEAD)
+            body = "".join(_html_row(row) for row in rows)
+            parts.append(
+                f"<h2>{_e(experiment)}</h2><table><thead><tr>{head}</tr></thead>"
+                f"<tbody>{body}</tbody></table>"
+            )
+        parts += [
+            _html_list("Trained networks", [_network(*one) for one in self.networks.items()]),
+            _html_list("What was chosen", self.choices),
+            _html_list("What is left out", self.left_out),
+            _html_list("What pictures rest on", [_constant(one) for one in self.constants]),
+        ]
+        title = f"{self.sensor}: the paper and its simulation"
+        return (
+            f"<!DOCTYPE html><html lang='en'><head><meta charset='utf-8'><title>{_e(title)}</title>"
+            "<meta name='viewport' content='width=device-width, initial-scale=1'>"
+            f"<style>{_STYLE}</style></head><body><main><h1>{_e(title)}</h1>"
+            f"<p>{_e(self.title)}. {_e(self.reference)}.</p>"
+            f"<p><strong>Simulated.</strong> Seed {self.seed}, {self._how()}, design "
+            f"<code>{_e(self.design_hash[:16])}</code>, {self.seconds:.0f} s.</p>"
+            f"{''.join(parts)}</main></body></html>\n"
+        )
+
+    def save(self, folder: str | PathLike[str]) -> list[Path]:
+        """Write ``bench.json``, ``bench.html`` and ``networks/`` into a folder, each file whole.
+
+        Networks and cards of an earlier run are removed. ``bench.json`` is the last to be replaced,
+        and names each network with its hash: where a save was cut short, they do not agree.
+
+        Raises
+        ------
+        FabkitError
+            A folder that cannot be made or written to.
+        """
+        folder = Path(folder)
+        contents = files(self.networks)
+        contents["bench.html"] = self.html().encode()
+        contents["bench.json"] = (json.dumps(self.document(), indent=2) + "\n").encode()
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            # All are written before any takes its place.
+            with tempfile.TemporaryDirectory(dir=folder, prefix=".bench-") as aside:
+                for name, content in contents.items():
+                    path = Path(aside) / name
+                    path.parent.mkdir(exist_ok=True)
+                    path.write_bytes(content)
+                remove_stale(folder, self.networks)
+                for name in contents:
+                    (folder / name).parent.mkdir(exist_ok=True)
+                    os.replace(Path(aside) / name, folder / name)
+        except OSError as error:
+            message = f"cannot write to {folder}: {error.strerror or error}"
+            problems = (Problem(message, file=str(folder)),)
+            raise FabkitError(message, code="io", exit_code=4, problems=problems) from error
+        return [folder / name for name in contents]
+
+    def _how(self) -> str:
+        return "quick" if self.quick else "full"
+
+    def _groups(self) -> list[tuple[str, list[Row]]]:
+        names = dict.fromkeys(row.experiment for row in self.rows)
+        return [(name, [row for row in self.rows if row.experiment == name]) for name in names]
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    figures = [_number(value) for value in (row.paper, row.simulated, row.baseline)]
+    return (row.name, row.unit, *figures, str(row.samples))
+
+
+def _line(cells: tuple[str, ...], widths: list[int]) -> str:
+    # Words to the left, figures to the right.
+    placed = [
+        cell.ljust(width) if k < 2 else cell.rjust(width)
+        for k, (cell, width) in enumerate(zip(cells, widths, strict=True))
+    ]
+    return "  ".join(placed).rstrip()
+
+
+_HEAD = ("what", "unit", "paper", "simulated", "trivial guess", "samples", "note")
+
+
+def _e(text: str) -> str:
+    return html.escape(text, quote=True)
+
+
+def _html_row(row: Row) -> str:
+    cells = [*_cells(row), row.note]
+    kinds = ["what", "unit", *["figure"] * 4, "note"]
+    # Narrow screens show a row as a card: each cell then needs its column's name.
+    return (
+        "<tr>"
+        + "".join(
+            f"<td class='{kind}' data-of='{head}'>{_e(cell)}</td>"
+            for kind, head, cell in zip(kinds, _HEAD, cells, strict=True)
+        )
+        + "</tr>"
+    )
+
+
+def _html_list(title: str, items: list[str]) -> str:
+    if not items:
+        return ""
+    return f"<h2>{_e(title)}</h2><ul>{''.join(f'<li>{_e(item)}</li>' for item in items)}</ul>"
+
+
+def _network(name: str, network: Network) -> str:
+    held_out = [
+        f"{one['what']} {_number(one['value'])} {one['unit']}".rstrip() + f" ({one['samples']})"
+        for one in network.card["held_out"]
+    ]
+    return f"{name}: {network.card['form']}. Held out: {'; '.join(held_out)}"
+
+
+def _constant(constant: dict[str, Any]) -> str:
+    value = constant["value"]
+    shown = _number(value) if isinstance(value, int | float) else json.dumps(value)
+    return f"{constant['name']} {shown}, {constant['known']}: {constant['source']}"
+
+
+_STYLE = """
+:root { color-scheme: light dark; --ink: #1c1c1e; --ground: #fff; --soft: #6a6a70; --rule: #d9d9de }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #ececf0; --ground: #17171a; --soft: #a2a2aa; --rule: #3a3a40 }
+}
+body { margin: 0; color: var(--ink); background: var(--ground) }
+body { font: 16px/1.5 system-ui, sans-serif }
+main { max-width: 72rem; margin: 0 auto; padding: 1.5rem }
+table { border-collapse: collapse; width: 100% }
+th, td { padding: .35rem .6rem; border-bottom: 1px solid var(--rule); vertical-align: top }
+th { text-align: left; color: var(--soft); font-weight: 600 }
+th:nth-child(n+3):nth-child(-n+6) { text-align: right }
+.figure { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }
+.note { color: var(--soft); font-size: .875rem; max-width: 34rem }
+li { margin: .2rem 0 }
+@media (max-width: 46rem) {
+  thead { display: none }
+  table, tbody, tr, td { display: block }
+  tr { border-bottom: 1px solid var(--rule); padding: .6rem 0 }
+  td, td.figure { border: 0; padding: .1rem 0; text-align: left; white-space: normal }
+  td.what { font-weight: 600 }
+  td:not(.what)::before { content: attr(data-of) ": "; color: var(--soft) }
+}
+@media print {
+  :root { --ink: #000; --ground: #fff; --soft: #444; --rule: #bbb }
+  main { padding: 0; max-width: none }
+  body { font-size: 10pt }
+  tr { break-inside: avoid }
+}
+"""

@@ -1,0 +1,177 @@
+"""Which experiments a sensor's family has, and running them."""
+
+from __future__ import annotations
+
+import importlib
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from fabkit.designs import Sensor, load
+from fabkit.errors import FabkitError, invalid, unknown
+from fabkit_bench import _learn
+from fabkit_bench._bench import Bench, Family, row_of_failure
+from fabkit_bench._report import Report, Row
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Sequence
+
+__all__ = ["experiments", "figures", "run"]
+
+_MODULES = {
+    "dome": "dome",
+    "half-ellipsoid": "half_ellipsoid",
+    "pin-tip": "pin_tip",
+    "flat-gel": "flat_gel",
+    "dome-cap": "cap",
+    "sheet-mold": "sheet_mold",
+}
+
+
+def run(
+    design: Sensor | str,
+    *,
+    quick: bool = True,
+    seed: int = 0,
+    rows: Sequence[str] | None = None,
+    tell: Callable[[str], None] | None = None,
+    size: Any = None,
+) -> Report:
+    """Run the experiment of the paper that a sensor's family is from.
+
+    Parameters
+    ----------
+    design
+        A sensor, or the name of one. A file that extends a built-in sensor is run as that is.
+    quick
+        Few presses and small models: minutes. Else larger counts, with the same models.
+    seed
+        Of places, noise and models, 0 or more. The same seed gives the same figures.
+    rows
+        Only these of :func:`experiments`. Without, those that need PyTorch are run if not
+        ``quick``.
+    tell
+        Is told what begins, in words.
+    size
+        Counts of one's own, a ``Size`` of the family's module; for tests.
+
+    Raises
+    ------
+    FabkitError
+        A sensor of a family without an experiment, an unknown experiment, a seed that is none,
+        scikit-learn that is missing; a sensor of which no experiment can be run.
+
+    >>> import fabkit_bench
+    >>> fabkit_bench.run("rtac0", rows=["slip"]).rows[0].name
+    'ruler slips at 2 m/s, 120 frames a second'
+    """
+    started = time.monotonic()
+    bench, family = _ready(design, seed, quick, size, tell)
+    known = list(family.experiments)
+    usual = [name for name in known if not (quick and name in family.deep)]
+    names = usual if rows is None else list(rows)
+    for name in names:
+        if name not in known:
+            raise unknown("experiment", name, known)
+    if not set(names) <= family.plain:
+        # Before minutes of presses.
+        _learn.needed()
+    found: list[Row] = []
+    failures: list[FabkitError] = []
+    with _learn.one_thread():
+        for name in names:
+            bench.experiment = name
+            bench.tell(f"{bench.design.name}: {name}")
+            try:
+                rows_of = family.experiments[name](bench)
+            except FabkitError as error:
+                # What a changed design cannot do shall not hide what it can.
+                failures.append(error)
+                rows_of = [row_of_failure(name, error)]
+            found += [replace(row, experiment=name) for row in rows_of]
+    if failures and len(failures) == len(names):
+        raise failures[0]
+    document = bench.document()
+    return Report(
+        sensor=bench.design.name,
+        title=bench.design.title,
+        reference=bench.design.reference,
+        design_hash=bench.design.design_hash,
+        seed=seed,
+        quick=quick,
+        rows=found,
+        choices=[*family.choices, *bench.said],
+        constants=document["constants"],
+        left_out=[*family.left_out, *document["left_out"]],
+        seconds=time.monotonic() - started,
+        networks=bench.networks,
+    )
+
+
+def figures(
+    design: Sensor | str,
+    *,
+    seed: int = 0,
+    names: Collection[str] | None = None,
+    size: Any = None,
+) -> dict[str, float]:
+    """Compute the few figures that tell designs apart, for sweeps: some seconds.
+
+    Parameters
+    ----------
+    design, seed, size
+        As for :func:`run`.
+    names
+        Only these, of those that the family has: what no other needs is not computed.
+
+    Returns
+    -------
+    By name: ``depth_mae_mm`` on domes and flat gels, ``localisation_mm`` and ``force_mae_n`` on
+    half ellipsoids, and so on; errors, so that smaller is better, unless the name says otherwise.
+
+    Raises
+    ------
+    FabkitError
+        As for :func:`run`.
+    """
+    bench, family = _ready(design, seed, True, size, None, small=True)
+    _learn.needed()
+    with _learn.one_thread():
+        wanted = [name for name in family.figures if names is None or name in names]
+        return {name: family.figures[name](bench) for name in wanted}
+
+
+def experiments(design: Sensor | str) -> list[str]:
+    """List what :func:`run` can be asked for.
+
+    >>> import fabkit_bench
+    >>> fabkit_bench.experiments("rtac0")
+    ['depth', 'largest-depth', 'slip']
+    """
+    return list(_family(load(design) if isinstance(design, str) else design).experiments)
+
+
+def _ready(
+    design: Sensor | str,
+    seed: int,
+    quick: bool,
+    size: Any,
+    tell: Callable[[str], None] | None,
+    small: bool = False,
+) -> tuple[Bench, Family]:
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**31:  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise invalid(f"the seed is {seed!r}; it must be a whole number from 0 to 2147483647")
+    design = load(design) if isinstance(design, str) else design
+    family = _family(design)
+    if size is None:
+        size = family.small if small else family.quick if quick else family.full
+    # Sweeps ask for figures alone.
+    return Bench(design, seed, size, tell, keeps=not small), family
+
+
+def _family(design: Sensor) -> Family:
+    name = design.family
+    if name not in _MODULES:
+        hint = f"there are experiments for {', '.join(sorted(_MODULES))}"
+        raise invalid(f"{design.name} is of the family {name}, which has no experiment", hint)
+    return importlib.import_module(f"fabkit_bench.{_MODULES[name]}").FAMILY

@@ -1,0 +1,109 @@
+"""Another unit of the same design: sizes, lens, pose and light drawn within what is usual."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from fabkit import sim
+    from fabkit_bench._bench import Bench
+
+__all__ = ["Spread", "another"]
+
+# Constants that a file of a unit's light holds; such a file has all of them.
+_LIGHT = ("layer_grey", "ground_grey", "scatter_per_mm", "spread_mm")
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How far units of one design differ; standard deviations, if not said otherwise."""
+
+    sizes_mm: dict[str, float]
+    """Of lengths, by parameter; no draw is farther off than two of them."""
+    and_then: dict[str, object] = field(default_factory=dict[str, object])
+    """What else has to be said so that such a unit can be described."""
+    shift_mm: float = 0.2
+    """Of the camera's place along each axis."""
+    turn_deg: float = 0.5
+    """Of the camera's turn about each axis."""
+    light: float = 0.1
+    """Of each constant of the light, as a part of it."""
+
+    def words(self) -> str:
+        """Say it for the report."""
+        sizes = ", ".join(f"{path} {sigma:g} mm" for path, sigma in self.sizes_mm.items())
+        return (
+            f"a new unit has drawn of it: {sizes}; camera {self.shift_mm:g} mm and "
+            f"{self.turn_deg:g} deg an axis, constants of light {100 * self.light:g} % each (all "
+            "standard deviations); focal length and middle evenly within the design's tolerances"
+        )
+
+
+def another(
+    bench: Bench, of: sim.Sensor, number: int, spread: Spread, **options: Any
+) -> sim.Sensor:
+    """Make another unit ready.
+
+    Units have numbers; each draws on its own. The exposure of the nominal unit ``of`` is kept, as a
+    fixed one would be. ``options`` are those of :class:`fabkit.sim.Sensor`.
+    """
+    random = bench.random(f"unit {number}")
+    sizes: dict[str, object] = {
+        path: float(bench.design.parameters[path].value + sigma * np.clip(random.normal(), -2, 2))
+        for path, sigma in spread.sizes_mm.items()
+    }
+    design = bench.design.replace({**spread.and_then, **sizes})
+    camera = design.camera
+    lens = camera.parameters
+    longer = 1.0 + random.uniform(-1, 1) * design.values.camera.focal_tolerance
+    aside = random.uniform(-1, 1, size=2) * design.values.camera.centre_tolerance * camera.width_px
+    camera = camera.with_parameters(
+        {
+            "fx_px": lens["fx_px"] * longer,
+            "fy_px": lens["fy_px"] * longer,
+            "cx_px": lens["cx_px"] + aside[0],
+            "cy_px": lens["cy_px"] + aside[1],
+        }
+    )
+    # The small motion is the camera's own, in its frame.
+    moved = np.linalg.inv(design.sensor_from_camera)
+    moved = _motion(random, spread) @ moved
+    factors = 1.0 + spread.light * random.standard_normal(len(_LIGHT))
+    options = {**options, "camera": camera, "pose": moved}
+    nominal = {one["name"]: one["value"] for one in of.document["constants"]}
+    if not set(_LIGHT) <= set(nominal):
+        return bench.sensor(design, **options)
+    exposure = float(of.document.get("exposure", 1.0))
+    values = {
+        name: float(nominal[name] * factor * (exposure if name.endswith("_grey") else 1.0))
+        for name, factor in zip(_LIGHT, factors, strict=True)
+    }
+    path = bench.folder() / f"light-{number}.json"
+    path.write_text(json.dumps(_light_file(design.name, values)), encoding="utf-8")
+    return bench.sensor(design, constants=path, **options)
+
+
+def _motion(random: np.random.Generator, spread: Spread) -> np.ndarray[Any, Any]:
+    """Draw a small rigid motion, (4, 4), mm."""
+    x, y, z = np.deg2rad(spread.turn_deg) * random.standard_normal(3)
+    # The nearest rotation to the small one: orthogonal to the last digit.
+    turn, _, back = np.linalg.svd(np.array([[1, -z, y], [z, 1, -x], [-y, x, 1]]))
+    motion = np.eye(4)
+    motion[:3, :3] = turn @ back
+    motion[:3, 3] = spread.shift_mm * random.standard_normal(3)
+    return motion
+
+
+def _light_file(sensor: str, values: dict[str, float]) -> dict[str, Any]:
+    """Make what ``fabkit fit-light`` writes, of constants that were drawn."""
+    return {
+        "format": "fabkit-fit-light",
+        "version": 1,
+        "sensor": sensor,
+        "captures": 0,
+        "constants": [{"name": name, "value": value} for name, value in values.items()],
+    }

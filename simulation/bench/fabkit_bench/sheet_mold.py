@@ -1,0 +1,422 @@
+"""The fluidic sensor's experiment: what the camera below would see, from columns of liquid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fabkit import sim
+from fabkit.errors import FabkitError, invalid
+from fabkit_bench import _deep, _learn
+from fabkit_bench._bench import Family, first_line
+from fabkit_bench._likeness import Code, drawn, likeness
+from fabkit_bench._networks import Card, HeldOut, Numbers
+from fabkit_bench._report import Row
+from fabkit_bench.half_ellipsoid import folds
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from fabkit_bench._bench import Bench
+    from fabkit_bench._onnx import Written
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much is pressed."""
+
+    places: int = 60
+    depths: int = 8
+    deepest_mm: float = 4.0
+    reach_mm: float = 18.0
+    """Places are within a square of this half side."""
+    spacing_mm: float = 2.0
+    folds: int = 5
+    network_folds: int = 3
+    recurrent_epochs: int = 40
+    """100 in the paper."""
+    code_epochs: int = 60
+    """300 in the published losses."""
+
+
+# From the published arrays: a ridge from ten lags of columns to markers, on the last fifth.
+_RIDGE_R2 = 0.48
+_READ = "columns of the published series move 3 to 15 px, in pictures of another display"
+# Likeness (SSIM) of predicted images, and of the constant mean image.
+_LIKENESS = (0.9045, 0.8920)
+# Side of its pictures, and how many numbers its encoder leaves of one.
+_PICTURE_PX, _CODE = 68, 324
+# That of its encoded features, predicted by its LSTM from ten steps: from the published arrays.
+_ENCODED_R2 = 0.230
+_STEPS = 10
+_DRAWN = Numbers(
+    f"picture of markers, {_PICTURE_PX} rows of {_PICTURE_PX} pixels: white discs on black, cut to "
+    "the markers and half a pitch around them",
+    "share of white",
+)
+_NUMBERS = Numbers("what the autoencoder of this fold makes of such a picture", "")
+_LSTM = "LSTM, three layers of 256, and linear sums of the last step"
+
+
+@dataclass(frozen=True, eq=False)
+class Touches:
+    """Presses: one of each a row."""
+
+    column_mm: NDArray[np.float64]
+    """How far each column of liquid moved: n x channels."""
+    column_px: NDArray[np.float64]
+    """The same in the display's picture: n x 2 channels."""
+    marker_px: NDArray[np.float64]
+    """How far each marker moved in the picture: n x 2 m."""
+    marker_at_px: NDArray[np.float64]
+    """Where each is in the mean picture: m x 2."""
+    seen: dict[str, Any]
+    """Names and mean places of what is in these arrays, for cards."""
+    place: NDArray[np.int64]
+    """Number of its place: n."""
+
+
+def _touches(bench: Bench) -> Touches:
+    size: Size = bench.size
+    skin = sim.Skin(bench.design, spacing_mm=size.spacing_mm)
+    random = bench.random("places")
+    places = random.uniform(-size.reach_mm, size.reach_mm, (size.places, 2))
+    depths = np.linspace(size.deepest_mm / size.depths, size.deepest_mm, size.depths)
+    columns: list[NDArray[np.float64]] = []
+    ends: list[NDArray[np.float64]] = []
+    markers: list[NDArray[np.float64]] = []
+    at: list[int] = []
+    bench.tell(f"  pressing {size.places} places, {size.depths} times each")
+    for number, (x, y) in enumerate(places):
+        names = [f"hemisphere@{x:.2f}mm,{y:.2f}mm,{depth:.3f}mm" for depth in depths]
+        try:
+            many = skin.press_all(names)
+        except FabkitError as error:
+            bench.said.append(f"place {x:.1f} mm, {y:.1f} mm left out: {first_line(error)}")
+            continue
+        columns.append(many.column_mm)
+        ends.append(many.column_px)
+        markers.append(many.mark_px)
+        at += [number] * len(names)
+    if not columns:
+        raise invalid("no place of the skin could be pressed")
+    ends_px, ends_at_px, which = _moved(np.concatenate(ends))
+    seen: dict[str, Any] = {
+        "channels": list(skin.column_names),
+        "columns": [skin.column_names[k] for k in which],
+        "columns_at_px": ends_at_px.round(3).tolist(),
+    }
+    markers_px, at_px, which = _moved(np.concatenate(markers))
+    seen["markers"] = [skin.mark_names[k] for k in which]
+    seen["markers_at_px"] = at_px.round(3).tolist()
+    return Touches(np.concatenate(columns), ends_px, markers_px, at_px, seen, np.array(at))
+
+
+def _moved(
+    pixels: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Tell ways from the mean picture of (n, m, 2), of what is always seen: (n, 2 m), (m, 2), m."""
+    is_seen = np.isfinite(pixels).all(axis=(0, 2))
+    seen = pixels[:, is_seen]
+    # A model with an offset does not ask which picture is at rest.
+    mean: NDArray[np.float64] = seen.mean(axis=0)
+    return (seen - mean).reshape(len(seen), -1), mean, np.flatnonzero(is_seen)
+
+
+def _keep(
+    bench: Bench,
+    name: str,
+    written: Written,
+    takes: Numbers,
+    gives: Numbers,
+    test: NDArray[np.bool_],
+    error: tuple[str, float, str],
+) -> None:
+    what, value, unit = error
+    held_out = HeldOut(f"{name}, first fold: {what}", value, unit, int(test.sum()))
+    mask = "columns and markers that are seen in all presses, by their names"
+    training = (int((~test).sum()), "presses at rest by a hemisphere")
+    bench.keep(name, written, Card(takes, gives, mask, training, [held_out]))
+
+
+def _columns_of(touches: Touches, *, exact: bool = False, steps: bool = False) -> Numbers:
+    """Say what networks take."""
+    if exact:
+        what = "how far the liquid of each channel moves in its tube"
+        return Numbers(what, "mm", {"channels": touches.seen["channels"]})
+    what = (
+        "how far each column ends from where it ends in the mean picture, x and y, rounded to "
+        "whole pixels; places are those of the mean picture"
+    )
+    if steps:
+        what += f"; of {_STEPS} ever deeper presses at one place, of which the last is asked for"
+    return Numbers(what, "px", {name: touches.seen[name] for name in ("columns", "columns_at_px")})
+
+
+def _markers_of(touches: Touches) -> Numbers:
+    """Say what networks give."""
+    what = (
+        "how far each marker is from where it is in the mean picture of the camera below, x and y; "
+        "places are those of the mean picture"
+    )
+    return Numbers(what, "px", {name: touches.seen[name] for name in ("markers", "markers_at_px")})
+
+
+@dataclass(frozen=True)
+class Found:
+    """How well markers are found."""
+
+    r2: float
+    """Of all markers together: 0 for the mean."""
+    rms_px: float
+    blind_r2: float
+    """That of the mean in training: at most 0."""
+    blind_px: float
+
+
+def _found(bench: Bench, split: str, touches: Touches, groups: NDArray[np.int64]) -> Found:
+    size: Size = bench.size
+    is_exact = split.endswith("exact columns")
+    # A picture tells where a column ends to a pixel: the paper takes the first that is black.
+    columns = touches.column_mm if is_exact else np.round(touches.column_px)
+    truth = touches.marker_px
+    found, blind = np.zeros_like(truth), np.zeros_like(truth)
+    for test in folds(groups, size.folds, bench.random("folds")):
+        ridge = _learn.Ridge().fit(columns[~test], truth[~test])
+        found[test] = ridge.predict(columns[test])
+        blind[test] = truth[~test].mean(axis=0)
+        takes, gives = _columns_of(touches, exact=is_exact), _markers_of(touches)
+        error = ("rms error", _rms(found[test], truth[test]), "px")
+        _keep(bench, f"markers, {split}", ridge.written(), takes, gives, test, error)
+    rms_px, blind_px = (_rms(one, truth) for one in (found, blind))
+    return Found(_r2(found, truth), rms_px, _r2(blind, truth), blind_px)
+
+
+def _markers(bench: Bench) -> list[Row]:
+    touches = bench.once("touches", lambda: _touches(bench))
+    count = len(touches.place)
+    said = (
+        "ridge from columns to markers, of presses at rest by a hemisphere; the paper: an LSTM on "
+        "ten steps of a finger's strokes. From its published arrays a ridge on ten steps of raw "
+        "pixels has R2 0.48; trivial guess: the mean picture"
+    )
+    apart = "no place is in training and test"
+    shared = "the same place at another depth is in training"
+    places, single = touches.place, np.arange(count)
+    cases = {
+        "split by place": (places, _RIDGE_R2, f"; columns to a pixel; {apart}"),
+        "split at random": (single, None, f"; columns to a pixel; {shared}"),
+        "split by place, exact columns": (places, None, f"; {apart}"),
+    }
+    rows: list[Row] = []
+    for name, (groups, paper, note) in cases.items():
+        found = _found(bench, name, touches, groups)
+        figures = (paper, found.r2, found.blind_r2)
+        rows.append(Row(f"markers from columns, {name}: R2", "", *figures, count, said + note))
+        figures = (None, found.rms_px, found.blind_px)
+        label = f"markers from columns, {name}: rms error"
+        rows.append(Row(label, "px", *figures, count, said + note))
+    return rows
+
+
+def _amplitudes(bench: Bench) -> list[Row]:
+    touches = bench.once("touches", lambda: _touches(bench))
+    pairs = touches.marker_px.reshape(len(touches.place), -1, 2)
+    ways = np.linalg.norm(pairs - pairs[:: bench.size.depths].mean(axis=0), axis=2)
+    note = (
+        "from the mean of the shallowest presses; the paper's pictures are cut to 340 px with "
+        "markers 34 px apart, and a finger's path and force are unknown"
+    )
+    columns_mm = np.abs(touches.column_mm).max(axis=1)
+    ends = touches.column_px.reshape(len(touches.place), -1, 2)
+    columns_px = float(np.linalg.norm(np.ptp(ends, axis=0), axis=1).max())
+    count = len(ways)
+    rows = [
+        Row("largest way of a marker", "px", 18.0, float(ways.max()), None, count, note),
+        Row("largest way of a column", "px", 15.0, columns_px, None, count, _READ),
+    ]
+    largest = float(np.median(columns_mm))
+    name = "way of the column that moves most, median press"
+    return [*rows, Row(name, "mm", None, largest, None, count, "the paper states no lengths")]
+
+
+def _images(bench: Bench) -> list[Row]:
+    """How like pictures of markers are that columns foretell, through a code of few numbers."""
+    touches = bench.once("touches", lambda: _touches(bench))
+    pictures = _pictures(bench, touches)
+    count = len(pictures)
+    said = (
+        f"pictures of {_PICTURE_PX} px are drawn from where markers are, without noise; instead of "
+        f"the paper's autoencoder the {_CODE} principal components, or as many as there are "
+        "pictures to learn from, and a ridge from columns to a pixel instead of its LSTM; decoded "
+        "against decoded, as in the paper; trivial guess: the constant mean picture, which from "
+        f"the published arrays reaches {_LIKENESS[1]}"
+    )
+    rows: list[Row] = []
+    cases = {
+        "split by place": (touches.place, _LIKENESS[0]),
+        "split at random": (np.arange(count), None),
+    }
+    for name, (groups, paper) in cases.items():
+        alike, blind, told = np.zeros(count), np.zeros(count), np.zeros(count)
+        for test in folds(groups, bench.size.folds, bench.random("folds")):
+            code = Code(pictures[~test], _CODE)
+            numbers = code.encode(pictures)
+            columns = np.round(touches.column_px)
+            ridge = _learn.Ridge().fit(columns[~test], numbers[~test])
+            truth = code.decode(numbers[test])
+            constant = np.broadcast_to(code.decode(np.zeros_like(numbers[:1])), truth.shape)
+            alike[test] = likeness(code.decode(ridge.predict(columns[test])), truth)
+            blind[test] = likeness(constant, truth)
+            told[test] = likeness(truth, pictures[test])
+            written, takes = ridge.written(into=code, within=(0, 1)), _columns_of(touches)
+            error = ("SSIM to what the code keeps", float(alike[test].mean()), "")
+            _keep(bench, f"images, {name}", written, takes, _DRAWN, test, error)
+        label = f"likeness of predicted images, {name}: SSIM"
+        note = f"{said}; the code itself keeps {told.mean():.3f} of the drawn pictures"
+        figures = (paper, float(alike.mean()), float(blind.mean()))
+        rows.append(Row(label, "", *figures, count, note))
+    return rows
+
+
+def _series(columns: NDArray[np.float64], depths: int) -> NDArray[np.float64]:
+    """List the ten presses that led to each, ever deeper at one place: n x 10 x f.
+
+    Before the shallowest it stands for what was.
+    """
+    number = np.arange(len(columns))
+    first = number - number % depths
+    before = np.maximum(number[:, None] - np.arange(_STEPS - 1, -1, -1), first[:, None])
+    return columns[before]
+
+
+def _networks(bench: Bench) -> list[Row]:
+    """Markers and pictures by the paper's LSTM and autoencoder."""
+    _deep.needed()
+    size: Size = bench.size
+    touches = bench.once("touches", lambda: _touches(bench))
+    pictures = _pictures(bench, touches)
+    series = _series(np.round(touches.column_px), size.depths)
+    truth = touches.marker_px
+    count, markers = len(pictures), truth.shape[1]
+    split = "split by place"
+    name = f"by LSTM, {split}"
+    steps, markers_of = _columns_of(touches, steps=True), _markers_of(touches)
+
+    def learned(told: NDArray[np.float64], test: NDArray[np.bool_]) -> _deep.Network:
+        network = _deep.Network(
+            lambda: _deep.recurrent(series.shape[2], told.shape[1]),
+            seed=bench.seed,
+            epochs=size.recurrent_epochs,
+            rate=1e-3,
+            batch=50,
+        )
+        return network.fit(series[~test], told[~test])
+
+    moved = np.zeros((count, markers))
+    mean = np.zeros((count, markers))
+    numbers, encoded, constant = (np.zeros((count, _CODE)) for _ in range(3))
+    alike, blind, kept = np.zeros(count), np.zeros(count), np.zeros(count)
+    dealt = folds(touches.place, size.network_folds, bench.random("folds"))
+    for fold, test in enumerate(dealt):
+        bench.tell(f"  LSTM and autoencoder, fold {fold + 1} of {size.network_folds}")
+        to_markers = learned(truth, test)
+        moved[test] = to_markers.predict(series[test])
+        mean[test] = truth[~test].mean(axis=0)
+        code = _deep.Autoencoder(pictures[~test], seed=bench.seed, epochs=size.code_epochs)
+        numbers_of = code.encode(pictures[~test])
+        encoded[test] = code.encode(pictures[test])
+        constant[test] = numbers_of.mean(axis=0)
+        all_numbers = np.zeros((count, _CODE))
+        all_numbers[~test] = numbers_of
+        to_code = learned(all_numbers, test)
+        numbers[test] = to_code.predict(series[test])
+        decoded = code.decode(encoded[test])
+        alike[test] = likeness(code.decode(numbers[test]), decoded)
+        of_mean = np.broadcast_to(code.decode(constant[test][:1]), decoded.shape)
+        blind[test] = likeness(of_mean, decoded)
+        kept[test] = likeness(decoded, pictures[test])
+        encoder, decoder = code.written()
+        ways = ("rms error", _rms(moved[test], truth[test]), "px")
+        foretold = ("SSIM of what is decoded of it", float(alike[test].mean()), "")
+        coded = ("SSIM of decoded pictures", float(kept[test].mean()), "")
+        _keep(bench, f"markers {name}", to_markers.written(_LSTM), steps, markers_of, test, ways)
+        _keep(bench, f"code {name}", to_code.written(_LSTM), steps, _NUMBERS, test, foretold)
+        _keep(bench, f"code, encoder, {split}", encoder, _DRAWN, _NUMBERS, test, coded)
+        _keep(bench, f"code, decoder, {split}", decoder, _NUMBERS, _DRAWN, test, coded)
+    said = (
+        f"three layers of 256 on {_STEPS} steps of columns to a pixel, {size.recurrent_epochs} "
+        "epochs of the paper's 100 (the published scripts differ); a step is a deeper press at "
+        "rest at the same place; no place is in training and test"
+    )
+    drawn_of = (
+        f"; the paper's autoencoder of {_CODE} numbers, {size.code_epochs} epochs, its encoder a "
+        "mirror image of the published decoder; pictures are drawn from where markers are; it "
+        f"keeps {kept.mean():.3f} of them"
+    )
+    figures = (None, _r2(moved, truth), _r2(mean, truth))
+    rows = [Row(f"markers from columns {name}: R2", "", *figures, count, said)]
+    # Each fold has a code of its own: a mean over all of them is no number of any.
+    left, guessed = (float(((one - encoded) ** 2).sum()) for one in (numbers, constant))
+    note = f"{said}{drawn_of}; about the mean code in training, which is the trivial guess"
+    figures = (_ENCODED_R2, 1 - left / guessed, 0.0)
+    rows.append(Row(f"encoded pictures {name}: R2", "", *figures, count, note))
+    figures = (_LIKENESS[0], float(alike.mean()), float(blind.mean()))
+    note = f"{said}{drawn_of}; decoded against decoded; trivial guess: the mean code, decoded"
+    rows.append(Row(f"likeness of images {name}: SSIM", "", *figures, count, note))
+    return rows
+
+
+def _rms(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
+    return float(np.sqrt(((found - truth) ** 2).mean()))
+
+
+def _r2(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
+    """Of all numbers together: 0 for the mean."""
+    spread = float(((truth - truth.mean(axis=0)) ** 2).sum())
+    return 1 - float(((found - truth) ** 2).sum()) / spread
+
+
+def _pictures(bench: Bench, touches: Touches) -> NDArray[np.float64]:
+    """Draw what the camera below sees, cut to the markers and half a pitch around them."""
+    at_px = touches.marker_at_px
+    apart = np.linalg.norm(at_px[:, None] - at_px, axis=2) + np.diag(np.full(len(at_px), np.inf))
+    pitch_px = float(np.median(apart.min(axis=1)))
+    low = at_px.min(axis=0) - pitch_px / 2
+    scale = _PICTURE_PX / float((np.ptp(at_px, axis=0) + pitch_px).max())
+    parameters = bench.design.parameters
+    wide, pitch = (float(parameters[f"markers.{name}"].value) for name in ("diameter", "pitch"))
+    places = at_px + touches.marker_px.reshape(len(touches.place), -1, 2)
+    return drawn((places - low) * scale, wide / pitch * pitch_px * scale / 2, _PICTURE_PX)
+
+
+def _markers_rms_px(bench: Bench) -> float:
+    touches = _touches(bench)
+    return _found(bench, "split by place, exact columns", touches, touches.place).rms_px
+
+
+_EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {
+    "markers": _markers,
+    "amplitudes": _amplitudes,
+    "images": _images,
+    "networks": _networks,
+}
+
+FAMILY = Family(
+    experiments=_EXPERIMENTS,
+    figures={"markers_rms_px": _markers_rms_px},
+    quick=Size(),
+    full=Size(places=150, spacing_mm=1.0, folds=10, recurrent_epochs=100, code_epochs=300),
+    small=Size(places=6, depths=3, spacing_mm=3.0, folds=3),
+    choices=("places are drawn evenly over a square of the skin; the paper has one finger's path",),
+    left_out=(
+        "time: columns and markers are those at rest after each press",
+        "strokes of a finger: what was before a press is shallower presses at its place",
+    ),
+    plain=frozenset({"amplitudes", "networks"}),
+    deep=frozenset({"networks"}),
+)

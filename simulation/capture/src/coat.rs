@@ -1,0 +1,503 @@
+//! A reflective coat under coloured lamps: which way it looks, and what throws shadows on it.
+
+use fabkit_depth::truth::{DepthMap, NO_LABEL, Sigmas, Yielding as _};
+use fabkit_files::Error;
+use fabkit_geometry::{
+    Lighting, Mark, Point3, Rgb, Scratch, Sensor, Shows, SurfacePoints, TouchSurface, Vector3,
+};
+use fabkit_light::{Coat, Emitter, Emitters, Peg};
+use fabkit_scene::Seen;
+use fabkit_scene::pressing::Answer;
+use rayon::prelude::*;
+
+use super::pegs::{Ball, Pegs};
+use super::scene::middle_of;
+use super::table::{Place, Plan};
+use super::{CaptureError, LightConstants, Painted, moved};
+
+/// Farther from what stands out of a coat it throws no shadow, mm.
+const SHADOW_MM: f64 = 2.5;
+/// Rays that meet the coat flatter than this are taken to meet it so, cosine.
+const LEAST_COSINE: f64 = 0.2;
+/// Steps along light in which the moved surface is looked for, and how far, mm.
+const SHADOW_STEPS: u32 = 16;
+const SHADOW_REACH_MM: f64 = 8.0;
+/// The surface stands in the way of light that passes so deep behind it, mm.
+const BEHIND_MM: f64 = 0.02;
+/// How far light from one place of the table passes beside that from the next, mm.
+const BESIDE_MM: f64 = 0.5;
+/// Rings around the middle of what is pressed in, each with how deep it is there and beyond.
+const RINGS: usize = 8;
+const LEAST_DENT_MM: f64 = 1.0;
+/// Off a place, where its shadows begin, mm.
+const OFF_MM: f64 = 1e-3;
+/// After so many steps a ray misses the surface.
+const MOST_STEPS: u32 = 256;
+
+/// A sensor in a light that shows which way its coat looks.
+#[derive(Debug)]
+pub struct CoatScene<'a> {
+    sensor: &'a Sensor,
+    touch: &'a TouchSurface,
+    coat_name: String,
+    /// Thickness of the coat, mm.
+    coat_mm: f64,
+    /// Whether marks are dark places; else they stand out.
+    is_printed: bool,
+    plan: Plan,
+    /// Of each piece of the lamps.
+    colors: Vec<Rgb>,
+    /// How the light of each piece arrives at the table's places, place by place, some pieces at once.
+    arrives: Vec<Beams>,
+    /// Where that at rest comes from, unit; nothing where none does.
+    comes_from: Vec<Option<Vector3<f64>>>,
+    soft_mm: f64,
+    mean: Rgb,
+    constants: &'a LightConstants,
+    coat: Coat,
+    pub(super) exposure: f64,
+    words: [String; 2],
+    /// What each ray sees at rest, and how the surface looks there, where many pictures are taken by the same rays.
+    at_rest: Option<(Vec<Rgb>, Vec<Vector3<f64>>)>,
+}
+
+/// What stands in the way of light: all of the surface that is pressed in, as far as it is seen, lies in a ball.
+#[derive(Clone, Copy)]
+struct Dent {
+    centre: Point3<f64>,
+    radius_mm: f64,
+    /// Of rings around the centre, by the surface at rest.
+    ring_mm: f64,
+    /// How deep the surface is in each ring or beyond it, mm.
+    deepest_mm: [f64; RINGS],
+}
+
+impl Dent {
+    fn of(map: &DepthMap<'_>, touch: &TouchSurface) -> Option<Self> {
+        let pressed = |i: usize| {
+            let (place, _) = map.arrival(i).filter(|_| map.has_moved(i))?;
+            let (depth_mm, outward) = touch.depth_mm(&place);
+            (depth_mm > BEHIND_MM).then(|| (place.coords, depth_mm, depth_mm * outward))
+        };
+        let places: Vec<_> = (0..map.range_mm().len()).filter_map(pressed).collect();
+        if places.is_empty() {
+            return None;
+        }
+        let sum: Vector3<f64> = places.iter().map(|(place, ..)| place).sum();
+        let centre = sum / places.len() as f64;
+        let far_mm = |place: &Vector3<f64>| (place - centre).norm();
+        let radius_mm = places.iter().map(|(place, ..)| far_mm(place)).fold(0.0, f64::max);
+        let feet = || places.iter().map(|(place, depth_mm, up)| (far_mm(&(place + up)), *depth_mm));
+        let ring_mm = feet().map(|(far_mm, _)| far_mm).fold(LEAST_DENT_MM, f64::max) / RINGS as f64;
+        let mut deepest_mm = [0.0; RINGS];
+        for (far_mm, depth_mm) in feet() {
+            let within = ((far_mm / ring_mm) as usize).min(RINGS - 1);
+            deepest_mm[..=within].iter_mut().for_each(|known| *known = depth_mm.max(*known));
+        }
+        Some(Self { centre: Point3::from(centre), radius_mm, ring_mm, deepest_mm })
+    }
+
+    /// No place of the surface whose foot at rest is that far from the centre is deeper, mm: rays see places in each ring
+    /// and in the next one inwards, of which one is at least as deep. Nothing is known of the middle.
+    fn deepest_mm(&self, far_mm: f64) -> f64 {
+        match (far_mm / self.ring_mm) as usize {
+            0 => f64::INFINITY,
+            ring if ring <= RINGS => self.deepest_mm[ring - 1],
+            _ => 0.0,
+        }
+    }
+
+    /// Whether light that goes on from a place may pass so near.
+    fn is_near(&self, from: &Point3<f64>, towards: &Vector3<f64>, slack_mm: f64) -> bool {
+        let way = self.centre - from;
+        let along_mm = way.dot(towards).clamp(0.0, SHADOW_REACH_MM);
+        (way - along_mm * towards).norm_squared() < (self.radius_mm + slack_mm).powi(2)
+    }
+}
+
+/// The way in which light arrives, times its density; zero where none does.
+type Arrives = Vector3<f64>;
+
+/// Pieces of lamps that are worked out side by side.
+const LANES: usize = 8;
+
+/// How light of so many pieces arrives at a place, x, y and z: at rest, and as deep as layers give way.
+type Beams = [[[f64; LANES]; 3]; 2];
+
+fn beam(beams: &[Beams], piece: usize) -> [Arrives; 2] {
+    let of = |part: &[[f64; LANES]; 3]| Vector3::from(part.map(|axis| axis[piece % LANES]));
+    beams[piece / LANES].each_ref().map(of)
+}
+
+impl<'a> CoatScene<'a> {
+    /// Prepares what rays meet of a coat in this light.
+    ///
+    /// # Errors
+    /// Lamps or bodies that no light can be followed through.
+    pub fn of(
+        sensor: &'a Sensor,
+        lighting: &'a Lighting,
+        constants: &'a LightConstants,
+    ) -> Result<Self, Error> {
+        let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
+        let Shows::Slopes { coat, printed } = &lighting.shows else { return Err(missing().into()) };
+        let touch = sensor.touch.as_ref();
+        let touch = touch.ok_or_else(|| CaptureError::NoSurface { sensor: sensor.name.clone() })?;
+        let (middle, outward) = middle_of(touch).ok_or_else(missing)?;
+        let body = sensor.body(coat).ok_or_else(missing)?;
+        // In the middle it may have a mark: beside it, it is thinner.
+        let solid = super::scene::in_use(body)?;
+        let coat_mm = thinnest(touch, &solid);
+        let emitters = Emitters::of(sensor, lighting).map_err(CaptureError::NoLight)?;
+        let points = SurfacePoints::new(touch).map_err(Error::bug)?;
+        let plan = Plan::of(&points);
+        let soft_mm = touch.soft_mm();
+        let places = plan.places(&points);
+        let arrives = |below_mm: f64| -> Vec<Vec<Arrives>> {
+            let below = |(point, outward): Place| point - below_mm * outward;
+            let known: Vec<Option<Point3<f64>>> =
+                places.iter().map(|(place, _)| place.map(below)).collect();
+            let of_piece = |piece: &Emitter| {
+                let mut tracer = emitters.tracer();
+                let mut arrives = |place: &Point3<f64>| {
+                    let found = emitters.arrival(piece, place, &mut tracer);
+                    found.map_or_else(Vector3::zeros, |found| found.density * found.arrives)
+                };
+                known
+                    .iter()
+                    .map(|place| place.as_ref().map_or_else(Vector3::zeros, &mut arrives))
+                    .collect()
+            };
+            emitters.pieces().par_iter().map(of_piece).collect()
+        };
+        let [at_rest, deep] = [coat_mm + OFF_MM, coat_mm + OFF_MM + soft_mm].map(arrives);
+        let colors: Vec<Rgb> = emitters.pieces().iter().map(|piece| piece.color).collect();
+        let blocks = colors.len().div_ceil(LANES);
+        let mut arrives = vec![Beams::default(); places.len() * blocks];
+        let mut comes_from = Vec::new();
+        for place in 0..places.len() {
+            for piece in 0..colors.len() {
+                let both = [at_rest[piece][place], deep[piece][place]];
+                let beams = &mut arrives[place * blocks + piece / LANES];
+                for (part, axis) in (0..2).flat_map(|part| (0..3).map(move |axis| (part, axis))) {
+                    beams[part][axis][piece % LANES] = both[part][axis];
+                }
+                comes_from.push((-both[0]).try_normalize(0.0));
+            }
+        }
+        let [diffuse, shine, exponent] = &constants.coat;
+        let coat = Coat { diffuse: diffuse.value, shine: shine.value, exponent: exponent.value };
+        let marks = match (printed, sensor.marks.len()) {
+            (_, 0) => String::new(),
+            (Some(_), count) => format!(" with {count} dark marks"),
+            (None, count) => format!(" with {count} dimples"),
+        };
+        let words = [format!("slopes of {coat}{marks}", coat = body.name), emitters.what];
+        let mut own = Self {
+            sensor,
+            touch,
+            coat_name: body.name.clone(),
+            coat_mm,
+            is_printed: printed.is_some(),
+            plan,
+            colors,
+            arrives,
+            comes_from,
+            soft_mm,
+            mean: [0.0; 3],
+            constants,
+            coat,
+            exposure: 1.0,
+            words,
+            at_rest: None,
+        };
+        // What bounces on: a part of what arrives on average over the surface.
+        let mut sums = ([0.0; 3], 0.0);
+        for (place, share) in &places {
+            let Some((point, outward)) = place else { continue };
+            let straight = own.straight(point, &-outward);
+            sums.0 = [0, 1, 2].map(|part| sums.0[part] + share * straight[part]);
+            sums.1 += share;
+        }
+        own.mean = sums.0.map(|sum| sum / sums.1);
+        if own.mean.iter().all(|part| *part <= 0.0) {
+            return Err(CaptureError::Dark { sensor: sensor.name.clone() }.into());
+        }
+        let lit = own.lit(&middle, &-outward, &outward, 0.0, |_| false);
+        let brightest = lit.into_iter().fold(0.0, f64::max);
+        if let Some(grey) = &constants.middle_grey {
+            own.exposure = grey.value / brightest;
+        }
+        Ok(own)
+    }
+
+    pub(super) fn words(&self) -> [String; 2] {
+        self.words.clone()
+    }
+
+    /// Of all pieces of lamps, at a place of the table.
+    fn at_place(&self, number: usize) -> &[Beams] {
+        let blocks = self.colors.len().div_ceil(LANES);
+        &self.arrives[number * blocks..][..blocks]
+    }
+
+    /// What arrives on an area that looks along a unit normal, straight and without shadows of marks.
+    fn straight(&self, rest: &Point3<f64>, facing: &Vector3<f64>) -> Rgb {
+        let around = self.plan.around(rest).map(|(i, share)| (self.at_place(i), share));
+        let mut sum = [0.0; 3];
+        for (piece, color) in self.colors.iter().enumerate() {
+            let arrives: Vector3<f64> =
+                around.iter().map(|(at, share)| *share * beam(at, piece)[0]).sum();
+            let lit = (-arrives.dot(facing)).max(0.0);
+            sum = [0, 1, 2].map(|part| sum[part] + lit * color[part]);
+        }
+        sum
+    }
+
+    /// Light of each colour of lamp that arrives at a place at rest, and as deep as layers give way: pieces of a colour
+    /// together, each its way times its density.
+    pub fn by_color(&self, rest: &Point3<f64>) -> Vec<(Rgb, [Vector3<f64>; 2])> {
+        let around = self.plan.around(rest).map(|(i, share)| (self.at_place(i), share));
+        let mut colors: Vec<(Rgb, [Vector3<f64>; 2])> = Vec::new();
+        for (piece, color) in self.colors.iter().enumerate() {
+            let both: [Vector3<f64>; 2] =
+                [0, 1].map(|k| around.iter().map(|(at, share)| *share * beam(at, piece)[k]).sum());
+            match colors.iter_mut().find(|(known, _)| known == color) {
+                Some((_, sums)) => (0..2).for_each(|k| sums[k] += both[k]),
+                None => colors.push((*color, both)),
+            }
+        }
+        colors
+    }
+
+    /// What bounces on, at places that look anywhere.
+    pub fn bounced(&self) -> Rgb {
+        self.mean.map(|part| self.constants.bounce.value * self.coat.diffuse * part)
+    }
+
+    /// What the coat sends back.
+    pub fn coat(&self) -> Coat {
+        self.coat
+    }
+
+    /// What is sent along a ray from a place that looks along `facing`, whose foot on the surface at rest is `rest`.
+    pub(super) fn lit(
+        &self,
+        rest: &Point3<f64>,
+        facing: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        depth_mm: f64,
+        mut is_hidden: impl FnMut(&Vector3<f64>) -> bool,
+    ) -> Rgb {
+        let around = self.plan.around(rest).map(|(i, share)| (self.at_place(i), share));
+        let share_deep = (depth_mm / self.soft_mm).clamp(0.0, 1.0);
+        let mut sum = self.bounced();
+        for (block, colors) in self.colors.chunks(LANES).enumerate() {
+            let mut arrives = [[0.0; LANES]; 3];
+            for (at, share) in &around {
+                for (beam, part) in at[block].iter().zip([1.0 - share_deep, share_deep]) {
+                    let share = share * part;
+                    if share == 0.0 {
+                        continue;
+                    }
+                    for (sums, axis) in arrives.iter_mut().zip(beam) {
+                        sums.iter_mut().zip(axis).for_each(|(sum, part)| *sum += share * part);
+                    }
+                }
+            }
+            for (lane, color) in colors.iter().enumerate() {
+                let [x, y, z] = &arrives;
+                let arrives = Vector3::new(x[lane], y[lane], z[lane]);
+                if facing.dot(&arrives) >= 0.0 {
+                    continue;
+                }
+                let density = arrives.norm();
+                let way = arrives / density;
+                if is_hidden(&way) {
+                    continue;
+                }
+                let sent = density * self.coat.sends(facing, &way, &-direction);
+                sum.iter_mut().zip(color).for_each(|(sum, part)| *sum += sent * part);
+            }
+        }
+        sum
+    }
+
+    /// For many pictures by the same rays: what nothing has changed is not painted again.
+    pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
+        let sigmas = Sigmas::default();
+        let seen =
+            Seen { map, sigmas: &sigmas, deepest: None, surface_px: 0, answer: None, gap: None };
+        self.at_rest = Some((self.paint(&seen).light, map.normal_in_sensor()));
+    }
+
+    pub(super) fn paint(&self, seen: &Seen<'_>) -> Painted {
+        let map = seen.map;
+        let beside = [self.constants.beside_grey.value; 3];
+        let marks = moved(self.sensor, seen.answer);
+        let height_mm = self.height_mm();
+        let pegs = Pegs::of(&marks, height_mm, SHADOW_MM);
+        let dent = seen.answer.and_then(|answer| {
+            // A place on its way is as far from where the surface is as it lies below it.
+            let slack_mm = answer.limits_mm()[0] + self.coat_mm;
+            Dent::of(map, self.touch).map(|dent| (answer, dent, slack_mm))
+        });
+        let normals = match &self.at_rest {
+            Some((_, at_rest)) => map.normals_from(at_rest.clone()),
+            None => map.normal_in_sensor(),
+        };
+        let ray = |balls: &mut Vec<Ball>, i: usize| {
+            let is_seen = map.label()[i] != NO_LABEL;
+            let seen = if is_seen { map.arrival(i) } else { self.behind_a_rim(map, i) };
+            let Some((place, direction)) = seen else { return beside };
+            let outward = if is_seen { normals[i] } else { self.touch.depth_mm(&place).1 };
+            if let Some((known, _)) = &self.at_rest
+                && !map.has_moved(i)
+                && dent.is_none_or(|(_, dent, slack_mm)| !self.may_shade(&dent, &place, slack_mm))
+            {
+                return known[i];
+            }
+            // The coat's inner face, which light meets.
+            let inwards_mm = self.coat_mm / outward.dot(&direction).max(LEAST_COSINE);
+            let at = place - inwards_mm * direction;
+            let mut facing = -outward;
+            let mut from = at + OFF_MM * facing;
+            let mut send = 1.0;
+            if self.is_printed {
+                let is_in =
+                    |peg: &Peg| (peg.centre + peg.radius_mm * peg.axis - at).norm() < peg.radius_mm;
+                if pegs.near(&at).any(is_in) {
+                    let [_, dark] = &self.constants.marks;
+                    send = dark.value / self.coat.diffuse;
+                }
+            } else {
+                pegs.balls(&at, &from, balls);
+                match pegs.before(balls, &at, &direction) {
+                    Some((back_mm, normal)) => {
+                        from = at - back_mm * direction + OFF_MM * normal;
+                        facing = normal;
+                        pegs.balls(&at, &from, balls);
+                    }
+                    None if !is_seen => return beside,
+                    None => {}
+                }
+            }
+            let (depth_mm, at_rest) = self.touch.depth_mm(&place);
+            let rest = place + depth_mm * at_rest;
+            let is_hidden = |way: &Vector3<f64>| {
+                let towards = -way;
+                pegs.hide(balls, &from, &towards)
+                    || dent.is_some_and(|(answer, dent, slack_mm)| {
+                        dent.is_near(&from, &towards, slack_mm)
+                            && self.is_behind(answer, &dent, &from, &towards)
+                    })
+            };
+            let light = self.lit(&rest, &facing, &direction, depth_mm, is_hidden);
+            light.map(|part| self.exposure * send * part)
+        };
+        let rays = (0..normals.len()).into_par_iter();
+        let light = rays.map_init(Vec::new, ray).collect();
+        Painted { light, thickness_mm: Vec::new(), marks }
+    }
+
+    /// Where a ray would meet the surface, and how, that ends at what stands out of the coat without going on in it: it
+    /// grazes a mark's rim, and what is behind that is not truth, but the rim is seen.
+    fn behind_a_rim(
+        &self,
+        map: &DepthMap<'_>,
+        pixel: usize,
+    ) -> Option<(Point3<f64>, Vector3<f64>)> {
+        let rays = map.rays();
+        let name = rays.seen_by_names().get(usize::from(*rays.seen_by().get(pixel)?))?;
+        let ray = rays.ray(pixel).filter(|_| !self.is_printed && *name == self.coat_name)?;
+        // No place below the surface is nearer to it than it is deep.
+        let mut at_mm = 0.0;
+        for _ in 0..MOST_STEPS {
+            let depth_mm = self.touch.depth_mm(&ray.at(at_mm)).0;
+            at_mm += depth_mm;
+            if depth_mm < OFF_MM {
+                return Some((ray.at(at_mm), ray.direction));
+            }
+        }
+        None
+    }
+
+    /// How far marks stand out of the coat, mm.
+    fn height_mm(&self) -> f64 {
+        let Some(Mark { point, .. }) = self.sensor.marks.first().filter(|_| !self.is_printed)
+        else {
+            return 0.0;
+        };
+        self.touch.depth_mm(point).0 - self.coat_mm
+    }
+
+    /// Whether the shadow of what is pressed in may fall on a place at rest: light goes about as at the places of the table around it.
+    fn may_shade(&self, dent: &Dent, rest: &Point3<f64>, slack_mm: f64) -> bool {
+        let far_mm = dent.radius_mm + SHADOW_REACH_MM + slack_mm;
+        if (rest - dent.centre).norm() > far_mm {
+            return false;
+        }
+        self.plan.around(rest).iter().any(|(i, _)| {
+            let all = &self.comes_from[i * self.colors.len()..][..self.colors.len()];
+            all.iter().flatten().any(|way| dent.is_near(rest, way, slack_mm + BESIDE_MM))
+        })
+    }
+
+    /// Whether the moved surface is between a place of it and a lamp.
+    fn is_behind(
+        &self,
+        answer: &Answer<'_>,
+        dent: &Dent,
+        from: &Point3<f64>,
+        towards: &Vector3<f64>,
+    ) -> bool {
+        let [deepest_mm, _] = answer.limits_mm();
+        let mut last_mm = f64::INFINITY;
+        for step in 1..=SHADOW_STEPS {
+            let share = f64::from(step) / f64::from(SHADOW_STEPS);
+            let place = from + share * share * SHADOW_REACH_MM * towards;
+            let (depth_mm, outward) = self.touch.depth_mm(&place);
+            // Light that is once above all that moves stays there.
+            if depth_mm > deepest_mm + self.coat_mm {
+                return false;
+            }
+            let foot = place + depth_mm * outward;
+            // Above all that is around, there is nothing to ask; nor farther on, where light goes away from the dent: in a
+            // convex body a straight way is nowhere less deep than at both its ends.
+            let far_mm = (foot - dent.centre).norm();
+            let above_mm = dent.deepest_mm(far_mm) + self.coat_mm;
+            if depth_mm > above_mm {
+                let end = || from + SHADOW_REACH_MM * towards;
+                if far_mm > last_mm && self.touch.depth_mm(&end()).0 > above_mm {
+                    return false;
+                }
+                last_mm = far_mm;
+                continue;
+            }
+            last_mm = far_mm;
+            let now_mm = depth_mm + answer.outwards_mm(&foot, &outward);
+            if now_mm < self.coat_mm - BEHIND_MM {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// The least thickness of a coat at some places of the surface, mm: that beside marks.
+fn thinnest(touch: &TouchSurface, coat: &fabkit_geometry::CompiledSolid) -> f64 {
+    let Ok(points) = SurfacePoints::new(touch) else { return 0.0 };
+    let (mut scratch, mut found) = (Scratch::default(), Vec::new());
+    let plan = Plan::of(&points);
+    let places = plan.places(&points).into_iter().filter_map(|(place, _)| place);
+    let mut all: Vec<f64> = places
+        .filter_map(|(point, outward)| {
+            let ray = fabkit_geometry::Ray { origin: point + outward, direction: -outward };
+            coat.stretches_into(&ray, &mut scratch, &mut found);
+            found.first().map(|[from, to]| to - from)
+        })
+        .collect();
+    all.sort_by(f64::total_cmp);
+    // At the foot itself there may be less.
+    all.get(all.len() / 4).copied().unwrap_or(0.0)
+}

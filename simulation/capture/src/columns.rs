@@ -1,0 +1,141 @@
+//! Columns of dyed liquid before a white back, in the light of the room.
+
+use std::sync::Arc;
+
+use fabkit_depth::truth::PixelRays;
+use fabkit_elastic::ChannelMoved;
+use fabkit_files::Error;
+use fabkit_geometry::{
+    Carrier, Column, CompiledSolid, Lighting, Mark, Ray, Rgb, Scratch, Sensor, Shows, Vector3,
+};
+use fabkit_optics::{Sights, Stack};
+use fabkit_scene::SceneError;
+use fabkit_scene::ground_truth::Viewpoint;
+use fabkit_scene::pressing::Moved;
+use rayon::prelude::*;
+
+use super::scene::in_use;
+use super::{CaptureError, LightConstants, Painted, sends_back};
+
+/// A sensor's display, as the camera above it sees it.
+#[derive(Debug)]
+pub(super) struct ColumnScene<'a> {
+    /// The sensor with that camera instead of its own, and without the liquid.
+    sensor: Sensor,
+    liquid: CompiledSolid,
+    pub(super) columns: &'a [Column],
+    constants: &'a LightConstants,
+    pub(super) exposure: f64,
+    /// Where some pictures are taken by the same rays.
+    rays: Option<PixelRays>,
+}
+
+impl<'a> ColumnScene<'a> {
+    pub(super) fn of(
+        sensor: &Sensor,
+        lighting: &'a Lighting,
+        constants: &'a LightConstants,
+    ) -> Result<Self, Error> {
+        let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
+        let (Shows::Columns { liquid, columns }, Some(camera)) =
+            (&lighting.shows, &lighting.camera)
+        else {
+            return Err(missing().into());
+        };
+        let compiled = in_use(sensor.body(liquid).ok_or_else(missing)?)?;
+        let mut sensor = sensor.clone();
+        sensor.camera = camera.clone();
+        sensor.bodies.retain(|body| body.name != *liquid);
+        // The back is as bright as a mark is elsewhere.
+        let exposure = constants.mark_grey.value / constants.marks[0].value;
+        Ok(Self { sensor, liquid: compiled, columns, constants, exposure, rays: None })
+    }
+
+    pub(super) fn words(&self) -> [String; 2] {
+        [format!("ends of {} columns", self.columns.len()), "the room".to_owned()]
+    }
+
+    /// For some pictures by the same rays: the same ones.
+    pub(super) fn keep_view(&mut self, viewpoint: &Viewpoint, samples: u32) -> Result<(), Error> {
+        self.rays = Some(self.rays(viewpoint, samples)?);
+        Ok(())
+    }
+
+    fn rays(&self, viewpoint: &Viewpoint, samples: u32) -> Result<PixelRays, Error> {
+        let stack = Stack::straight(&self.sensor).map_err(SceneError::Light)?;
+        Ok(viewpoint.rays(samples).through(&Arc::new(Sights::new(stack))))
+    }
+
+    pub(super) fn paint(
+        &self,
+        viewpoint: &Viewpoint,
+        samples: u32,
+        marks: Vec<Moved>,
+    ) -> Result<Painted, Error> {
+        let own;
+        let rays = match &self.rays {
+            Some(rays) => rays,
+            None => {
+                own = self.rays(viewpoint, samples)?;
+                &own
+            }
+        };
+        let [light, dark] = &self.constants.marks;
+        let sends: Vec<f64> = rays
+            .seen_by_names()
+            .iter()
+            .map(|name| sends_back(self.sensor.body(name), [light.value, dark.value]))
+            .collect();
+        let per_mm = self.constants.dye_per_mm.value;
+        let ray = |scratch: &mut Scratch, i: usize| -> Rgb {
+            let back = self.exposure * sends[usize::from(rays.seen_by()[i])];
+            let Some(ray) = rays.ray(i) else { return [self.constants.beside_grey.value; 3] };
+            let left = (-per_mm * self.in_liquid_mm(&ray, &marks, scratch)).exp();
+            // Red passes.
+            [back, back * left, back * left]
+        };
+        let light = (0..rays.len()).into_par_iter().map_init(Scratch::default, ray).collect();
+        Ok(Painted { light, thickness_mm: Vec::new(), marks })
+    }
+
+    /// How long a ray is in the liquid, mm.
+    fn in_liquid_mm(&self, ray: &Ray, marks: &[Moved], scratch: &mut Scratch) -> f64 {
+        let Some((column, moved)) = self.passed(ray, marks) else { return 0.0 };
+        let by_mm = moved.displacement_mm.map_or(0.0, |by| by.dot(&column.way));
+        let back = Ray { origin: ray.origin - by_mm * column.way, ..*ray };
+        let mut length_mm = |ray: &Ray| {
+            let mut found = Vec::new();
+            self.liquid.stretches_into(ray, scratch, &mut found);
+            found.iter().map(|[from, to]| to - from).sum::<f64>()
+        };
+        let [at_rest, shifted] = [ray, &back].map(&mut length_mm);
+        // Pushed on it fills what it filled, and more; drawn back it leaves some of that.
+        if by_mm >= 0.0 { at_rest.max(shifted) } else { at_rest.min(shifted) }
+    }
+
+    /// The column whose channel a ray passes.
+    fn passed<'m>(&self, ray: &Ray, marks: &'m [Moved]) -> Option<(&'a Column, &'m Moved)> {
+        self.columns.iter().zip(marks).find(|(column, _)| {
+            let down_mm = (column.end.z - ray.origin.z) / ray.direction.z;
+            let off = ray.at(down_mm) - column.end;
+            let across = off - off.dot(&column.way) * column.way;
+            across.norm() < column.width_mm
+        })
+    }
+}
+
+/// Columns as marks at their ends, moved by what channels do.
+pub fn column_ends(columns: &[Column], channels: &[ChannelMoved]) -> Vec<Moved> {
+    let end = |(i, column): (usize, &Column)| {
+        let moves_mm = channels.get(i).map_or(0.0, |channel| channel.column_moves_mm);
+        let mark = Mark {
+            name: format!("column {}", i + 1),
+            point: column.end,
+            axis: Vector3::z(),
+            radius_mm: 0.5 * column.width_mm,
+            carrier: Carrier::Gel,
+        };
+        Moved { displacement_mm: Some(moves_mm * column.way), axis: mark.axis, mark }
+    };
+    columns.iter().enumerate().map(end).collect()
+}

@@ -1,0 +1,87 @@
+//! The constants of a real unit's light, read from the file that `fit-light` wrote.
+
+use std::path::{Path, PathBuf};
+
+use fabkit_files::reading::{self, Expected};
+use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained};
+use fabkit_geometry::Sensor;
+use serde_json::Value;
+
+use super::{Constant, Known, LightConstants};
+
+/// What such a file calls itself.
+pub(super) const FORMAT: &str = "fabkit-fit-light";
+
+/// Names of the fitted numbers, in the order of a fit.
+pub(super) const FITTED: [&str; 4] = ["layer_grey", "ground_grey", "scatter_per_mm", "spread_mm"];
+
+/// What to do about a file that holds no constants.
+const HINT: &str = "`fabkit fit-light` writes such files with -o";
+
+/// A file that holds no constants of light.
+#[derive(Debug, thiserror::Error)]
+#[error("{} {what}", .file.display())]
+pub struct ConstantsError {
+    /// The file.
+    pub file: PathBuf,
+    /// What is wrong with it.
+    pub what: String,
+}
+
+impl Explained for ConstantsError {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::BadInput
+    }
+
+    fn hint(&self) -> Option<String> {
+        Some(HINT.into())
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        ErrorSubject::new("no_light")
+    }
+}
+
+/// What pictures of a unit rest on, from a file that `fit-light` wrote.
+///
+/// # Errors
+/// A file that cannot be read, or is none of those.
+pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Error> {
+    let expected = Expected { what: "constants of light", max_bytes: 1 << 20, hint: HINT };
+    let text = reading::read_text(path, expected)?;
+    let wrong = |what: &str| ConstantsError { file: path.into(), what: what.to_owned() };
+    let document: Value =
+        serde_json::from_str(&text).map_err(|error| wrong(&format!("is no JSON: {error}")))?;
+    if document["format"] != FORMAT || document["version"] != 1 {
+        return Err(wrong("is not of the format fabkit-fit-light 1").into());
+    }
+    let value = |name: &str| {
+        let constants = document["constants"].as_array().into_iter().flatten();
+        let mut named = constants.filter(|constant| constant["name"] == name);
+        let value = named.next().and_then(|constant| constant["value"].as_f64());
+        let value = value.filter(|value| *value > 0.0 && value.is_finite());
+        value.ok_or_else(|| wrong(&format!("has no {name} above zero")))
+    };
+    let rms = document["held_out_profile_rms_grey"].as_f64();
+    let rms = rms.map_or_else(
+        || "none was held out".to_owned(),
+        |rms| format!("{rms:.1} grey rms are left on those that were held out"),
+    );
+    // On pads how far light spreads is held.
+    let is_pad = document["balls"].is_array();
+    let (fitted, what) = if is_pad { (&FITTED[..3], "balls") } else { (&FITTED[..], "pins") };
+    let source =
+        format!("{}: fitted to {} captures of {what}; {rms}", path.display(), document["captures"]);
+    let mut constants = LightConstants { middle_grey: None, ..LightConstants::of(sensor) };
+    let parts: [&mut Constant; 4] = [
+        &mut constants.layer_grey,
+        &mut constants.ground_grey,
+        &mut constants.scatter_per_mm,
+        &mut constants.spread_mm,
+    ];
+    for (constant, name) in parts.into_iter().zip(fitted) {
+        (constant.value, constant.known) = (value(name)?, Known::Fitted);
+        constant.source.clone_from(&source);
+    }
+    Ok(constants)
+}

@@ -1,0 +1,103 @@
+//! Pictures as JSON and in words.
+
+use fabkit_designs::{Design, design_hash};
+use fabkit_fixtures::Project;
+use fabkit_geometry::Shows;
+use fabkit_scene::ground_truth::Viewpoint;
+use fabkit_scene::pressing::marks_document;
+use serde_json::{Value, json};
+
+use super::{Captured, Capturing, lens, unit_document};
+
+/// What a simulated picture leaves out, for people.
+pub(super) fn left_out(shows: &Shows, of_lens: Vec<&'static str>) -> Vec<&'static str> {
+    let own: &[&str] = match shows {
+        Shows::Thickness { .. } => &["the bending of light between lamps and curved layers"],
+        Shows::Slopes { .. } => {
+            &["light that the coat sends onto itself", "what lamps' own lenses do to their light"]
+        }
+        Shows::Glow { .. } => {
+            &["light that one ink takes up of the other", "light that is scattered"]
+        }
+        Shows::Marks { .. } => &["shadows of marks on marks", "how the ground moves"],
+        Shows::Columns { .. } => &["the bending of light in the display", "menisci", "shadows"],
+    };
+    let all = ["what the camera sees beside the surface, but for a constant"];
+    let bounces = ["what bounces on, but for a constant"];
+    own.iter().copied().chain(bounces).chain(of_lens).chain(all).collect()
+}
+
+/// What a picture rests on.
+pub(super) fn constants(design: &Design, capturing: &Capturing<'_>) -> Value {
+    let Value::Array(mut all) = capturing.constants.document(&capturing.lighting.shows) else {
+        return Value::Null;
+    };
+    all.extend(lens::constants(design, capturing.lighting));
+    all.into()
+}
+
+/// A picture as `fabkit capture --json` says it (`fabkit-capture` version 1), without files.
+pub fn document(
+    project: &Project,
+    viewpoint: &Viewpoint,
+    capturing: &Capturing<'_>,
+    captured: &Captured,
+) -> Value {
+    let known = captured.thickness_mm.iter().filter(|mm| mm.is_finite());
+    let ends = |[low, high]: [f64; 2], mm: &f64| [low.min(*mm), high.max(*mm)];
+    let thickness = known.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    let design = &project.design;
+    json!({
+        "format": "fabkit-capture",
+        "version": 1,
+        "is_simulated": true,
+        "sensor": project.design.sensor.name,
+        "design_hash": design_hash(&project.design),
+        "viewpoint": viewpoint.to_json(),
+        "presses": capturing.cast.presses.iter().map(|press| &press.id).collect::<Vec<_>>(),
+        "contact_level": captured.contact_level,
+        "elastic": captured.elastic,
+        "light": capturing.lighting.name,
+        "width_px": captured.size_px[0],
+        "height_px": captured.size_px[1],
+        "channels": captured.channels,
+        "samples": capturing.cast.samples,
+        "seed": capturing.seed,
+        "unit": unit_document(project),
+        "exposure": captured.exposure,
+        "drift_grey": captured.drift_grey,
+        "jpeg_quality": capturing.jpeg_quality(&project.design.sensor),
+        "range_grey": captured.range_grey(),
+        "shown": captured.shown,
+        "thickness_mm": (thickness[0] <= thickness[1]).then_some(thickness),
+        "lamps": captured.lamps,
+        "marks": marks(captured),
+        "constants": constants(design, capturing),
+        "left_out": left_out(&capturing.lighting.shows, lens::left_out(&design.sensor, capturing.lighting)),
+    })
+}
+
+/// Marks as `fabkit press` says them, with their pixels.
+fn marks(captured: &Captured) -> Value {
+    let mut document = marks_document(&captured.marks);
+    for (mark, pixel) in document.as_array_mut().into_iter().flatten().zip(&captured.mark_pixels) {
+        mark["pixel"] = json!(pixel);
+    }
+    document
+}
+
+/// One line that goes with the picture wherever it goes.
+pub fn comment(project: &Project, capturing: &Capturing<'_>, captured: &Captured) -> String {
+    let presses: Vec<&str> = capturing.cast.presses.iter().map(|p| p.id.as_str()).collect();
+    let pressed = if presses.is_empty() { "no contact".to_owned() } else { presses.join(" ") };
+    let noise = capturing.seed.map_or("no noise".to_owned(), |seed| format!("seed {seed}"));
+    let unit =
+        project.unit.as_ref().map_or(String::new(), |unit| format!(" unit {},", unit.number));
+    format!(
+        "simulated by fabkit: {}, design {},{unit} {} light, {pressed}, {} contact, {noise}",
+        project.design.sensor.name,
+        design_hash(&project.design),
+        capturing.lighting.name,
+        captured.contact_level,
+    )
+}

@@ -1,0 +1,267 @@
+//! What pictures of a ball on a pad show: where it is, and how dark it is around it.
+
+use std::path::Path;
+
+use fabkit_files::Error;
+use fabkit_geometry::{Point3, SurfacePoints};
+use fabkit_scene::pressing::Contact;
+use fabkit_scene::{Cast, SensorView};
+
+use super::FitLightError;
+use super::patch::Raster;
+use crate::{LayerScene, SeenAtRest};
+
+/// Bins of a profile to a ball's radius, and how far a profile goes, in radii: out to there gel is pushed aside.
+const BINS_TO_RADIUS: f64 = 16.0;
+const REACH: f64 = 2.0;
+/// A profile that ends nearer than this, in radii, may show nothing of what lies beside the contact.
+const LEAST_REACH: f64 = 1.0;
+/// Places of a patch to a ball's radius, and radii from its middle to its side: light spreads in from beyond the profile.
+const PLACES_TO_RADIUS: f64 = 20.0;
+const PATCH: f64 = 2.3;
+/// Cells to a ball's radius in which the darkest place is looked for.
+const CELLS_TO_RADIUS: f64 = 8.0;
+/// What is darker than this part of the darkest cell tells where the middle is, and how often that is asked again.
+const DARK: f64 = 0.5;
+const ROUNDS: usize = 3;
+/// A ball is darker than this in its middle, grey.
+const LEAST_GREY: f64 = 8.0;
+/// More that is as dark beyond the profile, as a part of the ball's own middle, is another ball.
+const STRAY: f64 = 0.2;
+/// Rays that are less slanted, by their tangent, do not tell from how far they come.
+const LEAST_SLOPE: f64 = 0.05;
+/// What is so near to where layers end is not looked at, mm.
+const EDGE_MM: f64 = 0.7;
+/// Least pixels of a bin that counts.
+const LEAST_PIXELS: usize = 4;
+/// A grey value of 255 is this bright in a picture.
+pub(super) const WHITE: f64 = 255.0;
+
+/// The patch around a ball, and its profile's bins, seen from so far.
+pub(super) fn raster(ball_radius_mm: f64, from_mm: f64) -> Raster {
+    Raster {
+        nearer_per_mm: from_mm.recip(),
+        step_mm: ball_radius_mm / PLACES_TO_RADIUS,
+        half: (PATCH * PLACES_TO_RADIUS) as usize,
+        bin_mm: ball_radius_mm / BINS_TO_RADIUS,
+        bins: (REACH * BINS_TO_RADIUS) as usize,
+    }
+}
+
+/// A pixel that sees a pad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PadPixel {
+    /// Where it meets the surface at rest, sensor frame, mm.
+    pub at_mm: [f64; 2],
+    /// How much longer its path through the layer is than the layer is thick.
+    pub slant: f64,
+}
+
+/// Where pictures show a pad's surface at rest.
+#[derive(Clone, Debug)]
+pub(super) struct PadView {
+    size_px: [usize; 2],
+    /// Row by row.
+    pixels: Vec<Option<PadPixel>>,
+    /// From where rays seem to come if they went straight all the way as they do in the layer: how far below it, mm, under
+    /// the camera's own place.
+    from_mm: f64,
+}
+
+impl PadView {
+    /// Through a camera: drawn or calibrated.
+    pub(super) fn through(scene: &SensorView, layers: &LayerScene<'_>) -> Result<Self, Error> {
+        let camera = scene.viewpoint.camera();
+        let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
+        let cast = Cast::at_rest(Contact::Rigid);
+        let seen = scene.cast(&cast, |seen| Ok::<_, Error>(layers.seen_at_rest(seen.map)))?;
+        let pixel = |seen: SeenAtRest| PadPixel {
+            at_mm: [seen.place.x, seen.place.y],
+            slant: seen.path_mm / seen.thick_mm,
+        };
+        let pixels: Vec<_> = seen.into_iter().map(|seen| seen.map(pixel)).collect();
+        let pupil = scene.viewpoint.sensor_from_camera.point(Point3::origin());
+        let from_mm = |pixel: &PadPixel| {
+            let aside_mm = (pixel.at_mm[0] - pupil.x).hypot(pixel.at_mm[1] - pupil.y);
+            let slope = (pixel.slant * pixel.slant - 1.0).sqrt();
+            (slope > LEAST_SLOPE).then(|| aside_mm / slope)
+        };
+        let from_mm = median(pixels.iter().flatten().filter_map(from_mm));
+        // Where no ray is slanted, they come from very far.
+        let from_mm = if from_mm.is_finite() { from_mm } else { f64::INFINITY };
+        Ok(Self { size_px, pixels, from_mm }.without_edge())
+    }
+
+    /// In pictures that were made straight: of so many mm to a pixel, their middle on the pad's and that below the camera, as
+    /// far from it as this view's.
+    pub(super) fn straight(&self, points: &SurfacePoints, size_px: [usize; 2], mm: f64) -> Self {
+        let [width, height] = size_px;
+        let middle = size_px.map(|px| 0.5 * (px as f64 - 1.0));
+        let pixel = |i: usize| {
+            let at_mm =
+                [(((i % width) as f64) - middle[0]) * mm, (middle[1] - ((i / width) as f64)) * mm];
+            let SurfacePoints::Plane(pad) = points else { return None };
+            let slope = at_mm[0].hypot(at_mm[1]) / self.from_mm;
+            pad.at(at_mm).map(|_| PadPixel { at_mm, slant: 1.0_f64.hypot(slope) })
+        };
+        let pixels = (0..width * height).map(pixel).collect();
+        Self { size_px, pixels, from_mm: self.from_mm }.without_edge()
+    }
+
+    /// Without pixels near to where layers end: when gel moves, one sees past them there.
+    fn without_edge(self) -> Self {
+        let [[left, right], [below, above]] = self.bounds_mm();
+        let pixel_mm = ((right - left) * (above - below) / self.seen().count() as f64).sqrt();
+        // Nothing is seen at all: a profile says so.
+        let aside = if pixel_mm.is_finite() { (EDGE_MM / pixel_mm).ceil() as i64 } else { 0 };
+        let [width, height] = self.size_px.map(|px| px as i64);
+        let is_seen = |i: usize, [dx, dy]: [i64; 2]| {
+            let (x, y) = (i as i64 % width + dx * aside, i as i64 / width + dy * aside);
+            // Where a picture ends, layers may go on.
+            let is_outside = x < 0 || y < 0 || x >= width || y >= height;
+            is_outside || self.pixels[(y * width + x) as usize].is_some()
+        };
+        let around = || (0..9).map(|k| [k % 3 - 1, k / 3 - 1]);
+        let pixel = |i: usize| self.pixels[i].filter(|_| around().all(|way| is_seen(i, way)));
+        Self { pixels: (0..self.pixels.len()).map(pixel).collect(), ..self }
+    }
+
+    /// From how far rays seem to come, mm.
+    pub(super) fn seen_from_mm(&self) -> f64 {
+        self.from_mm
+    }
+
+    /// Columns and rows of pictures.
+    pub(super) fn size_px(&self) -> [usize; 2] {
+        self.size_px
+    }
+
+    /// Pixels that see the pad, with their numbers.
+    pub(super) fn seen(&self) -> impl Iterator<Item = (usize, PadPixel)> + '_ {
+        self.pixels.iter().enumerate().filter_map(|(i, pixel)| Some((i, (*pixel)?)))
+    }
+
+    /// Least and largest x and y that are seen, mm.
+    fn bounds_mm(&self) -> [[f64; 2]; 2] {
+        let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+        for (_, pixel) in self.seen() {
+            for ([least, most], mm) in bounds.iter_mut().zip(pixel.at_mm) {
+                (*least, *most) = (least.min(mm), most.max(mm));
+            }
+        }
+        bounds
+    }
+}
+
+/// A ball as one picture shows it.
+#[derive(Clone, Debug)]
+pub(super) struct Profile {
+    /// Its middle, sensor frame, mm.
+    pub at_mm: [f64; 2],
+    /// As [`PadPixel::slant`], there.
+    pub slant: f64,
+    /// Grey there at rest.
+    pub rest_grey: f64,
+    /// How much brighter the picture is as a whole than the one at rest, grey: beyond the profile.
+    pub brighter_grey: f64,
+    /// Grey by which it is darker than at rest and than the whole picture, by distance; as far as it is seen whole.
+    pub darker: Vec<f64>,
+}
+
+impl Profile {
+    /// Of the one ball that a picture, which came from `file`, shows.
+    ///
+    /// # Errors
+    /// No ball, or one of which too little is seen.
+    pub(super) fn of(
+        view: &PadView,
+        file: &Path,
+        [reference, picture]: [&[f32]; 2],
+        ball_radius_mm: f64,
+    ) -> Result<Self, Error> {
+        let darker = |i: usize| WHITE * f64::from(reference[i] - picture[i]);
+        let brighter_grey = -median(view.seen().map(|(i, _)| darker(i)));
+        let (at_mm, darkest) = middle(view, ball_radius_mm, |i| darker(i) + brighter_grey)
+            .ok_or_else(|| FitLightError::NoBall { file: file.into(), least: LEAST_GREY })?;
+        let Raster { bin_mm, bins, .. } = raster(ball_radius_mm, view.from_mm);
+        let away_mm =
+            |pixel: &PadPixel| (pixel.at_mm[0] - at_mm[0]).hypot(pixel.at_mm[1] - at_mm[1]);
+        let to_side_mm = view
+            .bounds_mm()
+            .iter()
+            .zip(at_mm)
+            .fold(f64::INFINITY, |all, (side, at)| all.min(at - side[0]).min(side[1] - at));
+        let mut sums = vec![(0.0, 0); bins];
+        let (mut beyond, mut here) = (Vec::new(), Vec::new());
+        for (i, pixel) in view.seen() {
+            let mm = away_mm(&pixel);
+            match sums.get_mut((mm / bin_mm) as usize) {
+                Some((sum, count)) => (*sum, *count) = (*sum + darker(i), *count + 1),
+                None => beyond.push(darker(i)),
+            }
+            if mm < ball_radius_mm / 2.0 {
+                here.push((f64::from(reference[i]) * WHITE, pixel.slant));
+            }
+        }
+        let whole = (to_side_mm / bin_mm).max(0.0) as usize;
+        let dark = beyond.iter().filter(|grey| **grey + brighter_grey > DARK * darkest).count();
+        if dark as f64 > STRAY * here.len() as f64 {
+            return Err(FitLightError::Several { file: file.into() }.into());
+        }
+        let means = sums.iter().take(whole).take_while(|(_, count)| *count >= LEAST_PIXELS);
+        let means: Vec<f64> = means.map(|(sum, count)| sum / *count as f64).collect();
+        if (means.len() as f64) < LEAST_REACH * BINS_TO_RADIUS || beyond.is_empty() {
+            let least_mm = LEAST_REACH * ball_radius_mm;
+            let error = FitLightError::NotWhole { file: file.into(), at_mm, least_mm };
+            return Err(error.into());
+        }
+        // What is beside the ball tells how bright the picture is as a whole.
+        let brighter_grey = -median(beyond.into_iter());
+        let count = here.len() as f64;
+        Ok(Self {
+            at_mm,
+            slant: here.iter().map(|(_, slant)| slant).sum::<f64>() / count,
+            rest_grey: here.iter().map(|(grey, _)| grey).sum::<f64>() / count,
+            brighter_grey,
+            darker: means.into_iter().map(|mean| mean + brighter_grey).collect(),
+        })
+    }
+}
+
+/// The middle of what is dark, around the darkest cell, and how dark that is.
+fn middle(
+    view: &PadView,
+    ball_radius_mm: f64,
+    darker: impl Fn(usize) -> f64,
+) -> Option<([f64; 2], f64)> {
+    let cell_mm = ball_radius_mm / CELLS_TO_RADIUS;
+    let mut cells: std::collections::BTreeMap<[i64; 2], (f64, usize)> = Default::default();
+    for (i, pixel) in view.seen() {
+        let (sum, count) =
+            cells.entry(pixel.at_mm.map(|mm| (mm / cell_mm).floor() as i64)).or_default();
+        (*sum, *count) = (*sum + darker(i), *count + 1);
+    }
+    let means = cells.iter().filter(|(_, (_, count))| *count >= LEAST_PIXELS);
+    let means = means.map(|(cell, (sum, count))| (cell, sum / *count as f64));
+    let (cell, darkest) = means.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    if darkest < LEAST_GREY {
+        return None;
+    }
+    let mut at = cell.map(|k| (k as f64 + 0.5) * cell_mm);
+    for _ in 0..ROUNDS {
+        let (mut sum, mut count) = ([0.0; 2], 0.0);
+        for (i, pixel) in view.seen() {
+            let [x, y] = pixel.at_mm;
+            let near = (x - at[0]).hypot(y - at[1]) < ball_radius_mm;
+            if near && darker(i) > DARK * darkest {
+                (sum, count) = ([sum[0] + x, sum[1] + y], count + 1.0);
+            }
+        }
+        at = sum.map(|sum| sum / count);
+    }
+    at.iter().all(|mm| mm.is_finite()).then_some((at, darkest))
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    super::median(&mut values.collect::<Vec<_>>())
+}

@@ -1,0 +1,136 @@
+//! The layer around a pin or a ball, as the elastic solver has it: what a simulated profile is made from.
+
+use fabkit_depth::truth::Yielding;
+use fabkit_files::Error;
+use fabkit_fixtures::PressBody;
+use fabkit_geometry::{Point3, Pose, Solid, TouchSurface, Vector3};
+use fabkit_light::TwoStream;
+use fabkit_scene::pressing::Ready;
+
+use super::profiles::{BIN_MM, BINS, tangents};
+use crate::Scene;
+
+/// How far out a pin reaches, mm.
+const PIN_MM: f64 = 8.0;
+/// Light spreads at most this many places to either side.
+const MOST_SPREAD: usize = 12;
+
+/// Places of a patch, and the bins of its profile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Raster {
+    /// Distance of places, mm.
+    pub step_mm: f64,
+    /// How many there are from the middle to a side.
+    pub half: usize,
+    /// Width of a bin, mm, and how many there are.
+    pub bin_mm: f64,
+    pub bins: usize,
+    /// One over the distance from which rays seem to come, straight, 1/mm: what is pressed in is nearer to it, and looks so much
+    /// larger. 0 where that is left out.
+    pub nearer_per_mm: f64,
+}
+
+impl Raster {
+    /// Around a pin.
+    pub(super) const PIN: Self =
+        Self { step_mm: 0.1, half: 32, bin_mm: BIN_MM, bins: BINS, nearer_per_mm: 0.0 };
+
+    /// Places of a side.
+    fn side(self) -> usize {
+        2 * self.half + 1
+    }
+
+    /// Where a place is from the middle, mm.
+    fn place_mm(self, i: usize) -> [f64; 2] {
+        [i % self.side(), i / self.side()].map(|k| (k as f64 - self.half as f64) * self.step_mm)
+    }
+}
+
+/// A square of places around what presses.
+#[derive(Clone, Debug)]
+pub(super) struct Patch {
+    raster: Raster,
+    /// How much light there is.
+    lit: f64,
+    /// Along the camera's path, at rest and pressed, mm; row after row.
+    paths_mm: Vec<[f64; 2]>,
+    /// By how much larger it looks than it lies there.
+    larger: Vec<f64>,
+}
+
+impl Patch {
+    /// Presses a pin with a round tip in along the normal at a place of the surface. `paths_mm` says how long the camera's path
+    /// is at a place with this normal, at rest and where the layer has become so much thicker.
+    pub(super) fn pressed(
+        scene: &Scene<'_>,
+        ready: &Ready,
+        surface: &Point3<f64>,
+        [radius_mm, depth_mm]: [f64; 2],
+        raster: Raster,
+        paths_mm: impl Fn(&Point3<f64>, &Vector3<f64>, f64) -> [f64; 2],
+    ) -> Result<Self, Error> {
+        let touch: &TouchSurface = scene.touch;
+        let (_, outward) = touch.depth_mm(surface);
+        let tip = surface + (radius_mm - depth_mm) * outward;
+        let pin = PressBody {
+            name: "pin".to_owned(),
+            solid: Solid::union([Solid::sphere(radius_mm), Solid::cylinder(radius_mm, PIN_MM)]),
+            sensor_from_body: Pose::z_to(outward, tip),
+        };
+        let answer = ready.answer(touch, &[pin], [0.0; 2], None)?;
+        let lower = answer.lower_face(scene.innermost());
+        let [right, up] = tangents(&outward);
+        let side = raster.side();
+        let paths = (0..side * side).map(|i| {
+            let [u, v] = raster.place_mm(i);
+            let beside = surface + u * right + v * up;
+            let (depth_mm, outward) = touch.depth_mm(&beside);
+            let rest = beside + depth_mm * outward;
+            let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&rest));
+            let outwards_mm = answer.outwards_mm(&rest, &outward);
+            let larger = 1.0 - outwards_mm * raster.nearer_per_mm;
+            (paths_mm(&rest, &outward, outwards_mm - lower_mm), larger)
+        });
+        let (paths_mm, larger) = paths.unzip();
+        Ok(Self { raster, lit: scene.lit.at(surface), paths_mm, larger })
+    }
+
+    /// By how much it is darker than at rest, by the distance from its middle, for what an endless layer would send back,
+    /// a layer's law, and how far light spreads in it, mm.
+    pub(super) fn darker(&self, layer_grey: f64, law: TwoStream, spread_mm: f64) -> Vec<f64> {
+        let Raster { step_mm, bin_mm, bins, .. } = self.raster;
+        let side = self.raster.side();
+        let darker = |[rest, now]: &[f64; 2]| law.reflectance(*rest) - law.reflectance(*now);
+        let raw: Vec<f64> = self.paths_mm.iter().map(darker).collect();
+        let weights: Vec<f64> = (0..=MOST_SPREAD)
+            .map(|k| (-0.5 * (k as f64 * step_mm / spread_mm.max(1e-3)).powi(2)).exp())
+            .collect();
+        let all = 2.0 * weights[1..].iter().sum::<f64>() + weights[0];
+        let spread = |from: &[f64], stride: usize, along: &dyn Fn(usize) -> usize| -> Vec<f64> {
+            (0..side * side)
+                .map(|i| {
+                    let at = along(i) as isize;
+                    let place = |k: isize| {
+                        let inside = (at + k).clamp(0, side as isize - 1) - at;
+                        from[(i as isize + inside * stride as isize) as usize]
+                    };
+                    let beside = (1..=MOST_SPREAD as isize)
+                        .map(|k| weights[k as usize] * (place(k) + place(-k)));
+                    (weights[0] * place(0) + beside.sum::<f64>()) / all
+                })
+                .collect()
+        };
+        let rows = spread(&raw, 1, &|i| i % side);
+        let both = spread(&rows, side, &|i| i / side);
+        let (mut sums, mut counts) = (vec![0.0; bins], vec![0.0; bins]);
+        for (i, value) in both.iter().enumerate() {
+            let [u, v] = self.raster.place_mm(i);
+            let bin = (self.larger[i] * u.hypot(v) / bin_mm) as usize;
+            if bin < bins {
+                sums[bin] += value;
+                counts[bin] += 1.0;
+            }
+        }
+        (0..bins).map(|bin| self.lit * layer_grey * sums[bin] / counts[bin]).collect()
+    }
+}

@@ -1,0 +1,209 @@
+//! Translucent layers over black: the thicker, the brighter.
+
+use fabkit_depth::truth::{DepthMap, NO_LABEL};
+use fabkit_files::Error;
+use fabkit_geometry::{Lighting, Point3, Rgb, Scratch, Sensor};
+use fabkit_light::Spread;
+use fabkit_scene::pressing::Answer;
+use rayon::prelude::*;
+
+use super::scene::{Scene, along};
+use super::{LightConstants, Painted, ray_mm};
+
+/// Layers that differ by less are as thick everywhere, mm.
+const EVEN_MM: f64 = 1e-6;
+
+/// A sensor in a light that shows how thick its layers are.
+#[derive(Debug)]
+pub struct LayerScene<'a> {
+    /// Surface, layers and lamps.
+    pub scene: Scene<'a>,
+    pub(super) constants: &'a LightConstants,
+    pub(super) exposure: f64,
+    /// How far neighbouring rays meet the surface from each other, mm, where maps are parts of a picture.
+    ray_mm: Option<f64>,
+    /// What all rays see at rest, where that is kept.
+    at_rest: Option<AtRest>,
+}
+
+/// What a ray sees of layers that nothing presses.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenAtRest {
+    /// Where it meets the surface, sensor frame, mm.
+    pub place: Point3<f64>,
+    /// Thickness there along the normal, mm.
+    pub thick_mm: f64,
+    /// Length of the ray in the layers, mm.
+    pub path_mm: f64,
+}
+
+/// What a ray meets of the layers.
+#[derive(Clone, Copy, Debug)]
+struct Met {
+    /// How much light arrives there.
+    lit: f64,
+    thickness_mm: f64,
+    /// How far the ray goes through them, mm.
+    path_mm: f64,
+}
+
+/// What rays use again.
+type Memory = (Scratch, Vec<[f64; 2]>);
+
+/// What each ray sees while nothing presses.
+#[derive(Debug)]
+struct AtRest {
+    /// Where the surface is met, mm.
+    range_mm: Vec<f64>,
+    /// Grey value and thickness, before light spreads.
+    seen: Vec<(f64, f64)>,
+    /// How light spreads.
+    spread: Spread,
+    /// Grey values when it has.
+    grey: Vec<f64>,
+    /// How thick the layers are everywhere, mm, if they are.
+    even_mm: Option<f64>,
+}
+
+impl<'a> LayerScene<'a> {
+    /// Prepares what rays meet of translucent layers in this light.
+    ///
+    /// # Errors
+    /// Lamps or bodies that no light can be followed through.
+    pub fn of(
+        sensor: &'a Sensor,
+        lighting: &'a Lighting,
+        constants: &'a LightConstants,
+    ) -> Result<Self, Error> {
+        let scene = Scene::of(sensor, lighting, constants)?;
+        let exposure = scene.middle().map_or(1.0, |[lit, mm]| constants.exposure(lit, mm))
+            * constants.dimmer(scene.brightest());
+        Ok(Self { scene, constants, exposure, ray_mm: None, at_rest: None })
+    }
+
+    /// The same for parts of the picture that is as fine as this map.
+    pub fn for_parts_of(self, map: &DepthMap<'_>) -> Self {
+        Self { ray_mm: Some(ray_mm(map)), ..self }
+    }
+
+    pub(super) fn words(&self) -> [String; 2] {
+        [format!("thickness of {}", self.scene.layers.join(" and ")), self.scene.lamps.clone()]
+    }
+
+    /// Keeps what rays see of a surface at rest: where a press moves nothing, that is seen again.
+    pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
+        let seen = self.rays(map, None);
+        let spread = self.spread(self.constants, map, &seen);
+        let mut grey: Vec<f64> = seen.iter().map(|(grey, _)| *grey).collect();
+        spread.apply(&mut grey);
+        let range_mm = map.range_mm().to_vec();
+        let known = seen.iter().map(|(_, mm)| *mm).filter(|mm| mm.is_finite());
+        let [least, most] = known.fold([f64::INFINITY, 0.0], |[least, most], mm| {
+            [f64::min(least, mm), f64::max(most, mm)]
+        });
+        let even_mm = (most - least < EVEN_MM).then_some(f64::midpoint(least, most));
+        self.at_rest = Some(AtRest { range_mm, seen, spread, grey, even_mm });
+    }
+
+    /// Computes the grey values of what the rays of a map meet.
+    pub fn paint(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Painted {
+        let rays = self.rays(map, answer);
+        let mut grey: Vec<f64> = rays.iter().map(|(grey, _)| *grey).collect();
+        match &self.at_rest {
+            // Light that spreads adds up: of what has changed alone.
+            Some(rest) => {
+                grey.iter_mut().zip(&rest.seen).for_each(|(now, before)| *now -= before.0);
+                rest.spread.apply(&mut grey);
+                grey.iter_mut().zip(&rest.grey).for_each(|(change, before)| *change += before);
+            }
+            None => self.spread(self.constants, map, &rays).apply(&mut grey),
+        }
+        let light: Vec<Rgb> = grey.into_iter().map(|grey| [grey; 3]).collect();
+        let thickness_mm = rays.into_iter().map(|(_, mm)| mm).collect();
+        Painted { light, thickness_mm, marks: Vec::new() }
+    }
+
+    /// Grey values of one surface by each of several constants of the layer, where nothing is kept of the surface at rest.
+    pub fn grey_by_each<const N: usize>(
+        &self,
+        constants: [&LightConstants; N],
+        map: &DepthMap<'_>,
+        answer: Option<&Answer<'_>>,
+    ) -> [Vec<f64>; N] {
+        let look = self.look(map, answer);
+        let rays = 0..map.range_mm().len();
+        let met: Vec<_> = rays.into_par_iter().map_init(Memory::default, look).collect();
+        constants.map(|constants| {
+            let seen: Vec<(f64, f64)> = met.iter().map(|met| self.sent(constants, *met)).collect();
+            let mut grey: Vec<f64> = seen.iter().map(|(grey, _)| *grey).collect();
+            self.spread(constants, map, &seen).apply(&mut grey);
+            grey
+        })
+    }
+
+    /// What each ray of a surface at rest sees of the layers; nothing of those that see none.
+    pub fn seen_at_rest(&self, map: &DepthMap<'_>) -> Vec<Option<SeenAtRest>> {
+        let ray = |(scratch, found): &mut Memory, i: usize| {
+            let (place, direction) = map.arrival(i).filter(|_| map.label()[i] != NO_LABEL)?;
+            let (_, outward) = self.scene.touch.depth_mm(&place);
+            let thick_mm = self.scene.thickness_mm((&place, &outward), scratch, found)?;
+            let path_mm = along(thick_mm, &outward, &direction);
+            Some(SeenAtRest { place, thick_mm, path_mm })
+        };
+        (0..map.range_mm().len()).into_par_iter().map_init(Memory::default, ray).collect()
+    }
+
+    /// How light spreads where there is a layer.
+    fn spread(
+        &self,
+        constants: &LightConstants,
+        map: &DepthMap<'_>,
+        seen: &[(f64, f64)],
+    ) -> Spread {
+        let is_layer = seen.iter().map(|(_, mm)| mm.is_finite()).collect();
+        let ray_mm = self.ray_mm.unwrap_or_else(|| ray_mm(map));
+        let sigma_px = constants.spread_mm.value / ray_mm;
+        Spread::new(is_layer, map.width_px() as usize, sigma_px)
+    }
+
+    /// Grey value and thickness that each ray meets.
+    fn rays(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Vec<(f64, f64)> {
+        let (look, rest) = (self.look(map, answer), self.at_rest.as_ref());
+        let ray = |memory: &mut Memory, i: usize| {
+            let as_before = rest.filter(|rest| map.range_mm()[i] == rest.range_mm[i]);
+            as_before.map_or_else(|| self.sent(self.constants, look(memory, i)), |r| r.seen[i])
+        };
+        (0..map.range_mm().len()).into_par_iter().map_init(Memory::default, ray).collect()
+    }
+
+    /// What a ray meets of the layers, by its number.
+    fn look<'s>(
+        &'s self,
+        map: &'s DepthMap<'_>,
+        answer: Option<&'s Answer<'_>>,
+    ) -> impl Fn(&mut Memory, usize) -> Option<Met> + Sync + 's {
+        let scene = &self.scene;
+        let lower = answer.and_then(|answer| answer.lower_face(scene.innermost()));
+        let even_mm = self.at_rest.as_ref().and_then(|rest| rest.even_mm);
+        move |(scratch, found), i| {
+            let (place, direction) = map.arrival(i).filter(|_| map.label()[i] != NO_LABEL)?;
+            // Where the surface was at rest, how far it has moved, and what lay below it.
+            let (depth_mm, outward) = scene.touch.depth_mm(&place);
+            let foot = place + depth_mm * outward;
+            let thick_mm =
+                even_mm.or_else(|| scene.thickness_mm((&foot, &outward), scratch, found))?;
+            let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&foot));
+            let thickness_mm = (thick_mm - depth_mm - lower_mm).max(0.0);
+            let path_mm = along(thickness_mm, &outward, &direction);
+            Some(Met { lit: scene.lit.at(&foot), thickness_mm, path_mm })
+        }
+    }
+
+    /// What comes back from where a ray meets the layers, grey, and how thick they are there, mm.
+    fn sent(&self, constants: &LightConstants, met: Option<Met>) -> (f64, f64) {
+        let Some(met) = met else { return (constants.beside_grey.value, f64::NAN) };
+        let sent = constants.ground_grey.value
+            + constants.layer_grey.value * constants.layer().reflectance(met.path_mm);
+        (self.exposure * met.lit * sent, met.thickness_mm)
+    }
+}

@@ -1,0 +1,299 @@
+//! A sensor that is kept ready: press after press, with picture, depth and force, at the rate that simulators and studies
+//! ask for.
+//!
+//! What no press changes is computed once: where rays meet the surface, what the layers answer to tractions, the picture
+//! at rest. It lives on a thread of its own, which borrows from the sensor's scene and answers what is asked through a
+//! channel; presses that are asked for together are taken side by side. All of it is simulated, at small strain.
+
+mod skin;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread;
+
+use fabkit_depth::truth::{DepthMap, ReferenceSurface, SURFACE_LABEL};
+use fabkit_files::Error;
+use fabkit_fixtures::Press;
+use fabkit_geometry::{Pose, TouchSurface};
+use fabkit_scene::SensorView;
+use fabkit_scene::ground_truth::pressers;
+use fabkit_scene::pressing::{Answer, Contact, Linear, Moved, Ready, Step, soft_layers, threads};
+use rayon::prelude::*;
+use serde_json::Value;
+
+use crate::Studio;
+
+pub use skin::{LiveSkin, SkinPicture, SkinPictures, SkinShown};
+
+/// What moves by less stays where it is, mm: slopes are then some 1e-3, and pictures change by less than they are noisy.
+const STILL_MM: f64 = Studio::STILL_MM;
+
+/// How a sensor is kept.
+#[derive(Clone, Debug, Default)]
+pub struct LiveOptions {
+    /// Which of its lights is on; the usual one where none is named.
+    pub light: Option<String>,
+    /// What the light rests on; nothing for the sensor's own.
+    pub constants: Option<PathBuf>,
+    /// Rays along each side of a pixel; 0 counts as 1.
+    pub samples: u32,
+    /// Distance of the surface's nodes, mm; nothing for what a few seconds allow.
+    pub spacing_mm: Option<f64>,
+}
+
+/// What to press.
+#[derive(Clone, Debug)]
+pub struct LivePress {
+    /// Bodies in their places, all at once; none for a sensor at rest.
+    pub press: Press,
+    /// How far all of it then moves along the surface, mm, as for [`Ready::answer`].
+    pub shear_mm: [f64; 2],
+    /// Coulomb's coefficient for that; nothing for the touched material's own.
+    pub friction: Option<f64>,
+    /// Of noise and drift; nothing for neither.
+    pub seed: Option<u64>,
+}
+
+/// What a press does. Lists of pixels go row by row.
+#[derive(Clone, Debug)]
+pub struct LiveShown {
+    /// Grey values from 0 to 255, not rounded, pixel by pixel: one, or red, green and blue.
+    pub grey: Vec<f64>,
+    /// How much nearer the surface is than at rest, along each pixel's ray, mm: the mean of its rays; not a number where no surface is
+    /// seen.
+    pub indentation_mm: Vec<f32>,
+    /// Where what presses is seen, by any of a pixel's rays.
+    pub contact: Vec<bool>,
+    /// Forces and contact; nothing where nothing touches.
+    pub step: Option<Step>,
+    /// What the camera follows, as it has moved.
+    pub marks: Vec<Moved>,
+    /// Where it is seen, px.
+    pub mark_px: Vec<Option<[f64; 2]>>,
+}
+
+type Asked = (Vec<LivePress>, Sender<Result<Vec<LiveShown>, Error>>);
+
+/// What is known as soon as a sensor is ready.
+#[derive(Clone, Debug)]
+pub struct LiveAbout {
+    /// Columns and rows of pictures.
+    pub size_px: [usize; 2],
+    /// Values of a pixel: 1 or 3.
+    pub channels: usize,
+    /// How the sensor is lit, what its layers are, and what is left out, as JSON.
+    pub document: Value,
+    /// In the middle of what is touched, z out of the sensor.
+    pub sensor_from_touch: Pose,
+}
+
+/// A sensor that waits for presses; it is put away when this is dropped.
+#[derive(Debug)]
+pub struct Live {
+    asks: Sender<Asked>,
+    about: LiveAbout,
+}
+
+impl Live {
+    /// Makes a sensor ready: seconds.
+    ///
+    /// # Errors
+    /// A light that is not there, layers that are stiff, rays or nodes beyond their limits.
+    pub fn new(scene: Arc<SensorView>, options: LiveOptions) -> Result<Self, Error> {
+        let (asks, asked) = mpsc::channel();
+        let (begin, begun) = mpsc::sync_channel(1);
+        thread::spawn(move || {
+            let kept = keep(&scene, &options, |about, kept| {
+                // Nobody waits if the caller was interrupted.
+                if begin.send(Ok(about)).is_ok() {
+                    answer_all(&asked, kept);
+                }
+            });
+            if let Err(error) = kept {
+                let _ = begin.send(Err(error));
+            }
+        });
+        let about = begun.recv().map_err(|_| Error::bug("a live sensor did not start"))??;
+        Ok(Self { asks, about })
+    }
+
+    /// What is known before any press.
+    pub fn about(&self) -> &LiveAbout {
+        &self.about
+    }
+
+    /// Presses, each on a surface at rest: side by side.
+    ///
+    /// # Errors
+    /// Of the first that has one: deeper than the layers, a contact that does not converge, no known friction.
+    pub fn press(&self, presses: Vec<LivePress>) -> Result<Vec<LiveShown>, Error> {
+        let (reply, replied) = mpsc::channel();
+        let gone = |_| Error::bug("a live sensor has stopped");
+        self.asks.send((presses, reply)).map_err(|_| Error::bug("a live sensor has stopped"))?;
+        replied.recv().map_err(gone)?
+    }
+}
+
+fn answer_all(asked: &Receiver<Asked>, kept: &Kept<'_>) {
+    while let Ok((presses, reply)) = asked.recv() {
+        let shown = presses.par_iter().map(|press| kept.press(press)).collect();
+        // Who asked may have been interrupted.
+        let _ = reply.send(shown);
+    }
+}
+
+/// All that no press changes.
+struct Kept<'a> {
+    scene: &'a SensorView,
+    touch: &'a TouchSurface,
+    samples: usize,
+    surface: &'a ReferenceSurface<'a>,
+    ready: Ready,
+    studio: Studio<'a>,
+    /// Where what the camera follows is seen at rest, px.
+    mark_px: Vec<Option<[f64; 2]>>,
+}
+
+fn keep(
+    scene: &SensorView,
+    options: &LiveOptions,
+    work: impl FnOnce(LiveAbout, &Kept<'_>),
+) -> Result<(), Error> {
+    let sensor = &scene.project.design.sensor;
+    let (light, constants) = (options.light.as_deref(), options.constants.as_deref());
+    let (lighting, constants) = crate::lit(&scene.project, light, constants)?;
+    let touch = scene.touch()?;
+    let contact = Contact::Linear(Linear { spacing_mm: options.spacing_mm, friction: None });
+    let samples = options.samples.max(1);
+    let size_px = scene.size_rays(samples)?.map(|side| (side / samples) as usize);
+    let rays = scene.rays_of_rows(samples, 0..u32::MAX);
+    let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
+    let ready = Ready::for_all(sensor, options.spacing_mm, true, threads())?;
+    let studio = Studio::new(scene, &surface, lighting, &constants, contact)?;
+    let mut document = studio.document();
+    document["layers"] = soft_layers(&ready.soft.layers);
+    document["layers_left_out"] = ready.soft.left_out.clone().into();
+    document["spacing_mm"] = ready.spacing_mm.into();
+    let (middle, outward) = crate::middle_of(touch).ok_or_else(|| Error::bug("no middle"))?;
+    let sensor_from_touch = Pose::z_to(outward, middle);
+    let channels = studio.channels();
+    let about = LiveAbout { size_px, channels, document, sensor_from_touch };
+    let samples = samples as usize;
+    let marks = crate::moved(sensor, None);
+    let mark_px = crate::mark_pixels(&scene.viewpoint, scene.sights(), &marks);
+    work(about, &Kept { scene, touch, samples, surface: &surface, ready, studio, mark_px });
+    Ok(())
+}
+
+impl Kept<'_> {
+    fn press(&self, asked: &LivePress) -> Result<LiveShown, Error> {
+        let LivePress { press, shear_mm, friction, seed } = asked;
+        let answer = match press.bodies.is_empty() {
+            true => None,
+            false => match self.ready.answer(self.touch, &press.bodies, *shear_mm, *friction) {
+                // Smaller than a node is nothing: a loop must not stop at the first touch.
+                Err(error) if error.is_no_contact() || error.is_first_touch() => None,
+                answer => Some(answer?),
+            },
+        };
+        let Some(answer) = answer else {
+            return self.shown(&self.surface.untouched(), None, *seed);
+        };
+        let mut moved = press.clone();
+        let way = Pose::translation(answer.way_mm.x, answer.way_mm.y, answer.way_mm.z);
+        for body in &mut moved.bodies {
+            body.sensor_from_body = way.then_in(body.sensor_from_body);
+        }
+        let pressers = pressers(&[moved]).map_err(Error::bug)?;
+        let normals = self.studio.wants_normals();
+        let map = self.surface.yielded_beyond(STILL_MM, &pressers, &answer, normals);
+        self.shown(&map, Some(&answer), *seed)
+    }
+
+    /// Of marks, looking anew at those that have moved.
+    fn pixels_of(&self, marks: &[Moved]) -> Vec<Option<[f64; 2]>> {
+        let has_moved = |mark: &Moved| mark.displacement_mm.is_none_or(|mm| mm.norm() > STILL_MM);
+        let moved: Vec<usize> = (0..marks.len()).filter(|i| has_moved(&marks[*i])).collect();
+        let own: Vec<Moved> = moved.iter().map(|i| marks[*i].clone()).collect();
+        let found = crate::mark_pixels(&self.scene.viewpoint, self.scene.sights(), &own);
+        let mut pixels = self.mark_px.clone();
+        moved.into_iter().zip(found).for_each(|(i, pixel)| pixels[i] = pixel);
+        pixels
+    }
+
+    fn shown(
+        &self,
+        map: &DepthMap<'_>,
+        answer: Option<&Answer<'_>>,
+        seed: Option<u64>,
+    ) -> Result<LiveShown, Error> {
+        let by_ray: Vec<f64> = map.indentation_mm().collect();
+        let grey = if self.studio.wants_normals() || answer.is_none() {
+            self.studio.take(map, answer, seed)?
+        } else {
+            // What has moved by less than anybody sees need not be painted again.
+            let seen = |mm: &f64| if mm.is_finite() { *mm as f32 } else { 0.0 };
+            let by_mm: Vec<f32> = by_ray.iter().map(seen).collect();
+            let label = |label: &u16| u8::try_from(*label).unwrap_or(u8::MAX);
+            let labels: Vec<u8> = map.label().iter().map(label).collect();
+            let moved = self.surface.indented(&by_mm, &labels, Studio::STILL_MM);
+            self.studio.take(&moved, answer, seed)?
+        };
+        let sensor = &self.scene.project.design.sensor;
+        let marks = crate::moved(sensor, answer);
+        let mark_px = self.pixels_of(&marks);
+        let width = map.width_px() as usize;
+        let touched: Vec<bool> = map.label().iter().map(|label| *label > SURFACE_LABEL).collect();
+        Ok(LiveShown {
+            grey,
+            indentation_mm: of_pixels(&by_ray, width, self.samples, mean),
+            contact: of_pixels(&touched, width, self.samples, |rays| rays.contains(&true)),
+            step: answer.map(|answer| answer.step),
+            marks,
+            mark_px,
+        })
+    }
+}
+
+/// What becomes of each pixel's rays, which lie in rows of `width`.
+fn of_pixels<T: Copy, U>(
+    rays: &[T],
+    width: usize,
+    samples: usize,
+    of: impl Fn(&[T]) -> U,
+) -> Vec<U> {
+    let mut own = Vec::with_capacity(samples * samples);
+    let mut pixels = Vec::with_capacity(rays.len() / (samples * samples));
+    for rows in rays.chunks_exact(width * samples) {
+        for column in (0..width).step_by(samples) {
+            own.clear();
+            rows.chunks_exact(width).for_each(|row| own.extend(&row[column..column + samples]));
+            pixels.push(of(&own));
+        }
+    }
+    pixels
+}
+
+/// Of the rays that see the surface.
+fn mean(rays_mm: &[f64]) -> f32 {
+    let seen = rays_mm.iter().filter(|mm| mm.is_finite());
+    let (sum, count) = seen.fold((0.0, 0.0), |(sum, count), mm| (sum + mm, count + 1.0));
+    // Nothing over nothing: no surface is seen.
+    (sum / count) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_made_of_their_own_rays() {
+        let rays: Vec<f64> = vec![1.0, 3.0, f64::NAN, f64::NAN, 5.0, 7.0, 2.0, f64::NAN];
+        let means = of_pixels(&rays, 4, 2, mean);
+        assert_eq!(means[0], 4.0);
+        assert_eq!(means[1], 2.0);
+        assert!(of_pixels(&rays[2..4], 2, 1, mean)[0].is_nan());
+        assert_eq!(of_pixels(&[true, false, false, false], 2, 2, |r| r.contains(&true)), [true]);
+    }
+}

@@ -1,0 +1,212 @@
+//! A skin with channels of liquid that is kept ready: press after press, with forces, columns and marks.
+
+use std::sync::Arc;
+
+use fabkit_elastic::{ElasticError, LiquidOutcome, LiquidReady, LiquidStack};
+use fabkit_files::Error;
+use fabkit_fixtures::{Press, Project};
+use fabkit_geometry::{Lighting, Mark, Shows, Vector3};
+use fabkit_optics::Sights;
+use fabkit_scene::SceneError;
+use fabkit_scene::ground_truth::Viewpoint;
+use fabkit_scene::pressing::{Moved, PressingError, on_solids, press_skin};
+
+/// Distance of nodes that nobody asked for, mm.
+const SPACING_MM: f64 = 1.0;
+
+/// A skin that waits for presses.
+#[derive(Debug)]
+pub struct LiveSkin {
+    project: Arc<Project>,
+    stack: LiquidStack,
+    /// Who looks at the marks, and who at the columns.
+    views: Vec<(Lighting, Viewpoint, Sights)>,
+}
+
+/// Pictures that are wanted of presses.
+#[derive(Clone, Debug, Default)]
+pub struct SkinPictures {
+    /// In which of the skin's lights.
+    pub lights: Vec<String>,
+    /// Of the first press' noise, and the next numbers for the next; nothing for pictures without.
+    pub seed: Option<u64>,
+}
+
+/// A skin's pictures in one of its lights.
+#[derive(Clone, Debug)]
+pub struct SkinPicture {
+    /// The light.
+    pub light: String,
+    /// Columns and rows.
+    pub size_px: [usize; 2],
+    /// Values of a pixel: 1, or red, green and blue.
+    pub channels: usize,
+    /// Of each press, row by row, 0 to 255, not rounded.
+    pub grey: Vec<Vec<f64>>,
+}
+
+/// What a press on a skin does.
+#[derive(Clone, Debug)]
+pub struct SkinShown {
+    /// Of what presses on the skin, sensor frame, N; zeros where nothing touches.
+    pub force_n: [f64; 3],
+    /// How far the liquid of each channel moves in its tube, away from the needle, mm.
+    pub column_mm: Vec<f64>,
+    /// Where each column ends in the picture of the display, px.
+    pub column_px: Vec<Option<[f64; 2]>>,
+    /// How each mark moves, mm.
+    pub mark_mm: Vec<[f64; 3]>,
+    /// Where it is seen, px.
+    pub mark_px: Vec<Option<[f64; 2]>>,
+    /// What pictures show.
+    marks: Vec<Moved>,
+    columns: Vec<Moved>,
+}
+
+impl LiveSkin {
+    /// Makes a skin ready, with nodes `spacing_mm` apart: seconds. Its cameras have as many pixels as they are drawn with, or
+    /// `size_px`.
+    ///
+    /// # Errors
+    /// A sensor without such a skin; more nodes than fit; cameras that cannot be.
+    pub fn new(
+        project: Arc<Project>,
+        spacing_mm: Option<f64>,
+        size_px: Option<[u32; 2]>,
+    ) -> Result<Self, Error> {
+        let sensor = &project.design.sensor;
+        if sensor.liquid.is_none() {
+            let problem = format!("{} has no skin with channels of liquid", sensor.name);
+            return Err(PressingError::Contact { problem }.into());
+        }
+        let stack = LiquidStack::of(sensor, spacing_mm.unwrap_or(SPACING_MM));
+        let stack = stack.map_err(PressingError::from)?;
+        let views = sensor.lightings.iter().map(|lighting| {
+            let mut seen = sensor.clone();
+            seen.camera = lighting.camera.clone().unwrap_or(seen.camera);
+            let wrong = |error| SceneError::viewpoint(None, error);
+            let mut viewpoint = Viewpoint::new(&seen.camera, None, None).map_err(wrong)?;
+            if let Some(size_px) = size_px {
+                viewpoint = viewpoint.resized(size_px).map_err(wrong)?;
+            }
+            let sights = Sights::new(viewpoint.stack(&seen).map_err(SceneError::Light)?);
+            Ok::<_, Error>((lighting.clone(), viewpoint, sights))
+        });
+        let views = views.collect::<Result<_, _>>()?;
+        Ok(Self { project, stack, views })
+    }
+
+    /// Names of the channels.
+    pub fn channels(&self) -> impl Iterator<Item = &str> {
+        self.stack.skin().channels.iter().map(|channel| channel.name.as_str())
+    }
+
+    /// Presses, each on a skin at rest. What lies near each other is solved for together: presses at one place cost hardly
+    /// more than one.
+    ///
+    /// # Errors
+    /// Of the first that has one: a channel that is pressed shut, a contact that does not converge.
+    pub fn press(&self, presses: &[Press]) -> Result<Vec<SkinShown>, Error> {
+        let bodies: Vec<_> = presses.iter().flat_map(|press| &press.bodies).cloned().collect();
+        let ready = on_solids(&bodies, |pressers| Ok(self.stack.ready(pressers)?));
+        match ready {
+            Ok(ready) => presses.iter().map(|press| self.shown(&ready, press)).collect(),
+            Err(error) if error.is_no_contact() => presses.iter().map(|_| self.at_rest()).collect(),
+            // More nodes than are solved for at once: fewer presses.
+            Err(PressingError::Elastic(ElasticError::TooFine { .. })) if presses.len() > 1 => {
+                let (first, second) = presses.split_at(presses.len() / 2);
+                let mut shown = self.press(first)?;
+                shown.extend(self.press(second)?);
+                Ok(shown)
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Pictures of presses, as [`LiveSkin::press`] has shown them.
+    ///
+    /// # Errors
+    /// A light that the skin has not.
+    pub fn pictures(
+        &self,
+        shown: &[SkinShown],
+        wanted: &SkinPictures,
+    ) -> Result<Vec<SkinPicture>, Error> {
+        let sensor = &self.project.design.sensor;
+        let of_light = |light: &String| {
+            let lighting = crate::lighting(sensor, Some(light))?;
+            let is_it = |(known, ..): &&(Lighting, Viewpoint, Sights)| known.name == lighting.name;
+            let view = self.views.iter().find(is_it);
+            let (_, viewpoint, _) = view.ok_or_else(|| Error::bug("a light without a camera"))?;
+            let is_of_columns = matches!(lighting.shows, Shows::Columns { .. });
+            let presses = shown.iter().enumerate().map(|(i, one)| {
+                let moved = if is_of_columns { &one.columns } else { &one.marks };
+                (moved.clone(), wanted.seed.map(|seed| seed.wrapping_add(i as u64)))
+            });
+            let presses = presses.collect();
+            let grey = crate::skin_pictures(sensor, lighting, viewpoint, presses)?;
+            let camera = viewpoint.camera();
+            Ok(SkinPicture {
+                light: light.clone(),
+                size_px: [camera.width_px(), camera.height_px()].map(|side| side as usize),
+                channels: if lighting.is_colored() { 3 } else { 1 },
+                grey,
+            })
+        };
+        wanted.lights.iter().map(of_light).collect()
+    }
+
+    fn shown(&self, ready: &LiquidReady<'_>, press: &Press) -> Result<SkinShown, Error> {
+        match press_skin(ready, press) {
+            Ok(outcome) => self.of(Some(&outcome)),
+            Err(error) if error.is_no_contact() => self.at_rest(),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn at_rest(&self) -> Result<SkinShown, Error> {
+        self.of(None)
+    }
+
+    fn of(&self, outcome: Option<&LiquidOutcome>) -> Result<SkinShown, Error> {
+        let sensor = &self.project.design.sensor;
+        let by_mm = |mark: &Mark| match outcome {
+            Some(outcome) => outcome.displacement_mm(&self.stack, &mark.point),
+            None => Vector3::zeros(),
+        };
+        let marks: Vec<Moved> = sensor
+            .marks
+            .iter()
+            .map(|mark| Moved {
+                displacement_mm: Some(by_mm(mark)),
+                axis: mark.axis,
+                mark: mark.clone(),
+            })
+            .collect();
+        let channels = outcome.map_or(&[][..], |outcome| &outcome.channels);
+        let (mut column_px, mut mark_px) = (Vec::new(), Vec::new());
+        let mut ends = Vec::new();
+        for (lighting, viewpoint, sights) in &self.views {
+            if let Shows::Columns { columns, .. } = &lighting.shows {
+                ends = crate::column_ends(columns, channels);
+                column_px = crate::mark_pixels(viewpoint, sights, &ends);
+            } else {
+                mark_px = crate::mark_pixels(viewpoint, sights, &marks);
+            }
+        }
+        let count = self.stack.skin().channels.len();
+        let moved = |i: usize| channels.get(i).map_or(0.0, |channel| channel.column_moves_mm);
+        Ok(SkinShown {
+            force_n: outcome.map_or([0.0; 3], |outcome| outcome.force_n.into()),
+            column_mm: (0..count).map(moved).collect(),
+            column_px,
+            mark_mm: marks
+                .iter()
+                .map(|moved| moved.displacement_mm.map_or([f64::NAN; 3], <[f64; 3]>::from))
+                .collect(),
+            mark_px,
+            marks,
+            columns: ends,
+        })
+    }
+}

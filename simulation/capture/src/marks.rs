@@ -1,0 +1,391 @@
+//! Light marks on a dark ground: dots on pins, painted ends of markers.
+
+use std::sync::Arc;
+
+use fabkit_depth::truth::PixelRays;
+use fabkit_files::Error;
+use fabkit_geometry::{
+    CompiledSolid, Lighting, Matrix3, Point3, Ray, Rgb, Scratch, Sensor, Shows, Vector3,
+};
+use fabkit_light::Emitters;
+use fabkit_optics::{Sights, Stack, Tracer};
+use fabkit_scene::SceneError;
+use fabkit_scene::ground_truth::Viewpoint;
+use fabkit_scene::pressing::Moved;
+use rayon::prelude::*;
+
+use super::scene::in_use;
+use super::{CaptureError, LightConstants, Painted, moved, sends_back};
+
+/// A mark lies within so many of its radii around the middle of what faces the camera.
+const AROUND: f64 = 2.5;
+/// Where light on the ground is looked at: every so many rays.
+const COARSE: usize = 12;
+/// Over which light at a mark is taken to change evenly, where many pictures are taken, mm: as far as marks move.
+const SLOPE_STEP_MM: f64 = 0.5;
+/// Rays along each side of a part of the picture, for which marks are chosen together.
+const TILE: usize = 16;
+/// How bright what shines itself is: white.
+const WHITE_GREY: f64 = 255.0;
+
+/// A sensor in a light that shows its marks.
+#[derive(Debug)]
+pub(super) struct MarkScene<'a> {
+    sensor: &'a Sensor,
+    marks: CompiledSolid,
+    /// The sensor without its marks.
+    ground: Sensor,
+    lamps: Vec<String>,
+    emitters: Emitters,
+    constants: &'a LightConstants,
+    pub(super) exposure: f64,
+    /// Where many pictures are taken by the same rays.
+    kept: Option<Kept>,
+}
+
+/// What no press changes.
+#[derive(Debug)]
+struct Kept {
+    view: View,
+    /// Marks, and how the light that arrives at each changes with its place, 1/mm; empty where it is looked at anew.
+    at_rest: Vec<(Placed, Matrix3<f64>)>,
+}
+
+/// What a camera sees of the sensor without its marks: no press changes it.
+#[derive(Debug)]
+struct View {
+    straight: PixelRays,
+    /// Behind all that bends them.
+    rays: PixelRays,
+    stack: Stack,
+    ground: Ground,
+    /// Where each ray ends before or at the ground, mm; nothing known for a single picture, of which few rays ask.
+    ends_mm: Option<Vec<f64>>,
+}
+
+impl View {
+    /// Where a ray ends on its last piece, mm, if something that is no ground may be before it.
+    fn end_mm(&self, i: usize, tracer: &mut Tracer<'_>) -> f64 {
+        let (Some(ray), Some(first)) = (self.rays.ray(i), self.straight.ray(i)) else {
+            return f64::INFINITY;
+        };
+        if self.rays.seen_by()[i] <= 1 {
+            return f64::INFINITY;
+        }
+        let path = tracer.follow(&first);
+        if path.last.origin == ray.origin { path.end_mm } else { f64::INFINITY }
+    }
+}
+
+/// A mark where it is now.
+#[derive(Clone, Copy, Debug)]
+struct Placed {
+    at: Point3<f64>,
+    /// The middle of what faces the camera, at rest.
+    at_rest: Point3<f64>,
+    /// From how it stood at rest.
+    turn: Matrix3<f64>,
+    /// How light arrives there, by its density.
+    arrives: Vector3<f64>,
+    reach_mm: f64,
+}
+
+impl Placed {
+    fn may_meet(&self, ray: &Ray) -> bool {
+        let from = self.at - ray.origin;
+        let along = from.dot(&ray.direction);
+        from.norm_squared() - along * along <= self.reach_mm * self.reach_mm
+    }
+}
+
+impl<'a> MarkScene<'a> {
+    pub(super) fn of(
+        sensor: &'a Sensor,
+        lighting: &'a Lighting,
+        constants: &'a LightConstants,
+    ) -> Result<Self, Error> {
+        let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
+        let Shows::Marks { marks } = &lighting.shows else { return Err(missing().into()) };
+        let compiled = in_use(sensor.body(marks).ok_or_else(missing)?)?;
+        let emitters = Emitters::of(sensor, lighting).map_err(CaptureError::NoLight)?;
+        let mut ground = sensor.clone();
+        ground.bodies.retain(|body| body.name != *marks);
+        let mut own = Self {
+            sensor,
+            marks: compiled,
+            ground,
+            lamps: lighting.lamps.iter().map(|group| group.body.clone()).collect(),
+            emitters,
+            constants,
+            exposure: 1.0,
+            kept: None,
+        };
+        let at_rest = own.placed(&moved(sensor, None));
+        let facing = sensor.marks.iter().zip(&at_rest);
+        let lit = facing.map(|(mark, placed)| -placed.arrives.dot(&mark.axis));
+        let brightest = constants.marks[0].value * lit.fold(0.0, f64::max);
+        if brightest <= 0.0 {
+            return Err(CaptureError::Dark { sensor: sensor.name.clone() }.into());
+        }
+        own.exposure = constants.mark_grey.value / brightest;
+        Ok(own)
+    }
+
+    pub(super) fn words(&self) -> [String; 2] {
+        [format!("places of {} marks", self.sensor.marks.len()), self.emitters.what.clone()]
+    }
+
+    /// For some pictures by the same rays: the same ones.
+    pub(super) fn keep_view(&mut self, viewpoint: &Viewpoint, samples: u32) -> Result<(), Error> {
+        self.kept = Some(Kept { view: self.view(viewpoint, samples)?, at_rest: Vec::new() });
+        Ok(())
+    }
+
+    /// For many pictures by the same rays: light at marks changes evenly.
+    pub(super) fn prepare(&mut self, viewpoint: &Viewpoint, samples: u32) -> Result<(), Error> {
+        let at_rest = self.placed(&moved(self.sensor, None));
+        let mut view = self.view(viewpoint, samples)?;
+        let memory = || Tracer::new(&view.stack);
+        let end_mm = |tracer: &mut Tracer<'_>, i| view.end_mm(i, tracer);
+        let rays = (0..view.rays.len()).into_par_iter();
+        view.ends_mm = Some(rays.map_init(memory, end_mm).collect());
+        let slope = |tracer: &mut Tracer<'_>, mark: &Placed| {
+            let along = |axis: usize| {
+                let mut step = Vector3::zeros();
+                step[axis] = SLOPE_STEP_MM;
+                let [after, before] =
+                    [mark.at + step, mark.at - step].map(|at| self.arrives(&at, tracer));
+                (after - before) / (2.0 * SLOPE_STEP_MM)
+            };
+            Matrix3::from_columns(&[0, 1, 2].map(along))
+        };
+        let with_slope = |tracer: &mut Tracer<'_>, mark: Placed| (mark, slope(tracer, &mark));
+        let marks = at_rest.into_par_iter();
+        let at_rest = marks.map_init(|| self.emitters.tracer(), with_slope).collect();
+        self.kept = Some(Kept { view, at_rest });
+        Ok(())
+    }
+
+    fn placed(&self, marks: &[Moved]) -> Vec<Placed> {
+        let known = marks.par_iter().enumerate();
+        let known = known.filter_map(|(i, moved)| Some((i, moved, moved.displacement_mm?)));
+        known
+            .map_init(
+                || self.emitters.tracer(),
+                |tracer, (i, moved, by_mm)| {
+                    let at = moved.mark.point + by_mm;
+                    // All are known at rest, so that they go by the same numbers.
+                    let kept = self.kept.as_ref();
+                    let arrives = match kept.and_then(|kept| kept.at_rest.get(i)) {
+                        Some((at_rest, slope)) => at_rest.arrives + slope * by_mm,
+                        None => self.arrives(&(at + 1e-3 * moved.axis), tracer),
+                    };
+                    Placed {
+                        at,
+                        at_rest: moved.mark.point,
+                        turn: turn(&moved.mark.axis, &moved.axis),
+                        arrives,
+                        reach_mm: AROUND * moved.mark.radius_mm,
+                    }
+                },
+            )
+            .collect()
+    }
+
+    fn view(&self, viewpoint: &Viewpoint, samples: u32) -> Result<View, Error> {
+        let stack = viewpoint.stack(&self.ground).map_err(SceneError::Light)?;
+        let sights = Arc::new(Sights::new(stack.clone()));
+        let straight = viewpoint.rays(samples);
+        let rays = straight.clone().through(&sights);
+        let ground = self.ground(&straight, &rays, &stack);
+        Ok(View { straight, rays, stack, ground, ends_mm: None })
+    }
+
+    /// The ways in which light arrives at a place, by its density.
+    fn arrives(&self, place: &Point3<f64>, tracer: &mut Tracer<'_>) -> Vector3<f64> {
+        let pieces = self.emitters.pieces().iter();
+        let all = pieces.filter_map(|piece| self.emitters.arrival(piece, place, tracer));
+        all.map(|found| found.density * found.arrives).sum()
+    }
+
+    pub(super) fn paint(
+        &self,
+        viewpoint: &Viewpoint,
+        samples: u32,
+        marks: Vec<Moved>,
+    ) -> Result<Painted, Error> {
+        let own;
+        let view = match &self.kept {
+            Some(kept) => &kept.view,
+            None => {
+                own = self.view(viewpoint, samples)?;
+                &own
+            }
+        };
+        let View { rays, stack, ground, .. } = view;
+        let placed = self.placed(&marks);
+        let (width, [light, _]) = (rays.width_px() as usize, &self.constants.marks);
+        let bounced = self.constants.bounce.value;
+        let mean =
+            placed.iter().map(|mark| mark.arrives.norm()).sum::<f64>() / placed.len().max(1) as f64;
+        let tiles = Tiles::of(rays, &placed);
+        let ray = |(scratch, tracer): &mut (Scratch, Tracer<'_>), i: usize| -> Rgb {
+            let behind = ground.at(i, width, bounced * mean) * self.exposure;
+            let Some(ray) = rays.ray(i) else { return [self.constants.beside_grey.value; 3] };
+            let near = tiles.near(i).iter().map(|mark| &placed[*mark as usize]);
+            let Some((at_mm, normal, mark)) = self.first(near, &ray, scratch) else {
+                return [behind; 3];
+            };
+            // Before it there may be something else than the ground.
+            let end_mm = match &view.ends_mm {
+                Some(known) => known[i],
+                None => view.end_mm(i, tracer),
+            };
+            if end_mm < at_mm {
+                return [behind; 3];
+            }
+            let lit = (-mark.arrives.dot(&normal)).max(0.0) + bounced * mean;
+            [self.exposure * light.value * lit; 3]
+        };
+        let memory = || (Scratch::default(), Tracer::new(stack));
+        let light = (0..rays.len()).into_par_iter().map_init(memory, ray).collect();
+        Ok(Painted { light, thickness_mm: Vec::new(), marks })
+    }
+
+    /// The first mark on a ray: how far along it, mm, its normal there, and which.
+    fn first<'p>(
+        &self,
+        placed: impl Iterator<Item = &'p Placed>,
+        ray: &Ray,
+        scratch: &mut Scratch,
+    ) -> Option<(f64, Vector3<f64>, &'p Placed)> {
+        let mut nearest: Option<(f64, Vector3<f64>, &Placed)> = None;
+        for mark in placed {
+            if !mark.may_meet(ray) {
+                continue;
+            }
+            // Back to where the mark is drawn.
+            let back = mark.turn.transpose();
+            let origin = mark.at_rest + back * (ray.origin - mark.at);
+            let drawn = Ray { origin, direction: back * ray.direction };
+            let mut crossings = Vec::new();
+            self.marks.crossings_into(&drawn, scratch, &mut crossings);
+            let is_it = |t: f64| (drawn.at(t) - mark.at_rest).norm() < mark.reach_mm;
+            let first = crossings
+                .iter()
+                .find(|crossing| crossing.entering && crossing.t > 0.0 && is_it(crossing.t));
+            if let Some(first) = first
+                && nearest.as_ref().is_none_or(|(t, ..)| first.t < *t)
+            {
+                nearest = Some((first.t, mark.turn * first.normal, mark));
+            }
+        }
+        nearest
+    }
+
+    /// What is behind the marks.
+    fn ground(&self, straight: &PixelRays, rays: &PixelRays, stack: &Stack) -> Ground {
+        let [light, dark] = &self.constants.marks;
+        let sends = |name: &String| match self.lamps.contains(name) {
+            true => f64::INFINITY,
+            // The surface is seen through what lies on it: what marks stand on.
+            false => sends_back(self.ground.body(name), [light.value, dark.value]),
+        };
+        let sends: Vec<f64> = rays.seen_by_names().iter().map(sends).collect();
+        let (width, height) = (rays.width_px() as usize, rays.height_px() as usize);
+        let columns = width.div_ceil(COARSE) + 1;
+        let rows = height.div_ceil(COARSE) + 1;
+        let node = |(of_light, of_camera): &mut (Tracer<'_>, Tracer<'_>), i: usize| {
+            let pixel = |k: usize, most: usize| (k * COARSE).min(most - 1);
+            let at = pixel(i / columns, height) * width + pixel(i % columns, width);
+            let Some(ray) = straight.ray(at) else { return 0.0 };
+            let path = of_camera.follow(&ray);
+            if !path.end_mm.is_finite() {
+                return 0.0;
+            }
+            // What is looked at looks back.
+            let place = path.last.at(path.end_mm - 1e-2);
+            self.arrives(&place, of_light).dot(&path.last.direction).max(0.0)
+        };
+        let memory = || (self.emitters.tracer(), Tracer::new(stack));
+        let lit = (0..rows * columns).into_par_iter().map_init(memory, node).collect();
+        let sends = rays.seen_by().iter().map(|by| sends[usize::from(*by)]).collect();
+        Ground { columns, lit, sends }
+    }
+}
+
+/// Which marks rays of a part of the picture may meet.
+struct Tiles {
+    width: usize,
+    columns: usize,
+    near: Vec<Vec<u32>>,
+}
+
+impl Tiles {
+    fn of(rays: &PixelRays, placed: &[Placed]) -> Self {
+        let (width, height) = (rays.width_px() as usize, rays.height_px() as usize);
+        let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
+        let of_tile = |tile: usize| {
+            let (row, column) = (tile / columns * TILE, tile % columns * TILE);
+            let own = (row..(row + TILE).min(height)).flat_map(|row| {
+                (column..(column + TILE).min(width)).map(move |column| row * width + column)
+            });
+            let own: Vec<Ray> = own.filter_map(|i| rays.ray(i)).collect();
+            let meets = |mark: &Placed| own.iter().any(|ray| mark.may_meet(ray));
+            // All rays of a tile, once for each mark that the middle one comes near to.
+            let Some(middle) = own.get(own.len() / 2) else { return Vec::new() };
+            let spread = |at_mm: f64| {
+                let off = own.iter().map(|ray| (ray.at(at_mm) - middle.at(at_mm)).norm());
+                off.fold(0.0, f64::max)
+            };
+            let nearest = placed.iter().map(|mark| (mark.at - middle.origin).norm());
+            let farthest_mm = nearest.fold(0.0, f64::max);
+            let spread_mm = spread(0.0).max(spread(farthest_mm));
+            let near = placed.iter().enumerate().filter(|(_, mark)| {
+                let wide = Placed { reach_mm: mark.reach_mm + spread_mm, ..**mark };
+                wide.may_meet(middle) && meets(mark)
+            });
+            near.map(|(i, _)| i as u32).collect()
+        };
+        let near = (0..rows * columns).into_par_iter().map(of_tile).collect();
+        Self { width, columns, near }
+    }
+
+    fn near(&self, ray: usize) -> &[u32] {
+        &self.near[ray / self.width / TILE * self.columns + ray % self.width / TILE]
+    }
+}
+
+/// Light on what is behind marks, and what of it comes back.
+#[derive(Debug)]
+struct Ground {
+    columns: usize,
+    /// Every [`COARSE`] rays.
+    lit: Vec<f64>,
+    /// Of each ray.
+    sends: Vec<f64>,
+}
+
+impl Ground {
+    fn at(&self, ray: usize, width: usize, bounced: f64) -> f64 {
+        let sends = self.sends[ray];
+        if sends.is_infinite() {
+            return WHITE_GREY;
+        }
+        let [row, column] = [ray / width, ray % width].map(|k| k as f64 / COARSE as f64);
+        let (i, j) = (row as usize, column as usize);
+        let (by_row, by_column) = (row - i as f64, column - j as f64);
+        let lit = |i: usize, j: usize| self.lit[i * self.columns + j];
+        let between = (1.0 - by_row) * ((1.0 - by_column) * lit(i, j) + by_column * lit(i, j + 1))
+            + by_row * ((1.0 - by_column) * lit(i + 1, j) + by_column * lit(i + 1, j + 1));
+        sends * (between + bounced)
+    }
+}
+
+/// The least turn that takes one unit vector to another (Rodrigues 1840).
+fn turn(from: &Vector3<f64>, to: &Vector3<f64>) -> Matrix3<f64> {
+    let (axis, cosine) = (from.cross(to), from.dot(to));
+    let across = axis.cross_matrix();
+    // A mark does not turn over.
+    Matrix3::identity() + across + across * across / (1.0 + cosine).max(1e-6)
+}

@@ -1,0 +1,86 @@
+//! How deep a grey value is, where light shows how thick layers are: as with a ball on a real unit.
+
+use fabkit_export::{Values, npy};
+use fabkit_files::Error;
+use fabkit_geometry::{Lighting, Scratch, TouchSurface};
+use fabkit_scene::SensorView;
+use serde_json::json;
+
+use super::super::LightConstants;
+use super::super::layers::LayerScene;
+use super::super::thins::{BALL_MM, Place, Thins};
+use super::{OpticsPack, array, at_rest, background_png, file, npz_file};
+
+/// So much brighter than at rest the table begins, grey.
+const BRIGHTER: i32 = 32;
+
+pub(super) fn pack(
+    scene: &SensorView,
+    lighting: &Lighting,
+    constants: &LightConstants,
+) -> Result<OpticsPack, Error> {
+    let picture = at_rest(scene, lighting, constants, |_| Ok(()))?;
+    let sensor = &scene.project.design.sensor;
+    let layers = LayerScene::of(sensor, lighting, constants)?;
+    let touch = scene.touch()?;
+    let thins = Thins::of(&layers, sensor)?;
+    let places = thins.places();
+    let curves: Vec<Vec<f64>> = places.iter().map(|place| layers.thinner_mm(&place.at)).collect();
+    let longest = curves.iter().map(Vec::len).max().unwrap_or(0);
+    let grey: Vec<f64> = (0..longest as i32).map(|k| f64::from(k - BRIGHTER)).collect();
+    let at = |curve: &[f64], k: usize| curve.get(k).copied().unwrap_or(f64::NAN);
+    let rows = || curves.iter().map(|curve| (0..longest).map(|k| at(curve, k)));
+    let thinner_mm: Vec<f64> = rows().flatten().collect();
+    let depth_mm = rows().zip(places).flat_map(|(row, place)| row.map(move |mm| mm / place.thins));
+    let depth_mm: Vec<f64> = depth_mm.collect();
+    let arrays = [
+        array(
+            "polar_deg",
+            &[places.len()],
+            Values::F64(places.iter().map(|place| place.polar_deg).collect()),
+        ),
+        array("darker_grey", &[longest], Values::F64(grey)),
+        array("thinner_mm", &[places.len(), longest], Values::F64(thinner_mm)),
+        array("depth_mm", &[places.len(), longest], Values::F64(depth_mm)),
+    ];
+    let mut files = vec![
+        file("background.png", background_png(&picture)?),
+        npz_file("grey_to_depth.npz", &arrays)?,
+    ];
+    if let (TouchSurface::Plane(_), [curve]) = (touch, &curves[..]) {
+        let deeper = curve[BRIGHTER as usize..].iter().map(|mm| mm / places[0].thins).collect();
+        let table =
+            array("Pixel_to_Depth", &[curve.len() - BRIGHTER as usize], Values::F64(deeper));
+        files.push(file("9dtact/Pixel_to_Depth.npy", npy(&table).map_err(Error::bug)?));
+    }
+    let deepest: Vec<usize> =
+        curves.iter().map(|curve| curve.len() - 1 - BRIGHTER as usize).collect();
+    let document = json!({
+        "shows": "thickness",
+        "width_px": picture.size_px[0],
+        "height_px": picture.size_px[1],
+        "polar_deg": places.iter().map(|place| place.polar_deg).collect::<Vec<_>>(),
+        "darkest_grey": deepest,
+        "ball_radius_mm": BALL_MM,
+        "thins_by": places.iter().map(|place| place.thins).collect::<Vec<_>>(),
+    });
+    Ok(OpticsPack { files, document })
+}
+
+impl LayerScene<'_> {
+    /// By how much thinner layers are, mm, where they are [`BRIGHTER`] grey brighter than at rest, one less, and so on, to
+    /// where nothing is left of them.
+    fn thinner_mm(&self, (point, outward): &Place) -> Vec<f64> {
+        let (law, layer_grey) = (self.constants.layer(), self.constants.layer_grey.value);
+        let [path_mm, _] = self.scene.paths_mm(point, outward, 0.0);
+        let thick_mm =
+            self.scene.thickness_mm((point, outward), &mut Scratch::default(), &mut Vec::new());
+        let thick_mm = thick_mm.unwrap_or(0.0);
+        let all = self.exposure * self.scene.lit.at(point) * layer_grey;
+        let thinner_mm = |darker: i32| {
+            let back = law.reflectance(path_mm) - f64::from(darker) / all;
+            (back >= 0.0).then(|| thick_mm * (1.0 - law.thickness_mm(back) / path_mm))
+        };
+        (-BRIGHTER..).map_while(thinner_mm).collect()
+    }
+}

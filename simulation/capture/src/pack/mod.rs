@@ -1,0 +1,96 @@
+//! What other simulators need to draw a sensor's pictures: its picture at rest, and a table of what a slope or a depth
+//! looks like. They are measured on a real unit with balls there; here the same light renders them.
+
+mod depths;
+mod slopes;
+
+use fabkit_designs::design_hash;
+use fabkit_export::{Array, Values, npz, png};
+use fabkit_files::Error;
+use fabkit_files::staging::OutputFile;
+use fabkit_geometry::{Lighting, Shows};
+use fabkit_scene::pressing::{Contact, Linear};
+use fabkit_scene::{Cast, SensorView};
+use serde_json::{Value, json};
+
+use super::{CaptureError, Captured, Capturing, LightConstants};
+
+pub use slopes::BINS as SLOPE_BINS;
+
+/// Files for simulators, and what they rest on.
+#[derive(Clone, Debug)]
+pub struct OpticsPack {
+    /// In the order in which they are told.
+    pub files: Vec<OutputFile>,
+    /// As JSON, without the files.
+    pub document: Value,
+}
+
+/// Makes the pack of a sensor in one of its lights.
+///
+/// # Errors
+/// [`CaptureError`]: a light that shows neither slopes nor thickness, or slopes on a surface that is not flat.
+pub fn optics_pack(
+    scene: &SensorView,
+    lighting: &Lighting,
+    constants: &LightConstants,
+) -> Result<OpticsPack, Error> {
+    let project = &scene.project;
+    let mut all = match &lighting.shows {
+        Shows::Slopes { .. } => slopes::pack(scene, lighting, constants)?,
+        Shows::Thickness { .. } => depths::pack(scene, lighting, constants)?,
+        _ => {
+            let (sensor, light) = (project.design.sensor.name.clone(), lighting.name);
+            return Err(CaptureError::NoTable { sensor, light }.into());
+        }
+    };
+    let document = &mut all.document;
+    document["format"] = json!("fabkit-optics-pack");
+    document["version"] = json!(1);
+    document["is_simulated"] = json!(true);
+    document["sensor"] = json!(project.design.sensor.name);
+    document["design_hash"] = json!(design_hash(&project.design));
+    document["light"] = json!(lighting.name);
+    document["constants"] = constants.document(&lighting.shows);
+    document["left_out"] =
+        json!(super::document::left_out(&lighting.shows, vec![super::lens::LEFT_OUT]));
+    let text = serde_json::to_string_pretty(&all.document).map_err(Error::bug)? + "\n";
+    all.files.push(file("optics.json", text.into_bytes()));
+    Ok(all)
+}
+
+/// The picture at rest without noise; `also` sees what its rays meet.
+fn at_rest(
+    scene: &SensorView,
+    lighting: &Lighting,
+    constants: &LightConstants,
+    also: impl FnOnce(&fabkit_scene::Seen<'_>) -> Result<(), Error>,
+) -> Result<Captured, Error> {
+    let cast = Cast::at_rest(Contact::Linear(Linear::default()));
+    Capturing { cast, lighting, constants, seed: None }.take(scene, also)
+}
+
+/// The picture as values of eight bits, red, green and blue.
+fn colors(picture: &Captured) -> Vec<u8> {
+    let all = picture.grey.chunks(picture.channels);
+    all.flat_map(|pixel| std::array::from_fn::<_, 3, _>(|k| pixel[k % pixel.len()]))
+        .map(|value| value.round().clamp(0.0, 255.0) as u8)
+        .collect()
+}
+
+fn background_png(picture: &Captured) -> Result<Vec<u8>, Error> {
+    let [width, height] = picture.size_px;
+    png(width, height, &colors(picture)).map_err(Error::bug)
+}
+
+fn file(name: &str, bytes: Vec<u8>) -> OutputFile {
+    OutputFile { name: name.to_owned(), bytes }
+}
+
+fn array(name: &str, shape: &[usize], values: Values) -> Array {
+    Array { name: name.to_owned(), shape: shape.to_vec(), values }
+}
+
+fn npz_file(name: &str, arrays: &[Array]) -> Result<OutputFile, Error> {
+    Ok(file(name, npz(arrays).map_err(Error::bug)?))
+}

@@ -1,0 +1,338 @@
+//! What slopes look like, where light shows which way a coat looks: the tables of Taxim (Si and Yuan 2022), which TacEx
+//! and TacSL read as well.
+//!
+//! A table says, for each angle and way of a slope, by how much a pixel differs from the picture at rest: a polynomial of
+//! second degree in its column and row. Taxim and TacEx keep colours as blue, green, red, TacSL as red, green, blue, all
+//! under the names of the latter.
+
+use fabkit_depth::truth::{DepthMap, NO_LABEL};
+use fabkit_export::{Values, npy, npy_of_lists, zip};
+use fabkit_files::Error;
+use fabkit_geometry::{Lighting, Point3, Rgb, TouchSurface, Vector3};
+use fabkit_light::linear_fit;
+use fabkit_picture::jpeg;
+use fabkit_scene::SensorView;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::super::coat::CoatScene;
+use super::super::{CaptureError, LightConstants};
+use super::{OpticsPack, array, at_rest, background_png, colors, file, npz_file};
+
+/// Bins of a slope's angle, and of its way: `floor(angle / (pi / 2 / (BINS - 1)))`.
+pub const BINS: usize = 125;
+/// Coefficients of x^2, y^2, x y, x, y, 1.
+const TERMS: usize = 6;
+/// Places over the picture that a polynomial is fitted to.
+const COLUMNS: usize = 16;
+const ROWS: usize = 12;
+/// How far from the middle they count, a standard deviation, as a part of the picture.
+const REACH: f64 = 0.25;
+/// A picture's scale follows from pixels so far to either side.
+const BESIDE_PX: usize = 3;
+/// Steeper than this nothing is rendered, rad.
+const STEEPEST: f64 = 1.5;
+/// Slopes of which it is said how well polynomials follow the light over the picture, rad.
+const GENTLE: [f64; 2] = [0.05, 0.5];
+/// Ways of shadows: `k / 10` rad.
+const WAYS: usize = 63;
+/// Heights of shadows: `0.4 mm + (k - 6) / 10`.
+const HEIGHTS: usize = 24;
+/// The step of shadows, px, and the most of them.
+const SHADOW_STEP_PX: f64 = 1.25;
+const SHADOW_STEPS: usize = 120;
+/// A shadow ends where it takes less than this, grey.
+const SHADOW_ENDS: f64 = 1.0;
+/// GelSight's smoothing kernels as Taxim has them, px of 0.0295 mm.
+const KERNELS_PX: [f64; 6] = [201.0, 101.0, 51.0, 21.0, 11.0, 5.0];
+const TAXIM_PIXEL_MM: f64 = 0.0295;
+const TAXIM_SIZE_PX: [f64; 2] = [640.0, 480.0];
+
+/// A place that the camera sees.
+#[derive(Clone, Copy, Debug)]
+struct Spot {
+    /// Column and row.
+    pixel: [f64; 2],
+    place: Point3<f64>,
+    outward: Vector3<f64>,
+    direction: Vector3<f64>,
+    /// What lies along the surface from one pixel to the next, mm, along columns and rows.
+    steps: [Vector3<f64>; 2],
+}
+
+impl Spot {
+    /// How the surface climbs along itself, if it climbs so many pixels towards the camera from one pixel to the next, for
+    /// pixels of one size.
+    fn climbs(&self, per_px: [f64; 2], pixel_mm: f64) -> Vector3<f64> {
+        let [a, b] = self.steps;
+        let [aa, ab, bb] = [a.dot(&a), a.dot(&b), b.dot(&b)];
+        let determinant = aa * bb - ab * ab;
+        let [u, v] = per_px.map(|px| px * pixel_mm);
+        ((u * bb - v * ab) * a + (v * aa - u * ab) * b) / determinant
+    }
+}
+
+pub(super) fn pack(
+    scene: &SensorView,
+    lighting: &Lighting,
+    constants: &LightConstants,
+) -> Result<OpticsPack, Error> {
+    let sensor = &scene.project.design.sensor;
+    let touch = scene.touch()?;
+    if !matches!(touch, TouchSurface::Plane(_)) {
+        return Err(CaptureError::NotFlat { sensor: sensor.name.clone() }.into());
+    }
+    let coat = CoatScene::of(sensor, lighting, constants)?;
+    let mut spots = Vec::new();
+    let picture = at_rest(scene, lighting, constants, |seen| {
+        spots = spots_of(seen.map, touch);
+        Ok(())
+    })?;
+    let middle = picture.size_px.map(|px| f64::from(px) / 2.0);
+    let off = |spot: &&Spot| {
+        let [x, y] = [0, 1].map(|k| spot.pixel[k] - middle[k]);
+        x.hypot(y)
+    };
+    let centre = spots.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+    let Some(centre) = centre.copied().filter(|_| spots.len() >= 2 * TERMS) else {
+        return Err(CaptureError::NoSurface { sensor: sensor.name.clone() }.into());
+    };
+    let mut scales: Vec<f64> = spots.iter().flat_map(|spot| spot.steps.map(|s| s.norm())).collect();
+    scales.sort_by(f64::total_cmp);
+    let pixel_mm = scales[scales.len() / 2];
+    let table = Table::of(&coat, &spots, pixel_mm);
+    let shadows = shadows(&coat, &centre, pixel_mm);
+    let [width, height] = picture.size_px;
+    let rgb = colors(&picture);
+    let bgr: Vec<u8> = rgb.chunks(3).flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]).collect();
+    let shape = [height as usize, width as usize];
+    let f0 = array("f0", &[shape[0], shape[1], 3], Values::U8(bgr));
+    let flat = Values::F64(vec![0.0; shape[0] * shape[1]]);
+    let gel = npy(&array("gelmap", &shape, flat)).map_err(Error::bug)?;
+    let ways = Values::F64((0..WAYS).map(|k| k as f64 / 10.0).collect());
+    let ways = npy(&array("shadowDirections", &[WAYS], ways));
+    // Blue first, as the colours of these pictures.
+    let lists: Vec<Vec<f64>> = [2, 1, 0].iter().flat_map(|k| shadows[*k].clone()).collect();
+    let lists = npy_of_lists(&[3, WAYS, HEIGHTS], &lists).map_err(Error::bug)?;
+    let shadow_table =
+        zip(&[("shadowDirections.npy", &ways.map_err(Error::bug)?), ("shadowTable.npy", &lists)]);
+    let params = serde_json::to_string_pretty(&params([width, height], pixel_mm));
+    let config = json!({
+        "image_width": width, "image_height": height, "num_bins": BINS, "mm_per_pixel": pixel_mm,
+        "background_path": "bg.jpg", "calib_path": "polycalib.npz",
+    });
+    let config = serde_json::to_string_pretty(&config);
+    let files = vec![
+        file("background.png", background_png(&picture)?),
+        npz_file("taxim/polycalib.npz", &table.arrays([2, 1, 0]))?,
+        npz_file("taxim/dataPack.npz", &[f0])?,
+        file("taxim/gelmap.npy", gel),
+        file("taxim/shadowTable.npz", shadow_table.map_err(Error::bug)?),
+        file("taxim/params.json", (params.map_err(Error::bug)? + "\n").into_bytes()),
+        npz_file("tacsl/polycalib.npz", &table.arrays([0, 1, 2]))?,
+        file("tacsl/bg.jpg", jpeg([width, height], &rgb, 100).map_err(Error::bug)?),
+        file("tacsl/render_cfg.json", (config.map_err(Error::bug)? + "\n").into_bytes()),
+    ];
+    let document = json!({
+        "shows": "slopes",
+        "width_px": width,
+        "height_px": height,
+        "mm_per_pixel": pixel_mm,
+        "mm_per_pixel_range": [scales[0], scales[scales.len() - 1]],
+        "bins": BINS,
+        "polynomials_miss": table.missed,
+    });
+    Ok(OpticsPack { files, document })
+}
+
+/// Places over the picture where the camera sees the surface, and around them as well.
+fn spots_of(map: &DepthMap<'_>, touch: &TouchSurface) -> Vec<Spot> {
+    let (width, height) = (map.width_px() as usize, map.height_px() as usize);
+    let places: Vec<(Point3<f64>, Vector3<f64>)> =
+        map.point_in_sensor().zip(map.direction_in_sensor()).collect();
+    let spot = |k: usize| {
+        let column = (2 * (k % COLUMNS) + 1) * width / (2 * COLUMNS);
+        let row = (2 * (k / COLUMNS) + 1) * height / (2 * ROWS);
+        let at = |column: usize, row: usize| {
+            let i = row * width + column;
+            (map.label()[i] != NO_LABEL).then(|| places[i])
+        };
+        let inside = (BESIDE_PX..width - BESIDE_PX).contains(&column)
+            && (BESIDE_PX..height - BESIDE_PX).contains(&row);
+        if !inside {
+            return None;
+        }
+        let (place, direction) = at(column, row)?;
+        let step = |a: (usize, usize), b: (usize, usize)| {
+            Some((at(b.0, b.1)?.0 - at(a.0, a.1)?.0) / (2 * BESIDE_PX) as f64)
+        };
+        let steps = [
+            step((column - BESIDE_PX, row), (column + BESIDE_PX, row))?,
+            step((column, row - BESIDE_PX), (column, row + BESIDE_PX))?,
+        ];
+        let (_, outward) = touch.depth_mm(&place);
+        Some(Spot { pixel: [column as f64, row as f64], place, outward, direction, steps })
+    };
+    (0..COLUMNS * ROWS).filter_map(spot).collect()
+}
+
+/// Polynomials of slopes, by angle and way.
+struct Table {
+    /// Of each bin, for red, green and blue.
+    terms: Vec<[[f64; TERMS]; 3]>,
+    /// Which part of what gentle slopes change they miss, rms.
+    missed: f64,
+}
+
+impl Table {
+    fn of(coat: &CoatScene<'_>, spots: &[Spot], pixel_mm: f64) -> Self {
+        let at_rest: Vec<Rgb> =
+            spots.iter().map(|spot| coat.slope(spot, &Vector3::zeros())).collect();
+        // Numbers near one while fitting.
+        let unit = spots.iter().flat_map(|spot| spot.pixel).fold(1.0, f64::max);
+        let features = |[x, y]: [f64; 2]| [x * x, y * y, x * y, x, y, 1.0];
+        let rows: Vec<[f64; TERMS]> =
+            spots.iter().map(|spot| features(spot.pixel.map(|px| px / unit))).collect();
+        // The middle, where things are touched, counts more than the rim, where the light falls off steeply.
+        let middle = [0, 1]
+            .map(|k| spots.iter().map(|spot| spot.pixel[k]).sum::<f64>() / spots.len() as f64);
+        let weight = |spot: &Spot| {
+            let [x, y] = [0, 1].map(|k| (spot.pixel[k] - middle[k]) / (REACH * 2.0 * middle[k]));
+            (-0.5 * (x * x + y * y)).exp()
+        };
+        let weights: Vec<f64> = spots.iter().map(weight).collect();
+        let weighted: Vec<[f64; TERMS]> =
+            rows.iter().zip(&weights).map(|(row, w)| row.map(|x| w * x)).collect();
+        let back = [unit * unit, unit * unit, unit * unit, unit, unit, 1.0];
+        let bin = |k: usize| {
+            let [angle, way] = [k / BINS, k % BINS];
+            // What is flat stays as it is.
+            let angle = if angle == 0 { 0.0 } else { (angle as f64 + 0.5) * quarter() };
+            let way = (way as f64 + 0.5) * 4.0 * quarter() - std::f64::consts::PI;
+            let per_px = [way.cos(), way.sin()].map(|part| angle.min(STEEPEST).tan() * part);
+            let sloped: Vec<Rgb> = spots
+                .iter()
+                .zip(&at_rest)
+                .map(|(spot, rest)| {
+                    let now = coat.slope(spot, &spot.climbs(per_px, pixel_mm));
+                    [0, 1, 2].map(|k| now[k] - rest[k])
+                })
+                .collect();
+            let (mut left, mut all) = (0.0, 0.0);
+            let is_gentle = (GENTLE[0]..GENTLE[1]).contains(&angle);
+            let terms = [0, 1, 2].map(|color| {
+                let wanted: Vec<f64> = sloped.iter().map(|value| value[color]).collect();
+                let heavy: Vec<f64> = wanted.iter().zip(&weights).map(|(x, w)| w * x).collect();
+                let terms = linear_fit(&weighted, &heavy).unwrap_or([0.0; TERMS]);
+                for (row, wanted) in weighted.iter().zip(&heavy).filter(|_| is_gentle) {
+                    let fitted: f64 = row.iter().zip(&terms).map(|(x, term)| x * term).sum();
+                    left += (wanted - fitted).powi(2);
+                    all += wanted.powi(2);
+                }
+                std::array::from_fn(|k| terms[k] / back[k])
+            });
+            (terms, [left, all])
+        };
+        let all: Vec<_> = (0..BINS * BINS).into_par_iter().map(bin).collect();
+        let sum = |k: usize| all.iter().map(|(_, sums)| sums[k]).sum::<f64>();
+        let missed = (sum(0) / sum(1)).sqrt();
+        Self { terms: all.into_iter().map(|(terms, _)| terms).collect(), missed }
+    }
+
+    /// With the colours in an order.
+    fn arrays(&self, order: [usize; 3]) -> [fabkit_export::Array; 4] {
+        let of = |k: usize| {
+            let values = self.terms.iter().flat_map(|colors| colors[order[k]]).collect();
+            array(["grad_r", "grad_g", "grad_b"][k], &[BINS, BINS, TERMS], Values::F64(values))
+        };
+        let bins = array("bins", &[], Values::U16(vec![BINS as u16]));
+        [bins, of(0), of(1), of(2)]
+    }
+}
+
+/// The width of a bin of angles, rad.
+fn quarter() -> f64 {
+    std::f64::consts::FRAC_PI_2 / (BINS - 1) as f64
+}
+
+impl CoatScene<'_> {
+    /// What the camera sees of a place whose surface climbs so, grey.
+    fn slope(&self, spot: &Spot, climbs: &Vector3<f64>) -> Rgb {
+        let facing = (-spot.outward - climbs).normalize();
+        self.seen(spot, &facing, &mut |_| false)
+    }
+
+    fn seen(
+        &self,
+        spot: &Spot,
+        facing: &Vector3<f64>,
+        is_hidden: &mut dyn FnMut(&Vector3<f64>) -> bool,
+    ) -> Rgb {
+        let light = self.lit(&spot.place, facing, &spot.direction, 0.0, is_hidden);
+        light.map(|part| self.exposure * part)
+    }
+}
+
+/// By how much it is darker beside an edge, by colour, then way, height and distance: what lamps behind the edge do not
+/// reach.
+fn shadows(coat: &CoatScene<'_>, spot: &Spot, pixel_mm: f64) -> [Vec<Vec<f64>>; 3] {
+    let facing = -spot.outward;
+    let lit = coat.seen(spot, &facing, &mut |_| false);
+    let of = |k: usize| {
+        let way = (k / HEIGHTS) as f64 / 10.0;
+        let height_mm = (0.45 + (k % HEIGHTS) as f64 / 10.0 - 0.6).max(0.0);
+        let away = spot.climbs([way.cos(), way.sin()], pixel_mm).normalize();
+        let mut lists: [Vec<f64>; 3] = Default::default();
+        let mut is_over = [false; 3];
+        for step in 1..=SHADOW_STEPS {
+            let far_mm = step as f64 * SHADOW_STEP_PX * pixel_mm;
+            let now = coat.seen(spot, &facing, &mut |arrives| {
+                // Towards the lamp: over the edge, or beside it. Gel rounds edges: its top is as far behind its foot as high.
+                let [back, up] = [arrives.dot(&away), -arrives.dot(&facing)];
+                back > 0.0 && up * (far_mm + height_mm) < back * height_mm
+            });
+            for color in 0..3 {
+                let darker = now[color] - lit[color];
+                is_over[color] |= darker > -SHADOW_ENDS;
+                if !is_over[color] {
+                    lists[color].push(darker);
+                }
+            }
+            if is_over == [true; 3] {
+                break;
+            }
+        }
+        lists
+    };
+    let all: Vec<[Vec<f64>; 3]> = (0..WAYS * HEIGHTS).into_par_iter().map(of).collect();
+    std::array::from_fn(|color| all.iter().map(|lists| lists[color].clone()).collect())
+}
+
+/// The settings that TacEx reads beside the tables, as parts of the picture's width and height. How far a gel follows an
+/// object is Taxim's, in millimetres of its own sensor: no elastic answer, and not this sensor's.
+fn params([width, height]: [u32; 2], pixel_mm: f64) -> Value {
+    let sides = [f64::from(width), f64::from(height)];
+    let same = |px: f64| TAXIM_SIZE_PX.map(|side| px / side);
+    let mm = |px: f64| sides.map(|side| px * TAXIM_PIXEL_MM / pixel_mm / side);
+    // OpenCV's standard deviation of a kernel that only says its width.
+    let sigma = |kernel: f64| 0.3 * ((kernel - 1.0) / 2.0 - 1.0) + 0.8;
+    let pyramid = KERNELS_PX.map(|kernel| mm(sigma(kernel)));
+    json!({
+        "simulator": {
+            "initial_frame_sigma_rel": same(50.0),
+            "diff_threshold": 5,
+            "frame_mixing_percentage": 0.15,
+            "shadow_step_rel": sides.map(|side| SHADOW_STEP_PX / side),
+            "discretize_precision": 0.1,
+            "height_precision": 0.1,
+            "fan_angle": 0.1,
+            "fan_precision": 0.05,
+            "contact_scale": 0.4,
+            "deform_pyramid_sigma_rel": [pyramid.map(|[x, _]| x), pyramid.map(|[_, y]| y)],
+            "deform_final_sigma_rel": mm(2.0),
+            "shadow_blur_sigma_rel": same(sigma(5.0)),
+            "shadow_attachment_kernel_size_rel": same(5.0),
+        },
+        "sensor": { "pixmm": pixel_mm, "num_bins": BINS, "w": width, "h": height },
+    })
+}

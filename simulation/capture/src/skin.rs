@@ -1,0 +1,154 @@
+//! Pictures of a skin with channels of liquid: no surface of it is known that a fixture could go around, but its marks
+//! are.
+
+use std::sync::Arc;
+
+use fabkit_elastic::{LiquidOutcome, LiquidStack};
+use fabkit_files::Error;
+use fabkit_fixtures::Project;
+use fabkit_geometry::{Lighting, Mark, Sensor, Shows};
+use fabkit_optics::Sights;
+use fabkit_scene::ground_truth::Viewpoint;
+use fabkit_scene::pressing::{Contact, Linear, Moved, PressingError, on_solids};
+use fabkit_scene::{Cast, SceneError};
+
+use super::columns::{ColumnScene, column_ends};
+use super::{Captured, Capturing, LensEffects, LightConstants, MarkScene, Painted, mark_pixels};
+
+/// Distance of nodes that nobody asked for, mm.
+const SPACING_MM: f64 = 1.0;
+
+/// A sensor with a skin over marks, and the camera that looks at them.
+#[derive(Clone, Debug)]
+pub struct SkinView {
+    /// The sensor.
+    pub project: Arc<Project>,
+    /// Its camera.
+    pub viewpoint: Viewpoint,
+}
+
+/// What a skin's light shows.
+enum SkinScene<'a> {
+    Columns(Box<ColumnScene<'a>>),
+    Marks(Box<MarkScene<'a>>),
+}
+
+impl<'a> SkinScene<'a> {
+    fn of(
+        sensor: &'a Sensor,
+        lighting: &'a Lighting,
+        constants: &'a LightConstants,
+    ) -> Result<Self, Error> {
+        Ok(match lighting.shows {
+            Shows::Columns { .. } => {
+                Self::Columns(Box::new(ColumnScene::of(sensor, lighting, constants)?))
+            }
+            _ => Self::Marks(Box::new(MarkScene::of(sensor, lighting, constants)?)),
+        })
+    }
+
+    fn paint(
+        &self,
+        viewpoint: &Viewpoint,
+        samples: u32,
+        moved: Vec<Moved>,
+    ) -> Result<Painted, Error> {
+        match self {
+            Self::Columns(scene) => scene.paint(viewpoint, samples, moved),
+            Self::Marks(scene) => scene.paint(viewpoint, samples, moved),
+        }
+    }
+
+    /// What is shown and what shines, and the exposure.
+    fn words(&self) -> ([String; 2], f64) {
+        match self {
+            Self::Columns(scene) => (scene.words(), scene.exposure),
+            Self::Marks(scene) => (scene.words(), scene.exposure),
+        }
+    }
+}
+
+/// Pictures of a skin in one of its lights, row by row, 0 to 255, not rounded: of each press what it shows, moved, and the
+/// seed of its noise.
+///
+/// # Errors
+/// As for [`Capturing::take_of_skin`].
+pub fn skin_pictures(
+    sensor: &Sensor,
+    lighting: &Lighting,
+    viewpoint: &Viewpoint,
+    presses: Vec<(Vec<Moved>, Option<u64>)>,
+) -> Result<Vec<Vec<f64>>, Error> {
+    let constants = LightConstants::of(sensor);
+    let mut scene = SkinScene::of(sensor, lighting, &constants)?;
+    let cast = Cast { samples: 1, ..Cast::at_rest(Contact::Linear(Linear::default())) };
+    match &mut scene {
+        SkinScene::Columns(scene) => scene.keep_view(viewpoint, cast.samples)?,
+        SkinScene::Marks(scene) => scene.keep_view(viewpoint, cast.samples)?,
+    }
+    let camera = viewpoint.camera();
+    let size_px = [camera.width_px(), camera.height_px()];
+    let lens = LensEffects::of(sensor, lighting, viewpoint, cast.samples)?;
+    let picture = |(moved, seed): (Vec<Moved>, Option<u64>)| {
+        let capturing = Capturing { cast: cast.clone(), lighting, constants: &constants, seed };
+        let painted = scene.paint(viewpoint, cast.samples, moved)?.through(lens.as_ref());
+        capturing.values(sensor, &painted.light, size_px)
+    };
+    presses.into_iter().map(picture).collect()
+}
+
+impl Capturing<'_> {
+    /// As [`Capturing::take`], of a skin with channels of liquid.
+    ///
+    /// # Errors
+    /// A light that shows something else than marks; what the skin's solver says.
+    pub fn take_of_skin(&self, view: &SkinView) -> Result<Captured, Error> {
+        let sensor = &view.project.design.sensor;
+        self.check(sensor, self.cast.presses.is_empty(), self.cast.contact)?;
+        let pressed = self.pressed(sensor)?;
+        let samples = self.cast.samples;
+        let scene = SkinScene::of(sensor, self.lighting, self.constants)?;
+        let moved = match (&self.lighting.shows, &pressed) {
+            (Shows::Columns { columns, .. }, pressed) => {
+                let channels = pressed.as_ref().map(|(_, outcome)| &outcome.channels[..]);
+                column_ends(columns, channels.unwrap_or_default())
+            }
+            (_, Some((stack, outcome))) => {
+                let by_mm = |mark: &Mark| outcome.displacement_mm(stack, &mark.point);
+                let moved =
+                    |moved: Moved| Moved { displacement_mm: Some(by_mm(&moved.mark)), ..moved };
+                super::moved(sensor, None).into_iter().map(moved).collect()
+            }
+            (_, None) => super::moved(sensor, None),
+        };
+        let lens = LensEffects::of(sensor, self.lighting, &view.viewpoint, samples)?;
+        let painted = scene.paint(&view.viewpoint, samples, moved)?.through(lens.as_ref());
+        let words = scene.words();
+        let camera = view.viewpoint.camera();
+        let size_px = [camera.width_px(), camera.height_px()];
+        // Seen by the camera that looks at it.
+        let mut seen = sensor.clone();
+        seen.camera = self.lighting.camera.clone().unwrap_or(seen.camera);
+        let stack = view.viewpoint.stack(&seen).map_err(SceneError::Light)?;
+        let mark_pixels = mark_pixels(&view.viewpoint, &Sights::new(stack), &painted.marks);
+        let captured = self.recorded(sensor, painted, size_px, words);
+        Ok(Captured { mark_pixels, ..captured? })
+    }
+
+    /// What the skin answers, if something presses it.
+    fn pressed(&self, sensor: &Sensor) -> Result<Option<(LiquidStack, LiquidOutcome)>, Error> {
+        if self.cast.presses.is_empty() {
+            return Ok(None);
+        }
+        let spacing_mm = match self.cast.contact {
+            Contact::Linear(Linear { spacing_mm, .. }) => spacing_mm,
+            _ => None,
+        };
+        let stack = LiquidStack::of(sensor, spacing_mm.unwrap_or(SPACING_MM));
+        let stack = stack.map_err(PressingError::from)?;
+        let presses = self.cast.presses.iter();
+        let bodies: Vec<_> = presses.flat_map(|press| &press.bodies).cloned().collect();
+        let outcome = on_solids(&bodies, |pressers| Ok(stack.ready(pressers)?.press(pressers)?))?;
+        Ok(Some((stack, outcome)))
+    }
+}

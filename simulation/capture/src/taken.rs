@@ -1,0 +1,94 @@
+//! Pictures as cameras sent them.
+
+use std::path::{Path, PathBuf};
+
+use fabkit_calibration::pin_captures::PinCaptureError;
+use fabkit_calibration::pin_captures::pictures::PICTURE;
+use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, reading};
+use fabkit_picture::{Picture, PictureError};
+
+/// A picture of another size than the camera takes.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{}: {} x {} px; the camera takes {} x {} px",
+    .file.display(), .size_px[0], .size_px[1], .expected_px[0], .expected_px[1]
+)]
+pub struct OtherSize {
+    /// The picture.
+    pub file: PathBuf,
+    /// Its width and height, px.
+    pub size_px: [usize; 2],
+    /// The camera's, px.
+    pub expected_px: [usize; 2],
+}
+
+impl Explained for OtherSize {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::BadInput
+    }
+
+    fn hint(&self) -> Option<String> {
+        Some("give the camera that took the pictures, or pictures as it takes them".into())
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        ErrorSubject::at("other_size", &self.file)
+    }
+}
+
+/// Checks that a picture, which came from `file`, has so many columns and rows.
+///
+/// # Errors
+/// [`OtherSize`].
+pub fn check_size(file: &Path, picture: &Taken, expected_px: [usize; 2]) -> Result<(), OtherSize> {
+    if picture.size_px == expected_px {
+        return Ok(());
+    }
+    Err(OtherSize { file: file.to_owned(), size_px: picture.size_px, expected_px })
+}
+
+/// Weights of red, green and blue in brightness, as in ITU-R BT.709.
+const BRIGHTNESS: [f32; 3] = [0.2126, 0.7152, 0.0722];
+/// The most pixels of a picture.
+const MAX_PIXELS: u64 = 64 << 20;
+
+/// A picture, values from 0 to 1, row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Taken {
+    /// Columns and rows.
+    pub size_px: [usize; 2],
+    /// Values of a pixel: 1, or 3 for red, green and blue.
+    pub channels: usize,
+    /// As many as pixels times channels.
+    pub values: Vec<f32>,
+}
+
+impl Taken {
+    /// Reads a PNG, JPEG, TIFF or BMP.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no picture that can be used.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let bytes = reading::read(path, PICTURE)?;
+        let wrong = |error: PictureError| {
+            let source = error.into();
+            Error::from(PinCaptureError::Picture { file: path.display().to_string(), source })
+        };
+        let Picture { width_px, height_px, channels, values } =
+            fabkit_picture::read(&bytes, MAX_PIXELS).map_err(wrong)?;
+        let values = (0..values.len()).filter_map(|i| values.get(i)).collect();
+        let size_px = [width_px, height_px].map(|px| px as usize);
+        Ok(Self { size_px, channels: channels as usize, values })
+    }
+
+    /// Brightness of each pixel.
+    pub fn grey(self) -> Vec<f32> {
+        let (colors, _) = self.values.as_chunks::<3>();
+        match self.channels {
+            3 => {
+                colors.iter().map(|color| (0..3).map(|k| BRIGHTNESS[k] * color[k]).sum()).collect()
+            }
+            _ => self.values,
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! By how much thinner layers become where their surface is pressed in: what lies below them gives way, too.
+
+use fabkit_depth::truth::Yielding as _;
+use fabkit_files::Error;
+use fabkit_fixtures::PressBody;
+use fabkit_geometry::{Point3, Pose, Sensor, Solid, SurfacePoints, TouchSurface, Vector3};
+use fabkit_scene::pressing::{Ready, threads};
+
+use super::layers::LayerScene;
+use super::scene::middle_of;
+
+/// Polar angles of the table on a dome, deg.
+const POLAR_DEG: [f64; 8] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0];
+/// The ball that is pressed in, and how far, as a part of what is soft.
+pub(super) const BALL_MM: f64 = 2.5;
+const PRESSED: f64 = 0.4;
+
+/// A place of the surface at rest, with its outward unit normal.
+pub(super) type Place = (Point3<f64>, Vector3<f64>);
+
+/// Where a ball was pressed in.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pressed {
+    /// From +z, seen from a dome's centre, deg; 0 in the middle of a pad.
+    pub polar_deg: f64,
+    pub at: Place,
+    /// By how much thinner for each millimetre.
+    pub thins: f64,
+}
+
+/// By how much thinner layers become for each millimetre that something of a fingertip's size is pressed in.
+#[derive(Clone, Debug)]
+pub struct Thins {
+    /// Ascending.
+    places: Vec<Pressed>,
+    /// Of a dome.
+    centre: Option<Point3<f64>>,
+}
+
+impl Thins {
+    /// Presses a ball into some places.
+    ///
+    /// # Errors
+    /// Layers that cannot be pressed.
+    pub fn of(layers: &LayerScene<'_>, sensor: &Sensor) -> Result<Self, Error> {
+        let touch = layers.scene.touch;
+        let points = SurfacePoints::new(touch).map_err(Error::bug)?;
+        let (places, centre): (Vec<(f64, Place)>, _) = match &points {
+            SurfacePoints::Dome(dome) => {
+                let place = |deg: f64| Some((deg, dome.towards(deg.to_radians(), 0.0)?));
+                (POLAR_DEG.into_iter().filter_map(place).collect(), Some(dome.centre()))
+            }
+            SurfacePoints::Plane(_) => {
+                (middle_of(touch).map(|place| (0.0, place)).into_iter().collect(), None)
+            }
+        };
+        let ready = Ready::for_all(sensor, None, false, threads())?;
+        let pressed = |(polar_deg, at): (f64, Place)| {
+            let thins = thins(layers, touch, &ready, &at)?;
+            Ok(Pressed { polar_deg, at, thins })
+        };
+        let places = places.into_iter().map(pressed).collect::<Result<_, Error>>()?;
+        Ok(Self { places, centre })
+    }
+
+    pub(super) fn places(&self) -> &[Pressed] {
+        &self.places
+    }
+
+    /// At a point of the surface: between the places that were pressed, and beyond the last as there.
+    pub fn at(&self, point: &Point3<f64>) -> f64 {
+        let Some(centre) = self.centre else { return self.places.first().map_or(1.0, |p| p.thins) };
+        let deg = (point - centre).angle(&Vector3::z()).to_degrees();
+        let after = self.places.partition_point(|place| place.polar_deg < deg);
+        let last = self.places.len().saturating_sub(1);
+        let [Some(from), Some(to)] =
+            [after.saturating_sub(1), after.min(last)].map(|i| self.places.get(i))
+        else {
+            return 1.0;
+        };
+        let width = to.polar_deg - from.polar_deg;
+        let part = if width > 0.0 { ((deg - from.polar_deg) / width).clamp(0.0, 1.0) } else { 0.0 };
+        from.thins + part * (to.thins - from.thins)
+    }
+}
+
+fn thins(
+    layers: &LayerScene<'_>,
+    touch: &TouchSurface,
+    ready: &Ready,
+    (point, outward): &Place,
+) -> Result<f64, Error> {
+    let depth_mm = PRESSED * touch.soft_mm();
+    let centre = point + (BALL_MM - depth_mm) * outward;
+    let ball = PressBody {
+        name: "ball".to_owned(),
+        solid: Solid::sphere(BALL_MM),
+        sensor_from_body: Pose::z_to(*outward, centre),
+    };
+    let answer = ready.answer(touch, &[ball], [0.0; 2], None)?;
+    let outwards_mm = answer.outwards_mm(point, outward);
+    let lower = answer.lower_face(layers.scene.innermost());
+    let lower_mm = lower.map_or(0.0, |lower| lower.outwards_mm(point));
+    Ok(1.0 - lower_mm / outwards_mm)
+}

@@ -1,0 +1,190 @@
+//! Another sensor of the same design: what differs from the drawing from unit to unit.
+
+use fabkit_designs::built::Dimension;
+use fabkit_fixtures::{OneUnit, Project};
+use fabkit_geometry::{Angle, NominalCamera, Pose, Projection, Rgb, Sensor, Vector3};
+use fabkit_light::normal;
+use serde_json::{Value, json};
+
+use super::{Constant, LightConstants};
+
+/// Standard deviations from unit to unit. All chosen, but for the focal length, of which the design says what makers allow,
+/// and sizes, of which the design or a standard says what is permissible.
+///
+/// A camera's seat, along each axis, mm, and about each, rad: prints and screws.
+const SEAT_MM: f64 = 0.1;
+const SEAT_RAD: f64 = 0.3 * std::f64::consts::PI / 180.0;
+/// How bright an LED is, as a part: bins of usual LEDs are 10 to 20 % wide.
+const LAMP: f64 = 0.1;
+/// Where a mold's core stands, along each axis, mm: what is cast around it is thicker on one side.
+const CORE_MM: f64 = 0.05;
+/// What layers scatter and how far light goes in them, as a part: mixing and curing.
+const LAYER: f64 = 0.1;
+/// A tolerance is about two standard deviations.
+const OF_TOLERANCE: f64 = 0.5;
+
+/// A unit, by its number: the same number is the same unit, whatever is captured with it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unit(pub u64);
+
+impl Unit {
+    /// A number of a normal distribution around 0, by what it is for.
+    fn drawn(self, what: u64, sigma: f64) -> f64 {
+        // Apart from the seeds of noise.
+        sigma * normal(self.0 ^ 0x756e_6974, what)
+    }
+
+    fn seat_mm(self) -> Vector3<f64> {
+        Vector3::from([0, 1, 2].map(|axis| self.drawn(axis, SEAT_MM)))
+    }
+
+    fn seat_rad(self) -> [f64; 3] {
+        [3, 4, 5].map(|axis| self.drawn(axis, SEAT_RAD))
+    }
+
+    fn focal_share(self, camera: &NominalCamera) -> f64 {
+        self.drawn(6, OF_TOLERANCE * camera.lens.tolerance.focal_share)
+    }
+
+    fn core_mm(self) -> Vector3<f64> {
+        Vector3::from([7, 8, 9].map(|axis| self.drawn(axis, CORE_MM)))
+    }
+
+    fn lamp(self, group: usize, placement: usize) -> f64 {
+        let what = 1_000 + 1_000 * group as u64 + placement as u64;
+        (1.0 + self.drawn(what, LAMP)).max(0.1)
+    }
+
+    /// How far off a size is, in its tolerances. None is beyond them: such parts are not used.
+    pub fn off(self, path: &str) -> f64 {
+        self.drawn(of_name(path), OF_TOLERANCE).clamp(-1.0, 1.0)
+    }
+
+    /// Camera and lamps of a sensor as this unit has them.
+    pub fn build(self, sensor: &mut Sensor) {
+        let camera = &mut sensor.camera;
+        let turns = self.seat_rad().map(Angle::from_rad);
+        let [Some(x), Some(y), Some(z)] = turns else { return };
+        let turned = Pose::rotation_x(x).then_in(Pose::rotation_y(y)).then_in(Pose::rotation_z(z));
+        let moved = self.seat_mm();
+        camera.sensor_from_camera = Pose::translation(moved.x, moved.y, moved.z)
+            .then_in(camera.sensor_from_camera)
+            .then_in(turned);
+        // A longer lens sees less.
+        let law = camera.lens.projection;
+        let radius =
+            law.radius(camera.field_of_view.rad() / 2.0) / (1.0 + self.focal_share(camera));
+        let half = angle_of(law, radius, camera.field_of_view.rad() / 2.0);
+        camera.field_of_view = Angle::from_rad(2.0 * half).unwrap_or(camera.field_of_view);
+        let counts: Vec<(String, usize)> =
+            sensor.bodies.iter().map(|body| (body.name.clone(), body.placements.len())).collect();
+        for lighting in &mut sensor.lightings {
+            for (number, group) in lighting.lamps.iter_mut().enumerate() {
+                let count =
+                    counts.iter().find(|(name, _)| *name == group.body).map_or(0, |of| of.1);
+                let color = |placement: usize| -> Rgb {
+                    group.color(placement).map(|part| part * self.lamp(number, placement))
+                };
+                group.colors = (0..count).map(color).collect();
+            }
+        }
+    }
+
+    /// What its light rests on.
+    pub(super) fn change(self, constants: &mut LightConstants) {
+        let all: [&mut Constant; 3] =
+            [&mut constants.scatter_per_mm, &mut constants.spread_mm, &mut constants.uv_per_mm];
+        for (number, constant) in (10..).zip(all) {
+            let factor = (1.0 + self.drawn(number, LAYER)).max(0.1);
+            constant.value *= factor;
+            constant.source += &format!("; times {factor:.3} for unit {}", self.0);
+        }
+        constants.core_off_mm = self.core_mm();
+    }
+
+    fn document(self, dimensions: &[Dimension], sensor: &Sensor) -> Value {
+        let dimensions: Vec<Value> = dimensions.iter().map(dimension).collect();
+        json!({
+            "number": self.0,
+            "is_simulated": true,
+            "camera_moved_mm": <[f64; 3]>::from(self.seat_mm()),
+            "camera_turned_deg": self.seat_rad().map(f64::to_degrees),
+            "focal_length_times": 1.0 + self.focal_share(&sensor.camera),
+            "core_off_mm": <[f64; 3]>::from(self.core_mm()),
+            "dimensions": dimensions,
+            "sigmas": {
+                "camera_mm": SEAT_MM,
+                "camera_deg": SEAT_RAD.to_degrees(),
+                "focal_length": OF_TOLERANCE * sensor.camera.lens.tolerance.focal_share,
+                "lamp": LAMP,
+                "core_mm": CORE_MM,
+                "layer": LAYER,
+                "dimension": OF_TOLERANCE,
+            },
+        })
+    }
+}
+
+fn dimension(of: &Dimension) -> Value {
+    json!({
+        "path": of.path,
+        "unit": of.unit,
+        "drawn": of.drawn,
+        "built": of.built,
+        "tolerance": of.tolerance,
+        "source": if of.is_stated { "stated" } else { "ISO 2768-1 m" },
+    })
+}
+
+/// What differs from the drawing in the unit that a sensor is, as JSON; null for what is drawn.
+pub fn unit_document(project: &Project) -> Value {
+    let of = |OneUnit { number, dimensions, .. }: &OneUnit| {
+        Unit(*number).document(dimensions, &project.design.sensor)
+    };
+    project.unit.as_ref().map(of).into()
+}
+
+/// A number for each name, apart from the small ones that are given by hand.
+fn of_name(name: &str) -> u64 {
+    // FNV-1a: as good as any for some hundred names.
+    let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    hash | 1 << 63
+}
+
+/// The angle that a lens shows at a radius over its focal length, rad; the search begins nearby.
+fn angle_of(law: Projection, radius: f64, near_rad: f64) -> f64 {
+    // Newton's steps: laws are smooth and steep.
+    (0..8).fold(near_rad, |rad, _| rad - (law.radius(rad) - radius) / law.slope(rad))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_differ_as_tolerances_say() {
+        let of = |what: &dyn Fn(Unit) -> f64| -> f64 {
+            let all: Vec<f64> = (0..4_000).map(|number| what(Unit(number))).collect();
+            (all.iter().map(|value| value * value).sum::<f64>() / all.len() as f64).sqrt()
+        };
+        // Five standard errors of a standard deviation of 4,000.
+        let near = |found: f64, sigma: f64| (found / sigma - 1.0).abs() < 5.0 / 8_000.0_f64.sqrt();
+        assert!(near(of(&|unit| unit.seat_mm().x), SEAT_MM));
+        assert!(near(of(&|unit| unit.core_mm().z), CORE_MM));
+        assert!(near(of(&|unit| unit.lamp(0, 3) - 1.0), LAMP));
+        // Cut off at two standard deviations: 0.959 of one is left.
+        assert!(near(of(&|unit| unit.off("tube.wall")), 0.959 * OF_TOLERANCE));
+        assert_eq!(Unit(5).seat_mm(), Unit(5).seat_mm());
+        assert_ne!(Unit(5).seat_mm(), Unit(6).seat_mm());
+    }
+
+    #[test]
+    fn a_longer_lens_sees_less() {
+        for law in [Projection::Equidistant, Projection::Equisolid, Projection::Stereographic] {
+            let rad = angle_of(law, law.radius(0.8) / 1.03, 0.8);
+            assert!(rad < 0.8 && (law.radius(rad) * 1.03 - law.radius(0.8)).abs() < 1e-12);
+        }
+    }
+}

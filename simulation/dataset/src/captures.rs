@@ -1,0 +1,191 @@
+//! Pictures of half presses that somebody has.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use fabkit_files::listed;
+use fabkit_files::reading::{self, Expected};
+use fabkit_picture::{ENDINGS, Picture, Values};
+use rayon::prelude::*;
+
+/// Words for the sides, in file names and in CSV, in the order of the halves.
+const SIDES: [&str; 2] = ["left", "right"];
+const LIST: Expected = Expected {
+    what: "a list of captures",
+    max_bytes: 1 << 20,
+    hint: "it has one row for each half",
+};
+const PICTURE: Expected = Expected {
+    what: "a capture",
+    max_bytes: 256 << 20,
+    hint: "captures are files of a few megabytes at most",
+};
+
+/// One picture for each half: left halves, then right ones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HalfCaptures {
+    /// Values of a pixel: 1 or 3.
+    channels: u32,
+    /// Row by row.
+    pictures: Vec<Vec<u8>>,
+}
+
+/// Everything that is wrong with a set of captures.
+#[derive(Debug, thiserror::Error)]
+#[error("{}", listed(.0))]
+pub struct InvalidCaptures(pub Vec<String>);
+
+impl HalfCaptures {
+    /// Reads a folder that holds `PATTERN-left.png` and `PATTERN-right.png` for each pattern, or a
+    /// CSV file with the columns pattern, side (`left` or `right`) and file, which is relative to
+    /// the CSV file's folder.
+    ///
+    /// # Errors
+    /// Missing pictures, two for one half, pictures that cannot be read or are not as large as the
+    /// camera's; all at once.
+    pub fn read(
+        place: &Path,
+        patterns: &[String],
+        size_px: [u32; 2],
+    ) -> Result<Self, InvalidCaptures> {
+        let mut faults = Vec::new();
+        let paths = match place.is_dir() {
+            true => in_folder(place, patterns),
+            false => in_csv(place, patterns, &mut faults),
+        };
+        let mut files = Vec::new();
+        for side in SIDES {
+            for pattern in patterns {
+                let found = paths.get(&(pattern.clone(), side)).map_or(&[][..], Vec::as_slice);
+                match found {
+                    [file] => files.push(file.clone()),
+                    [] => faults.push(format!("no capture of {pattern} {side}")),
+                    several => {
+                        let names: Vec<String> =
+                            several.iter().map(|file| file.display().to_string()).collect();
+                        faults.push(format!(
+                            "{} captures of {pattern} {side}: {}",
+                            several.len(),
+                            names.join(", ")
+                        ));
+                    }
+                }
+            }
+        }
+        let read: Vec<Result<(u32, Vec<u8>), String>> =
+            files.par_iter().map(|file| read_one(file, size_px)).collect();
+        let mut pictures = Vec::new();
+        let mut channels = None;
+        for (file, pixels) in files.iter().zip(read) {
+            let shown = file.display();
+            match pixels {
+                Err(message) => faults.push(message),
+                Ok((of_this, _)) if channels.is_some_and(|count| count != of_this) => {
+                    faults.push(format!("{shown} has {of_this} channels; the first has not"));
+                }
+                Ok((of_this, values)) => {
+                    channels = Some(of_this);
+                    pictures.push(values);
+                }
+            }
+        }
+        match channels {
+            Some(channels) if faults.is_empty() => Ok(Self { channels, pictures }),
+            _ => Err(InvalidCaptures(faults)),
+        }
+    }
+
+    /// Values of a pixel: 1 or 3.
+    pub fn channels(&self) -> u32 {
+        self.channels
+    }
+
+    /// Of a half, row by row.
+    pub(super) fn picture(&self, half: usize) -> &[u8] {
+        &self.pictures[half]
+    }
+
+    /// BLAKE3, in hex, over all pictures.
+    pub fn hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for picture in &self.pictures {
+            hasher.update(picture);
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+}
+
+type Found = BTreeMap<(String, &'static str), Vec<PathBuf>>;
+
+fn in_folder(folder: &Path, patterns: &[String]) -> Found {
+    let mut found = Found::new();
+    for side in SIDES {
+        for pattern in patterns {
+            let endings =
+                ENDINGS.into_iter().flat_map(|end| [end.into(), end.to_ascii_uppercase()]);
+            let files = endings.map(|end: String| folder.join(format!("{pattern}-{side}.{end}")));
+            let files = files.filter(|file| file.is_file()).collect();
+            found.insert((pattern.clone(), side), files);
+        }
+    }
+    found
+}
+
+fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
+    let mut found = Found::new();
+    let shown = csv.display();
+    let text = match reading::read_text(csv, LIST) {
+        Ok(text) => text,
+        Err(error) => {
+            faults.push(error.to_string());
+            return found;
+        }
+    };
+    let folder = csv.parent().unwrap_or(Path::new(""));
+    for (number, line) in (1..).zip(text.lines()) {
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        match *cells {
+            [""] | ["pattern", "side", "file"] => {}
+            [pattern, side, file] => {
+                let side = SIDES.into_iter().find(|known| *known == side);
+                let known = patterns.iter().any(|known| known == pattern);
+                match side {
+                    Some(side) if known => {
+                        found.entry((pattern.into(), side)).or_default().push(folder.join(file));
+                    }
+                    Some(_) => faults.push(format!("{shown}:{number}: no pattern `{pattern}`")),
+                    None => {
+                        faults.push(format!("{shown}:{number}: the side is `left` or `right`"));
+                    }
+                }
+            }
+            _ => faults.push(format!(
+                "{shown}:{number}: {} cells; there are three: pattern, side, file",
+                cells.len()
+            )),
+        }
+    }
+    found
+}
+
+/// Channels and values of 8 bits, which training sets are made of. Sizes are compared before anything is
+/// decoded.
+fn read_one(file: &Path, size_px: [u32; 2]) -> Result<(u32, Vec<u8>), String> {
+    let shown = file.display();
+    let bytes = reading::read(file, PICTURE).map_err(|error| error.to_string())?;
+    let unreadable = |error| format!("{shown}: {error}");
+    let found = fabkit_picture::size_px(&bytes).map_err(unreadable)?;
+    if found != size_px {
+        let ([found_width, found_height], [width, height]) = (found, size_px);
+        return Err(format!(
+            "{shown} has {found_width} x {found_height} px; the camera has {width} x {height}"
+        ));
+    }
+    // As large as the camera's picture, whose size has its own limit.
+    let Picture { channels, values, .. } =
+        fabkit_picture::read(&bytes, u64::MAX).map_err(unreadable)?;
+    match values {
+        Values::U8(values) => Ok((channels, values)),
+        Values::U16(_) => Err(format!("{shown}: a picture of 16 bits a sample; 8 bits are read")),
+    }
+}

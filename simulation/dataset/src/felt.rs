@@ -1,0 +1,236 @@
+//! What soft layers feel of half presses: forces, moments, and what reaches across the seam.
+
+use std::fmt::Write as _;
+
+use fabkit_depth::truth::Side;
+use fabkit_elastic::{SoftError, SurfaceNode};
+use fabkit_files::{Error, Explained as _};
+use fabkit_fixtures::{Press, PressBody, SEAM_NORMAL};
+use fabkit_geometry::{Pose, TouchSurface};
+use fabkit_scene::ground_truth::pressers;
+use fabkit_scene::pressing::{Answer, Contact, Linear, PressingError, Ready, Step, soft_layers};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::order::DatasetRequestError;
+use super::{DatasetError, DatasetRequest, Job, NamedPresses, PressPattern};
+
+/// A pattern as the layers feel it, on the left and on the right.
+#[derive(Clone, Debug)]
+pub struct Felt {
+    touch: TouchSurface,
+    shear_mm: [f64; 2],
+    bodies: [Vec<PressBody>; 2],
+    /// Nothing where a half does not touch.
+    forces: [Option<Forces>; 2],
+}
+
+/// What a half press does.
+#[derive(Clone, Copy, Debug)]
+struct Forces {
+    step: Step,
+    friction: Option<f64>,
+    /// How far the surface moves at most on the other side of the seam, mm.
+    beyond_seam_mm: f64,
+}
+
+impl Felt {
+    /// What the layers answer to one side; nothing where nothing touches.
+    pub(super) fn answer<'r>(
+        &self,
+        ready: &'r Ready,
+        contact: Contact,
+        side: Side,
+    ) -> Result<Option<Answer<'r>>, DatasetError> {
+        let (i, friction) = (usize::from(side != Side::Left), friction_of(contact));
+        if self.forces[i].is_none() {
+            return Ok(None);
+        }
+        let answer = ready.answer(&self.touch, &self.bodies[i], self.shear_mm, friction);
+        let half = || format!("{side:?}").to_lowercase();
+        answer.map(Some).map_err(|error| DatasetError::Press { half: half(), error })
+    }
+}
+
+fn friction_of(contact: Contact) -> Option<f64> {
+    match contact {
+        Contact::Linear(Linear { friction, .. }) => friction,
+        _ => None,
+    }
+}
+
+/// What is wrong with a half, and what to do.
+struct Fault {
+    text: String,
+    hint: Option<String>,
+}
+
+fn fault(half: &str, error: &PressingError) -> Fault {
+    Fault { text: format!("`{half}`: {error}"), hint: error.hint() }
+}
+
+/// Patterns with their bodies where they end up, and what the layers answer if they are asked.
+///
+/// # Errors
+/// Every half that has no answer; ways along a surface that does not give way.
+pub(super) fn prepare(
+    named: &[NamedPresses],
+    touch: &TouchSurface,
+    ready: Option<&Ready>,
+    order: &DatasetRequest,
+) -> Result<Vec<PressPattern>, Error> {
+    let prepared: Vec<Result<PressPattern, Vec<Fault>>> = named
+        .par_iter()
+        .map(|pattern| match ready {
+            Some(ready) => felt(pattern, touch, ready, order),
+            None if pattern.shear_mm != [0.0; 2] => {
+                let error = PressingError::RigidShear { contact: order.contact.name() };
+                Err(vec![fault(&pattern.name, &error)])
+            }
+            None => built(pattern, &pattern.sides(), None),
+        })
+        .collect();
+    let (mut patterns, mut faults) = (Vec::new(), Vec::new());
+    for prepared in prepared {
+        match prepared {
+            Ok(pattern) => patterns.push(pattern),
+            Err(found) => faults.extend(found),
+        }
+    }
+    match faults.is_empty() {
+        true => Ok(patterns),
+        false => {
+            let hint = faults.iter().find_map(|fault: &Fault| fault.hint.clone());
+            let faults = faults.into_iter().map(|fault| fault.text).collect();
+            Err(DatasetRequestError::Presses { faults, hint }.into())
+        }
+    }
+}
+
+fn felt(
+    pattern: &NamedPresses,
+    touch: &TouchSurface,
+    ready: &Ready,
+    order: &DatasetRequest,
+) -> Result<PressPattern, Vec<Fault>> {
+    let mut sides = pattern.sides();
+    let (mut forces, mut faults) = ([None, None], Vec::new());
+    let bodies = sides.each_ref().map(|presses| bodies_of(presses));
+    for (i, side) in ["left", "right"].iter().enumerate() {
+        let friction = friction_of(order.contact);
+        match ready.answer(touch, &bodies[i], pattern.shear_mm, friction) {
+            Ok(answer) => {
+                let way = answer.way_mm;
+                let way = Pose::translation(way.x, way.y, way.z);
+                for body in sides[i].iter_mut().flat_map(|press| &mut press.bodies) {
+                    body.sensor_from_body = way.then_in(body.sensor_from_body);
+                }
+                forces[i] = Some(Forces {
+                    step: answer.step,
+                    friction: answer.friction,
+                    beyond_seam_mm: beyond_seam_mm(ready, &answer, i == 0),
+                });
+            }
+            Err(error) if error.is_no_contact() && order.allow_no_contact => {}
+            Err(error) => faults.push(fault(&format!("{} {side}", pattern.name), &error)),
+        }
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let felt = Felt { touch: touch.clone(), shear_mm: pattern.shear_mm, bodies, forces };
+    built(pattern, &sides, Some(felt))
+}
+
+fn bodies_of(presses: &[Press]) -> Vec<PressBody> {
+    presses.iter().flat_map(|press| press.bodies.clone()).collect()
+}
+
+fn built(
+    pattern: &NamedPresses,
+    sides: &[Vec<Press>; 2],
+    felt: Option<Felt>,
+) -> Result<PressPattern, Vec<Fault>> {
+    let prepared = |presses: &[Press]| {
+        let solid = |error| vec![fault(&pattern.name, &SoftError::Solid(error).into())];
+        pressers(presses).map_err(solid)
+    };
+    Ok(PressPattern {
+        name: pattern.name.clone(),
+        left: prepared(&sides[0])?,
+        right: prepared(&sides[1])?,
+        felt,
+    })
+}
+
+/// Beyond the plane between the halves: what stitching leaves out, and the other half would feel first.
+fn beyond_seam_mm(ready: &Ready, answer: &Answer, is_left: bool) -> f64 {
+    let sign = if is_left { 1.0 } else { -1.0 };
+    let pose = ready.soft.sensor_from_stack;
+    let is_beyond =
+        |node: &&SurfaceNode| sign * SEAM_NORMAL.dot(&pose.point(node.place_mm).coords) > 0.0;
+    let moved = answer.nodes().iter().filter(is_beyond);
+    moved.map(|node| node.displacement_mm.dot(&node.outward).abs()).fold(0.0, f64::max)
+}
+
+/// One line for each half; nothing where the layers were not asked.
+pub(super) fn halves_csv(job: &Job) -> Option<String> {
+    job.ready?;
+    let mut text = String::from(
+        "half,pattern,side,contact_level,depth_mm,shear_mm,friction,force_x_n,force_y_n,force_z_n,moment_x_nmm,\
+         moment_y_nmm,moment_z_nmm,contact_area_mm2,max_indentation_mm,bulge_mm,beyond_seam_mm\n",
+    );
+    for half in 0..2 * job.patterns.len() {
+        let (pattern, side) = job.half(half);
+        let is_left = side == Side::Left;
+        let side = if is_left { "left" } else { "right" };
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{half},{},{side},{}", pattern.name, job.contact.name());
+        let forces = pattern.felt.as_ref().and_then(|felt| felt.forces[usize::from(!is_left)]);
+        let numbers = match forces {
+            Some(Forces { step, friction, beyond_seam_mm }) => vec![
+                Some(step.depth_mm),
+                Some(step.shear_mm),
+                friction,
+                Some(step.force_n.x),
+                Some(step.force_n.y),
+                Some(step.force_n.z),
+                Some(step.moment_nmm.x),
+                Some(step.moment_nmm.y),
+                Some(step.moment_nmm.z),
+                Some(step.contact_area_mm2),
+                Some(step.max_indentation_mm),
+                Some(step.bulge_mm),
+                Some(beyond_seam_mm),
+            ],
+            // Nothing touches.
+            None => [[Some(0.0); 2].as_slice(), &[None], &[Some(0.0); 10]].concat(),
+        };
+        for number in numbers {
+            let _ = match number {
+                Some(number) => write!(text, ",{number:.6}"),
+                None => write!(text, ","),
+            };
+        }
+        text.push('\n');
+    }
+    Some(text)
+}
+
+/// What forces and displacements rest on.
+pub(super) fn about(ready: &Ready, patterns: &[PressPattern]) -> Value {
+    let forces = patterns.iter().filter_map(|pattern| pattern.felt.as_ref());
+    let forces = forces.flat_map(|felt| felt.forces.iter().flatten());
+    let beyond_seam_mm = forces.map(|forces| forces.beyond_seam_mm).fold(0.0, f64::max);
+    json!({
+        "is_simulated": true,
+        "layers": soft_layers(&ready.soft.layers),
+        "left_out": ready.soft.left_out,
+        "spacing_mm": ready.spacing_mm,
+        "nodes": ready.stack.surface_nodes(),
+        "force": "of the presser on the sensor, N; moment about the sensor's origin, N mm; sensor frame",
+        "beyond_seam_mm": beyond_seam_mm,
+        "stitching": "halves are stitched as if neither felt the other; beyond_seam_mm is how far any half moves the \
+                      surface on the other side of the seam, which is what stitching leaves out, to first order",
+    })
+}

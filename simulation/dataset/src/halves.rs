@@ -1,0 +1,279 @@
+//! Casting every half press once.
+
+use std::ops::Range;
+
+use fabkit_depth::truth::{DepthMap, Presser, SURFACE_LABEL, Side, Uncertainty};
+use fabkit_export::{Array, Element, Values, ZarrArray, npz, zarr_pack};
+use fabkit_scene::pressing::Answer;
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::read::SampleArray;
+use super::samples::Parts;
+use super::store::{DatasetError, Store};
+use super::tiling::Tiling;
+use super::{Files, Job};
+
+/// Half presses in one file.
+const HALVES_PER_SHARD: u64 = 16;
+
+/// What is kept of a half press.
+pub(super) struct Half {
+    pub(super) indentation_mm: Vec<f32>,
+    pub(super) label: Vec<u8>,
+    /// If a calibration says how sure it is; else nothing.
+    indentation_sigma_mm: Vec<f32>,
+}
+
+/// `halves/indentation_mm`, `halves/label` and, if a calibration says how sure it is, `halves/indentation_sigma_mm`.
+pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
+    let array = |element, attributes| ZarrArray {
+        element,
+        samples: 2 * job.patterns.len() as u64,
+        sample_shape: vec![height.into(), width.into()],
+        chunk_shape: vec![height.into(), width.into()],
+        samples_per_shard: HALVES_PER_SHARD,
+        dimensions: ["half", "row", "column"].map(String::from).to_vec(),
+        attributes,
+    };
+    let mut all = vec![
+        array(
+            Element::F32,
+            json!({ "unit": "mm", "is": "range without contact minus range with it" }),
+        ),
+        array(
+            Element::U8,
+            json!({ "is": "0: no surface, 1: surface, from 2: bodies of the pattern" }),
+        ),
+    ];
+    if job.uncertainty.is_some() {
+        let is =
+            "standard deviation of indentation_mm by camera and pose; 0 where nothing has moved";
+        all.push(array(Element::F32, json!({ "unit": "mm", "is": is })));
+    }
+    all
+}
+
+/// Names of [`arrays`], in order; there may be fewer.
+const NAMES: [&str; 3] = ["halves/indentation_mm", "halves/label", "halves/indentation_sigma_mm"];
+
+/// What a shard's work leaves: what its halves contribute to samples, if these are written, and
+/// which halves touch nothing.
+type Cast = (Vec<Parts>, Vec<usize>);
+
+/// Casts and writes. What samples will be stitched from is handed back if there is a tiling for them,
+/// and with it the places of halves that touch nothing.
+pub(super) fn write(
+    store: &Store,
+    job: &Job,
+    arrays: &[ZarrArray],
+    tiling: Option<&Tiling>,
+) -> Result<Cast, DatasetError> {
+    for (name, array) in NAMES.iter().zip(arrays) {
+        store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
+    }
+    let Some(first) = arrays.first() else { return Ok(Cast::default()) };
+    let shard = |shard: u64| -> Result<Cast, DatasetError> {
+        let names = shard_names(arrays, shard);
+        let places = as_usize(first.samples_of(shard));
+        let is_there = names.iter().all(|name| store.has(name));
+        let halves: Vec<Half> = match (is_there, tiling) {
+            (true, None) => Vec::new(),
+            (true, Some(_)) => read_halves(store, arrays, places.clone())?,
+            (false, _) => {
+                places.clone().map(|half| cast_half(job, half)).collect::<Result<_, _>>()?
+            }
+        };
+        for ((name, array), values) in names.iter().zip(arrays).zip(VALUES) {
+            store.put(name, || pack(array, &halves, values))?;
+        }
+        let of_shard = || places.clone().zip(&halves);
+        let untouched =
+            of_shard().filter(|(place, half)| !touches(job, *place, half)).map(|(place, _)| place);
+        let parts = tiling.into_iter().flat_map(|tiling| {
+            of_shard().map(|(place, half)| Parts::new(job, tiling, half, job.half(place).1))
+        });
+        Ok((parts.collect::<Result<_, _>>()?, untouched.collect()))
+    };
+    let cast: Vec<Cast> =
+        (0..first.shards()).into_par_iter().map(shard).collect::<Result<_, _>>()?;
+    let mut all = Cast::default();
+    for (parts, untouched) in cast {
+        all.0.extend(parts);
+        all.1.extend(untouched);
+    }
+    Ok(all)
+}
+
+/// The files of one shard, whatever is there already.
+pub(super) fn shard_files(
+    job: &Job,
+    arrays: &[ZarrArray],
+    shard: u64,
+) -> Result<Files, DatasetError> {
+    let Some(first) = arrays.first() else { return Ok(Files::new()) };
+    let places = as_usize(first.samples_of(shard));
+    let halves: Vec<Half> =
+        places.into_par_iter().map(|half| cast_half(job, half)).collect::<Result<_, _>>()?;
+    let names = shard_names(arrays, shard);
+    let packed = names.into_iter().zip(arrays).zip(VALUES);
+    packed.map(|((name, array), values)| Ok((name, pack(array, &halves, values)?))).collect()
+}
+
+fn as_usize(range: Range<u64>) -> Range<usize> {
+    range.start as usize..range.end as usize
+}
+
+/// A shard's file in each array, in order.
+pub(super) fn shard_names(arrays: &[ZarrArray], shard: u64) -> Vec<String> {
+    let path = |(name, array): (&&str, &ZarrArray)| format!("{name}/{}", array.shard_path(shard));
+    NAMES.iter().zip(arrays).map(path).collect()
+}
+
+/// The array and the number of a shard's file.
+pub(super) fn shard_of<'a>(arrays: &'a [ZarrArray], name: &str) -> Option<(&'a ZarrArray, u64)> {
+    NAMES.iter().zip(arrays).find_map(|(of, array)| {
+        let is_its = |shard: &u64| name == format!("{of}/{}", array.shard_path(*shard));
+        Some((array, (0..array.shards()).find(is_its)?))
+    })
+}
+
+fn pack(
+    array: &ZarrArray,
+    halves: &[Half],
+    values: fn(&Half) -> Vec<u8>,
+) -> Result<Vec<u8>, DatasetError> {
+    let packed = halves.iter().map(|half| zarr_pack(&values(half)));
+    Ok(array.shard(&packed.collect::<Result<Vec<_>, _>>()?))
+}
+
+/// What is in each of [`NAMES`], little-endian.
+const VALUES: [fn(&Half) -> Vec<u8>; 3] = [
+    |half| bytes_of_f32(&half.indentation_mm),
+    |half| half.label.clone(),
+    |half| bytes_of_f32(&half.indentation_sigma_mm),
+];
+
+/// What an earlier run, or somebody else, cast.
+pub(super) fn read_halves(
+    store: &Store,
+    arrays: &[ZarrArray],
+    places: Range<usize>,
+) -> Result<Vec<Half>, DatasetError> {
+    let open = |(name, array): (&&str, &ZarrArray)| {
+        SampleArray::new(&store.folder().path().join(name), array.clone())
+    };
+    let open: Vec<SampleArray> = NAMES.iter().zip(arrays).map(open).collect();
+    let [indentations, labels, ..] = &open[..] else { return Ok(Vec::new()) };
+    let half = |place| -> Result<Half, DatasetError> {
+        let bytes = indentations.sample(place)?;
+        let values = bytes.as_chunks().0.iter().map(|value| f32::from_le_bytes(*value));
+        let (indentation_mm, label) = (values.collect(), labels.sample(place)?);
+        // What is read again is stitched and not written again: how sure it is nobody asks.
+        Ok(Half { indentation_mm, label, indentation_sigma_mm: Vec::new() })
+    };
+    places.map(half).collect()
+}
+
+/// Casts one half: the left ones in order, then the right ones.
+pub(super) fn cast_half(job: &Job, half: usize) -> Result<Half, DatasetError> {
+    with_map(job, half, false, |map, _| Half {
+        indentation_mm: indentation_f32(map),
+        label: labels_u8(map),
+        indentation_sigma_mm: job.uncertainty.map_or_else(Vec::new, |of| sigma_f32(map, of)),
+    })
+}
+
+/// What layers answer to a half, if they are asked and touched.
+pub(super) fn answer<'a>(job: &Job<'a>, half: usize) -> Result<Option<Answer<'a>>, DatasetError> {
+    let (pattern, side) = job.half(half);
+    match (job.ready, &pattern.felt) {
+        (Some(ready), Some(felt)) => felt.answer(ready, job.contact, side),
+        _ => Ok(None),
+    }
+}
+
+/// What presses in a half.
+pub(super) fn pressers_of<'a>(job: &'a Job, half: usize) -> &'a [Presser] {
+    let (pattern, side) = job.half(half);
+    if side == Side::Left { &pattern.left } else { &pattern.right }
+}
+
+/// Shows the map of a half, and what layers answer, with normals if they are wanted.
+pub(super) fn with_map<R>(
+    job: &Job,
+    half: usize,
+    has_normals: bool,
+    look: impl FnOnce(&DepthMap<'_>, Option<&Answer<'_>>) -> R,
+) -> Result<R, DatasetError> {
+    let pressers = pressers_of(job, half);
+    let answer = answer(job, half)?;
+    let map = match &answer {
+        Some(answer) => job.surface.yielded(pressers, answer, has_normals),
+        None => job.surface.pressed(pressers).with_membrane(job.contact.membrane_mm()),
+    };
+    Ok(look(&map, answer.as_ref()))
+}
+
+/// Whether any pixel on its own side sees what presses.
+fn touches(job: &Job, place: usize, half: &Half) -> bool {
+    let (_, own) = job.half(place);
+    let mut labels = half.label.iter().zip(job.seam.sides());
+    labels.any(|(label, side)| u16::from(*label) > SURFACE_LABEL && *side == own)
+}
+
+/// Where no surface is seen there is no indentation either.
+fn indentation_f32(map: &DepthMap) -> Vec<f32> {
+    map.indentation_mm().map(|mm| if mm.is_finite() { mm as f32 } else { 0.0 }).collect()
+}
+
+/// Where nothing has moved, or no surface is seen, nothing is unsure.
+fn sigma_f32(map: &DepthMap, uncertainty: &Uncertainty) -> Vec<f32> {
+    let has_moved: Vec<bool> = map.indentation_mm().map(|mm| mm.is_finite() && mm != 0.0).collect();
+    let sigmas = map.sigmas_where(uncertainty, |pixel| has_moved[pixel]);
+    sigmas.indentation_mm().map(|mm| if mm.is_finite() { mm as f32 } else { 0.0 }).collect()
+}
+
+/// A pattern has at most [`MAX_BODIES`](super::MAX_BODIES).
+fn labels_u8(map: &DepthMap) -> Vec<u8> {
+    map.label().iter().map(|&label| u8::try_from(label).unwrap_or(u8::MAX)).collect()
+}
+
+fn bytes_of_f32(values: &[f32]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(4 * values.len());
+    values.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+    bytes
+}
+
+/// The bytes of `reference.npz`.
+pub(super) fn reference(job: &Job) -> Result<Vec<u8>, DatasetError> {
+    let map = job.surface.untouched();
+    let shape = vec![map.height_px() as usize, map.width_px() as usize];
+    let array = |name: &str, values| Array { name: name.into(), shape: shape.clone(), values };
+    let vectors = |name: &str, values: Vec<f64>| Array {
+        name: name.into(),
+        shape: vec![shape[0], shape[1], 3],
+        values: Values::F64(values),
+    };
+    let points = map.point_in_sensor().flat_map(|point| [point.x, point.y, point.z]).collect();
+    let normals = map.normal_in_sensor().iter().flat_map(|n| [n.x, n.y, n.z]).collect();
+    let on = |side: Side| Values::Bool(job.seam.sides().iter().map(|s| *s == side).collect());
+    let mut arrays = vec![
+        array("range_mm", Values::F64(map.range_mm().to_vec())),
+        array("z_mm", Values::F64(map.z_mm().collect())),
+        vectors("point_in_sensor", points),
+        vectors("normal_in_sensor", normals),
+        array("incidence_rad", Values::F64(map.incidence_rad().collect())),
+        array("is_left", on(Side::Left)),
+        array("is_right", on(Side::Right)),
+    ];
+    if let Some(uncertainty) = job.uncertainty {
+        let sigmas = map.sigmas(uncertainty);
+        arrays.extend([
+            array("sigma_mm", Values::F64(sigmas.range_mm().collect())),
+            array("point_sigma_mm", Values::F64(sigmas.point_mm().collect())),
+            array("normal_sigma_rad", Values::F64(sigmas.normal_rad().collect())),
+        ]);
+    }
+    Ok(npz(&arrays)?)
+}

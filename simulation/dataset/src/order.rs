@@ -1,0 +1,232 @@
+//! What a data set is made of: read, checked and cast.
+
+use std::path::Path;
+
+use fabkit_capture::{Studio, unit_document};
+use fabkit_depth::truth::{ReferenceSurface, Seam};
+use fabkit_designs::design_hash;
+use fabkit_files::diagnostics::{Diagnosed, SourceText};
+use fabkit_files::reading::MAX_YAML_BYTES;
+use fabkit_files::reading::{self, Expected};
+use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, listed};
+use fabkit_fixtures::{PressError, SEAM_NORMAL};
+use fabkit_scene::pressing::{Contact, Linear, Ready, threads};
+use fabkit_scene::{MARGIN_LIMITS_MM, MEMBRANE_LIMITS_MM, SensorView, within};
+use fabkit_text::InvalidDesign;
+use serde_json::{Value, json};
+
+use super::room::Room;
+use super::{
+    DatasetPlan, HalfCaptures, HalfImages, InvalidCaptures, Job, NamedPresses, NoPatterns, felt,
+    patterns,
+};
+
+/// What a data set is made of, besides what the camera sees.
+#[derive(Clone, Debug)]
+pub struct DatasetRequest<'a> {
+    /// List of patterns; all semi-domes without it.
+    pub presses: Option<&'a Path>,
+    /// Pictures of the halves.
+    pub captures: Option<&'a Path>,
+    /// Take pictures of the halves instead.
+    pub images: Option<ImageRequest<'a>>,
+    /// How the surface answers.
+    pub contact: Contact,
+    /// What is left out on either side of the seam, mm.
+    pub seam_margin_mm: f64,
+    /// Whether presses may miss the surface.
+    pub allow_no_contact: bool,
+    /// Which patterns are for what.
+    pub seed: u64,
+    /// Write the stitched samples too.
+    pub materialise: bool,
+    /// Go on where an earlier run was stopped.
+    pub resume: bool,
+}
+
+/// What pictures of halves to take.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageRequest<'a> {
+    /// Which of the sensor's lights is on; its usual one where nobody says.
+    pub light: Option<&'a str>,
+    /// Constants of a unit's light.
+    pub constants: Option<&'a Path>,
+}
+
+/// What a data set cannot be made of.
+#[derive(Debug, thiserror::Error)]
+pub enum DatasetRequestError {
+    /// Nothing was named, and the sensor has no halves of its own.
+    #[error(transparent)]
+    NoPatterns(NoPatterns),
+    /// Presses that the layers do not answer.
+    #[error("{}", listed(.faults))]
+    Presses {
+        /// One line for each.
+        faults: Vec<String>,
+        /// What to do about the first.
+        hint: Option<String>,
+    },
+    /// Pictures that are not there, or not of this camera.
+    #[error(transparent)]
+    HalfCaptures(#[from] InvalidCaptures),
+}
+
+impl Explained for DatasetRequestError {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::BadInput
+    }
+
+    fn hint(&self) -> Option<String> {
+        let hint = match self {
+            Self::Presses { hint, .. } => return hint.clone(),
+            Self::NoPatterns(_) => "list presses in a text file and name it",
+            Self::HalfCaptures(_) => {
+                "a folder holds `PATTERN-left.png` and `PATTERN-right.png` (or .jpg, .tif, .bmp) for \
+                 each pattern; a CSV file has the columns pattern, side, file"
+            }
+        };
+        Some(hint.into())
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        ErrorSubject::new(match self {
+            Self::NoPatterns(_) => "no_presses",
+            Self::Presses { .. } => "no_contact_solution",
+            Self::HalfCaptures(_) => "half_captures",
+        })
+    }
+}
+
+/// Reads what an order names, casts the surface, and hands the job over, with the memory that writing it
+/// takes; `explain` says why a press cannot be had, with the texts that are to blame.
+///
+/// # Errors
+/// Lengths beyond their limits, presses and captures that cannot be had, and what `work` says.
+pub fn prepare<R, E: From<Error>>(
+    scene: &SensorView,
+    explain: &dyn Fn(PressError) -> Error,
+    order: &DatasetRequest,
+    work: impl FnOnce(&Job, Room) -> Result<R, E>,
+) -> Result<R, E> {
+    within("membrane_mm", order.contact.membrane_mm(), MEMBRANE_LIMITS_MM).map_err(Error::from)?;
+    within("seam_margin_mm", order.seam_margin_mm, MARGIN_LIMITS_MM).map_err(Error::from)?;
+    let named = patterns_of(order, explain, scene)?;
+    let room = Room::new(scene, order, named.len());
+    room.work(|| Ok::<_, Error>(()))?;
+    let presses =
+        named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
+    scene.check_contacts(presses, order.allow_no_contact)?;
+    let touch = scene.touch().map_err(Error::from)?;
+    let ready = match order.contact {
+        Contact::Linear(Linear { spacing_mm, .. }) => {
+            let sensor = &scene.project.design.sensor;
+            let is_dragged = named.iter().any(|of| of.shear_mm != [0.0; 2]);
+            let ready = Ready::for_all(sensor, spacing_mm, is_dragged, threads());
+            Some(ready.map_err(Error::from)?)
+        }
+        _ => None,
+    };
+    let patterns = felt::prepare(&named, touch, ready.as_ref(), order)?;
+    let rays = scene.rays_of_rows(1, 0..u32::MAX);
+    let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
+    let seam = Seam::new(&surface, SEAM_NORMAL, order.seam_margin_mm);
+    let lit = |of: ImageRequest| fabkit_capture::lit(&scene.project, of.light, of.constants);
+    let light = order.images.map(lit).transpose()?;
+    let captures = match &light {
+        Some((lighting, constants)) => {
+            let studio = Studio::new(scene, &surface, lighting, constants, order.contact)?;
+            Some(HalfImages::Simulated(Box::new(studio), order.seed))
+        }
+        None => captures_of(order, &named, [rays.width_px(), rays.height_px()])?,
+    };
+    let mut about = about(order, scene, &named, captures.as_ref());
+    if let Some(ready) = &ready {
+        about["elastic"] = felt::about(ready, &patterns);
+    }
+    if scene.viewpoint.says_how_sure() {
+        about["sigma_parameters"] = scene.viewpoint.sigma_parameters().into();
+    }
+    let plan = DatasetPlan::new(&patterns, order.seed, about);
+    // Of surfaces as drawn: a design's own camera is where it is.
+    let uncertainty = scene.viewpoint.uncertainty(0.0);
+    let is_said = scene.viewpoint.says_how_sure();
+    let job = Job {
+        surface: &surface,
+        seam: &seam,
+        patterns: &patterns,
+        contact: order.contact,
+        ready: ready.as_ref(),
+        uncertainty: is_said.then_some(&uncertainty),
+        plan: &plan,
+        captures: captures.as_ref(),
+        materialise: order.materialise,
+        resume: order.resume,
+    };
+    work(&job, room)
+}
+
+fn patterns_of(
+    order: &DatasetRequest,
+    explain: &dyn Fn(PressError) -> Error,
+    scene: &SensorView,
+) -> Result<Vec<NamedPresses>, Error> {
+    let Some(path) = order.presses else {
+        return patterns::semi_domes(&scene.project).map_err(|error| match error {
+            NoPatterns::Press(error) => explain(error),
+            other => DatasetRequestError::NoPatterns(other).into(),
+        });
+    };
+    let hint = "is it the right file? It has one pattern on a line";
+    let expected = Expected { what: "a list of presses", max_bytes: MAX_YAML_BYTES, hint };
+    let text = reading::read_text(path, expected)?;
+    patterns::read(&text, &scene.project).map_err(|faults| {
+        let file = path.display().to_string();
+        let problems = faults.into_iter().map(|fault| fault.in_file(&file)).collect();
+        Diagnosed::new(InvalidDesign { problems }, [SourceText { file, text }]).into()
+    })
+}
+
+fn captures_of(
+    order: &DatasetRequest,
+    named: &[NamedPresses],
+    size_px: [u32; 2],
+) -> Result<Option<HalfImages<'static>>, Error> {
+    let Some(place) = order.captures else { return Ok(None) };
+    let names: Vec<String> = named.iter().map(|pattern| pattern.name.clone()).collect();
+    let given = HalfCaptures::read(place, &names, size_px).map_err(DatasetRequestError::from)?;
+    Ok(Some(HalfImages::Given(given)))
+}
+
+/// What the folder says about itself besides its patterns.
+fn about(
+    order: &DatasetRequest,
+    scene: &SensorView,
+    named: &[NamedPresses],
+    captures: Option<&HalfImages<'_>>,
+) -> Value {
+    let design = &scene.project.design;
+    json!({
+        "fabkit": fabkit_export::VERSION,
+        "sensor": design.sensor.name,
+        "design_hash": design_hash(design),
+        "presses_hash": patterns::hash(named),
+        "images": captures.map(HalfImages::document),
+        "unit": unit_document(&scene.project),
+        "viewpoint": scene.viewpoint.to_json(),
+        "surface_seen": scene.coverage.to_json(),
+        "seed": order.seed,
+        "seam": {
+            "left_to_right_in_sensor": <[f64; 3]>::from(SEAM_NORMAL),
+            "margin_mm": order.seam_margin_mm,
+        },
+        "membrane_mm": order.contact.membrane_mm(),
+        "contact": order.contact.name(),
+        "units": { "length": "mm", "angle": "rad", "pixel": "px, centres at integers" },
+        "frames": {
+            "sensor": "right-handed; origin at the centre of the surface's base circle, +z toward \
+                       the tip",
+            "camera": "right-handed; +z forward, +x right, +y down",
+        },
+    })
+}

@@ -1,0 +1,188 @@
+//! Which patterns a data set has: the sensor's semi-domes, or what a text file lists.
+
+use fabkit_fixtures::{Press, PressError, PressFinder, Project};
+use fabkit_geometry::Length;
+use fabkit_scene::unknown_hint;
+use fabkit_text::{Fault, Position, shown};
+
+/// Each half is cast, each pair stitched: beyond this, a million samples.
+pub const MAX_PATTERNS: usize = 1000;
+/// Labels are bytes, of which 0 and 1 are taken.
+pub const MAX_BODIES: usize = 254;
+const MAX_NAME: usize = 64;
+
+/// What a line looks like.
+const FORM: &str = "a line is `NAME = ID + ID`, or an ID alone, and may end in `shear 0.5mm,0mm`";
+/// Before how far what presses moves along the surface.
+const SHEAR: &str = " shear ";
+/// No sensor's surface is larger, mm.
+const MAX_SHEAR_MM: f64 = 50.0;
+
+/// Why there are no patterns.
+#[derive(Debug, thiserror::Error)]
+pub enum NoPatterns {
+    /// The sensor's own presses cannot be had.
+    #[error(transparent)]
+    Press(#[from] PressError),
+    /// The sensor has none.
+    #[error("{sensor} has neither semi-domes nor half-plates")]
+    NoSemiDomes {
+        /// Its name.
+        sensor: String,
+    },
+}
+
+/// A pattern on the left, by its presses.
+#[derive(Clone, Debug)]
+pub struct NamedPresses {
+    /// For example `semi-dome-017`.
+    pub name: String,
+    /// What presses.
+    pub presses: Vec<Press>,
+    /// How far all of it then moves along the surface, mm: on a dome away from the tip and around it where it goes
+    /// deepest, on a pad along x and y.
+    pub shear_mm: [f64; 2],
+}
+
+/// All presses of the sensor that are halves.
+///
+/// # Errors
+/// [`NoPatterns`].
+pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, NoPatterns> {
+    let (mut presses, mut failed) = (Vec::new(), None);
+    for of_fixture in project.presses() {
+        match of_fixture {
+            Ok(of_fixture) => presses.extend(of_fixture.into_iter().filter(|p| p.is_left_half)),
+            Err(error) => failed = failed.or(Some(error)),
+        }
+    }
+    if presses.is_empty() {
+        // It may be the semi-domes that cannot be made.
+        if let Some(error) = failed {
+            return Err(PressError::from(error).into());
+        }
+        return Err(NoPatterns::NoSemiDomes { sensor: project.design.sensor.name.clone() });
+    }
+    let named = |press: Press| NamedPresses {
+        name: press.id.clone(),
+        presses: vec![press],
+        shear_mm: [0.0; 2],
+    };
+    Ok(presses.into_iter().map(named).collect())
+}
+
+/// Reads a patterns file: one pattern a line, `NAME = ID + ID` or an ID alone; `#` starts a comment.
+///
+/// # Errors
+/// Everything that is wrong.
+pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Fault>> {
+    let mut faults = Vec::new();
+    let mut patterns: Vec<NamedPresses> = Vec::new();
+    let finder = project.press_finder();
+    for (line, content) in (1..).zip(text.lines()) {
+        let content = content.split('#').next().unwrap_or_default().trim_end();
+        let column = 1 + content.chars().take_while(|c| c.is_whitespace()).count();
+        let content = content.trim_start();
+        if content.is_empty() {
+            continue;
+        }
+        let mut fault = |message: String, hint: String| {
+            let fault = Fault::new(Position { line, column }, "", message).hint(hint);
+            faults.push(Fault { written: shown(content), ..fault });
+        };
+        match pattern(content, &finder) {
+            Ok(found) if patterns.iter().any(|other| other.name == found.name) => {
+                let message = format!("there is a pattern `{}` already", found.name);
+                fault(message, "give it another name".into());
+            }
+            Ok(found) => patterns.push(found),
+            Err((message, hint)) => fault(message, hint),
+        }
+    }
+    let count = patterns.len();
+    if faults.is_empty() && !(1..=MAX_PATTERNS).contains(&count) {
+        let message = format!("{count} patterns; there must be 1 to {MAX_PATTERNS}");
+        faults.push(Fault::new(None, "", message).hint(FORM));
+    }
+    if faults.is_empty() { Ok(patterns) } else { Err(faults) }
+}
+
+/// What is wrong, and what to do.
+type Wrong = (String, String);
+
+fn pattern(content: &str, finder: &PressFinder) -> Result<NamedPresses, Wrong> {
+    let (name, ids) = match content.split_once('=') {
+        Some((name, ids)) => (name.trim(), ids),
+        None => (content.split(SHEAR).next().unwrap_or_default().trim(), content),
+    };
+    let (ids, shear_mm) = match ids.split_once(SHEAR) {
+        Some((ids, lengths)) => (ids, shear(lengths)?),
+        None => (ids, [0.0; 2]),
+    };
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(is_plain) {
+        let message = format!("`{name}` cannot name files");
+        let hint = format!(
+            "write `NAME = {}`; a name has 1 to {MAX_NAME} letters, digits, `-`, `_`, `.`",
+            ids.trim()
+        );
+        return Err((message, hint));
+    }
+    let press = |id: &str| {
+        finder.press(id).map_err(|error| {
+            let hint = match &error {
+                PressError::Unknown { id, known, place } => unknown_hint(id, known, place),
+                _ => FORM.into(),
+            };
+            (error.to_string(), hint)
+        })
+    };
+    let presses: Vec<Press> =
+        ids.split('+').map(|id| press(id.trim())).collect::<Result<_, _>>()?;
+    let bodies: usize = presses.iter().map(|press| press.bodies.len()).sum();
+    if bodies > MAX_BODIES {
+        let message = format!("`{name}` has {bodies} bodies; {MAX_BODIES} are possible");
+        return Err((message, "make two patterns of it".into()));
+    }
+    Ok(NamedPresses { name: name.into(), presses, shear_mm })
+}
+
+/// Two lengths, mm.
+fn shear(text: &str) -> Result<[f64; 2], Wrong> {
+    let length = |text: &str| text.trim().parse::<Length>().ok().map(Length::mm);
+    let lengths = text.split_once(',').and_then(|(a, b)| Some([length(a)?, length(b)?]));
+    match lengths.filter(|[a, b]| a.hypot(*b) <= MAX_SHEAR_MM) {
+        Some(lengths) => Ok(lengths),
+        None => {
+            let message = format!("`{}` is no way along the surface", text.trim());
+            Err((message, format!("write two lengths up to {MAX_SHEAR_MM} mm: `shear 0.5mm,0mm`")))
+        }
+    }
+}
+
+impl NamedPresses {
+    /// The same after half a turn about z: bodies on the left and on the right.
+    pub(super) fn sides(&self) -> [Vec<Press>; 2] {
+        [self.presses.clone(), self.presses.iter().cloned().map(Press::flipped).collect()]
+    }
+}
+
+/// BLAKE3, in hex, over every solid and its place.
+///
+/// # Panics
+/// Never: solids and poses are JSON.
+pub fn hash(patterns: &[NamedPresses]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for pattern in patterns {
+        hasher.update(pattern.name.as_bytes());
+        for body in pattern.presses.iter().flat_map(|press| &press.bodies) {
+            let json = serde_json::to_vec(&(&body.name, &body.solid, &body.sensor_from_body));
+            hasher.update(&json.expect("solids and poses are JSON"));
+        }
+        if pattern.shear_mm != [0.0; 2] {
+            hasher.update(format!("{:?}", pattern.shear_mm).as_bytes());
+        }
+        hasher.update(b"\n");
+    }
+    hasher.finalize().to_hex().to_string()
+}

@@ -1,0 +1,35 @@
+//! A look at a data set: random samples side by side.
+
+use fabkit_depth::truth::false_color;
+use fabkit_depth::{Picture, contact_sheet};
+use fabkit_files::Error;
+
+use super::halves::cast_half;
+use super::plan::shuffled;
+use super::{DatasetError, Job};
+
+const SAMPLES: usize = 12;
+const COLUMNS: usize = 4;
+const GAP_PX: u32 = 8;
+
+/// Indentations of a few samples chosen by a seed, on one scale.
+///
+/// # Errors
+/// A camera too large for a sheet; a press that the layers do not answer.
+pub fn sheet(job: &Job, seed: u64) -> Result<Picture, Error> {
+    let count = job.patterns.len();
+    let chosen = shuffled(count * count, seed).into_iter().take(SAMPLES);
+    let maps: Vec<Vec<f64>> = chosen
+        .map(|sample| {
+            let (left, right) =
+                (cast_half(job, sample / count)?, cast_half(job, count + sample % count)?);
+            let stitched = job.seam.stitch(&left.indentation_mm, &right.indentation_mm, f32::NAN);
+            Ok(stitched.into_iter().map(f64::from).collect())
+        })
+        .collect::<Result<_, DatasetError>>()?;
+    let largest = maps.iter().flatten().copied().fold(0.0, f64::max);
+    let width_px = job.surface.rays().width_px();
+    let picture = |map: &Vec<f64>| false_color(width_px, map, Some([0.0, largest]));
+    let pictures: Vec<Picture> = maps.iter().map(picture).collect();
+    Ok(contact_sheet(&pictures, COLUMNS, GAP_PX).map_err(DatasetError::from)?)
+}

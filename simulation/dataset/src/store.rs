@@ -1,0 +1,155 @@
+//! The files of a data set as they come: those that are missing are made, others are counted.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use fabkit_depth::RenderError;
+use fabkit_export::ExportError;
+use fabkit_files::progress::{OnProgress, Step};
+use fabkit_files::resumable::{Folder, FolderError, FolderKind, SAME_VERSION};
+use fabkit_files::{ErrorKind, ErrorSubject, Explained};
+use fabkit_scene::pressing::PressingError;
+use serde_json::Map;
+
+use super::read::SampleError;
+
+/// A data set's folder. Version 1 had no checksums.
+pub const KIND: FolderKind = FolderKind { what: "data set", name: "dataset", version: 2 };
+
+/// Why there is no data set.
+#[derive(Debug, thiserror::Error)]
+pub enum DatasetError {
+    /// The folder is another's, in use, or cannot be written to.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A file that cannot be made.
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    /// A half that an earlier run wrote cannot be read again.
+    #[error(transparent)]
+    Read(#[from] SampleError),
+    /// A press that the layers do not answer.
+    #[error("`{half}`: {error}")]
+    Press {
+        /// Which half.
+        half: String,
+        /// What is wrong.
+        error: PressingError,
+    },
+    /// A look at the data set that cannot be drawn.
+    #[error(transparent)]
+    Sheet(#[from] RenderError),
+    /// A picture that cannot be taken.
+    #[error(transparent)]
+    Picture(Box<fabkit_files::Error>),
+    /// Somebody else sent a file that is none of this data set's.
+    #[error("a worker sent `{name}`, {what}")]
+    Stranger {
+        /// As sent.
+        name: String,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The caller asked to stop.
+    #[error("interrupted")]
+    Cancelled,
+}
+
+impl Explained for DatasetError {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Folder(error) => error.kind(),
+            Self::Read(error) => error.kind(),
+            Self::Press { error, .. } => error.kind(),
+            Self::Picture(error) => error.kind(),
+            Self::Stranger { .. } => ErrorKind::Io,
+            Self::Cancelled => ErrorKind::Interrupted,
+            Self::Sheet(RenderError::NoPixels { .. }) => ErrorKind::BadInput,
+            Self::Sheet(RenderError::TooLarge { .. }) => ErrorKind::Limit,
+            Self::Sheet(_) | Self::Export(_) => ErrorKind::Bug,
+        }
+    }
+
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::Folder(error) => error.hint(),
+            Self::Read(error) => error.hint(),
+            Self::Press { error, .. } => error.hint(),
+            Self::Picture(error) => error.hint(),
+            Self::Stranger { .. } => Some(SAME_VERSION.into()),
+            Self::Cancelled => Some("what is finished stays, and can be gone on with".into()),
+            Self::Sheet(RenderError::TooLarge { .. }) => Some("ask for a smaller picture".into()),
+            Self::Sheet(_) | Self::Export(_) => None,
+        }
+    }
+
+    fn subject(&self) -> ErrorSubject {
+        match self {
+            Self::Folder(error) => error.subject(),
+            Self::Read(error) => error.subject(),
+            other => ErrorSubject::of_kind(other.kind()),
+        }
+    }
+}
+
+/// Whatever is written goes through here.
+pub(super) struct Store<'a> {
+    folder: &'a Folder,
+    files: usize,
+    found: AtomicUsize,
+    made: AtomicUsize,
+    progress: OnProgress<'a>,
+    cancelled: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl<'a> Store<'a> {
+    pub(super) fn new(
+        folder: &'a Folder,
+        files: usize,
+        progress: OnProgress<'a>,
+        cancelled: &'a (dyn Fn() -> bool + Sync),
+    ) -> Self {
+        let (found, made) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        Self { folder, files, found, made, progress, cancelled }
+    }
+
+    /// Where the files are.
+    pub(super) fn folder(&self) -> &Folder {
+        self.folder
+    }
+
+    /// Whether an earlier run finished a file.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.folder.has(name)
+    }
+
+    /// Writes a file unless it is there.
+    pub(super) fn put(
+        &self,
+        name: &str,
+        bytes: impl FnOnce() -> Result<Vec<u8>, DatasetError>,
+    ) -> Result<(), DatasetError> {
+        if (self.cancelled)() {
+            return Err(DatasetError::Cancelled);
+        }
+        if self.has(name) {
+            self.found.fetch_add(1, Ordering::Relaxed);
+        } else {
+            self.folder.put(name, &bytes()?)?;
+            self.made.fetch_add(1, Ordering::Relaxed);
+        }
+        let found = self.found.load(Ordering::Relaxed);
+        let done = found + self.made.load(Ordering::Relaxed);
+        (self.progress)(Step { done, found, all: self.files, last: name });
+        Ok(())
+    }
+
+    /// Marks the data set as whole; the numbers of files found and made.
+    pub(super) fn finish(&self) -> Result<(usize, usize), DatasetError> {
+        let of_document = if self.folder.whole().is_some() { &self.found } else { &self.made };
+        self.folder.finish(Map::new())?;
+        of_document.fetch_add(1, Ordering::Relaxed);
+        let found = self.found.load(Ordering::Relaxed);
+        (self.progress)(Step { done: self.files, found, all: self.files, last: "" });
+        Ok((found, self.made.load(Ordering::Relaxed)))
+    }
+}

@@ -1,0 +1,142 @@
+//! Ends of columns of dyed liquid.
+//!
+//! A column's end moves along its channel and nowhere else, so that its row says which one it is. Dye lets red pass: along the
+//! channel, what red has over green rises where the liquid begins, and the end is where it has half of what it has within.
+
+use fabkit_geometry::{Column, Point3, Vector3};
+
+use super::matching::{Px, away, plus};
+use crate::Taken;
+
+/// Points of a profile, px apart.
+const STEP_PX: f64 = 0.5;
+/// The end is looked for so many distances between channels to either side.
+const REACH: f64 = 2.0;
+/// A profile is the mean over so much of a channel's width.
+const WIDE: f64 = 0.5;
+/// A channel is looked for so far beside where it is drawn, as a part of the distance to the next.
+const BESIDE: f64 = 0.4;
+/// Less red than this over green is no dye.
+const LEAST_DYE: f64 = 0.1;
+
+#[derive(Clone, Debug)]
+pub(super) struct Columns {
+    ends: Vec<Option<End>>,
+}
+
+/// Where a column ends, as drawn.
+#[derive(Clone, Debug)]
+struct End {
+    at: Px,
+    /// Along which it moves out, in the picture, unit.
+    way: Px,
+    width_px: f64,
+    reach_px: f64,
+    /// To the next channel, px.
+    pitch_px: f64,
+    way_mm: Vector3<f64>,
+    px_per_mm: f64,
+}
+
+impl Columns {
+    /// What [`Self::new`] must be told the pixels of.
+    pub(super) fn places(columns: &[Column]) -> Vec<Option<Point3<f64>>> {
+        columns
+            .iter()
+            .flat_map(|column| [Some(column.end), Some(column.end + column.way)])
+            .collect()
+    }
+
+    pub(super) fn new(columns: &[Column], pixels: &[Option<Px>]) -> Self {
+        let at = |i: usize| Some((pixels[2 * i]?, pixels[2 * i + 1]?));
+        let end = |(i, column): (usize, &Column)| {
+            let (own, further) = at(i)?;
+            let px_per_mm = away(&own, &further);
+            let others = (0..columns.len()).filter(|j| *j != i).filter_map(|j| Some(at(j)?.0));
+            let pitch_px = others.map(|other| away(&own, &other)).fold(f64::INFINITY, f64::min);
+            let width_px = column.width_mm * px_per_mm;
+            let pitch_px = pitch_px.min(4.0 * width_px);
+            let way = [0, 1].map(|k| (further[k] - own[k]) / px_per_mm);
+            let (way_mm, reach_px) = (column.way, REACH * pitch_px);
+            Some(End { at: own, way, width_px, reach_px, pitch_px, way_mm, px_per_mm })
+        };
+        Self { ends: columns.iter().enumerate().map(end).collect() }
+    }
+
+    pub(super) fn drawn_px(&self) -> Vec<Option<Px>> {
+        self.ends.iter().map(|end| Some(end.as_ref()?.at)).collect()
+    }
+
+    pub(super) fn mm_per_px(&self) -> Vec<Option<[Vector3<f64>; 2]>> {
+        let of = |end: &End| end.way.map(|part| part / end.px_per_mm * end.way_mm);
+        self.ends.iter().map(|end| end.as_ref().map(of)).collect()
+    }
+
+    pub(super) fn ends_px(&self, picture: &Taken) -> Vec<Option<Px>> {
+        self.ends.iter().map(|end| end.as_ref()?.found(picture)).collect()
+    }
+}
+
+impl End {
+    fn found(&self, picture: &Taken) -> Option<Px> {
+        let steps = (self.reach_px / STEP_PX).ceil() as isize;
+        let across = [-self.way[1], self.way[0]];
+        let beside = (BESIDE * self.pitch_px).floor() as isize;
+        // The camera may sit a bit beside its drawing: where most dye is, is the channel.
+        let dye_at = |off: isize| {
+            let inside =
+                (-steps..-steps / 2).map(|step| self.dye(picture, step, off as f64, &across));
+            inside.sum::<f64>()
+        };
+        let offs: Vec<(isize, f64)> = (-beside..=beside).map(|off| (off, dye_at(off))).collect();
+        let most = offs.iter().map(|(_, dye)| *dye).fold(0.0, f64::max);
+        // The middle of what has more than half of it.
+        let (sum, weights) = offs
+            .iter()
+            .filter(|(_, dye)| *dye > 0.5 * most)
+            .fold((0.0, 0.0), |(sum, weights), (off, dye)| {
+                (sum + dye * *off as f64, weights + dye)
+            });
+        let middle = if weights > 0.0 { sum / weights } else { return None };
+        let half_width = (0.5 * WIDE * self.width_px).floor().max(0.0) as isize;
+        let profile: Vec<f64> = (-steps..=steps)
+            .map(|step| {
+                let offs = -half_width..=half_width;
+                let many = (2 * half_width + 1) as f64;
+                offs.map(|off| self.dye(picture, step, middle + off as f64, &across)).sum::<f64>()
+                    / many
+            })
+            .collect();
+        let mut inside: Vec<f64> = profile[..profile.len() / 4].to_vec();
+        let level = super::median(&mut inside)?;
+        if level < LEAST_DYE {
+            return None;
+        }
+        // From within outwards.
+        let half = 0.5 * level;
+        let last = profile.iter().position(|dye| *dye < half).filter(|last| *last > 0)?;
+        let part = (profile[last - 1] - half) / (profile[last - 1] - profile[last]);
+        let along_px = ((last - 1) as f64 + part - steps as f64) * STEP_PX;
+        let off = [0, 1].map(|k| along_px * self.way[k] + middle * across[k]);
+        Some(plus(&self.at, &off))
+    }
+
+    /// What red has over green, between pixels in proportion; nothing beside the picture.
+    fn dye(&self, picture: &Taken, step: isize, off_px: f64, across: &Px) -> f64 {
+        let along_px = step as f64 * STEP_PX;
+        let at = [0, 1].map(|k| self.at[k] + along_px * self.way[k] + off_px * across[k]);
+        let [width, height] = picture.size_px;
+        let (left, top) = (at[0].floor(), at[1].floor());
+        if left < 0.0 || top < 0.0 || left + 1.0 >= width as f64 || top + 1.0 >= height as f64 {
+            return 0.0;
+        }
+        let (x, y) = (at[0] - left, at[1] - top);
+        let value = |column: usize, row: usize| {
+            let pixel = &picture.values[3 * (row * width + column)..];
+            f64::from(pixel[0] - pixel[1])
+        };
+        let (column, row) = (left as usize, top as usize);
+        (1.0 - y) * ((1.0 - x) * value(column, row) + x * value(column + 1, row))
+            + y * ((1.0 - x) * value(column, row + 1) + x * value(column + 1, row + 1))
+    }
+}

@@ -1,0 +1,487 @@
+//! Marks that a camera follows (dots, dimples, markers, ends of columns), each by its name in the description.
+//!
+//! A drawn mark, seen through the drawn or calibrated camera, says where to look and how wide what is looked for is. What of
+//! the picture at rest stands out there by brightness, darkness or colour, as the light has it, is told apart by
+//! [`matching`]; where it then is, is where it is looked for in all further pictures. So a camera that sits a bit beside its
+//! drawing shifts all marks, and confuses none.
+
+mod blobs;
+mod columns;
+mod likeness;
+mod matching;
+mod scaling;
+
+use std::path::Path;
+use std::time::Instant;
+
+use blobs::{Blob, Said, Size, Tells, evens_out};
+use columns::Columns;
+use fabkit_camera::DMatrix;
+use fabkit_capture::{column_ends, in_use};
+use fabkit_export::{Array, Values};
+use fabkit_files::Error;
+use fabkit_geometry::{Lighting, Mark, Rgb, Sensor, Shows, Vector3};
+use fabkit_optics::Sights;
+use fabkit_scene::SceneError;
+use fabkit_scene::ground_truth::{Viewpoint, pixels_of};
+use likeness::{Evened, Likeness};
+use matching::{Pattern, Px, REACH, minus, plus};
+use scaling::Scaling;
+
+use super::{ReconstructError, Taken, check_colors, check_size};
+
+/// What stands out less than this much of what marks do in the middle is none of them.
+const LEAST_OF_MEDIAN: f64 = 0.25;
+/// The same in further pictures, of what this mark did at rest.
+const LEAST_OF_REST: f64 = 0.35;
+/// And nothing that noise alone does once in a thousand million pixels.
+const NOISES: f64 = 6.0;
+/// Places nearer to each other than this, as a part of the distance between marks, are one.
+const ONE_PLACE: f64 = 0.35;
+/// With fewer of the drawn marks, a picture shows something else.
+const LEAST_FOUND: f64 = 0.5;
+/// What is around a mark is looked at over so many distances between marks.
+const EVEN_PITCHES: f64 = 1.0;
+/// Pixels that move by less than this part of what they do along the other way say nothing about a mark's movement.
+const LEAST_SLOPE: f64 = 0.05;
+
+/// Knows a sensor's marks by their names, and where they are while nothing presses.
+#[derive(Clone, Debug)]
+pub struct MarkFollower {
+    size_px: [usize; 2],
+    is_colored: bool,
+    names: Vec<String>,
+    drawn_px: Vec<Option<Px>>,
+    rest_px: Vec<Option<Px>>,
+    /// How a mark moves along the surface, sensor frame, mm, for each px that it moves along columns and rows.
+    mm_per_px: Vec<Option<[Vector3<f64>; 2]>>,
+    by: By,
+}
+
+#[derive(Clone, Debug)]
+enum By {
+    Spots(Box<Spots>),
+    Columns(Columns),
+}
+
+/// Where marks are in a picture, in the description's order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Followed {
+    /// Column and row, px; nothing of one that is not found.
+    pub px: Vec<Option<[f64; 2]>>,
+}
+
+impl Followed {
+    /// How many are found.
+    pub fn seen(&self) -> usize {
+        self.px.iter().flatten().count()
+    }
+}
+
+/// Why a light shows no marks; nothing if it does.
+pub fn hides_marks(sensor: &Sensor, lighting: &Lighting) -> Option<String> {
+    let shows = |lighting: &Lighting| match &lighting.shows {
+        Shows::Columns { columns, .. } => !columns.is_empty(),
+        Shows::Thickness { .. } => false,
+        Shows::Glow { layers } => !sensor.marks.is_empty() && glowing(sensor, layers).is_some(),
+        Shows::Slopes { .. } | Shows::Marks { .. } => !sensor.marks.is_empty(),
+    };
+    if shows(lighting) {
+        return None;
+    }
+    let others: Vec<String> = sensor
+        .lightings
+        .iter()
+        .filter(|other| shows(other))
+        .map(|other| format!("`{}`", other.name))
+        .collect();
+    let name = &sensor.name;
+    Some(match &others[..] {
+        [] => format!("`{name}` has no marks to follow"),
+        _ => format!(
+            "marks of `{name}` do not show in `{}` light, but in {}",
+            lighting.name,
+            others.join(" and ")
+        ),
+    })
+}
+
+impl MarkFollower {
+    /// From a sensor, the camera that looks at what this light shows, and the picture at rest, which came from `file`.
+    ///
+    /// # Errors
+    /// A light that shows no marks; a picture of another size, without colours where they are needed, or with less than half
+    /// of the drawn marks.
+    pub fn new(
+        sensor: &Sensor,
+        viewpoint: &Viewpoint,
+        lighting: &Lighting,
+        (file, reference): (&Path, &Taken),
+    ) -> Result<Self, Error> {
+        if let Some(why) = hides_marks(sensor, lighting) {
+            return Err(ReconstructError::NoMarks { why }.into());
+        }
+        let camera = viewpoint.camera();
+        let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
+        check_size(file, reference, size_px)?;
+        let is_colored = lighting.is_colored();
+        if is_colored {
+            check_colors(file, reference)?;
+        }
+        let mut seen = sensor.clone();
+        seen.camera = lighting.camera.clone().unwrap_or(seen.camera);
+        let sights = Sights::new(viewpoint.stack(&seen).map_err(SceneError::Light)?);
+        let look = |places: &[_]| pixels_of(viewpoint, &sights, places);
+        let (by, names, drawn_px, rest_px, mm_per_px);
+        match &lighting.shows {
+            Shows::Columns { columns, .. } => {
+                let ends = column_ends(columns, &[]);
+                names = ends.iter().map(|end| end.mark.name.clone()).collect();
+                let places = Columns::places(columns);
+                let known = Columns::new(columns, &look(&places));
+                drawn_px = known.drawn_px();
+                rest_px = known.ends_px(reference);
+                mm_per_px = known.mm_per_px();
+                by = By::Columns(known);
+            }
+            shows => {
+                let marks = &sensor.marks;
+                names = marks.iter().map(|mark| mark.name.clone()).collect();
+                let drawn: Vec<Option<Drawn>> =
+                    drawn(marks, |places| pixels_of(viewpoint, &sights, places));
+                drawn_px = drawn.iter().map(|drawn| Some(drawn.as_ref()?.at)).collect();
+                mm_per_px = drawn.iter().map(|drawn| drawn.as_ref()?.mm_per_px()).collect();
+                let radii_px: Vec<f64> =
+                    drawn.iter().map(|drawn| drawn.as_ref().map_or(0.0, |d| d.radius_px)).collect();
+                let light = (sensor, shows);
+                let spots = Spots::at_rest(light, (&drawn_px, &radii_px), size_px, reference);
+                rest_px = spots.rest.at().to_vec();
+                by = By::Spots(Box::new(spots));
+            }
+        }
+        let own = Self { size_px, is_colored, names, drawn_px, rest_px, mm_per_px, by };
+        let [found, of] = [&own.rest_px, &own.drawn_px].map(|px| px.iter().flatten().count());
+        if found == 0 || (found as f64) < LEAST_FOUND * of as f64 {
+            return Err(ReconstructError::FewMarks { file: file.to_owned(), found, of }.into());
+        }
+        Ok(own)
+    }
+
+    /// Width and height of pictures, px.
+    pub fn size_px(&self) -> [usize; 2] {
+        self.size_px
+    }
+
+    /// Names as the description has them; a mark's number is its place in this list, from 1.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Where the drawn marks are in the picture of the drawn or calibrated camera; nothing of those beside it.
+    pub fn drawn_px(&self) -> &[Option<[f64; 2]>] {
+        &self.drawn_px
+    }
+
+    /// Where they are in the picture at rest; nothing of those that are not found there, and are not looked for elsewhere.
+    pub fn rest_px(&self) -> &[Option<[f64; 2]>] {
+        &self.rest_px
+    }
+
+    /// Where marks are in a picture, which came from `file`.
+    ///
+    /// # Errors
+    /// A picture of another size, or without colours where they are needed.
+    pub fn follow(&self, file: &Path, picture: &Taken) -> Result<Followed, Error> {
+        check_size(file, picture, self.size_px)?;
+        if self.is_colored {
+            check_colors(file, picture)?;
+        }
+        let px = match &self.by {
+            By::Spots(spots) => spots.follow(picture),
+            By::Columns(columns) => {
+                let ends = columns.ends_px(picture);
+                // One that is nowhere at rest has no movement.
+                ends.into_iter()
+                    .zip(&self.rest_px)
+                    .map(|(end, rest)| end.filter(|_| rest.is_some()))
+                    .collect()
+            }
+        };
+        Ok(Followed { px })
+    }
+
+    /// How far each mark has moved from rest along columns and rows, px.
+    pub fn moved_px(&self, followed: &Followed) -> Vec<Option<[f64; 2]>> {
+        let both = followed.px.iter().zip(&self.rest_px);
+        both.map(|(now, rest)| Some(minus(now.as_ref()?, rest.as_ref()?))).collect()
+    }
+
+    /// How far each mark has moved along the surface on which it lies at rest, or along its column, sensor frame, mm: a
+    /// picture tells nothing of the rest of its way, which is taken as none.
+    pub fn moved_mm(&self, followed: &Followed) -> Vec<Option<Vector3<f64>>> {
+        let moved = self.moved_px(followed).into_iter().zip(&self.mm_per_px);
+        moved
+            .map(|(px, per_px)| {
+                let ([dx, dy], [x, y]) = (px?, per_px.as_ref()?);
+                Some(dx * x + dy * y)
+            })
+            .collect()
+    }
+
+    /// For `numpy.load`, of N marks in the description's order: `mark_id`, from 1; `mark_name`; `mark_drawn_px`,
+    /// `mark_rest_px`, `mark_px`, `mark_moved_px`, N x 2; `mark_moved_mm`, N x 3, sensor frame; `mark_seen`. Not a number is
+    /// what is not known.
+    pub fn arrays(&self, followed: &Followed) -> Vec<Array> {
+        let count = self.names.len();
+        let array = |name: &str, width: Option<usize>, values| Array {
+            name: name.to_owned(),
+            shape: [count].into_iter().chain(width).collect(),
+            values,
+        };
+        let px = |name: &str, px: &[Option<Px>]| {
+            let values = px.iter().flat_map(|px| px.unwrap_or([f64::NAN; 2])).collect();
+            array(name, Some(2), Values::F64(values))
+        };
+        let unknown = Vector3::repeat(f64::NAN);
+        let mm = self.moved_mm(followed);
+        let mm = mm.into_iter().flat_map(|mm| <[f64; 3]>::from(mm.unwrap_or(unknown))).collect();
+        let number = |i: usize| u16::try_from(i + 1).unwrap_or(u16::MAX);
+        vec![
+            array("mark_id", None, Values::U16((0..count).map(number).collect())),
+            array("mark_name", None, Values::Text(self.names.clone())),
+            px("mark_drawn_px", &self.drawn_px),
+            px("mark_rest_px", &self.rest_px),
+            px("mark_px", &followed.px),
+            px("mark_moved_px", &self.moved_px(followed)),
+            array("mark_moved_mm", Some(3), Values::F64(mm)),
+            array(
+                "mark_seen",
+                None,
+                Values::Bool(followed.px.iter().map(Option::is_some).collect()),
+            ),
+        ]
+    }
+
+    /// Pictures whose marks one core finds in a second, decoding apart: of the fastest of some runs.
+    ///
+    /// # Errors
+    /// As for [`Self::follow`].
+    pub fn pictures_per_s(&self, file: &Path, picture: &Taken) -> Result<f64, Error> {
+        const RUNS: usize = 5;
+        let mut fastest_s = f64::INFINITY;
+        for _ in 0..RUNS {
+            let start = Instant::now();
+            std::hint::black_box(self.follow(file, picture)?);
+            fastest_s = fastest_s.min(start.elapsed().as_secs_f64());
+        }
+        Ok(fastest_s.recip())
+    }
+}
+
+/// A mark as the drawing has it, in the picture.
+struct Drawn {
+    at: Px,
+    radius_px: f64,
+    /// Two ways along the surface at it, unit, and how its pixel moves along each, px / mm.
+    along: [(Vector3<f64>, Px); 2],
+}
+
+impl Drawn {
+    fn mm_per_px(&self) -> Option<[Vector3<f64>; 2]> {
+        let [(first, a), (second, b)] = &self.along;
+        let det = a[0] * b[1] - a[1] * b[0];
+        let longer = (a[0].hypot(a[1])).max(b[0].hypot(b[1]));
+        if det.abs() < LEAST_SLOPE * longer * longer {
+            return None;
+        }
+        let of =
+            |x: f64, y: f64| ((x * b[1] - y * b[0]) * first + (y * a[0] - x * a[1]) * second) / det;
+        Some([of(1.0, 0.0), of(0.0, 1.0)])
+    }
+}
+
+fn drawn(
+    marks: &[Mark],
+    look: impl Fn(&[Option<fabkit_geometry::Point3<f64>>]) -> Vec<Option<Px>>,
+) -> Vec<Option<Drawn>> {
+    let ways = |mark: &Mark| {
+        let first = mark.axis.cross(&Vector3::ith(mark.axis.iamin(), 1.0)).normalize();
+        [first, mark.axis.cross(&first)]
+    };
+    let places: Vec<_> = marks
+        .iter()
+        .flat_map(|mark| {
+            let [first, second] = ways(mark).map(|way| Some(mark.point + mark.radius_mm * way));
+            [Some(mark.point), first, second]
+        })
+        .collect();
+    let pixels = look(&places);
+    let drawn = |(mark, pixels): (&Mark, &[Option<Px>])| {
+        let &[at, first, second] = pixels else { return None };
+        let at = at?;
+        let moved = [first, second].map(|px| Some(minus(&px?, &at)));
+        let [Some(first), Some(second)] = moved else { return None };
+        let radius_px = 0.5 * [first, second].map(|[x, y]| x.hypot(y)).iter().sum::<f64>();
+        let [along, across] = ways(mark);
+        let per_mm = |px: Px| px.map(|px| px / mark.radius_mm);
+        Some(Drawn { at, radius_px, along: [(along, per_mm(first)), (across, per_mm(second))] })
+    };
+    marks.iter().zip(pixels.chunks_exact(3)).map(drawn).collect()
+}
+
+/// Which of the layers that glow marks are made of, by its number.
+fn glowing(sensor: &Sensor, layers: &[(String, Rgb)]) -> Option<usize> {
+    let solids: Vec<_> =
+        layers.iter().filter_map(|(layer, _)| in_use(sensor.body(layer)?).ok()).collect();
+    let within = |mark: &Mark| {
+        let place = mark.point - 0.5 * mark.radius_mm * mark.axis;
+        solids.iter().position(|solid| solid.contains(&place))
+    };
+    sensor.marks.iter().find_map(within)
+}
+
+/// Marks that stand out as spots.
+#[derive(Clone, Debug)]
+struct Spots {
+    scaling: Scaling,
+    tells: Tells,
+    sizes: Vec<Size>,
+    rest: Pattern,
+    /// How much each stands out at rest.
+    strengths: Vec<f64>,
+    /// What each looks like at rest, of those that throw shadows; empty where marks are even spots.
+    looks: Vec<Option<Likeness>>,
+}
+
+impl Spots {
+    fn at_rest(
+        (sensor, shows): (&Sensor, &Shows),
+        (drawn_px, radii_px): (&[Option<Px>], &[f64]),
+        size_px: [usize; 2],
+        reference: &Taken,
+    ) -> Self {
+        let alone_px = 0.25 * size_px[0].min(size_px[1]) as f64;
+        let drawn = Pattern::new(drawn_px.to_vec(), alone_px);
+        let known = || drawn_px.iter().enumerate().filter_map(|(i, px)| Some((i, (*px)?)));
+        let narrowest_px = known().map(|(i, _)| radii_px[i]).fold(f64::INFINITY, f64::min);
+        let scaling = Scaling::new(size_px, narrowest_px, sensor.grey_bits);
+        let values = scaling.values(reference);
+        let tells = match shows {
+            Shows::Glow { layers } => share_of(layers, glowing(sensor, layers).unwrap_or(0)),
+            Shows::Slopes { .. } => {
+                let mut pitches: Vec<f64> = known().map(|(i, _)| drawn.pitch_px()[i]).collect();
+                let pitch_px = median(&mut pitches).unwrap_or(alone_px);
+                let half = (EVEN_PITCHES * pitch_px / scaling.binned as f64).ceil() as usize;
+                Tells::Dark(evens_out(&scaling, &values, reference.channels, half))
+            }
+            _ => Tells::Bright,
+        };
+        let sizes: Vec<Size> = radii_px
+            .iter()
+            .zip(drawn.pitch_px())
+            .map(|(radius_px, pitch_px)| Size { radius_px: *radius_px, pitch_px: *pitch_px })
+            .collect();
+        let said = Said::new(&scaling, &tells, &values, reference.channels);
+        let strongest = |(i, at): (usize, Px)| {
+            let size = sizes[i];
+            let near = said.around(&at, 0.5 * size.pitch_px, size, 0.0);
+            near.iter().map(|blob| blob.strength).fold(0.0, f64::max)
+        };
+        let mut strongest_of = vec![0.0; sizes.len()];
+        known().for_each(|(i, at)| strongest_of[i] = strongest((i, at)));
+        // Light falls off: what is usual is what is so nearby.
+        let least = |(i, size): (usize, &Size)| {
+            let near = drawn.beside(i).iter().chain([&i]).map(|j| strongest_of[*j]);
+            let usual = LEAST_OF_MEDIAN * median(&mut near.collect::<Vec<_>>()).unwrap_or(0.0);
+            usual.max(NOISES * said.noise(*size))
+        };
+        let leasts: Vec<f64> = sizes.iter().enumerate().map(least).collect();
+        let found = candidates(&said, &drawn, &sizes, &leasts);
+        let chosen = drawn.assign(&found);
+        let middles = chosen.iter().zip(&sizes);
+        let middles = middles.map(|(chosen, size)| Some(said.middle(&found[(*chosen)?], *size)));
+        let rest_px: Vec<Option<Px>> = middles.collect();
+        let strength = |(px, size): (&Option<Px>, &Size)| {
+            px.as_ref().map_or(0.0, |px| said.stands_out(px, *size))
+        };
+        let strengths = rest_px.iter().zip(&sizes).map(strength).collect();
+        let looks = match (&tells, shows) {
+            (Tells::Dark(counts), Shows::Slopes { printed: None, .. })
+                if reference.channels == 3 =>
+            {
+                let evened = Evened::new(&scaling, &values, counts);
+                let look = |(px, size): (&Option<Px>, &Size)| {
+                    Likeness::new(&scaling, &evened, px.as_ref()?, size.radius_px)
+                };
+                rest_px.iter().zip(&sizes).map(look).collect()
+            }
+            _ => Vec::new(),
+        };
+        let rest = Pattern::new(rest_px, alone_px);
+        Self { looks, scaling, tells, sizes, rest, strengths }
+    }
+
+    fn follow(&self, picture: &Taken) -> Vec<Option<Px>> {
+        let values = self.scaling.values(picture);
+        let said = Said::new(&self.scaling, &self.tells, &values, picture.channels);
+        let least = |(size, strength): (&Size, &f64)| {
+            (LEAST_OF_REST * strength).max(NOISES * said.noise(*size))
+        };
+        let leasts: Vec<f64> = self.sizes.iter().zip(&self.strengths).map(least).collect();
+        let found = candidates(&said, &self.rest, &self.sizes, &leasts);
+        let chosen = self.rest.assign(&found);
+        let evened = match &self.tells {
+            Tells::Dark(counts) if !self.looks.is_empty() => {
+                Some(Evened::new(&self.scaling, &values, counts))
+            }
+            _ => None,
+        };
+        let place = |(i, (chosen, size)): (usize, (&Option<usize>, &Size))| {
+            let (place, rest) = (found[(*chosen)?], self.rest.at()[i]?);
+            let looks = self.looks.get(i).and_then(Option::as_ref);
+            let Some((looks, evened)) = looks.zip(evened.as_ref()) else {
+                return Some(said.middle(&place, *size));
+            };
+            let by = minus(&place, &rest);
+            Some(plus(&rest, &looks.moved(&self.scaling, evened, &by, size.pitch_px)?))
+        };
+        chosen.iter().zip(&self.sizes).enumerate().map(place).collect()
+    }
+}
+
+/// Places that may be marks, each once.
+fn candidates(said: &Said<'_>, pattern: &Pattern, sizes: &[Size], leasts: &[f64]) -> Vec<Px> {
+    let mut all: Vec<(Blob, f64)> = Vec::new();
+    for (i, at) in pattern.at().iter().enumerate() {
+        let Some(at) = at else { continue };
+        let pitch_px = pattern.pitch_px()[i];
+        let near = said.around(at, REACH * pitch_px, sizes[i], leasts[i]);
+        all.extend(near.into_iter().map(|blob| (blob, ONE_PLACE * pitch_px)));
+    }
+    all.sort_by(|a, b| b.0.strength.total_cmp(&a.0.strength));
+    let mut kept: Vec<(Px, f64)> = Vec::new();
+    for (blob, one_px) in all {
+        let is_new =
+            |(other, reach): &(Px, f64)| matching::away(other, &blob.at) > reach.min(one_px);
+        if kept.iter().all(is_new) {
+            kept.push((blob.at, one_px));
+        }
+    }
+    kept.into_iter().map(|(at, _)| at).collect()
+}
+
+/// Colours taken apart by least squares: all of them, and one.
+fn share_of(layers: &[(String, Rgb)], one: usize) -> Tells {
+    let colors = DMatrix::from_fn(3, layers.len(), |k, layer| layers[layer].1[k]);
+    // Colours of the drawing are no unknowns: two that are alike count as one.
+    let apart = colors.pseudo_inverse(1e-6).unwrap_or_else(|_| DMatrix::zeros(layers.len(), 3));
+    let row = |layer: usize| [0, 1, 2].map(|k| apart[(layer, k)]);
+    let all =
+        (0..layers.len()).map(row).fold([0.0; 3], |sum, row| [0, 1, 2].map(|k| sum[k] + row[k]));
+    Tells::Share([all, row(one)])
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}

@@ -1,0 +1,109 @@
+//! Pictures in as many pixels as marks need.
+
+use super::matching::Px;
+use crate::Taken;
+
+/// The narrowest mark gets so many pixels as its radius, if the picture has that many.
+const RADIUS_PX: f64 = 3.0;
+/// Pictures are shrunk by this at most.
+const MOST_BINNED: usize = 4;
+/// Of marks that are narrower than this, px, pixels in between are looked at, so many for each.
+const NARROW_PX: f64 = 1.2;
+const FINER: usize = 3;
+
+/// Brings pictures to what is looked at.
+#[derive(Clone, Debug)]
+pub(super) struct Scaling {
+    pub size_px: [usize; 2],
+    /// Pixels along a side of one that is left.
+    pub binned: usize,
+    /// Pixels in between for each, along a side.
+    pub finer: usize,
+    pub columns: usize,
+    pub rows: usize,
+    /// Between grey values that the chip tells apart, of 1.
+    pub grey_step: f64,
+}
+
+impl Scaling {
+    pub(super) fn new(size_px: [usize; 2], narrowest_px: f64, grey_bits: u32) -> Self {
+        let binned = ((narrowest_px / RADIUS_PX) as usize).clamp(1, MOST_BINNED);
+        let finer = if narrowest_px < NARROW_PX { FINER } else { 1 };
+        let [columns, rows] = size_px.map(|px| px / binned * finer);
+        // Pictures that are stored have eight bits, of whatever the chip has more.
+        let grey_step = 1.0 / f64::from((1u32 << grey_bits.min(8)) - 1);
+        Self { size_px, binned, finer, columns, rows, grey_step }
+    }
+
+    /// Without pixels in between.
+    pub(super) fn coarse(&self) -> Self {
+        let (columns, rows) = (self.columns / self.finer, self.rows / self.finer);
+        Self { finer: 1, columns, rows, ..self.clone() }
+    }
+
+    pub(super) fn binned_columns(&self) -> usize {
+        self.columns / self.finer
+    }
+
+    /// What is looked at, for each pixel of a picture, along a side.
+    pub(super) fn per_px(&self) -> f64 {
+        self.finer as f64 / self.binned as f64
+    }
+
+    /// A place of the picture in what is looked at.
+    pub(super) fn within(&self, at: &Px) -> Px {
+        at.map(|px| (px + 0.5) * self.per_px() - 0.5)
+    }
+
+    /// And back.
+    pub(super) fn in_picture(&self, at: &Px) -> Px {
+        at.map(|px| (px + 0.5) / self.per_px() - 0.5)
+    }
+
+    /// Mean values of the pixels that are left, channel by channel of each.
+    pub(super) fn values(&self, picture: &Taken) -> Vec<f32> {
+        let (channels, binned) = (picture.channels, self.binned);
+        if binned == 1 {
+            return picture.values.clone();
+        }
+        let [columns, rows] = self.size_px.map(|px| px / binned);
+        let mut values = vec![0.0; columns * rows * channels];
+        let line = columns * channels;
+        for row in 0..rows * binned {
+            let from = &picture.values[row * self.size_px[0] * channels..];
+            let to = &mut values[row / binned * line..][..line];
+            let (from, to) = (from.chunks_exact(binned * channels), to.chunks_exact_mut(channels));
+            for (from, to) in from.zip(to) {
+                for pixel in from.chunks_exact(channels) {
+                    to.iter_mut().zip(pixel).for_each(|(to, from)| *to += from);
+                }
+            }
+        }
+        let part = 1.0 / (binned * binned) as f32;
+        values.iter_mut().for_each(|value| *value *= part);
+        values
+    }
+
+    /// With pixels in between, in proportion.
+    pub(super) fn finer(&self, values: Vec<f32>) -> Vec<f32> {
+        if self.finer == 1 {
+            return values;
+        }
+        let [columns, rows] = [self.columns, self.rows].map(|count| count / self.finer);
+        let between = |i: usize, count: usize| {
+            let at = ((i as f64 + 0.5) / self.finer as f64 - 0.5).clamp(0.0, (count - 1) as f64);
+            (at as usize, (at as usize + 1).min(count - 1), at.fract() as f32)
+        };
+        let across: Vec<_> = (0..self.columns).map(|column| between(column, columns)).collect();
+        let mut finer = Vec::with_capacity(self.columns * self.rows);
+        for row in 0..self.rows {
+            let (above, below, y) = between(row, rows);
+            let [above, below] = [above, below].map(|row| &values[row * columns..][..columns]);
+            finer.extend(across.iter().map(|&(left, right, x)| {
+                let mix = |row: &[f32]| (1.0 - x) * row[left] + x * row[right];
+                (1.0 - y) * mix(above) + y * mix(below)
+            }));
+        }
+        finer
+    }
+}

@@ -1,0 +1,407 @@
+//! Depth from which way a coat looks under coloured lamps.
+
+use std::path::Path;
+
+use fabkit_capture::{CoatScene, LightConstants};
+use fabkit_depth::truth::NO_LABEL;
+use fabkit_files::Error;
+use fabkit_geometry::{Lighting, Mark, Matrix3, Rgb, Shows, TouchSurface, Vector3};
+use fabkit_light::{Coat, linear_fit};
+use fabkit_scene::pressing::{Contact, Linear};
+use fabkit_scene::{Cast, SensorView};
+use rayon::prelude::*;
+
+use super::heights::{Grid, Node};
+use super::{ReconstructError, Reconstructed};
+
+/// Pixels are taken together to a grid of at most so many columns: ways are surer, and gel has no finer shape.
+const COLUMNS: usize = 160;
+/// Of a grey value of 255 in a picture.
+const WHITE: f64 = 255.0;
+/// A colour that is darker at rest says nothing, grey.
+const LEAST_GREY: f64 = 8.0;
+/// Fewer nodes that are lit, as a part of those that see the surface, are no picture at rest.
+const LEAST_LIT: f64 = 0.25;
+/// What changes by less looks as at rest, grey, in the mean of a node's pixels. Chosen: some times what is left of the noise there.
+const STILL_GREY: f64 = 1.0;
+/// Deeper than this something presses, mm. Chosen: what is left of slopes that are not there.
+const CONTACT_MM: f64 = 0.1;
+/// Regions at rest lie around presses if they are not this many times smaller than the largest. Chosen.
+const AROUND: usize = 4;
+/// How steep places are expected to be, and the steepest, tangent.
+const STEEP: f64 = 0.7;
+const STEEPEST: f64 = 2.0;
+/// By how much of its light a place is expected to be in shadow, as a part. Chosen.
+const SHADED: f64 = 0.3;
+/// Every so many-th node is asked how most of a picture has drifted: some thousand, each with less noise than a grey value; and steps.
+const DRIFT_STRIDE: usize = 7;
+const DRIFT_STEPS: usize = 10;
+/// Most steps to the way a place looks, and the last that counts: a hundredth of what noise does; and of a derivative, tangent.
+const STEPS: usize = 5;
+const FINE: f64 = 2e-4;
+const NUDGE: f64 = 1e-3;
+/// With the light at rest, then with that where the first result says that places are.
+const PASSES: usize = 2;
+/// Printed marks are left out so far around, radii: they move along.
+const AROUND_MARK: f64 = 1.5;
+
+/// A node's light at rest.
+#[derive(Clone, Debug)]
+struct Lit {
+    /// By colour of lamp: the way of light times its density, at rest and as deep as layers give way.
+    arrives: Vec<[Vector3<f64>; 2]>,
+    /// Grey values at rest.
+    grey: Rgb,
+    /// Grey values over what the drawing says is sent, at rest.
+    gain: Rgb,
+    /// Along the surface.
+    tangents: [Vector3<f64>; 2],
+}
+
+/// Knows which colours ways have.
+#[derive(Clone, Debug)]
+pub(super) struct Slopes {
+    size_px: [usize; 2],
+    /// Pixels along a side of a node.
+    binned: usize,
+    grid: Grid,
+    lit: Vec<Option<Lit>>,
+    /// Whether a node's colours are those of the coat.
+    is_coat: Vec<bool>,
+    /// Whether a pixel sees the surface.
+    is_seen: Vec<bool>,
+    colors: Vec<Rgb>,
+    coat: Coat,
+    bounced: Rgb,
+    touch: TouchSurface,
+    soft_mm: f64,
+}
+
+impl Slopes {
+    /// From a sensor as its camera sees it, and colours at rest, which came from `file`.
+    ///
+    /// # Errors
+    /// Lamps that light nothing; a picture of something else.
+    pub fn new(
+        scene: &SensorView,
+        lighting: &Lighting,
+        constants: &LightConstants,
+        (file, reference): (&Path, &[f32]),
+    ) -> Result<Self, Error> {
+        let sensor = &scene.project.design.sensor;
+        let coat = CoatScene::of(sensor, lighting, constants)?;
+        let touch = scene.touch()?;
+        let camera = scene.viewpoint.camera();
+        let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
+        let binned = size_px[0].div_ceil(COLUMNS);
+        let cast = Cast::at_rest(Contact::Linear(Linear::default()));
+        let (grid, is_seen) = scene.cast(&cast, |seen| {
+            let map = seen.map;
+            let is_seen: Vec<bool> = map.label().iter().map(|label| *label != NO_LABEL).collect();
+            let normals = map.normal_in_sensor();
+            let rays: Vec<Option<Node>> = map
+                .point_in_sensor()
+                .zip(map.direction_in_sensor())
+                .zip(&normals)
+                .zip(&is_seen)
+                .map(|(((place, direction), outward), is_seen)| {
+                    is_seen.then_some(Node { place, outward: *outward, direction })
+                })
+                .collect();
+            let grid = Grid {
+                columns: size_px[0] / binned,
+                nodes: of_nodes(size_px, binned, |pixels| mean_node(&rays, pixels)),
+            };
+            Ok::<_, Error>((grid, is_seen))
+        })?;
+        let apart_mm = apart_mm(&grid);
+        let stands_out = matches!(lighting.shows, Shows::Slopes { printed: None, .. });
+        let mut own = Self {
+            size_px,
+            binned,
+            lit: Vec::new(),
+            is_coat: Vec::new(),
+            is_seen,
+            colors: Vec::new(),
+            coat: coat.coat(),
+            bounced: coat.bounced(),
+            touch: touch.clone(),
+            soft_mm: touch.soft_mm(),
+            grid,
+        };
+        let grey = own.grey(reference);
+        let nodes = own.grid.nodes.clone();
+        let first = nodes.iter().flatten().next();
+        let by_color = first.map(|node| coat.by_color(&node.place)).unwrap_or_default();
+        own.colors = by_color.into_iter().map(|(color, _)| color).collect();
+        let lit = |(node, grey): (&Option<Node>, &Rgb)| {
+            let node = node.as_ref()?;
+            let tangents = tangents(&node.outward);
+            let by_color = coat.by_color(&node.place);
+            let arrives = by_color.into_iter().map(|(_, arrives)| arrives).collect();
+            let mut lit = Lit { arrives, grey: *grey, gain: [0.0; 3], tangents };
+            let sent = own.sent(node, &lit, &-node.outward, 0.0);
+            lit.gain = [0, 1, 2].map(|k| match grey[k] >= LEAST_GREY && sent[k] > 0.0 {
+                true => grey[k] / sent[k],
+                false => 0.0,
+            });
+            Some(lit).filter(|lit| lit.gain.iter().any(|gain| *gain > 0.0))
+        };
+        own.lit = nodes.iter().zip(&grey).map(lit).collect();
+        let [seen, lit] = [nodes.iter().flatten().count(), own.lit.iter().flatten().count()];
+        if (lit as f64) < LEAST_LIT * seen as f64 {
+            return Err(ReconstructError::Dark { file: file.into(), least_grey: LEAST_GREY }.into());
+        }
+        let marks: &[Mark] = if stands_out { &[] } else { &sensor.marks };
+        let is_coat = |(node, lit): (&Option<Node>, &Option<Lit>)| {
+            let Some(node) = node else { return false };
+            let is_in = |mark: &Mark| {
+                (mark.point - node.place).norm() < AROUND_MARK * mark.radius_mm + 0.5 * apart_mm
+            };
+            lit.is_some() && !marks.iter().any(is_in)
+        };
+        own.is_coat = nodes.par_iter().zip(&own.lit).map(is_coat).collect();
+        Ok(own)
+    }
+
+    /// What a picture shows, red, green, blue from 0 to 1, row by row; as many values as pixels.
+    pub fn of_values(&self, values: &[f32]) -> Reconstructed {
+        let mut grey = self.grey(values);
+        let [times, plus] = self.drift(&grey);
+        grey.iter_mut().flatten().for_each(|part| *part = (*part - plus) / times);
+        let still: Vec<bool> = self
+            .lit
+            .iter()
+            .zip(&grey)
+            .zip(&self.is_coat)
+            .map(|((lit, grey), is_coat)| {
+                lit.as_ref()
+                    .filter(|_| *is_coat)
+                    .is_none_or(|lit| (0..3).all(|k| (grey[k] - lit.grey[k]).abs() < STILL_GREY))
+            })
+            .collect();
+        let around = self.around(&still);
+        let mut nearer_mm = vec![0.0; self.grid.nodes.len()];
+        for _ in 0..PASSES {
+            let way = |i: usize| {
+                let Some(node) = &self.grid.nodes[i] else { return Vector3::zeros() };
+                match &self.lit[i] {
+                    Some(lit) if self.is_coat[i] && !still[i] => {
+                        self.looks(node, lit, &grey[i], nearer_mm[i])
+                    }
+                    _ => node.outward,
+                }
+            };
+            let normals: Vec<Vector3<f64>> =
+                (0..self.grid.nodes.len()).into_par_iter().map(way).collect();
+            // What is left out of the coat is held by its neighbours alone.
+            let held: Vec<bool> =
+                around.iter().zip(&self.is_coat).map(|(held, is_coat)| *held && *is_coat).collect();
+            nearer_mm = self.grid.nearer_mm(&normals, &held, &self.is_coat, nearer_mm);
+        }
+        let depth_mm = self.of_pixels(&nearer_mm);
+        let contact = depth_mm.iter().map(|mm| *mm > CONTACT_MM as f32).collect();
+        let middle = median(self.lit.iter().flatten().map(|lit| lit.grey[1]).collect());
+        let brighter = (times + plus / middle) as f32;
+        Reconstructed { depth_mm, contact, brighter }
+    }
+
+    /// What is sent to the camera from a node that looks along `facing`, nearer by so much.
+    fn sent(&self, node: &Node, lit: &Lit, facing: &Vector3<f64>, nearer_mm: f64) -> Rgb {
+        let place = node.place - nearer_mm * node.direction;
+        let deep = (self.touch.depth_mm(&place).0 / self.soft_mm).clamp(0.0, 1.0);
+        let mut sum = self.bounced;
+        for ([at_rest, lower], color) in lit.arrives.iter().zip(&self.colors) {
+            let arrives = (1.0 - deep) * at_rest + deep * lower;
+            let density = arrives.norm();
+            if density > 0.0 {
+                let sent =
+                    density * self.coat.sends(facing, &(arrives / density), &-node.direction);
+                sum = [0, 1, 2].map(|k| sum[k] + sent * color[k]);
+            }
+        }
+        sum
+    }
+
+    /// Outwards where a node has these colours: Gauss and Newton's steps from how it looks at rest. What throws shadows on
+    /// it takes of all colours alike, more or less, and is found along.
+    fn looks(&self, node: &Node, lit: &Lit, grey: &Rgb, nearer_mm: f64) -> Vector3<f64> {
+        let outward =
+            |a: f64, b: f64| (node.outward + a * lit.tangents[0] + b * lit.tangents[1]).normalize();
+        let miss = |at: &Vector3<f64>| {
+            let sent = self.sent(node, lit, &-outward(at[0], at[1]), nearer_mm);
+            Vector3::from_fn(|k, _| match lit.gain[k] > 0.0 {
+                true => at[2] * lit.gain[k] * sent[k] - grey[k],
+                false => 0.0,
+            })
+        };
+        let rest = Vector3::new(0.0, 0.0, 1.0);
+        let hold = Vector3::new(STEEP, STEEP, SHADED).map(|sigma| sigma.powi(-2));
+        let mut at = rest;
+        for _ in 0..STEPS {
+            let off = miss(&at);
+            let by = |k: usize| (miss(&(at + NUDGE * Vector3::ith(k, 1.0))) - off) / NUDGE;
+            let slopes = Matrix3::from_columns(&[by(0), by(1), by(2)]);
+            let square = slopes.transpose() * slopes + Matrix3::from_diagonal(&hold);
+            let towards = slopes.transpose() * off + hold.component_mul(&(at - rest));
+            let Some(step) = square.cholesky().map(|square| square.solve(&towards)) else { break };
+            at -= step;
+            let steep = at[0].hypot(at[1]);
+            if steep > STEEPEST {
+                at[0] *= STEEPEST / steep;
+                at[1] *= STEEPEST / steep;
+            }
+            if step.amax() < FINE {
+                break;
+            }
+        }
+        outward(at[0], at[1])
+    }
+
+    /// What most of a picture is of the one at rest: so many times as bright, plus some grey. What a press changes is the
+    /// smaller part, and counts the less the more it differs (Cauchy's weights).
+    fn drift(&self, grey: &[Rgb]) -> [f64; 2] {
+        let lit = self.lit.iter().zip(grey).step_by(DRIFT_STRIDE);
+        let both = lit.filter_map(|(lit, grey)| Some((lit.as_ref()?.grey, grey)));
+        let pairs: Vec<[f64; 2]> =
+            both.flat_map(|(rest, now)| [0, 1, 2].map(|k| [rest[k], now[k]])).collect();
+        let mut drift = [1.0, median(pairs.iter().map(|[rest, now]| now - rest).collect())];
+        for _ in 0..DRIFT_STEPS {
+            let weigh = |[rest, now]: &[f64; 2]| {
+                let off = (now - drift[0] * rest - drift[1]) / STILL_GREY;
+                let root = (1.0 + off * off).sqrt().recip();
+                ([root * rest, root], root * now)
+            };
+            let (rows, wanted): (Vec<_>, Vec<_>) = pairs.iter().map(weigh).unzip();
+            let Some(found) = linear_fit(&rows, &wanted) else { break };
+            drift = found;
+        }
+        drift
+    }
+
+    /// Which of the nodes that look as at rest lie around a press, not within it: the middle of a flat punch looks so too. They
+    /// hang together in a region that is not much smaller than the largest.
+    fn around(&self, still: &[bool]) -> Vec<bool> {
+        let columns = self.grid.columns;
+        let is_one = |i: usize| still[i] && self.grid.nodes[i].is_some();
+        let mut region = vec![0usize; still.len()];
+        let mut sizes = vec![0usize];
+        for first in 0..still.len() {
+            if !is_one(first) || region[first] != 0 {
+                continue;
+            }
+            let own = sizes.len();
+            sizes.push(0);
+            region[first] = own;
+            let mut open = vec![first];
+            while let Some(i) = open.pop() {
+                sizes[own] += 1;
+                let column = i % columns;
+                let beside = [
+                    (column > 0).then(|| i - 1),
+                    (column + 1 < columns).then_some(i + 1),
+                    i.checked_sub(columns),
+                    Some(i + columns).filter(|i| *i < still.len()),
+                ];
+                for j in beside.into_iter().flatten() {
+                    if is_one(j) && region[j] == 0 {
+                        region[j] = own;
+                        open.push(j);
+                    }
+                }
+            }
+        }
+        let largest = sizes.iter().copied().max().unwrap_or(0);
+        region.iter().map(|own| *own != 0 && AROUND * sizes[*own] >= largest).collect()
+    }
+
+    /// Colours of the nodes, grey values.
+    fn grey(&self, values: &[f32]) -> Vec<Rgb> {
+        let mean = |pixels: &[usize]| {
+            let mut sum = [0.0; 3];
+            for i in pixels {
+                (0..3).for_each(|k| sum[k] += f64::from(values[3 * i + k]));
+            }
+            sum.map(|part| WHITE * part / pixels.len() as f64)
+        };
+        of_nodes(self.size_px, self.binned, mean)
+    }
+
+    /// From nodes to pixels, between them in proportion; not a number where no surface is seen.
+    fn of_pixels(&self, nearer_mm: &[f64]) -> Vec<f32> {
+        let [width, _] = self.size_px;
+        let columns = self.grid.columns;
+        let rows = nearer_mm.len() / columns;
+        let between = |px: usize, count: usize| {
+            let at = ((px as f64 + 0.5) / self.binned as f64 - 0.5).clamp(0.0, (count - 1) as f64);
+            (at as usize, (at as usize + 1).min(count - 1), at.fract())
+        };
+        let pixel = |i: usize| {
+            if !self.is_seen[i] {
+                return f32::NAN;
+            }
+            let (left, right, x) = between(i % width, columns);
+            let (above, below, y) = between(i / width, rows);
+            let row = |row: usize| {
+                (1.0 - x) * nearer_mm[row * columns + left] + x * nearer_mm[row * columns + right]
+            };
+            ((1.0 - y) * row(above) + y * row(below)) as f32
+        };
+        (0..self.is_seen.len()).into_par_iter().map(pixel).collect()
+    }
+}
+
+/// What becomes of the pixels of each node, row by row; pixels beyond the last whole node are left out.
+fn of_nodes<T: Send>(
+    [width, height]: [usize; 2],
+    binned: usize,
+    of: impl Fn(&[usize]) -> T + Sync,
+) -> Vec<T> {
+    let columns = width / binned;
+    let node = |i: usize| {
+        let (row, column) = (i / columns * binned, i % columns * binned);
+        let pixels: Vec<usize> = (row..row + binned)
+            .flat_map(|row| (column..column + binned).map(move |column| row * width + column))
+            .collect();
+        of(&pixels)
+    };
+    (0..columns * (height / binned)).into_par_iter().map(node).collect()
+}
+
+/// In the middle of rays that all see the surface.
+fn mean_node(rays: &[Option<Node>], pixels: &[usize]) -> Option<Node> {
+    let nodes: Vec<&Node> = pixels.iter().map(|i| rays[*i].as_ref()).collect::<Option<_>>()?;
+    let mean = |of: fn(&Node) -> Vector3<f64>| {
+        nodes.iter().map(|node| of(node)).sum::<Vector3<f64>>() / nodes.len() as f64
+    };
+    Some(Node {
+        place: mean(|node| node.place.coords).into(),
+        outward: mean(|node| node.outward).normalize(),
+        direction: mean(|node| node.direction).normalize(),
+    })
+}
+
+/// Two ways along a surface, across each other.
+fn tangents(outward: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let first = outward.cross(&Vector3::ith(outward.iamin(), 1.0)).normalize();
+    [first, outward.cross(&first)]
+}
+
+/// From a node to the next along rows, mm: the median.
+fn apart_mm(grid: &Grid) -> f64 {
+    let beside = |i: &usize| !i.is_multiple_of(grid.columns);
+    let apart = (1..grid.nodes.len()).filter(beside).filter_map(|i| {
+        let [a, b] = [grid.nodes[i - 1]?, grid.nodes[i]?];
+        Some((b.place - a.place).norm())
+    });
+    median(apart.collect())
+}
+
+/// 0 of nothing.
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return 0.0;
+    }
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}

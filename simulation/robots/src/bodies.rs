@@ -1,0 +1,87 @@
+//! What the sensor consists of, in its places.
+
+use std::sync::Arc;
+
+use fabkit_designs::Design;
+use fabkit_export::{Inertia, RobotLink, RobotMesh, RobotShape};
+use fabkit_files::Error;
+use fabkit_geometry::{Assembly, Body, Kind, Pose};
+use rayon::prelude::*;
+
+use super::masses::{Mass, mass};
+use crate::RobotError;
+
+/// Meshes that are seen are nowhere farther from the exact surface, mm: simulators draw nothing smaller.
+pub(super) const SEEN_MM: f64 = 0.05;
+
+/// A body of the sensor in its place.
+pub(super) struct Standing<'a> {
+    pub body: &'a Body,
+    pub sensor_from_body: Pose,
+    pub mass: Mass,
+    pub is_soft: bool,
+    /// In the sensor frame, mm.
+    pub vertices_mm: Vec<[f64; 3]>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// All bodies in the sensor, with their masses and meshes.
+pub(super) fn standing<'a>(design: &'a Design) -> Result<Vec<Standing<'a>>, Error> {
+    let densities = fabkit_sweep::densities(design);
+    let one = |(body, pose): (&'a Body, Pose)| -> Result<Standing<'a>, Error> {
+        let failed = |source| RobotError::Mesh { part: body.name.clone(), source };
+        let placed = body.solid.clone().placed(pose);
+        let mesh = fabkit_mesh::mesh(&placed, SEEN_MM).map_err(failed)?;
+        let moments = fabkit_export::moments(&placed).map_err(failed)?;
+        Ok(Standing {
+            body,
+            sensor_from_body: pose,
+            mass: mass(body, densities.get(body.name.as_str()).copied(), moments),
+            is_soft: body.substance.elasticity.is_some()
+                && (body.kind == Kind::Cast || body.gives_way),
+            vertices_mm: mesh.vertices,
+            triangles: mesh.triangles,
+        })
+    };
+    let places = design.sensor.bodies.iter().flat_map(|body| {
+        let in_sensor = body.placements.iter().filter(|place| place.assembly == Assembly::sensor());
+        in_sensor.map(move |place| (body, place.assembly_from_body))
+    });
+    let places: Vec<(&Body, Pose)> = places.collect();
+    let standing: Vec<Result<Standing<'a>, Error>> = places.into_par_iter().map(one).collect();
+    // One after the other, so that the first error is the same on any number of threads.
+    standing.into_iter().collect()
+}
+
+/// What is seen of a body wherever it stands, as one mesh.
+pub(super) fn seen(body: &Body, standing: &[Standing<'_>]) -> RobotMesh {
+    let (mut vertices_mm, mut triangles) = (Vec::new(), Vec::new());
+    for one in standing.iter().filter(|one| one.body.name == body.name) {
+        let first = vertices_mm.len() as u32;
+        vertices_mm.extend_from_slice(&one.vertices_mm);
+        triangles.extend(one.triangles.iter().map(|corners| corners.map(|i| i + first)));
+    }
+    RobotMesh { file: format!("robot-{}.obj", body.name), vertices_mm, triangles }
+}
+
+/// What is welded to what else, with what is seen of it; what is touched of it comes later.
+pub(super) fn link(name: &str, own: &[&Standing<'_>], seen: &[Arc<RobotMesh>]) -> RobotLink {
+    let inertia = own.iter().fold(Inertia::NOTHING, |sum, one| sum.and(&one.mass.inertia));
+    let mut visuals: Vec<RobotShape> = Vec::new();
+    for one in own {
+        let shape_name = format!("{name}-{}", one.body.name);
+        if visuals.iter().any(|shape| shape.name == shape_name) {
+            continue;
+        }
+        let [r, g, b] = one.body.color.map(|part| f64::from(part) / 255.0);
+        let file = format!("robot-{}.obj", one.body.name);
+        let mesh = seen.iter().find(|mesh| mesh.file == file);
+        visuals.extend(mesh.map(|mesh| RobotShape {
+            name: shape_name,
+            mesh: Arc::clone(mesh),
+            rgba: [r, g, b, one.body.opacity],
+        }));
+    }
+    let friction = own.iter().find_map(|one| one.body.substance.elasticity.as_ref()?.friction);
+    RobotLink { name: name.to_owned(), inertia, visuals, collisions: Vec::new(), friction }
+}

@@ -1,0 +1,139 @@
+//! The camera: the pinhole that stands for it, and how to get from that one's picture to its own.
+
+use std::sync::Arc;
+
+use fabkit_camera::files::{self, CameraFormat};
+use fabkit_camera::{Camera, Interface, Intrinsics, Lens, OpenCv, Point2};
+use fabkit_export::{Array, RobotCamera, Values, npz};
+use fabkit_files::Error;
+use fabkit_geometry::{Point3, Ray, Scratch, Sensor, Vector3};
+use fabkit_optics::{End, SensingSurface, Sights, Tracer};
+use fabkit_scene::ground_truth::Viewpoint;
+
+/// A pinhole shows no wider view than this to each side, deg: beyond it a picture is mostly edge.
+const WIDEST_DEG: f64 = 70.0;
+/// Nor is its picture larger, px.
+const LARGEST_PX: f64 = 4096.0;
+/// The nearest that it sees, mm.
+const NEAR_MM: f64 = 1.0;
+/// What is seen of nothing is as far away, mm.
+const FAR_MM: f64 = 1e3;
+
+/// What each pixel sees at rest.
+pub(super) struct Pixels {
+    /// Columns and rows.
+    size_px: [u32; 2],
+    /// Behind all that bends them; nothing where the lens does not reach.
+    rays: Vec<Option<Ray>>,
+    /// Where they meet what is touched, or else what ends them, in the camera's frame, mm.
+    places_in_camera: Vec<Option<Point3<f64>>>,
+}
+
+impl Pixels {
+    /// Of a drawn camera.
+    pub fn of(sensor: &Sensor, viewpoint: &Viewpoint, sights: &Arc<Sights>) -> Result<Self, Error> {
+        let touch =
+            sensor.touch.as_ref().map(SensingSurface::new).transpose().map_err(Error::bug)?;
+        let rays = viewpoint.rays(1).through(sights);
+        let rays: Vec<Option<Ray>> = (0..rays.len()).map(|i| rays.ray(i)).collect();
+        let camera_from_sensor = viewpoint.sensor_from_camera.inverse();
+        let mut scratch = Scratch::default();
+        let mut tracer = Tracer::new(sights.stack());
+        let mut met = |ray: &Ray| {
+            let path = tracer.follow(ray);
+            let leaves = touch.as_ref().filter(|_| path.end == End::Surface);
+            let leaves = leaves.and_then(|touch| touch.exit(ray, &mut scratch));
+            let range_mm = leaves.map_or(path.end_mm.min(FAR_MM), |(mm, _)| mm);
+            camera_from_sensor.point(ray.origin + range_mm * ray.direction)
+        };
+        let places_in_camera = rays.iter().map(|ray| ray.as_ref().map(&mut met)).collect();
+        let camera = viewpoint.camera();
+        Ok(Self { size_px: [camera.width_px(), camera.height_px()], rays, places_in_camera })
+    }
+
+    /// The pinhole at the same place that is as sharp in the middle of the picture, and as wide as it has to be.
+    pub fn pinhole(&self, viewpoint: &Viewpoint, frame: &str) -> RobotCamera {
+        let camera = viewpoint.camera();
+        let [width, height] = self.size_px.map(f64::from);
+        let middle = [(width - 1.0) / 2.0, (height - 1.0) / 2.0];
+        let way =
+            |x: f64| camera.unproject(&Point2::new(x, middle[1])).ok().map(|ray| ray.direction);
+        let apart = way(middle[0] - 0.5).zip(way(middle[0] + 0.5)).map(|(a, b)| a.angle(&b));
+        // A lens that does not reach the middle of its picture is none; any number will do.
+        let sharp_px = apart.filter(|rad| *rad > 0.0).map_or(width, |rad| 0.5 / (rad / 2.0).tan());
+        let most = WIDEST_DEG.to_radians().tan();
+        let reach = |of: fn(&Point3<f64>) -> f64| {
+            let each = self.places_in_camera.iter().flatten();
+            let slope =
+                each.map(|place| if place.z > 0.0 { (of(place) / place.z).abs() } else { most });
+            slope.fold(0.0, f64::max).min(most)
+        };
+        let reaches = [reach(|place| place.x), reach(|place| place.y)];
+        let half_px = reaches[0].max(reaches[1]) * sharp_px;
+        let focal_px = sharp_px * (LARGEST_PX / 2.0 / half_px).min(1.0);
+        // Half a pixel more to each side, and as many to the left as to the right.
+        let size = |reach: f64| 2 * ((reach * focal_px - 1e-6).ceil().max(1.0) as u32);
+        RobotCamera {
+            frame: frame.to_owned(),
+            sensor_from_camera: viewpoint.sensor_from_camera,
+            size_px: reaches.map(size),
+            focal_px,
+            near_mm: NEAR_MM,
+        }
+    }
+
+    /// `robot-camera.yaml`: a pinhole as ROS's `camera_info` and `fabkit --camera` read it.
+    pub fn yaml(pinhole: &RobotCamera) -> Result<String, Error> {
+        let [cx_px, cy_px] = pinhole.middle_px();
+        let intrinsics =
+            Intrinsics { fx_px: pinhole.focal_px, fy_px: pinhole.focal_px, cx_px, cy_px };
+        let lens = Lens::OpenCv(OpenCv::new(intrinsics, &[]).map_err(Error::bug)?);
+        let [width, height] = pinhole.size_px;
+        let camera = Camera::new(width, height, lens, Interface::None).map_err(Error::bug)?;
+        files::write(&camera.into(), CameraFormat::Ros).map_err(Error::bug)
+    }
+
+    /// `robot-rays.npz`: where each pixel's ray leaves what it is bent by last, mm, and its direction, sensor frame, rows x columns
+    /// x 3; and where the pinhole sees what the pixel sees at rest, rows x columns x 2, column and row; not a number where a
+    /// pinhole is not wide enough.
+    pub fn npz(&self, pinhole: &RobotCamera) -> Result<Vec<u8>, Error> {
+        let [width, height] = self.size_px.map(|px| px as usize);
+        let unknown = [f64::NAN; 3];
+        let origins =
+            self.rays.iter().map(|ray| ray.map_or(unknown, |ray| ray.origin.coords.into()));
+        let ways = self
+            .rays
+            .iter()
+            .map(|ray| ray.map_or(unknown, |ray| <Vector3<f64>>::into(ray.direction)));
+        let seen = |place: &Option<Point3<f64>>| pinhole.sees(place.as_ref()?.coords.into());
+        let pixels = self.places_in_camera.iter().map(|place| seen(place).unwrap_or([f64::NAN; 2]));
+        let array = |name: &str, of_each: usize, values: Values| Array {
+            name: name.to_owned(),
+            shape: vec![height, width, of_each],
+            values,
+        };
+        let arrays = [
+            array(
+                "origin_in_sensor_mm",
+                3,
+                Values::F32(origins.flatten().map(|mm| mm as f32).collect()),
+            ),
+            array(
+                "direction_in_sensor",
+                3,
+                Values::F32(ways.flatten().map(|part| part as f32).collect()),
+            ),
+            // As `cv2.remap` wants them.
+            array("pinhole_px", 2, Values::F32(pixels.flatten().map(|px| px as f32).collect())),
+        ];
+        npz(&arrays).map_err(Error::bug)
+    }
+
+    /// How much of the picture the pinhole shows: 1 is all that the lens reaches.
+    pub fn share(&self, pinhole: &RobotCamera) -> f64 {
+        let reached = self.places_in_camera.iter().flatten();
+        let is_seen = |place: &&Point3<f64>| pinhole.sees(place.coords.into()).is_some();
+        let (seen, all) = (reached.clone().filter(is_seen).count(), reached.count());
+        if all == 0 { 0.0 } else { seen as f64 / all as f64 }
+    }
+}

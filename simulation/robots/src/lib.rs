@@ -1,0 +1,252 @@
+//! A sensor for robots' descriptions and simulators: what is stiff as one body, each soft layer as one of its own, with exact
+//! masses, what is touched and where it feels, what gives way, and the camera.
+//!
+//! ```text
+//! bodies of the sensor -> moments of the exact solids x densities -> links
+//!                      -> meshes: what is seen; slabs of the case, convex each: what is bumped into
+//! touched surface      -> points of equal area -> one convex mesh, whose vertices feel
+//! layers below it      -> tetrahedra, and their modulus as one
+//! camera               -> frame, a pinhole, every pixel's true ray, and where the pinhole sees what that sees
+//! ```
+
+mod bodies;
+mod camera;
+mod document;
+mod error;
+mod masses;
+mod pieces;
+mod soft;
+mod taxels;
+
+use std::sync::Arc;
+
+use fabkit_capture::middle_of;
+use fabkit_designs::{Design, design_hash};
+use fabkit_export::{
+    Robot, RobotFrame, RobotMesh, RobotShape, drake, mjcf, npz, obj, sdf, tacex, tacsl, tacto,
+    urdf, usd,
+};
+use fabkit_files::Error;
+use fabkit_files::staging::{ForeignFile, OutputFile};
+use fabkit_geometry::{Point3, Pose, Sensor, SurfacePoints};
+use fabkit_optics::Sights;
+use fabkit_scene::SceneError;
+use fabkit_scene::ground_truth::{Viewpoint, are_seen, pixels_of};
+
+pub use self::error::RobotError;
+
+use self::bodies::{Standing, link, seen, standing};
+use self::camera::Pixels;
+use self::document::Told;
+use self::soft::{lamps, soft};
+use self::taxels::TouchMesh;
+
+/// The camera's frame.
+const OPTICAL: &str = "camera_optical";
+
+/// What a file is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RobotFormat {
+    /// ROS, PyBullet, TACTO, SAPIEN.
+    Urdf,
+    /// MuJoCo.
+    Mjcf,
+    /// Gazebo.
+    Sdf,
+    /// Isaac Sim and Isaac Lab, with configurations for TacSL and TacEx.
+    Usd,
+    /// Drake, with what gives way as tetrahedra.
+    Drake,
+    /// TACTO's renderer.
+    Tacto,
+}
+
+impl RobotFormat {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Urdf, Self::Mjcf, Self::Sdf, Self::Usd, Self::Drake, Self::Tacto];
+
+    /// As it is asked for.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Urdf => "urdf",
+            Self::Mjcf => "mjcf",
+            Self::Sdf => "sdf",
+            Self::Usd => "usd",
+            Self::Drake => "drake",
+            Self::Tacto => "tacto",
+        }
+    }
+
+    /// Names and texts: those for a surface to touch are missing where there is none.
+    fn files(self, robot: &Robot) -> Vec<(String, String)> {
+        let name = &robot.name;
+        let touched =
+            |end: &str, text: Option<String>| text.map(|text| (format!("{name}{end}"), text));
+        match self {
+            Self::Urdf => vec![(format!("{name}.urdf"), urdf(robot))],
+            Self::Mjcf => vec![(format!("{name}.mjcf.xml"), mjcf(robot))],
+            Self::Sdf => vec![(format!("{name}.sdf"), sdf(robot))],
+            Self::Usd => [
+                Some((format!("{name}.usda"), usd(robot))),
+                touched(".tacsl.yaml", tacsl(robot)),
+                touched(".tacex.yaml", tacex(robot)),
+            ]
+            .into_iter()
+            .flatten()
+            .collect(),
+            Self::Drake => vec![(format!("{name}.drake.sdf"), drake(robot))],
+            Self::Tacto => touched(".tacto.yaml", tacto(robot)).into_iter().collect(),
+        }
+    }
+
+    /// Whether its readers solve how layers give way.
+    fn deforms(self) -> bool {
+        matches!(self, Self::Usd | Self::Drake)
+    }
+}
+
+/// The files of some formats, and what all of them need: meshes, `robot.json`, `robot-taxels.npz`, `robot-rays.npz`; and
+/// tetrahedra, for those that deform.
+///
+/// # Errors
+/// Bodies that no mesh can be made of; layers without tetrahedra; a camera that cannot be.
+pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<ForeignFile>, Error> {
+    let sensor = &design.sensor;
+    let hash = design_hash(design);
+    let standing = standing(design)?;
+    let viewpoint = Viewpoint::new(&sensor.camera, None, None)
+        .map_err(|error| SceneError::viewpoint(None, error))?;
+    let comment = format!(
+        "{}: {}; fabkit {}, design {hash}; metres, kilograms, sensor frame",
+        sensor.name,
+        sensor.title,
+        fabkit_export::VERSION
+    );
+    let mut files = Files { made: Vec::new() };
+    // Case and layers, each with what is seen of it. A body that stands several times is one mesh.
+    let mut meshes: Vec<Arc<RobotMesh>> = Vec::new();
+    for one in &standing {
+        let mesh = seen(one.body, &standing);
+        if meshes.iter().all(|known| known.file != mesh.file) {
+            meshes.push(Arc::new(mesh));
+        }
+    }
+    let (soft_bodies, stiff): (Vec<&Standing>, Vec<&Standing>) =
+        standing.iter().partition(|one| one.is_soft);
+    let mut links = vec![link("base", &stiff, &meshes)];
+    for one in &soft_bodies {
+        if links.iter().all(|known| known.name != one.body.name) {
+            let own = soft_bodies.iter().copied().filter(|other| other.body.name == one.body.name);
+            links.push(link(&one.body.name, &own.collect::<Vec<_>>(), &meshes));
+        }
+    }
+    // Wires and rubber rings bend aside when something meets them.
+    let bumped: Vec<&Standing> =
+        stiff.iter().copied().filter(|one| one.body.gives_mm == 0.0).collect();
+    let case = pieces::pieces(&bumped)?;
+    for (i, piece) in case.iter().enumerate() {
+        let name = format!("base-{:02}", i + 1);
+        let mesh = Arc::new(RobotMesh {
+            file: format!("robot-{name}.obj"),
+            vertices_mm: piece.vertices.clone(),
+            triangles: piece.triangles.clone(),
+        });
+        meshes.push(Arc::clone(&mesh));
+        links[0].collisions.push(RobotShape { name, mesh, rgba: [0.5, 0.5, 0.5, 0.3] });
+    }
+    // What is touched belongs to the outermost layer, or to the base of a sensor without any.
+    let mut felt = None;
+    let mut touch = None;
+    if let Some(surface) = &sensor.touch {
+        let points = SurfacePoints::new(surface).map_err(Error::bug)?;
+        let taxels = TouchMesh::of(&points, surface.soft_mm())?;
+        let mesh = Arc::new(RobotMesh {
+            file: "robot-touch.obj".to_owned(),
+            vertices_mm: taxels.vertices_mm.clone(),
+            triangles: taxels.triangles.clone(),
+        });
+        meshes.push(Arc::clone(&mesh));
+        let outermost = soft_bodies.last().map_or("base", |one| one.body.name.as_str());
+        let shape = RobotShape {
+            name: "touch".into(),
+            mesh: Arc::clone(&mesh),
+            rgba: [0.1, 0.1, 0.1, 0.3],
+        };
+        if let Some(link) = links.iter_mut().find(|link| link.name == outermost) {
+            link.collisions.push(shape);
+        }
+        touch = Some(soft(design, surface, &mesh, outermost)?);
+        felt = Some(taxels);
+    }
+    for mesh in &meshes {
+        files.add(&mesh.file, "obj", obj(&comment, mesh));
+    }
+    let stack = viewpoint.stack(sensor).map_err(SceneError::Light)?;
+    let sights = Arc::new(Sights::new(stack));
+    let pixels = Pixels::of(sensor, &viewpoint, &sights)?;
+    let robot = Robot {
+        name: sensor.name.clone(),
+        comment,
+        links,
+        frames: frames(&viewpoint, sensor),
+        camera: pixels.pinhole(&viewpoint, OPTICAL),
+        touch: touch.as_ref().map(|soft| soft.touch.clone()),
+        lamps: lamps(sensor),
+    };
+    for format in formats {
+        for (name, text) in format.files(&robot) {
+            files.add(&name, format.word(), text.into_bytes());
+        }
+    }
+    if let Some(soft) = touch.as_mut().filter(|_| formats.iter().any(|format| format.deforms())) {
+        for (name, format, bytes) in &mut soft.files {
+            files.add(name, format, std::mem::take(bytes));
+        }
+    }
+    files.add("robot-camera.yaml", "ros", Pixels::yaml(&robot.camera)?.into_bytes());
+    files.add("robot-rays.npz", "npz", pixels.npz(&robot.camera)?);
+    if let Some(mesh) = &felt {
+        let places: Vec<Option<Point3<f64>>> =
+            mesh.vertices_mm.iter().map(|place| Some(Point3::from(*place))).collect();
+        let pixels = pixels_of(&viewpoint, &sights, &places);
+        let are_seen = are_seen(&viewpoint, &sights, &places);
+        let arrays = mesh.arrays(&pixels, &are_seen);
+        files.add("robot-taxels.npz", "npz", npz(&arrays).map_err(Error::bug)?);
+    }
+    let told = Told {
+        robot: &robot,
+        standing: &standing,
+        case: &case,
+        taxels: felt.as_ref(),
+        soft: touch.as_ref(),
+        shown: pixels.share(&robot.camera),
+        hash: &hash,
+    };
+    files.add("robot.json", "json", told.text()?.into_bytes());
+    Ok(files.made)
+}
+
+struct Files {
+    made: Vec<ForeignFile>,
+}
+
+impl Files {
+    fn add(&mut self, name: &str, format: &'static str, bytes: Vec<u8>) {
+        let file = OutputFile { name: name.to_owned(), bytes };
+        self.made.push(ForeignFile { file, format, parts: Vec::new() });
+    }
+}
+
+/// The camera's optical frame; where a robot holds the sensor, z to it; and the middle of what is touched, z outwards.
+fn frames(viewpoint: &Viewpoint, sensor: &Sensor) -> Vec<RobotFrame> {
+    let frame =
+        |name: &str, sensor_from_frame: Pose| RobotFrame { name: name.into(), sensor_from_frame };
+    let middle = sensor.touch.as_ref().and_then(middle_of);
+    let touch = middle.map(|(at, outward)| frame("touch_frame", Pose::z_to(outward, at)));
+    let mount = sensor.mount.map(|pose| frame("mount", pose));
+    [Some(frame(OPTICAL, viewpoint.sensor_from_camera)), mount, touch]
+        .into_iter()
+        .flatten()
+        .collect()
+}

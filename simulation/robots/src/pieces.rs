@@ -1,0 +1,166 @@
+//! What is stiff as convex pieces: boxes across the axes, each with the hull of what lies in it.
+//!
+//! Plates, flanges and tubes follow each other along a sensor's axis, posts and connectors stand beside it; each of these is nearly
+//! convex. Boxes are cut where that saves most, one after the other, at the places where something ends.
+
+use fabkit_files::Error;
+use fabkit_mesh::{Hull, convex_hull};
+use rayon::prelude::*;
+
+use super::Standing;
+
+/// No more pieces than this.
+const MOST: usize = 39;
+/// A cut that saves less of all that pieces enclose is not worth a piece.
+const WORTH: f64 = 0.002;
+/// Places that are tried along each axis of a box.
+const TRIED: usize = 12;
+/// Boxes are no thinner, mm.
+const THINNEST_MM: f64 = 0.3;
+/// Nor is what lies in them, mm.
+const FLAT_MM: f64 = 0.01;
+
+/// A box across the axes with the hull of what lies in it, and the best cut of it.
+struct Block {
+    /// Least and largest of each coordinate, mm.
+    from_mm: [f64; 3],
+    to_mm: [f64; 3],
+    hull: Hull,
+    cut: Option<Cut>,
+}
+
+/// Across an axis.
+#[derive(Clone, Copy)]
+struct Cut {
+    axis: usize,
+    at_mm: f64,
+    saved_mm3: f64,
+}
+
+/// Convex pieces that hold all of some bodies in their places.
+pub(super) fn pieces(bodies: &[&Standing<'_>]) -> Result<Vec<Hull>, Error> {
+    let triangles: Vec<Triangle> = bodies
+        .iter()
+        .flat_map(|body| {
+            let corner = |i: u32| body.vertices_mm[i as usize];
+            body.triangles.iter().map(move |corners| corners.map(corner))
+        })
+        .collect();
+    if triangles.is_empty() {
+        return Ok(Vec::new());
+    }
+    let end = |of: fn(f64, f64) -> f64, start: f64| {
+        let along = |axis: usize| triangles.iter().flatten().map(move |corner| corner[axis]);
+        [0, 1, 2].map(|axis| along(axis).fold(start, of))
+    };
+    let levels = [0, 1, 2].map(|axis| levels(&triangles, axis));
+    let (least, most) = (end(f64::min, f64::INFINITY), end(f64::max, f64::NEG_INFINITY));
+    let mut blocks = vec![block(&triangles, &levels, least, most)?];
+    while blocks.len() < MOST {
+        let all_mm3: f64 = blocks.iter().map(|block| block.hull.volume_mm3()).sum();
+        let saved = |block: &Block| block.cut.map_or(0.0, |cut| cut.saved_mm3);
+        let best =
+            (0..blocks.len()).max_by(|a, b| saved(&blocks[*a]).total_cmp(&saved(&blocks[*b])));
+        let Some(best) = best.filter(|i| saved(&blocks[*i]) > WORTH * all_mm3) else { break };
+        let Some(Cut { axis, at_mm, .. }) = blocks[best].cut else { break };
+        let (mut middle_from, mut middle_to) = (blocks[best].from_mm, blocks[best].to_mm);
+        middle_from[axis] = at_mm;
+        middle_to[axis] = at_mm;
+        let upper = block(&triangles, &levels, middle_from, blocks[best].to_mm)?;
+        blocks[best] = block(&triangles, &levels, blocks[best].from_mm, middle_to)?;
+        blocks.insert(best + 1, upper);
+    }
+    Ok(blocks.into_iter().map(|block| block.hull).collect())
+}
+
+type Triangle = [[f64; 3]; 3];
+
+/// Places along an axis at which something ends, by how much lies flat there, the most first.
+fn levels(triangles: &[Triangle], axis: usize) -> Vec<f64> {
+    let mut flat: std::collections::BTreeMap<i64, f64> = std::collections::BTreeMap::new();
+    let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+    for [a, b, c] in triangles {
+        let ends = [a[axis], b[axis], c[axis]];
+        let [low, high] = [f64::min, f64::max].map(|of| ends.into_iter().reduce(of).unwrap_or(0.0));
+        if high - low < 1e-6 {
+            let double = (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
+            *flat.entry((a[axis] * 1e3).round() as i64).or_default() += double.abs() / 2.0;
+        }
+    }
+    let mut levels: Vec<(i64, f64)> = flat.into_iter().collect();
+    levels.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    levels.into_iter().map(|(um, _)| um as f64 / 1e3).collect()
+}
+
+fn block(
+    triangles: &[Triangle],
+    levels: &[Vec<f64>; 3],
+    from_mm: [f64; 3],
+    to_mm: [f64; 3],
+) -> Result<Block, Error> {
+    let mut own = triangles.to_vec();
+    for axis in 0..3 {
+        own = clipped(&own, axis, [from_mm[axis], to_mm[axis]]);
+    }
+    let hull = convex_hull(&own.concat()).map_err(Error::bug)?;
+    let all_mm3 = hull.volume_mm3();
+    let volume_mm3 = |axis: usize, range: [f64; 2]| {
+        let hull = convex_hull(&clipped(&own, axis, range).concat());
+        // What is flat is no body: simulators refuse it.
+        hull.ok().filter(is_thick).map_or(f64::INFINITY, |hull| hull.volume_mm3())
+    };
+    let tried = (0..3).flat_map(|axis| {
+        let [from, to] = [from_mm[axis], to_mm[axis]];
+        let is_within = move |at: &f64| *at > from + THINNEST_MM && *at < to - THINNEST_MM;
+        let own = levels[axis].iter().copied().filter(is_within).take(TRIED);
+        // Round bodies end nowhere: some places in between.
+        let between = (1..4).map(move |k| from + f64::from(k) / 4.0 * (to - from));
+        own.chain(between.filter(is_within)).map(move |at_mm| (axis, at_mm))
+    });
+    let tried: Vec<(usize, f64)> = tried.collect();
+    let cut = |(axis, at_mm): &(usize, f64)| {
+        let halves = [[from_mm[*axis], *at_mm], [*at_mm, to_mm[*axis]]];
+        let both: f64 = halves.iter().map(|range| volume_mm3(*axis, *range)).sum();
+        Cut { axis: *axis, at_mm: *at_mm, saved_mm3: all_mm3 - both }
+    };
+    let cuts: Vec<Cut> = tried.par_iter().map(cut).collect();
+    let cut = cuts.into_iter().max_by(|a, b| a.saved_mm3.total_cmp(&b.saved_mm3));
+    Ok(Block { from_mm, to_mm, hull, cut })
+}
+
+fn is_thick(hull: &Hull) -> bool {
+    (0..3).all(|axis| {
+        let along = || hull.vertices.iter().map(move |vertex| vertex[axis]);
+        along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min) > FLAT_MM
+    })
+}
+
+/// What of triangles lies between two places along an axis: each as the triangles of what is left of it.
+fn clipped(triangles: &[Triangle], axis: usize, [from_mm, to_mm]: [f64; 2]) -> Vec<Triangle> {
+    let mut left = Vec::new();
+    for triangle in triangles {
+        let above = cut(triangle, |p| p[axis] - from_mm);
+        let polygon = cut(&above, |p| to_mm - p[axis]);
+        for k in 1..polygon.len().saturating_sub(1) {
+            left.push([polygon[0], polygon[k], polygon[k + 1]]);
+        }
+    }
+    left
+}
+
+/// A polygon without what lies on the negative side (Sutherland and Hodgman 1974).
+fn cut(polygon: &[[f64; 3]], side: impl Fn(&[f64; 3]) -> f64) -> Vec<[f64; 3]> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (i, here) in polygon.iter().enumerate() {
+        let next = &polygon[(i + 1) % polygon.len()];
+        let (at, after) = (side(here), side(next));
+        if at >= 0.0 {
+            kept.push(*here);
+        }
+        if (at >= 0.0) != (after >= 0.0) {
+            let share = at / (at - after);
+            kept.push([0, 1, 2].map(|k| here[k] + share * (next[k] - here[k])));
+        }
+    }
+    kept
+}

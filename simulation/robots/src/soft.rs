@@ -1,0 +1,149 @@
+//! What gives way, and what shines: for simulators that deform and that light themselves.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use fabkit_capture::SLOPE_BINS;
+use fabkit_designs::Design;
+use fabkit_elastic::{SoftLayer, SoftStack};
+use fabkit_export::{
+    RobotLamp, RobotMesh, RobotTetrahedra, RobotTouch, TetraMesh, VERSION, msh2, vtk,
+};
+use fabkit_files::Error;
+use fabkit_geometry::{Sensor, Shows, TouchSurface, Vector3};
+use fabkit_light::Emitters;
+use fabkit_tetra::Tetrahedra;
+
+use crate::RobotError;
+
+/// Length of edges, about, mm: simulators solve it in every step. Finer ones are in the formats `msh` and `vtk`.
+const EDGE_MM: f64 = 1.0;
+const MM_PER_M: f64 = 1000.0;
+
+/// What is touched, with its tetrahedra and their files: for Drake, and for UIPC and TacEx.
+pub(super) struct Soft {
+    pub touch: RobotTouch,
+    pub files: [(&'static str, &'static str, Vec<u8>); 2],
+    /// Edges as they came out, mm.
+    pub edge_mm: f64,
+    /// What was simplified, in words.
+    pub left_out: Vec<String>,
+}
+
+/// The layers below a surface. `link` is the outermost one's.
+pub(super) fn soft(
+    design: &Design,
+    touch: &TouchSurface,
+    mesh: &Arc<RobotMesh>,
+    link: &str,
+) -> Result<Soft, Error> {
+    let sensor = &design.sensor;
+    let stack = SoftStack::at_tip(sensor).map_err(RobotError::from)?;
+    let cells = Tetrahedra::new(&stack, touch, EDGE_MM).map_err(RobotError::from)?;
+    let title =
+        format!("{}: soft layers in its sensor frame, metres, fabkit {VERSION}", sensor.name);
+    let materials: Vec<String> = cells.layers.iter().map(|layer| layer.name.clone()).collect();
+    let file = TetraMesh {
+        title: &title,
+        notes: &[],
+        points_mm: &cells.points_mm,
+        unit_mm: MM_PER_M,
+        cells: &cells.cells,
+        material_of: &cells.layer_of,
+        materials: &materials,
+        faces: &[("outer", &cells.outer), ("bonded", &cells.bonded)],
+    };
+    let files =
+        [("robot-tetrahedra.vtk", "vtk", vtk(&file)), ("robot-tetrahedra.msh", "msh", msh2(&file))];
+    let tetrahedra = RobotTetrahedra {
+        file: files[0].0.to_owned(),
+        surface: surface(&cells.cells),
+        points_mm: cells.points_mm,
+        cells: cells.cells,
+    };
+    let [least_mm, most_mm] = mesh.bounds_mm();
+    let touch = RobotTouch {
+        mesh: Arc::clone(mesh),
+        link: link.to_owned(),
+        size_mm: [0, 1, 2].map(|axis| most_mm[axis] - least_mm[axis]),
+        top_z_mm: touch.apex_z_mm(),
+        soft_mm: touch.soft_mm(),
+        young_mpa: in_series_mpa(&stack.layers),
+        thickness_mm: stack.layers.iter().map(|layer| layer.thickness_mm).sum(),
+        slope_bins: (touch.plane().is_some() && shows_slopes(sensor)).then_some(SLOPE_BINS),
+        tetrahedra: Arc::new(tetrahedra),
+    };
+    let left_out = [cells.left_out, stack.left_out].concat();
+    Ok(Soft { touch, files, edge_mm: cells.edge_mm, left_out })
+}
+
+/// Whether its usual light shows slopes.
+fn shows_slopes(sensor: &Sensor) -> bool {
+    let usual = sensor.lightings.first();
+    usual.is_some_and(|lighting| matches!(lighting.shows, Shows::Slopes { .. }))
+}
+
+/// The modulus of one layer that gives way as much as all of them, one upon the other.
+fn in_series_mpa(layers: &[SoftLayer]) -> f64 {
+    let thickness_mm: f64 = layers.iter().map(|layer| layer.thickness_mm).sum();
+    let gives: f64 = layers.iter().map(|l| l.thickness_mm / l.elasticity.young_mpa).sum();
+    thickness_mm / gives
+}
+
+/// Faces that belong to one tetrahedron alone, counter-clockwise from outside.
+fn surface(cells: &[[u32; 4]]) -> Vec<[u32; 3]> {
+    let mut once: BTreeMap<[u32; 3], Option<[u32; 3]>> = BTreeMap::new();
+    for [a, b, c, d] in cells {
+        for face in [[*a, *c, *b], [*a, *b, *d], [*a, *d, *c], [*b, *c, *d]] {
+            let mut key = face;
+            key.sort_unstable();
+            once.entry(key).and_modify(|face| *face = None).or_insert(Some(face));
+        }
+    }
+    once.into_values().flatten().collect()
+}
+
+/// Lamps of the usual light, each in the middle of what shines of it; none where nobody says how it is lit.
+pub(super) fn lamps(sensor: &Sensor) -> Vec<RobotLamp> {
+    let Some(lighting) = sensor.lightings.first() else { return Vec::new() };
+    let Ok(emitters) = Emitters::of(sensor, lighting) else { return Vec::new() };
+    /// Power; place and colour, times power.
+    type Sum = (f64, Vector3<f64>, Vector3<f64>);
+    let mut lamps: BTreeMap<usize, Sum> = BTreeMap::new();
+    for piece in emitters.pieces() {
+        let (power, place, rgb) = lamps.entry(piece.lamp).or_default();
+        *power += piece.power;
+        *place += piece.power * piece.place.coords;
+        *rgb += piece.power * Vector3::from(piece.color);
+    }
+    let brightest = lamps.values().map(|lamp| lamp.0).fold(0.0, f64::max);
+    let shining = lamps.into_values().filter(|(power, ..)| *power > 0.0);
+    let lamp = |(power, place, rgb): Sum| RobotLamp {
+        place_mm: (place / power).into(),
+        rgb: (rgb / power).into(),
+        share: power / brightest,
+    };
+    shining.map(lamp).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_tetrahedra_share_one_face() {
+        // The second lies on the other side of 1, 2, 3.
+        let faces = surface(&[[0, 1, 2, 3], [4, 1, 3, 2]]);
+        assert_eq!(faces.len(), 6);
+        assert!(faces.iter().all(|face| {
+            let mut key = *face;
+            key.sort_unstable();
+            key != [1, 2, 3]
+        }));
+        // Each edge is gone along both ways, so that it is closed and looks outwards.
+        let edges = || faces.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
+        for [a, b] in edges() {
+            assert_eq!(edges().filter(|edge| *edge == [b, a]).count(), 1);
+        }
+    }
+}

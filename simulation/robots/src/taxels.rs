@@ -1,0 +1,157 @@
+//! Where the touched surface feels: points that stand for equal areas, as the vertices of one closed mesh.
+
+use fabkit_export::{Array, Values};
+use fabkit_files::Error;
+use fabkit_geometry::{Point3, SurfacePoints, Vector3};
+use fabkit_mesh::convex_hull;
+
+/// Points of a dome; those of a pad along its longer side.
+const OF_DOME: usize = 900;
+const OF_SIDE: usize = 32;
+/// Around a dome's foot.
+const OF_RIM: usize = 96;
+/// The foot itself belongs to the wall below.
+const FOOT: f64 = 1.0 - 1e-9;
+/// A hair within a pad's outline.
+const WITHIN: f64 = 1e-6;
+/// Turns from one point of a spiral to the next (Vogel 1979).
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// A closed mesh, sensor frame.
+#[derive(Clone, Debug)]
+pub(super) struct TouchMesh {
+    pub vertices_mm: Vec<[f64; 3]>,
+    pub triangles: Vec<[u32; 3]>,
+    /// Outward at each vertex; of those that feel.
+    normals: Vec<Vector3<f64>>,
+    /// Whether a vertex is a point of equal area: others close the mesh.
+    feels: Vec<bool>,
+    /// Of the surface.
+    pub area_mm2: f64,
+}
+
+impl TouchMesh {
+    pub fn of(points: &SurfacePoints, soft_mm: f64) -> Result<Self, Error> {
+        match points {
+            SurfacePoints::Dome(_) => Self::of_dome(points),
+            SurfacePoints::Plane(pad) => Self::of_pad(points, pad.bounds_mm(), soft_mm),
+        }
+    }
+
+    /// How many points feel.
+    pub fn count(&self) -> usize {
+        self.feels.iter().filter(|feels| **feels).count()
+    }
+
+    /// A spiral from the tip to the foot, and the foot's rim. A dome is convex: its hull has all of them as corners.
+    fn of_dome(points: &SurfacePoints) -> Result<Self, Error> {
+        let missing = || Error::bug("a dome without points");
+        let mut found = Vec::new();
+        for k in 0..OF_DOME {
+            // The tip is the first: presses there are what people try.
+            let along = k as f64 / OF_DOME as f64;
+            let around = (k as f64 * GOLDEN).fract();
+            found.push((points.by_area([along, around]).ok_or_else(missing)?, true));
+        }
+        for k in 0..OF_RIM {
+            let around = k as f64 / OF_RIM as f64;
+            found.push((points.by_area([FOOT, around]).ok_or_else(missing)?, false));
+        }
+        let places: Vec<[f64; 3]> =
+            found.iter().map(|((place, _), _)| place.coords.into()).collect();
+        let hull = convex_hull(&places).map_err(Error::bug)?;
+        // The hull has an order of its own.
+        let key = |place: &[f64; 3]| place.map(f64::to_bits);
+        let known: std::collections::BTreeMap<_, _> =
+            places.iter().zip(&found).map(|(place, found)| (key(place), found)).collect();
+        let of_hull = hull.vertices.iter().map(|place| known.get(&key(place)).copied());
+        let of_hull: Vec<_> = of_hull.collect::<Option<_>>().ok_or_else(missing)?;
+        Ok(Self {
+            normals: of_hull.iter().map(|((_, normal), _)| *normal).collect(),
+            feels: of_hull.iter().map(|(_, feels)| *feels).collect(),
+            vertices_mm: hull.vertices,
+            triangles: hull.triangles,
+            area_mm2: points.area_mm2(),
+        })
+    }
+
+    /// A grid on the face, and the same as deep as layers give way.
+    fn of_pad(points: &SurfacePoints, [x, y]: [[f64; 2]; 2], soft_mm: f64) -> Result<Self, Error> {
+        let missing = || Error::bug("a pad without points");
+        let [wide, high] = [x[1] - x[0], y[1] - y[0]];
+        let steps = |side: f64| ((side / wide.max(high) * OF_SIDE as f64).round() as usize).max(2);
+        let (columns, rows) = (steps(wide), steps(high));
+        let share = |k: usize, of: usize| (k as f64 / of as f64).clamp(WITHIN, 1.0 - WITHIN);
+        let mut face = Vec::new();
+        for i in 0..=columns {
+            for j in 0..=rows {
+                let at = [share(i, columns), share(j, rows)];
+                face.push(points.by_area(at).ok_or_else(missing)?);
+            }
+        }
+        let count = face.len() as u32;
+        let at = |i: usize, j: usize| (i * (rows + 1) + j) as u32;
+        let mut triangles = Vec::new();
+        for i in 0..columns {
+            for j in 0..rows {
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                triangles.extend([[a, b, c], [a, c, d]]);
+                triangles.extend([[a, c, b], [a, d, c]].map(|t| t.map(|k| k + count)));
+            }
+        }
+        // Around the edge, counter-clockwise seen from above.
+        let mut edge: Vec<u32> = (0..columns).map(|i| at(i, 0)).collect();
+        edge.extend((0..rows).map(|j| at(columns, j)));
+        edge.extend((1..=columns).rev().map(|i| at(i, rows)));
+        edge.extend((1..=rows).rev().map(|j| at(0, j)));
+        for (k, a) in edge.iter().enumerate() {
+            let b = edge[(k + 1) % edge.len()];
+            triangles.extend([[*a, a + count, b + count], [*a, b + count, b]]);
+        }
+        let below = |(place, normal): &(Point3<f64>, Vector3<f64>)| place - soft_mm * normal;
+        let lower = face.iter().map(below).map(|place| place.coords.into());
+        Ok(Self {
+            vertices_mm: face.iter().map(|(place, _)| place.coords.into()).chain(lower).collect(),
+            triangles,
+            normals: face.iter().chain(&face).map(|(_, normal)| *normal).collect(),
+            feels: (0..2 * count).map(|k| k < count).collect(),
+            area_mm2: points.area_mm2(),
+        })
+    }
+
+    /// For `robot-taxels.npz`, in the order of the mesh's vertices: `place_mm`, `normal`, `tangents` (two each), `area_mm2` (0 for
+    /// those that only close the mesh), `pixel` (not a number beside the picture), `seen` (1, or 0 where something opaque is before it).
+    pub fn arrays(&self, pixels: &[Option<[f64; 2]>], are_seen: &[bool]) -> Vec<Array> {
+        let count = self.vertices_mm.len();
+        let array = |name: &str, of_each: &[usize], values: Vec<f64>| Array {
+            name: name.to_owned(),
+            shape: [&[count], of_each].concat(),
+            values: Values::F64(values),
+        };
+        let share = self.area_mm2 / self.count() as f64;
+        // The first along a meridian away from +x, the second across it.
+        let tangents = self.normals.iter().flat_map(|normal| {
+            let first = (Vector3::x() - normal.x * normal).try_normalize(1e-6);
+            let first = first.unwrap_or_else(|| Vector3::y().cross(normal).normalize());
+            let second = normal.cross(&first);
+            [first, second].into_iter().flat_map(<[f64; 3]>::from)
+        });
+        let pixels = pixels.iter().flat_map(|pixel| pixel.unwrap_or([f64::NAN; 2]));
+        vec![
+            array("place_mm", &[3], self.vertices_mm.iter().flatten().copied().collect()),
+            array("normal", &[3], self.normals.iter().flat_map(|n| <[f64; 3]>::from(*n)).collect()),
+            array("tangents", &[2, 3], tangents.collect()),
+            array(
+                "area_mm2",
+                &[],
+                self.feels.iter().map(|feels| if *feels { share } else { 0.0 }).collect(),
+            ),
+            array("pixel", &[2], pixels.collect()),
+            Array {
+                name: "seen".to_owned(),
+                shape: vec![count],
+                values: Values::U8(are_seen.iter().map(|seen| u8::from(*seen)).collect()),
+            },
+        ]
+    }
+}

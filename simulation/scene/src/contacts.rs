@@ -1,0 +1,129 @@
+//! Whether presses touch: not deeper than the surface is soft, and at all.
+
+use fabkit_files::Error;
+use fabkit_fixtures::Press;
+use rayon::prelude::*;
+
+use super::{SceneError, SensorView};
+use crate::ground_truth::{Penetration, approach, penetration};
+
+/// A press may go this much past the soft layer: rounding.
+const SLACK_MM: f64 = 1e-6;
+/// What misses is recommended to go deeper by as much as it misses, times these: surfaces curve.
+const DEEPER: [f64; 4] = [1.05, 1.2, 1.5, 2.0];
+/// Recommended depths are multiples of this, mm.
+const DEPTH_STEP_MM: f64 = 0.01;
+
+/// How a press meets the surface.
+#[derive(Clone, Debug)]
+pub(super) struct Meeting {
+    id: String,
+    /// The deepest point of all of its bodies.
+    deepest: Option<Penetration>,
+}
+
+impl SensorView {
+    /// Refuses presses, by the names they go by, that reach below the soft layer: what is there does
+    /// not give way, so that nobody can take a picture of such a press. And those that do not reach
+    /// the surface, unless that is allowed: who asks for a press wants contact.
+    ///
+    /// # Errors
+    /// Every press that is too deep or misses, with how deep or how far, and where.
+    pub(super) fn check_presses<'a>(
+        &self,
+        presses: impl Iterator<Item = (&'a str, &'a Press)>,
+        allow_no_contact: bool,
+    ) -> Result<Vec<Meeting>, Error> {
+        let touch = self.touch()?;
+        let presses: Vec<_> = presses.collect();
+        let bodies: Vec<_> = presses.iter().flat_map(|(_, press)| &press.bodies).collect();
+        let found = bodies.par_iter().map(|body| approach(touch, body));
+        let found: Vec<_> = found.collect::<Result<_, _>>().map_err(Error::bug)?;
+        let mut found = found.into_iter();
+        let (mut too_deep, mut missing, mut example) = (Vec::new(), Vec::new(), None);
+        let mut meetings = Vec::new();
+        for (name, press) in &presses {
+            let mut nearest: Option<Penetration> = None;
+            for (body, deepest) in press.bodies.iter().zip(&mut found) {
+                let Some(deepest) = deepest else { continue };
+                if nearest.is_none_or(|nearest| deepest.depth_mm > nearest.depth_mm) {
+                    nearest = Some(deepest);
+                }
+                if deepest.depth_mm > touch.soft_mm() + SLACK_MM {
+                    let body = if body.name == *name { "it" } else { &body.name };
+                    too_deep.push(format!(
+                        "`{name}`: {body} goes {:.3} mm deep at {}, but the rigid shell begins {} mm \
+                         below the surface",
+                        deepest.depth_mm,
+                        place(&deepest),
+                        touch.soft_mm(),
+                    ));
+                }
+            }
+            if !nearest.is_some_and(|nearest| nearest.depth_mm > 0.0) {
+                let pattern = if *name == press.id { "" } else { &format!("`{name}`: ") };
+                missing.push(format!("{pattern}`{}` {}", press.id, how_it_misses(nearest)));
+                example = example.or_else(|| self.that_touches(press, nearest?));
+            }
+            meetings.push(Meeting { id: press.id.clone(), deepest: nearest });
+        }
+        if !too_deep.is_empty() {
+            return Err(SceneError::TooDeep(too_deep).into());
+        }
+        if missing.is_empty() || allow_no_contact {
+            return Ok(meetings);
+        }
+        Err(SceneError::NoContact { faults: missing, deeper: example }.into())
+    }
+
+    /// The same press so much deeper that it touches; tried, not only computed.
+    fn that_touches(&self, press: &Press, nearest: Penetration) -> Option<String> {
+        let touch = self.touch().ok()?;
+        DEEPER.iter().find_map(|factor| {
+            let by_mm = (factor * -nearest.depth_mm / DEPTH_STEP_MM).ceil() * DEPTH_STEP_MM;
+            let deeper = self.project.deeper(&press.id, by_mm)?;
+            let found = penetration(touch, deeper.bodies.first()?).ok()??;
+            (found.depth_mm <= touch.soft_mm() + SLACK_MM).then_some(deeper.id)
+        })
+    }
+
+    /// Refuses presses of which no pixel sees anything: truth without contact is the reference.
+    pub(super) fn check_seen(&self, presses: &[Meeting]) -> Result<(), SceneError> {
+        let unseen: Vec<String> = presses
+            .iter()
+            .filter_map(|press| {
+                let deepest = press.deepest?;
+                let in_camera =
+                    self.viewpoint.sensor_from_camera.inverse().point(deepest.point_in_sensor);
+                let off_deg = in_camera.x.hypot(in_camera.y).atan2(in_camera.z).to_degrees();
+                Some(format!(
+                    "the camera sees nothing of `{}`, which goes {:.3} mm deep at {}: {off_deg:.0} \
+                     deg off its axis, beside its picture or hidden",
+                    press.id,
+                    deepest.depth_mm,
+                    place(&deepest),
+                ))
+            })
+            .collect();
+        if unseen.is_empty() {
+            return Ok(());
+        }
+        Err(SceneError::NothingSeen(unseen))
+    }
+}
+
+fn how_it_misses(nearest: Option<Penetration>) -> String {
+    match nearest {
+        Some(nearest) => format!(
+            "does not touch the surface: it ends {:.3} mm above it, nearest at {}",
+            -nearest.depth_mm,
+            place(&nearest)
+        ),
+        None => "does not touch the surface: all of it lies below the surface's foot".into(),
+    }
+}
+
+fn place(of: &Penetration) -> String {
+    let at = of.point_in_sensor;
+    format!("({:.2}, {:.2}, {:.2}) mm", at.x, at.y, at.z)
+}

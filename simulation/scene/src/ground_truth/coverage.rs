@@ -1,0 +1,95 @@
+//! How much of a sensor's surface a camera sees, and what keeps it from the rest.
+
+use std::collections::BTreeMap;
+
+use fabkit_fixtures::SurfacePoints;
+use fabkit_geometry::{InvalidSolid, TouchSurface};
+use fabkit_optics::{Lost, Sights};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::Viewpoint;
+use super::looking::{AT_ONCE, Looking};
+use super::probes::places_of_seed;
+
+/// Places that are looked at; the share is good to about a thousandth.
+const PLACES: u32 = 4_096;
+
+pub use fabkit_optics::{BESIDE_PICTURE, REFRACTION};
+
+/// What a camera sees of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceCoverage {
+    /// Share of the surface's area.
+    pub area: f64,
+    /// Shares of the rest, by what keeps the camera from it: a body, or words; the largest first.
+    pub lost: Vec<(String, f64)>,
+    /// Area of the whole surface, mm2.
+    pub area_mm2: f64,
+    /// Smallest and largest angle of the surface's places to the camera's axis, rad.
+    pub angles_rad: [f64; 2],
+    /// The largest angle that the lens shows, rad.
+    pub lens_rad: f64,
+}
+
+impl SurfaceCoverage {
+    /// The shares, and what keeps the camera from the rest, as documents have them.
+    pub fn to_json(&self) -> Value {
+        json!({ "area": self.area, "area_mm2": self.area_mm2, "lost": self.lost_json() })
+    }
+
+    /// Shares of the surface that the camera does not see, by what keeps it from them.
+    pub fn lost_json(&self) -> Value {
+        self.lost.iter().map(|(by, share)| (by.clone(), json!(share))).collect()
+    }
+}
+
+/// Looks at places spread evenly over the surface, each through the sensor's bodies.
+///
+/// # Errors
+/// Dimensions that make no solid.
+pub fn coverage(
+    touch: &TouchSurface,
+    viewpoint: &Viewpoint,
+    sights: &Sights,
+) -> Result<SurfaceCoverage, InvalidSolid> {
+    let points = SurfacePoints::new(touch)?;
+    let camera_from_sensor = viewpoint.sensor_from_camera.inverse();
+    let places = places_of_seed(0);
+    let point = |number: u32| {
+        let [along, around, _] = places.at(number as usize);
+        points.by_area([along, around]).map(|(point, _)| point)
+    };
+    let numbers: Vec<u32> = (0..PLACES).collect();
+    let looks = numbers.par_chunks(AT_ONCE).flat_map_iter(|numbers| {
+        let mut looking = Looking::new(viewpoint, sights);
+        let look = |number: &u32| {
+            let point = point(*number)?;
+            let in_camera = camera_from_sensor.point(point);
+            let angle_rad = in_camera.coords.xy().norm().atan2(in_camera.z);
+            Some((looking.look(&point).err(), angle_rad))
+        };
+        numbers.iter().filter_map(look).collect::<Vec<_>>()
+    });
+    let looks: Vec<(Option<Lost>, f64)> = looks.collect();
+    let share = |count: usize| count as f64 / f64::from(PLACES);
+    let mut counts: BTreeMap<Lost, usize> = BTreeMap::new();
+    for lost in looks.iter().filter_map(|(lost, _)| *lost) {
+        *counts.entry(lost).or_default() += 1;
+    }
+    let seen = looks.len() - counts.values().sum::<usize>();
+    let word = |lost: Lost| lost.word(sights.stack()).to_owned();
+    let mut lost: Vec<(String, f64)> =
+        counts.into_iter().map(|(lost, count)| (word(lost), share(count))).collect();
+    lost.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let fold = |start: f64, pick: fn(f64, f64) -> f64| {
+        looks.iter().fold(start, |so_far, (_, angle_rad)| pick(so_far, *angle_rad))
+    };
+    Ok(SurfaceCoverage {
+        area: share(seen),
+        lost,
+        area_mm2: points.area_mm2(),
+        angles_rad: [fold(f64::INFINITY, f64::min), fold(0.0, f64::max)],
+        lens_rad: viewpoint.camera().angle_limit_rad(),
+    })
+}

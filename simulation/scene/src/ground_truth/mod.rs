@@ -1,0 +1,22 @@
+//! Ground truth for one camera: where it looks from, what it sees of a sensor's surface, what
+//! presses there, and all of it as bytes.
+
+mod collected;
+mod coverage;
+mod coverage_map;
+mod files;
+mod looking;
+mod penetration;
+mod presses;
+pub mod probes;
+mod viewpoint;
+
+pub use collected::median;
+pub use collected::{Collected, Wanted};
+pub use coverage::{BESIDE_PICTURE, REFRACTION, SurfaceCoverage, coverage};
+pub use coverage_map::coverage_map;
+pub use files::{GREY_STEP_MM, Shown, arrays, picture};
+pub use looking::{are_seen, pixels_of};
+pub use penetration::{Penetration, approach, penetration};
+pub use presses::{Deepest, deepest, pressers};
+pub use viewpoint::{InvalidViewpoint, Viewpoint};

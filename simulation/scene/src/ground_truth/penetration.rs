@@ -1,0 +1,202 @@
+//! How deep a body goes, seen by a camera or not.
+//!
+//! Every point of a body's surface lies on a ray from the dome's centre; over a flat pad, on a ray
+//! straight down. Rays on a grid around the body find its deepest point among all their crossings,
+//! finer grids around it find it exactly.
+
+use std::f64::consts::PI;
+
+use fabkit_fixtures::PressBody;
+use fabkit_geometry::{
+    Aabb, CompiledSolid, Crossing, DomeSurface, InvalidSolid, PlaneSurface, Point3, Pose, Ray,
+    Scratch, TouchSurface, Vector3,
+};
+
+/// Rays along each side of the first grid.
+const FIRST: u32 = 25;
+/// Along each side of the others, and how many there are; each covers two steps of the one before,
+/// so that steps shrink fourfold each time.
+const FINER: u32 = 9;
+const ROUNDS: u32 = 5;
+
+/// The deepest point of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Penetration {
+    /// Below the untouched surface, along its normal, mm; negative above it.
+    pub depth_mm: f64,
+    /// Where, sensor frame, mm.
+    pub point_in_sensor: Point3<f64>,
+}
+
+/// How deep a body goes into a surface; `None` if it stays outside.
+///
+/// Good to a micrometre for what is round or flat; a spike thinner than a 25th of the body may be
+/// missed.
+///
+/// ```
+/// use fabkit_fixtures::load;
+/// use fabkit_scene::ground_truth::penetration;
+///
+/// let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let project = load("rtac0.yaml", yaml, &[])?;
+/// let press = project.press("hemisphere@30deg,120deg,1.2mm")?;
+/// let touch = project.design.sensor.touch.as_ref().ok_or("no surface")?;
+/// let deepest = penetration(touch, &press.bodies[0])?.ok_or("no contact")?;
+/// assert!((deepest.depth_mm - 1.2).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A solid that is none.
+pub fn penetration(
+    touch: &TouchSurface,
+    body: &PressBody,
+) -> Result<Option<Penetration>, InvalidSolid> {
+    Ok(approach(touch, body)?.filter(|deepest| deepest.depth_mm > 0.0))
+}
+
+/// The point of a body that is deepest in a surface, or nearest to it if none is inside; `None` if
+/// all of the body lies below the surface's foot. As good as [`penetration`].
+///
+/// # Errors
+/// A solid that is none.
+pub fn approach(
+    touch: &TouchSurface,
+    body: &PressBody,
+) -> Result<Option<Penetration>, InvalidSolid> {
+    let solid = CompiledSolid::new(&body.solid)?;
+    let bounds = solid.bounds();
+    if bounds.is_empty() || !bounds.is_finite() {
+        return Ok(None);
+    }
+    let (look, reach) = match touch {
+        TouchSurface::Dome(dome) => Look::out_of(dome, body, &bounds),
+        TouchSurface::Plane(plane) => Look::down_on(plane, body, &bounds)?,
+    };
+    let mut rays = Rays {
+        touch,
+        solid: &solid,
+        look,
+        body_from_sensor: body.sensor_from_body.inverse(),
+        scratch: Scratch::default(),
+        crossings: Vec::new(),
+    };
+    let mut best: Option<(Penetration, [f64; 2])> = None;
+    let (mut middle, mut half, mut count) = ([0.0; 2], reach, FIRST);
+    for _ in 0..=ROUNDS {
+        let step = 2.0 * half / f64::from(count - 1);
+        let places = (0..count * count).map(|i| {
+            let offset = |i: u32| step * f64::from(i) - half;
+            [middle[0] + offset(i % count), middle[1] + offset(i / count)]
+        });
+        for place in places {
+            if let Some(found) = rays.deepest(place)
+                && best.is_none_or(|(deepest, _)| found.depth_mm > deepest.depth_mm)
+            {
+                best = Some((found, place));
+            }
+        }
+        let Some((_, place)) = best else { return Ok(None) };
+        (middle, half, count) = (place, step, FINER);
+    }
+    Ok(best.map(|(deepest, _)| deepest))
+}
+
+/// Which rays a surface is looked at along: each has two numbers, 0 towards the body's middle.
+enum Look {
+    /// From the dome's centre, with z towards the body; the numbers are angles, rad.
+    OutOf { sensor_from_rays: Pose },
+    /// Straight down, from above all of the body; the numbers are x and y, mm.
+    DownOn { above: Point3<f64>, pad: Box<CompiledSolid> },
+}
+
+impl Look {
+    /// Rays out of a dome, and how far they spread around the body's middle, rad.
+    fn out_of(dome: &DomeSurface, body: &PressBody, bounds: &Aabb) -> (Self, f64) {
+        let centre = Point3::new(0.0, 0.0, dome.centre_z_mm);
+        let towards = body.sensor_from_body.point(bounds.centre()) - centre;
+        let radius_mm = 0.5 * Vector3::from(bounds.size_mm()).norm();
+        let distance_mm = towards.norm();
+        // A ball around the centre itself is seen in every direction.
+        let reach_rad = if distance_mm > radius_mm { (radius_mm / distance_mm).asin() } else { PI };
+        let sensor_from_rays = match towards.try_normalize(0.0) {
+            Some(axis) => Pose::z_to(axis, centre),
+            None => Pose::translation(0.0, 0.0, dome.centre_z_mm),
+        };
+        (Self::OutOf { sensor_from_rays }, reach_rad)
+    }
+
+    /// Rays down on a pad, and how far they spread around the body's middle, mm.
+    fn down_on(
+        plane: &PlaneSurface,
+        body: &PressBody,
+        bounds: &Aabb,
+    ) -> Result<(Self, f64), InvalidSolid> {
+        let middle = body.sensor_from_body.point(bounds.centre());
+        let radius_mm = 0.5 * Vector3::from(bounds.size_mm()).norm();
+        let above = middle + (1.0 + radius_mm) * Vector3::z();
+        // What is beside the pad, or below its foot, presses something else.
+        let pad = PlaneSurface { top_z_mm: above.z.max(plane.top_z_mm) + 1.0, ..plane.clone() };
+        let pad = CompiledSolid::new(&pad.solid(0.0, plane.foot_z_mm))?;
+        Ok((Self::DownOn { above, pad: Box::new(pad) }, radius_mm))
+    }
+
+    fn ray(&self, place: [f64; 2]) -> Ray {
+        match self {
+            Self::OutOf { sensor_from_rays } => {
+                let angle = place[0].hypot(place[1]);
+                let (sin, cos) = angle.min(PI).sin_cos();
+                // The sine over the angle, without dividing 0 by 0.
+                let share = if angle > 1e-9 { sin / angle } else { 1.0 };
+                let direction = Vector3::new(share * place[0], share * place[1], cos);
+                Ray {
+                    origin: sensor_from_rays.point(Point3::origin()),
+                    direction: sensor_from_rays.vector(direction),
+                }
+            }
+            Self::DownOn { above, .. } => {
+                let origin = above + Vector3::new(place[0], place[1], 0.0);
+                Ray { origin, direction: -Vector3::z() }
+            }
+        }
+    }
+
+    /// Whether a point is on or over the part of the surface that can be pressed.
+    fn is_pressed(&self, touch: &TouchSurface, point: &Point3<f64>) -> bool {
+        match self {
+            Self::OutOf { .. } => point.z >= touch.foot_z_mm(),
+            Self::DownOn { pad, .. } => pad.contains(point),
+        }
+    }
+}
+
+struct Rays<'a> {
+    touch: &'a TouchSurface,
+    solid: &'a CompiledSolid,
+    look: Look,
+    body_from_sensor: Pose,
+    scratch: Scratch,
+    crossings: Vec<Crossing>,
+}
+
+impl Rays<'_> {
+    /// On the ray of two numbers.
+    fn deepest(&mut self, place: [f64; 2]) -> Option<Penetration> {
+        let ray = self.look.ray(place);
+        let ray_in_body = Ray {
+            origin: self.body_from_sensor.point(ray.origin),
+            direction: self.body_from_sensor.vector(ray.direction),
+        };
+        self.solid.crossings_into(&ray_in_body, &mut self.scratch, &mut self.crossings);
+        // What lies behind the centre is seen by rays of the other direction. A centre within the
+        // body, which the ray then leaves first, is a point of it too.
+        let ahead = || self.crossings.iter().filter(|crossing| crossing.t > 0.0);
+        let centre = ahead().next().filter(|first| !first.entering).map(|_| ray.origin);
+        let points = ahead().map(|crossing| ray.at(crossing.t)).chain(centre);
+        let pressed = points.filter(|point| self.look.is_pressed(self.touch, point)).map(|point| {
+            let (depth_mm, _) = self.touch.depth_mm(&point);
+            Penetration { depth_mm, point_in_sensor: point }
+        });
+        pressed.max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm))
+    }
+}

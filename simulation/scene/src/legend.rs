@@ -1,0 +1,60 @@
+//! Letters and legends on pictures.
+
+use fabkit_depth::Picture;
+
+const INK: [u8; 3] = [30, 30, 36];
+const PAPER: [u8; 3] = [255, 255, 255];
+
+/// A colour, what it stands for, and how often.
+pub struct Entry {
+    /// Its name.
+    pub name: String,
+    /// Red, green and blue.
+    pub color: [u8; 3],
+    /// How often it occurs.
+    pub count: usize,
+}
+
+/// Writes a line of text, its left top corner there, capitals `height_px` high.
+pub fn write(picture: &mut Picture, text: &str, [left, top]: [f64; 2], height_px: f64) {
+    for stroke in fabkit_export::lettering(text, height_px) {
+        let points: Vec<[f64; 2]> =
+            stroke.iter().map(|[x, y]| [left + x, top + height_px - y]).collect();
+        picture.draw_line(&points, (height_px / 8.0).max(1.0), INK);
+    }
+}
+
+/// How wide a text is, px.
+pub fn width_px(text: &str, height_px: f64) -> f64 {
+    let ends = fabkit_export::lettering(text, height_px);
+    ends.iter().flatten().fold(0.0, |most: f64, [x, _]| most.max(*x))
+}
+
+/// Colours and what they stand for, in the left top corner.
+pub fn draw(picture: &mut Picture, entries: &[([u8; 3], String)]) {
+    let height_px = (f64::from(picture.height_px) / 66.0).max(7.0);
+    draw_at(picture, entries, [height_px, height_px], height_px);
+}
+
+/// The same from a corner on.
+pub fn draw_at(
+    picture: &mut Picture,
+    entries: &[([u8; 3], String)],
+    [left, top]: [f64; 2],
+    height_px: f64,
+) {
+    let pitch_px = 1.9 * height_px;
+    let widest = entries.iter().map(|(_, text)| width_px(text, height_px)).fold(0.0, f64::max);
+    let right_bottom =
+        [left + 4.0 * height_px + widest, top + pitch_px * entries.len() as f64 + 0.9 * height_px];
+    let px = |place: [f64; 2]| place.map(|value| value.round() as i64);
+    picture.fill(px([left, top]), px(right_bottom), PAPER);
+    for (row, (color, text)) in entries.iter().enumerate() {
+        let y = top + 0.9 * height_px + pitch_px * row as f64;
+        let swatch = [left + height_px, y];
+        let end = [left + 2.4 * height_px, y + height_px];
+        picture.fill(px([swatch[0] - 1.0, swatch[1] - 1.0]), px([end[0] + 1.0, end[1] + 1.0]), INK);
+        picture.fill(px(swatch), px(end), *color);
+        write(picture, text, [left + 3.2 * height_px, y], height_px);
+    }
+}

@@ -1,0 +1,86 @@
+//! What the contact model is worth: how far what the camera sees of elastic layers is from what it would see if the surface
+//! simply followed the presser.
+
+use fabkit_depth::truth::{DepthMap, SURFACE_LABEL};
+use serde_json::{Value, json};
+
+/// Less is no motion, mm.
+const MOVED_MM: f64 = 1e-6;
+
+/// Differences of ranges in some pixels.
+#[derive(Clone, Copy, Debug, Default)]
+struct Differences {
+    pixels: usize,
+    squares_mm2: f64,
+    max_mm: f64,
+}
+
+impl Differences {
+    fn add(&mut self, off_mm: f64) {
+        self.pixels += 1;
+        self.squares_mm2 += off_mm * off_mm;
+        self.max_mm = self.max_mm.max(off_mm.abs());
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.pixels += other.pixels;
+        self.squares_mm2 += other.squares_mm2;
+        self.max_mm = self.max_mm.max(other.max_mm);
+    }
+
+    fn rms_mm(self) -> f64 {
+        (self.squares_mm2 / self.pixels.max(1) as f64).sqrt()
+    }
+
+    fn to_json(self) -> Value {
+        json!({ "pixels": self.pixels, "rms_mm": self.rms_mm(), "max_mm": self.max_mm })
+    }
+}
+
+/// Elastic against rigid contact of the same presses, by range along each pixel's ray.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ContactGap {
+    /// Where a presser touches in either.
+    touched: Differences,
+    /// Where none does, and the surface moves.
+    beside: Differences,
+}
+
+impl ContactGap {
+    /// Of a map, and of the same press in rigid contact.
+    pub fn of(elastic: &DepthMap, rigid: &DepthMap) -> Self {
+        let mut gap = Self::default();
+        let labels = elastic.label().iter().zip(rigid.label());
+        let ranges = elastic.range_mm().iter().zip(rigid.range_mm());
+        for ((label, rigid_label), (range_mm, rigid_mm)) in labels.zip(ranges) {
+            let off_mm = range_mm - rigid_mm;
+            if *label.max(rigid_label) > SURFACE_LABEL {
+                gap.touched.add(off_mm);
+            } else if off_mm.abs() > MOVED_MM {
+                gap.beside.add(off_mm);
+            }
+        }
+        gap
+    }
+
+    /// With that of other pixels.
+    pub fn join(&mut self, other: &Self) {
+        self.touched.join(&other.touched);
+        self.beside.join(&other.beside);
+    }
+
+    /// Where a presser touches: root mean square, and most.
+    pub fn touched_mm(&self) -> [f64; 2] {
+        [self.touched.rms_mm(), self.touched.max_mm]
+    }
+
+    /// Where none does and the surface moves, the same.
+    pub fn beside_mm(&self) -> [f64; 2] {
+        [self.beside.rms_mm(), self.beside.max_mm]
+    }
+
+    /// `touched` and `beside`, each `pixels`, `rms_mm` and `max_mm`.
+    pub fn to_json(&self) -> Value {
+        json!({ "touched": self.touched.to_json(), "beside": self.beside.to_json() })
+    }
+}

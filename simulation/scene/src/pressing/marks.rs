@@ -1,0 +1,70 @@
+//! Where a press moves what a camera follows: dots, ends of dimples and slots.
+
+use fabkit_elastic::{Outcome, SoftStack};
+use fabkit_export::{Array, Values};
+use fabkit_geometry::{Mark, Sensor, TouchSurface, Vector3};
+use serde_json::{Value, json};
+
+/// A mark, and where it is while something presses.
+#[derive(Clone, Debug)]
+pub struct Moved {
+    /// At rest.
+    pub mark: Mark,
+    /// From there, sensor frame, mm; nothing where the layers that are solved have ended.
+    pub displacement_mm: Option<Vector3<f64>>,
+    /// Which way it then points, unit, sensor frame; as at rest where nothing is known.
+    pub axis: Vector3<f64>,
+}
+
+/// All marks of a sensor.
+pub(super) fn moved(
+    sensor: &Sensor,
+    touch: &TouchSurface,
+    soft: &SoftStack,
+    outcome: &Outcome,
+) -> Vec<Moved> {
+    let moved = |mark: &Mark| {
+        let moved = soft.mark(outcome, touch, mark);
+        Moved {
+            displacement_mm: moved.map(|moved| moved.displacement_mm),
+            axis: moved.map_or(mark.axis, |moved| moved.axis),
+            mark: mark.clone(),
+        }
+    };
+    sensor.marks.iter().map(moved).collect()
+}
+
+/// As JSON, in the drawing's order.
+pub fn marks_document(marks: &[Moved]) -> Value {
+    let moved = |moved: &Moved| {
+        json!({
+            "name": moved.mark.name,
+            "place_mm": <[f64; 3]>::from(moved.mark.point.coords),
+            "displacement_mm": moved.displacement_mm.map(<[f64; 3]>::from),
+            "axis": <[f64; 3]>::from(moved.axis),
+        })
+    };
+    marks.iter().map(moved).collect()
+}
+
+/// Places at rest, displacements (NaN where unknown), mm, and axes of M marks, M x 3, sensor frame.
+pub(super) fn marks_arrays(marks: &[Moved]) -> [Array; 3] {
+    let unknown = Vector3::repeat(f64::NAN);
+    let vectors = |name: &str, value: &dyn Fn(&Moved) -> Vector3<f64>| {
+        let values = marks.iter().flat_map(|moved| <[f64; 3]>::from(value(moved)));
+        let shape = vec![marks.len(), 3];
+        Array { name: name.into(), shape, values: Values::F64(values.collect()) }
+    };
+    [
+        vectors("mark_place_mm", &|moved| moved.mark.point.coords),
+        vectors("mark_displacement_mm", &|moved| moved.displacement_mm.unwrap_or(unknown)),
+        vectors("mark_axis", &|moved| moved.axis),
+    ]
+}
+
+/// The one that moves farthest, for people; nothing of a sensor without marks.
+pub fn farthest(marks: &[Moved]) -> Option<(&str, f64)> {
+    let known =
+        marks.iter().filter_map(|m| Some((m.mark.name.as_str(), m.displacement_mm?.norm())));
+    known.max_by(|a, b| a.1.total_cmp(&b.1))
+}

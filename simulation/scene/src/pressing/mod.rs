@@ -1,0 +1,142 @@
+//! What a press does to a sensor's soft layers: forces, contact, how the surface moves.
+//!
+//! The layers are those that are drawn below the surface, with the moduli of their materials; the presser is the
+//! exact solid of a fixture's press. By [`fabkit_elastic`], at small strain.
+
+mod contact;
+mod curve;
+mod document;
+mod error;
+mod files;
+mod finite;
+mod gap;
+mod marks;
+mod picture;
+mod ready;
+mod skin;
+
+use fabkit_elastic::Press;
+use fabkit_fixtures::Project;
+
+pub use contact::{Answer, Contact, Linear};
+pub use curve::{Pressed, Step};
+pub use document::{answer, document, seen, soft_layers};
+pub use error::PressingError;
+pub use fabkit_elastic::{Level, SoftLayer};
+pub use files::{arrays, curve_csv, curve_svg};
+pub use gap::ContactGap;
+pub use marks::marks_document;
+pub use marks::{Moved, farthest};
+pub use picture::picture;
+pub use ready::Ready;
+pub use skin::on_solids;
+pub use skin::{PressedSkin, SkinStep, press_skin, skin_arrays, skin_csv, skin_document, skin_svg};
+
+/// Most steps of a curve.
+pub const MAX_STEPS: u32 = 200;
+/// Steps of a way along the surface, in which what slips is told from what sticks.
+pub(super) const SHEAR_STEPS: usize = 8;
+
+/// What to press, and how finely to look.
+#[derive(Clone, Debug)]
+pub struct Pressing<'a> {
+    /// An indenter and a place without its depth: `ball@30deg,120deg`, or `ball@2mm,-3mm` on a pad.
+    pub indenter: &'a str,
+    /// How deep, mm, along the surface's normal at that place.
+    pub depth_mm: f64,
+    /// By which theory.
+    pub level: Level,
+    /// Of how many equal steps of depth the force curve is made.
+    pub steps: u32,
+    /// How far the presser moves on along the surface, mm: on a dome away from the tip and around it, counter-clockwise
+    /// seen from the tip; on a pad along x and y.
+    pub shear_mm: [f64; 2],
+    /// Coulomb's coefficient for that; nothing for the touched material's own.
+    pub friction: Option<f64>,
+    /// Distance of the surface's nodes, mm; nothing for what the surface and the press ask for.
+    pub spacing_mm: Option<f64>,
+    /// Threads for the setup; the result does not depend on how many.
+    pub threads: usize,
+}
+
+impl Pressing<'_> {
+    /// Presses step by step, and keeps what the last one does.
+    ///
+    /// # Errors
+    /// [`PressingError`]: no such press, nothing soft, a contact that does not converge.
+    pub fn run(&self, project: &Project) -> Result<Pressed, PressingError> {
+        self.check()?;
+        if self.level == Level::Finite {
+            return self.run_finite(project);
+        }
+        let finder = project.press_finder();
+        let last = finder.press(&self.id(self.depth_mm))?;
+        let sensor = &project.design.sensor;
+        let touch = ready::touch(sensor)?;
+        let ready = Ready::for_press(sensor, &last.bodies, self.spacing_mm, self.threads)?;
+        let soft = &ready.soft;
+        let mut steps = Vec::new();
+        let mut outcome = None;
+        for i in 1..=self.steps {
+            let depth_mm = self.depth_at(i);
+            let press = finder.press(&self.id(depth_mm))?;
+            let pressed = ready.press(&press.bodies, &Press::in_place())?;
+            steps.push(Step::of([depth_mm, 0.0], &pressed, soft));
+            outcome = Some(pressed);
+        }
+        let mut friction = None;
+        if self.shear_mm != [0.0; 2] {
+            let coefficient = ready.friction(self.friction)?;
+            let place = contact::deepest_place(touch, &last.bodies)?;
+            let way_mm = ready.along_surface(touch, &place, self.shear_mm);
+            let way_mm = soft.sensor_from_stack.inverse().vector(way_mm);
+            let press = Press::in_place().sheared(coefficient, way_mm, SHEAR_STEPS)?;
+            friction = Some(coefficient);
+            let pressed = ready.press(&last.bodies, &press)?;
+            steps.push(Step::of([self.depth_mm, way_mm.norm()], &pressed, soft));
+            outcome = Some(pressed);
+        }
+        let outcome = outcome.ok_or_else(|| self.no_steps())?;
+        let nodes = ready.stack.surface_nodes();
+        let marks = marks::moved(sensor, touch, &ready.soft, &outcome);
+        let spacing_mm = ready.spacing_mm;
+        Ok(Pressed {
+            id: last.id,
+            level: Level::Linear,
+            spacing_mm,
+            friction,
+            steps,
+            outcome,
+            marks,
+            soft: ready.soft,
+            nodes,
+        })
+    }
+
+    /// As fixtures know a press.
+    fn id(&self, depth_mm: f64) -> String {
+        format!("{},{depth_mm}mm", self.indenter)
+    }
+
+    /// Of the i-th step, mm.
+    fn depth_at(&self, i: u32) -> f64 {
+        self.depth_mm * f64::from(i) / f64::from(self.steps)
+    }
+
+    pub(super) fn check(&self) -> Result<(), PressingError> {
+        if !(1..=MAX_STEPS).contains(&self.steps) {
+            return Err(self.no_steps());
+        }
+        Ok(())
+    }
+
+    pub(super) fn no_steps(&self) -> PressingError {
+        let limit = format!("1 to {MAX_STEPS} steps");
+        PressingError::Range { what: "steps", value: self.steps.to_string(), limit }
+    }
+}
+
+/// As many threads as work is done on.
+pub fn threads() -> usize {
+    rayon::current_num_threads()
+}

@@ -1,0 +1,328 @@
+//! Presses on a skin with channels of liquid: forces, and what each column tells of them.
+
+use std::fmt::Write as _;
+
+use fabkit_elastic::{
+    AIR_MPA, ChannelMoved, Level, LiquidOutcome, LiquidReady, LiquidStack, SkinNode, SoftError,
+    SolidPresser,
+};
+use fabkit_export::{Array, Values};
+use fabkit_fixtures::{Press, PressBody, Project};
+use fabkit_geometry::{CompiledSolid, Sensor, Vector3};
+use serde_json::{Value, json};
+
+use super::document::soft_layers;
+use super::files::force_svg;
+use super::marks::{marks_arrays, marks_document};
+use super::{Moved, Pressing, PressingError};
+
+/// Distance of nodes that nobody asked for, mm.
+const SPACING_MM: f64 = 1.0;
+/// Small strain holds up to about here: how far a channel may close, as a part of its height.
+const MOST_CLOSED: f64 = 0.25;
+/// How far the skin may sag, as a part of its thickness: beyond, plates stretch as well as bend.
+const MOST_SAG: f64 = 0.5;
+
+/// One depth of a press on a skin.
+#[derive(Clone, Debug)]
+pub struct SkinStep {
+    /// How deep the presser stands, mm.
+    pub depth_mm: f64,
+    /// What it does.
+    pub outcome: LiquidOutcome,
+}
+
+/// A press on a skin with the way to it.
+#[derive(Debug)]
+pub struct PressedSkin {
+    /// The press at its full depth.
+    pub id: String,
+    /// Distance of nodes, mm.
+    pub spacing_mm: f64,
+    /// By depth.
+    pub steps: Vec<SkinStep>,
+    /// What the camera follows, at full depth.
+    pub marks: Vec<Moved>,
+    /// What was pressed.
+    pub stack: LiquidStack,
+}
+
+impl Pressing<'_> {
+    /// Whether a sensor has no other surface than a skin with channels of liquid.
+    pub fn is_on_skin(sensor: &Sensor) -> bool {
+        sensor.touch.is_none() && sensor.liquid.is_some()
+    }
+
+    /// Presses the skin of a sensor with channels of liquid step by step.
+    ///
+    /// # Errors
+    /// [`PressingError`]: no such press, a way along the skin, a channel that is pressed shut, a contact that does
+    /// not converge.
+    pub fn run_on_skin(&self, project: &Project) -> Result<PressedSkin, PressingError> {
+        self.check()?;
+        if self.shear_mm != [0.0; 2] || self.friction.is_some() {
+            let problem =
+                "a skin with channels of liquid is pressed straight down, without friction";
+            return Err(PressingError::Contact { problem: problem.to_owned() });
+        }
+        if self.level == Level::Finite {
+            return Err(PressingError::Finite { what: "has layers alone, no channels of liquid" });
+        }
+        let finder = project.skin_press_finder();
+        let last = finder.press(&self.id(self.depth_mm))?;
+        let spacing_mm = self.spacing_mm.unwrap_or(SPACING_MM);
+        let stack = LiquidStack::of(&project.design.sensor, spacing_mm)?;
+        let ready = on_solids(&last.bodies, |pressers| Ok(stack.ready(pressers)?))?;
+        let mut steps = Vec::new();
+        for i in 1..=self.steps {
+            let depth_mm = self.depth_at(i);
+            let press = finder.press(&self.id(depth_mm))?;
+            steps.push(SkinStep { depth_mm, outcome: press_skin(&ready, &press)? });
+        }
+        drop(ready);
+        let Some(deepest) = steps.last() else { return Err(self.no_steps()) };
+        let marks = project.design.sensor.marks.iter().map(|mark| Moved {
+            displacement_mm: Some(deepest.outcome.displacement_mm(&stack, &mark.point)),
+            axis: mark.axis,
+            mark: mark.clone(),
+        });
+        Ok(PressedSkin { id: last.id, spacing_mm, marks: marks.collect(), steps, stack })
+    }
+}
+
+/// What a skin that is ready answers to a press.
+///
+/// # Errors
+/// As for [`Pressing::run_on_skin`].
+pub fn press_skin(ready: &LiquidReady<'_>, press: &Press) -> Result<LiquidOutcome, PressingError> {
+    on_solids(&press.bodies, |pressers| Ok(ready.press(pressers)?))
+}
+
+/// Calls with bodies that press in their places.
+pub fn on_solids<T>(
+    bodies: &[PressBody],
+    call: impl FnOnce(&[SolidPresser<'_>]) -> Result<T, PressingError>,
+) -> Result<T, PressingError> {
+    let compiled = |body: &PressBody| CompiledSolid::new(&body.solid);
+    let solids = bodies.iter().map(compiled).collect::<Result<Vec<_>, _>>();
+    let solids = solids.map_err(SoftError::Solid)?;
+    let pressers: Vec<SolidPresser<'_>> = solids
+        .iter()
+        .zip(bodies)
+        .map(|(solid, body)| SolidPresser::new(solid, &body.sensor_from_body))
+        .collect();
+    call(&pressers)
+}
+
+impl PressedSkin {
+    /// At full depth.
+    pub fn last(&self) -> Option<&SkinStep> {
+        self.steps.last()
+    }
+
+    /// How force grows with depth at full depth, N/mm.
+    pub fn stiffness_n_mm(&self) -> f64 {
+        let at =
+            |i: usize| self.steps.get(i).map(|step| (step.depth_mm, step.outcome.force_n.norm()));
+        let [before, last] = [2, 1].map(|back| self.steps.len().checked_sub(back).and_then(at));
+        let (depth_mm, force_n) = before.unwrap_or((0.0, 0.0));
+        last.map_or(f64::NAN, |(last_mm, last_n)| (last_n - force_n) / (last_mm - depth_mm))
+    }
+
+    /// Thickness of the skin, mm.
+    pub fn thickness_mm(&self) -> f64 {
+        let levels = &self.stack.skin().levels_mm;
+        levels.last().unwrap_or(&0.0) - levels.first().unwrap_or(&0.0)
+    }
+
+    /// The channel that closes most, as a part of its height.
+    pub fn most_closed(&self) -> f64 {
+        let share = |channel: &ChannelMoved| channel.closes_mm / channel.height_mm;
+        let last = self.last().into_iter().flat_map(|step| &step.outcome.channels);
+        last.map(share).fold(0.0, f64::max)
+    }
+
+    /// How far the skin sags, as a part of its thickness.
+    pub fn sags(&self) -> f64 {
+        self.last().map_or(0.0, |step| step.outcome.sags_mm / self.thickness_mm())
+    }
+
+    /// Thickness of the channels' covers over their width: where it is small, covers are thin plates.
+    pub fn cover_over_width(&self) -> f64 {
+        let ratios =
+            self.stack.skin().channels.iter().map(|channel| channel.cover_mm / channel.width_mm);
+        ratios.fold(0.0, f64::max)
+    }
+
+    /// Where the theory is stretched beyond what it was made for, in words.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let closed = self.most_closed();
+        if closed > MOST_CLOSED {
+            warnings.push(format!(
+                "a channel closes by {:.0} % of its height: above {:.0} %, small strain only tells about how much",
+                100.0 * closed,
+                100.0 * MOST_CLOSED
+            ));
+        }
+        let sags = self.sags();
+        if sags > MOST_SAG {
+            warnings.push(format!(
+                "the skin sags by {:.0} % of its thickness: above {:.0} % it also stretches, and is stiffer than this",
+                100.0 * sags,
+                100.0 * MOST_SAG
+            ));
+        }
+        warnings
+    }
+}
+
+fn channel(channel: &ChannelMoved) -> Value {
+    json!({
+        "name": channel.name,
+        "volume_mm3": channel.volume_mm3,
+        "column_moves_mm": channel.column_moves_mm,
+        "pressure_kpa": 1e3 * channel.pressure_mpa,
+        "closes_mm": channel.closes_mm,
+        "height_mm": channel.height_mm,
+    })
+}
+
+fn step_document(SkinStep { depth_mm, outcome }: &SkinStep) -> Value {
+    json!({
+        "depth_mm": depth_mm,
+        "shear_mm": 0.0,
+        "force_n": <[f64; 3]>::from(outcome.force_n),
+        "moment_nmm": <[f64; 3]>::from(outcome.moment_nmm),
+        "contact_radius_mm": outcome.contact_radius_mm,
+        "contact_area_mm2": outcome.contact_area_mm2,
+        "max_indentation_mm": outcome.max_indentation_mm,
+        "bulge_mm": outcome.bulge_mm,
+        "sags_mm": outcome.sags_mm,
+        "channels": outcome.channels.iter().map(channel).collect::<Vec<_>>(),
+    })
+}
+
+/// A press on a skin as `fabkit press --json` says it: as any other, and `channels`.
+pub fn skin_document(pressed: &PressedSkin) -> Value {
+    let layers = &pressed.stack.layers;
+    let force_n = pressed.last().map_or(f64::NAN, |step| step.outcome.force_n.norm());
+    // Air does not give way as silicone does: between these the force lies, whatever it does.
+    let shares = layers.iter().map(|layer| {
+        layer.elasticity.young_range_mpa.map(|young_mpa| young_mpa / layer.elasticity.young_mpa)
+    });
+    let [low, high] = shares.fold([1.0, 1.0], |[low, high], [least, most]| {
+        [f64::min(low, least), f64::max(high, most)]
+    });
+    let drawn = pressed.stack.skin().channels.first();
+    let mut document = json!({
+        "format": "fabkit-press",
+        "version": 1,
+        "press": pressed.id,
+        "contact_level": Level::Linear.name(),
+        "is_simulated": true,
+        "layers": soft_layers(layers),
+        "left_out": pressed.stack.left_out,
+        "nodes": pressed.stack.surface_nodes(),
+        "spacing_mm": pressed.spacing_mm,
+        "friction": null,
+        "stiffness_n_mm": pressed.stiffness_n_mm(),
+        "force_range_n": [low * force_n, high * force_n],
+        "column_mm2": drawn.map(|channel| channel.column_mm2),
+        "shut_in_air_mm3": drawn.map(|channel| channel.air_mm3),
+        "air_kpa": 1e3 * AIR_MPA,
+        "validity": {
+            "cover_thickness_to_width": pressed.cover_over_width(),
+            "most_closed": pressed.most_closed(),
+            "most_closed_limit": MOST_CLOSED,
+            "sags": pressed.sags(),
+            "sags_limit": MOST_SAG,
+        },
+        "warnings": pressed.warnings(),
+        "marks": marks_document(&pressed.marks),
+        "curve": pressed.steps.iter().map(step_document).collect::<Vec<_>>(),
+    });
+    if let (Some(Value::Object(last)), Some(document)) =
+        (pressed.last().map(step_document), document.as_object_mut())
+    {
+        document.extend(last);
+    }
+    document
+}
+
+/// The curve as CSV: force, and the squeezed volume of each channel, mm3.
+pub fn skin_csv(pressed: &PressedSkin) -> String {
+    let mut text = String::from(
+        "depth_mm,force_n,force_x_n,force_y_n,force_z_n,moment_x_nmm,moment_y_nmm,moment_z_nmm,contact_radius_mm,\
+         contact_area_mm2,max_indentation_mm,bulge_mm,sags_mm",
+    );
+    for channel in &pressed.stack.skin().channels {
+        let _ = write!(text, ",{}_mm3", channel.name.replace(' ', "_"));
+    }
+    text.push('\n');
+    for SkinStep { depth_mm, outcome } in &pressed.steps {
+        let (force, moment) = (outcome.force_n, outcome.moment_nmm);
+        let numbers = [
+            *depth_mm,
+            force.norm(),
+            force.x,
+            force.y,
+            force.z,
+            moment.x,
+            moment.y,
+            moment.z,
+            outcome.contact_radius_mm,
+            outcome.contact_area_mm2,
+            outcome.max_indentation_mm,
+            outcome.bulge_mm,
+            outcome.sags_mm,
+        ];
+        let volumes = outcome.channels.iter().map(|channel| channel.volume_mm3);
+        let cells = numbers.into_iter().chain(volumes).map(|number| format!("{number:.6}"));
+        let _ = writeln!(text, "{}", cells.collect::<Vec<_>>().join(","));
+    }
+    text
+}
+
+/// Force over depth as a drawing.
+pub fn skin_svg(pressed: &PressedSkin) -> String {
+    let steps = pressed.steps.iter().map(|step| [step.depth_mm, step.outcome.force_n.norm()]);
+    force_svg(&pressed.id, Level::Linear, steps)
+}
+
+/// The skin's faces at full depth as arrays, the touched one, then the underside below it: `place_mm`, `outward`,
+/// `displacement_mm` and `shear_mpa` (N x 3, sensor frame), `pressure_mpa` and `area_mm2` (N); and `volume_mm3` and
+/// `column_moves_mm` of each channel; and of M marks `mark_place_mm`, `mark_displacement_mm` and `mark_axis` (M x 3).
+pub fn skin_arrays(pressed: &PressedSkin) -> Vec<Array> {
+    let nodes = pressed.last().map(|step| step.outcome.nodes(&pressed.stack)).unwrap_or_default();
+    let channels = pressed.last().map(|step| &step.outcome.channels[..]).unwrap_or_default();
+    let array = |name: &str, shape: Vec<usize>, values: Vec<f64>| Array {
+        name: name.into(),
+        shape,
+        values: Values::F64(values),
+    };
+    let vectors = |name: &str, value: fn(&SkinNode) -> Vector3<f64>| {
+        let values = nodes.iter().flat_map(|node| <[f64; 3]>::from(value(node)));
+        array(name, vec![nodes.len(), 3], values.collect())
+    };
+    let numbers = |name: &str, value: fn(&SkinNode) -> f64| {
+        array(name, vec![nodes.len()], nodes.iter().map(value).collect())
+    };
+    let by_channel = |name: &str, value: fn(&ChannelMoved) -> f64| {
+        array(name, vec![channels.len()], channels.iter().map(value).collect())
+    };
+    let [place, moved, axis] = marks_arrays(&pressed.marks);
+    vec![
+        vectors("place_mm", |node| node.place_mm),
+        vectors("outward", |node| node.outward),
+        vectors("displacement_mm", |node| node.displacement_mm),
+        vectors("shear_mpa", |_| Vector3::zeros()),
+        numbers("pressure_mpa", |node| node.pressure_mpa),
+        numbers("area_mm2", |node| node.area_mm2),
+        by_channel("volume_mm3", |channel| channel.volume_mm3),
+        by_channel("column_moves_mm", |channel| channel.column_moves_mm),
+        place,
+        moved,
+        axis,
+    ]
+}

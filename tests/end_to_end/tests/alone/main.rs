@@ -3,3 +3,4 @@
 mod budget;
 mod failures;
 mod memory;
+mod refusals;

@@ -54,7 +54,7 @@ fn the_manifest_tells_the_tolerance_that_was_used() {
 #[test]
 fn loose_pieces_are_refused() {
     let root = tempfile::tempdir().unwrap();
-    // Closed cavities are tested where exports are (`fabkit/command/tests/exporting.rs`).
+    // Closed cavities are tested where exports are (`fabkit/application/tests/exporting.rs`).
     let set = "--set=fixtures.pin_dome.numbers.height=7.20531mm";
     let options = ["export", "tactip/pin-dome", set, "--format=stl", "-o", "out"];
     let run: Run = fabkit(root.path(), &options);

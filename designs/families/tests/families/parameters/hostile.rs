@@ -52,8 +52,8 @@ fn a_bomb_is_refused_at_its_first_anchor() {
     let found = problem(&bomb, &[]);
     assert_eq!(found.line, Some(1));
     assert!(found.message.contains("anchors"));
-    // Expanded it would be 9^30 nodes; a second is for slow machines.
-    assert!(start.elapsed() < Duration::from_secs(1));
+    // Expanded it would be 9^30 nodes; the seconds are for slow machines with other work.
+    assert!(start.elapsed() < Duration::from_secs(10));
 }
 
 #[test]

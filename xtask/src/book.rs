@@ -15,7 +15,7 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::time::Instant;
 
-use crate::run::{built, check, exists, in_ci, is_late, note_late, root, skip, tool};
+use crate::run::{built, check, exists, in_ci, root, skip, tool};
 use pages::Runner;
 
 /// What generated pages say of themselves.
@@ -109,10 +109,6 @@ fn run_pages(
 }
 
 fn run_page(runner: &mut Runner, path: &Path, page: &markdown::Page) -> Result<(), String> {
-    if is_late() {
-        note_late(&path.display().to_string());
-        return Ok(());
-    }
     let folder = built("book-runs", "").join(path.with_extension(""));
     let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
     if folder.exists() {

@@ -5,9 +5,12 @@ use std::process::Command;
 
 use crate::python::{environment, interpreter, uv};
 use crate::run::{build_workspace, built, check, exists, fabkit, root};
+use crate::samples::Samples;
 
 /// Pixels of each sensor in `cargo xtask test`: half a minute in all, most of it for depth maps.
-const SAMPLE: &str = "500";
+const SAMPLE: usize = 500;
+/// All of them.
+const ALL: usize = 50_000;
 
 const REQUIREMENTS: &str = "tests/oracles/requirements-mitsuba.txt";
 
@@ -27,9 +30,9 @@ pub fn run(args: &[String]) -> Result<(), String> {
 }
 
 /// Few pixels of each sensor.
-pub fn sample(python: &Path, fabkit: &Path) -> Command {
+pub fn sample(python: &Path, fabkit: &Path, samples: Samples) -> Command {
     let mut script = script(python, fabkit);
-    script.args(["--sample", SAMPLE]);
+    script.args(["--sample", &samples.count(ALL, SAMPLE).to_string()]);
     script
 }
 

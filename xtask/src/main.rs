@@ -16,6 +16,7 @@ mod python_package;
 mod real_captures;
 mod run;
 mod rust_tests;
+mod samples;
 mod test;
 mod variants;
 
@@ -26,7 +27,8 @@ const HELP: &str = "\
 Usage: cargo xtask TASK
 
 Tasks:
-  test               Set up what tests need and run them all: outside oracles, unit, end-to-end, doc tests
+  test [--full]      Set up what tests need and run them all: outside oracles, unit, end-to-end, doc tests;
+                     of many things a sample, which --help names, or everything
   verify-env         Make the Python environment of the verifier and of the outside oracles
   lint               Formatting, clippy and documentation without warnings, licences and sources
   fuzz [--seconds S | --runs N] [--seed K] [NAME...]
@@ -56,7 +58,7 @@ Tasks:
 fn main() -> ExitCode {
     let task = env::args().nth(1).unwrap_or_default();
     let result = match task.as_str() {
-        "test" => test::run(),
+        "test" => test::run(&env::args().skip(2).collect::<Vec<_>>()),
         "verify-env" => python::run(),
         "lint" => lint::run(),
         "fuzz" => fuzz::run(env::args().skip(2)),

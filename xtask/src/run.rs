@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Instant, SystemTime};
+use std::time::Instant;
 
 /// The workspace's root.
 pub fn root() -> &'static Path {
@@ -24,20 +24,10 @@ pub fn skip(step: &str, why: &str) -> Result<(), String> {
         return Err(format!("{step} must not be skipped here: {why}"));
     }
     println!("xtask: SKIPPED {step}: {why}");
-    note_skipped(format!("{step}: {why}"));
-    Ok(())
-}
-
-/// Says that something is left out because it is late.
-pub fn note_late(step: &str) {
-    println!("xtask: NOT RUN, it is late: {step}");
-    note_skipped(format!("{step}, because it was late"));
-}
-
-fn note_skipped(step: String) {
     if let Ok(mut steps) = SKIPPED.lock() {
-        steps.push(step);
+        steps.push(format!("{step}: {why}"));
     }
+    Ok(())
 }
 
 static SKIPPED: Mutex<Vec<String>> = Mutex::new(Vec::new());
@@ -45,6 +35,13 @@ static SKIPPED: Mutex<Vec<String>> = Mutex::new(Vec::new());
 /// Everything that was skipped so far, and why.
 pub fn skipped() -> Vec<String> {
     SKIPPED.lock().map(|steps| steps.clone()).unwrap_or_default()
+}
+
+/// Another task, as a program of its own that others can stand beside.
+pub fn task(name: &str) -> Result<Command, String> {
+    let mut command = Command::new(env::current_exe().map_err(|e| format!("xtask: {e}"))?);
+    command.arg(name);
+    Ok(command)
 }
 
 /// The cargo that runs this task.
@@ -68,19 +65,9 @@ pub fn check(command: &mut Command) -> Result<(), String> {
 
 /// Runs a few programs at a time, the first ones first: most of them keep one core busy, and leave the other idle.
 /// What each prints is shown when it has ended, so that lines of two do not mix. All are run, and all that fail
-/// are named; but of `samples`, which come last, those whose turn comes too late are left out aloud.
-pub fn check_side_by_side(commands: Vec<Command>, samples: Vec<Command>) -> Result<(), String> {
-    side_by_side(commands, samples, &is_late)
-}
-
-fn side_by_side(
-    commands: Vec<Command>,
-    samples: Vec<Command>,
-    is_late: &(dyn Fn() -> bool + Sync),
-) -> Result<(), String> {
-    let samples = samples.into_iter().map(|command| (command, true));
-    let all: Vec<_> = commands.into_iter().map(|command| (command, false)).chain(samples).collect();
-    let waiting = Mutex::new(all.into_iter());
+/// are named.
+pub fn check_side_by_side(commands: Vec<Command>) -> Result<(), String> {
+    let waiting = Mutex::new(commands.into_iter());
     let failures = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
         for _ in 0..AT_A_TIME {
@@ -88,11 +75,7 @@ fn side_by_side(
                 loop {
                     // Not in the loop's head: there the lock would be held while the program runs.
                     let next = waiting.lock().ok().and_then(|mut waiting| waiting.next());
-                    let Some((mut command, is_sample)) = next else { return };
-                    if is_sample && is_late() {
-                        note_late(&shown(&command));
-                        continue;
-                    }
+                    let Some(mut command) = next else { return };
                     if let Err(why) = captured(&mut command)
                         && let Ok(mut failures) = failures.lock()
                     {
@@ -105,14 +88,6 @@ fn side_by_side(
     let mut failures = failures.into_inner().map_err(|_| "a program's watcher ended early")?;
     failures.sort();
     if failures.is_empty() { Ok(()) } else { Err(failures.join("\n")) }
-}
-
-/// Whether the time is over that the gate has for what others say in part: samples for outside programs, pages of the book.
-/// `.ci/run` says when, in seconds since 1970. A slow machine would be stopped before its end, and nothing would be known.
-pub fn is_late() -> bool {
-    let end = env::var("FABKIT_LATE_FROM").ok().and_then(|text| text.parse().ok());
-    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-    end.zip(now.ok()).is_some_and(|(end, now): (u64, _)| now.as_secs() > end)
 }
 
 /// Programs that run side by side: the machine of the gate has two cores, and some wait for a disk or a browser.
@@ -211,12 +186,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_give_way_when_it_is_late_and_nothing_else_does() {
-        let of = |names: &[&str]| names.iter().map(Command::new).collect::<Vec<_>>();
-        let run =
-            |commands, samples, late: bool| side_by_side(of(commands), of(samples), &move || late);
-        assert!(run(&["true"], &["true", "false"], true).is_ok());
-        assert!(run(&["true"], &["true", "false"], false).is_err());
-        assert!(run(&["true", "false"], &["true"], true).is_err());
+    fn all_programs_run_and_all_that_fail_are_named() {
+        let run = |names: &[&str]| check_side_by_side(names.iter().map(Command::new).collect());
+        assert_eq!(run(&["true"; 9]), Ok(()));
+        let failures = run(&["false", "true", "true", "true", "false"]).unwrap_err();
+        assert_eq!(failures.lines().count(), 2, "{failures}");
     }
 }

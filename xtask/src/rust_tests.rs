@@ -1,50 +1,25 @@
 //! The workspace's Rust tests as programs, which other work can stand beside: `cargo test` runs them one after the other,
-//! and most keep one core busy.
+//! and the end of each keeps one core busy.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-use crate::run::{WORKSPACE, cargo, check, fabkit};
+use crate::run::{WORKSPACE, cargo, fabkit};
 
 /// Started first, the longest before the others.
-const LONG: [&str; 16] = [
-    "reality",
-    "presses",
-    "assemblies",
-    "guide",
-    "reconstruct",
-    "constraints",
-    "calibrate",
-    "found_marks",
-    "edits",
-    "checks",
-    "fit_light",
-    "capture",
-    "buying",
-    "flat",
-    "bodies",
-    "planning",
-];
+const LONG: [&str; 8] =
+    ["truth", "reality", "designs", "calibration", "guide", "export", "datasets", "families"];
 
-/// They measure time and memory, and want the machine for themselves.
-const ALONE: [&str; 8] = [
-    "budget",
-    "failures",
-    "fabkit_text",
-    "memory",
-    "own_materials",
-    "parameters",
-    "pose",
-    "problems",
-];
+/// It measures time and memory, and interrupts: it wants the machine for itself, one test at a time.
+const ALONE: &str = "alone";
 
 /// Programs of tests.
 pub struct Tests {
     /// The longest first.
     pub beside_others: Vec<Command>,
-    /// One after the other, with nothing else running.
+    /// With nothing else running.
     pub alone: Vec<Command>,
 }
 
@@ -62,18 +37,24 @@ pub fn build() -> Result<Tests, String> {
     let mut programs: Vec<Program> = messages.lines().filter_map(Program::of).collect();
     programs.sort_by_key(Program::rank);
     let fabkit = fabkit()?;
-    let (alone, beside): (Vec<_>, Vec<_>) =
-        programs.iter().partition(|program| ALONE.contains(&program.name.as_str()));
-    let commands = |programs: Vec<&Program>| {
-        programs.into_iter().map(|program| program.command(&fabkit)).collect()
-    };
-    Ok(Tests { beside_others: commands(beside), alone: commands(alone) })
+    let (mut alone, mut beside_others) = (Vec::new(), Vec::new());
+    for program in &programs {
+        let mut command = program.command(&fabkit);
+        if program.name == ALONE {
+            command.arg("--test-threads=1");
+            alone.push(command);
+        } else {
+            beside_others.push(command);
+        }
+    }
+    Ok(Tests { beside_others, alone })
 }
 
 /// The examples in what is documented; cargo alone can run them.
-pub fn documented() -> Result<(), String> {
-    let examples = ["test", "--release", "--doc"];
-    check(cargo().args(examples).args(WORKSPACE).env("FABKIT", fabkit()?))
+pub fn documented() -> Result<Command, String> {
+    let mut command = cargo();
+    command.args(["test", "--release", "--doc"]).args(WORKSPACE).env("FABKIT", fabkit()?);
+    Ok(command)
 }
 
 struct Program {

@@ -1,6 +1,5 @@
 //! `cargo xtask test`
 
-use std::env;
 use std::path::Path;
 use std::process::Command;
 
@@ -8,21 +7,36 @@ use serde_json::Value;
 
 use crate::run::{
     build_workspace, built, cargo, check, check_side_by_side, fabkit, in_ci, root, skip, skipped,
+    task,
 };
+use crate::samples::{FULL, Samples};
 
-/// The sensor that is verified everywhere.
-const ALWAYS_VERIFIED: &str = "rtac0";
+/// The tests and what they leave out, for `cargo xtask test --help`.
+const HELP: &str = "\
+Usage: cargo xtask test [--full]
 
-/// In continuous integration, of its bodies every so many-th.
-const ALWAYS_EVERY: usize = 2;
+Runs the same tests on every machine. Where many things differ little, it looks at a sample:
 
-/// What is verified besides in continuous integration: a flat sensor. Built-in variants differ from it in numbers alone.
-const VERIFIED_IN_CI: [&str; 1] = ["9dtact"];
+  sensors            the first of each family; `fabkit check` is asked of all
+  fixtures           those of rtac0, 9dtact and fluidic; every tenth of a hundred halves
+  presses            every third indenter of each sensor through its camera
+  wrong designs      every third of those that a rule has to find
+  edits              each parameter by 25 %, and of what is refused every 24th with --fix
+  Python package     every third test of what it says as the command does
+  other kernels      seven designs, some bodies of each, with fewer dimples, slots and holes
+  outside programs   every fifth part in the slicer, six random variants, 500 rays of each of five
+                     sensors, and a few designs for each of the others
 
-/// One sensor of each other family and the fixture with the most kinds of parts, every so many-th of its bodies, and
-/// fewer features where OpenCascade takes minutes for them: 469 dimples, 85 slots, 29 holes. All of them with `fabkit verify
-/// SENSOR`.
-const SAMPLED_IN_CI: [(&str, usize, &[&str]); 5] = [
+How quick the machine is, measured before anything begins, halves or quarters what kernels, slicer,
+variants and rays are given, and nothing else. With --full, or FABKIT_FULL=1, all of it is looked at:
+hours on two cores.
+";
+
+/// What other kernels rebuild: every so many-th of a design's bodies, and fewer features where OpenCascade takes minutes
+/// for them: 469 dimples, 85 slots, 29 holes. A dome, a flat sensor, one sensor of each other family and the fixture with the
+/// most kinds of parts; built-in variants differ from them in numbers alone. All of them with `fabkit verify SENSOR`.
+const VERIFIED: [(&str, usize, &[&str]); 7] = [
+    ("rtac0", 2, &[]),
     (
         "rtac0/pin-dome",
         2,
@@ -35,11 +49,11 @@ const SAMPLED_IN_CI: [(&str, usize, &[&str]); 5] = [
     ("uvdtact", 9, &["--set=markers.count=7"]),
     ("fluidic", 8, &[]),
     ("tactip", 8, &[]),
+    ("9dtact", 1, &[]),
 ];
 
-/// Of a hundred halves, which differ in their protrusions alone.
-const SEMI_DOMES_IN_CI: (&str, [&str; 2]) =
-    ("rtac0/semi-domes", ["semi-dome-044", "semi-dome-099"]);
+/// Of a hundred halves, which differ in their protrusions alone; no more of them in full.
+const SEMI_DOMES: (&str, [&str; 2]) = ("rtac0/semi-domes", ["semi-dome-044", "semi-dome-099"]);
 
 /// Sensors and fixtures whose GLB files trimesh reads; all of them without naming any.
 const VIEWED: [&str; 5] = ["rtac0", "rtac0/pin-dome", "9dtact", "fluidic", "tactip/semi-domes"];
@@ -47,8 +61,10 @@ const VIEWED: [&str; 5] = ["rtac0", "rtac0/pin-dome", "9dtact", "fluidic", "tact
 /// Whose files for robots are read, with a mount; those of all families without naming any.
 const ROBOTS: [&str; 1] = ["rtac0"];
 
-/// Random variants that are made every time, always the same ones; more with `cargo xtask variants`.
-const VARIANTS: (u32, u64) = (6, 13);
+/// Random variants that are made every time, always the same ones, and in full; more with `cargo xtask variants`.
+const VARIANTS: usize = 6;
+const VARIANTS_IN_FULL: usize = 200;
+const SEED: u64 = 13;
 
 /// Sensors whose files lib3mf, ezdxf and OpenCV read: one with sheets, one with a mold of slots, one with channels.
 const READ: [&str; 3] = ["rtac0", "uvdtact", "fluidic"];
@@ -57,10 +73,10 @@ const READ: [&str; 3] = ["rtac0", "uvdtact", "fluidic"];
 const SEEN: [&str; 2] = ["shadows", "dots"];
 
 /// Whose optics pack is read as simulators read it.
-const PACKED: &str = "digit-like";
+const PACKED: [&str; 1] = ["digit-like"];
 
 /// Of all parts of all sensors the slicer slices every so many-th.
-const SLICED_EVERY: &str = "5";
+const SLICED_EVERY: usize = 5;
 
 /// Parts whose 3MF files are sliced twice, with their settings and as told: small ones of several kinds.
 const SLICED: [&str; 3] = ["rtac0/baffle", "9dtact/base", "tactip/controller-holder"];
@@ -69,35 +85,38 @@ const SLICED: [&str; 3] = ["rtac0/baffle", "9dtact/base", "tactip/controller-hol
 const CONSUMERS: [&str; 2] = ["admesh", "prusa-slicer"];
 
 /// Builds, lets the outside oracles read what the command writes, and runs all tests.
-pub fn run() -> Result<(), String> {
+pub fn run(arguments: &[String]) -> Result<(), String> {
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match *words {
+        [] => {}
+        // The tests themselves read the variable, too.
+        ["--full"] => return check(task("test")?.env(FULL, "1")),
+        ["-h" | "--help"] => {
+            print!("{HELP}");
+            return Ok(());
+        }
+        _ => return Err(format!("`{}` is not known here\n\n{HELP}", words.join(" "))),
+    }
+    let samples = Samples::choose();
     build_workspace()?;
     let tests = crate::rust_tests::build()?;
     let mut side_by_side = Vec::new();
     if in_ci() {
-        // First, because cargo waits for cargo, and nothing else here asks it for anything.
-        let mut lint = Command::new(env::current_exe().map_err(|e| format!("xtask: {e}"))?);
-        lint.arg("lint");
-        side_by_side.push(lint);
+        side_by_side.push(task("lint")?);
     }
-    let mut package = match crate::python::uv() {
-        Ok(_) => crate::python_package::checks()?,
-        Err(why) => {
-            skip("the Python package", &why)?;
-            Vec::new()
-        }
-    };
-    side_by_side.append(&mut package);
+    match crate::python::uv() {
+        Ok(_) => side_by_side.push(task("python")?),
+        Err(why) => skip("the Python package", &why)?,
+    }
     side_by_side.extend(tests.beside_others);
-    let samples = match crate::python::environment() {
-        Ok(python) => oracles(&python)?,
-        Err(why) => {
-            skip("the outside oracles and other kernels", &why)?;
-            Vec::new()
-        }
-    };
+    side_by_side.push(crate::rust_tests::documented()?);
+    match crate::python::environment() {
+        Ok(python) => side_by_side.extend(oracles(&python, samples)?),
+        Err(why) => skip("the outside oracles and other kernels", &why)?,
+    }
     let mut failed = Vec::new();
     let mut note = |result: Result<(), String>| failed.extend(result.err());
-    note(check_side_by_side(side_by_side, samples));
+    note(check_side_by_side(side_by_side));
     // These measure, or do harm: nothing else runs beside them.
     for mut test in tests.alone {
         note(check(&mut test));
@@ -105,7 +124,6 @@ pub fn run() -> Result<(), String> {
     note(crate::fuzz::run(std::iter::empty()));
     #[cfg(unix)]
     note(crate::faults::run(&[]));
-    note(crate::rust_tests::documented());
     for step in skipped() {
         println!("xtask: SKIPPED {step}");
     }
@@ -113,7 +131,7 @@ pub fn run() -> Result<(), String> {
 }
 
 /// What outside programs say of samples: what takes minutes, then what takes seconds.
-fn oracles(python: &Path) -> Result<Vec<Command>, String> {
+fn oracles(python: &Path, samples: Samples) -> Result<Vec<Command>, String> {
     let fabkit = fabkit()?;
     let script = |path: &str| {
         let mut command = Command::new(python);
@@ -125,20 +143,22 @@ fn oracles(python: &Path) -> Result<Vec<Command>, String> {
         command.args(arguments).arg(&fabkit);
         command
     };
-    let mut all = verified(python, &fabkit)?;
-    let (count, seed) = VARIANTS;
-    all.push(crate::variants::judge(python, &fabkit, count, seed));
+    let mut all = verified(python, &fabkit, samples)?;
+    let variants = samples.count(VARIANTS_IN_FULL, VARIANTS);
+    all.push(crate::variants::judge(python, &fabkit, variants, SEED));
+    let sliced = samples.step(SLICED_EVERY).to_string();
+    println!("xtask: {variants} random variants, every {sliced}. part in the slicer");
     let mut robots = reader("tests/oracles/check_robot.py", &[]);
-    robots.args(ROBOTS);
+    robots.args(samples.names(&ROBOTS));
     all.push(robots);
     let mut glb = script("tests/oracles/check_glb.py");
-    glb.arg(&fabkit).args(VIEWED);
+    glb.arg(&fabkit).args(samples.names(&VIEWED));
     match crate::pages::Tools::find() {
         Ok(tools) => {
             glb.arg("--validator").arg(tools.modules());
             tools.bundle()?;
-            let mut pages = Command::new(env::current_exe().map_err(|e| format!("xtask: {e}"))?);
-            pages.args(["pages", crate::pages::SAMPLED]);
+            let mut pages = task("pages")?;
+            pages.args(samples.names(&[crate::pages::SAMPLED]));
             all.push(pages);
         }
         Err(why) => skip("pages in a browser, and gltf-validator", &why)?,
@@ -149,12 +169,12 @@ fn oracles(python: &Path) -> Result<Vec<Command>, String> {
         .arg(root().join("export/verify/tests"));
     tests.env("FABKIT", &fabkit).env("FABKIT_PYTHON", python);
     all.push(tests);
-    all.push(crate::light::sample(python, &fabkit));
+    all.push(crate::light::sample(python, &fabkit, samples));
     for consumer in CONSUMERS {
         if installed(consumer) {
             let mut consumes = reader("tests/oracles/consumers.py", &[consumer]);
             if consumer == "prusa-slicer" {
-                consumes.arg(SLICED_EVERY);
+                consumes.arg(&sliced);
             }
             all.push(consumes);
             if consumer == "prusa-slicer" {
@@ -168,15 +188,11 @@ fn oracles(python: &Path) -> Result<Vec<Command>, String> {
     }
     let (mut pictures, mut optics) =
         (script("tests/oracles/check_pictures.py"), script("tests/oracles/check_optics.py"));
-    pictures.arg(&fabkit);
-    optics.arg(&fabkit);
-    if in_ci() {
-        pictures.args(SEEN);
-        optics.arg(PACKED);
-    }
+    pictures.arg(&fabkit).args(samples.names(&SEEN));
+    optics.arg(&fabkit).args(samples.names(&PACKED));
     all.extend([pictures, optics]);
     let mut files = reader("tests/oracles/check_files.py", &[]);
-    files.args(READ);
+    files.args(samples.names(&READ));
     all.push(files);
     for oracle in ["contracts", "boards", "intrinsics", "dataset", "tetrahedra", "robot_examples"] {
         all.push(reader(&format!("tests/oracles/check_{oracle}.py"), &[]));
@@ -189,7 +205,7 @@ fn oracles(python: &Path) -> Result<Vec<Command>, String> {
 }
 
 /// What other kernels rebuild.
-fn verified(python: &Path, fabkit: &Path) -> Result<Vec<Command>, String> {
+fn verified(python: &Path, fabkit: &Path, samples: Samples) -> Result<Vec<Command>, String> {
     let verify = |design: &str, parts: &[&str], options: &[&str]| {
         let mut command = Command::new(fabkit);
         command.args(["verify", design]).args(options).env("FABKIT_PYTHON", python);
@@ -197,20 +213,15 @@ fn verified(python: &Path, fabkit: &Path) -> Result<Vec<Command>, String> {
         command
     };
     let mut all = Vec::new();
-    if in_ci() {
-        let always: (&str, usize, &[&str]) = (ALWAYS_VERIFIED, ALWAYS_EVERY, &[]);
-        for (design, every, options) in [always].into_iter().chain(SAMPLED_IN_CI) {
-            let bodies = bodies(fabkit, design)?;
-            let sample: Vec<&str> = bodies.iter().step_by(every).map(String::as_str).collect();
-            all.push(verify(design, &sample, options));
-        }
-        all.extend(VERIFIED_IN_CI.iter().map(|design| verify(design, &[], &[])));
-        let (design, halves) = SEMI_DOMES_IN_CI;
-        all.push(verify(design, &halves, &[]));
-    } else {
-        all.push(verify(ALWAYS_VERIFIED, &[], &[]));
-        skip("verification of the other sensors", "it is part of continuous integration")?;
+    for (design, every, options) in VERIFIED {
+        let bodies = bodies(fabkit, design)?;
+        let step = samples.step(every);
+        let sample: Vec<&str> = bodies.iter().step_by(step).map(String::as_str).collect();
+        println!("xtask: verifies {} of {} bodies of {design}", sample.len(), bodies.len());
+        all.push(verify(design, &sample, samples.names(options)));
     }
+    let (design, halves) = SEMI_DOMES;
+    all.push(verify(design, &halves, &[]));
     Ok(all)
 }
 
@@ -228,7 +239,7 @@ fn bodies(fabkit: &Path, design: &str) -> Result<Vec<String>, String> {
 /// as ours. Not part of the tests, because OpenCV's headers and bindings take longer than all other oracles.
 pub fn opencv_detector() -> Result<(), String> {
     let package = ["--package", "fabkit-calibration", "--features", "opencv"];
-    let tests = ["--test", "boards", "opencv", "--", "--nocapture"];
+    let tests = ["--test", "solver", "opencv", "--", "--nocapture"];
     // In release as well: the bindings are made once.
     let clippy = ["--release", "--all-targets", "--", "-D", "warnings"];
     check(cargo().args(["clippy"]).args(package).args(clippy))?;

@@ -15,14 +15,14 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         [count, "--seed", seed] | ["--seed", seed, count] => (count, seed),
         _ => return Err(USAGE.into()),
     };
-    let count: u32 = count.parse().ok().filter(|count| *count > 0).ok_or(USAGE)?;
+    let count: usize = count.parse().ok().filter(|count| *count > 0).ok_or(USAGE)?;
     let seed: u64 = seed.parse().map_err(|_| USAGE)?;
     let python = crate::python::environment()?;
     check(&mut judge(&python, &fabkit()?, count, seed))
 }
 
 /// The same with an environment and a binary that are there.
-pub fn judge(python: &Path, fabkit: &Path, count: u32, seed: u64) -> Command {
+pub fn judge(python: &Path, fabkit: &Path, count: usize, seed: u64) -> Command {
     let mut command = Command::new(python);
     command.arg(root().join("xtask/variants/run.py")).arg(fabkit);
     command.args([count.to_string(), seed.to_string()]);

@@ -4,7 +4,7 @@
 //! `cargo bench -p fabkit-calibration`; `FABKIT_PYTHON` names a Python that has
 //! `opencv-python-headless` and numpy.
 
-#[path = "../tests/support/trials.rs"]
+#[path = "../tests/solver/support/trials.rs"]
 mod trials;
 
 use std::error::Error;

@@ -11,7 +11,7 @@
 //!
 //! and a place of the surface moves with all of it as in [`crate::uncertainty`]. Held are the lens, and how deep all pins sit
 //! in their holes, unless solving for that is better. Simulated calibrations judge it
-//! (`cargo test --release -p fabkit-tests --test planning`).
+//! (`cargo test --release -p fabkit-tests --test calibration planning::`).
 
 use fabkit_camera::CameraEstimate;
 use fabkit_geometry::{Point3, Vector3};

@@ -1,7 +1,7 @@
 //! Bought fasteners and standard pieces, as solids and as the holes they need.
 //!
 //! Heads and nuts are modelled at the largest size that their standard allows, because what is made
-//! has to take every piece that is sold; `designs/families/tests/hardware.rs` compares all of them with the
+//! has to take every piece that is sold; `designs/families/tests/families/hardware.rs` compares all of them with the
 //! standards' tables. Threads are cylinders of their nominal diameter.
 //!
 //! A fastener's frame: origin where its head bears (pan) or ends flush (countersunk), z out of the

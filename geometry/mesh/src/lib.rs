@@ -30,7 +30,7 @@ mod hull;
 mod kernel;
 mod measure;
 #[cfg(test)]
-#[path = "../tests/oracle/mod.rs"]
+#[path = "../tests/mesh/oracle/mod.rs"]
 mod oracle;
 mod print;
 mod seams;

@@ -6,20 +6,20 @@ use std::env;
 use fabkit_designs::{Design, builtin_names, builtin_yaml, load};
 use fabkit_geometry::{Body, Solid};
 
-/// Whose fixtures are looked at in continuous integration: one of each kind of surface.
+/// Whose fixtures are looked at unless all are: one of each kind of surface.
 const WITH_FIXTURES: [&str; 3] = ["rtac0", "9dtact", "fluidic"];
 
-/// Whether this is continuous integration, where a sample is enough: machines there are slow, and what passed was
-/// looked at in full before.
-fn is_sampled() -> bool {
-    env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "false")
+/// Whether tests look at everything, as `cargo xtask test --full` has them: with `FABKIT_FULL=1`. Without it they look at
+/// a sample where many things differ little, which is the same on every machine.
+pub fn is_full() -> bool {
+    env::var_os("FABKIT_FULL").is_some_and(|value| value == "1")
 }
 
-/// Names of the built-in sensors that tests look at: all, but in continuous integration the first of each family. The
-/// others differ from it in numbers, and the rules of `fabkit check` are asked of all of them even there.
+/// Names of the built-in sensors that tests look at: the first of each family, or all with [`is_full`]. The others differ
+/// from it in numbers, and the rules of `fabkit check` are asked of all of them always.
 pub fn looked_at() -> Vec<&'static str> {
     let mut families = BTreeSet::new();
-    let is_new = |name: &&str| !is_sampled() || families.insert(built(name, &[]).family);
+    let is_new = |name: &&str| is_full() || families.insert(built(name, &[]).family);
     builtin_names().into_iter().filter(is_new).collect()
 }
 
@@ -42,14 +42,14 @@ pub fn built(name: &str, settings: &[&str]) -> Design {
         .unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
 }
 
-/// Every fixture of every built-in sensor with its own values, once where two sensors share it; of three sensors in
-/// continuous integration.
+/// The fixtures of three built-in sensors with their own values, or of every sensor with [`is_full`]; once where two
+/// sensors share one.
 ///
 /// # Panics
 /// If one cannot be built.
 pub fn builtin_fixtures() -> Vec<Design> {
     let mut fixtures: Vec<Design> = Vec::new();
-    let is_wanted = |name: &&str| !is_sampled() || WITH_FIXTURES.contains(name);
+    let is_wanted = |name: &&str| is_full() || WITH_FIXTURES.contains(name);
     for name in builtin_names().into_iter().filter(is_wanted) {
         let yaml = builtin_yaml(name).expect("named by the registry");
         let project = fabkit_fixtures::load(name, yaml, &[]);
@@ -64,15 +64,15 @@ pub fn builtin_fixtures() -> Vec<Design> {
     fixtures
 }
 
-/// The cases that a test of many looks at: all, but in continuous integration the first and every third after it.
+/// The cases that a test of many looks at: the first and every third after it, or all with [`is_full`].
 pub fn some<T>(cases: &[T]) -> Vec<&T> {
-    cases.iter().step_by(if is_sampled() { 3 } else { 1 }).collect()
+    cases.iter().step_by(if is_full() { 1 } else { 3 }).collect()
 }
 
 /// The bodies that tests look at: all of them, but of the hundred halves of a fixture, which differ in their
-/// protrusions alone, every tenth. All of these too where `FABKIT_ALL_HALVES` is set.
+/// protrusions alone, every tenth, unless [`is_full`].
 pub fn sampled(design: &Design) -> impl Iterator<Item = &Body> {
-    let all = env::var_os("FABKIT_ALL_HALVES").is_some();
+    let all = is_full();
     let number = |body: &Body| body.name.rsplit_once('-').and_then(|(_, n)| n.parse::<u32>().ok());
     design.sensor.bodies.iter().filter(move |body| all || number(body).is_none_or(|n| n % 10 == 0))
 }

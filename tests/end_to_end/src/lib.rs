@@ -6,7 +6,7 @@ mod designs;
 mod rules;
 
 pub use command::{Run, binary, command, contents, fabkit};
-pub use designs::{built, builtin_designs, builtin_fixtures, looked_at, sampled, some};
+pub use designs::{built, builtin_designs, builtin_fixtures, is_full, looked_at, sampled, some};
 pub use rules::{check, found, motions};
 
 /// A camera's file as OpenCV writes it: that of R-Tac0's published unit, calibrated in air, as its authors state it.

@@ -19,7 +19,7 @@ use crate::image::GreyImage;
 const SMOOTHING_PX: f64 = 1.5;
 /// Half of the window in which OpenCV refines a corner, px: small, because a fisheye bends lines.
 const REFINING_HALF_PX: i32 = 4;
-/// What remains of an error without noise, as measured on rendered boards (`tests/boards.rs`).
+/// What remains of an error without noise, as measured on rendered boards (`tests/solver/boards.rs`).
 const SYSTEMATIC_PX: f64 = 0.04;
 const REFINING_STEPS: i32 = 30;
 const REFINING_STEP_PX: f64 = 1e-3;

@@ -1,0 +1,10 @@
+//! The crate's tests: one program, which is linked once.
+
+mod common;
+mod domain;
+mod files;
+mod jacobians;
+mod making;
+mod opencv;
+mod refraction;
+mod round_trips;

@@ -1,0 +1,4 @@
+//! The crate's tests: one program, which is linked once.
+
+mod inverse;
+mod paths;

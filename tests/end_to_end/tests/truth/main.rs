@@ -1,0 +1,14 @@
+//! What the camera sees of what presses: depth, forces, pictures.
+
+mod behind_interface;
+mod capture;
+mod depth;
+mod depth_mesh;
+mod followed_marks;
+mod giving_way;
+mod lens_effects;
+mod optics;
+mod presses;
+mod pressing;
+mod reconstruct;
+mod seeing;

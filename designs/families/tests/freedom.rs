@@ -264,14 +264,3 @@ fn parts_carry_text_where_they_have_room_that_nothing_touches() {
     let tall = ["labels.style=raised", "labels.parts=[shell]", text, "labels.height=30mm"];
     refused("9dtact", &tall, &["no free flat face of", "`labels.height`"]);
 }
-
-#[test]
-fn every_camera_can_be_turned_around_its_axis() {
-    for sensor in builtin_names() {
-        let right = |design: &Design| {
-            design.sensor.camera.sensor_from_camera.vector(fabkit_geometry::Vector3::x())
-        };
-        let turned = right(&made(sensor, &["camera.roll=90 deg"]));
-        assert!(turned.dot(&right(&made(sensor, &[]))).abs() < 1e-12, "{sensor}");
-    }
-}

@@ -3,7 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 
 use fabkit_geometry::{
-    Angle, Length, LensImaging, LensTolerance, NominalCamera, NominalLens, Pose, Projection,
+    Angle, Length, LensImaging, LensTolerance, NominalCamera, NominalLens, Projection,
 };
 
 use super::camera_at;
@@ -53,8 +53,6 @@ sections! {
         aperture: Length = 0.0..=20.0,
         /// Distance that is in focus, from the optical centre along the axis, as in air.
         focus: Length = 1.0..=100000.0,
-        /// Turn of the camera around its axis, from how the family mounts it.
-        roll: Angle = -180.0..=180.0,
     }
 }
 
@@ -105,8 +103,6 @@ impl Optics {
         size_px: [u32; 2],
         (view, law): (Angle, LensLaw),
     ) -> NominalCamera {
-        let camera = camera_at(pupil_z, size_px, view, self.lens(law, size_px[0]));
-        let sensor_from_camera = camera.sensor_from_camera.then_in(Pose::rotation_z(self.roll));
-        NominalCamera { sensor_from_camera, ..camera }
+        camera_at(pupil_z, size_px, view, self.lens(law, size_px[0]))
     }
 }

@@ -17,6 +17,9 @@ use crate::hardware::HexSpacer;
 /// Length of tube that is shown at either end, mm.
 const TUBE_STUB_MM: f64 = 20.0;
 
+/// Height of an LED strip's middle above the box's floor, mm: below the camera's lens.
+const LED_HEIGHT_MM: f64 = 14.0;
+
 /// Screws and nuts: those of the cameras, then those of the corners.
 fn fasteners(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> Vec<Body> {
     let joints = Joints::new(p, layout);
@@ -224,12 +227,12 @@ fn led_strip(p: &SheetMold) -> Solid {
         p.housing.led_strip_width.mm(),
         p.housing.led_strip_thickness.mm(),
     );
-    Solid::cuboid(length, width, thickness).at(0.0, -p.housing.led_strip_height.mm(), 0.0)
+    Solid::cuboid(length, width, thickness).at(0.0, -LED_HEIGHT_MM, 0.0)
 }
 
 /// Top of the LED strips above the box's floor, mm.
 pub fn led_top_mm(p: &SheetMold) -> f64 {
-    p.housing.led_strip_height.mm() + p.housing.led_strip_width.mm() / 2.0
+    LED_HEIGHT_MM + p.housing.led_strip_width.mm() / 2.0
 }
 
 fn camera_specification(p: &SheetMold) -> String {

@@ -171,8 +171,6 @@ sections! {
         led_strip_width: Length = 3.0..=20.0,
         /// Thickness of the strip.
         led_strip_thickness: Length = 0.5..=6.0,
-        /// Height of the strips' middle above the box's floor.
-        led_strip_height: Length = 4.0..=60.0,
     }
 
     /// The display: a plate with one straight channel for each of the interface's.

@@ -1,110 +1,97 @@
 //! What parts are made from and what is bought: stuff that is not cast, by words of its trade name.
 
+use std::sync::LazyLock;
+
 use fabkit_geometry::{Body, Curing, Shore, Softens, Sort, Substance};
+use fabkit_text::{Dialect, Place, Section, TextLayer, check_format, mapping_of};
 
-use super::{Castable, CuresBy, Hardness, MaterialKind, Pressure, Scale, Viscosity, elasticity};
+use super::{
+    Castable, Celsius, CuresBy, Hardness, MaterialKind, Pressure, Scale, Viscosity, elasticity,
+};
+use crate::own::named::{Noun, raws, read};
+use crate::sections;
 
-/// Words of a trade name, and what it is then; the first row of which one word fits counts.
-struct Stock {
-    words: &'static [&'static str],
-    sort: Sort,
-    /// On which scale, and how much; of the softest in use.
-    shore: Shore,
-    /// Stress that it bears at least, MPa.
-    bears_mpa: f64,
-    /// Whether it keeps platinum silicone from curing where it is bare.
-    ///
-    /// Smooth-On's bulletins of Ecoflex, Solaris and Mold Star name sulfur clays, tin silicones, latex,
-    /// some stereolithographic resins and bare wood; Formlabs' guide to silicone molds asks for a coat on
-    /// prints of its resins.
-    inhibits: bool,
-    /// Refractive index in the middle of the visible, where it is seen through.
-    refractive_index: Option<f64>,
-}
+sections! {
+    /// What a trade name with one of a few words is.
+    pub struct Stuff {
+        /// Words of trade names, in small letters.
+        words: Vec<String> = (1..=32, 1..=40),
+        /// What sort of stuff it is, as tables call it.
+        sort: String = 1..=20,
+        /// Of the softest in use.
+        hardness: Hardness,
+        /// Stress that it bears at least.
+        strength: Pressure = 0.0..=10000000.0,
+        /// Whether it keeps platinum silicone from curing where it is bare; not where nothing is said.
+        inhibits_platinum: Option<bool>,
+        /// Refractive index in the middle of the visible, where it is seen through.
+        refractive_index: Option<f64> = 1.0..=3.0,
+    }
 
-const STOCK: [Stock; 13] = [
-    // Stratasys, data sheet of Tango: Shore A 26 to 28, tensile strength 0.8 to 1.5 MPa.
-    stock(&["tango", "agilus", "elastic"], Sort::Rubber, Shore::A(26.0), 0.8, true),
-    stock(&["tpu", "rubber", "o-ring"], Sort::Rubber, Shore::A(60.0), 5.0, false),
-    stock(&["latex", "sulfur", "sulphur"], Sort::Rubber, Shore::A(30.0), 5.0, true),
-    // Stratasys, data sheet of Vero: Shore D 83 to 86, 50 to 65 MPa; Formlabs' of its standard resins: 38 MPa
-    // as printed.
-    stock(
-        &["resin", "sla", "formlabs", "polyjet", "vero"],
-        Sort::Resin,
-        Shore::D(80.0),
-        30.0,
-        true,
-    ),
-    // Evonik, data sheet of Plexiglas GS: 80 MPa; a laser's edge leaves less. Refractive index 1.491.
-    stock(&["acrylic", "pmma", "plexiglas"], Sort::Acrylic, Shore::D(90.0), 30.0, false)
-        .bends(1.491),
-    // Borosilicate: DIN ISO 3585 allows 7 MPa; Schott, data sheet of Duran: refractive index 1.473.
-    stock(&["glass"], Sort::Glass, Shore::D(100.0), 7.0, false).bends(1.473),
-    // Across the layers of a filament's print, the weakest way, PLA bears about half of 50 MPa.
-    stock(
-        &["pla", "abs", "petg", "asa", "nylon", "pet", "pc"],
-        Sort::Plastic,
-        Shore::D(70.0),
-        15.0,
-        false,
-    ),
-    // Birch plywood, EN 636: more than 10 MPa along its weaker grain.
-    stock(&["plywood", "wood", "mdf", "paper", "cardboard"], Sort::Wood, Shore::D(50.0), 5.0, true),
-    stock(&["fr4", "board"], Sort::Laminate, Shore::D(90.0), 50.0, false),
-    stock(&["steel", "aluminium", "aluminum", "brass"], Sort::Metal, Shore::D(100.0), 100.0, false),
-    // Water at 20 C: 1.333 (IAPWS release on the refractive index, 1997).
-    stock(&["water", "oil"], Sort::Liquid, Shore::OO(0.0), 0.0, false).bends(1.333),
-    stock(&["screw", "bolt", "nut", "pin", "spacer"], Sort::Metal, Shore::D(100.0), 100.0, false),
-    // Tubes and sheets of it: that of crosslinked polydimethylsiloxane.
-    stock(&["silicone"], Sort::Silicone, Shore::A(10.0), 1.0, false).bends(1.41),
-];
-
-const fn stock(
-    words: &'static [&'static str],
-    sort: Sort,
-    shore: Shore,
-    bears_mpa: f64,
-    inhibits: bool,
-) -> Stock {
-    Stock { words, sort, shore, bears_mpa, inhibits, refractive_index: None }
-}
-
-impl Stock {
-    const fn bends(self, refractive_index: f64) -> Self {
-        Self { refractive_index: Some(refractive_index), ..self }
+    /// Where stuff softens of whose trade name one of a few words is.
+    pub struct Softening {
+        /// Words of trade names, in small letters.
+        words: Vec<String> = (1..=32, 1..=40),
+        /// Of families of plastics, the lowest figure among common makes.
+        softens: Celsius = 0.0..=2000.0,
+        /// Who says so, and by which test.
+        by: String = 1..=300,
     }
 }
 
-/// Words of a trade name, and where it softens then; the first row of which one word fits counts. Of families of
-/// plastics, the lowest figure among common makes.
-const SOFTENS: [(&[&str], f64, &str); 8] = [
-    (&["petg", "pet"], 68.0, "Prusa, data sheet of Prusament PETG: heat deflection at 0.45 MPa"),
-    (&["pla"], 55.0, "Prusa, data sheet of Prusament PLA: heat deflection at 0.45 MPa"),
-    (&["asa"], 93.0, "Prusa, data sheet of Prusament ASA: heat deflection at 0.45 MPa"),
-    (&["abs"], 80.0, "chosen: data sheets of ABS filaments name 80 to 98 C at 0.45 MPa"),
-    (
-        &["vero", "tango", "polyjet"],
-        45.0,
-        "Stratasys, data sheet of Vero: heat deflection at 0.45 MPa, 45 to 50 C",
-    ),
-    (
-        &["resin", "sla", "formlabs"],
-        58.0,
-        "Formlabs, data sheet of its standard resins: heat deflection at 0.45 MPa, 58 C before and 73 C after curing",
-    ),
-    (
-        &["acrylic", "pmma", "plexiglas"],
-        80.0,
-        "Evonik, data sheet of Plexiglas GS: permanent service temperature",
-    ),
-    (&["tpu"], 60.0, "chosen: data sheets of TPU filaments name Vicat temperatures from 60 C"),
+/// What is known of stuff, the first row of which one word fits counts.
+struct Known {
+    stock: Vec<(Stuff, Sort)>,
+    softenings: Vec<Softening>,
+}
+
+static KNOWN: LazyLock<Known> = LazyLock::new(|| {
+    let stock: Vec<Stuff> = rows("stock");
+    let sorted = |stuff: Stuff| {
+        let sort = SORTS.into_iter().find(|sort| sort.word() == stuff.sort);
+        sort.map(|sort| (stuff, sort))
+    };
+    Known { stock: stock.into_iter().filter_map(sorted).collect(), softenings: rows("softening") }
+});
+
+/// Every sort that a row may name.
+const SORTS: [Sort; 10] = [
+    Sort::Silicone,
+    Sort::Rubber,
+    Sort::Liquid,
+    Sort::Plastic,
+    Sort::Resin,
+    Sort::Acrylic,
+    Sort::Glass,
+    Sort::Wood,
+    Sort::Metal,
+    Sort::Laminate,
 ];
 
+/// The rows behind a key of the built-in file, in its order.
+fn rows<S: Section>(key: &'static str) -> Vec<S> {
+    static FILE: Dialect = Dialect::new("file of stock", 1, "");
+    let noun = Noun { key, dialect: &FILE };
+    let place = Place::new(TextLayer::Base, "stock.yaml (built-in)", &FILE);
+    let mut found = Vec::new();
+    let mut entries =
+        mapping_of(include_str!("../../stock.yaml"), &place, &mut found).unwrap_or_default();
+    check_format(&mut entries, &place, &mut found);
+    let mut rows = Vec::new();
+    for entry in entries.into_iter().filter(|entry| entry.key == key) {
+        for raw in raws(noun, entry, &place, &mut found) {
+            let stack = vec![(raw.place.clone(), raw.entries)];
+            rows.extend(read::<S>(noun, &raw.name, &raw.place, stack, &mut found));
+        }
+    }
+    debug_assert!(found.is_empty(), "{found:#?}");
+    rows.into_iter().map(|(row, _)| row).collect()
+}
+
 fn softens(words: &[String]) -> Option<Softens> {
-    let says = |known: &[&str]| words.iter().any(|word| known.contains(&&**word));
-    let found = SOFTENS.iter().find(|(known, ..)| says(known));
-    found.map(|(_, celsius, source)| Softens { celsius: *celsius, source })
+    let says = |row: &&Softening| words.iter().any(|word| row.words.contains(word));
+    let found = KNOWN.softenings.iter().find(says);
+    found.map(|row| Softens { celsius: row.softens.0, source: &row.by })
 }
 
 /// Words that say that nothing lies on it.
@@ -135,19 +122,22 @@ pub(super) fn substance(body: &Body) -> Substance {
     let text = if body.material.is_empty() { &body.summary } else { &body.material };
     let words = words(text);
     let says = |known: &[&str]| words.iter().any(|word| known.contains(&&**word));
-    let Some(stock) = STOCK.iter().find(|stock| says(stock.words)) else {
+    let fits = |(stuff, _): &&(Stuff, Sort)| words.iter().any(|word| stuff.words.contains(word));
+    let Some((stuff, sort)) = KNOWN.stock.iter().find(fits) else {
         return Substance { is_dark: is_dark(&words), ..Substance::default() };
     };
     let is_sealed = says(&SEALED) && !says(&BARE);
+    let inhibits = stuff.inhibits_platinum == Some(true) && !is_sealed;
+    let shore = shore(stuff.hardness);
     Substance {
-        sort: Some(stock.sort),
-        inhibits: if stock.inhibits && !is_sealed { vec![Curing::Platinum] } else { Vec::new() },
-        shore: Some(stock.shore),
-        tears_mpa: Some(stock.bears_mpa),
+        sort: Some(*sort),
+        inhibits: if inhibits { vec![Curing::Platinum] } else { Vec::new() },
+        shore: Some(shore),
+        tears_mpa: Some(stuff.strength.0 / 1e3),
         is_dark: is_dark(&words),
-        refractive_index: stock.refractive_index,
+        refractive_index: stuff.refractive_index,
         softens: softens(&words),
-        elasticity: elasticity::of_shore(stock.sort, stock.shore),
+        elasticity: elasticity::of_shore(*sort, shore),
         ..Substance::default()
     }
 }
@@ -200,5 +190,26 @@ fn curing(by: CuresBy) -> Curing {
         CuresBy::Epoxy => Curing::Epoxy,
         CuresBy::Light => Curing::Light,
         CuresBy::Drying => Curing::Drying,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_is_read_and_a_first_word_counts() {
+        let rows = include_str!("../../stock.yaml").matches(" {words: [").count();
+        assert_eq!(KNOWN.stock.len() + KNOWN.softenings.len(), rows);
+        let of = |material: &str| {
+            let solid = fabkit_geometry::Solid::cuboid(1.0, 1.0, 1.0);
+            let process = fabkit_geometry::Process::Fdm;
+            substance(&Body::made("part", "", process, solid).from(material))
+        };
+        let petg = of("black PETG");
+        assert_eq!((petg.sort, petg.tears_mpa), (Some(Sort::Plastic), Some(15.0)));
+        assert_eq!(petg.softens.map(|softens| softens.celsius), Some(68.0));
+        assert_eq!(of("varnished plywood").inhibits, []);
+        assert_eq!(of("plywood").inhibits, [Curing::Platinum]);
     }
 }

@@ -35,7 +35,8 @@ pub(crate) struct Raw {
     pub name: String,
     /// Where the name stands.
     pub place: Place,
-    entries: Vec<Entry>,
+    /// What it says.
+    pub entries: Vec<Entry>,
 }
 
 impl Raw {

@@ -220,8 +220,8 @@ def test_what_the_bench_cannot_press_is_an_empty_cell_with_a_note() -> None:
 def test_plans_know_every_figure_of_the_bench() -> None:
     from fabkit_bench import _run
 
-    for module in _run._MODULES.values():
-        family = importlib.import_module(f"fabkit_bench.{module}").FAMILY
+    for name in _run.families():
+        family = importlib.import_module(f"fabkit_bench.families.{name.replace('-', '_')}").FAMILY
         fabkit.sweep.load(
             {
                 "sensor": "rtac0",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import pkgutil
 import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from fabkit.designs import Sensor, load
 from fabkit.errors import FabkitError, invalid, unknown
 from fabkit_bench import _learn
+from fabkit_bench import families as _experiments
 from fabkit_bench._bench import Bench, Family, row_of_failure
 from fabkit_bench._report import Report, Row
 
@@ -18,14 +20,12 @@ if TYPE_CHECKING:
 
 __all__ = ["experiments", "figures", "run"]
 
-_MODULES = {
-    "dome": "dome",
-    "half-ellipsoid": "half_ellipsoid",
-    "pin-tip": "pin_tip",
-    "flat-gel": "flat_gel",
-    "dome-cap": "cap",
-    "sheet-mold": "sheet_mold",
-}
+
+def families() -> list[str]:
+    """Names of the families that have experiments."""
+    return sorted(
+        module.name.replace("_", "-") for module in pkgutil.iter_modules(_experiments.__path__)
+    )
 
 
 def run(
@@ -171,7 +171,8 @@ def _ready(
 
 def _family(design: Sensor) -> Family:
     name = design.family
-    if name not in _MODULES:
-        hint = f"there are experiments for {', '.join(sorted(_MODULES))}"
+    if name not in families():
+        hint = f"there are experiments for {', '.join(families())}"
         raise invalid(f"{design.name} is of the family {name}, which has no experiment", hint)
-    return importlib.import_module(f"fabkit_bench.{_MODULES[name]}").FAMILY
+    module = importlib.import_module(f"{_experiments.__name__}.{name.replace('-', '_')}")
+    return module.FAMILY

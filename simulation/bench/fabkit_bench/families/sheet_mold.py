@@ -14,7 +14,7 @@ from fabkit_bench._bench import Family, first_line
 from fabkit_bench._likeness import Code, drawn, likeness
 from fabkit_bench._networks import Card, HeldOut, Numbers
 from fabkit_bench._report import Row
-from fabkit_bench.half_ellipsoid import folds
+from fabkit_bench.families.half_ellipsoid import folds
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -1,1 +1,1 @@
-"""The experiments of each family, in a module that is called after it: ``pin-tip`` is ``pin_tip``."""
+"""The experiments of each family, in a module called after it: ``pin-tip`` is ``pin_tip``."""

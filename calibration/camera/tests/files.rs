@@ -260,3 +260,16 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn the_table_of_lens_models_names_them_all() {
+    let page = include_str!("../../../docs/theory/cameras.md");
+    let rows = page.lines().skip_while(|line| !line.starts_with("| model | file name |")).skip(2);
+    let rows: Vec<&str> = rows.take_while(|line| line.starts_with('|')).collect();
+    let said = rows.iter().flat_map(|row| row.split('`').skip(1).step_by(2));
+    let mut said: Vec<&str> = said.collect();
+    let mut known: Vec<&str> = fabkit_camera::LensModel::ALL.map(|model| model.name()).into();
+    said.sort_unstable();
+    known.sort_unstable();
+    assert_eq!(said, known, "docs/theory/cameras.md");
+}

@@ -3,7 +3,7 @@
 use fabkit_geometry::Vector3;
 
 use super::path::Contact;
-use crate::finding::Rule;
+use crate::rule::Rule;
 
 /// A piece that does not get to its place.
 pub(crate) struct Stuck<'a> {

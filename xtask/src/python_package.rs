@@ -41,7 +41,9 @@ pub fn checks() -> Result<Vec<Command>, String> {
     pyright.arg("--pythonpath").arg(&python);
     // Tests, and the examples in the docstrings of what is installed.
     let mut pytest = Command::new(&python);
-    pytest.args(["-m", "pytest", "-q", "--pyargs", "fabkit", "fabkit/python/tests"]);
+    // Modules of tests are named from the root on: from the checkout's, one of them would be `fabkit`.
+    pytest.args(["-m", "pytest", "-q", "-c", "pyproject.toml", "--rootdir", "fabkit/python"]);
+    pytest.args(["--pyargs", "fabkit", "fabkit/python/tests"]);
     pytest.args(["fabkit_bench", "simulation/bench/tests"]);
     pytest.current_dir(root());
     Ok(vec![pytest, pyright])

@@ -48,6 +48,12 @@ pub fn in_sensor() -> Placement {
     SENSOR.in_place()
 }
 
+/// A day at room temperature.
+pub const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
+
+/// What glue needs before the next step.
+pub const GLUED: Cure = Cure { hours: 1.0, celsius: 23.0 };
+
 /// Upside down.
 pub fn flipped() -> Pose {
     Pose::rotation_x(Angle::from_deg(180.0).expect("half a turn is finite"))

@@ -1,4 +1,4 @@
-//! The families of sensors, and the built-in sensors: one line here registers each.
+//! The families of sensors, each registered here alone, and the built-in sensors: every file of `sensors/`.
 
 mod cap;
 mod dome;
@@ -20,15 +20,4 @@ pub(crate) const FAMILIES: &[FamilyEntry] = &[
 ];
 
 /// Every built-in sensor: its name, and its text in `sensors/`.
-pub(crate) const SENSORS: &[(&str, &str)] = &[
-    ("9dtact", include_str!("../sensors/9dtact.yaml")),
-    ("digit-like", include_str!("../sensors/digit-like.yaml")),
-    ("fluidic", include_str!("../sensors/fluidic.yaml")),
-    ("gelsight-like", include_str!("../sensors/gelsight-like.yaml")),
-    ("rtac0", include_str!("../sensors/rtac0.yaml")),
-    ("rtac0-published-2025", include_str!("../sensors/rtac0-published-2025.yaml")),
-    ("shadowtac", include_str!("../sensors/shadowtac.yaml")),
-    ("shadowtac-published-cad", include_str!("../sensors/shadowtac-published-cad.yaml")),
-    ("tactip", include_str!("../sensors/tactip.yaml")),
-    ("uvdtact", include_str!("../sensors/uvdtact.yaml")),
-];
+pub(crate) const SENSORS: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sensors.rs"));

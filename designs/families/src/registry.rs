@@ -20,9 +20,10 @@ pub use modules::camera_modules;
 pub use starting::Start;
 pub(crate) use trying::Trial;
 
-use laying::{Extra, Laid, bug, lay_defaults};
+use laying::{Extra, Laid, bug, lay_defaults, lay_shared_defaults};
 
 use crate::Design;
+use crate::blocks;
 use crate::blocks::adapter::{self, Adapter, MountFace};
 use crate::buying::fill;
 use crate::labeling::{self, Labels};
@@ -193,10 +194,12 @@ impl FamilyEntry {
         [Header::fields(), self.parameters()].concat()
     }
 
-    /// Files with values that hold where no file says anything else.
-    fn defaults(&self) -> Vec<(&'static str, &'static str)> {
+    /// Lays the values that hold where no file says anything else over a document.
+    fn lay_defaults(&self, document: &mut Document) {
+        lay_shared_defaults(document);
         // A family's own come last: they hold where those of all families say otherwise.
-        [&[adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS], self.defaults].concat()
+        let files = [&[adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS], self.defaults];
+        lay_defaults(document, &files.concat(), TextLayer::Default);
     }
 }
 
@@ -282,7 +285,8 @@ impl Registry {
     /// them, and their texts; some are several families'.
     pub fn default_files(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let defaults = self.families.iter().flat_map(|family| family.defaults.iter().copied());
-        defaults.chain([adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS])
+        let shared = [blocks::DEFAULTS, adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS];
+        defaults.chain(shared)
     }
 
     /// Dotted path of every parameter of a family, in order.
@@ -300,7 +304,7 @@ impl Registry {
         let optional = |family: &FamilyEntry| {
             let place = Place::new(TextLayer::Default, "", &SENSOR);
             let mut document = Document::new(family.parameters(), place);
-            lay_defaults(&mut document, &family.defaults(), TextLayer::Default);
+            family.lay_defaults(&mut document);
             document.into_values().into_keys().collect()
         };
         let schema = |family: &FamilyEntry| FamilySchema {

@@ -1,6 +1,6 @@
 //! Declaring parameters: one declaration gives the type, its limits, its schema and its table.
 
-use std::ops::RangeInclusive;
+use std::ops::{Deref, RangeInclusive};
 
 use serde_json::{Value as Json, json};
 
@@ -49,6 +49,16 @@ pub trait Parameter: Sized + Clone {
     /// Shows copies in each of which one value at or below `path` is another that is allowed, with that
     /// value's path: to see what depends on it. How far, see [`Scalar::neighbours`].
     fn neighbours(&self, path: &str, limits: &Self::Limits, share: f64, look: Look<Self>);
+
+    /// Where it stands, behind a key of the section at `section`.
+    fn path_in(section: &str, key: &str) -> String {
+        join(section, key)
+    }
+
+    /// What the section that holds it behind a key has because of it.
+    fn fields_behind(key: &'static str, summary: String, limits: &Self::Limits) -> Vec<Field> {
+        vec![Field { name: key, summary, shape: Self::shape(limits) }]
+    }
 }
 
 /// Looks at a copy with another value, at the path of that value. Every field of every struct hands its
@@ -106,6 +116,43 @@ impl<T: Scalar> Parameter for Option<T> {
                 look(path, Some(other));
             });
         }
+    }
+}
+
+/// A section whose keys stand among those of the section that holds it, in its place: what several
+/// sections share, declared once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Inline<S>(pub S);
+
+impl<S> Deref for Inline<S> {
+    type Target = S;
+
+    fn deref(&self) -> &S {
+        &self.0
+    }
+}
+
+impl<S: Section> Parameter for Inline<S> {
+    type Limits = ();
+
+    fn shape((): &()) -> Shape {
+        S::shape(&())
+    }
+
+    fn read(reader: &mut Reader, path: &str, summary: &str, (): &()) -> Option<Self> {
+        S::read(reader, path, summary, &()).map(Self)
+    }
+
+    fn neighbours(&self, path: &str, (): &(), share: f64, look: Look<Self>) {
+        self.0.neighbours(path, &(), share, &mut |path, other| look(path, Self(other)));
+    }
+
+    fn path_in(section: &str, _key: &str) -> String {
+        section.to_owned()
+    }
+
+    fn fields_behind(_key: &'static str, _summary: String, (): &()) -> Vec<Field> {
+        S::fields()
     }
 }
 
@@ -191,12 +238,13 @@ pub fn summary(lines: &[&str]) -> String {
 /// | an enum of [`choices!`](crate::choices!) | `round` | none |
 /// | `Vec` of one of these | `[1 mm, 2 mm]` | `(1..=8, 0.0..=5.0)`: items, then of each |
 /// | `Option` of one of these | left out where it is not known | as without |
+/// | [`Inline`] of a section | its keys, in this place | none |
 ///
 /// The first paragraph of each comment is what `fabkit show` and the schema say.
 ///
 /// ```
 /// use fabkit_geometry::Length;
-/// use fabkit_text::{Section, parameters};
+/// use fabkit_text::{Inline, Section, parameters};
 ///
 /// parameters! {
 ///     /// The sensing surface: a hemisphere on a straight wall.
@@ -208,15 +256,25 @@ pub fn summary(lines: &[&str]) -> String {
 ///     }
 /// }
 /// parameters! {
+///     /// The finish of a coat: several sections have it.
+///     pub struct Finish {
+///         /// Thickness when dry.
+///         thickness: Length = 0.005..=1.0,
+///     }
+/// }
+/// parameters! {
 ///     /// Everything about a sensor.
 ///     pub struct Dome {
 ///         /// The sensing surface.
 ///         surface: Surface,
+///         /// The finish: `thickness` beside `surface`.
+///         finish: Inline<Finish>,
 ///     }
 /// }
 ///
-/// let top_radius_mm = |p: &Dome| p.surface.radius.mm();
+/// let top_radius_mm = |p: &Dome| p.surface.radius.mm() - p.finish.thickness.mm();
 /// assert_eq!(Surface::fields()[1].summary, "Height of the straight wall.");
+/// assert_eq!(Dome::fields()[1].name, "thickness");
 /// # let _ = top_radius_mm;
 /// ```
 #[macro_export]
@@ -255,12 +313,12 @@ macro_rules! parameters {
                 _summary: &str,
                 (): &(),
             ) -> Option<Self> {
-                use $crate::{Parameter, join, summary};
+                use $crate::{Parameter, summary};
                 // All are read before any is missed: every error is reported.
                 $(
                     let $field = <$type as Parameter>::read(
                         reader,
-                        &join(path, stringify!($field)),
+                        &<$type as Parameter>::path_in(path, stringify!($field)),
                         &summary(&[$($field_doc),+]),
                         &$crate::parameter_limits!($($limits)?),
                     );
@@ -275,11 +333,11 @@ macro_rules! parameters {
                 share: f64,
                 look: $crate::Look<Self>,
             ) {
-                use $crate::{Parameter, join};
+                use $crate::Parameter;
                 $(
                     Parameter::neighbours(
                         &self.$field,
-                        &join(path, stringify!($field)),
+                        &<$type as Parameter>::path_in(path, stringify!($field)),
                         &$crate::parameter_limits!($($limits)?),
                         share,
                         &mut |path, other| {
@@ -294,16 +352,15 @@ macro_rules! parameters {
 
         impl $crate::Section for $name {
             fn fields() -> Vec<$crate::Field> {
-                use $crate::{Field, Parameter, summary};
-                let mut fields = vec![$(
-                    Field {
-                        name: stringify!($field),
-                        summary: summary(&[$($field_doc),+]),
-                        shape: <$type as Parameter>::shape(
-                            &$crate::parameter_limits!($($limits)?),
-                        ),
-                    }
-                ),+];
+                use $crate::{Parameter, summary};
+                let mut fields = Vec::new();
+                $(
+                    fields.extend(<$type as Parameter>::fields_behind(
+                        stringify!($field),
+                        summary(&[$($field_doc),+]),
+                        &$crate::parameter_limits!($($limits)?),
+                    ));
+                )+
                 // What stands nowhere in a file.
                 fields.retain(|field| !matches!(&field.shape, $crate::Shape::Section(inner) if inner.is_empty()));
                 fields

@@ -37,7 +37,7 @@ mod tree;
 mod unknown;
 mod value;
 
-pub use declare::{Field, Look, Parameter, Section, Shape, join, summary};
+pub use declare::{Field, Inline, Look, Parameter, Section, Shape, join, summary};
 pub use document::Document;
 pub use expression::Formula;
 pub use facts::{Facts, Suggestion, number_and_unit};

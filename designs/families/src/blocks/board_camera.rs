@@ -1,24 +1,36 @@
 //! Small cameras on square boards: what every family's camera has in common.
 
-use fabkit_geometry::{Length, Solid};
+use fabkit_geometry::{Body, Length, Order, Solid};
 
-use super::INTO_MM;
+use super::optics::{Module, Pictures, View};
+use super::{CAMERA, CAMERA_GREEN, INTO_MM};
 use crate::hardware::Lens;
+use crate::parameters;
 
-/// A board with a lens holder and a barrel on it.
-pub struct BoardCamera {
-    /// Edges of the board along x and y.
-    pub board: [Length; 2],
-    /// Thickness of the board.
-    pub thickness: Length,
-    /// Edge of the lens holder.
-    pub holder: Length,
-    /// Height of the lens holder above the board.
-    pub holder_height: Length,
-    /// Diameter of the barrel.
-    pub barrel: Length,
-    /// Height of the lens's front above the board.
-    pub lens_height: Length,
+parameters! {
+    /// The board and the lens of a small camera, in its section `camera`.
+    pub struct Board {
+        /// Distance of the optical centre behind the lens's front.
+        pupil_behind_front: Length = 0.0..=20.0,
+        /// Edge of the board along x.
+        board_size: Length = 4.0..=60.0,
+        /// Edge of the board along y.
+        board_size_y: Length = 4.0..=60.0,
+        /// Thickness of the board.
+        board_thickness: Length = 0.4..=3.2,
+        /// Distance of the screw holes' centres along x.
+        screw_spacing: Length = 2.0..=58.0,
+        /// Distance of the screw holes' centres along y.
+        screw_spacing_y: Length = 2.0..=58.0,
+        /// Edge of the square lens holder.
+        holder_size: Length = 2.0..=40.0,
+        /// Height of the lens holder above the board.
+        holder_height: Length = 0.5..=30.0,
+        /// Diameter of the lens barrel.
+        barrel_diameter: Length = 1.0..=40.0,
+        /// Height of the lens's front above the board.
+        lens_height: Length = 1.0..=60.0,
+    }
 }
 
 /// The parameters of a family's section `camera` that [`BoardCamera`] is made of.
@@ -36,6 +48,45 @@ macro_rules! board_camera {
     }};
 }
 pub(crate) use board_camera;
+
+impl Board {
+    /// The camera as it is bought, its board between two heights (mm), with `holes` for screws and a plug
+    /// behind it.
+    pub fn bought(
+        &self,
+        (module, pictures, view): (&Module, &Pictures, &View),
+        heights: [f64; 2],
+        holes: Vec<Solid>,
+        plug: Solid,
+    ) -> Body {
+        let [x, y] = [self.board_size, self.board_size_y].map(Length::mm);
+        let (model, view) = (&module.model, view.field_of_view);
+        let text = format!("{model}, {pictures}, {view} lens, board {x} x {y} mm");
+        let camera = board_camera!(self);
+        CAMERA
+            .bought(text, camera.solid(heights, holes, plug), [])
+            .ordered(Order::of(model, ""))
+            .times(1)
+            .reached(camera.lens(heights[1]).turned_from_front())
+            .colored(CAMERA_GREEN)
+    }
+}
+
+/// A board with a lens holder and a barrel on it.
+pub struct BoardCamera {
+    /// Edges of the board along x and y.
+    pub board: [Length; 2],
+    /// Thickness of the board.
+    pub thickness: Length,
+    /// Edge of the lens holder.
+    pub holder: Length,
+    /// Height of the lens holder above the board.
+    pub holder_height: Length,
+    /// Diameter of the barrel.
+    pub barrel: Length,
+    /// Height of the lens's front above the board.
+    pub lens_height: Length,
+}
 
 impl BoardCamera {
     /// Its lens, on a board with its upper face there, mm.

@@ -3,7 +3,7 @@
 //! A path is a list of corners; each inner corner is rounded by one bend radius. Pieces reach into each
 //! other: a bend is thicker than the straight pieces by a hair, so that their faces cross and never coincide.
 
-use fabkit_geometry::{Length, Point3, Pose, Solid, Vector3};
+use fabkit_geometry::{Length, Order, Point3, Pose, Solid, Vector3};
 
 use super::INTO_MM;
 use crate::parameters::Report;
@@ -13,7 +13,13 @@ pub const GIVES_MM: f64 = 3.0;
 
 /// Length of a wire from a sensor's lamps to what feeds them, as it is ordered, mm; chosen: from a gripper to a
 /// box beside it, and the ends that are cut off.
-pub const WIRE_MM: f64 = 500.0;
+const WIRE_MM: f64 = 500.0;
+
+/// A wire of the lamps as it is ordered, by its diameter over its insulation.
+pub fn wire_order(diameter: Length) -> Order {
+    let thick = format!("{} mm over its insulation", diameter.mm());
+    Order::of("stranded wire", thick).cut_to(WIRE_MM)
+}
 
 /// How much thicker a bend is than its least, mm.
 const SWELL_MM: f64 = 0.01;

@@ -12,8 +12,8 @@ use super::{
     APART_MM, LED, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, half_chord, marks, turn, upright,
 };
 use crate::assembling::AssemblyName;
-use crate::blocks::circuit::{CHIP_0603, electric};
-use crate::parameters::{Report, limits};
+use crate::blocks::circuit::{CHIP_0603, Electric};
+use crate::parameters::{Inline, Report, limits};
 use crate::{choices, parameters};
 
 choices! {
@@ -47,18 +47,8 @@ parameters! {
         step: Length = 0.4..=6.0,
         /// Type.
         model: String = 1..=80,
-        /// Supply, V.
-        supply_volts: f64 = 3.0..=24.0,
-        /// Forward voltage of an LED at its current, V.
-        forward_volts: f64 = 1.5..=24.0,
-        /// Current of an LED, mA, that its resistor is calculated for.
-        current_ma: f64 = 0.5..=60.0,
-        /// Largest current that an LED bears for long, mA.
-        rated_ma: f64 = 1.0..=3000.0,
-        /// Largest current that the supply gives, mA.
-        supply_ma: f64 = 1.0..=20000.0,
-        /// A resistor, ohm, whatever current that gives; 0 for what follows from the current.
-        resistor_ohms: f64 = 0.0..=100000.0,
+        /// Their electricity.
+        electric: Inline<Electric>,
     }
 }
 
@@ -264,7 +254,7 @@ impl Light<'_> {
     }
 
     fn check_strips(&self, report: &mut Report) {
-        let (leds, chamber, camera) = (self.leds, self.chamber, self.camera.camera);
+        let (leds, chamber, camera) = (self.leds, self.chamber, &*self.camera.camera.board);
         let straight = chamber.straight(0).min(chamber.straight(1));
         limits! { report:
             leds.count <= 4.0, "a chamber has 4 walls";
@@ -280,8 +270,8 @@ impl Light<'_> {
 
     fn check_board(&self, edges: [(&str, Length); 2], report: &mut Report) {
         let (leds, (board, bore)) = (self.leds, self.board_rect());
-        let camera = self.camera.camera;
-        electric!(leds).check("leds.forward_volts", [1, 2 * leds.count], CHIP_0603, report);
+        let camera = &*self.camera.camera.board;
+        leds.electric.check("leds.forward_volts", [1, 2 * leds.count], CHIP_0603, report);
         limits! { report:
             camera.lens_height >= camera.lens_height.mm() + leds.board_thickness.mm()
                     + self.heads_z() - self.step_z(),

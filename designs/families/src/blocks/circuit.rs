@@ -6,12 +6,17 @@ use fabkit_geometry::{
 };
 
 use crate::assembling::Name;
+use crate::parameters;
 use crate::parameters::Report;
 
 /// Net of the supply.
 pub const SUPPLY: &str = "V+";
 /// Net of ground.
 pub const GROUND: &str = "GND";
+
+/// Both wires of lamps: net, colour of the insulation, and what it leads to.
+pub const TO_SUPPLY: [(&str, &str, &str); 2] =
+    [(SUPPLY, "red", "supply"), (GROUND, "black", "ground of the supply")];
 
 /// A chip resistor's package with what it bears, W: thick film at 70 degrees Celsius (Yageo RC and Vishay CRCW
 /// alike), and its length and width, mm (IEC 60115-8).
@@ -88,75 +93,70 @@ impl LedPackage {
     }
 }
 
-/// What a family says of its LEDs' electricity.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Electric {
-    /// V.
-    pub supply_v: f64,
-    /// V.
-    pub forward_v: f64,
-    /// Of each LED, A.
-    pub current_a: f64,
-    /// What each LED bears for long, A.
-    pub rated_a: f64,
-    /// What the supply gives at most, A.
-    pub supply_a: f64,
-    /// Given, ohm; 0 where it follows from the current.
-    pub ohms: f64,
+parameters! {
+    /// The electricity of LEDs, in the section `leds`.
+    pub struct Electric {
+        /// Supply, V.
+        supply_volts: f64 = 3.0..=24.0,
+        /// Forward voltage of an LED at its current, V.
+        forward_volts: f64 = 1.5..=24.0,
+        /// Current of an LED, mA, that its resistor is calculated for.
+        current_ma: f64 = 0.5..=60.0,
+        /// Largest current that an LED bears for long, mA.
+        rated_ma: f64 = 1.0..=3000.0,
+        /// Largest current that the supply gives, mA.
+        supply_ma: f64 = 1.0..=20000.0,
+        /// A resistor, ohm, whatever current that gives; 0 for what follows from the current.
+        resistor_ohms: f64 = 0.0..=100000.0,
+    }
 }
-
-/// The electricity of a family's section `leds`.
-macro_rules! electric {
-    ($leds:expr) => {
-        $crate::blocks::circuit::Electric {
-            supply_v: $leds.supply_volts,
-            forward_v: $leds.forward_volts,
-            current_a: $leds.current_ma / 1e3,
-            rated_a: $leds.rated_ma / 1e3,
-            supply_a: $leds.supply_ma / 1e3,
-            ohms: $leds.resistor_ohms,
-        }
-    };
-}
-pub(crate) use electric;
 
 /// Least voltage across a resistor, V, for the current to be that of the resistor: forward voltages of one type of
 /// LED, and USB's supply, differ by as much; chosen.
 const LEAST_DROP_V: f64 = 0.2;
 
 impl Electric {
+    /// Current of an LED that its resistor is calculated for, A.
+    pub fn current_a(&self) -> f64 {
+        self.current_ma / 1e3
+    }
+
+    /// Largest current that the supply gives, A.
+    fn supply_a(&self) -> f64 {
+        self.supply_ma / 1e3
+    }
+
     /// Reports LEDs that do not shine on this supply, burn, burn their resistors, or take more than there is.
     ///
     /// `forward` is the path of the forward voltage, `sharing` how many LEDs share a resistor, `all` how many there
     /// are.
-    pub fn check(self, forward: &str, [sharing, all]: [u32; 2], chip: Chip, report: &mut Report) {
-        let drop_v = self.supply_v - self.forward_v;
+    pub fn check(&self, forward: &str, [sharing, all]: [u32; 2], chip: Chip, report: &mut Report) {
+        let supply_v = self.supply_volts;
+        let drop_v = supply_v - self.forward_volts;
         report.at_most(
             forward,
-            self.forward_v,
-            self.supply_v - LEAST_DROP_V,
-            format!(
-                "the resistor needs {LEAST_DROP_V} V of the supply's {} V to set the current",
-                self.supply_v
-            ),
+            self.forward_volts,
+            supply_v - LEAST_DROP_V,
+            format!("the resistor needs {LEAST_DROP_V} V of the supply's {supply_v} V to set the current"),
         );
         if drop_v < LEAST_DROP_V {
             return; // Whatever current there is, it is none of these.
         }
         let (sharing, all) = (f64::from(sharing), f64::from(all));
         let bears = format!("a resistor {} bears {} W", chip.name, chip.rated_w);
-        let most_a = self.supply_a / all;
-        let gives = format!("the supply gives {} mA for {all} LEDs", self.supply_a * 1e3);
-        if self.ohms > 0.0 {
+        let (ohms, rated_a, supply_a) = (self.resistor_ohms, self.rated_ma / 1e3, self.supply_a());
+        let most_a = supply_a / all;
+        let gives = format!("the supply gives {} mA for {all} LEDs", supply_a * 1e3);
+        if ohms > 0.0 {
             let least = |most_a: f64| drop_v / (sharing * most_a);
-            let rated = format!("an LED bears {} mA", self.rated_a * 1e3);
-            report.at_least("leds.resistor_ohms", self.ohms, least(self.rated_a), rated);
-            report.at_least("leds.resistor_ohms", self.ohms, drop_v.powi(2) / chip.rated_w, bears);
-            report.at_least("leds.resistor_ohms", self.ohms, least(most_a), gives);
+            let rated = format!("an LED bears {} mA", rated_a * 1e3);
+            report.at_least("leds.resistor_ohms", ohms, least(rated_a), rated);
+            report.at_least("leds.resistor_ohms", ohms, drop_v.powi(2) / chip.rated_w, bears);
+            report.at_least("leds.resistor_ohms", ohms, least(most_a), gives);
         } else {
             // The next larger resistor of the series lets less through, and never more.
-            let ma = self.current_a * 1e3;
-            report.at_most("leds.current_ma", ma, self.rated_a * 1e3, "an LED bears no more");
+            let ma = self.current_a() * 1e3;
+            report.at_most("leds.current_ma", ma, rated_a * 1e3, "an LED bears no more");
             report.at_most("leds.current_ma", ma, chip.rated_w / (drop_v * sharing) * 1e3, bears);
             report.at_most("leds.current_ma", ma, most_a * 1e3, gives);
         }
@@ -171,7 +171,8 @@ pub struct Builder {
 
 impl Builder {
     /// A circuit on a board.
-    pub fn on(board: Name, supply_v: f64, supply_a: f64) -> Self {
+    pub fn on(board: Name, electric: &Electric) -> Self {
+        let (supply_v, supply_a) = (electric.supply_volts, electric.supply_a());
         Self::new(board.name, Some(board.name), supply_v, Some(supply_a))
     }
 
@@ -288,20 +289,19 @@ impl Builder {
     /// A resistor's calculation, for LEDs that share it; what is ordered, ohm.
     pub fn calculate(
         &mut self,
-        electric: Electric,
+        electric: &Electric,
         leds: u32,
         chip: Chip,
         source: &str,
     ) -> SeriesResistor {
-        let Electric { supply_v, forward_v, current_a, rated_a, ohms, .. } = electric;
-        let wanted_a = (ohms == 0.0).then_some(current_a);
+        let ohms = electric.resistor_ohms;
         let mut one = SeriesResistor {
             designators: Vec::new(),
-            supply_v,
-            forward_v,
+            supply_v: electric.supply_volts,
+            forward_v: electric.forward_volts,
             leds,
-            led_rated_a: rated_a,
-            wanted_a,
+            led_rated_a: electric.rated_ma / 1e3,
+            wanted_a: (ohms == 0.0).then_some(electric.current_a()),
             ohms,
             rated_w: chip.rated_w,
             source: source.to_owned(),
@@ -320,7 +320,7 @@ impl Builder {
     /// LEDs between supply and ground, each with its own resistor beside it.
     pub fn each_with_resistor(
         &mut self,
-        electric: Electric,
+        electric: &Electric,
         (model, package, body): (&str, LedPackage, Name),
         places: Vec<BoardPlace>,
         chip: Chip,
@@ -406,6 +406,19 @@ impl Builder {
         self.circuit.connections.push(connection);
     }
 
+    /// Supply and ground of strips of LEDs, which are called so and numbered.
+    pub fn strips(&mut self, count: u32, called: &str, supply: &str) {
+        let numbers = (1..=count).flat_map(|number| TO_SUPPLY.map(|wire| (number, wire)));
+        self.circuit.connections.extend(numbers.map(|(number, (net, color, to))| Connection {
+            from: format!("{called} {number}, {net}"),
+            to: if net == SUPPLY { supply } else { to }.to_owned(),
+            carries: net.to_owned(),
+            by: None,
+            length_mm: None,
+            color: Some(color.to_owned()),
+        }));
+    }
+
     /// What to mind.
     pub fn note(&mut self, text: impl Into<String>) {
         self.circuit.notes.push(text.into());
@@ -443,6 +456,22 @@ pub struct Wire<'a> {
     pub length_mm: Option<f64>,
     /// Of its insulation.
     pub color: &'a str,
+}
+
+impl<'a> Wire<'a> {
+    /// One of [`TO_SUPPLY`] on a pad alone, not drawn.
+    pub fn undrawn(
+        place: BoardPlace,
+        pad_mm: [f64; 2],
+        (_, color, to): (&str, &'a str, &'a str),
+    ) -> Self {
+        Self { place, hole_mm: None, pad_mm, by: None, to, length_mm: None, color }
+    }
+}
+
+/// All around the board's middle, between two radii, mm.
+pub fn all_around([inner_mm, outer_mm]: [f64; 2]) -> KeepOutRegion {
+    KeepOutRegion::Sector { inner_mm, outer_mm, middle_rad: 0.0, half_rad: std::f64::consts::PI }
 }
 
 /// Where LEDs that are drawn with their length along x have their pins.

@@ -2,7 +2,7 @@
 
 pub mod adapter;
 pub mod bayonet;
-mod board_camera;
+pub mod board_camera;
 pub mod cable;
 pub mod cable_way;
 pub mod chamber_light;
@@ -19,8 +19,8 @@ pub mod marker_grid;
 pub mod marks;
 pub mod mold;
 pub mod mounting;
-pub mod nominal_lens;
 mod o_ring_seat;
+pub mod optics;
 pub mod posted_camera;
 mod rect;
 pub mod sprue;
@@ -39,14 +39,22 @@ use crate::assembling::Name;
 pub(crate) use board_camera::{BoardCamera, board_camera};
 pub use joint::Joint;
 pub(crate) use led_ring::{LedRing, led_ring};
-pub(crate) use nominal_lens::{imaging, nominal_lens};
 pub use o_ring_seat::ORingSeat;
 pub use rect::Rect;
 pub use vented_lid::VentedLid;
 
+/// What holds for every family that has the parameter: name for messages and YAML text.
+pub(crate) const DEFAULTS: (&str, &str) = ("blocks.yaml (defaults)", include_str!("defaults.yaml"));
+
 crate::bodies! {
     /// An LED.
     pub LED "led";
+    /// A wire of the LEDs.
+    pub LED_WIRE "led-wire";
+    /// The camera.
+    pub CAMERA "camera";
+    /// The camera's cable.
+    pub CAMERA_CABLE "camera-cable";
     /// Steel pins that align halves and frames.
     pub DOWEL "dowel";
 }

@@ -1,75 +1,31 @@
 //! A small camera on posts: its board is screwed to a base, and looks along +z at a plane.
 
-use fabkit_geometry::{Angle, Body, Length, Order, Process, Solid};
+use fabkit_geometry::{Body, Length, Process, Solid};
 
-use super::nominal_lens::LensLaw;
-use super::{
-    APART_MM, CAMERA_GREEN, INTO_MM, Joint, PRINTED_WALL_MM, Rect, board_camera, copies, corners,
-    nominal_lens, upright,
-};
+use super::board_camera::Board;
+use super::optics::{Module, Pictures, View};
+use super::{APART_MM, INTO_MM, Joint, PRINTED_WALL_MM, Rect, copies, corners, upright};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::parameters;
-use crate::parameters::{Report, limits};
+use crate::parameters::{Inline, Report, limits};
 
 parameters! {
     /// The camera and the board it comes on. Its distance follows from the pitch of its pixels.
     pub struct PostedCamera {
-        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
-        module: String = 1..=64,
-        /// Type.
-        model: String = 1..=80,
-        /// Image width in pixels.
-        width_px: u32 = 16..=20000,
-        /// Image height in pixels.
-        height_px: u32 = 16..=20000,
-        /// Frames per second.
-        frame_rate: u32 = 1..=10000,
-        /// Full angle of view of the lens, over the image's diagonal.
-        field_of_view: Angle = 10.0..=220.0,
-        /// How the lens lays angles onto the picture.
-        projection: LensLaw,
-        /// How far the focal length may be from what is described, as a share of it.
-        focal_tolerance: f64 = 0.0..=0.2,
-        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
-        centre_tolerance: f64 = 0.0..=0.2,
-        /// Power of the cosine of the angle to the lens's axis, in air, by which pictures are darker there: 4 by the
-        /// natural law, 0 for as bright everywhere.
-        vignetting: f64 = 0.0..=8.0,
-        /// Diameter of the lens's entrance pupil: focal length over f-number; 0 for sharp pictures.
-        aperture: Length = 0.0..=20.0,
-        /// Distance that is in focus, from the optical centre along the axis, as in air.
-        focus: Length = 1.0..=100000.0,
+        /// Which it is.
+        module: Inline<Module>,
+        /// Its pictures.
+        pictures: Inline<Pictures>,
+        /// What its lens sees.
+        view: Inline<View>,
         /// Distance of neighbouring pixels on what is seen, in the middle, by straight rays.
         pixel_pitch: Length = 0.001..=1.0,
-        /// Distance of the optical centre behind the lens's front.
-        pupil_behind_front: Length = 0.0..=20.0,
-        /// Edge of the board along x.
-        board_size: Length = 4.0..=60.0,
-        /// Edge of the board along y.
-        board_size_y: Length = 4.0..=60.0,
-        /// Thickness of the board.
-        board_thickness: Length = 0.4..=3.2,
-        /// Distance of the screw holes' centres along x.
-        screw_spacing: Length = 2.0..=58.0,
-        /// Distance of the screw holes' centres along y.
-        screw_spacing_y: Length = 2.0..=58.0,
-        /// Edge of the square lens holder.
-        holder_size: Length = 2.0..=40.0,
-        /// Height of the lens holder above the board.
-        holder_height: Length = 0.5..=30.0,
-        /// Diameter of the lens barrel.
-        barrel_diameter: Length = 1.0..=40.0,
-        /// Height of the lens's front above the board.
-        lens_height: Length = 1.0..=60.0,
+        /// Its board and lens.
+        board: Inline<Board>,
         /// Room behind the board for connector and cable: the height of the posts.
         back_clearance: Length = 1.0..=20.0,
     }
-}
-
-crate::bodies! {
-    /// The camera.
-    pub CAMERA "camera";
 }
 
 /// What holds the board.
@@ -109,16 +65,15 @@ pub struct Posted<'a> {
 impl PostedCamera {
     /// The angle that a pixel in the middle stands for, rad.
     pub fn rad_per_px(&self) -> f64 {
-        let half_px = f64::from(self.width_px).hypot(f64::from(self.height_px)) / 2.0;
-        nominal_lens!(self).projection.radius(self.field_of_view.rad() / 2.0) / half_px
+        self.view.rad_per_px(self.pictures.size_px())
     }
 
     /// In front of a plane at `seen_z`; its base keeps that play around the connector.
     pub fn before(&self, seen_z: f64, play_mm: f64) -> Posted<'_> {
         let pupil_z = seen_z - self.pixel_pitch.mm() / self.rad_per_px();
-        let front_z = pupil_z + self.pupil_behind_front.mm();
-        let top_z = front_z - self.lens_height.mm();
-        let bottom_z = top_z - self.board_thickness.mm();
+        let front_z = pupil_z + self.board.pupil_behind_front.mm();
+        let top_z = front_z - self.board.lens_height.mm();
+        let bottom_z = top_z - self.board.board_thickness.mm();
         let foot_z = bottom_z - self.back_clearance.mm();
         Posted { camera: self, pupil_z, front_z, top_z, bottom_z, foot_z, play_mm }
     }
@@ -126,18 +81,18 @@ impl PostedCamera {
     /// Radius of a hole that the lens's holder passes, mm: in a circuit board, which stays one however
     /// others are made.
     pub fn bore_mm(&self) -> f64 {
-        let holder = self.holder_size.mm() / 2f64.sqrt();
-        holder.max(self.barrel_diameter.mm() / 2.0) + gap_mm(Process::Fdm, Fit::Free)
+        let holder = self.board.holder_size.mm() / 2f64.sqrt();
+        holder.max(self.board.barrel_diameter.mm() / 2.0) + gap_mm(Process::Fdm, Fit::Free)
     }
 
     /// Distances of the screws along x and y, mm.
     pub fn spacing_mm(&self) -> [f64; 2] {
-        [self.screw_spacing, self.screw_spacing_y].map(Length::mm)
+        [self.board.screw_spacing, self.board.screw_spacing_y].map(Length::mm)
     }
 
     /// Edges of the board along x and y, mm.
     pub fn board_mm(&self) -> [f64; 2] {
-        [self.board_size, self.board_size_y].map(Length::mm)
+        [self.board.board_size, self.board.board_size_y].map(Length::mm)
     }
 }
 
@@ -169,31 +124,21 @@ impl Posted<'_> {
     /// The camera; where it stands, its family says.
     pub fn body(&self) -> Body {
         let c = self.camera;
-        let [x, y] = c.board_mm();
-        let ordered = format!(
-            "{}, {} x {} px at {} fps, {} lens, board {x} x {y} mm",
-            c.model, c.width_px, c.height_px, c.frame_rate, c.field_of_view
-        );
-        let thickness = c.board_thickness.mm();
+        let thickness = c.board.board_thickness.mm();
         let holes = self.joint().passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
         let ([x, y], bottom) = (self.connector_mm(), self.foot_z + CONNECTOR_ABOVE_MM);
         let connector = Solid::cuboid(x, y / 2.0, self.bottom_z + INTO_MM - bottom)
             .at_z(bottom)
             .named("connector");
-        let solid = board_camera!(c).solid([self.bottom_z, self.top_z], holes.tools, connector);
-        let lens = board_camera!(c).lens(self.top_z).turned_from_front();
-        CAMERA
-            .bought(ordered, solid, [])
-            .ordered(Order::of(&c.model, ""))
-            .times(1)
-            .reached(lens)
-            .colored(CAMERA_GREEN)
+        let heights = [self.bottom_z, self.top_z];
+        let which = (&*c.module, &*c.pictures, &*c.view);
+        c.board.bought(which, heights, holes.tools, connector)
     }
 
     /// Reports what keeps the camera from being put together on a base `base_mm` thick, in a room.
     /// The section must be called `camera`; `from` are the paths that the room's edges follow from.
     pub fn check(&self, base_mm: f64, room: Rect, from: &[&str], report: &mut Report) {
-        let camera = self.camera;
+        let camera = &*self.camera.board;
         let head = SCREW.head_diameter_mm() / 2.0;
         let bite = SCREW.length_mm + PILOT_SPARE_MM - camera.board_thickness.mm();
         limits! { report:
@@ -206,9 +151,10 @@ impl Posted<'_> {
                 "the connector lies between the posts";
             camera.screw_spacing <= camera.board_size.mm() - SCREW.clearance_hole_mm() - 1.0,
                 "the screws' holes need half a millimetre of board around them";
-            camera.back_clearance >= bite + FLOOR_MM - base_mm,
-                "the camera's M1.6x5 screws end inside posts and base";
         }
+        let posts = bite + FLOOR_MM - base_mm;
+        let because = "the camera's M1.6x5 screws end inside posts and base";
+        report.at_least("camera.back_clearance", self.camera.back_clearance, posts, because);
         if camera.screw_spacing != camera.screw_spacing_y
             || camera.board_size != camera.board_size_y
         {
@@ -224,7 +170,7 @@ impl Posted<'_> {
             }
         }
         report.require(
-            room.holds(camera.board_mm().map(|mm| mm / 2.0), APART_MM),
+            room.holds(self.camera.board_mm().map(|mm| mm / 2.0), APART_MM),
             "camera.board_size",
             || {
                 format!(

@@ -28,15 +28,16 @@ pub(crate) const BUYING: Noun = Noun {
     dialect: &Dialect::new("list of what to buy", 1, ", then `buy:` and names with sections"),
 };
 
-/// Name and text of each built-in file.
-const FILES: [(&str, &str); 6] = [
-    ("casting.yaml (built-in)", include_str!("../../catalogue/casting.yaml")),
-    ("electronics.yaml (built-in)", include_str!("../../catalogue/electronics.yaml")),
-    ("hardware.yaml (built-in)", include_str!("../../catalogue/hardware.yaml")),
-    ("stock.yaml (built-in)", include_str!("../../catalogue/stock.yaml")),
-    ("supplies.yaml (built-in)", include_str!("../../catalogue/supplies.yaml")),
-    ("tools.yaml (built-in)", include_str!("../../catalogue/tools.yaml")),
-];
+/// Name and text of each built-in file, in `catalogue/`.
+const FILES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/catalogue.rs"));
+
+/// What messages call a built-in file after its stem.
+const BUILTIN_FILE: &str = ".yaml (built-in)";
+
+/// Whether that is in one of the built-in files.
+fn is_builtin(place: &Place) -> bool {
+    FILES.iter().any(|(stem, _)| place.file.strip_suffix(BUILTIN_FILE) == Some(stem))
+}
 
 /// Where prices come from that say nothing else.
 const PRICE_SOURCE: &str = "chosen: what shops in Europe asked in 2025, roughly, without shipping";
@@ -50,8 +51,9 @@ static BUILTIN: LazyLock<Articles> = LazyLock::new(|| {
 
 fn builtin_raws(found: &mut Vec<Found>) -> Vec<Raw> {
     let mut all = Vec::new();
-    for (file, yaml) in FILES {
-        let place = Place::new(TextLayer::Base, file, BUYING.dialect);
+    for (stem, yaml) in FILES {
+        let file = format!("{stem}{BUILTIN_FILE}");
+        let place = Place::new(TextLayer::Base, &file, BUYING.dialect);
         let mut entries = mapping_of(yaml, &place, found).unwrap_or_default();
         check_format(&mut entries, &place, found);
         for entry in entries {
@@ -59,10 +61,6 @@ fn builtin_raws(found: &mut Vec<Found>) -> Vec<Raw> {
         }
     }
     all
-}
-
-fn is_builtin(raw: &Raw) -> bool {
-    FILES.iter().any(|(file, _)| *file == &*raw.place.file)
 }
 
 /// Everything that may be bought, by name.

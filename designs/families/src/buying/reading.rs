@@ -44,11 +44,7 @@ fn one(layered: &Layered, key: &str, said: &[&Raw], found: &mut Vec<Found>) -> O
     let (first, last) = (said.first()?, said.last()?);
     let name = first.name.clone();
     let stack = layered.stack(BUYING, key, found)?;
-    let builtin: Vec<_> = stack
-        .iter()
-        .filter(|(place, _)| super::FILES.iter().any(|(f, _)| *f == &*place.file))
-        .cloned()
-        .collect();
+    let builtin: Vec<_> = stack.iter().filter(|(place, _)| is_builtin(place)).cloned().collect();
     let is_changed = builtin.len() < stack.len() && !builtin.is_empty();
     let (article, settings) = read::<Article>(BUYING, &name, &last.place, stack, found)?;
     if is_changed {
@@ -59,7 +55,7 @@ fn one(layered: &Layered, key: &str, said: &[&Raw], found: &mut Vec<Found>) -> O
         Some(price) if price.source.kind != SourceKind::User || !price.source.note.is_empty() => {
             told(price)
         }
-        _ => match (&article.price_source, is_builtin(last)) {
+        _ => match (&article.price_source, is_builtin(&last.place)) {
             (Some(source), _) => source.clone(),
             (None, true) => PRICE_SOURCE.to_owned(),
             (None, false) => last.place.file.to_string(),
@@ -72,7 +68,7 @@ fn one(layered: &Layered, key: &str, said: &[&Raw], found: &mut Vec<Found>) -> O
         Some(((*name).to_owned(), format!("{}{from}", setting.value)))
     });
     let figures = figures.collect();
-    let own = (!is_builtin(last)).then(|| last.place.clone());
+    let own = (!is_builtin(&last.place)).then(|| last.place.clone());
     Some(Known { name, article, figures, price_source, own })
 }
 

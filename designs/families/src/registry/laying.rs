@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 
 use fabkit_text::{
-    Document, Entry, Facts, Field, Found, InvalidDesign, Place, Problem, TextLayer, Written,
+    Content, Document, Entry, Facts, Field, Found, InvalidDesign, Place, Problem, TextLayer,
+    Written,
 };
-use fabkit_text::{apply_overrides, check_format, mapping_of};
+use fabkit_text::{apply_overrides, check_format, join, mapping_of};
 use fabkit_text::{shown, similar, suggestion, take_word};
 
 use super::{BaseFile, Extension, FamilyEntry, Registry, SENSOR, SensorText, modules};
+use crate::blocks;
 use crate::own::Own;
 
 /// What files hold besides the parameters of their family.
@@ -40,6 +42,24 @@ pub(super) fn lay_defaults(document: &mut Document, files: &[(&str, &str)], laye
         check_format(&mut entries, &place, &mut document.found);
         document.lay(entries, &place);
     }
+}
+
+/// Lays what blocks have for every family over a document, as far as its family has the parameters.
+pub(super) fn lay_shared_defaults(document: &mut Document) {
+    let (name, yaml) = blocks::DEFAULTS;
+    let place = Place::new(TextLayer::Default, name, &SENSOR);
+    let known = document.paths();
+    let mut entries = mapping_of(yaml, &place, &mut document.found).unwrap_or_default();
+    check_format(&mut entries, &place, &mut document.found);
+    for section in &mut entries {
+        if let Content::Map(values) = &mut section.value.content {
+            values.retain(|value| known.contains(&join(&section.key, &value.key)));
+        }
+    }
+    entries.retain(
+        |section| matches!(&section.value.content, Content::Map(values) if !values.is_empty()),
+    );
+    document.lay(entries, &place);
 }
 
 /// Something that only a slip in fabkit itself can cause.
@@ -75,7 +95,7 @@ impl Registry {
         let mut own = Own::take(&mut layers.entries, user, &mut found);
         let mut document = Document::new(family.all_fields(), place);
         document.found = found;
-        lay_defaults(&mut document, &family.defaults(), TextLayer::Default);
+        family.lay_defaults(&mut document);
         if let Some((extension, field)) = extra.section {
             document.add_field(field);
             lay_defaults(&mut document, extension.defaults, TextLayer::Base);
@@ -100,7 +120,7 @@ impl Registry {
         let yaml = self.builtin_yaml(sensor)?;
         let layers = self.layers(yaml, place.clone(), &[], &mut Vec::new())?;
         let mut document = Document::new(layers.family.all_fields(), place);
-        lay_defaults(&mut document, &layers.family.defaults(), TextLayer::Default);
+        layers.family.lay_defaults(&mut document);
         // Keys of others are unknown here, and nobody asks what is wrong.
         for (place, entries) in layers.entries.into_iter().rev() {
             document.lay(entries, &place);

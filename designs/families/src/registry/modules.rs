@@ -14,23 +14,8 @@ const NONE: &str = "none";
 const SECTION: &str = "camera";
 const KEY: &str = "module";
 
-macro_rules! modules {
-    ($($name:literal),+ $(,)?) => {
-        /// Every module: its name, and its text in `cameras/`.
-        const MODULES: &[(&str, &str)] =
-            &[$(($name, include_str!(concat!("../../cameras/", $name, ".yaml")))),+];
-    };
-}
-modules!(
-    "adns-3080-board",
-    "basler-daa1920-160uc-s",
-    "comedia-muc103p",
-    "endoscope-3-9mm",
-    "ov9281-uvc-25",
-    "ov9281-uvc-32",
-    "ov9281-uvc-38",
-    "raspberry-pi-hq-m12",
-);
+/// Every module: its name, and its text in `cameras/`.
+const MODULES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/cameras.rs"));
 
 /// What one family calls otherwise than the modules' files.
 const ALIASES: [(&str, &str); 2] =

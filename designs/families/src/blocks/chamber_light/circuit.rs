@@ -2,11 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use fabkit_geometry::{BoardPlace, BoardSide, Circuit, Connection, KeepOutRegion};
+use fabkit_geometry::{BoardPlace, BoardSide, Circuit, KeepOutRegion};
 
 use super::{LED_BOARD, Light, LightFrom};
 use crate::blocks::circuit::{
-    Builder, CHIP_0603, GROUND, LedPackage, SUPPLY, Wire, along_x, camera_to_host, electric,
+    Builder, CHIP_0603, LedPackage, TO_SUPPLY, Wire, along_x, camera_to_host,
 };
 use crate::blocks::{LED, PRINTED_WALL_MM};
 
@@ -29,10 +29,10 @@ impl Light<'_> {
 
     fn board_circuit(&self) -> Circuit {
         let leds = self.leds;
-        let mut board = Builder::on(LED_BOARD, leds.supply_volts, leds.supply_ma / 1e3);
+        let mut board = Builder::on(LED_BOARD, &leds.electric);
         let package = LedPackage::Chip([leds.pitch.mm(), leds.width.mm()]);
         board.each_with_resistor(
-            electric!(leds),
+            &leds.electric,
             (&leds.model, package, LED),
             along_x(&self.poses()),
             CHIP_0603,
@@ -47,21 +47,11 @@ impl Light<'_> {
         let clear_mm = ((bore_mm + EDGE_MM).powi(2) - inner_mm.powi(2)).max(0.0).sqrt();
         let beside_mm =
             if clear_mm > 0.0 { BESIDE_MM.max(clear_mm + PAD_MM[1] / 2.0) } else { BESIDE_MM };
-        for (along, net, color) in [(-beside_mm, SUPPLY, "red"), (beside_mm, GROUND, "black")] {
+        for (along, wire) in [-beside_mm, beside_mm].into_iter().zip(TO_SUPPLY) {
             let at_mm = if long == 0 { [along, -out] } else { [out, along] };
             let turn_rad = if long == 0 { -FRAC_PI_2 } else { 0.0 };
-            board.wire(
-                net,
-                Wire {
-                    place: BoardPlace { at_mm, turn_rad, side: BoardSide::Bottom },
-                    hole_mm: None,
-                    pad_mm: PAD_MM,
-                    by: None,
-                    to: if net == SUPPLY { "supply" } else { "ground of the supply" },
-                    length_mm: None,
-                    color,
-                },
-            );
+            let place = BoardPlace { at_mm, turn_rad, side: BoardSide::Bottom };
+            board.wire(wire.0, Wire::undrawn(place, PAD_MM, wire));
         }
         let half_mm = self.chamber.half.map(|half| half - PRINTED_WALL_MM / 2.0);
         board.keep_out(BoardSide::Top, KeepOutRegion::BeyondRect { half_mm }, "the shell's step");
@@ -72,25 +62,9 @@ impl Light<'_> {
 
     fn strips(&self) -> Circuit {
         let leds = self.leds;
-        let mut wired = Builder::wired("led-strips", leds.supply_volts);
-        for wall in 1..=leds.count.min(4) {
-            for (net, color) in [(SUPPLY, "red"), (GROUND, "black")] {
-                wired.connection(Connection {
-                    from: format!("strip at wall {wall}, {net}"),
-                    to: if net == SUPPLY {
-                        "supply of the strip's voltage"
-                    } else {
-                        "ground of the supply"
-                    }
-                    .to_owned(),
-                    carries: net.to_owned(),
-                    by: None,
-                    length_mm: None,
-                    color: Some(color.to_owned()),
-                });
-            }
-        }
-        let each = leds.current_ma / 1e3;
+        let mut wired = Builder::wired("led-strips", leds.electric.supply_volts);
+        wired.strips(leds.count.min(4), "strip at wall", "supply of the strip's voltage");
+        let each = leds.electric.current_a();
         wired.draws(each * self.poses().len() as f64);
         wired.connection(camera_to_host("camera", None, None, "USB"));
         wired.note(

@@ -1,6 +1,7 @@
 //! What the sensor consists of and is made with, and where bodies stand together.
 
 use crate::assembling::AssemblyName;
+pub use crate::blocks::{CAMERA, CAMERA_CABLE};
 
 /// Casting the skin.
 pub const SKIN_MOLD: AssemblyName = AssemblyName("skin-mold");
@@ -15,6 +16,4 @@ crate::bodies! {
     pub LID "mold-skin-lid" "closes the mold; the skin's flat foot forms on its boss";
     pub SKIN "skin";
     pub PAINT "reflective-paint";
-    pub CAMERA "camera";
-    pub CAMERA_CABLE "camera-cable";
 }

@@ -1,6 +1,6 @@
 //! How a dome-cap sensor is built, step by step.
 
-use fabkit_geometry::{Cure, FixedBy, Step, Vector3};
+use fabkit_geometry::{FixedBy, Step, Vector3};
 
 use super::bodies::*;
 use super::joints::Joints;
@@ -8,13 +8,10 @@ use super::layout::Layout;
 use super::mold::vents;
 use super::parameters::Cap;
 use crate::assembling::{
-    SENSOR, assemble, bond, demold, liquid, make, peeled, prepare, rigid, step,
+    GLUED, ROOM_24_H, SENSOR, assemble, bond, demold, liquid, make, peeled, prepare, rigid, step,
 };
 use crate::blocks::LED;
 use crate::blocks::cable_way::Side;
-
-const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
-const GLUED: Cure = Cure { hours: 1.0, celsius: 23.0 };
 
 /// Every step from printing to the sensor.
 pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {

@@ -20,10 +20,7 @@ pub const CONNECTOR_MM: [f64; 2] = [13.0, 6.0];
 /// Everything bought.
 pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
     let c = &p.camera;
-    let camera_text = format!(
-        "{} with lens {}, {} x {} px at {} fps",
-        c.model, c.lens, c.width_px, c.height_px, c.frame_rate
-    );
+    let camera_text = format!("{} with lens {}, {}", c.module.model, c.lens, *c.pictures);
     let led_text = format!("{}, one LED on {} of strip", p.leds.model, p.leds.strip_length);
     let leds = led_poses(p, layout);
     let leds = leds.iter().map(|pose| SENSOR.drawn_out(pose, 2.0).lifted(14.0));
@@ -35,7 +32,7 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
         vec![
             CAMERA
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-26.0)])
-                .ordered(Order::of(&c.model, format!("with lens {}", c.lens)))
+                .ordered(Order::of(&c.module.model, format!("with lens {}", c.lens)))
                 .reached(lens.turned_from_front())
                 .colored(CAMERA_GREEN),
             LED.bought(led_text, led(p), leds)

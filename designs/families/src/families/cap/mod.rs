@@ -19,7 +19,7 @@ use crate::assembling::names;
 use crate::blocks::adapter::MountFace;
 use crate::blocks::lighting::{RED_GREEN_BLUE, slopes};
 use crate::blocks::marks::RoundPattern;
-use crate::blocks::{self, camera_at, mm, nominal_lens, sphere};
+use crate::blocks::{self, mm, sphere};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use joints::Joints;
@@ -107,9 +107,8 @@ const RED_BLUE_GREEN: [usize; 3] = [0, 2, 1];
 
 /// The camera, turned as its plug is.
 fn nominal(p: &Cap) -> NominalCamera {
-    let size = [p.camera.width_px, p.camera.height_px];
-    let camera =
-        camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view, nominal_lens!(p.camera));
+    let c = &p.camera;
+    let camera = c.view.camera_at(-c.depth.mm(), c.pictures.size_px());
     let sensor_from_camera = components::turned(p, camera.sensor_from_camera);
     NominalCamera { sensor_from_camera, ..camera }
 }

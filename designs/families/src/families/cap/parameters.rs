@@ -5,8 +5,9 @@ use fabkit_geometry::{Angle, Length};
 use crate::blocks::cable_way::Side;
 use crate::blocks::marks::{Listed, RoundPattern};
 use crate::blocks::mounting::Mount;
-use crate::blocks::nominal_lens::LensLaw;
+use crate::blocks::optics::{Module, Pictures, View};
 use crate::materials::Castable;
+use crate::parameters::Inline;
 use crate::processes::Making;
 use crate::{choices, parameters, sections};
 
@@ -129,33 +130,14 @@ sections! {
 
     /// The camera with its lens.
     pub struct Camera {
-        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
-        module: String = 1..=64,
-        /// Type.
-        model: String = 1..=80,
+        /// Which it is.
+        module: Inline<Module>,
         /// Type of the lens.
         lens: String = 1..=80,
-        /// Image width in pixels.
-        width_px: u32 = 16..=20000,
-        /// Image height in pixels.
-        height_px: u32 = 16..=20000,
-        /// Frames per second.
-        frame_rate: u32 = 1..=10000,
-        /// Full angle of view of the lens, over the image's diagonal.
-        field_of_view: Angle = 10.0..=220.0,
-        /// How the lens lays angles onto the picture.
-        projection: LensLaw,
-        /// How far the focal length may be from what is described, as a share of it.
-        focal_tolerance: f64 = 0.0..=0.2,
-        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
-        centre_tolerance: f64 = 0.0..=0.2,
-        /// Power of the cosine of the angle to the lens's axis, in air, by which pictures are darker there: 4 by the
-        /// natural law, 0 for as bright everywhere.
-        vignetting: f64 = 0.0..=8.0,
-        /// Diameter of the lens's entrance pupil: focal length over f-number; 0 for sharp pictures.
-        aperture: Length = 0.0..=20.0,
-        /// Distance that is in focus, from the optical centre along the axis, as in air.
-        focus: Length = 1.0..=100000.0,
+        /// Its pictures.
+        pictures: Inline<Pictures>,
+        /// What its lens sees.
+        view: Inline<View>,
         /// Distance of the optical centre below the skin's foot.
         depth: Length = 1.0..=100.0,
         /// Distance of the optical centre behind the lens's front.

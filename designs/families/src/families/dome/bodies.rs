@@ -1,6 +1,7 @@
 //! What the sensor consists of and is made with, and where bodies stand together.
 
 use crate::assembling::AssemblyName;
+pub use crate::blocks::{CAMERA, CAMERA_CABLE, LED_WIRE};
 
 /// Casting the transparent gel around the tube.
 pub const TRANSPARENT_MOLD: AssemblyName = AssemblyName("transparent-mold");
@@ -59,9 +60,6 @@ crate::bodies! {
         "smooth mold for the translucent gel, cast around a wider glass tube";
 
     pub TUBE "tube";
-    pub CAMERA "camera";
-    pub CAMERA_CABLE "camera-cable";
-    pub LED_WIRE "led-wire";
     pub O_RING "o-ring";
     pub INNER_FORM_TUBE "form-tube-transparent-gel";
     pub OUTER_FORM_TUBE "form-tube-translucent-gel";

@@ -12,14 +12,14 @@ use super::parameters::{CoatMethod, Dome, MoldRoute};
 use super::tooling::form;
 use super::wiring;
 use crate::assembling::{
-    Liquid, Name, SENSOR, assemble, bond, demold, free_surface, liquid, make, prepare, rigid, step,
+    Liquid, Name, ROOM_24_H, SENSOR, assemble, bond, demold, free_surface, liquid, make, prepare,
+    rigid, step,
 };
 use crate::blocks::cup_and_bridge::PUSH_HOLE_RADIUS_MM;
 use crate::blocks::{DOWEL, LED};
 
 /// What is poured or laid onto next before it sets.
 const WET: Cure = Cure { hours: 0.0, celsius: 23.0 };
-const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
 /// Of the silicone mold, from the material's data sheet.
 const ROOM_6_H: Cure = Cure { hours: 6.0, celsius: 23.0 };
 

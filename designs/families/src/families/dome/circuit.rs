@@ -10,7 +10,7 @@ use super::layout::Layout;
 use super::parameters::Dome;
 use super::wiring;
 use crate::blocks::circuit::{
-    Builder, CHIP_0603, GROUND, LedPackage, SUPPLY, Wire, along_y, camera_to_host, electric,
+    Builder, CHIP_0603, LedPackage, TO_SUPPLY, Wire, all_around, along_y, camera_to_host,
 };
 use crate::blocks::{LED, turn};
 
@@ -19,10 +19,10 @@ const PAD_MM: [f64; 2] = [1.5, 0.8];
 
 /// LEDs between supply and ground, each with its resistor; two wires; the camera's cable.
 pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
-    let mut board = Builder::on(LED_BOARD, p.leds.supply_volts, p.leds.supply_ma / 1e3);
+    let mut board = Builder::on(LED_BOARD, &p.leds.electric);
     let package = LedPackage::Chip([p.leds.length.mm(), p.leds.width.mm()]);
     board.each_with_resistor(
-        electric!(p.leds),
+        &p.leds.electric,
         (&p.leds.model, package, LED),
         along_y(&led_poses(p, layout)),
         CHIP_0603,
@@ -32,7 +32,7 @@ pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
     let by = drawn.then_some(LED_WIRE);
     let length_mm = drawn.then(|| wiring::led_wire(p, layout).length_mm());
     let holes = wiring::hole_centres(p);
-    for (at_mm, (net, color)) in holes.into_iter().zip([(SUPPLY, "red"), (GROUND, "black")]) {
+    for (at_mm, (net, color, to)) in holes.into_iter().zip(TO_SUPPLY) {
         let out = at_mm[1].atan2(at_mm[0]);
         // Away from the LEDs' circle where the holes are outside of it.
         let is_outside = at_mm[0].hypot(at_mm[1]) > p.leds.circle_radius.mm();
@@ -48,7 +48,7 @@ pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
                 hole_mm: Some(p.led_board.wire_hole_diameter.mm()),
                 pad_mm: PAD_MM,
                 by,
-                to: if net == SUPPLY { "supply" } else { "ground of the supply" },
+                to,
                 length_mm,
                 color,
             },
@@ -56,13 +56,7 @@ pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
     }
     let baffle = p.led_board.bore_radius.mm() + BAFFLE_FLANGE_MM;
     if p.baffle.wall.mm() > 0.0 {
-        let flange = KeepOutRegion::Sector {
-            inner_mm: 0.0,
-            outer_mm: baffle,
-            middle_rad: 0.0,
-            half_rad: PI,
-        };
-        board.keep_out(BoardSide::Top, flange, "the baffle's flange");
+        board.keep_out(BoardSide::Top, all_around([0.0, baffle]), "the baffle's flange");
     }
     for rib in 0..p.shell.ribs {
         // Its width is an angle at the bore; a tenth beside it.

@@ -14,7 +14,7 @@ use super::wiring;
 use crate::assembling::{AssemblyName, SENSOR, in_sensor};
 use crate::blocks::cup_and_bridge::CupAndBridge;
 use crate::blocks::mold::{lid_dowel_poses, side_dowel_poses};
-use crate::blocks::{CAMERA_GREEN, DOWEL, GLASS, INTO_MM, RUBBER, board_camera, led_ring, merged};
+use crate::blocks::{DOWEL, GLASS, INTO_MM, RUBBER, led_ring, merged};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Dowel;
 
@@ -73,11 +73,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
         ))
         .colored(GLASS)
         .opaque(0.3),
-        CAMERA
-            .bought(camera_specification(p), camera(p, layout), vec![in_sensor().lifted(-46.0)])
-            .ordered(Order::of(&p.camera.model, ""))
-            .reached(board_camera!(p.camera).lens(layout.camera_board_top_z_mm).turned_from_front())
-            .colored(CAMERA_GREEN),
+        camera(p, layout).placed([in_sensor().lifted(-46.0)]),
         led_ring!(p.leds).body(each(SENSOR, &led_poses(p, layout), -20.0)),
     ];
     let screws = [
@@ -135,22 +131,9 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     sensor.into_iter().chain(wiring::bodies(p, layout)).chain(screws).chain(tools).collect()
 }
 
-fn camera_specification(p: &Dome) -> String {
-    format!(
-        "{}, {} x {} px at {} fps, {} lens, board {} x {} mm",
-        p.camera.model,
-        p.camera.width_px,
-        p.camera.height_px,
-        p.camera.frame_rate,
-        p.camera.field_of_view,
-        p.camera.board_size.mm(),
-        p.camera.board_size_y.mm()
-    )
-}
-
 /// Board with four holes, lens holder and barrel, connector behind.
-fn camera(p: &Dome, layout: &Layout) -> Solid {
-    let thickness = p.camera.board_thickness.mm();
+fn camera(p: &Dome, layout: &Layout) -> Body {
+    let thickness = p.camera.board.board_thickness.mm();
     let holes = Joints::new(p, layout).camera.passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
     let edges = relief_edges_mm(p).map(|edge| edge - 2.0);
     let connector =
@@ -158,7 +141,8 @@ fn camera(p: &Dome, layout: &Layout) -> Solid {
             .at_z(layout.relief_z_mm + 0.5)
             .named("connector");
     let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
-    board_camera!(p.camera).solid(heights, holes.tools, connector)
+    let c = &p.camera;
+    c.board.bought((&c.module, &c.pictures, &c.view), heights, holes.tools, connector)
 }
 
 fn dowel(p: &Dome) -> Dowel {

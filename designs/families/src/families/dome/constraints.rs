@@ -14,7 +14,7 @@ use super::mold::vents;
 use super::parameters::{CableExit, Dome, MoldRoute};
 use super::tooling::{FLANGE_INSET_MM, cup, form, o_ring_seat};
 use super::wiring::{self, Slit};
-use crate::blocks::circuit::{CHIP_0603, electric};
+use crate::blocks::circuit::CHIP_0603;
 use crate::blocks::mounting::{Mounting, outside};
 use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, half_chord, led_ring};
 use crate::fits::Fit;
@@ -104,7 +104,7 @@ fn lock(p: &Dome, layout: &Layout, report: &mut Report) {
     let room = p.diffuser.height_above_board.mm() - p.leds.height.mm() - APART_MM;
     limits! { report, p:
         filling_gel.lock_depth <= room, "the gel must not touch the LEDs";
-        filling_gel.lock_depth <= p.camera.depth.mm() - p.camera.pupil_behind_front.mm()
+        filling_gel.lock_depth <= p.camera.depth.mm() - p.camera.board.pupil_behind_front.mm()
             - p.diffuser.thickness.mm() - 0.2, "the lens must not touch the gel";
         shell.rib_depth >= layout.shell_bore_radius_mm - layout.diffuser_radius_mm
             + 1.5 * LEDGE_MM, "the diffuser rests on the ribs, inside of the step that gel flows over";
@@ -133,7 +133,7 @@ fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
     let (length, width) = (p.leds.length.mm(), p.leds.width.mm());
     let circle = p.leds.circle_radius.mm();
     let bore = (layout.shell_bore_radius_mm, "the shell's bore");
-    electric!(p.leds).check("leds.forward_volts", [1, p.leds.count], CHIP_0603, report);
+    p.leds.electric.check("leds.forward_volts", [1, p.leds.count], CHIP_0603, report);
     led_ring!(p.leds).check(p.led_board.bore_radius, bore, report);
     report.require(
         p.leds.count.is_multiple_of(p.shell.ribs),
@@ -171,7 +171,7 @@ fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
 }
 
 fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
-    let camera = &p.camera;
+    let (camera, led_board) = (&*p.camera.board, &p.led_board);
     let slide = p.making.gap_mm(BASE, Process::Fdm, Fit::Slide);
     let head = Screw::M1_6X5.head_diameter_mm();
     let bite = Screw::M1_6X5.length_mm - camera.board_thickness.mm();
@@ -188,7 +188,7 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
         false if beside >= apart => 0.0,
         false => camera.holder_size.mm() + 2.0 * half_chord(apart, beside),
     };
-    limits! { report, p:
+    limits! { report:
         camera.board_size <= widest, "the board's corners must stay inside the base";
         camera.screw_spacing <= camera.board_size.mm() - head,
             "the M1.6 heads must stay on the board";
@@ -206,8 +206,15 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
             "the barrel sits on its holder and must pass the diffuser";
         camera.holder_height <= camera.lens_height.mm() - 0.5,
             "the barrel must stand out of its holder";
-        camera.depth >= camera.pupil_behind_front.mm() + 0.2 - layout.gel_face_z_mm,
-            "the lens must not touch the filling gel";
+    }
+    let depth = camera.pupil_behind_front.mm() + 0.2 - layout.gel_face_z_mm;
+    report.at_least(
+        "camera.depth",
+        p.camera.depth,
+        depth,
+        "the lens must not touch the filling gel",
+    );
+    limits! { report:
         // From the board's seat on the base upwards and downwards there must be room.
         camera.lens_height >= camera.lens_height.mm() + layout.camera_board_top_z_mm
             + Screw::M1_6X5.head_height_mm() + APART_MM - layout.base_top_z_mm,
@@ -229,23 +236,24 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
     // A nut's hole ends outside of whatever else goes through the base.
     let nut_end = layout.base_radius_mm - nuts.depth_mm - 0.1;
     let relief = relief_edges_mm(p);
-    let is_square = p.camera.screw_spacing == p.camera.screw_spacing_y;
-    let half = p.camera.screw_spacing_y.mm() / 2.0;
+    let is_square = p.camera.board.screw_spacing == p.camera.board.screw_spacing_y;
+    let half = p.camera.board.screw_spacing_y.mm() / 2.0;
     let pilot_radius = joints.camera.holes().radius_mm;
     let (pilot, corner) = match is_square {
-        true => (p.camera.screw_spacing.mm() / SQRT_2 + pilot_radius, relief[0] / SQRT_2),
+        true => (p.camera.board.screw_spacing.mm() / SQRT_2 + pilot_radius, relief[0] / SQRT_2),
         false => (
-            (p.camera.screw_spacing.mm() / 2.0).hypot(half) + pilot_radius,
+            (p.camera.board.screw_spacing.mm() / 2.0).hypot(half) + pilot_radius,
             (relief[0] / 2.0).hypot(relief[1] / 2.0),
         ),
     };
     let most_spacing = match is_square {
-        true => p.camera.screw_spacing.mm() + (nut_end - pilot) * SQRT_2,
+        true => p.camera.board.screw_spacing.mm() + (nut_end - pilot) * SQRT_2,
         false => 2.0 * half_chord(nut_end - pilot_radius, half),
     };
     let m3 = joints.mounting.holes().radius_mm;
-    limits! { report, p:
-        base.height >= p.base.height.mm() - room,
+    let (base, camera) = (&p.base, &*p.camera.board);
+    limits! { report:
+        base.height >= base.height.mm() - room,
             "the nuts of the joint need room below the camera board";
         camera.screw_spacing <= most_spacing,
             "the camera's screws must clear the nuts of the joint";

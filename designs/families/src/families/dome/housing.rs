@@ -83,7 +83,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
         [0.0, top],
     ]));
 
-    let [pocket_x, pocket_y] = [p.camera.board_size, p.camera.board_size_y]
+    let [pocket_x, pocket_y] = [p.camera.board.board_size, p.camera.board.board_size_y]
         .map(|edge| edge.mm() + 2.0 * p.making.gap_mm(BASE, Process::Fdm, Fit::Slide));
     let pocket_floor = layout.camera_board_bottom_z_mm;
     let pocket =
@@ -131,7 +131,7 @@ pub fn cable_slot(p: &Dome) -> FloorSlot {
 /// Edges of the recess behind the camera board along x and y, mm: up to the pads of its screws.
 pub fn relief_edges_mm(p: &Dome) -> [f64; 2] {
     let pad = Screw::M1_6X5.pilot_hole_mm() + 1.2;
-    [p.camera.screw_spacing, p.camera.screw_spacing_y].map(|spacing| spacing.mm() - pad)
+    [p.camera.board.screw_spacing, p.camera.board.screw_spacing_y].map(|spacing| spacing.mm() - pad)
 }
 
 /// The frosted ring.

@@ -62,7 +62,8 @@ fn shell_base(p: &Dome, layout: &Layout) -> Joint {
 }
 
 fn camera(p: &Dome, layout: &Layout) -> Joint {
-    let half = [p.camera.screw_spacing, p.camera.screw_spacing_y].map(|mm| mm.mm() / 2.0);
+    let half =
+        [p.camera.board.screw_spacing, p.camera.board.screw_spacing_y].map(|mm| mm.mm() / 2.0);
     let poses = corners(half).map(|[x, y]| Pose::translation(x, y, layout.camera_board_top_z_mm));
     // All the way through the base, so that a broken screw can be pushed out.
     let depth = layout.camera_board_top_z_mm - layout.bottom_z_mm + CUT_OVERLAP_MM;

@@ -59,11 +59,11 @@ layout! {
         bottom_z_mm = base_top_z_mm - p.base.height.mm();
 
         /// Front face of the camera's lens.
-        lens_front_z_mm = -p.camera.depth.mm() + p.camera.pupil_behind_front.mm();
+        lens_front_z_mm = -p.camera.depth.mm() + p.camera.board.pupil_behind_front.mm();
         /// Side of the camera board that carries the lens.
-        camera_board_top_z_mm = lens_front_z_mm - p.camera.lens_height.mm();
+        camera_board_top_z_mm = lens_front_z_mm - p.camera.board.lens_height.mm();
         /// Side of the camera board that rests on the base.
-        camera_board_bottom_z_mm = camera_board_top_z_mm - p.camera.board_thickness.mm();
+        camera_board_bottom_z_mm = camera_board_top_z_mm - p.camera.board.board_thickness.mm();
         /// Floor of the pocket behind the camera board.
         relief_z_mm = camera_board_bottom_z_mm - p.camera.back_clearance.mm();
     }
@@ -75,17 +75,17 @@ const HOLDER_BELOW_MM: f64 = 0.5;
 impl Layout {
     /// Whether the camera's lens holder ends below the LED board: only the barrel passes that.
     pub fn is_holder_below(&self, p: &Dome) -> bool {
-        let barrel_mm = p.camera.lens_height.mm() - p.camera.holder_height.mm();
+        let barrel_mm = p.camera.board.lens_height.mm() - p.camera.board.holder_height.mm();
         self.lens_front_z_mm - barrel_mm <= self.base_top_z_mm - HOLDER_BELOW_MM + 1e-9
     }
 
     /// How far from the axis what passes the LED board reaches: the barrel, and its holder's corners if
     /// that is as high, mm.
     pub fn passing_mm(&self, p: &Dome) -> f64 {
-        let barrel = p.camera.barrel_diameter.mm() / 2.0;
+        let barrel = p.camera.board.barrel_diameter.mm() / 2.0;
         match self.is_holder_below(p) {
             true => barrel,
-            false => barrel.max(p.camera.holder_size.mm() / std::f64::consts::SQRT_2),
+            false => barrel.max(p.camera.board.holder_size.mm() / std::f64::consts::SQRT_2),
         }
     }
 

@@ -21,7 +21,7 @@ use fabkit_geometry::{Body, DomeSurface, Grip, Path, PressFit, Process, Sensor};
 use crate::assembling::{shrinkage, sight};
 use crate::blocks::adapter::MountFace;
 use crate::blocks::lighting::thickness;
-use crate::blocks::{self, DOWEL, Rect, camera_at, mm, nominal_lens, press_fit, sphere};
+use crate::blocks::{self, DOWEL, Rect, mm, press_fit, sphere};
 use crate::fits::Fit;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -97,9 +97,8 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
     if is_silicone {
         layers.extend(both.map(|cavity| tooling::silicone_mold(p, &layout, cavity)));
     }
-    let size = [p.camera.width_px, p.camera.height_px];
-    let camera =
-        camera_at(-p.camera.depth.mm(), size, p.camera.field_of_view, nominal_lens!(p.camera));
+    let c = &p.camera;
+    let camera = c.view.camera_at(-c.depth.mm(), c.pictures.size_px());
     let bodies = parts.into_iter().chain(layers).chain(components::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),

@@ -2,11 +2,14 @@
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::blocks::board_camera::Board;
+use crate::blocks::circuit::Electric;
 use crate::blocks::cup_and_bridge::Form;
 use crate::blocks::mold::Mold;
 use crate::blocks::mounting::Mount;
-use crate::blocks::nominal_lens::LensLaw;
+use crate::blocks::optics::{Module, Pictures, View};
 use crate::materials::Castable;
+use crate::parameters::Inline;
 use crate::processes::Making;
 use crate::{choices, sections};
 
@@ -176,71 +179,24 @@ sections! {
         height: Length = 0.2..=4.0,
         /// Type.
         model: String = 1..=80,
-        /// Supply, V.
-        supply_volts: f64 = 3.0..=24.0,
-        /// Forward voltage of an LED at its current, V.
-        forward_volts: f64 = 1.5..=24.0,
-        /// Current of an LED, mA, that its resistor is calculated for.
-        current_ma: f64 = 0.5..=60.0,
-        /// Largest current that an LED bears for long, mA.
-        rated_ma: f64 = 1.0..=3000.0,
-        /// Largest current that the supply gives, mA.
-        supply_ma: f64 = 1.0..=20000.0,
-        /// A resistor, ohm, whatever current that gives; 0 for what follows from the current.
-        resistor_ohms: f64 = 0.0..=100000.0,
+        /// Their electricity.
+        electric: Inline<Electric>,
     }
 
     /// The camera and the board it comes on.
     pub struct Camera {
-        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
-        module: String = 1..=64,
-        /// Type.
-        model: String = 1..=80,
-        /// Image width in pixels.
-        width_px: u32 = 16..=20000,
-        /// Image height in pixels.
-        height_px: u32 = 16..=20000,
-        /// Frames per second.
-        frame_rate: u32 = 1..=10000,
+        /// Which it is.
+        module: Inline<Module>,
+        /// Its pictures.
+        pictures: Inline<Pictures>,
         /// Quality of the JPEG in which it sends pictures, as encoders count it; 0 for none.
         jpeg_quality: u32 = 0..=100,
-        /// Full angle of view of the lens, over the image's diagonal.
-        field_of_view: Angle = 10.0..=220.0,
-        /// How the lens lays angles onto the picture.
-        projection: LensLaw,
-        /// How far the focal length may be from what is described, as a share of it.
-        focal_tolerance: f64 = 0.0..=0.2,
-        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
-        centre_tolerance: f64 = 0.0..=0.2,
-        /// Power of the cosine of the angle to the lens's axis, in air, by which pictures are darker there: 4 by the
-        /// natural law, 0 for as bright everywhere.
-        vignetting: f64 = 0.0..=8.0,
-        /// Diameter of the lens's entrance pupil: focal length over f-number; 0 for sharp pictures.
-        aperture: Length = 0.0..=20.0,
-        /// Distance that is in focus, from the optical centre along the axis, as in air.
-        focus: Length = 1.0..=100000.0,
+        /// What its lens sees.
+        view: Inline<View>,
         /// Distance of the optical centre below the sensing surface's foot.
         depth: Length = 0.0..=100.0,
-        /// Distance of the optical centre behind the lens's front.
-        pupil_behind_front: Length = 0.0..=20.0,
-        /// Edge of the board along x.
-        board_size: Length = 4.0..=60.0,
-        /// Edge of the board along y.
-        board_size_y: Length = 4.0..=60.0,
-        /// Thickness of the board.
-        board_thickness: Length = 0.4..=3.2,
-        /// Distance of the screw holes' centres along x.
-        screw_spacing: Length = 2.0..=58.0,
-        /// Distance of the screw holes' centres along y.
-        screw_spacing_y: Length = 2.0..=58.0,
-        /// Edge of the square lens holder.
-        holder_size: Length = 2.0..=40.0,
-        /// Height of the lens holder above the board.
-        holder_height: Length = 0.5..=30.0,
-        /// Diameter of the lens barrel.
-        barrel_diameter: Length = 1.0..=40.0,
-        /// Height of the lens's front above the board.
-        lens_height: Length = 1.0..=60.0,
+        /// Its board and lens.
+        board: Inline<Board>,
         /// Room behind the board for connector and parts.
         back_clearance: Length = 0.5..=10.0,
     }

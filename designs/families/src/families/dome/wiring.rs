@@ -13,7 +13,7 @@ use super::layout::Layout;
 use super::parameters::{CableExit, Dome};
 use crate::assembling::{SENSOR, in_sensor};
 use crate::blocks::adapter::Exit;
-use crate::blocks::cable::{Cable, GIVES_MM, WIRE_MM};
+use crate::blocks::cable::{Cable, GIVES_MM, wire_order};
 use crate::blocks::{APART_MM, INTO_MM, RUBBER, half_chord, holes, turn};
 use crate::fits::Fit;
 
@@ -105,7 +105,7 @@ const BESIDE_BOARD_MM: f64 = 0.5;
 fn hole_radius(p: &Dome) -> f64 {
     let hole = p.led_board.wire_hole_diameter.mm();
     let out = way(p).vector(Vector3::x());
-    let edge = [p.camera.board_size, p.camera.board_size_y].map(|edge| edge.mm() / 2.0);
+    let edge = [p.camera.board.board_size, p.camera.board.board_size_y].map(|edge| edge.mm() / 2.0);
     let board = (edge[0] / out.x.abs().max(1e-9)).min(edge[1] / out.y.abs().max(1e-9));
     let beside = board + BESIDE_BOARD_MM + p.cables.wire_diameter.mm() / 2.0;
     let inside = p.led_board.bore_radius.mm() + hole;
@@ -250,13 +250,7 @@ pub fn bodies(p: &Dome, layout: &Layout) -> Vec<Body> {
                 wire.solid(),
                 places,
             )
-            .ordered(
-                Order::of(
-                    "stranded wire",
-                    format!("{} mm over its insulation", p.cables.wire_diameter.mm()),
-                )
-                .cut_to(WIRE_MM),
-            )
+            .ordered(wire_order(p.cables.wire_diameter))
             .colored([190, 60, 50])
             .giving(GIVES_MM),
     ]

@@ -1,22 +1,19 @@
 //! How a flat-gel sensor is built, step by step.
 
-use fabkit_geometry::{Action, Cure, FixedBy, Opening, Pose, Step, Vector3};
+use fabkit_geometry::{Action, FixedBy, Opening, Pose, Step, Vector3};
 
 use super::bodies::*;
 use super::layout::Layout;
 use super::parameters::{CoatBy, FlatGel};
 use crate::assembling::{
-    Name, SENSOR, assemble, bond, cure, demold, liquid, make, opening, peeled, prepare, rigid, step,
+    GLUED, Name, SENSOR, assemble, bond, cure, demold, liquid, make, opening, peeled, prepare,
+    rigid, step,
 };
 use crate::blocks::chamber_light::{LED_BOARD, LightFrom};
 use crate::blocks::frame_mold::FLOOR;
 use crate::blocks::marker_grid::{MARKERS, STENCIL};
-use crate::blocks::posted_camera::CAMERA;
-use crate::blocks::{DOWEL, LED};
+use crate::blocks::{CAMERA, DOWEL, LED};
 use crate::materials::Castable;
-
-/// What a primer and an adhesive for silicone need before the next step.
-const GLUED: Cure = Cure { hours: 1.0, celsius: 23.0 };
 
 /// Surplus that is scraped off, as a part of the layer.
 const SCRAPED: f64 = 0.3;

@@ -71,9 +71,13 @@ fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
             "the pad's gel, not its coat alone, covers the joint around the plate";
         shell.rim >= p.shell.rim.mm() + PRINTED_WALL_MM - x.min(y),
             "the plate's opening needs a wall around it";
-        camera.board_size <=
-            2.0 * (chamber.narrow() + OVERHANG_MM - slide),
+    }
+    let camera = &*p.camera.board;
+    limits! { report:
+        camera.board_size <= 2.0 * (chamber.narrow() + OVERHANG_MM - slide),
             "the shell would overhang a wider board by more than 2 mm";
+    }
+    limits! { report, p:
         camera.pixel_pitch >=
             p.camera.pixel_pitch.mm() * (1.0 + (LENS_APART_MM - front_mm) / distance_mm),
             "the lens must not touch the plate";

@@ -90,7 +90,7 @@ impl<'a> Layout<'a> {
     /// gel's edge, its picture's edge, the plate's ledge or the LEDs, through plate and gel.
     pub fn seen_mm(&self) -> [f64; 2] {
         let camera = self.camera.camera;
-        let px = [camera.width_px, camera.height_px].map(f64::from);
+        let px = camera.pictures.size_px().map(f64::from);
         let (air, inside) =
             (self.plate_bottom_z_mm - self.camera.pupil_z, self.seen_z_mm - self.plate_bottom_z_mm);
         let light = &self.light;

@@ -13,7 +13,7 @@ use crate::assembling::{SENSOR, in_sensor, sight};
 use crate::blocks::adapter::MountFace;
 use crate::blocks::lighting::{slopes, thickness};
 use crate::blocks::marker_grid::MARKERS;
-use crate::blocks::{self, camera_at, merged, mm, nominal_lens};
+use crate::blocks::{self, merged, mm};
 use crate::materials::Clarity;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -93,13 +93,9 @@ fn lighting(p: &FlatGel, layout: &Layout) -> Lighting {
 /// The camera, the long side of its picture along that of the pad.
 fn nominal(layout: &Layout) -> NominalCamera {
     let c = layout.camera.camera;
-    let camera = camera_at(
-        layout.camera.pupil_z,
-        [c.width_px, c.height_px],
-        c.field_of_view,
-        nominal_lens!(c),
-    );
-    let turned = layout.pad.longer() == usize::from(c.width_px >= c.height_px);
+    let size = c.pictures.size_px();
+    let camera = c.view.camera_at(layout.camera.pupil_z, size);
+    let turned = layout.pad.longer() == usize::from(size[0] >= size[1]);
     let quarter = Angle::from_deg(if turned { 90.0 } else { 0.0 }).expect("finite");
     let sensor_from_camera = camera.sensor_from_camera.then_in(Pose::rotation_z(quarter));
     NominalCamera { sensor_from_camera, ..camera }

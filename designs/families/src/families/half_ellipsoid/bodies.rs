@@ -1,6 +1,7 @@
 //! What the sensor consists of and is made with, and where bodies stand together.
 
 use crate::assembling::AssemblyName;
+pub use crate::blocks::{CAMERA, LED_WIRE};
 
 /// Casting the silicone molds on and in their negatives.
 pub const CAST_INNER_CUP: AssemblyName = AssemblyName("cast-cup-inner");
@@ -43,10 +44,8 @@ crate::bodies! {
     pub OUTER_CUP "silicone-cup-outer" "silicone mold: outer boundary of the outer elastomer";
     pub BLACK_CUP "silicone-cup-black" "silicone mold: outer boundary of the black gel";
 
-    pub CAMERA "camera";
     pub WHITE_LED "white-led";
     pub UV_LED "uv-led";
     pub SWITCH "dual-switch";
     pub RESISTOR "led-resistor";
-    pub LED_WIRE "led-wire";
 }

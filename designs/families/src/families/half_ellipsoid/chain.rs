@@ -11,7 +11,8 @@ use super::parameters::HalfEllipsoid;
 use super::runner;
 use super::tooling::{Boundary, vent_poses};
 use crate::assembling::{
-    Liquid, Name, SENSOR, assemble, bond, demold, liquid, make, peeled, prepare, rigid, step,
+    Liquid, Name, SENSOR, assemble, bond, demold, free_surface, liquid, make, peeled, prepare,
+    rigid, step,
 };
 
 /// Toward the tip.
@@ -77,8 +78,7 @@ pub fn chain(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
 
 fn silicone_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2] {
     let (cup, walls, place) = (boundary.cup(), [boundary.negative(), SLEEVE], boundary.casting());
-    let top = Point3::new(0.0, 0.0, layout.silicone_top_z_mm);
-    let open = vec![opening("free surface", top, up(), layout.silicone_radius_mm)];
+    let open = vec![free_surface(layout.silicone_radius_mm, layout.silicone_top_z_mm, up())];
     let pour = silicone(p).fills(&walls, cup, up(), open);
     // The silicone stretches, not the negative.
     let pulls = vec![rigid(SLEEVE, up()), peel(p, cup, up())];
@@ -96,8 +96,7 @@ fn silicone_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step
 }
 
 fn silicone_core(p: &HalfEllipsoid, layout: &Layout) -> [Step; 2] {
-    let surface = Point3::new(0.0, 0.0, layout.core_flange_z_mm);
-    let open = vec![opening("free surface", surface, -up(), layout.silicone_radius_mm)];
+    let open = vec![free_surface(layout.silicone_radius_mm, layout.core_flange_z_mm, -up())];
     let pour = silicone(p).fills(&[CORE_NEGATIVE], CORE, -up(), open);
     [
         step("pour-silicone-core", CAST_CORE, &[CORE_NEGATIVE], pour)

@@ -1,7 +1,7 @@
 //! What is soldered to the LED board: two kinds of LEDs, a resistor and a switch for each kind.
 
 use fabkit_geometry::{
-    BoardPlace, BoardSide, Circuit, CircuitKind, CircuitPart, KeepOutRegion, Land, Pose, Vector3,
+    BoardPlace, BoardSide, Circuit, CircuitKind, CircuitPart, Land, Pose, Vector3,
 };
 
 use super::bodies::*;
@@ -10,7 +10,8 @@ use super::housing::{leds_by_kind, wire_places, wire_slot};
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use crate::blocks::circuit::{
-    Builder, CHIP_0603, Electric, GROUND, LedPackage, SUPPLY, Wire, along_y, camera_to_host,
+    Builder, CHIP_0603, Electric, GROUND, LedPackage, SUPPLY, Wire, all_around, along_y,
+    camera_to_host,
 };
 
 /// A wire's pad outwards from its hole, mm.
@@ -23,19 +24,20 @@ const SWITCH_PINS: [&str; 8] = ["1", "2", "3", "4", "5", "6", "7", "8"];
 
 /// Of the white LEDs and of the UV ones.
 pub fn electric(p: &HalfEllipsoid) -> [Electric; 2] {
-    [p.leds.white_forward_volts, p.leds.uv_forward_volts].map(|forward_v| Electric {
-        supply_v: p.leds.supply_volts,
-        forward_v,
-        current_a: p.leds.current_ma / 1e3,
-        rated_a: p.leds.rated_ma / 1e3,
-        supply_a: p.leds.supply_ma / 1e3,
-        ohms: 0.0,
+    [p.leds.white_forward_volts, p.leds.uv_forward_volts].map(|forward_volts| Electric {
+        supply_volts: p.leds.supply_volts,
+        forward_volts,
+        current_ma: p.leds.current_ma,
+        rated_ma: p.leds.rated_ma,
+        supply_ma: p.leds.supply_ma,
+        resistor_ohms: 0.0,
     })
 }
 
 /// White and UV LEDs parallel, each kind behind one resistor; two channels of a switch turn them on.
 pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
-    let mut board = Builder::on(LED_BOARD, p.leds.supply_volts, p.leds.supply_ma / 1e3);
+    let kinds = electric(p);
+    let mut board = Builder::on(LED_BOARD, &kinds[0]);
     let is_switched = has_parts(p) && p.led_board.wires >= 4;
     let poses = board_part_poses(p, layout);
     let below = |pose: &Pose| BoardPlace::of_body(pose, Vector3::y(), BoardSide::Bottom);
@@ -43,9 +45,8 @@ pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
     let mut channels = Vec::new();
     for (kind, places) in leds_by_kind(p, layout).iter().enumerate() {
         let name = ["WHITE", "UV"][kind];
-        let electric = electric(p)[kind];
         let source = format!("leds.current_ma, leds.{}_forward_volts", name.to_lowercase());
-        let mut calculation = board.calculate(electric, p.leds.pairs, CHIP_0603, &source);
+        let mut calculation = board.calculate(&kinds[kind], p.leds.pairs, CHIP_0603, &source);
         let drawn = has_parts(p).then(|| (below(&poses.resistors[kind]), RESISTOR));
         let after = if is_switched { format!("{name}-R") } else { name.to_owned() };
         let resistor = board.resistor(calculation.ohms, CHIP_0603, drawn, [SUPPLY, &after]);
@@ -80,12 +81,7 @@ pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
         nets = vec![(SUPPLY, "red"), ("WHITE-ON", "white"), ("UV-ON", "violet"), (GROUND, "black")];
     }
     wires(p, layout, &mut board, &nets);
-    let diffuser = KeepOutRegion::Sector {
-        inner_mm: layout.diffuser_wall_radius_mm,
-        outer_mm: layout.board_radius_mm + 1.0,
-        middle_rad: 0.0,
-        half_rad: std::f64::consts::PI,
-    };
+    let diffuser = all_around([layout.diffuser_wall_radius_mm, layout.board_radius_mm + 1.0]);
     board.keep_out(BoardSide::Top, diffuser, "the diffusion ring's wall");
     board.test_points();
     board.connection(camera_to_host(

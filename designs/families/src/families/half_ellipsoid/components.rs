@@ -10,7 +10,7 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::HalfEllipsoid;
 use crate::assembling::{Name, SENSOR};
-use crate::blocks::cable::{GIVES_MM, WIRE_MM};
+use crate::blocks::cable::{GIVES_MM, wire_order};
 use crate::blocks::{INTO_MM, LED_YELLOW};
 
 const UV: Color = [170, 130, 230];
@@ -36,11 +36,9 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     };
     let c = &p.camera;
     let camera_text = format!(
-        "{}, {} x {} px at {} fps, {} lens, {} x {} mm",
-        c.model,
-        c.width_px,
-        c.height_px,
-        c.frame_rate,
+        "{}, {}, {} lens, {} x {} mm",
+        c.module.model,
+        *c.pictures,
         c.field_of_view,
         c.diameter.mm(),
         c.length.mm()
@@ -59,19 +57,13 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
         vec![
             CAMERA
                 .bought(camera_text, camera(p, layout), [SENSOR.at(front).lifted(6.0)])
-                .ordered(Order::of(&c.model, ""))
+                .ordered(Order::of(&c.module.model, ""))
                 .colored(CAMERA_GREY),
             leds(WHITE_LED, &p.leds.white_model, LED_YELLOW, white),
             leds(UV_LED, &p.leds.uv_model, UV, uv),
             LED_WIRE
                 .bought(wire_text, wire, wires)
-                .ordered(
-                    Order::of(
-                        "stranded wire",
-                        format!("{} mm over its insulation", p.led_board.wire_diameter.mm()),
-                    )
-                    .cut_to(WIRE_MM),
-                )
+                .ordered(wire_order(p.led_board.wire_diameter))
                 .colored(UV)
                 .giving(GIVES_MM),
         ],

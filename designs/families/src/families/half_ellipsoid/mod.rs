@@ -21,7 +21,7 @@ use crate::assembling::sight;
 use crate::blocks::Rect;
 use crate::blocks::adapter::MountFace;
 use crate::blocks::marks::{RoundPattern, nearest_mm};
-use crate::blocks::{self, camera_at, mm, nominal_lens};
+use crate::blocks::{self, mm};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use joints::Joints;
@@ -65,7 +65,6 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
     let mut parts = housing::parts(p, &layout);
     parts.extend(tooling::parts(p, &layout));
     let pupil_z = layout.camera_front_z_mm - p.camera.pupil_behind_front.mm();
-    let size = [p.camera.width_px, p.camera.height_px];
     let bodies = parts
         .into_iter()
         .chain(layers::layers(p, &layout))
@@ -89,7 +88,11 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
         ),
         ..blocks::sensor(
             header,
-            camera_at(pupil_z, size, p.camera.field_of_view, nominal_lens!(p.camera)),
+            p.camera.optics.camera_at(
+                pupil_z,
+                p.camera.pictures.size_px(),
+                (p.camera.field_of_view, p.camera.projection),
+            ),
             bodies,
         )
     }

@@ -1,6 +1,7 @@
 //! What the sensor consists of and is made with, and where bodies stand together.
 
 use crate::assembling::{AssemblyName, Name};
+pub use crate::blocks::{CAMERA, CAMERA_CABLE};
 
 /// Filling the tip with gel, tip down: the sensor's frame turned over, so that up is +z.
 pub const FILLING: AssemblyName = AssemblyName("filling");
@@ -25,8 +26,6 @@ crate::bodies! {
         "glued to the housing; the microcontroller's board lies in it";
     pub GEL "gel" "clear filling that springs the skin back";
     pub O_RING "o-ring";
-    pub CAMERA "camera";
-    pub CAMERA_CABLE "camera-cable";
     pub CONTROLLER "controller";
     pub CABLE_TIE "cable-tie";
 }

@@ -1,6 +1,6 @@
 //! How a pin-tip sensor is built, step by step.
 
-use fabkit_geometry::{Cure, FixedBy, Opening, Point3, Step, Vector3};
+use fabkit_geometry::{FixedBy, Opening, Point3, Step, Vector3};
 
 use super::bodies::*;
 use super::controller;
@@ -8,10 +8,10 @@ use super::joints::Joints;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use super::tip::lens_holes;
-use crate::assembling::{SENSOR, assemble, bond, flipped, liquid, make, names, prepare, step};
+use crate::assembling::{
+    GLUED, SENSOR, assemble, bond, flipped, liquid, make, names, prepare, step,
+};
 use crate::blocks::LED;
-
-const GLUED: Cure = Cure { hours: 1.0, celsius: 23.0 };
 
 /// The lens's holes as openings of the gel, in the frame of the filling, tip down.
 fn openings(p: &PinTip, layout: &Layout) -> Vec<Opening> {

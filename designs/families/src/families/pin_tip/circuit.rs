@@ -1,15 +1,15 @@
 //! What is soldered to the ring of LEDs, and what leads to it.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
-use fabkit_geometry::{BoardPlace, BoardSide, Circuit, KeepOutRegion};
+use fabkit_geometry::{BoardPlace, BoardSide, Circuit};
 
 use super::bodies::*;
 use super::body::led_poses;
 use super::layout::Layout;
 use super::parameters::PinTip;
 use crate::blocks::circuit::{
-    Builder, CHIP_0402, GROUND, LedPackage, SUPPLY, Wire, along_y, camera_to_host, electric,
+    Builder, CHIP_0402, LedPackage, TO_SUPPLY, Wire, all_around, along_y, camera_to_host,
 };
 use crate::blocks::{LED, turn};
 
@@ -22,10 +22,10 @@ const BESIDE_MM: f64 = 0.21;
 
 /// LEDs between supply and ground, each with its resistor; wires on the lower side.
 pub fn circuit(p: &PinTip, layout: &Layout) -> Circuit {
-    let mut board = Builder::on(LED_BOARD, p.leds.supply_volts, p.leds.supply_ma / 1e3);
+    let mut board = Builder::on(LED_BOARD, &p.leds.electric);
     let package = LedPackage::Chip([p.leds.length.mm(), p.leds.width.mm()]);
     board.each_with_resistor(
-        electric!(p.leds),
+        &p.leds.electric,
         (&p.leds.model, package, LED),
         along_y(&led_poses(p, layout)),
         CHIP_0402,
@@ -35,32 +35,17 @@ pub fn circuit(p: &PinTip, layout: &Layout) -> Circuit {
     let ledge = layout.shaft_bore_radius_mm.min(layout.board_radius_mm - BESIDE_MM);
     let width = (ledge - inner).min(PAD_WIDTH_MM);
     let radius = inner + width / 2.0;
-    for (step, net, color) in [(0.5, SUPPLY, "red"), (-0.5, GROUND, "black")] {
+    for (step, wire) in [0.5, -0.5].into_iter().zip(TO_SUPPLY) {
         // Between two LEDs, one wire on each side of the one at the cable's slot.
         let angle = turn(0, p.leds.count, step).rad();
-        board.wire(
-            net,
-            Wire {
-                place: BoardPlace {
-                    at_mm: [radius * angle.cos(), radius * angle.sin()],
-                    turn_rad: angle + FRAC_PI_2,
-                    side: BoardSide::Bottom,
-                },
-                hole_mm: None,
-                pad_mm: [PAD_LENGTH_MM, width],
-                by: None,
-                to: if net == SUPPLY { "supply" } else { "ground of the supply" },
-                length_mm: None,
-                color,
-            },
-        );
+        let place = BoardPlace {
+            at_mm: [radius * angle.cos(), radius * angle.sin()],
+            turn_rad: angle + FRAC_PI_2,
+            side: BoardSide::Bottom,
+        };
+        board.wire(wire.0, Wire::undrawn(place, [PAD_LENGTH_MM, width], wire));
     }
-    let ledge = KeepOutRegion::Sector {
-        inner_mm: layout.shaft_bore_radius_mm,
-        outer_mm: layout.board_radius_mm + 1.0,
-        middle_rad: 0.0,
-        half_rad: PI,
-    };
+    let ledge = all_around([layout.shaft_bore_radius_mm, layout.board_radius_mm + 1.0]);
     board.keep_out(BoardSide::Bottom, ledge, "the ledge of the body");
     board.test_points();
     board.connection(camera_to_host(

@@ -29,7 +29,7 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
     let camera_text = format!(
         "{}, {} x {} px, statistics at {} Hz or images at {} Hz, M12 lens of {} mm ({} on a large \
          chip)",
-        c.model,
+        c.module.model,
         c.pixels,
         c.pixels,
         c.statistics_rate,
@@ -47,7 +47,10 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
                 .giving(seat.ring().gives_mm()),
             CAMERA
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-74.0)])
-                .ordered(Order::of(&c.model, format!("with lens of {} mm", c.focal_length.mm())))
+                .ordered(Order::of(
+                    &c.module.model,
+                    format!("with lens of {} mm", c.focal_length.mm()),
+                ))
                 .placed([FOCUSING.in_place()])
                 .reached(
                     board_camera!(p.camera).lens(layout.camera_board_top_z_mm).turned_from_sides(),

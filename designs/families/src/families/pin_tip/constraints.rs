@@ -10,7 +10,7 @@ use super::joints::Joints;
 use super::layout::{Layout, half_diagonal_mm, lens_play_mm};
 use super::parameters::PinTip;
 use super::tip::pin_root_mm;
-use crate::blocks::circuit::{CHIP_0402, electric};
+use crate::blocks::circuit::CHIP_0402;
 use crate::blocks::marks::{RoundPattern, farthest_deg};
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring};
 use crate::fits::Fit;
@@ -129,7 +129,7 @@ fn tip(p: &PinTip, layout: &Layout, report: &mut Report) {
 }
 
 fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
-    electric!(p.leds).check("leds.forward_volts", [1, p.leds.count], CHIP_0402, report);
+    p.leds.electric.check("leds.forward_volts", [1, p.leds.count], CHIP_0402, report);
     led_ring!(p.leds).check(
         p.led_board.bore_radius,
         (layout.board_seat_radius_mm, "the body"),

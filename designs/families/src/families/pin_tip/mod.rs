@@ -14,16 +14,14 @@ mod layout;
 mod parameters;
 mod tip;
 
-use fabkit_geometry::{
-    Detachable, DomeSurface, Grip, NominalLens, Path, Pose, PrintGroup, Process, Sensor,
-};
+use fabkit_geometry::{Detachable, DomeSurface, Grip, Path, Pose, PrintGroup, Process, Sensor};
 
 use crate::assembling::names;
 use crate::blocks::LED;
 use crate::blocks::lighting::places;
 use crate::blocks::marks::{RoundPattern, nearest_mm};
-use crate::blocks::nominal_lens::LensLaw;
-use crate::blocks::{self, camera_at, imaging, mm, press_fit, sphere};
+use crate::blocks::optics::LensLaw;
+use crate::blocks::{self, mm, press_fit, sphere};
 use crate::fits::Fit;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
@@ -68,11 +66,8 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let board = press_fit(LED_BOARD, BODY, board, "the board is pressed in");
     let screws = Joints::new(p, &layout).camera.press_fit(BODY);
     // The camera looks at the tip.
-    let size = [p.camera.pixels; 2];
-    let c = &p.camera;
-    let lens = LensLaw::Equidistant.lens(c.focal_tolerance, c.centre_tolerance, c.pixels);
-    let lens = NominalLens { imaging: imaging!(c), ..lens };
-    let camera = camera_at(layout.pupil_z_mm, size, Layout::diagonal_view(p), lens);
+    let view = (Layout::diagonal_view(p), LensLaw::Equidistant);
+    let camera = p.camera.optics.camera_at(layout.pupil_z_mm, [p.camera.pixels; 2], view);
     Sensor {
         marks: tip::marks(p, &layout),
         lightings: vec![places(bodies::DOTS, LED)],

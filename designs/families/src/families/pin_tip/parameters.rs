@@ -3,8 +3,11 @@
 use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::bayonet::Bayonet;
+use crate::blocks::circuit::Electric;
 use crate::blocks::marks::{Listed, RoundPattern};
+use crate::blocks::optics::{Module, Optics};
 use crate::materials::Castable;
+use crate::parameters::Inline;
 use crate::processes::Making;
 use crate::{choices, sections};
 
@@ -135,26 +138,14 @@ sections! {
         gap: Length = 0.1..=10.0,
         /// Type.
         model: String = 1..=80,
-        /// Supply, V.
-        supply_volts: f64 = 3.0..=24.0,
-        /// Forward voltage of an LED at its current, V.
-        forward_volts: f64 = 1.5..=24.0,
-        /// Current of an LED, mA, that its resistor is calculated for.
-        current_ma: f64 = 0.5..=60.0,
-        /// Largest current that an LED bears for long, mA.
-        rated_ma: f64 = 1.0..=3000.0,
-        /// Largest current that the supply gives, mA.
-        supply_ma: f64 = 1.0..=20000.0,
-        /// A resistor, ohm, whatever current that gives; 0 for what follows from the current.
-        resistor_ohms: f64 = 0.0..=100000.0,
+        /// Their electricity.
+        electric: Inline<Electric>,
     }
 
     /// The image sensor, its board and lens.
     pub struct Camera {
-        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
-        module: String = 1..=64,
-        /// Type.
-        model: String = 1..=80,
+        /// Which it is.
+        module: Inline<Module>,
         /// Pixels along each side of the square image.
         pixels: u32 = 8..=4000,
         /// Images per second when whole images are read.
@@ -170,17 +161,8 @@ sections! {
         focal_length: Length = 0.5..=50.0,
         /// Full angle of view of the lens on a chip that fills its image circle.
         lens_view: Angle = 10.0..=200.0,
-        /// How far the focal length may be from what is described, as a share of it.
-        focal_tolerance: f64 = 0.0..=0.2,
-        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
-        centre_tolerance: f64 = 0.0..=0.2,
-        /// Power of the cosine of the angle to the lens's axis, in air, by which pictures are darker there: 4 by the
-        /// natural law, 0 for as bright everywhere.
-        vignetting: f64 = 0.0..=8.0,
-        /// Diameter of the lens's entrance pupil: focal length over f-number; 0 for sharp pictures.
-        aperture: Length = 0.0..=20.0,
-        /// Distance that is in focus, from the optical centre along the axis, as in air.
-        focus: Length = 1.0..=100000.0,
+        /// Its lens.
+        optics: Inline<Optics>,
         /// Distance of the optical centre below the hemisphere's foot.
         depth: Length = 5.0..=200.0,
         /// Distance of the optical centre behind the lens's front.

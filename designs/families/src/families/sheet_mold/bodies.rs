@@ -2,6 +2,7 @@
 
 use super::channels::Side;
 use crate::assembling::{AssemblyName, Name};
+pub use crate::blocks::CAMERA;
 
 /// The stack that casts the layer with the channels.
 pub const CHANNEL_MOLD: AssemblyName = AssemblyName("channel-mold");
@@ -42,7 +43,6 @@ crate::bodies! {
     RIGHT_LIQUID "liquid-right" "coloured water in the channels that enter from this side";
     pub DISPLAY_LIQUID "liquid-display" "coloured water in the display while nothing is touched";
 
-    pub CAMERA "camera";
     pub BOX_CABLE "box-camera-cable";
     pub STAND_CABLE "stand-camera-cable";
     pub CAMERA_SPACER "spacer-m2";

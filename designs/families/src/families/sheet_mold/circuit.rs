@@ -1,12 +1,12 @@
 //! How the strips of the box are wired, and both cameras.
 
-use fabkit_geometry::{Circuit, Connection};
+use fabkit_geometry::Circuit;
 
 use super::bodies::{BOX_CABLE, STAND_CABLE};
 use super::cables::lengths_mm;
 use super::layout::Layout;
 use super::parameters::SheetMold;
-use crate::blocks::circuit::{Builder, GROUND, SUPPLY, camera_to_host};
+use crate::blocks::circuit::{Builder, camera_to_host};
 
 /// Strips: one at each wall.
 const STRIPS: u32 = 4;
@@ -14,19 +14,7 @@ const STRIPS: u32 = 4;
 /// Supply and ground of each strip, and the cameras' cables.
 pub fn circuit(p: &SheetMold, layout: &Layout) -> Circuit {
     let mut wired = Builder::wired("led-strips", 5.0);
-    for strip in 1..=STRIPS {
-        for (net, color) in [(SUPPLY, "red"), (GROUND, "black")] {
-            wired.connection(Connection {
-                from: format!("strip {strip}, {net}"),
-                to: if net == SUPPLY { "5 V of the supply" } else { "ground of the supply" }
-                    .to_owned(),
-                carries: net.to_owned(),
-                by: None,
-                length_mm: None,
-                color: Some(color.to_owned()),
-            });
-        }
-    }
+    wired.strips(STRIPS, "strip", "5 V of the supply");
     let [below, above] = lengths_mm(p, layout);
     wired.connection(camera_to_host("camera in the box", Some(BOX_CABLE), Some(below), "USB"));
     wired.connection(camera_to_host(

@@ -13,7 +13,7 @@ use super::layout::{Layout, bolt_hole_mm};
 use super::parameters::SheetMold;
 use super::sheets::{sheet, with_holes};
 use crate::assembling::{SENSOR, flipped};
-use crate::blocks::{BLACK, camera_at, nominal_lens};
+use crate::blocks::BLACK;
 use crate::fits::Fit;
 
 const CLEAR: Color = [214, 228, 234];
@@ -87,7 +87,8 @@ pub fn lighting(p: &SheetMold, layout: &Layout) -> Lighting {
     };
     let columns = display_channel_y(p).into_iter().map(column).collect();
     let size = [p.camera.width_px, p.camera.height_px];
-    let camera = camera_at(0.0, size, p.camera.field_of_view, nominal_lens!(p.camera));
+    let view = (p.camera.field_of_view, p.camera.projection);
+    let camera = p.camera.optics.camera_at(0.0, size, view);
     // Above the display, looking down.
     let above = Pose::translation(0.0, 0.0, layout.display_pupil_z_mm).then_in(flipped());
     Lighting {

@@ -22,7 +22,7 @@ use fabkit_geometry::Sensor;
 
 use crate::assembling::names;
 use crate::blocks::lighting::places;
-use crate::blocks::{self, camera_at, mm, nominal_lens, press_fit};
+use crate::blocks::{self, mm, press_fit};
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use bodies::{NEEDLE, TUBE};
@@ -57,8 +57,8 @@ impl Family for SheetMoldFamily {
 fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     let size = [p.camera.width_px, p.camera.height_px];
     // The camera looks up at the markers.
-    let camera =
-        camera_at(layout.pupil_z_mm, size, p.camera.field_of_view, nominal_lens!(p.camera));
+    let view = (p.camera.field_of_view, p.camera.projection);
+    let camera = p.camera.optics.camera_at(layout.pupil_z_mm, size, view);
     let bodies = molds::sheets(p, layout)
         .into_iter()
         .chain(housing::sheets(p, layout))

@@ -4,8 +4,9 @@ use fabkit_geometry::{Angle, Length};
 
 use crate::blocks::cable_way::Side;
 use crate::blocks::marks::{FlatPattern, Listed};
-use crate::blocks::nominal_lens::LensLaw;
+use crate::blocks::optics::{LensLaw, Optics};
 use crate::materials::Castable;
+use crate::parameters::Inline;
 use crate::processes::Making;
 use crate::{choices, sections};
 
@@ -208,17 +209,8 @@ sections! {
         field_of_view: Angle = 10.0..=170.0,
         /// How the lens lays angles onto the picture.
         projection: LensLaw,
-        /// How far the focal length may be from what is described, as a share of it.
-        focal_tolerance: f64 = 0.0..=0.2,
-        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
-        centre_tolerance: f64 = 0.0..=0.2,
-        /// Power of the cosine of the angle to the lens's axis, in air, by which pictures are darker there: 4 by the
-        /// natural law, 0 for as bright everywhere.
-        vignetting: f64 = 0.0..=8.0,
-        /// Diameter of the lens's entrance pupil: focal length over f-number; 0 for sharp pictures.
-        aperture: Length = 0.0..=20.0,
-        /// Distance that is in focus, from the optical centre along the axis, as in air.
-        focus: Length = 1.0..=100000.0,
+        /// Its lens.
+        optics: Inline<Optics>,
         /// Edge of the board along x.
         board_size: Length = 10.0..=80.0,
         /// Edge of the board along y.

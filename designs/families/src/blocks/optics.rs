@@ -1,0 +1,132 @@
+//! What a sensor's file says of its camera's lens, whatever family it is of.
+
+use std::fmt::{self, Display, Formatter};
+
+use fabkit_geometry::{
+    Angle, Length, LensImaging, LensTolerance, NominalCamera, NominalLens, Projection,
+};
+
+use super::camera_at;
+use crate::parameters::Inline;
+use crate::{choices, sections};
+
+choices! {
+    /// How far from the picture's middle a lens shows what it sees at an angle a off its axis.
+    pub enum LensLaw {
+        /// r = f a.
+        Equidistant = "equidistant",
+        /// r = 2 f sin(a / 2).
+        Equisolid = "equisolid",
+        /// r = 2 f tan(a / 2).
+        Stereographic = "stereographic",
+    }
+}
+
+sections! {
+    /// Which camera it is.
+    pub struct Module {
+        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
+        module: String = 1..=64,
+        /// Type.
+        model: String = 1..=80,
+    }
+
+    /// The pictures that a camera takes.
+    pub struct Pictures {
+        /// Image width in pixels.
+        width_px: u32 = 16..=20000,
+        /// Image height in pixels.
+        height_px: u32 = 16..=20000,
+        /// Frames per second.
+        frame_rate: u32 = 1..=10000,
+    }
+
+    /// What every lens does to pictures, and how far it may be from what is described.
+    pub struct Optics {
+        /// How far the focal length may be from what is described, as a share of it.
+        focal_tolerance: f64 = 0.0..=0.2,
+        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
+        centre_tolerance: f64 = 0.0..=0.2,
+        /// Power of the cosine of the angle to the lens's axis, in air, by which pictures are darker there: 4 by the
+        /// natural law, 0 for as bright everywhere.
+        vignetting: f64 = 0.0..=8.0,
+        /// Diameter of the lens's entrance pupil: focal length over f-number; 0 for sharp pictures.
+        aperture: Length = 0.0..=20.0,
+        /// Distance that is in focus, from the optical centre along the axis, as in air.
+        focus: Length = 1.0..=100000.0,
+    }
+
+    /// What a lens sees on a board or in a housing, whose maker states its angle.
+    pub struct View {
+        /// Full angle of view of the lens, over the image's diagonal.
+        field_of_view: Angle = 10.0..=220.0,
+        /// How the lens lays angles onto the picture.
+        projection: LensLaw,
+        /// What it does to pictures.
+        optics: Inline<Optics>,
+    }
+}
+
+impl Pictures {
+    /// Pixels along both edges.
+    pub fn size_px(&self) -> [u32; 2] {
+        [self.width_px, self.height_px]
+    }
+}
+
+/// As orders say it.
+impl Display for Pictures {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{} x {} px at {} fps", self.width_px, self.height_px, self.frame_rate)
+    }
+}
+
+impl LensLaw {
+    /// As a law of geometry.
+    pub fn projection(self) -> Projection {
+        match self {
+            Self::Equidistant => Projection::Equidistant,
+            Self::Equisolid => Projection::Equisolid,
+            Self::Stereographic => Projection::Stereographic,
+        }
+    }
+}
+
+impl Optics {
+    /// The lens of a camera whose pictures are so many pixels wide.
+    pub fn lens(&self, law: LensLaw, width_px: u32) -> NominalLens {
+        let centre_px = self.centre_tolerance * f64::from(width_px);
+        NominalLens {
+            projection: law.projection(),
+            tolerance: LensTolerance { focal_share: self.focal_tolerance, centre_px },
+            imaging: LensImaging {
+                falloff_power: self.vignetting,
+                pupil_mm: self.aperture.mm(),
+                focus_mm: self.focus.mm(),
+            },
+        }
+    }
+
+    /// The camera as [`camera_at`] says, with such a lens.
+    pub fn camera_at(
+        &self,
+        pupil_z: f64,
+        size_px: [u32; 2],
+        (view, law): (Angle, LensLaw),
+    ) -> NominalCamera {
+        camera_at(pupil_z, size_px, view, self.lens(law, size_px[0]))
+    }
+}
+
+impl View {
+    /// The camera on the axis, see [`Optics::camera_at`].
+    pub fn camera_at(&self, pupil_z: f64, size_px: [u32; 2]) -> NominalCamera {
+        self.optics.camera_at(pupil_z, size_px, (self.field_of_view, self.projection))
+    }
+
+    /// The angle that a pixel in the middle of such a picture stands for, rad.
+    pub fn rad_per_px(&self, size_px: [u32; 2]) -> f64 {
+        let [x, y] = size_px.map(f64::from);
+        self.projection.projection().radius(self.field_of_view.rad() / 2.0) / (x.hypot(y) / 2.0)
+    }
+}

@@ -3,7 +3,7 @@
 mod common;
 
 use fabkit_camera::files::{CameraFormat, read, write};
-use fabkit_camera::{Camera, CameraEstimate, DMatrix, Interface, Lens, OpenCv};
+use fabkit_camera::{Camera, CameraEstimate, DMatrix, Interface, Lens, OpenCv, Point3, Vector3};
 use proptest::prelude::*;
 
 /// A covariance with correlations, as a product of a matrix with its transpose.
@@ -272,4 +272,18 @@ fn the_table_of_lens_models_names_them_all() {
     said.sort_unstable();
     known.sort_unstable();
     assert_eq!(said, known, "docs/theory/cameras.md");
+}
+
+#[test]
+fn every_registered_model_sees_what_it_projects_and_is_kept_by_our_own_format() {
+    for model in fabkit_camera::LensModel::ALL {
+        let lens = model.plain(common::INTRINSICS).unwrap();
+        let camera = Camera::new(640, 480, lens, Interface::None).unwrap();
+        let direction = Vector3::new(0.3, -0.2, 1.0).normalize();
+        let pixel = camera.project(&Point3::from(direction)).unwrap();
+        let seen = camera.unproject(&pixel).unwrap().direction;
+        assert!((seen - direction).norm() < 1e-12, "{}", model.name());
+        let estimate = CameraEstimate::new(camera, None).unwrap();
+        assert_eq!(read(&write(&estimate, CameraFormat::Fabkit).unwrap()).unwrap(), estimate);
+    }
 }

@@ -45,9 +45,6 @@ pub fn lenses() -> Vec<(&'static str, Lens, f64)> {
         ),
         ("eucm", Lens::Eucm(Eucm::new(INTRINSICS, 0.63, 1.07).unwrap()), far),
     ];
-    // Whatever is registered is asked everything that the others are.
-    let plain = LensModel::ALL.into_iter();
-    lenses.extend(plain.map(|model| (model.name(), model.plain(INTRINSICS).unwrap(), 1.2)));
     for (_, lens, most_rad) in &mut lenses {
         // Close to the limit the pixel hardly depends on the angle, so that digits are lost.
         *most_rad = most_rad.min(0.97 * lens.angle_limit_rad());

@@ -19,8 +19,8 @@ use std::mem;
 use fabkit_geometry::{Occasion, Sensor};
 use rayon::prelude::*;
 
+use crate::case::Place;
 use crate::case::{Case, Looked, Ways};
-use crate::chain::Place;
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::memo::Memo;

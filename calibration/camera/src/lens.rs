@@ -6,6 +6,7 @@
 mod double_sphere;
 mod eucm;
 mod kannala_brandt;
+mod model;
 mod opencv;
 mod unified;
 
@@ -14,6 +15,7 @@ use nalgebra::{Matrix2x3, Point2, Vector2, Vector3};
 pub use double_sphere::DoubleSphere;
 pub use eucm::Eucm;
 pub use kannala_brandt::KannalaBrandt;
+pub use model::LensModel;
 pub use opencv::OpenCv;
 
 use crate::error::{InvalidCamera, OutsideDomain, Rules};
@@ -68,7 +70,20 @@ pub(crate) struct Normalised {
 }
 
 /// What a lens model answers. Directions need not be of unit length, but must not be zero.
-pub(crate) trait Projector {
+pub(crate) trait Projector: Sized {
+    /// How it is called in messages and files.
+    const NAME: &'static str;
+    /// How Kalibr calls it, where it knows it without distortion.
+    const KALIBR: Option<&'static str> = None;
+
+    /// A lens of as many coefficients as the model may have; what is missing is NaN.
+    ///
+    /// # Errors
+    /// Those of the model's own constructor.
+    fn from_coefficients(
+        intrinsics: Intrinsics,
+        coefficients: &[f64],
+    ) -> Result<Self, InvalidCamera>;
     /// Names of the coefficients in their order.
     fn names(&self) -> &'static [&'static str];
     fn coefficients(&self) -> &[f64];
@@ -83,18 +98,54 @@ pub(crate) trait Projector {
     fn direction(&self, normalised: &Vector2<f64>) -> Option<Vector3<f64>>;
 }
 
-/// How directions become pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Lens {
-    /// Pinhole with OpenCV's radial and tangential distortion.
-    OpenCv(OpenCv),
-    /// A polynomial in the incidence angle; OpenCV's `fisheye`, Kalibr's `equidistant`.
-    KannalaBrandt(KannalaBrandt),
-    /// Two unit spheres, one behind the other.
-    DoubleSphere(DoubleSphere),
-    /// The extended unified camera model.
-    Eucm(Eucm),
+/// The lens models: each is registered here, and in [`LensModel::ALL`].
+macro_rules! for_all_models {
+    ($then:ident $($more:tt)*) => {
+        $then! {
+            [
+                /// Pinhole with OpenCV's radial and tangential distortion.
+                OpenCv
+                /// A polynomial in the incidence angle; OpenCV's `fisheye`, Kalibr's `equidistant`.
+                KannalaBrandt
+                /// Two unit spheres, one behind the other.
+                DoubleSphere
+                /// The extended unified camera model.
+                Eucm
+            ]
+            $($more)*
+        }
+    };
 }
+
+impl LensModel {
+    /// All models. Of two that are as simple and explain the pictures equally well the first is
+    /// taken: the EUCM before the double sphere, because its focal length is the scale on the axis
+    /// whatever its coefficients are.
+    pub const ALL: [Self; 5] =
+        [Self::KannalaBrandt, Self::Eucm, Self::DoubleSphere, Self::OpenCv5, Self::OpenCv8];
+}
+
+macro_rules! declare_lens {
+    ([$($(#[$doc:meta])+ $model:ident)+]) => {
+        /// How directions become pixels.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Lens {
+            $($(#[$doc])+ $model($model),)+
+        }
+
+        /// What makes a lens of intrinsics and coefficients.
+        type Make = fn(Intrinsics, &[f64]) -> Result<Lens, InvalidCamera>;
+
+        /// Each model by its name.
+        const MAKERS: &[(&str, Make)] = &[
+            $((
+                $model::NAME,
+                |intrinsics, k| $model::from_coefficients(intrinsics, k).map(Lens::$model),
+            ),)+
+        ];
+    };
+}
+for_all_models!(declare_lens);
 
 /// A pixel with its derivatives by direction and by the lens's own parameters.
 pub(crate) struct LensProjection {
@@ -107,13 +158,24 @@ pub(crate) struct LensProjection {
 /// Calls the model behind a lens without the cost of a virtual call.
 macro_rules! with_model {
     ($lens:expr, $model:ident => $answer:expr) => {
+        for_all_models!(match_model $lens, $model => $answer)
+    };
+}
+
+macro_rules! match_model {
+    ([$($(#[$doc:meta])+ $kind:ident)+] $lens:expr, $model:ident => $answer:expr) => {
         match $lens {
-            Lens::OpenCv($model) => $answer,
-            Lens::KannalaBrandt($model) => $answer,
-            Lens::DoubleSphere($model) => $answer,
-            Lens::Eucm($model) => $answer,
+            $(Lens::$kind($model) => $answer,)+
         }
     };
+}
+
+fn name_of<P: Projector>(_: &P) -> &'static str {
+    P::NAME
+}
+
+fn kalibr_name_of<P: Projector>(_: &P) -> Option<&'static str> {
+    P::KALIBR
 }
 
 impl Lens {
@@ -140,12 +202,22 @@ impl Lens {
 
     /// How the model is called in messages and files.
     pub fn model_name(&self) -> &'static str {
-        match self {
-            Self::OpenCv(_) => "opencv",
-            Self::KannalaBrandt(_) => "kannala-brandt",
-            Self::DoubleSphere(_) => "double-sphere",
-            Self::Eucm(_) => "eucm",
-        }
+        with_model!(self, model => name_of(model))
+    }
+
+    /// How Kalibr calls the model, where it knows it without distortion.
+    pub(crate) fn kalibr_name(&self) -> Option<&'static str> {
+        with_model!(self, model => kalibr_name_of(model))
+    }
+
+    /// A lens of a model by its name; `None` where no model has it.
+    pub(crate) fn of_model(
+        name: &str,
+        intrinsics: Intrinsics,
+        coefficients: &[f64],
+    ) -> Option<Result<Self, InvalidCamera>> {
+        let maker = MAKERS.iter().find(|(known, _)| *known == name);
+        maker.map(|(_, make)| make(intrinsics, coefficients))
     }
 
     /// The same model with other numbers: intrinsics first, then as many coefficients as now.
@@ -153,22 +225,8 @@ impl Lens {
         let mut first = [f64::NAN; 4];
         let split = parameters.len().min(4);
         first[..split].copy_from_slice(&parameters[..split]);
-        let intrinsics = Intrinsics::from_values(&first);
-        let rest = &parameters[split..];
-        Ok(match self {
-            Self::OpenCv(_) => Self::OpenCv(OpenCv::new(intrinsics, rest)?),
-            Self::KannalaBrandt(_) => {
-                Self::KannalaBrandt(KannalaBrandt::new(intrinsics, array(rest))?)
-            }
-            Self::DoubleSphere(_) => {
-                let [xi, alpha] = array(rest);
-                Self::DoubleSphere(DoubleSphere::new(intrinsics, xi, alpha)?)
-            }
-            Self::Eucm(_) => {
-                let [alpha, beta] = array(rest);
-                Self::Eucm(Eucm::new(intrinsics, alpha, beta)?)
-            }
-        })
+        let (intrinsics, rest) = (Intrinsics::from_values(&first), &parameters[split..]);
+        Self::of_model(self.model_name(), intrinsics, rest).expect("its own model is known")
     }
 
     /// Names and values, intrinsics first.

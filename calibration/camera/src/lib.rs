@@ -44,6 +44,6 @@ pub use error::{InvalidCamera, LensViolation, OutsideDomain};
 pub use estimate::{CameraEstimate, InvalidCovariance};
 pub use interface::{Flat, Interface, Sphere};
 pub use joint::{Covered, JointEstimate, POSE_COUNT, POSE_PARAMETERS};
-pub use lens::{DoubleSphere, Eucm, Intrinsics, KannalaBrandt, Lens, OpenCv};
+pub use lens::*;
 pub use nalgebra::{DMatrix, Matrix2x3, Point2, Point3, Vector2, Vector3};
 pub use view_ray::ViewRay;

@@ -16,6 +16,7 @@ mod planar;
 mod rays;
 mod start;
 
+pub use fabkit_camera::LensModel;
 use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, Point2, Point3, Vector2};
 use fabkit_geometry::Pose;
 use nalgebra::DMatrix;
@@ -23,7 +24,6 @@ use nalgebra::DMatrix;
 use crate::information::ScaledCholesky;
 pub use advice::{Advice, COVERAGE, ImageCoverage, ViewInfluence};
 use bundle::{BundleSolution, State};
-pub use models::LensModel;
 pub use rays::{GRID, RaySigma, RaySigmas, Rays};
 
 /// Fewer views cannot tell the camera from the poses.
@@ -233,7 +233,7 @@ pub fn calibrate(
     let angle_rad = largest_angle(&views, &rough);
     let mut fits = Vec::new();
     for &model in models {
-        let fit = model.like(&rough.camera, angle_rad).and_then(|camera| {
+        let fit = models::like(model, &rough.camera, angle_rad).and_then(|camera| {
             let free = vec![true; camera.parameter_count()];
             bundle::fit(&views, State { camera, ..rough.clone() }, &free)
         });

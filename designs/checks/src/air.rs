@@ -9,8 +9,8 @@
 use fabkit_geometry::{CompiledSolid, Point3, Pour, Ray, Vector3};
 use rayon::prelude::*;
 
+use crate::case::Place;
 use crate::case::{Case, Looked};
-use crate::chain::Place;
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::lines::{Caster, basis};

@@ -2,13 +2,11 @@
 
 use std::cell::{RefCell, RefMut};
 
-use fabkit_geometry::{Pour, Sensor};
+use fabkit_geometry::{Pour, Pull, Sensor};
 
-use crate::chain::{Place, Removal};
 use crate::finding::Finding;
-use crate::interference::Pair;
 use crate::memo::Memo;
-use crate::scene::{Assemblies, InvalidBody};
+use crate::scene::{Assemblies, InvalidBody, Placed};
 
 /// What a rule found, and how much it looked at.
 pub(crate) type Looked = Result<(Vec<Finding>, usize), InvalidBody>;
@@ -46,4 +44,28 @@ impl<'a> Case<'a> {
     pub(crate) fn ways(&self, find: impl FnOnce() -> Ways) -> RefMut<'_, Ways> {
         RefMut::map(self.ways.borrow_mut(), |ways| ways.get_or_insert_with(find))
     }
+}
+
+/// Where something happens.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place<'a> {
+    pub(crate) step: &'a str,
+    pub(crate) assembly: &'a str,
+}
+
+/// A tool, and what stands against it when it is pulled.
+pub(crate) struct Removal<'a> {
+    pub(crate) place: Place<'a>,
+    pub(crate) pull: &'a Pull,
+    pub(crate) tools: Vec<&'a Placed<'a>>,
+    pub(crate) cast: Vec<&'a Placed<'a>>,
+}
+
+/// One pair of bodies whose boxes meet.
+pub(crate) struct Pair<'a> {
+    pub(crate) assembly: &'a str,
+    pub(crate) a: &'a Placed<'a>,
+    pub(crate) b: &'a Placed<'a>,
+    /// Index of the press fit that is declared for it.
+    pub(crate) fit: Option<usize>,
 }

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use fabkit_geometry::{Crossing, Point3, Pour, Ray};
 use rayon::prelude::*;
 
+use crate::case::Place;
 use crate::case::{Case, Looked};
-use crate::chain::Place;
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::lines::{Bundle, Caster, DIRECTIONS, steepness};

@@ -3,17 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::{
-    Action, Body, CompiledSolid, Cure, Kind, Mix, Opening, Point3, Pour, Pull, Ray, Sensor, Spray,
-    Step, Vector3,
+    Action, Body, CompiledSolid, Cure, Kind, Mix, Opening, Point3, Pour, Ray, Sensor, Spray, Step,
+    Vector3,
 };
 
-use crate::case::{Case, Looked};
+use crate::case::{Case, Looked, Place, Removal};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
 use crate::lines::{Caster, basis};
 use crate::opening;
 use crate::rule::Rule;
-use crate::scene::{Assemblies, Placed};
+use crate::scene::Assemblies;
 use crate::waiting;
 
 rule! {
@@ -36,21 +36,6 @@ const UNIT_ROUNDING: f64 = 1e-9;
 
 /// Points at which an opening is looked for on its layer.
 const OPENING_POINTS: u32 = 256;
-
-/// Where something happens.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Place<'a> {
-    pub(crate) step: &'a str,
-    pub(crate) assembly: &'a str,
-}
-
-/// A tool, and what stands against it when it is pulled.
-pub(crate) struct Removal<'a> {
-    pub(crate) place: Place<'a>,
-    pub(crate) pull: &'a Pull,
-    pub(crate) tools: Vec<&'a Placed<'a>>,
-    pub(crate) cast: Vec<&'a Placed<'a>>,
-}
 
 /// Every pour with its place, in order.
 pub(crate) fn pours(sensor: &Sensor) -> impl Iterator<Item = (Place<'_>, &Pour)> {

@@ -11,7 +11,8 @@ use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pull, Ray, Vector3};
 use rayon::prelude::*;
 
 use crate::case::{Case, Looked};
-use crate::chain::{Place, Removal};
+use crate::case::{Place, Removal};
+
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
 use crate::lines::{Caster, basis, steepness};

@@ -2,8 +2,8 @@
 
 use fabkit_geometry::{Pour, Sensor};
 
+use crate::case::Place;
 use crate::case::{Case, Looked};
-use crate::chain::Place;
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::lines::{Bundle, Caster};

@@ -6,7 +6,7 @@ use fabkit_geometry::proofs::meetings;
 use fabkit_geometry::{CompiledSolid, Point3, PressFit, Ray, Sensor, Vector3};
 use rayon::prelude::*;
 
-use crate::case::{Case, Looked};
+use crate::case::{Case, Looked, Pair};
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::lines::{Bundle, Caster, DIRECTIONS, Stretch};
@@ -49,15 +49,6 @@ const REFINEMENT_REST: f64 = 1e-3;
 
 /// Rounding allowed in the depth of a press fit, mm.
 const FIT_ROUNDING_MM: f64 = 1e-6;
-
-/// One pair of bodies whose boxes meet.
-pub(crate) struct Pair<'a> {
-    assembly: &'a str,
-    pub(crate) a: &'a Placed<'a>,
-    pub(crate) b: &'a Placed<'a>,
-    /// Index of the press fit that is declared for it.
-    pub(crate) fit: Option<usize>,
-}
 
 /// What was found about a pair.
 struct Verdict {

@@ -9,7 +9,7 @@ use std::collections::{HashSet, VecDeque};
 
 use fabkit_geometry::{CompiledSolid, Opening, Point3, Pour, Ray, Vector3};
 
-use crate::chain::Place;
+use crate::case::Place;
 use crate::finding::Finding;
 use crate::lines::{Caster, basis};
 use crate::memo::{Key, Memo};

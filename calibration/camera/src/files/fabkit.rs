@@ -10,7 +10,7 @@ use super::{Fault, InvalidCameraFile, list, number};
 use crate::error::InvalidCamera;
 use crate::estimate::CameraEstimate;
 use crate::interface::{Flat, Interface, Sphere};
-use crate::lens::{DoubleSphere, Eucm, INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
+use crate::lens::{INTRINSICS, Intrinsics, Lens, LensModel};
 
 /// Tells this format from others; its value is the version.
 pub(super) const VERSION_KEY: &str = "fabkit_camera";
@@ -136,34 +136,18 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
 
 fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCamera>> {
     let (model, line) = fields.text(map, "model")?;
-    let coefficients: &[&'static str] = match model {
-        "opencv" if map.get("k4").is_some() => &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"],
-        "opencv" => &["k1", "k2", "p1", "p2", "k3"],
-        "kannala-brandt" => &["k1", "k2", "k3", "k4"],
-        "double-sphere" => &["xi", "alpha"],
-        "eucm" => &["alpha", "beta"],
-        other => {
-            let message = format!("`{}` is not a lens model", shown(other));
-            let hint =
-                suggestion(other, ["opencv", "kannala-brandt", "double-sphere", "eucm"], "known");
-            fields.fault(Fault::new(line, "model", message).hint(hint));
-            return None;
-        }
+    let is_given = |name: &str| map.get(name).is_some();
+    let Some(coefficients) = LensModel::coefficients_in_file(model, is_given) else {
+        let message = format!("`{}` is not a lens model", shown(model));
+        let hint = suggestion(model, LensModel::file_names(), "known");
+        fields.fault(Fault::new(line, "model", message).hint(hint));
+        return None;
     };
     fields.only(map, &[&["model"], &INTRINSICS[..], coefficients].concat());
     let [fx_px, fy_px, cx_px, cy_px] = INTRINSICS.map(|name| fields.number(map, name));
     let intrinsics = Intrinsics { fx_px, fy_px, cx_px, cy_px };
     let k: Vec<f64> = coefficients.iter().map(|name| fields.number(map, name)).collect();
-    Some(match (model, &k[..]) {
-        ("double-sphere", &[xi, alpha]) => {
-            DoubleSphere::new(intrinsics, xi, alpha).map(Lens::DoubleSphere)
-        }
-        ("eucm", &[alpha, beta]) => Eucm::new(intrinsics, alpha, beta).map(Lens::Eucm),
-        ("kannala-brandt", &[k1, k2, k3, k4]) => {
-            KannalaBrandt::new(intrinsics, [k1, k2, k3, k4]).map(Lens::KannalaBrandt)
-        }
-        _ => OpenCv::new(intrinsics, &k).map(Lens::OpenCv),
-    })
+    Lens::of_model(model, intrinsics, &k)
 }
 
 fn read_interface(fields: &mut Fields, map: &Node) -> Interface {

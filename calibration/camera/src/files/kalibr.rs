@@ -136,8 +136,10 @@ pub(super) fn write(camera: &Camera) -> Result<String, String> {
             return Err(format!("the distortion beyond k1 k2 p1 p2 ({})", lost.join(" ")));
         }
         Lens::KannalaBrandt(_) => ("pinhole", pinhole.into(), "equidistant", k),
-        Lens::DoubleSphere(_) => ("ds", [k, &pinhole].concat(), "none", &k[..0]),
-        Lens::Eucm(_) => ("eucm", [k, &pinhole].concat(), "none", &k[..0]),
+        lens => match lens.kalibr_name() {
+            Some(model) => (model, [k, &pinhole].concat(), "none", &k[..0]),
+            None => return Err(format!("the lens model ({})", lens.model_name())),
+        },
     };
     Ok(format!(
         "cam0:\n  camera_model: {model}\n  intrinsics: {}\n  distortion_model: {distortion}\n  \

@@ -2,7 +2,10 @@
 
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
-use super::{Intrinsics, MAX_COEFFICIENTS, Normalised, Projector, check, check_limit, unified};
+use super::{
+    Intrinsics, LensModel, MAX_COEFFICIENTS, Normalised, Projector, array, check, check_limit,
+    unified,
+};
 use crate::error::InvalidCamera;
 
 const NAMES: [&str; 2] = ["xi", "alpha"];
@@ -41,7 +44,29 @@ impl DoubleSphere {
     }
 }
 
+#[allow(non_upper_case_globals, reason = "models are told apart as kinds are")]
+impl LensModel {
+    /// The double sphere: 2 coefficients.
+    pub const DoubleSphere: Self = Self {
+        name: DoubleSphere::NAME,
+        of: DoubleSphere::NAME,
+        coefficients: &NAMES,
+        plain: &[0.0, 0.55],
+    };
+}
+
 impl Projector for DoubleSphere {
+    const NAME: &'static str = "double-sphere";
+    const KALIBR: Option<&'static str> = Some("ds");
+
+    fn from_coefficients(
+        intrinsics: Intrinsics,
+        coefficients: &[f64],
+    ) -> Result<Self, InvalidCamera> {
+        let [xi, alpha] = array(coefficients);
+        Self::new(intrinsics, xi, alpha)
+    }
+
     fn names(&self) -> &'static [&'static str] {
         &NAMES
     }

@@ -2,7 +2,10 @@
 
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
-use super::{Intrinsics, MAX_COEFFICIENTS, Normalised, Projector, check, check_limit, unified};
+use super::{
+    Intrinsics, LensModel, MAX_COEFFICIENTS, Normalised, Projector, array, check, check_limit,
+    unified,
+};
 use crate::error::InvalidCamera;
 
 const NAMES: [&str; 2] = ["alpha", "beta"];
@@ -40,7 +43,25 @@ impl Eucm {
     }
 }
 
+#[allow(non_upper_case_globals, reason = "models are told apart as kinds are")]
+impl LensModel {
+    /// The extended unified camera model: 2 coefficients.
+    pub const Eucm: Self =
+        Self { name: Eucm::NAME, of: Eucm::NAME, coefficients: &NAMES, plain: &[0.55, 1.0] };
+}
+
 impl Projector for Eucm {
+    const NAME: &'static str = "eucm";
+    const KALIBR: Option<&'static str> = Some("eucm");
+
+    fn from_coefficients(
+        intrinsics: Intrinsics,
+        coefficients: &[f64],
+    ) -> Result<Self, InvalidCamera> {
+        let [alpha, beta] = array(coefficients);
+        Self::new(intrinsics, alpha, beta)
+    }
+
     fn names(&self) -> &'static [&'static str] {
         &NAMES
     }

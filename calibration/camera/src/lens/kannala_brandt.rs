@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
-use super::{Intrinsics, MAX_COEFFICIENTS, Normalised, Projector, check, check_limit};
+use super::{
+    Intrinsics, LensModel, MAX_COEFFICIENTS, Normalised, Projector, array, check, check_limit,
+};
 use crate::error::InvalidCamera;
 use crate::roots::{first_zero, increasing};
 
@@ -52,7 +54,27 @@ impl KannalaBrandt {
     }
 }
 
+#[allow(non_upper_case_globals, reason = "models are told apart as kinds are")]
+impl LensModel {
+    /// Kannala and Brandt's polynomial in the angle, `k1` to `k4`; OpenCV's `fisheye`.
+    pub const KannalaBrandt: Self = Self {
+        name: KannalaBrandt::NAME,
+        of: KannalaBrandt::NAME,
+        coefficients: &NAMES,
+        plain: &[0.0; 4],
+    };
+}
+
 impl Projector for KannalaBrandt {
+    const NAME: &'static str = "kannala-brandt";
+
+    fn from_coefficients(
+        intrinsics: Intrinsics,
+        coefficients: &[f64],
+    ) -> Result<Self, InvalidCamera> {
+        Self::new(intrinsics, array(coefficients))
+    }
+
     fn names(&self) -> &'static [&'static str] {
         &NAMES
     }

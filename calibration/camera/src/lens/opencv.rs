@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
 
-use super::{Intrinsics, MAX_COEFFICIENTS, Normalised, Projector, check, check_limit};
+use super::{Intrinsics, LensModel, MAX_COEFFICIENTS, Normalised, Projector, check, check_limit};
 use crate::error::InvalidCamera;
 use crate::roots::{first_zero, increasing};
 
@@ -234,7 +234,31 @@ impl Polynomial {
     }
 }
 
+#[allow(non_upper_case_globals, reason = "models are told apart as kinds are")]
+impl LensModel {
+    /// OpenCV's `k1 k2 p1 p2 k3`.
+    pub const OpenCv5: Self = Self {
+        name: "opencv-5",
+        of: OpenCv::NAME,
+        coefficients: NAMES.split_at(5).0,
+        plain: &[0.0; 5],
+    };
+
+    /// OpenCV's rational model, `k1 k2 p1 p2 k3 k4 k5 k6`.
+    pub const OpenCv8: Self =
+        Self { name: "opencv-8", of: OpenCv::NAME, coefficients: &NAMES, plain: &[0.0; 8] };
+}
+
 impl Projector for OpenCv {
+    const NAME: &'static str = "opencv";
+
+    fn from_coefficients(
+        intrinsics: Intrinsics,
+        coefficients: &[f64],
+    ) -> Result<Self, InvalidCamera> {
+        Self::new(intrinsics, coefficients)
+    }
+
     fn names(&self) -> &'static [&'static str] {
         &NAMES[..self.terms]
     }

@@ -2,7 +2,7 @@
 
 use crate::common;
 use fabkit_camera::files::{CameraFormat, read, write};
-use fabkit_camera::{Camera, CameraEstimate, DMatrix, Interface, Lens, OpenCv};
+use fabkit_camera::{Camera, CameraEstimate, DMatrix, Interface, Lens, OpenCv, Point3, Vector3};
 use proptest::prelude::*;
 
 /// A covariance with correlations, as a product of a matrix with its transpose.
@@ -257,5 +257,32 @@ proptest! {
             let again = write(&estimate, CameraFormat::Fabkit).unwrap();
             prop_assert_eq!(read(&again).unwrap(), estimate);
         }
+    }
+}
+
+#[test]
+fn the_table_of_lens_models_names_them_all() {
+    let page = include_str!("../../../docs/theory/cameras.md");
+    let rows = page.lines().skip_while(|line| !line.starts_with("| model | file name |")).skip(2);
+    let rows: Vec<&str> = rows.take_while(|line| line.starts_with('|')).collect();
+    let said = rows.iter().flat_map(|row| row.split('`').skip(1).step_by(2));
+    let mut said: Vec<&str> = said.collect();
+    let mut known: Vec<&str> = fabkit_camera::LensModel::ALL.map(|model| model.name()).into();
+    said.sort_unstable();
+    known.sort_unstable();
+    assert_eq!(said, known, "docs/theory/cameras.md");
+}
+
+#[test]
+fn every_registered_model_sees_what_it_projects_and_is_kept_by_our_own_format() {
+    for model in fabkit_camera::LensModel::ALL {
+        let lens = model.plain(common::INTRINSICS).unwrap();
+        let camera = Camera::new(640, 480, lens, Interface::None).unwrap();
+        let direction = Vector3::new(0.3, -0.2, 1.0).normalize();
+        let pixel = camera.project(&Point3::from(direction)).unwrap();
+        let seen = camera.unproject(&pixel).unwrap().direction;
+        assert!((seen - direction).norm() < 1e-12, "{}", model.name());
+        let estimate = CameraEstimate::new(camera, None).unwrap();
+        assert_eq!(read(&write(&estimate, CameraFormat::Fabkit).unwrap()).unwrap(), estimate);
     }
 }

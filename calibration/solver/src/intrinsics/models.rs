@@ -1,91 +1,24 @@
 //! The lens models among which the pictures choose.
 
-use fabkit_camera::{
-    Camera, DoubleSphere, Eucm, Interface, Intrinsics, KannalaBrandt, Lens, OpenCv, Point3,
-};
+use fabkit_camera::{Camera, Interface, LensModel, Point3};
 use nalgebra::{DMatrix, DVector};
 
 use crate::information::ScaledCholesky;
 
-/// A lens model with its coefficients.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LensModel {
-    /// Kannala and Brandt's polynomial in the angle, `k1` to `k4`; OpenCV's `fisheye`.
-    KannalaBrandt,
-    /// The double sphere: 2 coefficients.
-    DoubleSphere,
-    /// The extended unified camera model: 2 coefficients.
-    Eucm,
-    /// OpenCV's `k1 k2 p1 p2 k3`.
-    OpenCv5,
-    /// OpenCV's rational model, `k1 k2 p1 p2 k3 k4 k5 k6`.
-    OpenCv8,
-}
-
-impl LensModel {
-    /// All models. Of two that are as simple and explain the pictures equally well the first is
-    /// taken: the EUCM before the double sphere, because its focal length is the scale on the axis
-    /// whatever its coefficients are.
-    pub const ALL: [Self; 5] =
-        [Self::KannalaBrandt, Self::Eucm, Self::DoubleSphere, Self::OpenCv5, Self::OpenCv8];
-
-    /// As the command calls it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::KannalaBrandt => "kannala-brandt",
-            Self::DoubleSphere => "double-sphere",
-            Self::Eucm => "eucm",
-            Self::OpenCv5 => "opencv-5",
-            Self::OpenCv8 => "opencv-8",
-        }
+/// The camera of a model that maps directions up to `angle_rad` off the axis most like
+/// another, to start from. `None` if the model cannot see that far.
+///
+/// The fit begins with the innermost directions and goes outwards: a plain lens is right near
+/// its axis, and wrong beyond what the model can take in one step.
+pub(super) fn like(model: LensModel, other: &Camera, angle_rad: f64) -> Option<Camera> {
+    let (width_px, height_px) = (other.width_px(), other.height_px());
+    let lens = model.plain(other.lens().intrinsics())?;
+    let mut camera = Camera::new(width_px, height_px, lens, Interface::None).ok()?;
+    for part in 1..=PARTS {
+        let limit_rad = angle_rad * f64::from(part) / f64::from(PARTS);
+        camera = closest(camera, other, limit_rad)?;
     }
-
-    /// The model of a name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|model| model.name() == name)
-    }
-
-    /// Numbers to be found: focal lengths, centre and coefficients.
-    pub fn parameter_count(self) -> usize {
-        4 + match self {
-            Self::KannalaBrandt => 4,
-            Self::DoubleSphere | Self::Eucm => 2,
-            Self::OpenCv5 => 5,
-            Self::OpenCv8 => 8,
-        }
-    }
-
-    /// A lens of this model that is a plain one near its axis.
-    fn plain(self, intrinsics: Intrinsics) -> Option<Lens> {
-        let lens = match self {
-            Self::KannalaBrandt => {
-                Lens::KannalaBrandt(KannalaBrandt::new(intrinsics, [0.0; 4]).ok()?)
-            }
-            Self::DoubleSphere => {
-                Lens::DoubleSphere(DoubleSphere::new(intrinsics, 0.0, 0.55).ok()?)
-            }
-            Self::Eucm => Lens::Eucm(Eucm::new(intrinsics, 0.55, 1.0).ok()?),
-            Self::OpenCv5 => Lens::OpenCv(OpenCv::new(intrinsics, &[0.0; 5]).ok()?),
-            Self::OpenCv8 => Lens::OpenCv(OpenCv::new(intrinsics, &[0.0; 8]).ok()?),
-        };
-        Some(lens)
-    }
-
-    /// The camera of this model that maps directions up to `angle_rad` off the axis most like
-    /// another, to start from. `None` if the model cannot see that far.
-    ///
-    /// The fit begins with the innermost directions and goes outwards: a plain lens is right near
-    /// its axis, and wrong beyond what the model can take in one step.
-    pub(super) fn like(self, other: &Camera, angle_rad: f64) -> Option<Camera> {
-        let (width_px, height_px) = (other.width_px(), other.height_px());
-        let lens = self.plain(other.lens().intrinsics())?;
-        let mut camera = Camera::new(width_px, height_px, lens, Interface::None).ok()?;
-        for part in 1..=PARTS {
-            let limit_rad = angle_rad * f64::from(part) / f64::from(PARTS);
-            camera = closest(camera, other, limit_rad)?;
-        }
-        Some(camera)
-    }
+    Some(camera)
 }
 
 const PARTS: u32 = 12;

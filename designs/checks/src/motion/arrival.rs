@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::{Action, Adjustment, Kind, Occasion, Pose, Sensor, Step};
 
-use crate::chain::Place;
+use crate::case::Place;
 use crate::scene::{Assemblies, Placed};
 
 /// Poses that differ by less are the same, mm and parts of 1.

@@ -13,22 +13,22 @@ mod stages;
 mod stuck;
 mod tools;
 
-use fabkit_geometry::{Occasion, Sensor};
-use rayon::prelude::*;
-
-use crate::chain::Place;
-use crate::finding::Finding;
-use crate::memo::Memo;
-use crate::scene::Assemblies;
-
 use std::cell::RefMut;
 use std::mem;
 
-pub use stages::{Came, Stage, Stand, stages};
+use fabkit_geometry::{Occasion, Sensor};
+use rayon::prelude::*;
 
+use crate::case::Place;
 use crate::case::{Case, Looked, Ways};
 use crate::declaration::rule;
+use crate::finding::Finding;
+use crate::memo::Memo;
 use crate::rule::Rule;
+use crate::scene::Assemblies;
+
+pub use stages::{Came, Stage, Stand, stages};
+
 use arrival::{Arrival, Work, arrivals};
 use order::Order;
 use stuck::Stuck;

@@ -22,7 +22,6 @@ def press(
     friction: float | None = None,
     steps: int = 10,
     spacing_mm: float | str | None = None,
-    shear_steps: int = 8,
 ) -> Pressed:
     """Press an indenter into a sensor's soft layers, as ``fabkit press`` does.
 
@@ -53,9 +52,6 @@ def press(
     spacing_mm
         Distance of the surface's nodes. Default: some 5,000 nodes on a dome, some 20 across a
         contact on a pad.
-    shear_steps
-        Of how many equal steps the way along the surface is made: more tell better what slips from
-        what sticks.
 
     Raises
     ------
@@ -73,6 +69,5 @@ def press(
         "friction": friction,
         "steps": steps,
         "spacing": _arrays.optional_length_mm(spacing_mm, "spacing_mm"),
-        "shear_steps": shear_steps,
     }
     return fabkit.pressing.pressed(sensor, indenter, depth_mm, options)

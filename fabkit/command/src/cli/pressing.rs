@@ -66,10 +66,6 @@ options! {
         /// Distance of the surface's nodes [default: some 5,000 nodes on a dome, some 20 across a contact on a pad]
         #[arg(long, value_parser = spacing, value_name = "LENGTH")]
         pub spacing: Option<f64>,
-        /// Of how many equal steps the way along the surface is made: more tell better what slips from what sticks
-        #[arg(long, value_name = "N", default_value = "8",
-              value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_STEPS)))]
-        pub shear_steps: u32,
     }
 }
 
@@ -95,7 +91,6 @@ impl PressOptions {
             shear_mm: self.shear,
             friction: self.friction,
             spacing_mm: self.spacing,
-            shear_steps: self.shear_steps,
             threads: threads(),
         })
     }

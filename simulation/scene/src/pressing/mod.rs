@@ -55,8 +55,6 @@ pub struct Pressing<'a> {
     pub friction: Option<f64>,
     /// Distance of the surface's nodes, mm; nothing for what the surface and the press ask for.
     pub spacing_mm: Option<f64>,
-    /// Of how many equal steps the way along the surface is made, in which what slips is told from what sticks.
-    pub shear_steps: u32,
     /// Threads for the setup; the result does not depend on how many.
     pub threads: usize,
 }
@@ -92,8 +90,7 @@ impl Pressing<'_> {
             let place = contact::deepest_place(touch, &last.bodies)?;
             let way_mm = ready.along_surface(touch, &place, self.shear_mm);
             let way_mm = soft.sensor_from_stack.inverse().vector(way_mm);
-            let press =
-                Press::in_place().sheared(coefficient, way_mm, self.shear_steps as usize)?;
+            let press = Press::in_place().sheared(coefficient, way_mm, SHEAR_STEPS)?;
             friction = Some(coefficient);
             let pressed = ready.press(&last.bodies, &press)?;
             steps.push(Step::of([self.depth_mm, way_mm.norm()], &pressed, soft));
@@ -129,10 +126,6 @@ impl Pressing<'_> {
     pub(super) fn check(&self) -> Result<(), PressingError> {
         if !(1..=MAX_STEPS).contains(&self.steps) {
             return Err(self.no_steps());
-        }
-        if !(1..=MAX_STEPS).contains(&self.shear_steps) {
-            let (value, limit) = (self.shear_steps.to_string(), format!("1 to {MAX_STEPS} steps"));
-            return Err(PressingError::Range { what: "shear steps", value, limit });
         }
         Ok(())
     }

@@ -31,11 +31,11 @@ pub use calibrate::{
     Calibrate, CalibrateExtrinsics, CalibrateIntrinsics, CalibratePins, CalibratePlan,
 };
 pub use capturing::{Capture, CaptureOptions, FitLight, LightArgs, OpticsPack, Reconstruct};
-pub use ground_truth::{CameraArgs, Dataset, Depth};
+pub use ground_truth::{CameraArgs, CastOptions, Dataset, DatasetOptions, Depth};
 pub use guide::Guide;
 pub use new::New;
 pub use options::Named;
-pub use pressing::{ContactLevel, PressArgs};
+pub use pressing::{ContactOptions, PressArgs, PressOptions};
 pub use robots::RobotArg;
 pub use sweep::Sweep;
 

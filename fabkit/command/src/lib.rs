@@ -11,7 +11,7 @@ mod interrupt;
 mod roles;
 mod table;
 
-pub use cli::{CaptureOptions, Named};
+pub use cli::{CaptureOptions, CastOptions, ContactOptions, DatasetOptions, Named, PressOptions};
 
 /// Does what a command line says, whose first word is the command's name, and says how it went on
 /// standard output and standard error; the exit code.

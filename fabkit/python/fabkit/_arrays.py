@@ -83,17 +83,6 @@ def lengths_mm(value: tuple[float | str, float | str], name: str) -> tuple[float
     return length_mm(first, name), length_mm(second, name)
 
 
-def contact(
-    level: str | None,
-    membrane_mm: float | str,
-    friction: float | None,
-    spacing_mm: float | str | None,
-) -> tuple[str | None, float, float | None, float | None]:
-    """Give all that says how a surface answers what presses."""
-    spacing = None if spacing_mm is None else length_mm(spacing_mm, "spacing_mm")
-    return level, length_mm(membrane_mm, "membrane_mm"), friction, spacing
-
-
 def sides_mm(
     value: tuple[float | str, float | str] | None, name: str
 ) -> tuple[float, float] | None:

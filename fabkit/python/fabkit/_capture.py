@@ -24,15 +24,15 @@ class Capture:
         self,
         press: str | Sequence[str] = (),
         *,
-        shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
+        samples: int = 1,
         contact: str = "linear",
+        shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
         friction: float | None = None,
         spacing_mm: float | str | None = None,
-        allow_no_contact: bool = False,
-        samples: int = 1,
         light: str | None = None,
         constants: str | PathLike[str] | None = None,
         seed: int | None = 0,
+        allow_no_contact: bool = False,
     ) -> Captured:
         """Take the picture of a press, simulated, as ``fabkit capture`` does.
 
@@ -41,23 +41,21 @@ class Capture:
         press
             What presses, as for :func:`fabkit.depth.cast`, or several at once; nothing for the
             sensor at rest.
-        shear_mm
-            How far all that presses then moves along the surface, in linear contact: on a dome away
-            from the tip and around it where it goes deepest, on a pad along x and y.
+        samples
+            Cast N x N rays for each pixel, which records their mean.
         contact
             How the layers answer: as elastic ones that bulge, or as what follows the presser and
             nothing else. ``"rigid"``: they follow what presses, and nothing else moves;
             ``"linear"``: they give way as elastic ones do, and bulge.
+        shear_mm
+            How far all that presses then moves along the surface, in linear contact: on a dome away
+            from the tip and around it where it goes deepest, on a pad along x and y.
         friction
             Coulomb's coefficient of friction where something moves along the surface. Default: that
             of the touched material.
         spacing_mm
             Distance of the surface's nodes in linear contact. Default: as fine as a few seconds
             allow.
-        allow_no_contact
-            Go on where a press does not touch the surface, or where the camera sees nothing of it.
-        samples
-            Cast N x N rays for each pixel, which records their mean.
         light
             Which of the sensor's lights is on, for example ``uv``. Default: its usual one.
         constants
@@ -66,6 +64,8 @@ class Capture:
         seed
             Of noise and drift: another seed is another picture of the same. ``None``: neither noise
             nor drift, and not as the JPEG in which a camera sends it.
+        allow_no_contact
+            Go on where a press does not touch the surface, or where the camera sees nothing of it.
 
         Raises
         ------
@@ -80,15 +80,15 @@ class Capture:
         ((480, 640), True)
         """
         options: dict[str, Any] = {
-            "shear": _arrays.lengths_mm(shear_mm, "shear_mm"),
+            "samples": samples,
             "contact": contact,
+            "shear": _arrays.lengths_mm(shear_mm, "shear_mm"),
             "friction": friction,
             "spacing": _arrays.optional_length_mm(spacing_mm, "spacing_mm"),
-            "allow_no_contact": allow_no_contact,
-            "samples": samples,
             "light": light,
             "constants": None if constants is None else os.fspath(constants),
             "seed": 0 if seed is None else seed,
             "no_noise": seed is None,
+            "allow_no_contact": allow_no_contact,
         }
         return self._take([press] if isinstance(press, str) else list(press), options)

@@ -4,7 +4,7 @@ Failures are raised as ``fabkit.FabkitError``; documents are JSON, as ``--json``
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,8 @@ _Marks: TypeAlias = tuple[_Floats, _Floats]
 _Corners: TypeAlias = tuple[str, list[int], list[list[float]], list[float]]
 _Pins: TypeAlias = tuple[str, list[int] | None, list[list[float]], list[float]]
 
+# By the names that the command declares.
+_Options: TypeAlias = dict[str, Any]
 # Kind, sizes in mm, sensor_from_body (4, 4).
 _Body: TypeAlias = tuple[str, list[float], list[list[float]]]
 # Names, bodies, a way along the surface, friction, a seed.
@@ -37,6 +39,20 @@ def run_sweep(
     folder: str, plan: SweepPlan, resume: bool, python: str, progress: _Progress
 ) -> str: ...
 def save_sweep(folder: str, plan: SweepPlan, lines: list[str]) -> str: ...
+
+class _Files(TypedDict):
+    parts: list[str]
+    formats: list[str]
+    tolerance_mm: float
+    nominal: bool
+
+class _Wish(_Files, total=False):
+    edge_mm: float | None
+    process: str | None
+    process_for_any_material: bool
+    bed_mm: tuple[float, float] | None
+    stock_mm: tuple[float, float] | None
+    kerf_mm: float | None
 
 class SweepPlan:
     @staticmethod
@@ -102,20 +118,7 @@ class Design:
         view: str | None,
         size_px: tuple[int, int],
     ) -> bytes: ...
-    def exported(
-        self,
-        parts: list[str],
-        formats: list[str],
-        tolerance_mm: float | None,
-        edge_mm: float | None,
-        nominal: bool,
-        process: str | None,
-        process_for_any_material: bool,
-        bed_mm: tuple[float, float] | None,
-        stock_mm: tuple[float, float] | None,
-        kerf_mm: float | None,
-        progress: _Progress,
-    ) -> Exported: ...
+    def exported(self, wish: _Wish, progress: _Progress) -> Exported: ...
 
 class Exported:
     def manifest(self) -> str: ...
@@ -154,8 +157,6 @@ class Camera:
         self, points_in_camera: _Floats
     ) -> tuple[_Floats, _Floats, _Floats]: ...
     def unproject(self, pixels: _Floats) -> tuple[_Floats, _Floats]: ...
-
-_Contact = tuple[str | None, float, float | None, float | None]
 
 class Live:
     def __init__(
@@ -226,46 +227,21 @@ class Scene:
     def camera(self) -> Camera: ...
     def sensor_from_camera(self) -> _Floats: ...
     def coverage(self) -> tuple[float, float]: ...
-    def cast(
-        self,
-        presses: list[str],
-        samples: int,
-        contact: _Contact,
-        shear_mm: tuple[float, float],
-        print_sigma_mm: float,
-        allow_no_contact: bool,
-    ) -> tuple[dict[str, Any], str | None]: ...
-    def capture(
-        self, presses: list[str], options: dict[str, Any]
-    ) -> tuple[dict[str, Any], str]: ...
+    def cast(self, presses: list[str], options: _Options) -> tuple[dict[str, Any], str | None]: ...
+    def capture(self, presses: list[str], options: _Options) -> tuple[dict[str, Any], str]: ...
 
 def press(
     project: Project,
     sensor: str,
     indenter: str,
     depth_mm: float,
-    is_finite: bool,
-    shear_mm: tuple[float, float],
-    friction: float | None,
-    steps: int,
-    spacing_mm: float | None,
+    options: _Options,
 ) -> tuple[str, dict[str, Any]]: ...
 
 class DatasetOrder:
-    def __new__(
-        cls,
-        scene: Scene,
-        presses: str | None,
-        captures: str | None,
-        images: tuple[str | None, str | None] | None,
-        contact: _Contact,
-        seam_margin_mm: float,
-        seed: int,
-        materialise: bool,
-        allow_no_contact: bool,
-    ) -> DatasetOrder: ...
-    def write(self, folder: str, resume: bool, progress: _Progress) -> list[str]: ...
-    def begin(self, folder: str, resume: bool) -> BegunDataset: ...
+    def __new__(cls, scene: Scene, options: _Options) -> DatasetOrder: ...
+    def write(self, folder: str, progress: _Progress) -> list[str]: ...
+    def begin(self, folder: str) -> BegunDataset: ...
     def shard(self, number: int) -> tuple[str, list[tuple[str, bytes]]]: ...
 
 class BegunDataset:

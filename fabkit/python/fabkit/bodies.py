@@ -173,16 +173,12 @@ class Body:
             known = ", ".join(_FORMATS)
             raise invalid(f"{path} has no ending that fabkit knows", f"known: {known}")
         exported = self._native.exported(
-            [self.name],
-            [_FORMATS[ending]],
-            _arrays.length_mm(tolerance_mm, "tolerance_mm"),
-            None,
-            nominal,
-            None,
-            False,
-            None,
-            None,
-            None,
+            {
+                "parts": [self.name],
+                "formats": [_FORMATS[ending]],
+                "tolerance_mm": _arrays.length_mm(tolerance_mm, "tolerance_mm"),
+                "nominal": nominal,
+            },
             None,
         )
         files = [file for file in exported.files() if file[0].endswith(ending)]

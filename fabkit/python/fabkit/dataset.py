@@ -4,34 +4,25 @@ from __future__ import annotations
 
 import copy
 import csv
-import functools
 import io
 import json
 import operator
 import os
 from collections.abc import Sequence
-from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, SupportsIndex, overload
 
 import numpy as np
 
-from fabkit import _arrays, _fabkit
-from fabkit._executors import completed, submitter
-from fabkit._progress import shown
-from fabkit.depth import Scene
-from fabkit.errors import FabkitError, Problem, invalid
+from fabkit import _fabkit
+from fabkit._dataset import write
+from fabkit.errors import invalid
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from os import PathLike
 
-    from numpy.typing import ArrayLike, NDArray
-
-    from fabkit._progress import Progress
-    from fabkit.calibrate import Extrinsics
-    from fabkit.cameras import Camera
-    from fabkit.designs import Sensor
+    from numpy.typing import NDArray
 
     Split = Literal["train", "validation", "test", "mixed"]
 
@@ -177,134 +168,3 @@ def open(folder: str | PathLike[str], split: Split | None = None) -> Dataset:
         No data set there, an unfinished or a damaged one.
     """
     return Dataset(folder, split)
-
-
-def write(
-    sensor: Sensor | str,
-    folder: str | PathLike[str],
-    *,
-    presses: str | PathLike[str] | None = None,
-    camera: Camera | str | PathLike[str] | None = None,
-    pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
-    captures: str | PathLike[str] | None = None,
-    images: bool = False,
-    light: str | None = None,
-    constants: str | PathLike[str] | None = None,
-    contact: str | None = None,
-    membrane_mm: float | str = 0.0,
-    friction: float | None = None,
-    spacing_mm: float | str | None = None,
-    seam_margin_mm: float | str = 0.5,
-    seed: int = 1,
-    materialise: bool = False,
-    allow_no_contact: bool = False,
-    resume: bool = False,
-    executor: Any = None,
-    progress: Progress = None,
-    retries: int = 3,
-) -> Dataset:
-    """Write a data set as ``fabkit dataset`` does, byte for byte, and open it.
-
-    Parameters
-    ----------
-    sensor
-        A sensor, or the name of one.
-    folder
-        Where; it must be empty or not exist, unless ``resume``.
-    presses
-        A text file of patterns for the left side, one a line; all semi-domes without it.
-    camera, pose
-        As for :class:`fabkit.depth.Scene`.
-    captures
-        Pictures of the halves, to be stitched like them: a folder, or a CSV file.
-    images
-        Take a picture of each half instead, simulated, each with noise of its own.
-    light, constants
-        For them, as for :meth:`fabkit.depth.Scene.capture`.
-    contact
-        How the surface answers: ``"rigid"``, ``"membrane"`` with ``membrane_mm``, or ``"linear"``:
-        its layers give way as elastic ones do, and bulge. Without it, ``"membrane"`` where there is
-        a distance, else ``"rigid"``.
-    membrane_mm
-        Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; as all
-        lengths, a number of mm, or text with a unit.
-    friction, spacing_mm
-        In linear contact: Coulomb's coefficient, instead of the touched material's own, and the
-        distance of the surface's nodes.
-    seam_margin_mm
-        Leave out what lies this near to the seam between the halves, 0 mm to 10 mm.
-    seed
-        Which patterns are for training, validation and test.
-    materialise
-        Write all stitched samples, not only the halves that they consist of.
-    allow_no_contact
-        Go on where a press does not touch the surface.
-    resume
-        Go on where an earlier call with the same arguments was stopped.
-    executor
-        Who casts the halves: ``None`` for threads of this machine; anything with the interface of
-        ``concurrent.futures``; a ``dask.distributed.Client``, or the address of its scheduler.
-        Workers need fabkit, and see files that the arguments name under the same paths; what they
-        cast is sent back, and only this process writes.
-    progress
-        ``False`` for none, or a function of ``(done, all)``; else a bar if tqdm is installed.
-    retries
-        How often a shard of halves is tried again that a worker lost.
-
-    Raises
-    ------
-    FabkitError
-        A folder that is not empty or that another process writes to, presses and captures that
-        cannot be had, a full disk, an executor that cannot be reached or is broken, a worker that
-        sends something else than it should; finished files are kept.
-    KeyboardInterrupt
-        Finished files stay for ``resume``.
-    """
-    scene = Scene(sensor, camera=camera, pose=pose)
-    options = (
-        None if presses is None else os.fspath(presses),
-        None if captures is None else os.fspath(captures),
-        (light, None if constants is None else os.path.abspath(constants)) if images else None,
-        _arrays.contact(contact, membrane_mm, friction, spacing_mm),
-        _arrays.length_mm(seam_margin_mm, "seam_margin_mm"),
-        seed,
-        materialise,
-        allow_no_contact,
-    )
-    order = _order(scene, options)
-    folder = os.fspath(folder)
-    with shown(progress, f"data set of {scene.sensor.name}") as tell:
-        if executor is None:
-            order.write(folder, resume, tell)
-            return Dataset(folder)
-        with submitter(executor, retries) as submit, closing(order.begin(folder, resume)) as begun:
-            plan, missing = begun.missing()
-            there = [None if path is None else os.path.abspath(path) for path in options[:2]]
-            work = functools.partial(_shard, scene, (*there, *options[2:]), plan)
-            tasks = [[number] for number in missing]
-            for files in completed(submit, work, tasks, retries, "shards"):
-                begun.keep(files)
-            begun.write(tell)
-    return Dataset(folder)
-
-
-def _order(scene: Scene, options: tuple[Any, ...]) -> _fabkit.DatasetOrder:
-    return _fabkit.DatasetOrder(scene._native, *options)  # pyright: ignore[reportPrivateUsage]
-
-
-def _shard(
-    scene: Scene, options: tuple[Any, ...], plan: str, numbers: list[int]
-) -> tuple[list[tuple[str, bytes]], FabkitError | None]:
-    """Cast shards of halves, here or on a worker."""
-    order = _order(scene, options)
-    files: list[tuple[str, bytes]] = []
-    for number in numbers:
-        of_plan, shard = order.shard(number)
-        if of_plan != plan:
-            text = f"a worker makes another data set, with the plan {of_plan} instead of {plan}"
-            hint = "do all workers have this version of fabkit, and the same files?"
-            problem = Problem(text, hint)
-            message = f"{text}\n  = help: {hint}"
-            return [], FabkitError(message, code="io", exit_code=4, problems=(problem,))
-        files += shard
-    return files, None

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from fabkit import _arrays, _fabkit
 from fabkit._capture import Capture
+from fabkit._cast import Cast, cast
 from fabkit.calibrate import Extrinsics
 from fabkit.cameras import Camera
 from fabkit.designs import Sensor, load
 from fabkit.errors import invalid
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from os import PathLike
 
     import numpy as np
@@ -113,7 +113,7 @@ class _PoseText:
     text: str
 
 
-class Scene(Capture):
+class Scene(Cast, Capture):
     """A sensor's surface and the camera that looks at it.
 
     Parameters
@@ -235,29 +235,8 @@ class Scene(Capture):
         """Share of the surface's area that the camera sees, 0 to 1."""
         return self._native.coverage()[0]
 
-    def cast(
-        self,
-        press: str | Sequence[str] = (),
-        *,
-        samples: int = 1,
-        contact: str | None = None,
-        membrane_mm: float | str = 0.0,
-        shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
-        friction: float | None = None,
-        spacing_mm: float | str | None = None,
-        print_sigma_mm: float | str = 0.05,
-        allow_no_contact: bool = False,
-    ) -> Truth:
-        """Cast a ray for each pixel; see :func:`cast`."""
-        presses = [press] if isinstance(press, str) else list(press)
-        seen, elastic = self._native.cast(
-            presses,
-            samples,
-            _arrays.contact(contact, membrane_mm, friction, spacing_mm),
-            _arrays.lengths_mm(shear_mm, "shear_mm"),
-            _arrays.length_mm(print_sigma_mm, "print_sigma_mm"),
-            allow_no_contact,
-        )
+    def _see(self, presses: list[str], options: dict[str, Any]) -> Truth:
+        seen, elastic = self._native.cast(presses, options)
         return Truth(**seen, elastic=None if elastic is None else json.loads(elastic))
 
     def _take(self, presses: list[str], options: dict[str, Any]) -> Captured:
@@ -277,77 +256,3 @@ def _scene(
 ) -> Scene:
     scene = Scene(sensor, camera=camera, pose=pose, pose_covariance=pose_covariance, unit=unit)
     return scene if size_px is None else scene.resized(*size_px)
-
-
-def cast(
-    sensor: Sensor | str,
-    press: str | Sequence[str] = (),
-    *,
-    camera: Camera | str | PathLike[str] | None = None,
-    pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
-    samples: int = 1,
-    contact: str | None = None,
-    membrane_mm: float | str = 0.0,
-    shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
-    friction: float | None = None,
-    spacing_mm: float | str | None = None,
-    print_sigma_mm: float | str = 0.05,
-    allow_no_contact: bool = False,
-) -> Truth:
-    """Cast a ray for each pixel: exact depth, normals, labels, and how sure they are.
-
-    To cast many presses with one camera, make a :class:`Scene` once.
-
-    Parameters
-    ----------
-    sensor
-        A sensor, or the name of one.
-    press
-        What presses, ``semi-dome-017`` or ``hemisphere@30deg,120deg,1.2mm`` (an indenter by polar
-        angle, azimuth and depth), or several at once; nothing for the untouched surface.
-    camera, pose
-        As for :class:`Scene`.
-    samples
-        Cast this many rays along each side of a pixel, 1 to 8; the maps grow by that.
-    contact
-        How the surface answers: ``"rigid"``, ``"membrane"`` with ``membrane_mm``, or ``"linear"``:
-        its layers give way as elastic ones do, and bulge. Without it, ``"membrane"`` where there is
-        a distance, else ``"rigid"``.
-    membrane_mm
-        Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm.
-    shear_mm
-        In linear contact, how far all that presses then moves along the surface: on a dome away
-        from the tip and around it where it goes deepest, on a pad along x and y.
-    friction, spacing_mm
-        In linear contact: Coulomb's coefficient, instead of the touched material's own, and the
-        distance of the surface's nodes.
-    print_sigma_mm
-        Standard deviation of printed and cast surfaces along their normals, 0 mm to 1 mm.
-    allow_no_contact
-        Go on where a press does not touch the surface, or where the camera sees nothing of it.
-
-    Raises
-    ------
-    FabkitError
-        An unknown press, a press deeper than the surface is soft, one without contact, options
-        beyond their limits.
-    KeyboardInterrupt
-        What is under way ends in the background; its result is dropped.
-
-    >>> import fabkit
-    >>> truth = fabkit.depth.cast("rtac0", "hemisphere@30deg,120deg,1mm")
-    >>> truth.range_mm.shape, truth.label_names
-    ((480, 640), ['none', 'surface', 'hemisphere'])
-    """
-    scene = Scene(sensor, camera=camera, pose=pose)
-    return scene.cast(
-        press,
-        samples=samples,
-        contact=contact,
-        membrane_mm=membrane_mm,
-        shear_mm=shear_mm,
-        friction=friction,
-        spacing_mm=spacing_mm,
-        print_sigma_mm=print_sigma_mm,
-        allow_no_contact=allow_no_contact,
-    )

@@ -354,16 +354,18 @@ class Design:
         """
         with shown(progress, f"export {self.name}") as tell:
             exported = self._native.exported(
-                list(parts),
-                list(formats),
-                _arrays.length_mm(tolerance_mm, "tolerance_mm"),
-                None if edge_mm is None else _arrays.length_mm(edge_mm, "edge_mm"),
-                nominal,
-                None if process is None else os.fspath(process),
-                process_for_any_material,
-                _arrays.sides_mm(bed_mm, "bed_mm"),
-                _arrays.sides_mm(stock_mm, "stock_mm"),
-                None if kerf_mm is None else _arrays.length_mm(kerf_mm, "kerf_mm"),
+                {
+                    "parts": list(parts),
+                    "formats": list(formats),
+                    "tolerance_mm": _arrays.length_mm(tolerance_mm, "tolerance_mm"),
+                    "nominal": nominal,
+                    "edge_mm": _arrays.optional_length_mm(edge_mm, "edge_mm"),
+                    "process": None if process is None else os.fspath(process),
+                    "process_for_any_material": process_for_any_material,
+                    "bed_mm": _arrays.sides_mm(bed_mm, "bed_mm"),
+                    "stock_mm": _arrays.sides_mm(stock_mm, "stock_mm"),
+                    "kerf_mm": _arrays.optional_length_mm(kerf_mm, "kerf_mm"),
+                },
                 tell,
             )
         return json.loads(exported.write(os.fspath(folder), clean, force))

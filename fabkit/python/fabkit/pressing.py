@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fabkit import _arrays, _fabkit
+from fabkit._press import press
 from fabkit.designs import Sensor, load
-from fabkit.errors import invalid
 
 if TYPE_CHECKING:
     import numpy as np
@@ -68,68 +68,17 @@ class Pressed:
     """All that ``fabkit press --json`` says, with the layers and what was left out."""
 
 
-def press(
-    sensor: Sensor | str,
-    indenter: str,
-    depth_mm: float | str,
-    *,
-    contact: str = "linear",
-    shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
-    friction: float | None = None,
-    steps: int = 10,
-    spacing_mm: float | str | None = None,
+def pressed(
+    sensor: Sensor | str, indenter: str, depth_mm: float | str, options: dict[str, Any]
 ) -> Pressed:
-    """Press an indenter into a sensor's soft layers, as ``fabkit press`` does.
-
-    Layers are elastic at small strain, bonded to each other and to what is stiff; see the book's
-    page on presses for what that leaves out.
-
-    Parameters
-    ----------
-    sensor
-        A sensor, or the name of one.
-    indenter
-        What presses, and where: ``ball@30deg,120deg`` by polar angle and azimuth on a dome,
-        ``ball@2mm,-3mm`` on a pad.
-    depth_mm
-        How deep, along the surface's normal there; as all lengths, a number of mm, or text with a
-        unit.
-    contact
-        ``"linear"``, or ``"finite"``: large strain, at the tip of a dome or on a pad, by what is
-        symmetric about the axis; seconds.
-    shear_mm
-        How far it then moves along the surface: on a dome away from the tip and around it, on a pad
-        along x and y.
-    friction
-        Coulomb's coefficient, instead of the touched material's own.
-    steps
-        Of how many equal steps the curve is made, 1 to 200.
-    spacing_mm
-        Distance of the surface's nodes, instead of what the contact asks for.
-
-    Raises
-    ------
-    FabkitError
-        An unknown press, one deeper than the layers, a contact that does not converge.
-
-    >>> import fabkit
-    >>> pressed = fabkit.press("rtac0", "ball@0deg,0deg", "0.6 mm", steps=3)
-    >>> [round(step["depth_mm"], 1) for step in pressed.curve], pressed.force_n[2] < 0
-    ([0.2, 0.4, 0.6], True)
-    """
-    if contact not in ("linear", "finite"):
-        raise invalid(f"there is no contact `{contact}`: linear or finite")
+    """Press with all options of the command."""
     sensor = load(sensor) if isinstance(sensor, str) else sensor
     text, field = _fabkit.press(
         sensor._project,  # pyright: ignore[reportPrivateUsage]
         sensor.name,
         indenter,
         _arrays.length_mm(depth_mm, "depth_mm"),
-        contact == "finite",
-        _arrays.lengths_mm(shear_mm, "shear_mm"),
-        friction,
-        steps,
-        None if spacing_mm is None else _arrays.length_mm(spacing_mm, "spacing_mm"),
+        options,
     )
     document = json.loads(text)
     said = {name: document[name] for name in _SAID}

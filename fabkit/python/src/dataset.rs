@@ -3,20 +3,22 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
+use fabkit::{ContactOptions, DatasetOptions};
 use fabkit_application::dataset::{
-    self, Begun, DatasetError, DatasetRequest, ImageRequest, Job, SampleArray, WrittenDataset,
+    self, Begun, DatasetError, DatasetRequest, Job, SampleArray, WrittenDataset,
 };
 use fabkit_application::export::Element;
 use fabkit_application::progress::Step;
+use fabkit_application::scene;
 use fabkit_application::source::press_error;
-use fabkit_application::{Error, scene};
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays::shaped;
 use crate::errors::{Failure, OrRaise};
+use crate::keywords::Keywords;
 use crate::running::{Interrupted, run, short};
-use crate::scene::{Contacting, Scene, named};
+use crate::scene::Scene;
 
 /// A file: its path below the folder, and its content.
 type NamedBytes<'py> = (String, Bound<'py, PyBytes>);
@@ -26,58 +28,32 @@ type NamedBytes<'py> = (String, Bound<'py, PyBytes>);
 pub struct DatasetOrder {
     scene: Arc<scene::SensorView>,
     sensor: String,
-    presses: Option<PathBuf>,
-    captures: Option<PathBuf>,
-    /// Whether to take pictures, the light, and constants of a unit's own.
-    images: Option<(Option<String>, Option<PathBuf>)>,
-    contact: Contacting,
-    seam_margin_mm: f64,
-    seed: u64,
-    materialise: bool,
-    allow_no_contact: bool,
+    options: DatasetOptions,
+    contact: ContactOptions,
 }
 
 #[pymethods]
 impl DatasetOrder {
+    /// Options are those of [`DatasetOptions`] and [`ContactOptions`], by name.
     #[new]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
-    fn new(
-        scene: &Scene,
-        presses: Option<PathBuf>,
-        captures: Option<PathBuf>,
-        images: Option<(Option<String>, Option<PathBuf>)>,
-        contact: Contacting,
-        seam_margin_mm: f64,
-        seed: u64,
-        materialise: bool,
-        allow_no_contact: bool,
-    ) -> Self {
+    fn new(scene: &Scene, options: &Bound<'_, PyDict>) -> PyResult<Self> {
         let (scene, sensor) = (Arc::clone(&scene.scene), scene.sensor.clone());
-        Self {
-            scene,
-            sensor,
-            presses,
-            captures,
-            images,
-            contact,
-            seam_margin_mm,
-            seed,
-            materialise,
-            allow_no_contact,
-        }
+        let contact = ContactOptions::from_named(&Keywords(options))?;
+        let options = DatasetOptions::from_named(&Keywords(options))?;
+        Ok(Self { scene, sensor, options, contact })
     }
 
     /// Writes it, or what is missing of it; the halves that press nothing that the camera sees.
-    #[pyo3(signature = (folder, resume, progress))]
+    #[pyo3(signature = (folder, progress))]
     fn write(
         slf: Bound<'_, Self>,
         folder: PathBuf,
-        resume: bool,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<String>> {
         let order = slf.clone().unbind();
         let written: WrittenDataset = run(slf.py(), Interrupted::Wait, progress, move |link| {
-            order.get().prepare(resume, |job| {
+            let order = order.get();
+            order.prepare(order.options.resume, |job| {
                 let show = |step: Step| link.show(step.done, step.all);
                 dataset::write(&folder, job, &show, &|| link.is_cancelled())
             })
@@ -86,10 +62,11 @@ impl DatasetOrder {
     }
 
     /// Begins it, or goes on with it.
-    fn begin(slf: Bound<'_, Self>, folder: PathBuf, resume: bool) -> PyResult<BegunDataset> {
+    fn begin(slf: Bound<'_, Self>, folder: PathBuf) -> PyResult<BegunDataset> {
         let order = slf.clone().unbind();
         let begun = run(slf.py(), Interrupted::Wait, None, move |_| {
-            order.get().prepare(resume, |job| dataset::begin(&folder, job))
+            let order = order.get();
+            order.prepare(order.options.resume, |job| dataset::begin(&folder, job))
         })?;
         Ok(BegunDataset { order: slf.unbind(), begun: Mutex::new(Some(begun)) })
     }
@@ -111,20 +88,7 @@ impl DatasetOrder {
         resume: bool,
         work: impl FnOnce(&Job) -> Result<R, DatasetError>,
     ) -> Result<R, Failure> {
-        let order = DatasetRequest {
-            presses: self.presses.as_deref(),
-            captures: self.captures.as_deref(),
-            images: self.images.as_ref().map(|(light, constants)| ImageRequest {
-                light: light.as_deref(),
-                constants: constants.as_deref(),
-            }),
-            contact: named(self.contact.clone()).map_err(Error::from)?,
-            seam_margin_mm: self.seam_margin_mm,
-            seed: self.seed,
-            materialise: self.materialise,
-            allow_no_contact: self.allow_no_contact,
-            resume,
-        };
+        let order = DatasetRequest { resume, ..self.options.request(&self.contact)? };
         let explain = |error| press_error(&self.sensor, error);
         dataset::prepare(&self.scene, &explain, &order, |job, _| Ok(work(job)?))
     }

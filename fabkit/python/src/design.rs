@@ -1,6 +1,5 @@
 //! Sensors and their fixtures.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use fabkit_application::calibration::board::Board;
@@ -18,6 +17,7 @@ use pyo3::types::PyBytes;
 use crate::arrays;
 use crate::camera::Camera;
 use crate::errors::{Failure, OrRaise};
+use crate::export::{Exported, Wish, exported};
 use crate::mesh::Mesh;
 use crate::running::{Interrupted, run, short};
 
@@ -254,35 +254,13 @@ impl Design {
     }
 
     /// Makes files in memory.
-    #[pyo3(signature = (parts, formats, tolerance_mm, edge_mm, nominal, process, process_for_any_material, bed_mm, stock_mm, kerf_mm, progress))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+    #[pyo3(signature = (wish, progress))]
     fn exported(
         &self,
         py: Python<'_>,
-        parts: Vec<String>,
-        formats: Vec<String>,
-        tolerance_mm: Option<f64>,
-        edge_mm: Option<f64>,
-        nominal: bool,
-        process: Option<PathBuf>,
-        process_for_any_material: bool,
-        bed_mm: Option<[f64; 2]>,
-        stock_mm: Option<[f64; 2]>,
-        kerf_mm: Option<f64>,
+        wish: Wish,
         progress: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<crate::export::Exported> {
-        let wish = crate::export::Wish {
-            parts,
-            formats,
-            tolerance_mm,
-            edge_mm,
-            nominal,
-            process,
-            process_for_any_material,
-            bed_mm,
-            stock_mm,
-            kerf_mm,
-        };
-        crate::export::exported(py, &self.design, wish, progress)
+    ) -> PyResult<Exported> {
+        exported(py, &self.design, wish, progress)
     }
 }

@@ -21,18 +21,26 @@ use crate::running::{Interrupted, run, short};
 /// Made by another kernel, and not one of [`Format`].
 const STEP: &str = "step";
 
-/// What to export; what is left out is as in the command.
+/// What to export, by name; what is left out is as in the command.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub struct Wish {
-    pub parts: Vec<String>,
-    pub formats: Vec<String>,
-    pub tolerance_mm: Option<f64>,
-    pub edge_mm: Option<f64>,
-    pub nominal: bool,
-    pub process: Option<PathBuf>,
-    pub process_for_any_material: bool,
-    pub bed_mm: Option<[f64; 2]>,
-    pub stock_mm: Option<[f64; 2]>,
-    pub kerf_mm: Option<f64>,
+    parts: Vec<String>,
+    formats: Vec<String>,
+    tolerance_mm: f64,
+    nominal: bool,
+    #[pyo3(default)]
+    edge_mm: Option<f64>,
+    #[pyo3(default)]
+    process: Option<PathBuf>,
+    #[pyo3(default)]
+    process_for_any_material: bool,
+    #[pyo3(default)]
+    bed_mm: Option<[f64; 2]>,
+    #[pyo3(default)]
+    stock_mm: Option<[f64; 2]>,
+    #[pyo3(default)]
+    kerf_mm: Option<f64>,
 }
 
 impl Wish {
@@ -61,7 +69,7 @@ impl Wish {
         let options = ExportOptions {
             parts: self.parts,
             formats,
-            tolerance_mm: self.tolerance_mm.unwrap_or(usual.tolerance_mm),
+            tolerance_mm: self.tolerance_mm,
             edge_mm: self.edge_mm,
             bed: self.bed_mm.map_or(usual.bed, |size_mm| Bed { size_mm, ..usual.bed }),
             stock: self.stock_mm.map_or(DEFAULT_STOCK, |size_mm| Bed { size_mm, ..DEFAULT_STOCK }),

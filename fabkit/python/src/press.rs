@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use fabkit::PressOptions;
 use fabkit_application::Error;
-use fabkit_application::pressing::{self, Level, Pressing, PressingError, threads};
+use fabkit_application::pressing::{self, Pressing, PressingError};
 use fabkit_application::source::press_error;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -11,36 +12,24 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::design::Project;
 use crate::errors::Failure;
+use crate::keywords::Keywords;
 use crate::running::{Interrupted, run};
 
-/// What `fabkit press --json` says, as JSON, and the arrays of `fabkit press -o FILE.npz` by name.
+/// What `fabkit press --json` says, as JSON, and the arrays of `fabkit press -o FILE.npz` by name. Options are those of
+/// [`PressOptions`], by name.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
 pub fn press<'py>(
     py: Python<'py>,
     project: &Project,
     sensor: String,
     indenter: String,
     depth_mm: f64,
-    is_finite: bool,
-    shear_mm: [f64; 2],
-    friction: Option<f64>,
-    steps: u32,
-    spacing_mm: Option<f64>,
+    options: Bound<'py, PyDict>,
 ) -> PyResult<(String, Bound<'py, PyDict>)> {
-    let level = if is_finite { Level::Finite } else { Level::Linear };
+    let options = PressOptions::from_named(&Keywords(&options))?;
     let project = Arc::clone(&project.project);
     let (document, field) = run(py, Interrupted::Leave, None, move |_| {
-        let pressing = Pressing {
-            indenter: &indenter,
-            depth_mm,
-            level,
-            steps,
-            shear_mm,
-            friction,
-            spacing_mm,
-            threads: threads(),
-        };
+        let pressing = options.pressing(&indenter, depth_mm).map_err(Error::from)?;
         let explained = |error| match error {
             PressingError::Press(error) => press_error(&sensor, error),
             other => Error::from(other),

@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fabkit::CaptureOptions;
+use fabkit::{CaptureOptions, CastOptions, ContactOptions};
+use fabkit_application::Error;
 use fabkit_application::camera::files::{PoseFile, read_pose};
 use fabkit_application::capturing::{self, Unit, lit};
 use fabkit_application::export::{Array, Values, png};
+use fabkit_application::fixtures::Press;
 use fabkit_application::ground_truth::{Viewpoint, arrays, picture};
-use fabkit_application::pressing::{self, Contact, Linear, PressingError};
+use fabkit_application::pressing;
 use fabkit_application::reconstructing::{self, DepthNetwork, Taken};
-use fabkit_application::scene::{self, Cast, SceneError, ViewpointFiles};
+use fabkit_application::scene::{self, SceneError, ViewpointFiles};
 use fabkit_application::source::press_error;
 use numpy::{PyArray2, PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -22,16 +24,6 @@ use crate::design::Project;
 use crate::errors::{Failure, OrRaise, exception};
 use crate::keywords::Keywords;
 use crate::running::{Interrupted, run, short};
-
-/// How the surface answers: the level's name, the membrane's reach, mm, friction, and the distance of nodes, mm.
-pub type Contacting = (Option<String>, f64, Option<f64>, Option<f64>);
-
-/// What these mean together.
-pub fn named(
-    (name, membrane_mm, friction, spacing_mm): Contacting,
-) -> Result<Contact, PressingError> {
-    Contact::named(name.as_deref(), membrane_mm, Linear { spacing_mm, friction })
-}
 
 /// A PNG picture of a map, with a colour for each value and a scale.
 #[pyfunction]
@@ -156,32 +148,20 @@ impl Scene {
         (self.scene.coverage.area, self.scene.coverage.area_mm2)
     }
 
-    /// Casts a press; the arrays of `fabkit depth -o FILE.npz`, by name, and what the soft layers answer, as JSON.
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+    /// Casts a press; the arrays of `fabkit depth -o FILE.npz`, by name, and what the soft layers answer, as JSON. Options
+    /// are those of [`CastOptions`] and [`ContactOptions`], by name.
     fn cast<'py>(
         &self,
         py: Python<'py>,
         presses: Vec<String>,
-        samples: u32,
-        contact: Contacting,
-        shear_mm: [f64; 2],
-        print_sigma_mm: f64,
-        allow_no_contact: bool,
+        options: Bound<'py, PyDict>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<String>)> {
+        let contact = ContactOptions::from_named(&Keywords(&options))?;
+        let options = CastOptions::from_named(&Keywords(&options))?;
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
         let (seen, elastic) = run(py, Interrupted::Leave, None, move |_| {
-            let finder = scene.project.press_finder();
-            let press = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
-            let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
-            let cast = Cast {
-                presses: &presses,
-                samples,
-                contact: named(contact)?,
-                shear_mm,
-                print_sigma_mm,
-                allow_no_contact,
-            };
-            scene.cast(&cast, |seen| {
+            let presses = found(&scene, &sensor, &presses)?;
+            scene.cast(&options.cast(&presses, &contact)?, |seen| {
                 let gap = seen.gap.as_ref();
                 let elastic = seen.answer.map(|answer| pressing::seen(answer, gap).to_string());
                 Ok((arrays(seen.map, seen.sigmas), elastic))
@@ -200,16 +180,14 @@ impl Scene {
     ) -> PyResult<(Bound<'py, PyDict>, String)> {
         let options = CaptureOptions::from_named(&Keywords(&options))?;
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
-        let (found, document) = run(py, Interrupted::Leave, None, move |_| {
-            let finder = scene.project.press_finder();
-            let press = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
-            let presses = presses.iter().map(press).collect::<Result<Vec<_>, _>>()?;
+        let (shown, document) = run(py, Interrupted::Leave, None, move |_| {
+            let presses = found(&scene, &sensor, &presses)?;
             let (lighting, constants) =
                 lit(&scene.project, options.light.as_deref(), options.constants.as_deref())?;
             let capturing = options.capturing(&presses, lighting, &constants)?;
-            let mut found = Vec::new();
+            let mut shown = Vec::new();
             let captured = capturing.take(&scene, |seen| {
-                found = arrays(seen.map, seen.sigmas);
+                shown = arrays(seen.map, seen.sigmas);
                 Ok(())
             })?;
             let document =
@@ -221,11 +199,18 @@ impl Scene {
                 shape.push(captured.channels);
             }
             let name = "grey".to_owned();
-            found.push(Array { name, shape, values: Values::F64(captured.grey) });
-            Ok::<_, Failure>((found, document))
+            shown.push(Array { name, shape, values: Values::F64(captured.grey) });
+            Ok::<_, Failure>((shown, document))
         })?;
-        Ok((arrays::dictionary(py, found)?, document))
+        Ok((arrays::dictionary(py, shown)?, document))
     }
+}
+
+/// Presses by their names.
+fn found(scene: &scene::SensorView, sensor: &str, presses: &[String]) -> Result<Vec<Press>, Error> {
+    let finder = scene.project.press_finder();
+    let press = |id: &String| finder.press(id).map_err(|error| press_error(sensor, error));
+    presses.iter().map(press).collect()
 }
 
 /// See [`reconstructing::Reconstructor`].

@@ -24,6 +24,7 @@ mod error;
 mod following;
 mod heights;
 mod learned;
+mod reader;
 mod sharpen;
 mod slopes;
 mod thickness;
@@ -45,6 +46,7 @@ use thickness::Thickness;
 pub use error::ReconstructError;
 pub use following::{Followed, MarkFollower, hides_marks};
 pub use learned::{Card, Circle, DepthNetwork, Normalisation};
+pub use reader::{PictureRead, PictureReader, ReadingRates};
 
 /// Whether a light shows how deep something presses, without a network.
 pub fn shows_depth(lighting: &Lighting) -> bool {

@@ -262,7 +262,7 @@ proptest! {
 
 #[test]
 fn the_table_of_lens_models_names_them_all() {
-    let page = include_str!("../../../docs/theory/cameras.md");
+    let page = include_str!("../../../../docs/theory/cameras.md");
     let rows = page.lines().skip_while(|line| !line.starts_with("| model | file name |")).skip(2);
     let rows: Vec<&str> = rows.take_while(|line| line.starts_with('|')).collect();
     let said = rows.iter().flat_map(|row| row.split('`').skip(1).step_by(2));

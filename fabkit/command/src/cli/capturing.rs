@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
+use fabkit_application::Error;
 use fabkit_application::capturing::{Capturing, LightConstants};
 use fabkit_application::fixtures::Press;
 use fabkit_application::geometry::Lighting;
-use fabkit_application::pressing::{Contact, Linear, PressingError};
+use fabkit_application::pressing::{Contact, Linear};
 use fabkit_application::scene::{Cast, MAX_SAMPLES};
 
 use super::ground_truth::CameraArgs;
@@ -123,13 +124,13 @@ impl CaptureOptions {
     /// The picture of `presses` in this light.
     ///
     /// # Errors
-    /// [`PressingError::Contact`]: no such level of contact, and what belongs to another one.
+    /// [`PressingError::Contact`](fabkit_application::pressing::PressingError::Contact): no such level of contact, and what belongs to another one.
     pub fn capturing<'a>(
         &self,
         presses: &'a [Press],
         lighting: &'a Lighting,
         constants: &'a LightConstants,
-    ) -> Result<Capturing<'a>, PressingError> {
+    ) -> Result<Capturing<'a>, Error> {
         let linear = Linear { spacing_mm: self.spacing, friction: self.friction };
         let cast = Cast {
             presses,

@@ -3,10 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use fabkit_application::Error;
+use fabkit_application::dataset::{DatasetRequest, ImageRequest};
+use fabkit_application::fixtures::Press;
 use fabkit_application::ground_truth::Shown;
-use fabkit_application::scene::{MARGIN_LIMITS_MM, MAX_SAMPLES, SIGMA_LIMITS_MM};
+use fabkit_application::scene::{Cast, MARGIN_LIMITS_MM, MAX_SAMPLES, SIGMA_LIMITS_MM};
 
-use super::pressing::{ContactArgs, shear};
+use super::options::options;
+use super::pressing::{ContactOptions, shear};
 use super::{Design, length_within};
 
 const PROBE_LIMITS_MM: [f64; 2] = [0.01, 20.0];
@@ -32,7 +36,7 @@ pub struct View {
     pub camera: CameraArgs,
     /// How the surface answers.
     #[command(flatten)]
-    pub contact: ContactArgs,
+    pub contact: ContactOptions,
 }
 
 /// `fabkit depth`.
@@ -57,20 +61,9 @@ pub struct Depth {
     /// Nothing presses
     #[arg(long)]
     pub reference: bool,
-    /// How far all that presses then moves along the surface, in linear contact: on a dome away from the tip and around
-    /// it where it goes deepest, on a pad along x and y
-    #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
-    pub shear: [f64; 2],
-    /// Go on where a press does not touch the surface, or where the camera sees nothing of it
-    #[arg(long, requires = "press")]
-    pub allow_no_contact: bool,
-    /// Cast N x N rays for each pixel; the maps grow by that
-    #[arg(long, value_name = "N", default_value = "1",
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
-    pub samples: u32,
-    /// Standard deviation of printed and cast surfaces along their normals, 0 mm to 1 mm
-    #[arg(long, value_parser = sigma, default_value = "0.05mm", value_name = "LENGTH")]
-    pub print_sigma: f64,
+    /// How it is cast.
+    #[command(flatten)]
+    pub options: CastOptions,
     /// Write all maps for NumPy
     #[arg(short, long, value_name = "FILE.npz")]
     pub output: Option<PathBuf>,
@@ -95,6 +88,48 @@ pub struct Depth {
     /// Write the points that the pixels see
     #[arg(long, value_name = "FILE.ply")]
     pub ply: Option<PathBuf>,
+}
+
+options! {
+    /// How ground truth is cast, beside how the surface answers: options of `fabkit depth`, and keyword arguments of
+    /// `fabkit.depth.cast` in Python.
+    pub struct CastOptions {
+        /// How far all that presses then moves along the surface, in linear contact: on a dome away from the tip and around
+        /// it where it goes deepest, on a pad along x and y
+        #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
+        pub shear: [f64; 2],
+        /// Go on where a press does not touch the surface, or where the camera sees nothing of it
+        #[arg(long, requires = "press")]
+        pub allow_no_contact: bool,
+        /// Cast N x N rays for each pixel; the maps grow by that
+        #[arg(long, value_name = "N", default_value = "1",
+              value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+        pub samples: u32,
+        /// Standard deviation of printed and cast surfaces along their normals, 0 mm to 1 mm
+        #[arg(long, value_parser = sigma, default_value = "0.05mm", value_name = "LENGTH")]
+        pub print_sigma: f64,
+    }
+}
+
+impl CastOptions {
+    /// The truth of `presses` on a surface that answers so.
+    ///
+    /// # Errors
+    /// As [`ContactOptions::contact`].
+    pub fn cast<'a>(
+        &self,
+        presses: &'a [Press],
+        contact: &ContactOptions,
+    ) -> Result<Cast<'a>, Error> {
+        Ok(Cast {
+            presses,
+            samples: self.samples,
+            contact: contact.contact()?,
+            shear_mm: self.shear,
+            print_sigma_mm: self.print_sigma,
+            allow_no_contact: self.allow_no_contact,
+        })
+    }
 }
 
 /// A map.
@@ -133,43 +168,9 @@ pub struct Dataset {
     /// Folder of the data set; with --probes, the CSV file
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Text file of patterns for the left side, one a line: an ID, or `NAME = ID + ID`, and in linear contact
-    /// `shear 0.5mm,0mm` after it
-    /// [default: all semi-domes or half-plates of the sensor]
-    #[arg(long, value_name = "FILE")]
-    pub presses: Option<PathBuf>,
-    /// Go on where a press does not touch the surface, or where the camera sees no probe's tip
-    #[arg(long)]
-    pub allow_no_contact: bool,
-    /// Write all stitched samples, not only the halves that they consist of
-    #[arg(long)]
-    pub materialise: bool,
-    /// Go on where an earlier run of the same command was stopped
-    #[arg(long)]
-    pub resume: bool,
-    /// Which patterns are for training, validation and test; where probes start
-    #[arg(long, value_name = "N", default_value = "1")]
-    pub seed: u64,
-    /// Leave out what lies this near to the seam between the halves, 0 mm to 10 mm
-    #[arg(long, value_parser = margin, default_value = "0.5mm", value_name = "LENGTH")]
-    pub seam_margin: f64,
-    /// Pictures to be stitched like the halves: a folder with `PATTERN-left.png` and
-    /// `PATTERN-right.png`, or a CSV file with the columns pattern, side, file
-    #[arg(long, value_name = "DIR|CSV", conflicts_with = "probes")]
-    pub captures: Option<PathBuf>,
-    /// Take a picture of each half, as `capture` does, and stitch them like the halves; each with noise of its own, which
-    /// --seed decides
-    #[arg(long, conflicts_with_all = ["probes", "captures"])]
-    pub images: bool,
-    /// Which of the sensor's lights is on in them [default: its usual one]
-    #[arg(long, value_name = "NAME", requires = "images")]
-    pub light: Option<String>,
-    /// In them and in the truth: of another sensor of the same design, as for `capture`
-    #[arg(long, value_name = "N", requires = "images")]
-    pub unit: Option<u64>,
-    /// Constants of a unit's light for them, as `fit-light` writes them
-    #[arg(long, value_name = "FILE.json", requires = "images")]
-    pub constants: Option<PathBuf>,
+    /// What it is made of.
+    #[command(flatten)]
+    pub options: DatasetOptions,
     /// Also write a picture of random samples
     #[arg(long, value_name = "FILE.png", conflicts_with = "probes")]
     pub contact_sheet: Option<PathBuf>,
@@ -183,6 +184,72 @@ pub struct Dataset {
     /// Deepest probe [default: 1.6 mm, or as deep as the surface is soft]
     #[arg(long, value_parser = probe_length, value_name = "LENGTH", requires = "probes")]
     pub depth: Option<f64>,
+}
+
+options! {
+    /// What a data set is made of: options of `fabkit dataset`, and keyword arguments of `fabkit.dataset.write` in Python.
+    pub struct DatasetOptions {
+        /// Text file of patterns for the left side, one a line: an ID, or `NAME = ID + ID`, and in linear contact
+        /// `shear 0.5mm,0mm` after it
+        /// [default: all semi-domes or half-plates of the sensor]
+        #[arg(long, value_name = "FILE")]
+        pub presses: Option<PathBuf>,
+        /// Go on where a press does not touch the surface, or where the camera sees no probe's tip
+        #[arg(long)]
+        pub allow_no_contact: bool,
+        /// Write all stitched samples, not only the halves that they consist of
+        #[arg(long)]
+        pub materialise: bool,
+        /// Go on where an earlier run of the same command was stopped
+        #[arg(long)]
+        pub resume: bool,
+        /// Which patterns are for training, validation and test; where probes start
+        #[arg(long, value_name = "N", default_value = "1")]
+        pub seed: u64,
+        /// Leave out what lies this near to the seam between the halves, 0 mm to 10 mm
+        #[arg(long, value_parser = margin, default_value = "0.5mm", value_name = "LENGTH")]
+        pub seam_margin: f64,
+        /// Pictures to be stitched like the halves: a folder with `PATTERN-left.png` and
+        /// `PATTERN-right.png`, or a CSV file with the columns pattern, side, file
+        #[arg(long, value_name = "DIR|CSV", conflicts_with = "probes")]
+        pub captures: Option<PathBuf>,
+        /// Take a picture of each half, as `capture` does, and stitch them like the halves; each with noise of its own, which
+        /// --seed decides
+        #[arg(long, conflicts_with_all = ["probes", "captures"])]
+        pub images: bool,
+        /// Which of the sensor's lights is on in them [default: its usual one]
+        #[arg(long, value_name = "NAME", requires = "images")]
+        pub light: Option<String>,
+        /// In them and in the truth: of another sensor of the same design, as for `capture`
+        #[arg(long, value_name = "N", requires = "images")]
+        pub unit: Option<u64>,
+        /// Constants of a unit's light for them, as `fit-light` writes them
+        #[arg(long, value_name = "FILE.json", requires = "images")]
+        pub constants: Option<PathBuf>,
+    }
+}
+
+impl DatasetOptions {
+    /// The data set of a surface that answers so.
+    ///
+    /// # Errors
+    /// As [`ContactOptions::contact`].
+    pub fn request(&self, contact: &ContactOptions) -> Result<DatasetRequest<'_>, Error> {
+        Ok(DatasetRequest {
+            presses: self.presses.as_deref(),
+            captures: self.captures.as_deref(),
+            images: self.images.then_some(ImageRequest {
+                light: self.light.as_deref(),
+                constants: self.constants.as_deref(),
+            }),
+            contact: contact.contact()?,
+            seam_margin_mm: self.seam_margin,
+            allow_no_contact: self.allow_no_contact,
+            seed: self.seed,
+            materialise: self.materialise,
+            resume: self.resume,
+        })
+    }
 }
 
 fn sigma(text: &str) -> Result<f64, String> {

@@ -2,11 +2,15 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use fabkit_application::Error;
-use fabkit_application::pressing::{Contact, Linear, MAX_STEPS};
+use fabkit_application::pressing::{
+    Contact, Level, Linear, MAX_STEPS, Pressing, PressingError, threads,
+};
 use fabkit_application::scene::MEMBRANE_LIMITS_MM;
 
+use super::options::options;
 use super::{Design, length_within};
 
 const DEPTH_LIMITS_MM: [f64; 2] = [0.001, 50.0];
@@ -24,23 +28,9 @@ pub struct PressArgs {
     /// How deep, along the surface's normal at that place
     #[arg(long, value_parser = depth, value_name = "LENGTH")]
     pub depth: f64,
-    /// How far the presser then moves along the surface: on a dome away from the tip, and around it; on a pad along x
-    /// and y
-    #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
-    pub shear: [f64; 2],
-    /// Coulomb's coefficient of friction for that [default: that of the touched material]
-    #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
-    pub friction: Option<f64>,
-    /// By which theory the layers give way
-    #[arg(long, value_enum, value_name = "LEVEL", default_value = "linear")]
-    pub contact: ContactLevel,
-    /// Of how many equal steps the force curve is made
-    #[arg(long, value_name = "N", default_value = "10",
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_STEPS)))]
-    pub steps: u32,
-    /// Distance of the surface's nodes [default: some 5,000 nodes on a dome, some 20 across a contact on a pad]
-    #[arg(long, value_parser = spacing, value_name = "LENGTH")]
-    pub spacing: Option<f64>,
+    /// How it is pressed.
+    #[command(flatten)]
+    pub options: PressOptions,
     /// Write the force curve as a table
     #[arg(long, value_name = "FILE.csv")]
     pub csv: Option<PathBuf>,
@@ -56,55 +46,105 @@ pub struct PressArgs {
     pub output: Option<PathBuf>,
 }
 
+options! {
+    /// How an indenter is pressed: options of `fabkit press`, and keyword arguments of `fabkit.press` in Python.
+    pub struct PressOptions {
+        /// How far the presser then moves along the surface: on a dome away from the tip, and around it; on a pad along x
+        /// and y
+        #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
+        pub shear: [f64; 2],
+        /// Coulomb's coefficient of friction for that [default: that of the touched material]
+        #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
+        pub friction: Option<f64>,
+        /// By which theory the layers give way
+        #[arg(long, value_parser = theories(), value_name = "LEVEL", default_value = "linear")]
+        pub contact: String,
+        /// Of how many equal steps the force curve is made
+        #[arg(long, value_name = "N", default_value = "10",
+              value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_STEPS)))]
+        pub steps: u32,
+        /// Distance of the surface's nodes [default: some 5,000 nodes on a dome, some 20 across a contact on a pad]
+        #[arg(long, value_parser = spacing, value_name = "LENGTH")]
+        pub spacing: Option<f64>,
+    }
+}
+
+impl PressOptions {
+    /// The press of an indenter so deep.
+    ///
+    /// # Errors
+    /// [`PressingError::Contact`]: no such theory.
+    pub fn pressing<'a>(
+        &self,
+        indenter: &'a str,
+        depth_mm: f64,
+    ) -> Result<Pressing<'a>, PressingError> {
+        let level = [Level::Linear, Level::Finite].into_iter().find(|l| l.name() == self.contact);
+        let unknown = || PressingError::Contact {
+            problem: format!("there is no contact `{}`: linear or finite", self.contact),
+        };
+        Ok(Pressing {
+            indenter,
+            depth_mm,
+            level: level.ok_or_else(unknown)?,
+            steps: self.steps,
+            shear_mm: self.shear,
+            friction: self.friction,
+            spacing_mm: self.spacing,
+            threads: threads(),
+        })
+    }
+}
+
 /// By which theory layers give way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ContactLevel {
-    /// Small strain, layered, nearly incompressible, with Coulomb's friction
-    Linear,
-    /// Large strain, neo-Hookean, without friction: at the tip of a dome or on a pad, by what is symmetric; seconds
-    Finite,
+fn theories() -> PossibleValuesParser {
+    PossibleValuesParser::new([
+        PossibleValue::new("linear")
+            .help("Small strain, layered, nearly incompressible, with Coulomb's friction"),
+        PossibleValue::new("finite").help(
+            "Large strain, neo-Hookean, without friction: at the tip of a dome or on a pad, by what is symmetric; seconds",
+        ),
+    ])
+}
+
+options! {
+    /// How ground truth has the surface answer: options of `fabkit depth` and `dataset`, and keyword arguments of
+    /// `fabkit.depth.cast` and `fabkit.dataset.write` in Python.
+    pub struct ContactOptions {
+        /// How the surface answers what presses [default: membrane with --membrane, else rigid]
+        #[arg(long, value_parser = answers(), value_name = "LEVEL")]
+        pub contact: Option<String>,
+        /// Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; without
+        /// it, it follows what presses and nothing else
+        #[arg(long, value_parser = membrane, default_value = "0mm", value_name = "LENGTH")]
+        pub membrane: f64,
+        /// Coulomb's coefficient of friction where something moves along the surface, in linear contact
+        /// [default: that of the touched material]
+        #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
+        pub friction: Option<f64>,
+        /// Distance of the surface's nodes in linear contact [default: as fine as a few seconds allow]
+        #[arg(long, value_parser = spacing, value_name = "LENGTH")]
+        pub spacing: Option<f64>,
+    }
 }
 
 /// How the surface answers what presses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ContactName {
-    /// It follows what presses, and nothing else moves
-    Rigid,
-    /// It comes back to rest over --membrane
-    Membrane,
-    /// Its layers give way as elastic ones do, and bulge
-    Linear,
+fn answers() -> PossibleValuesParser {
+    PossibleValuesParser::new([
+        PossibleValue::new("rigid").help("It follows what presses, and nothing else moves"),
+        PossibleValue::new("membrane").help("It comes back to rest over --membrane"),
+        PossibleValue::new("linear").help("Its layers give way as elastic ones do, and bulge"),
+    ])
 }
 
-/// How ground truth has the surface answer.
-#[derive(Debug, Args)]
-pub struct ContactArgs {
-    /// How the surface answers what presses [default: membrane with --membrane, else rigid]
-    #[arg(long, value_enum, value_name = "LEVEL")]
-    pub contact: Option<ContactName>,
-    /// Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; without
-    /// it, it follows what presses and nothing else
-    #[arg(long, value_parser = membrane, default_value = "0mm", value_name = "LENGTH")]
-    pub membrane: f64,
-    /// Coulomb's coefficient of friction where something moves along the surface, in linear contact
-    /// [default: that of the touched material]
-    #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
-    pub friction: Option<f64>,
-    /// Distance of the surface's nodes in linear contact [default: as fine as a few seconds allow]
-    #[arg(long, value_parser = spacing, value_name = "LENGTH")]
-    pub spacing: Option<f64>,
-}
-
-impl ContactArgs {
+impl ContactOptions {
     /// What they mean together.
+    ///
+    /// # Errors
+    /// [`PressingError::Contact`]: no such level, and what belongs to another one.
     pub fn contact(&self) -> Result<Contact, Error> {
-        let name = self.contact.map(|name| match name {
-            ContactName::Rigid => "rigid",
-            ContactName::Membrane => "membrane",
-            ContactName::Linear => "linear",
-        });
         let linear = Linear { spacing_mm: self.spacing, friction: self.friction };
-        Ok(Contact::named(name, self.membrane, linear)?)
+        Ok(Contact::named(self.contact.as_deref(), self.membrane, linear)?)
     }
 }
 

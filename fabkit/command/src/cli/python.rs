@@ -6,7 +6,7 @@ use std::{env, fs};
 
 use clap::{Arg, ArgAction, Args as _, Command, CommandFactory as _};
 
-use super::{CaptureOptions, Cli};
+use super::{CaptureOptions, CastOptions, Cli, ContactOptions, DatasetOptions, PressOptions};
 
 /// A module of the package, and the options that it takes.
 struct Module {
@@ -14,29 +14,63 @@ struct Module {
     file: &'static str,
     /// The command whose options they are.
     command: &'static str,
-    /// The module, with comments in capitals for what is filled in.
+    /// The module, with comments in capitals for what is filled in: of the options that follow such a word, or of all that
+    /// follow it nowhere; what it says of an argument itself stays.
     template: &'static str,
     options: fn(Command) -> Command,
+    /// Those that come first in Python; the others follow as they are declared, so that new ones come last.
+    first: &'static str,
     /// Options that Python says in another place: with the scene, for example.
     elsewhere: &'static [&'static str],
     /// A flag, and the option that is `None` in Python where the command has the flag.
     switches: &'static [(&'static str, &'static str)],
 }
 
-const MODULES: [Module; 1] = [Module {
-    file: "_capture.py",
-    command: "capture",
-    template: include_str!("python/capture.py"),
-    options: CaptureOptions::augment_args,
-    elsewhere: &["unit"],
-    switches: &[("no_noise", "seed")],
-}];
+const MODULES: [Module; 4] = [
+    Module {
+        file: "_capture.py",
+        command: "capture",
+        template: include_str!("python/capture.py"),
+        options: CaptureOptions::augment_args,
+        first: "samples contact shear friction spacing light constants seed",
+        elsewhere: &["unit"],
+        switches: &[("no_noise", "seed")],
+    },
+    Module {
+        file: "_cast.py",
+        command: "depth",
+        template: include_str!("python/cast.py"),
+        options: |of| CastOptions::augment_args(ContactOptions::augment_args(of)),
+        first: "samples contact membrane shear friction spacing print_sigma",
+        elsewhere: &[],
+        switches: &[],
+    },
+    Module {
+        file: "_press.py",
+        command: "press",
+        template: include_str!("python/press.py"),
+        options: PressOptions::augment_args,
+        first: "contact",
+        elsewhere: &[],
+        switches: &[],
+    },
+    Module {
+        file: "_dataset.py",
+        command: "dataset",
+        template: include_str!("python/dataset.py"),
+        options: |of| DatasetOptions::augment_args(ContactOptions::augment_args(of)),
+        first: "presses captures images light constants contact membrane friction spacing seam_margin seed materialise",
+        elsewhere: &["unit"],
+        switches: &[],
+    },
+];
 
 /// Widest line of the package.
 const WIDEST: usize = 100;
 
 /// An option as a keyword argument.
 struct Keyword {
+    id: String,
     name: String,
     annotation: &'static str,
     default: String,
@@ -46,18 +80,30 @@ struct Keyword {
     values: Vec<String>,
 }
 
+/// What stands for a value in help: `flag` where there is none.
+fn kind(arg: &Arg) -> &str {
+    if matches!(arg.get_action(), ArgAction::SetTrue) {
+        return "flag";
+    }
+    arg.get_value_names().and_then(<[_]>::first).map_or("", |name| name.as_str())
+}
+
+/// What an option is called in Python.
+fn name(arg: &Arg) -> String {
+    let id = arg.get_id();
+    if kind(arg).starts_with("LENGTH") { format!("{id}_mm") } else { id.to_string() }
+}
+
 impl Keyword {
     fn new(arg: &Arg, switch: Option<&Arg>) -> Self {
         let id = arg.get_id().as_str();
         let default = arg.get_default_values().first().and_then(|text| text.to_str());
-        let kind = arg.get_value_names().and_then(<[_]>::first).map_or("", |name| name.as_str());
-        let kind = if matches!(arg.get_action(), ArgAction::SetTrue) { "flag" } else { kind };
+        let (kind, name) = (kind(arg), name(arg));
         let mm = |text: &str| {
             let mm: f64 = text.trim_end_matches("mm").parse().expect("a default in mm");
             format!("{mm:?}")
         };
         let none = || "None".to_owned();
-        let name = if kind.starts_with("LENGTH") { format!("{id}_mm") } else { id.to_owned() };
         let (annotation, default, value) = match (kind, default) {
             ("flag", _) => ("bool", "False".to_owned(), name.clone()),
             ("N", Some(default)) if switch.is_some() => {
@@ -80,8 +126,8 @@ impl Keyword {
                 ("tuple[float | str, float | str]", format!("({})", both.join(", ")), value)
             }
             ("LEVEL" | "NAME", Some(default)) => ("str", format!("{default:?}"), name.clone()),
-            ("NAME", None) => ("str | None", none(), name.clone()),
-            (file, None) if file.starts_with("FILE") => {
+            ("LEVEL" | "NAME", None) => ("str | None", none(), name.clone()),
+            (file, None) if file.starts_with("FILE") || file.starts_with("DIR") => {
                 let value = format!("None if {id} is None else os.fspath({id})");
                 ("str | PathLike[str] | None", none(), value)
             }
@@ -101,7 +147,22 @@ impl Keyword {
             values.push(format!("\"{}\": {id} is None,", switch.get_id()));
             text += &format!(" ``None``: {}", uncapitalised(&help(switch)));
         }
-        Self { name, annotation, default, text, values }
+        Self { id: id.to_owned(), name, annotation, default, text, values }
+    }
+
+    /// What the template's word in capitals asks for.
+    fn lines(&self, what: &str, indent: usize) -> Option<Vec<String>> {
+        let Self { name, annotation, default, text, values, .. } = self;
+        Some(match what {
+            "ARGUMENTS" => vec![format!("{name}: {annotation} = {default},")],
+            "PARAMETERS" => {
+                let lines = wrapped(text, WIDEST - indent - 4);
+                [name.clone()].into_iter().chain(lines.map(|line| format!("    {line}"))).collect()
+            }
+            "VALUES" => values.clone(),
+            "PASSED" => vec![format!("{name}={name},")],
+            _ => return None,
+        })
     }
 }
 
@@ -125,47 +186,78 @@ fn uncapitalised(text: &str) -> String {
 fn module(module: &Module) -> String {
     let cli = Cli::command();
     let command = cli.find_subcommand(module.command).expect("a command");
-    let find = |id: &str| command.get_arguments().find(|arg| arg.get_id() == id);
-    let declared = (module.options)(Command::new("options"));
-    let is_switch = |id: &str| module.switches.iter().any(|(switch, _)| *switch == id);
-    let ids = declared.get_arguments().map(|arg| arg.get_id().as_str());
-    let keywords: Vec<Keyword> = ids
-        .filter(|id| !module.elsewhere.contains(id) && !is_switch(id))
-        .map(|id| {
-            let switch = module.switches.iter().find(|(_, option)| *option == id);
-            let switch = switch.and_then(|(switch, _)| find(switch));
-            Keyword::new(find(id).expect("the command has its options"), switch)
-        })
-        .collect();
+    let keywords = keywords(module, command);
     let mut text = format!(
         "\"\"\"Made from the options of ``fabkit {}`` by ``cargo test -p fabkit``; do not edit.\"\"\"\n\n",
         module.command
     );
     for line in module.template.lines() {
         let indent = " ".repeat(line.len() - line.trim_start().len());
-        let lines: Vec<String> = match line.trim() {
-            "# ARGUMENTS" => keywords
-                .iter()
-                .map(|k| format!("{}: {} = {},", k.name, k.annotation, k.default))
-                .collect(),
-            "# PARAMETERS" => keywords
-                .iter()
-                .flat_map(|k| {
-                    let lines = wrapped(&k.text, WIDEST - indent.len() - 4);
-                    [k.name.clone()].into_iter().chain(lines.map(|line| format!("    {line}")))
-                })
-                .collect(),
-            "# VALUES" => keywords.iter().flat_map(|k| k.values.clone()).collect(),
-            "" => vec![String::new()],
-            line => vec![line.to_owned()],
-        };
-        for line in lines {
-            let line = if line.is_empty() { line } else { format!("{indent}{line}") };
-            text += &line;
+        let asked = line.trim().strip_prefix("# ");
+        let filled = asked.and_then(|asked| filled(module.template, asked, &keywords, &indent));
+        for line in filled.unwrap_or_else(|| vec![line.trim().to_owned()]) {
+            text += format!("{indent}{line}").trim_end();
             text.push('\n');
         }
     }
     text
+}
+
+/// The lines in place of a template's comment, if it asks for any.
+fn filled(template: &str, asked: &str, keywords: &[Keyword], indent: &str) -> Option<Vec<String>> {
+    let (what, ids) = asked.split_once(' ').unwrap_or((asked, ""));
+    if !what.chars().all(char::is_uppercase) {
+        return None;
+    }
+    let is_among = |ids: &str, id: &str| ids.split_whitespace().any(|one| one == id);
+    let others = template
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("# ")?.strip_prefix(what)?.strip_prefix(' '));
+    let is_chosen = |k: &&Keyword| match ids {
+        "" => !others.clone().any(|ids| is_among(ids, &k.id)),
+        ids => is_among(ids, &k.id),
+    };
+    // Python may say of an argument what is true there.
+    let is_written =
+        |k: &Keyword| what == "PARAMETERS" && template.lines().any(|line| line.trim() == k.name);
+    let chosen = keywords.iter().filter(is_chosen).filter(|k| !is_written(k));
+    let lines: Option<Vec<_>> = chosen.map(|k| k.lines(what, indent.len())).collect();
+    lines.map(|lines| lines.concat())
+}
+
+/// The options in Python's order.
+fn keywords(module: &Module, command: &Command) -> Vec<Keyword> {
+    let find = |id: &str| command.get_arguments().find(|arg| arg.get_id() == id);
+    let is_switch = |id: &str| module.switches.iter().any(|(switch, _)| *switch == id);
+    let declared = (module.options)(Command::new("options"));
+    let mut ids: Vec<&str> = declared.get_arguments().map(|arg| arg.get_id().as_str()).collect();
+    ids.retain(|id| !module.elsewhere.contains(id) && !is_switch(id));
+    let place = |id: &str| module.first.split(' ').position(|first| first == id);
+    ids.sort_by_key(|id| place(id).unwrap_or(usize::MAX));
+    let keyword = |id: &str| {
+        let switch = module.switches.iter().find(|(_, option)| *option == id);
+        let switch = switch.and_then(|(switch, _)| find(switch));
+        let mut keyword = Keyword::new(find(id).expect("the command has its options"), switch);
+        for arg in command.get_arguments() {
+            let option = format!("--{}", arg.get_long().unwrap_or("help"));
+            keyword.text = with_name(&keyword.text, &option, &name(arg));
+        }
+        keyword
+    };
+    ids.into_iter().map(keyword).collect()
+}
+
+/// A text that calls an option by its name in Python.
+fn with_name(text: &str, option: &str, name: &str) -> String {
+    let mut parts = text.split(option);
+    let mut named = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        // Not the beginning of a longer one.
+        let is_whole = !part.starts_with(|c: char| c.is_alphanumeric() || c == '-');
+        named += &if is_whole { format!("``{name}``") } else { option.to_owned() };
+        named += part;
+    }
+    named
 }
 
 /// Lines of at most so many characters.

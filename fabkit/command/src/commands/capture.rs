@@ -1,24 +1,21 @@
 //! `fabkit capture SENSOR --press ID -o picture.png`
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use fabkit_application::capturing::{Captured, SkinView, Unit, comment, document, lit};
 use fabkit_application::export::png_with_comment;
 use fabkit_application::fixtures::{Press, Project};
-use fabkit_application::ground_truth::{Collected, Viewpoint, Wanted};
+use fabkit_application::ground_truth::{Collected, Wanted};
 use fabkit_application::pressing::{Pressing, farthest};
 use fabkit_application::reading::has_ending;
 use fabkit_application::scene::SensorView;
 use fabkit_application::source::press_error;
-use fabkit_application::staging::write_each;
 use serde_json::{Value, json};
 
+use super::files::Files;
 use super::{Outcome, view};
 use crate::cli::Capture;
 use crate::failure::{ErrorKind, Failure};
-use crate::interrupt;
-use crate::table::size;
 
 pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
     let options = &args.options;
@@ -40,16 +37,9 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
     let sensor = &project.design.sensor;
     let (lighting, constants) =
         lit(&project, options.light.as_deref(), options.constants.as_deref())?;
-    let viewpoint = match &lighting.camera {
-        Some(camera) if args.camera.camera.is_none() && args.camera.pose.is_none() => {
-            Viewpoint::new(camera, None, None).map_err(Failure::bug)?
-        }
-        _ => viewpoint,
-    };
+    let viewpoint = view::of_light(lighting, &args.camera, viewpoint)?;
     let presses = presses(&project, args)?;
-    let capturing = options
-        .capturing(&presses, lighting, &constants)
-        .map_err(fabkit_application::Error::from)?;
+    let capturing = options.capturing(&presses, lighting, &constants)?;
     let camera = viewpoint.camera();
     let rays = [camera.width_px(), camera.height_px()].map(|px| px * options.samples);
     let wanted = Wanted { npz: args.truth.is_some(), ..Wanted::default() };
@@ -94,26 +84,15 @@ fn write(
     let [width, height] = captured.size_px;
     let is_deep = args.bits == "16";
     let png = png_with_comment(width, height, &captured.grey, is_deep, words);
-    let mut files: Vec<(PathBuf, Vec<u8>)> =
-        vec![(args.output.clone(), png.map_err(Failure::bug)?)];
+    let mut files = Files::default();
+    files.add(&args.output, png.map_err(Failure::bug)?);
     if let Some(path) = &args.truth {
-        files.push((path.clone(), truth.take_npz().map_err(Failure::bug)?));
+        files.add(path, truth.take_npz().map_err(Failure::bug)?);
     }
-    interrupt::begin_writing()?;
-    write_each(
-        files.iter().map(|(path, bytes)| (path.clone(), &bytes[..])),
-        &interrupt::requested,
-    )?;
-    let listed: Vec<Value> = files
-        .iter()
-        .map(|(path, bytes)| json!({ "file": path.display().to_string(), "bytes": bytes.len() }))
-        .collect();
+    files.write()?;
     json["bits"] = json!(if is_deep { 16 } else { 8 });
-    json["files"] = json!(listed);
-    let mut text = String::new();
-    for (path, bytes) in &files {
-        text += &format!("{}: {}\n", path.display(), size(bytes.len() as u64));
-    }
+    json["files"] = files.json();
+    let mut text = files.text();
     let [least, most] = captured.range_grey();
     let kind = if captured.channels == 3 { "red, green, blue" } else { "grey" };
     text += &format!("{words}\n");

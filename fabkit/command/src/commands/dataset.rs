@@ -6,9 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use fabkit_application::capturing::Unit;
-use fabkit_application::dataset::{
-    self, DatasetPlan, DatasetRequest, ImageRequest, Job, WrittenDataset,
-};
+use fabkit_application::dataset::{self, DatasetPlan, Job, WrittenDataset};
 use fabkit_application::export::png;
 use fabkit_application::picture::is_named_as_one as is_picture;
 use fabkit_application::progress::Step;
@@ -29,31 +27,19 @@ use crate::table::grouped;
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     roles(args).check()?;
-    let scene = view::scene_of(&args.design, &args.view.camera, args.unit.map(Unit))?;
+    let scene = view::scene_of(&args.design, &args.view.camera, args.options.unit.map(Unit))?;
     if args.probes {
         return probes::run(args, &scene);
     }
-    let order = DatasetRequest {
-        presses: args.presses.as_deref(),
-        captures: args.captures.as_deref(),
-        images: args.images.then_some(ImageRequest {
-            light: args.light.as_deref(),
-            constants: args.constants.as_deref(),
-        }),
-        contact: args.view.contact.contact()?,
-        seam_margin_mm: args.seam_margin,
-        allow_no_contact: args.allow_no_contact,
-        seed: args.seed,
-        materialise: args.materialise,
-        resume: args.resume,
-    };
+    let order = args.options.request(&args.view.contact)?;
     dataset::prepare(
         &scene,
         &|error| press_error(&args.design.sensor, error),
         &order,
         |job, room| {
             let sheet = args.contact_sheet.as_deref();
-            let sheet = sheet.map(|path| Ok::<_, Failure>((path, sheet_of(path, job, args.seed)?)));
+            let sheet =
+                sheet.map(|path| Ok::<_, Failure>((path, sheet_of(path, job, args.options.seed)?)));
             let sheet = sheet.transpose()?;
             interrupt::begin_writing()?;
             let progress = Progress::new(global, "writing files");
@@ -79,11 +65,11 @@ fn roles(args: &Dataset) -> Roles {
         let stem = name.rsplit_once('.').map_or("", |(stem, _)| stem);
         is_picture(name) && (stem.ends_with("-left") || stem.ends_with("-right"))
     };
-    let captures = args.captures.as_deref();
+    let captures = args.options.captures.as_deref();
     let is_folder = captures.is_some_and(Path::is_dir);
     view::roles(&args.design, &args.view.camera)
-        .reads("--presses", &args.presses)
-        .reads("--constants", &args.constants)
+        .reads("--presses", &args.options.presses)
+        .reads("--constants", &args.options.constants)
         .reads_all("--captures", captures, |n| if is_folder { is_half(n) } else { is_picture(n) })
         .writes("-o", args.probes.then_some(&args.output))
         .writes("--contact-sheet", &args.contact_sheet)
@@ -107,7 +93,7 @@ fn report(
 ) -> Outcome {
     let folder = args.output.display().to_string();
     let WrittenDataset { halves, samples, found, made, damaged, untouched } = written;
-    let kind = if args.materialise { "written" } else { "listed" };
+    let kind = if args.options.materialise { "written" } else { "listed" };
     let mut text = format!(
         "{folder}: {halves} halves, {} samples {kind}; {} files made{} ({:.2} s)\n",
         grouped(*samples as u64),
@@ -137,7 +123,7 @@ fn report(
         "patterns": plan.patterns.len(),
         "halves": halves,
         "samples": samples,
-        "materialised": args.materialise,
+        "materialised": args.options.materialise,
         "files_made": made,
         "files_found": found,
         "files_damaged": damaged,

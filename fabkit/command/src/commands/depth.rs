@@ -7,16 +7,14 @@ use fabkit_application::fixtures::Press;
 use fabkit_application::ground_truth::{Collected, Deepest, GREY_STEP_MM, Shown, Wanted};
 use fabkit_application::pressing::{self, ContactGap};
 use fabkit_application::reading::has_ending;
-use fabkit_application::scene::{Cast, SensorView};
+use fabkit_application::scene::SensorView;
 use fabkit_application::source::press_error;
-use fabkit_application::staging::write_each;
 use serde_json::{Value, json};
 
+use super::files::Files;
 use super::{Outcome, view};
 use crate::cli::Depth;
 use crate::failure::{ErrorKind, Failure};
-use crate::interrupt;
-use crate::table::size;
 
 pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
     view::roles(&args.design, &args.view.camera)
@@ -34,14 +32,7 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
     }
     let scene = view::scene(&args.design, &args.view.camera)?;
     let presses = presses(&scene, args)?;
-    let cast = Cast {
-        presses: &presses,
-        samples: args.samples,
-        contact: args.view.contact.contact()?,
-        shear_mm: args.shear,
-        print_sigma_mm: args.print_sigma,
-        allow_no_contact: args.allow_no_contact,
-    };
+    let cast = args.options.cast(&presses, &args.view.contact)?;
     let default = if args.press.is_empty() { Shown::Range } else { Shown::Indentation };
     let is_shown = args.png.is_some() || args.grey.is_some() || args.tiff.is_some();
     let wanted = Wanted {
@@ -54,7 +45,7 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
         cloud: args.ply.is_some(),
     };
     let camera = scene.viewpoint.camera();
-    let [width, height] = [camera.width_px(), camera.height_px()].map(|px| px * args.samples);
+    let [width, height] = [camera.width_px(), camera.height_px()].map(|px| px * cast.samples);
     let mut collected = Collected::new(wanted, [width, height]);
     let mut elastic = None;
     let mut gap = None;
@@ -85,22 +76,11 @@ fn write(
     let [median, of_points] = collected.median_sigmas_mm();
     let mut files = files(args, &mut collected)?;
     if let Some(path) = &args.coverage_map {
-        files.push((path.clone(), scene.coverage_map()?));
+        files.add(path, scene.coverage_map()?);
     }
     let Collected { names, deepest, surface_px, contact_px: contact, .. } = collected;
-
-    interrupt::begin_writing()?;
-    let mut text = String::new();
-    let mut listed = Vec::new();
-    for (path, bytes) in &files {
-        let shown = path.display().to_string();
-        text += &format!("{shown}: {}\n", size(bytes.len() as u64));
-        listed.push(json!({ "file": shown, "bytes": bytes.len() }));
-    }
-    // All of them appear together, wherever they lie.
-    let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
-    write_each(files, &interrupt::requested)?;
-
+    files.write()?;
+    let mut text = files.text();
     text += &view::coverage_text(&scene.coverage);
     text += &format!(
         "{width} x {height} px, {surface_px} see the surface, {contact} of them contact\n",
@@ -109,25 +89,7 @@ fn write(
         let name = &names[usize::from(label)];
         text += &format!("deepest contact seen: {depth_mm:.3} mm ({name})\n");
     }
-    if let Some(force_n) = elastic.as_ref().and_then(|elastic| elastic["force_n"].as_array()) {
-        let part = |i: usize| force_n.get(i).and_then(Value::as_f64).unwrap_or(f64::NAN);
-        text += &format!(
-            "{level} contact (simulated): force on the sensor {:.3}, {:.3}, {:.3} N\n",
-            part(0),
-            part(1),
-            part(2)
-        );
-    }
-    if let Some(gap) = elastic.as_ref().map(|elastic| &elastic["against_rigid"]) {
-        let of = |place: &str, value: &str| gap[place][value].as_f64().unwrap_or(f64::NAN);
-        text += &format!(
-            "contact model: rigid contact is {:.3} mm rms off where it touches ({:.3} at most), {:.3} beside ({:.3})\n",
-            of("touched", "rms_mm"),
-            of("touched", "max_mm"),
-            of("beside", "rms_mm"),
-            of("beside", "max_mm"),
-        );
-    }
+    text += &elastic.as_ref().map(|elastic| elastic_text(level, elastic)).unwrap_or_default();
     let sigma_of = scene.viewpoint.sigma_of();
     let sigma_parameters = scene.viewpoint.sigma_parameters();
     let alone = if sigma_parameters.is_empty() { " alone: no covariance was given" } else { "" };
@@ -140,7 +102,7 @@ fn write(
     let json = json!({
         "format": "fabkit-depth",
         "version": 1,
-        "files": listed,
+        "files": files.json(),
         "viewpoint": scene.viewpoint.to_json(),
         "surface_seen": scene.coverage.to_json(),
         "coverage": scene.coverage.area,
@@ -164,6 +126,29 @@ fn write(
     Ok(Outcome { text, json, failed: false })
 }
 
+/// What elastic layers answer, and how far rigid contact is from it.
+fn elastic_text(level: &str, elastic: &Value) -> String {
+    let mut text = String::new();
+    if let Some(force_n) = elastic["force_n"].as_array() {
+        let part = |i: usize| force_n.get(i).and_then(Value::as_f64).unwrap_or(f64::NAN);
+        text += &format!(
+            "{level} contact (simulated): force on the sensor {:.3}, {:.3}, {:.3} N\n",
+            part(0),
+            part(1),
+            part(2)
+        );
+    }
+    let gap = &elastic["against_rigid"];
+    let of = |place: &str, value: &str| gap[place][value].as_f64().unwrap_or(f64::NAN);
+    text + &format!(
+        "contact model: rigid contact is {:.3} mm rms off where it touches ({:.3} at most), {:.3} beside ({:.3})\n",
+        of("touched", "rms_mm"),
+        of("touched", "max_mm"),
+        of("beside", "rms_mm"),
+        of("beside", "max_mm"),
+    )
+}
+
 fn presses(scene: &SensorView, args: &Depth) -> Result<Vec<Press>, Failure> {
     let finder = scene.project.press_finder();
     let press = |id: &String| {
@@ -183,16 +168,16 @@ fn unwritable(error: ExportError) -> Failure {
 }
 
 /// Every file asked for with its bytes.
-fn files(args: &Depth, collected: &mut Collected) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
+fn files(args: &Depth, collected: &mut Collected) -> Result<Files, Failure> {
     type Bytes<'a> = &'a dyn Fn(&mut Collected) -> Result<Vec<u8>, ExportError>;
-    let mut files = Vec::new();
+    let mut files = Files::default();
     let mut add = |path: &Option<PathBuf>, ends: &[&str], bytes: Bytes| {
         let Some(path) = path else { return Ok(()) };
         if !ends.iter().any(|ending| has_ending(path, ending)) {
             let message = format!("{} does not name a .{} file", path.display(), ends[0]);
             return Err(Failure::plain(ErrorKind::BadInput, message));
         }
-        files.push((path.clone(), bytes(collected).map_err(unwritable)?));
+        files.add(path, bytes(collected).map_err(unwritable)?);
         Ok(())
     };
     add(&args.output, &["npz"], &Collected::take_npz)?;

@@ -11,6 +11,7 @@ mod dataset;
 mod depth;
 mod diff;
 mod export;
+mod files;
 mod fit_light;
 mod fixing;
 mod gel_profile;

@@ -1,26 +1,22 @@
 //! `fabkit press SENSOR --indenter NAME@PLACE --depth LENGTH`
 
-use std::path::PathBuf;
-
 use fabkit_application::Error;
 use fabkit_application::depth::Picture;
 use fabkit_application::export::{Array, npz, png};
 use fabkit_application::pressing::{
     Level, Moved, Pressed, PressedSkin, Pressing, PressingError, SkinStep, SoftLayer, arrays,
     curve_csv, curve_svg, document, farthest, picture, skin_arrays, skin_csv, skin_document,
-    skin_svg, threads,
+    skin_svg,
 };
 use fabkit_application::source::press_error;
 use fabkit_application::source::{Source, Target};
-use fabkit_application::staging::write_each;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::Outcome;
-use crate::cli::{ContactLevel, PressArgs};
+use super::files::Files;
+use crate::cli::PressArgs;
 use crate::failure::{ErrorKind, Failure};
-use crate::interrupt;
 use crate::roles::Roles;
-use crate::table::size;
 
 pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
     Roles::default()
@@ -37,83 +33,21 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
         return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
     let project = Source::find(target.sensor)?.load(&args.design.set)?;
-    let pressing = Pressing {
-        indenter: &args.indenter,
-        depth_mm: args.depth,
-        level: match args.contact {
-            ContactLevel::Linear => Level::Linear,
-            ContactLevel::Finite => Level::Finite,
-        },
-        steps: args.steps,
-        shear_mm: args.shear,
-        friction: args.friction,
-        spacing_mm: args.spacing,
-        threads: threads(),
-    };
+    let pressing = args.options.pressing(&args.indenter, args.depth).map_err(Error::from)?;
     let explained = |error| match error {
         PressingError::Press(error) => press_error(&args.design.sensor, error),
         other => Error::from(other),
     };
     let told = if Pressing::is_on_skin(&project.design.sensor) {
-        let pressed = pressing.run_on_skin(&project).map_err(explained)?;
-        Told {
-            arrays: skin_arrays(&pressed),
-            csv: skin_csv(&pressed),
-            svg: skin_svg(&pressed),
-            text: skin_text(&pressed),
-            json: skin_document(&pressed),
-            picture: None,
-        }
+        Told::of_skin(&pressing.run_on_skin(&project).map_err(explained)?)
     } else {
-        let pressed = pressing.run(&project).map_err(explained)?;
-        Told {
-            arrays: arrays(&pressed),
-            csv: curve_csv(&pressed),
-            svg: curve_svg(&pressed),
-            text: text(&pressed),
-            json: document(&pressed),
-            picture: args.png.is_some().then(|| picture(&pressed)),
-        }
+        Told::of(&pressing.run(&project).map_err(explained)?, args.png.is_some())
     };
-
-    let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
-    if let Some(path) = &args.output {
-        files.push((path.clone(), npz(&told.arrays).map_err(Failure::bug)?));
-    }
-    if let Some(path) = &args.csv {
-        files.push((path.clone(), told.csv.into_bytes()));
-    }
-    if let Some(path) = &args.plot {
-        files.push((path.clone(), told.svg.into_bytes()));
-    }
-    if let Some(path) = &args.png {
-        let Some(shown) = &told.picture else {
-            let message = "a skin with channels of liquid has no picture of its surface";
-            return Err(Failure::new(
-                ErrorKind::BadInput,
-                message,
-                "take --plot, or the field with -o",
-            ));
-        };
-        let bytes = png(shown.width_px, shown.height_px, &shown.rgb).map_err(Failure::bug)?;
-        files.push((path.clone(), bytes));
-    }
-    interrupt::begin_writing()?;
-    write_each(
-        files.iter().map(|(path, bytes)| (path.clone(), &bytes[..])),
-        &interrupt::requested,
-    )?;
-    let listed: Vec<Value> = files
-        .iter()
-        .map(|(path, bytes)| json!({ "file": path.display().to_string(), "bytes": bytes.len() }))
-        .collect();
-    let mut text = told.text;
-    for (path, bytes) in &files {
-        text += &format!("{}: {}\n", path.display(), size(bytes.len() as u64));
-    }
+    let files = told.files(args)?;
+    files.write()?;
     let mut json = told.json;
-    json["files"] = json!(listed);
-    Ok(Outcome { text, json, failed: false })
+    json["files"] = files.json();
+    Ok(Outcome { text: told.text + &files.text(), json, failed: false })
 }
 
 /// All that a press can be written as.
@@ -124,6 +58,54 @@ struct Told {
     text: String,
     json: Value,
     picture: Option<Picture>,
+}
+
+impl Told {
+    fn of(pressed: &Pressed, is_drawn: bool) -> Self {
+        Self {
+            arrays: arrays(pressed),
+            csv: curve_csv(pressed),
+            svg: curve_svg(pressed),
+            text: text(pressed),
+            json: document(pressed),
+            picture: is_drawn.then(|| picture(pressed)),
+        }
+    }
+
+    fn of_skin(pressed: &PressedSkin) -> Self {
+        Self {
+            arrays: skin_arrays(pressed),
+            csv: skin_csv(pressed),
+            svg: skin_svg(pressed),
+            text: skin_text(pressed),
+            json: skin_document(pressed),
+            picture: None,
+        }
+    }
+
+    /// What of it was asked for.
+    fn files(&self, args: &PressArgs) -> Result<Files, Failure> {
+        let mut files = Files::default();
+        if let Some(path) = &args.output {
+            files.add(path, npz(&self.arrays).map_err(Failure::bug)?);
+        }
+        if let Some(path) = &args.csv {
+            files.add(path, self.csv.clone().into_bytes());
+        }
+        if let Some(path) = &args.plot {
+            files.add(path, self.svg.clone().into_bytes());
+        }
+        if let Some(path) = &args.png {
+            let Some(shown) = &self.picture else {
+                let message = "a skin with channels of liquid has no picture of its surface";
+                let hint = "take --plot, or the field with -o";
+                return Err(Failure::new(ErrorKind::BadInput, message, hint));
+            };
+            let bytes = png(shown.width_px, shown.height_px, &shown.rgb).map_err(Failure::bug)?;
+            files.add(path, bytes);
+        }
+        Ok(files)
+    }
 }
 
 /// What was pressed, and what was simplified.

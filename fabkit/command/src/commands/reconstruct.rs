@@ -5,20 +5,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use fabkit_application::Error;
-use fabkit_application::ground_truth::Viewpoint;
+use fabkit_application::geometry::Sensor;
 use fabkit_application::memory::{self, Less};
 use fabkit_application::reconstructing::{
-    DepthNetwork, Followed, MarkFollower, ReconstructError, Reconstructed, Reconstructor, Taken,
-    hides_marks, npz_of, shows_depth,
+    DepthNetwork, Followed, PictureRead, PictureReader, ReconstructError, Reconstructed, Taken,
 };
 use fabkit_application::scene::SensorView;
-use fabkit_application::staging::write_each;
 use serde_json::json;
 
+use super::files::Files;
 use super::{Outcome, view};
 use crate::cli::Reconstruct;
 use crate::failure::Failure;
-use crate::interrupt;
 use crate::table::size;
 
 /// Of what is written.
@@ -40,116 +38,48 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     let (project, viewpoint) = view::seen_from(&args.design, &args.camera, None)?;
     let sensor = &project.design.sensor;
     let (lighting, constants) = view::lit(&project, &args.light)?;
-    let viewpoint = match &lighting.camera {
-        Some(camera) if args.camera.camera.is_none() && args.camera.pose.is_none() => {
-            Viewpoint::new(camera, None, None).map_err(Failure::bug)?
-        }
-        _ => viewpoint,
-    };
+    let viewpoint = view::of_light(lighting, &args.camera, viewpoint)?;
     let reference = Taken::read(&args.reference)?;
-    let rest = (args.reference.as_path(), &reference);
     let network = args.network.as_deref().map(DepthNetwork::read).transpose()?;
-    let mut left_out = Vec::new();
-    let (mut depth, mut scene) = (None, None);
-    if network.is_some() || shows_depth(lighting) || hides_marks(sensor, lighting).is_some() {
-        let view = SensorView::new(Arc::clone(&project), viewpoint.clone())?;
-        depth = Some(match &network {
-            Some(network) => Reconstructor::with_network(&view, network, rest)?,
-            None => Reconstructor::new(&view, lighting, &constants, rest)?,
-        });
-        scene = Some(view);
-    } else {
-        let (sensor, light) = (sensor.name.clone(), lighting.name);
-        left_out.push(ReconstructError::OtherLight { sensor, light }.to_string());
-    }
-    let marks = match MarkFollower::new(sensor, &viewpoint, lighting, rest) {
-        Ok(marks) => Some(marks),
-        // Depth needs none, and a picture without marks still shows it.
-        Err(error) if depth.is_some() => match error.downcast_ref() {
-            Some(few @ ReconstructError::FewMarks { .. }) => {
-                left_out.push(format!("{few}: they are not followed"));
-                None
-            }
-            Some(none @ ReconstructError::NoMarks { .. }) => {
-                left_out.push(none.to_string());
-                None
-            }
-            _ => return Err(error.into()),
-        },
-        Err(error) => return Err(error.into()),
-    };
-    let camera = viewpoint.camera();
-    let [width, height] = [camera.width_px(), camera.height_px()].map(|px| px as usize);
+    let reader = PictureReader::new(
+        (sensor, &viewpoint),
+        || SensorView::new(Arc::clone(&project), viewpoint.clone()),
+        (lighting, &constants),
+        network.as_ref(),
+        (&args.reference, &reference),
+    )?;
+    let [width, height] = reader.size_px();
     let bytes = (BYTES_A_PIXEL * width * height * outputs.len()) as u64;
     memory::admit("what these pictures show", bytes, Less::Files)?;
-    let (mut files, mut listed, mut text) = (Vec::new(), Vec::new(), String::new());
-    if let Some((network, scene)) = network.as_ref().zip(scene.as_ref()) {
-        if let Some(warning) = network.warning(scene) {
-            text += &format!("warning: {warning}\n");
-        }
-        text += &format!("{}\n", network.words());
-    }
-    // Who has a sensor without marks knows it.
-    let told = left_out.iter().filter(|_| !sensor.marks.is_empty());
-    text.extend(told.map(|left_out| format!("{left_out}\n")));
-    if let Some(marks) = &marks {
-        let [at_rest, drawn] = [marks.rest_px(), marks.drawn_px()].map(known);
-        let all = marks.names().len();
-        text += &format!("{at_rest} marks at rest, of {drawn} drawn in view and {all} in all\n");
-    }
-    let (mut rate, mut marks_rate) = (None, None);
+    let mut text = heading(sensor, &reader, network.as_ref());
+    let (mut files, mut listed, mut rates) = (Files::default(), Vec::new(), None);
     for (path, picture) in &outputs {
         let taken = Taken::read(picture)?;
-        if rate.is_none() {
-            let of_depth = depth.as_ref().map(|depth| depth.pictures_per_s(picture, &taken));
-            let of_marks = marks.as_ref().map(|marks| marks.pictures_per_s(picture, &taken));
-            marks_rate = of_marks.transpose()?;
-            let rates = [of_depth.transpose()?, marks_rate];
-            rate = Some(rates.into_iter().flatten().map(f64::recip).sum::<f64>().recip());
+        if rates.is_none() {
+            rates = Some(reader.rates(picture, &taken)?);
         }
-        let followed = marks.as_ref().map(|marks| marks.follow(picture, &taken)).transpose()?;
-        let shown = depth.as_ref().map(|depth| depth.reconstruct(picture, taken)).transpose()?;
-        let of_marks = marks.as_ref().zip(followed.as_ref());
-        let arrays = of_marks.map_or_else(Vec::new, |(marks, followed)| marks.arrays(followed));
-        let bytes = npz_of([width, height], shown.as_ref(), arrays)?;
-        let mut words = Vec::new();
-        let deepest_mm = shown.as_ref().and_then(Reconstructed::deepest_mm);
-        let contact_px =
-            shown.as_ref().map(|shown| shown.contact.iter().filter(|contact| **contact).count());
-        if let Some(contact_px) = contact_px {
-            let deepest =
-                deepest_mm.map_or("no contact".to_owned(), |mm| format!("{mm:.2} mm deep"));
-            words.push(format!("{deepest}, {contact_px} px touched"));
-        }
-        let farthest_px = of_marks.map(|(marks, followed)| {
-            let moved = marks.moved_px(followed).into_iter().flatten();
-            moved.map(|[x, y]| x.hypot(y)).fold(0.0, f64::max)
-        });
-        if let Some((followed, farthest_px)) = followed.as_ref().zip(farthest_px) {
-            let seen = followed.seen();
-            words.push(format!("{seen} marks, which move up to {farthest_px:.1} px"));
-        }
+        let read = reader.read(picture, taken)?;
+        let bytes = reader.npz(&read)?;
+        let farthest_px = reader.farthest_px(&read);
         let written = size(bytes.len() as u64);
-        text += &format!("{}: {}; {written}\n", path.display(), words.join("; "));
+        text += &format!("{}: {}; {written}\n", path.display(), words(&read, farthest_px));
         listed.push(json!({
             "file": path.display().to_string(),
             "picture": picture.display().to_string(),
-            "deepest_mm": deepest_mm,
-            "contact_px": contact_px,
-            "brighter": shown.as_ref().map(|shown| shown.brighter),
-            "marks_seen": followed.as_ref().map(Followed::seen),
+            "deepest_mm": read.shown.as_ref().and_then(Reconstructed::deepest_mm),
+            "contact_px": read.contact_px(),
+            "brighter": read.shown.as_ref().map(|shown| shown.brighter),
+            "marks_seen": read.followed.as_ref().map(Followed::seen),
             "marks_moved_px": farthest_px,
             "bytes": bytes.len(),
         }));
-        files.push((path.clone(), bytes));
+        files.add(path, bytes);
     }
-    interrupt::begin_writing()?;
-    let written = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
-    write_each(written, &interrupt::requested)?;
-    let rate = rate.unwrap_or(f64::NAN);
+    files.write()?;
+    let rate = rates.map_or(f64::NAN, |rates| rates.pictures_per_s);
     text += &format!("{rate:.0} pictures a second on one core, read and written apart\n");
     // A network knows nothing of how light behaves, and marks need not.
-    let constants = if depth.is_some() && network.is_none() {
+    let constants = if reader.scene.is_some() && network.is_none() {
         json!(constants.document(&lighting.shows))
     } else {
         json!([])
@@ -160,20 +90,55 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
         "sensor": sensor.name,
         "light": lighting.name,
         "constants": constants,
-        "network": network.zip(scene).map(|(network, scene)| network.document(&scene)),
-        "marks": marks.as_ref().map(|marks| json!({
+        "network": network.zip(reader.scene.as_ref()).map(|(network, scene)| network.document(scene)),
+        "marks": reader.marks.as_ref().map(|marks| json!({
             "drawn": marks.names().len(),
             "in_view": known(marks.drawn_px()),
             "at_rest": known(marks.rest_px()),
-            "pictures_per_s": marks_rate,
+            "pictures_per_s": rates.and_then(|rates| rates.marks_per_s),
         })),
-        "left_out": left_out,
+        "left_out": reader.left_out,
         "width_px": width,
         "height_px": height,
         "pictures_per_s": rate,
         "files": listed,
     });
     Ok(Outcome { text, json, failed: false })
+}
+
+/// What is read, and by what.
+fn heading(sensor: &Sensor, reader: &PictureReader, network: Option<&DepthNetwork>) -> String {
+    let mut text = String::new();
+    if let Some((network, scene)) = network.zip(reader.scene.as_ref()) {
+        if let Some(warning) = network.warning(scene) {
+            text += &format!("warning: {warning}\n");
+        }
+        text += &format!("{}\n", network.words());
+    }
+    // Who has a sensor without marks knows it.
+    let told = reader.left_out.iter().filter(|_| !sensor.marks.is_empty());
+    text.extend(told.map(|left_out| format!("{left_out}\n")));
+    if let Some(marks) = &reader.marks {
+        let [at_rest, drawn] = [marks.rest_px(), marks.drawn_px()].map(known);
+        let all = marks.names().len();
+        text += &format!("{at_rest} marks at rest, of {drawn} drawn in view and {all} in all\n");
+    }
+    text
+}
+
+/// What one picture shows.
+fn words(read: &PictureRead, farthest_px: Option<f64>) -> String {
+    let mut words = Vec::new();
+    if let Some((shown, contact_px)) = read.shown.as_ref().zip(read.contact_px()) {
+        let deepest =
+            shown.deepest_mm().map_or("no contact".to_owned(), |mm| format!("{mm:.2} mm deep"));
+        words.push(format!("{deepest}, {contact_px} px touched"));
+    }
+    if let Some((followed, farthest_px)) = read.followed.as_ref().zip(farthest_px) {
+        let seen = followed.seen();
+        words.push(format!("{seen} marks, which move up to {farthest_px:.1} px"));
+    }
+    words.join("; ")
 }
 
 fn known(px: &[Option<[f64; 2]>]) -> usize {

@@ -65,6 +65,20 @@ pub(super) fn lit<'a>(
     Ok(lit_by(project, args.light.as_deref(), args.constants.as_deref())?)
 }
 
+/// Where a light's own camera is, unless another one was named.
+pub(super) fn of_light(
+    lighting: &Lighting,
+    args: &CameraArgs,
+    viewpoint: Viewpoint,
+) -> Result<Viewpoint, Failure> {
+    match &lighting.camera {
+        Some(camera) if args.camera.is_none() && args.pose.is_none() => {
+            Viewpoint::new(camera, None, None).map_err(Failure::bug)
+        }
+        _ => Ok(viewpoint),
+    }
+}
+
 /// Below this share of the surface a camera is taken for misplaced, and said to be.
 const LITTLE: f64 = 0.5;
 

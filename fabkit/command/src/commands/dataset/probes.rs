@@ -29,9 +29,10 @@ pub(super) fn run(args: &Dataset, scene: &SensorView) -> Result<Outcome, Failure
         );
         return Err(Failure::new(ErrorKind::BadInput, message, "ask for a smaller --depth"));
     }
-    let probes = probes(touch, &scene.viewpoint, scene.sights(), args.count, deepest_mm, args.seed);
+    let probes =
+        probes(touch, &scene.viewpoint, scene.sights(), args.count, deepest_mm, args.options.seed);
     let probes = probes.map_err(Failure::bug)?;
-    if probes.seen == 0 && !args.allow_no_contact {
+    if probes.seen == 0 && !args.options.allow_no_contact {
         let message =
             format!("the camera sees none of the {} probes' tips", grouped(args.count.into()));
         let hint = "ask for a larger --count, or allow it with --allow-no-contact";
@@ -57,7 +58,7 @@ pub(super) fn run(args: &Dataset, scene: &SensorView) -> Result<Outcome, Failure
         "probes": args.count,
         "probes_seen": probes.seen,
         "deepest_mm": deepest_mm,
-        "seed": args.seed,
+        "seed": args.options.seed,
         "viewpoint": scene.viewpoint.to_json(),
         "surface_seen": scene.coverage.to_json(),
     });

@@ -1,0 +1,45 @@
+//! Files that a command writes, wherever they lie.
+
+use std::path::Path;
+use std::path::PathBuf;
+
+use fabkit_application::staging::write_each;
+use serde_json::{Value, json};
+
+use super::Failure;
+use crate::interrupt;
+use crate::table::size;
+
+/// Files with their contents, which appear together.
+#[derive(Default)]
+pub(super) struct Files(Vec<(PathBuf, Vec<u8>)>);
+
+impl Files {
+    pub(super) fn add(&mut self, path: &Path, bytes: Vec<u8>) {
+        self.0.push((path.to_owned(), bytes));
+    }
+
+    /// Writes all of them, or none.
+    pub(super) fn write(&self) -> Result<(), Failure> {
+        interrupt::begin_writing()?;
+        let files = self.0.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
+        Ok(write_each(files, &interrupt::requested)?)
+    }
+
+    /// A line for each.
+    pub(super) fn text(&self) -> String {
+        let lines = self
+            .0
+            .iter()
+            .map(|(path, bytes)| format!("{}: {}\n", path.display(), size(bytes.len() as u64)));
+        lines.collect()
+    }
+
+    /// Each by its path, and how large it is.
+    pub(super) fn json(&self) -> Value {
+        let files = self.0.iter().map(
+            |(path, bytes)| json!({ "file": path.display().to_string(), "bytes": bytes.len() }),
+        );
+        files.collect()
+    }
+}

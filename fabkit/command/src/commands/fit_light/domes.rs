@@ -1,0 +1,86 @@
+//! Of a dome, from pictures of pins.
+
+use std::path::Path;
+
+use fabkit_application::calibrating::captures;
+use fabkit_application::calibrating::extrinsics::{landmarks_of, read_camera, read_landmarks};
+use fabkit_application::designs::Design;
+use fabkit_application::fitting_light::{FittedLight, FittingLight, document};
+use fabkit_application::source::Target;
+use serde_json::json;
+
+use super::super::Outcome;
+use super::{ended, refuse};
+use crate::cli::FitLight;
+use crate::failure::{ErrorKind, Failure};
+
+pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<Outcome, Failure> {
+    let of_pads = [
+        ("--pose", args.pose.is_some(), "a dome's pins say where the camera is"),
+        ("--scale", args.scale.is_some(), "write --camera FILE.yaml"),
+        ("--ball-diameter", args.ball_diameter.is_some(), "captures of a dome show pins"),
+    ];
+    refuse(&of_pads, &format!("belongs to pads; {} is none", design.sensor.name))?;
+    let Some(camera) = &args.camera else {
+        let message = format!("nobody says which camera looks at {}", design.sensor.name);
+        return Err(Failure::new(ErrorKind::BadInput, message, "write --camera FILE.yaml"));
+    };
+    let camera = read_camera(camera)?;
+    let own = || -> Result<_, Failure> {
+        let target =
+            Target { sensor: &args.design.sensor, fixture: None, part: None, preset: None };
+        Ok(landmarks_of(&target.pins(&args.design.set)?)?.clone())
+    };
+    let landmarks = match &args.landmarks {
+        Some(path) => read_landmarks(path)?,
+        None => own()?,
+    };
+    let told = args.pin_radius.or(Some(landmarks.tip_radius_mm).filter(|radius| *radius > 0.0));
+    let pin_radius_mm = match told {
+        Some(radius_mm) => radius_mm,
+        None => own()?.tip_radius_mm,
+    };
+    if pin_radius_mm <= 0.0 {
+        let message = "nobody says how round the pins' tips are";
+        return Err(Failure::new(ErrorKind::BadInput, message, "write --pin-radius"));
+    }
+    let kind = args.pin.as_deref();
+    let captures = captures::read(&args.captures, Some(reference), &landmarks, kind)?;
+    let fitting = FittingLight {
+        sensor: &design.sensor,
+        camera: &camera,
+        landmarks: &landmarks,
+        captures: &captures,
+        folder: &args.captures,
+        reference,
+        pin_radius_mm,
+    };
+    let fitted = fitting.run()?;
+    let mut json = document(&design.sensor, &fitted);
+    json["pin_radius_mm"] = json!(pin_radius_mm);
+    let text = summary(&fitted);
+    ended(args, text, json)
+}
+
+fn summary(fitted: &FittedLight) -> String {
+    let [layer, ground, scatter, spread] = fitted.values;
+    let [of_layer, of_ground, of_scatter, of_spread] = fitted.sigmas;
+    let mut text = format!(
+        "an endless layer sends back {layer:.0} +- {of_layer:.0} grey, {ground:.0} +- {of_ground:.0} come from elsewhere; it \
+         scatters {scatter:.2} +- {of_scatter:.2} /mm, light spreads {spread:.2} +- {of_spread:.2} mm\n\
+         pins go {:.2} mm in (landmarks: {:.2} mm)\n\
+         held out: profiles {:.2} grey rms; at rest {:.2} grey rms\n\
+         ring deg  pins  real grey  predicted  profile rms\n",
+        fitted.pin_depth_mm,
+        fitted.stated_depth_mm,
+        fitted.held_out_profile_rms_grey,
+        fitted.reference_rms_grey
+    );
+    for ring in &fitted.rings {
+        text += &format!(
+            "{:8.0}  {:4}  {:9.1}  {:9.1}  {:11.2}\n",
+            ring.polar_deg, ring.pins, ring.real_grey, ring.predicted_grey, ring.profile_rms_grey
+        );
+    }
+    text
+}

@@ -1,0 +1,130 @@
+"""Made from the options of ``fabkit depth`` by ``cargo test -p fabkit``; do not edit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import fabkit
+from fabkit import _arrays
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from os import PathLike
+
+    from numpy.typing import ArrayLike
+
+    from fabkit.calibrate import Extrinsics
+    from fabkit.cameras import Camera
+    from fabkit.depth import Truth
+    from fabkit.designs import Sensor
+
+
+class Cast:
+    """Ground truth of presses."""
+
+    def _see(self, presses: list[str], options: dict[str, Any]) -> Truth:
+        raise NotImplementedError
+
+    def cast(
+        self,
+        press: str | Sequence[str] = (),
+        *,
+        samples: int = 1,
+        contact: str | None = None,
+        membrane_mm: float | str = 0.0,
+        shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
+        friction: float | None = None,
+        spacing_mm: float | str | None = None,
+        print_sigma_mm: float | str = 0.05,
+        allow_no_contact: bool = False,
+    ) -> Truth:
+        """Cast a ray for each pixel; see :func:`fabkit.depth.cast`."""
+        options: dict[str, Any] = {
+            "samples": samples,
+            "contact": contact,
+            "membrane": _arrays.length_mm(membrane_mm, "membrane_mm"),
+            "shear": _arrays.lengths_mm(shear_mm, "shear_mm"),
+            "friction": friction,
+            "spacing": _arrays.optional_length_mm(spacing_mm, "spacing_mm"),
+            "print_sigma": _arrays.length_mm(print_sigma_mm, "print_sigma_mm"),
+            "allow_no_contact": allow_no_contact,
+        }
+        return self._see([press] if isinstance(press, str) else list(press), options)
+
+
+def cast(
+    sensor: Sensor | str,
+    press: str | Sequence[str] = (),
+    *,
+    camera: Camera | str | PathLike[str] | None = None,
+    pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
+    samples: int = 1,
+    contact: str | None = None,
+    membrane_mm: float | str = 0.0,
+    shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
+    friction: float | None = None,
+    spacing_mm: float | str | None = None,
+    print_sigma_mm: float | str = 0.05,
+    allow_no_contact: bool = False,
+) -> Truth:
+    """Cast a ray for each pixel: exact depth, normals, labels, and how sure they are.
+
+    To cast many presses with one camera, make a :class:`fabkit.depth.Scene` once.
+
+    Parameters
+    ----------
+    sensor
+        A sensor, or the name of one.
+    press
+        What presses, ``semi-dome-017`` or ``hemisphere@30deg,120deg,1.2mm`` (an indenter by polar
+        angle, azimuth and depth), or several at once; nothing for the untouched surface.
+    camera, pose
+        As for :class:`fabkit.depth.Scene`.
+    samples
+        Cast N x N rays for each pixel; the maps grow by that.
+    contact
+        How the surface answers what presses. Default: membrane with ``membrane_mm``, else rigid.
+        ``"rigid"``: it follows what presses, and nothing else moves; ``"membrane"``: it comes back
+        to rest over ``membrane_mm``; ``"linear"``: its layers give way as elastic ones do, and
+        bulge.
+    membrane_mm
+        Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; without it,
+        it follows what presses and nothing else.
+    shear_mm
+        How far all that presses then moves along the surface, in linear contact: on a dome away
+        from the tip and around it where it goes deepest, on a pad along x and y.
+    friction
+        Coulomb's coefficient of friction where something moves along the surface, in linear
+        contact. Default: that of the touched material.
+    spacing_mm
+        Distance of the surface's nodes in linear contact. Default: as fine as a few seconds allow.
+    print_sigma_mm
+        Standard deviation of printed and cast surfaces along their normals, 0 mm to 1 mm.
+    allow_no_contact
+        Go on where a press does not touch the surface, or where the camera sees nothing of it.
+
+    Raises
+    ------
+    FabkitError
+        An unknown press, a press deeper than the surface is soft, one without contact, options
+        beyond their limits.
+    KeyboardInterrupt
+        What is under way ends in the background; its result is dropped.
+
+    >>> import fabkit
+    >>> truth = fabkit.depth.cast("rtac0", "hemisphere@30deg,120deg,1mm")
+    >>> truth.range_mm.shape, truth.label_names
+    ((480, 640), ['none', 'surface', 'hemisphere'])
+    """
+    scene = fabkit.depth.Scene(sensor, camera=camera, pose=pose)
+    return scene.cast(
+        press,
+        samples=samples,
+        contact=contact,
+        membrane_mm=membrane_mm,
+        shear_mm=shear_mm,
+        friction=friction,
+        spacing_mm=spacing_mm,
+        print_sigma_mm=print_sigma_mm,
+        allow_no_contact=allow_no_contact,
+    )

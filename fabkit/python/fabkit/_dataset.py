@@ -1,0 +1,133 @@
+"""Made from the options of ``fabkit dataset`` by ``cargo test -p fabkit``; do not edit."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import fabkit
+from fabkit import _arrays, _writing
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from numpy.typing import ArrayLike
+
+    from fabkit._progress import Progress
+    from fabkit.calibrate import Extrinsics
+    from fabkit.cameras import Camera
+    from fabkit.dataset import Dataset
+    from fabkit.designs import Sensor
+
+
+def write(
+    sensor: Sensor | str,
+    folder: str | PathLike[str],
+    *,
+    presses: str | PathLike[str] | None = None,
+    camera: Camera | str | PathLike[str] | None = None,
+    pose: Extrinsics | str | PathLike[str] | ArrayLike | None = None,
+    captures: str | PathLike[str] | None = None,
+    images: bool = False,
+    light: str | None = None,
+    constants: str | PathLike[str] | None = None,
+    contact: str | None = None,
+    membrane_mm: float | str = 0.0,
+    friction: float | None = None,
+    spacing_mm: float | str | None = None,
+    seam_margin_mm: float | str = 0.5,
+    seed: int = 1,
+    materialise: bool = False,
+    allow_no_contact: bool = False,
+    resume: bool = False,
+    executor: Any = None,
+    progress: Progress = None,
+    retries: int = 3,
+) -> Dataset:
+    """Write a data set as ``fabkit dataset`` does, byte for byte, and open it.
+
+    Lengths are numbers of mm, or texts with a unit.
+
+    Parameters
+    ----------
+    sensor
+        A sensor, or the name of one.
+    folder
+        Where; it must be empty or not exist, unless ``resume``.
+    presses
+        Text file of patterns for the left side, one a line: an ID, or ``NAME = ID + ID``, and in
+        linear contact ``shear 0.5mm,0mm`` after it. Default: all semi-domes or half-plates of the
+        sensor.
+    camera, pose
+        As for :class:`fabkit.depth.Scene`.
+    captures
+        Pictures to be stitched like the halves: a folder with ``PATTERN-left.png`` and
+        ``PATTERN-right.png``, or a CSV file with the columns pattern, side, file.
+    images
+        Take a picture of each half, as ``capture`` does, and stitch them like the halves; each with
+        noise of its own, which ``seed`` decides.
+    light
+        Which of the sensor's lights is on in them. Default: its usual one.
+    constants
+        Constants of a unit's light for them, as ``fit-light`` writes them.
+    contact
+        How the surface answers what presses. Default: membrane with ``membrane_mm``, else rigid.
+        ``"rigid"``: it follows what presses, and nothing else moves; ``"membrane"``: it comes back
+        to rest over ``membrane_mm``; ``"linear"``: its layers give way as elastic ones do, and
+        bulge.
+    membrane_mm
+        Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; without it,
+        it follows what presses and nothing else.
+    friction
+        Coulomb's coefficient of friction where something moves along the surface, in linear
+        contact. Default: that of the touched material.
+    spacing_mm
+        Distance of the surface's nodes in linear contact. Default: as fine as a few seconds allow.
+    seam_margin_mm
+        Leave out what lies this near to the seam between the halves, 0 mm to 10 mm.
+    materialise
+        Write all stitched samples, not only the halves that they consist of.
+    seed
+        Which patterns are for training, validation and test.
+    allow_no_contact
+        Go on where a press does not touch the surface.
+    resume
+        Go on where an earlier call with the same arguments was stopped.
+    executor
+        Who casts the halves: ``None`` for threads of this machine; anything with the interface of
+        ``concurrent.futures``; a ``dask.distributed.Client``, or the address of its scheduler.
+        Workers need fabkit, and see files that the arguments name under the same paths; what they
+        cast is sent back, and only this process writes.
+    progress
+        ``False`` for none, or a function of ``(done, all)``; else a bar if tqdm is installed.
+    retries
+        How often a shard of halves is tried again that a worker lost.
+
+    Raises
+    ------
+    FabkitError
+        A folder that is not empty or that another process writes to, presses and captures that
+        cannot be had, a full disk, an executor that cannot be reached or is broken, a worker that
+        sends something else than it should; finished files are kept.
+    KeyboardInterrupt
+        Finished files stay for ``resume``.
+    """
+    scene = fabkit.depth.Scene(sensor, camera=camera, pose=pose)
+    options: dict[str, Any] = {
+        "presses": None if presses is None else os.fspath(presses),
+        "captures": None if captures is None else os.fspath(captures),
+        "images": images,
+        "light": light,
+        "constants": None if constants is None else os.fspath(constants),
+        "contact": contact,
+        "membrane": _arrays.length_mm(membrane_mm, "membrane_mm"),
+        "friction": friction,
+        "spacing": _arrays.optional_length_mm(spacing_mm, "spacing_mm"),
+        "seam_margin": _arrays.length_mm(seam_margin_mm, "seam_margin_mm"),
+        "seed": seed,
+        "materialise": materialise,
+        "allow_no_contact": allow_no_contact,
+        "resume": resume,
+    }
+    _writing.write(scene, os.fspath(folder), options, executor, progress, retries)
+    return fabkit.dataset.Dataset(folder)

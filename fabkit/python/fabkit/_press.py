@@ -1,0 +1,73 @@
+"""Made from the options of ``fabkit press`` by ``cargo test -p fabkit``; do not edit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import fabkit.pressing
+from fabkit import _arrays
+
+if TYPE_CHECKING:
+    from fabkit.designs import Sensor
+    from fabkit.pressing import Pressed
+
+
+def press(
+    sensor: Sensor | str,
+    indenter: str,
+    depth_mm: float | str,
+    *,
+    contact: str = "linear",
+    shear_mm: tuple[float | str, float | str] = (0.0, 0.0),
+    friction: float | None = None,
+    steps: int = 10,
+    spacing_mm: float | str | None = None,
+) -> Pressed:
+    """Press an indenter into a sensor's soft layers, as ``fabkit press`` does.
+
+    Layers are bonded to each other and to what is stiff; see the book's page on presses for what
+    that leaves out.
+
+    Parameters
+    ----------
+    sensor
+        A sensor, or the name of one.
+    indenter
+        What presses, and where: ``ball@30deg,120deg`` by polar angle and azimuth on a dome,
+        ``ball@2mm,-3mm`` on a pad.
+    depth_mm
+        How deep, along the surface's normal there; as all lengths, a number of mm, or text with a
+        unit.
+    contact
+        By which theory the layers give way. ``"linear"``: small strain, layered, nearly
+        incompressible, with Coulomb's friction; ``"finite"``: large strain, neo-Hookean, without
+        friction: at the tip of a dome or on a pad, by what is symmetric; seconds.
+    shear_mm
+        How far the presser then moves along the surface: on a dome away from the tip, and around
+        it; on a pad along x and y.
+    friction
+        Coulomb's coefficient of friction for that. Default: that of the touched material.
+    steps
+        Of how many equal steps the force curve is made.
+    spacing_mm
+        Distance of the surface's nodes. Default: some 5,000 nodes on a dome, some 20 across a
+        contact on a pad.
+
+    Raises
+    ------
+    FabkitError
+        An unknown press, one deeper than the layers, a contact that does not converge.
+
+    >>> import fabkit
+    >>> pressed = fabkit.press("rtac0", "ball@0deg,0deg", "0.6 mm", steps=3)
+    >>> [round(step["depth_mm"], 1) for step in pressed.curve], pressed.force_n[2] < 0
+    ([0.2, 0.4, 0.6], True)
+    """
+    options: dict[str, Any] = {
+        "contact": contact,
+        "shear": _arrays.lengths_mm(shear_mm, "shear_mm"),
+        "friction": friction,
+        "steps": steps,
+        "spacing": _arrays.optional_length_mm(spacing_mm, "spacing_mm"),
+    }
+    return fabkit.pressing.pressed(sensor, indenter, depth_mm, options)

@@ -1,0 +1,64 @@
+"""Writing of data sets, with the work shared out to who has time."""
+
+from __future__ import annotations
+
+import functools
+import os
+from contextlib import closing
+from typing import TYPE_CHECKING, Any
+
+from fabkit import _fabkit
+from fabkit._executors import completed, submitter
+from fabkit._progress import shown
+from fabkit.errors import FabkitError, Problem
+
+if TYPE_CHECKING:
+    from fabkit._progress import Progress
+    from fabkit.depth import Scene
+
+
+def write(
+    scene: Scene,
+    folder: str,
+    options: dict[str, Any],
+    executor: Any,
+    progress: Progress,
+    retries: int,
+) -> None:
+    """Write what is missing of a data set."""
+    order = _order(scene, options)
+    with shown(progress, f"data set of {scene.sensor.name}") as tell:
+        if executor is None:
+            order.write(folder, tell)
+            return
+        with submitter(executor, retries) as submit, closing(order.begin(folder)) as begun:
+            plan, missing = begun.missing()
+            files = {name: options[name] for name in ("presses", "captures", "constants")}
+            there = {name: path and os.path.abspath(path) for name, path in files.items()}
+            work = functools.partial(_shard, scene, options | there, plan)
+            tasks = [[number] for number in missing]
+            for shards in completed(submit, work, tasks, retries, "shards"):
+                begun.keep(shards)
+            begun.write(tell)
+
+
+def _order(scene: Scene, options: dict[str, Any]) -> _fabkit.DatasetOrder:
+    return _fabkit.DatasetOrder(scene._native, options)  # pyright: ignore[reportPrivateUsage]
+
+
+def _shard(
+    scene: Scene, options: dict[str, Any], plan: str, numbers: list[int]
+) -> tuple[list[tuple[str, bytes]], FabkitError | None]:
+    """Cast shards of halves, here or on a worker."""
+    order = _order(scene, options)
+    files: list[tuple[str, bytes]] = []
+    for number in numbers:
+        of_plan, shard = order.shard(number)
+        if of_plan != plan:
+            text = f"a worker makes another data set, with the plan {of_plan} instead of {plan}"
+            hint = "do all workers have this version of fabkit, and the same files?"
+            problem = Problem(text, hint)
+            message = f"{text}\n  = help: {hint}"
+            return [], FabkitError(message, code="io", exit_code=4, problems=(problem,))
+        files += shard
+    return files, None

@@ -46,6 +46,7 @@ mod lines;
 mod masses;
 mod memo;
 mod motion;
+mod naming;
 mod opening;
 mod outlet;
 mod overhang;
@@ -80,7 +81,7 @@ pub use slicing::{Chosen, PrintSettings, print_settings};
 use declaration::Declaration;
 
 /// The rules for every sensor and every kit of parts, in the order of reports.
-const RULES: [Declaration; 21] = [
+const RULES: [Declaration; 22] = [
     chain::RULE,
     interference::RULE,
     casting::RULE,
@@ -102,6 +103,7 @@ const RULES: [Declaration; 21] = [
     printability::RULE,
     standing::RULE,
     overhang::RULE,
+    naming::RULE,
 ];
 
 impl Rule {

@@ -8,6 +8,7 @@ mod eucm;
 mod kannala_brandt;
 mod model;
 mod opencv;
+mod stereographic;
 mod unified;
 
 use nalgebra::{Matrix2x3, Point2, Vector2, Vector3};
@@ -17,6 +18,7 @@ pub use eucm::Eucm;
 pub use kannala_brandt::KannalaBrandt;
 pub use model::LensModel;
 pub use opencv::OpenCv;
+pub use stereographic::Stereographic;
 
 use crate::error::{InvalidCamera, OutsideDomain, Rules};
 
@@ -111,6 +113,8 @@ macro_rules! for_all_models {
                 DoubleSphere
                 /// The extended unified camera model.
                 Eucm
+                /// Small circles stay circles.
+                Stereographic
             ]
             $($more)*
         }
@@ -121,8 +125,14 @@ impl LensModel {
     /// All models. Of two that are as simple and explain the pictures equally well the first is
     /// taken: the EUCM before the double sphere, because its focal length is the scale on the axis
     /// whatever its coefficients are.
-    pub const ALL: [Self; 5] =
-        [Self::KannalaBrandt, Self::Eucm, Self::DoubleSphere, Self::OpenCv5, Self::OpenCv8];
+    pub const ALL: [Self; 6] = [
+        Self::KannalaBrandt,
+        Self::Eucm,
+        Self::DoubleSphere,
+        Self::OpenCv5,
+        Self::OpenCv8,
+        Self::Stereographic,
+    ];
 }
 
 macro_rules! declare_lens {

@@ -46,7 +46,6 @@ mod lines;
 mod masses;
 mod memo;
 mod motion;
-mod naming;
 mod opening;
 mod outlet;
 mod overhang;
@@ -81,7 +80,7 @@ pub use slicing::{Chosen, PrintSettings, print_settings};
 use declaration::Declaration;
 
 /// The rules for every sensor and every kit of parts, in the order of reports.
-const RULES: [Declaration; 22] = [
+const RULES: [Declaration; 21] = [
     chain::RULE,
     interference::RULE,
     casting::RULE,
@@ -103,7 +102,6 @@ const RULES: [Declaration; 22] = [
     printability::RULE,
     standing::RULE,
     overhang::RULE,
-    naming::RULE,
 ];
 
 impl Rule {

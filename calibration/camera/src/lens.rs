@@ -8,7 +8,6 @@ mod eucm;
 mod kannala_brandt;
 mod model;
 mod opencv;
-mod stereographic;
 mod unified;
 
 use nalgebra::{Matrix2x3, Point2, Vector2, Vector3};
@@ -18,7 +17,6 @@ pub use eucm::Eucm;
 pub use kannala_brandt::KannalaBrandt;
 pub use model::LensModel;
 pub use opencv::OpenCv;
-pub use stereographic::Stereographic;
 
 use crate::error::{InvalidCamera, OutsideDomain, Rules};
 
@@ -113,8 +111,6 @@ macro_rules! for_all_models {
                 DoubleSphere
                 /// The extended unified camera model.
                 Eucm
-                /// Small circles stay circles.
-                Stereographic
             ]
             $($more)*
         }
@@ -125,14 +121,8 @@ impl LensModel {
     /// All models. Of two that are as simple and explain the pictures equally well the first is
     /// taken: the EUCM before the double sphere, because its focal length is the scale on the axis
     /// whatever its coefficients are.
-    pub const ALL: [Self; 6] = [
-        Self::KannalaBrandt,
-        Self::Eucm,
-        Self::DoubleSphere,
-        Self::OpenCv5,
-        Self::OpenCv8,
-        Self::Stereographic,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::KannalaBrandt, Self::Eucm, Self::DoubleSphere, Self::OpenCv5, Self::OpenCv8];
 }
 
 macro_rules! declare_lens {

@@ -1,7 +1,7 @@
 //! Cameras of every kind, with numbers as real ones have them.
 use fabkit_camera::{
-    Camera, DoubleSphere, Eucm, Flat, Interface, Intrinsics, KannalaBrandt, Lens,
-    OpenCv, Point3, Sphere,
+    Camera, DoubleSphere, Eucm, Flat, Interface, Intrinsics, KannalaBrandt, Lens, OpenCv, Point3,
+    Sphere,
 };
 use proptest::prelude::*;
 

@@ -10,12 +10,12 @@ use fabkit_geometry::{
 use super::housing::led_poses;
 use super::parameters::*;
 use super::{Joints, Layout};
-use crate::assembling::{SENSOR, in_sensor};
+use crate::assembling::{SENSOR, STEEL, in_sensor};
 use crate::blocks::cable::{Cable, GIVES_MM};
 use crate::blocks::circuit::{
     Builder, CHIP_0402, LedPackage, TO_SUPPLY, Wire, all_around, along_y, camera_to_host,
 };
-use crate::blocks::{INTO_MM, LED, MASK_GREEN, RUBBER, STEEL, WHITE, board_camera, led_ring, turn};
+use crate::blocks::{INTO_MM, LED, MASK_GREEN, RUBBER, WHITE, board_camera, led_ring, turn};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::{Report, limits};
 

@@ -1,11 +1,10 @@
 //! Words that every family builds with: where bodies stand, and the steps of a chain.
 
 use fabkit_geometry::{
-    Action, Angle, Assembly, Body, Cure, FixedBy, Fixing, Mix, Opening, Placement, Point3, Pose,
-    Pour, Process, Pull, Solid, Spray, Step, Vector3,
+    Action, Angle, Assembly, Body, Color, Cure, FixedBy, Fixing, Mix, Opening, Placement, Point3,
+    Pose, Pour, Process, Pull, Solid, Spray, Step, Vector3,
 };
 
-use crate::blocks::bought;
 use crate::materials::{Castable, Clarity};
 
 /// Name of an assembly, as a family's constants hold it.
@@ -101,6 +100,19 @@ impl From<Name> for String {
     fn from(name: Name) -> Self {
         name.name.into()
     }
+}
+
+/// Steel.
+pub const STEEL: Color = [176, 180, 186];
+
+/// A component of which a lab needs as many as it has places.
+pub fn bought(
+    name: &str,
+    specification: impl Into<String>,
+    solid: Solid,
+    placements: impl IntoIterator<Item = Placement>,
+) -> Body {
+    Body::bought(name, specification, solid).placed(placements).one_per_place().colored(STEEL)
 }
 
 /// Declares what bodies are called and what they are for: `SHELL "shell" "holds all";`.

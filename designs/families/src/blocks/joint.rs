@@ -5,8 +5,8 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Path, Placement, Pose, PressFit, Profile, Solid};
 
-use super::{BRASS, bought, copies, marks, press_fit};
-use crate::assembling::Name;
+use super::{BRASS, copies, marks, press_fit};
+use crate::assembling::{Name, bought};
 use crate::hardware::{HeatSetNut, HexNut, Screw};
 
 /// What a screw's thread holds in.

@@ -5,7 +5,8 @@ use fabkit_geometry::{
 };
 
 use super::marks::{FlatPattern, Listed};
-use super::{Rect, STEEL, copies, upright};
+use super::{Rect, copies, upright};
+use crate::assembling::STEEL;
 use crate::materials::Castable;
 use crate::parameters;
 use crate::parameters::{Report, limits};

@@ -29,8 +29,8 @@ mod vented_lid;
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, NominalCamera, NominalLens, Placement,
-    Point3, Pose, PressFit, Sensor, Solid, Vector3,
+    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, NominalCamera, NominalLens, Point3, Pose,
+    PressFit, Sensor, Solid, Vector3,
 };
 
 use crate::Header;
@@ -73,9 +73,6 @@ pub const BLACK: Color = [92, 96, 104];
 
 /// White plastic, darker than the paper it is printed on.
 pub const WHITE: Color = [236, 236, 232];
-
-/// Steel.
-pub const STEEL: Color = [176, 180, 186];
 
 /// Brass.
 pub const BRASS: Color = [205, 170, 90];
@@ -151,16 +148,6 @@ pub fn copies(label: &str, poses: &[Pose], solid: &Solid) -> Vec<Solid> {
 /// Holes without landmarks, none of them a handle.
 pub fn holes(tools: impl IntoIterator<Item = Solid>) -> Cut {
     Cut { tools: tools.into_iter().collect(), ..Cut::default() }
-}
-
-/// A component of which a lab needs as many as it has places.
-pub fn bought(
-    name: &str,
-    specification: impl Into<String>,
-    solid: Solid,
-    placements: impl IntoIterator<Item = Placement>,
-) -> Body {
-    Body::bought(name, specification, solid).placed(placements).one_per_place().colored(STEEL)
 }
 
 /// Components of one name become one, with all their places and as many as they are together.

@@ -3,7 +3,8 @@
 
 use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Cut, Length, Placement, Pose, Solid};
 
-use super::{Joint, around, bought, copies, corners, hanging, marks, ring};
+use super::{Joint, around, copies, corners, hanging, marks, ring};
+use crate::assembling::bought;
 use crate::hardware::{HeatSetNut, Screw, SocketScrew};
 use crate::parameters::{Report, limits};
 use crate::{choices, parameters};

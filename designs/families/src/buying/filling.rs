@@ -5,7 +5,7 @@ use fabkit_text::{Found, join, shown};
 
 use super::reading::Known;
 use super::{Articles, BUYING, Role};
-use crate::own::{near, unknown_hint};
+use crate::own::named::{near, unknown_hint};
 
 /// Most names that a hint lists.
 const MOST_LISTED: usize = 12;

@@ -14,9 +14,8 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use fabkit_geometry::{Clarity as Optics, Cure, Kind, Mix, Sensor};
-use fabkit_text::{Look, Parameter, Reader, Refusal, Setting, Shape};
+use fabkit_text::Setting;
 
-use crate::own::{Known, near, unknown_hint};
 use crate::{choices, parameters};
 
 pub(crate) use adhering::{adhere, substances};
@@ -307,41 +306,3 @@ impl From<&Castable> for String {
         castable.0.name.clone()
     }
 }
-
-/// Read by name, from what the reader knows.
-impl Parameter for Castable {
-    type Limits = ();
-
-    fn shape((): &()) -> Shape {
-        match <String as Parameter>::shape(&(1..=80)) {
-            Shape::Value { is_list, kind, schema, .. } => {
-                Shape::Value { is_list, kind, allowed: ALLOWED.into(), schema }
-            }
-            section @ Shape::Section(_) => section,
-        }
-    }
-
-    fn read(reader: &mut Reader, path: &str, summary: &str, (): &()) -> Option<Self> {
-        let known = reader.known::<Known>().map(|known| &known.materials);
-        let known = known.unwrap_or_else(|| Catalogue::builtin()).clone();
-        reader.looked_up(path, summary, ALLOWED, |text| match known.find(text) {
-            Some(castable) => Ok((castable.clone(), castable.0.name.clone())),
-            None => {
-                let hint = format!(
-                    "{}; or declare your own: `materials: {{{}: {{density: 1 g/cm3, cure: {{time: \
-                     24 h}}}}}}`",
-                    unknown_hint(text, &known.names()),
-                    fabkit_text::shown(text.trim())
-                );
-                let refusal = Refusal::new("of which fabkit knows neither mix nor cure", &hint);
-                let instead = near(text, known.names()).first().map(|name| (*name).to_owned());
-                Err(Refusal { instead, ..refusal.code("unknown_material") })
-            }
-        })
-    }
-
-    fn neighbours(&self, _: &str, (): &(), _: f64, _: Look<Self>) {}
-}
-
-/// What a castable may be, for people.
-const ALLOWED: &str = "a known material";

@@ -1,5 +1,6 @@
 //! What users add of their own, in a sensor's file or in one for all of their sensors.
 
+mod known;
 pub(crate) mod named;
 mod schema;
 
@@ -10,10 +11,10 @@ use fabkit_text::{
 
 use crate::buying::{Articles, BUYING};
 use crate::materials::{Castable, Catalogue, MATERIALS};
-use crate::processes::{Making, PARTS, PROCESSES, Processes};
+use crate::processes::{PARTS, PROCESSES, Processes};
 
+pub(crate) use known::Known;
 use named::{Noun, Raw, raws};
-pub(crate) use named::{near, unknown_hint};
 pub(crate) use schema::add_to_schema;
 
 /// A file with what a user keeps for all sensors: materials, processes and what to buy.
@@ -40,15 +41,6 @@ pub(crate) struct Own {
     pub processes: Processes,
     /// Everything that may be bought.
     pub articles: Articles,
-}
-
-/// What parameters are read with.
-#[derive(Clone, Debug)]
-pub(crate) struct Known {
-    /// Every material that may be named.
-    pub materials: Catalogue,
-    /// Which parts are made how.
-    pub making: Making,
 }
 
 impl Own {

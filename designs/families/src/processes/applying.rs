@@ -7,7 +7,7 @@ use super::making::{Given, fits};
 use super::{Making, PARTS, ProcessKind, Processes, Recipe};
 use crate::buying::{Articles, fill_all};
 use crate::labeling::{self, Labels};
-use crate::own::near;
+use crate::own::named::near;
 
 /// What a sensor's file says of processes and parts, for fixtures that are made for the sensor.
 #[derive(Clone, Debug)]

@@ -4,10 +4,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use fabkit_geometry::{Machine, Process};
-use fabkit_text::{Look, Parameter, Place, Reader, Shape};
+use fabkit_text::Place;
 
 use super::Recipe;
-use crate::own::Known;
 use crate::own::named::key_of;
 use crate::{Fit, gap_mm};
 
@@ -214,21 +213,6 @@ pub(crate) fn fits(pattern: &str, name: &str) -> bool {
         rest = &rest[at + piece.len()..];
     }
     rest.ends_with(last)
-}
-
-/// It stands nowhere in a file.
-impl Parameter for Making {
-    type Limits = ();
-
-    fn shape((): &()) -> Shape {
-        Shape::Section(Vec::new())
-    }
-
-    fn read(reader: &mut Reader, _: &str, _: &str, (): &()) -> Option<Self> {
-        Some(reader.known::<Known>().map(|known| known.making.clone()).unwrap_or_default())
-    }
-
-    fn neighbours(&self, _: &str, (): &(), _: f64, _: Look<Self>) {}
 }
 
 #[cfg(test)]

@@ -10,8 +10,8 @@
 use fabkit_geometry::{Angle, Body, Placement, Point3, Pose};
 
 use super::{ADAPTER, ALONE, Adapter, AdapterPattern, BESIDE_MM, Plan, SINK_MM, SPARE_MM, WALL_MM};
-use crate::assembling::SENSOR;
-use crate::blocks::{Joint, bought, corners, hanging, ring, upright};
+use crate::assembling::{SENSOR, bought};
+use crate::blocks::{Joint, corners, hanging, ring, upright};
 use crate::hardware::{Screw, SocketScrew};
 
 /// ISO 9409-1, designation 50-4-M6: diameter of the circle of the threads, mm.

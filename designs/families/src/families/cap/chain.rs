@@ -2,11 +2,9 @@
 
 use fabkit_geometry::{FixedBy, Step, Vector3};
 
-use super::bodies::*;
-use super::joints::Joints;
-use super::layout::Layout;
-use super::mold::vents;
-use super::parameters::Cap;
+use super::molds::vents;
+use super::parameters::*;
+use super::{Joints, Layout};
 use crate::assembling::{
     GLUED, ROOM_24_H, SENSOR, assemble, bond, demold, liquid, make, peeled, prepare, rigid, step,
 };

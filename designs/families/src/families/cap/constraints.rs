@@ -4,15 +4,13 @@ use std::f64::consts::{PI, SQRT_2};
 
 use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Point3, Process};
 
-use super::bodies::{BASE, HOLDER};
-use super::casing::WIRE_GROOVE_MM;
-use super::components::CONNECTOR_MM;
-use super::joints::{BITE_MM, CASING_SCREW, Joints, MOLD_BOLT, casing_tip_z, mounting};
-use super::layout::Layout;
-use super::mold::vents;
-use super::parameters::{Cap, Direction};
-use super::plug_room_mm;
-use super::skin::{dimple_count, dimple_poses};
+use super::electronics::CONNECTOR_MM;
+use super::housing::{WIRE_GROOVE_MM, dimple_count, dimple_poses};
+use super::molds::vents;
+use super::parameters::{BASE, Cap, Direction, HOLDER};
+use super::{
+    BITE_MM, CASING_SCREW, Joints, Layout, MOLD_BOLT, casing_tip_z, mounting, plug_room_mm,
+};
 use crate::blocks::marks::{RoundPattern, farthest_deg, nearest_mm};
 use crate::blocks::mounting::MountHold;
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, edge, half_chord};

@@ -1,30 +1,30 @@
 //! Dome-cap sensors: a dimpled cap of clear gel, painted outside, on a clear plate; coloured LEDs
 //! and a camera below (ShadowTac).
+//!
+//! Its layout and joints stand below, because all the rest is built from them.
 
-mod bodies;
-mod casing;
 mod chain;
-mod circuit;
-mod components;
 mod constraints;
-mod joints;
-mod layout;
-mod mold;
+mod electronics;
+mod housing;
+mod molds;
 mod parameters;
-mod skin;
 
-use fabkit_geometry::{DomeSurface, Grip, NominalCamera, Point3, Pose, Sensor, Vector3};
+use fabkit_geometry::{
+    CUT_OVERLAP_MM, DomeSurface, Grip, NominalCamera, Point3, Pose, Process, Sensor, Vector3,
+};
 
 use crate::assembling::names;
 use crate::blocks::adapter::MountFace;
 use crate::blocks::lighting::{RED_GREEN_BLUE, slopes};
 use crate::blocks::marks::RoundPattern;
-use crate::blocks::{self, mm, sphere};
+use crate::blocks::mounting::{MountHold, MountRing, Mounting};
+use crate::blocks::{self, Joint, corners, hanging, mm, ring, sphere};
+use crate::fits::Fit;
+use crate::hardware::{HexNut, Screw};
 use crate::parameters::Report;
-use crate::{Built, Family, Header};
-use joints::Joints;
-use layout::Layout;
-use parameters::{Cap, Direction};
+use crate::{Built, Family, Header, layout};
+use parameters::{BASE, BLOCK, Cap, Direction, HOLDER};
 
 /// The family of ShadowTac.
 pub(crate) struct CapFamily;
@@ -43,7 +43,7 @@ impl Family for CapFamily {
 
     fn build(parameters: &Cap, header: &Header, report: &mut Report) -> Option<Built> {
         let layout = Layout::new(parameters);
-        match skin::dimple_poses(parameters, &layout) {
+        match housing::dimple_poses(parameters, &layout) {
             Ok(dimples) => Some(Built {
                 sensor: sensor(parameters, header, &layout, &dimples),
                 derived: derived(parameters, &layout),
@@ -65,39 +65,39 @@ impl Family for CapFamily {
 /// What it is mounted by.
 fn face(p: &Cap, layout: &Layout) -> MountFace {
     MountFace {
-        holder: bodies::BASE,
+        holder: parameters::BASE,
         mounting: Joints::new(p, layout).mounting,
         borrowed_mm: None,
         bottom_z_mm: layout.bottom_z_mm,
-        outline: casing::outside(p),
-        exits: vec![components::exit(p, layout)],
+        outline: housing::outside(p),
+        exits: vec![electronics::exit(p, layout)],
         heads: Vec::new(),
     }
 }
 
 /// Everything a dome-cap sensor consists of.
 fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor {
-    let casing = [casing::plate(p, layout), casing::holder(p, layout), casing::base(p, layout)];
+    let casing = [housing::plate(p, layout), housing::holder(p, layout), housing::base(p, layout)];
     let (touch, joints) = (touch(p, layout), Joints::new(p, layout));
     let bodies = casing
         .into_iter()
-        .chain(mold::parts(p, layout, dimples))
-        .chain(skin::layers(p, layout, &touch, dimples))
-        .chain(components::components(p, layout));
+        .chain(molds::parts(p, layout, dimples))
+        .chain(housing::layers(p, layout, &touch, dimples))
+        .chain(electronics::components(p, layout));
     Sensor {
         chain: chain::chain(p, layout),
-        circuits: vec![circuit::circuit(p)],
+        circuits: vec![electronics::circuit(p)],
         press_fits: joints
             .casing
-            .press_fit(bodies::HOLDER)
+            .press_fit(parameters::HOLDER)
             .into_iter()
-            .chain(joints.inserts().and_then(|mounting| mounting.press_fit(bodies::BASE)))
+            .chain(joints.inserts().and_then(|mounting| mounting.press_fit(parameters::BASE)))
             .collect(),
         // Bumps stand out of it: nothing that fits a cap fits them.
         touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
-        marks: skin::marks(p, dimples),
-        lightings: vec![slopes(bodies::PAINT, None, RED_BLUE_GREEN.map(|i| RED_GREEN_BLUE[i]))],
-        sight: names(&[bodies::PAINT]),
+        marks: housing::dimple_marks(p, dimples),
+        lightings: vec![slopes(parameters::PAINT, None, RED_BLUE_GREEN.map(|i| RED_GREEN_BLUE[i]))],
+        sight: names(&[parameters::PAINT]),
         ..blocks::sensor(header, nominal(p), bodies)
     }
 }
@@ -109,7 +109,7 @@ const RED_BLUE_GREEN: [usize; 3] = [0, 2, 1];
 fn nominal(p: &Cap) -> NominalCamera {
     let c = &p.camera;
     let camera = c.view.camera_at(-c.depth.mm(), c.pictures.size_px());
-    let sensor_from_camera = components::turned(p, camera.sensor_from_camera);
+    let sensor_from_camera = electronics::turned(p, camera.sensor_from_camera);
     NominalCamera { sensor_from_camera, ..camera }
 }
 
@@ -119,7 +119,7 @@ const SOFT_SHARE: f64 = 0.4;
 /// What is touched, and what fixtures hold on to: the whole casing, whose plug's window exists once.
 fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
     let radius_mm = layout.sphere_radius_mm + p.paint.thickness.mm();
-    let outside = casing::outside(p);
+    let outside = housing::outside(p);
     let out = p.base.cable_side.out();
     let height = Vector3::new(0.0, 0.0, (layout.floor_z_mm + layout.housing_back_z_mm) / 2.0);
     let window = Point3::from(outside.narrow() * out + height);
@@ -144,7 +144,7 @@ fn derived(p: &Cap, layout: &Layout) -> Vec<(String, String)> {
     let mut figures = vec![
         mm("sphere radius", layout.sphere_radius_mm),
         mm("sphere centre below the foot", -layout.sphere_z_mm),
-        ("dimples".into(), skin::dimple_count(p).to_string()),
+        ("dimples".into(), housing::dimple_count(p).to_string()),
     ];
     let is_ring = p.dimples.pattern == RoundPattern::Rings;
     if is_ring {
@@ -169,4 +169,178 @@ fn derived(p: &Cap, layout: &Layout) -> Vec<(String, String)> {
 /// Room between the camera's connector and the base's floor, mm.
 fn plug_room_mm(p: &Cap, layout: &Layout) -> f64 {
     layout.housing_back_z_mm - p.camera.connector_height.mm() - layout.floor_z_mm
+}
+
+// ------ Layout ------
+//
+// Where things are: every radius and height that more than one part needs, derived once.
+
+layout! {
+    /// Radii and heights in the sensor frame, mm.
+    ///
+    /// The skin's foot is z = 0, the top of the plate and of the holder. Below the plate lies a
+    /// round chamber; the camera's housing is clamped between the holder's and the base's corners.
+    pub struct Layout from p: &Cap {
+        /// Radius of the skin's foot.
+        foot_radius_mm = p.skin.base_diameter.mm() / 2.0;
+        let height = p.skin.height.mm();
+        // Intersecting chords: foot^2 = height (2 radius - height).
+        /// Radius of the sphere that the skin is a cap of.
+        sphere_radius_mm = (foot_radius_mm.powi(2) + height.powi(2)) / (2.0 * height);
+        /// Height of the sphere's centre, below the foot for less than a hemisphere.
+        sphere_z_mm = height - sphere_radius_mm;
+
+        /// Outside of the plate.
+        plate_radius_mm = p.plate.diameter.mm() / 2.0;
+        /// Inside of the holder around the plate.
+        recess_radius_mm =
+            plate_radius_mm + p.making.gap_mm(HOLDER, Process::Fdm, Fit::Slide);
+        /// Inside of the holder below the plate.
+        chamber_radius_mm = p.holder.aperture_diameter.mm() / 2.0;
+        /// Bottom of the plate, top of the ledge.
+        plate_bottom_z_mm = -p.plate.thickness.mm();
+        // A strip's face touches the chamber's wall in the middle.
+        /// Distance of a strip's back from the axis.
+        strip_back_mm = chamber_radius_mm + p.leds.strip_thickness.mm();
+        /// Distance of the LEDs' light-emitting faces from the axis.
+        led_front_mm = chamber_radius_mm - p.leds.package_height.mm();
+        /// Height of the LEDs' centres.
+        led_z_mm = plate_bottom_z_mm - p.leds.below_plate.mm() - p.leds.strip_width.mm() / 2.0;
+
+        /// Front of the lens.
+        lens_front_z_mm = p.camera.pupil_behind_front.mm() - p.camera.depth.mm();
+        /// Front of the lens mount.
+        mount_front_z_mm = lens_front_z_mm - p.camera.lens_protrusion.mm();
+        /// Front of the camera's housing, which the holder's corners bear on.
+        housing_front_z_mm = mount_front_z_mm - p.camera.mount_height.mm();
+        /// Back of the camera's housing, which rests on the base's corners.
+        housing_back_z_mm = housing_front_z_mm - p.camera.housing_height.mm();
+        // One pocket in both pieces: the larger gap.
+        let clamping = [HOLDER, BASE].map(|part| (part, Process::Fdm));
+        let slide = p.making.widest_mm(clamping, Fit::Slide);
+        /// Half the edge of the pocket around the housing.
+        pocket_half_mm = p.camera.housing_size.mm() / 2.0 + slide;
+        /// Radius of the pocket's corners.
+        pocket_corner_mm = p.camera.housing_corner.mm() + slide;
+        /// Bottom of the holder, top of the base.
+        joint_z_mm = -p.holder.height.mm();
+        /// Bottom of everything.
+        bottom_z_mm = joint_z_mm - p.base.height.mm();
+        /// Top of the base's floor.
+        floor_z_mm = bottom_z_mm + p.base.floor.mm();
+
+        /// Outside of the mold.
+        mold_radius_mm = p.mold.diameter.mm() / 2.0;
+        /// Outside of the lid's boss.
+        boss_radius_mm = foot_radius_mm + p.mold.land.mm();
+        /// Inside of the spacer.
+        spacer_bore_mm = boss_radius_mm + p.mold.trough.mm();
+        /// Side of the lid's flange that the spacer touches.
+        flange_z_mm = -p.mold.spacer.mm();
+        /// Outer side of the lid, where the bolts' heads bear.
+        lid_z_mm = flange_z_mm - p.mold.lid_thickness.mm();
+        // The bolt's tip ends flush with its nut.
+        /// Side of the nuts that bears on the block.
+        nut_z_mm = lid_z_mm + MOLD_BOLT.0.length_mm - MOLD_BOLT.1.height_mm;
+    }
+}
+
+impl Layout {
+    /// Angle between the axis and the normal on ring `index` of the dimples, rad.
+    pub fn ring_tilt_rad(&self, p: &Cap, index: u32) -> f64 {
+        f64::from(index) * p.dimples.spacing.mm() / self.sphere_radius_mm
+    }
+
+    /// Angle between the axis and the normal where the outermost dimples are, rad.
+    pub fn outermost_tilt_rad(&self, p: &Cap) -> f64 {
+        match p.dimples.pattern {
+            RoundPattern::Rings => self.ring_tilt_rad(p, p.dimples.rings),
+            RoundPattern::List => p.dimples.listed().outermost_rad(),
+        }
+    }
+
+    /// Distance between neighbours of one ring, on the sphere as the crow flies, mm.
+    pub fn ring_pitch_mm(&self, p: &Cap, index: u32) -> f64 {
+        let half_turn = std::f64::consts::PI / f64::from(6 * index);
+        2.0 * self.sphere_radius_mm * self.ring_tilt_rad(p, index).sin() * half_turn.sin()
+    }
+}
+
+// ------ Joints ------
+//
+// The screws of the sensor and of its mold: each joint is stated here, and nowhere else.
+
+/// How far a casing's screw bites into the holder, mm: two and a half times its diameter.
+pub const BITE_MM: f64 = 5.0;
+
+/// Depth of a screw's hole beyond its tip, mm.
+const PILOT_SPARE_MM: f64 = 1.0;
+
+/// The screws that join holder and base.
+pub const CASING_SCREW: Screw = Screw::M2X16;
+
+/// The bolts of the mold, and their nuts.
+pub const MOLD_BOLT: (Screw, HexNut) = (Screw::M3X16, HexNut::M3);
+
+/// All joints, in the sensor frame.
+pub struct Joints {
+    /// Through the base's corners into the holder.
+    pub casing: Joint,
+    /// In the base's floor, for a gripper; a user's screws.
+    pub mounting: Joint,
+    /// Through lid, spacer and block of the mold.
+    pub mold: Joint,
+}
+
+impl Joints {
+    /// Where they are; meaningful only for parameters that satisfy the family's constraints.
+    pub fn new(p: &Cap, layout: &Layout) -> Self {
+        let half = p.holder.screw_spacing.mm() / 2.0;
+        let head_z = casing_head_z(layout);
+        let casing = corners([half, half]).map(|at| hanging(at, head_z)).to_vec();
+
+        let slide = p.making.gap_mm(BLOCK, Process::Sla, Fit::Slide);
+        let (bolt, nut) = MOLD_BOLT;
+        let (circle, bolts) = (p.mold.bolt_circle.mm() / 2.0, p.mold.bolts);
+        let down = hanging([circle, 0.0], layout.lid_z_mm);
+        let nuts = ring(bolts, 0.0, Pose::translation(circle, 0.0, layout.nut_z_mm));
+        Self {
+            casing: Joint::self_tapping(
+                "screw",
+                CASING_SCREW,
+                casing,
+                CASING_SCREW.length_mm + PILOT_SPARE_MM,
+            ),
+            mounting: mounting(p).joint(layout.bottom_z_mm),
+            mold: Joint::nutted("bolt", bolt, ring(bolts, 0.0, down), (nut, nuts))
+                .in_pockets(slide, p.mold.height.mm() - layout.nut_z_mm)
+                .of_bolts(),
+        }
+    }
+
+    /// The mounting holes, where nuts are melted into them.
+    pub fn inserts(&self) -> Option<&Joint> {
+        self.mounting.nut_name().map(|_| &self.mounting)
+    }
+}
+
+/// Holes for a gripper's screws.
+pub(super) fn mounting(p: &Cap) -> Mounting<'_> {
+    Mounting {
+        mount: &p.mount,
+        ring: MountRing::Circle(p.base.mount_holes, p.base.mount_radius, 0.0),
+        depth_mm: p.base.floor.mm() + CUT_OVERLAP_MM,
+        is_through: true,
+        holds: (&[MountHold::Tapped, MountHold::Insert, MountHold::Through], ""),
+    }
+}
+
+/// Height at which the holes of the casing's screws end.
+pub fn casing_tip_z(layout: &Layout) -> f64 {
+    casing_head_z(layout) + CASING_SCREW.length_mm + PILOT_SPARE_MM
+}
+
+/// Height at which the heads of the casing's screws bear.
+pub fn casing_head_z(layout: &Layout) -> f64 {
+    layout.joint_z_mm + BITE_MM - CASING_SCREW.length_mm
 }

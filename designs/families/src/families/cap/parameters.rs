@@ -1,11 +1,13 @@
-//! Parameters of the dome-cap family.
+//! Parameters of the dome-cap family, and the names of its bodies.
 
 use fabkit_geometry::{Angle, Length};
 
+use crate::assembling::AssemblyName;
 use crate::blocks::cable_way::Side;
 use crate::blocks::marks::{Listed, RoundPattern};
 use crate::blocks::mounting::Mount;
 use crate::blocks::optics::{Module, Pictures, View};
+pub use crate::blocks::{CAMERA, CAMERA_CABLE};
 use crate::materials::Castable;
 use crate::parameters::Inline;
 use crate::processes::Making;
@@ -230,4 +232,23 @@ impl Dimples {
     pub fn listed(&self) -> Listed<'_, Angle> {
         Listed::new("dimple", ("dimples.polar", &self.polar), ("dimples.azimuth", &self.azimuth))
     }
+}
+
+// ------ Bodies ------
+//
+// What the sensor consists of and is made with, and where bodies stand together.
+
+/// Casting the skin.
+pub const SKIN_MOLD: AssemblyName = AssemblyName("skin-mold");
+
+crate::bodies! {
+    pub PLATE "plate" "clear plate that carries the skin";
+    pub HOLDER "holder" "casing's upper piece: holds plate, LEDs and the camera's front";
+    pub BASE "base" "casing's lower piece: clamps the camera, is screwed to a gripper";
+    pub BLOCK "mold-skin-block" "cavity of the skin, with the dimples' pins";
+    pub SPACER "mold-skin-spacer"
+        "sets the height of the lid; its notches let surplus out and a screwdriver in";
+    pub LID "mold-skin-lid" "closes the mold; the skin's flat foot forms on its boss";
+    pub SKIN "skin";
+    pub PAINT "reflective-paint";
 }

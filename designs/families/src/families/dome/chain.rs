@@ -2,15 +2,9 @@
 
 use fabkit_geometry::{Cure, FixedBy, Pull, Step, Vector3};
 
-use super::bodies::*;
-use super::cavities;
-use super::joints::Joints;
-use super::layout::Layout;
-use super::lock;
-use super::mold::{Cavity, vents};
-use super::parameters::{CoatMethod, Dome, MoldRoute};
-use super::tooling::form;
-use super::wiring;
+use super::molds::{Cavity, form, vents};
+use super::parameters::*;
+use super::{Joints, Layout, cavities, electronics, housing};
 use crate::assembling::{
     Liquid, Name, ROOM_24_H, SENSOR, assemble, bond, demold, free_surface, liquid, make, prepare,
     rigid, step,
@@ -260,7 +254,7 @@ impl Chain<'_> {
     }
 
     fn joining(&self) -> Vec<Step> {
-        let is_locked = lock::is_locked(self.p);
+        let is_locked = housing::is_locked(self.p);
         let cure = if is_locked { WET } else { ROOM_24_H };
         let filling = liquid(&self.p.filling_gel.material, 0.1).curing(cure);
         let in_tube = vec![free_surface(self.layout.tube_bore_radius_mm, 0.0, self.up)];
@@ -328,7 +322,7 @@ impl Chain<'_> {
     fn closing(&self) -> Vec<Step> {
         let p = self.p;
         let baffle: &[Name] = if p.baffle.wall.mm() > 0.0 { &[BAFFLE] } else { &[] };
-        let wired = !wiring::bodies(p, self.layout).is_empty();
+        let wired = !electronics::cables(p, self.layout).is_empty();
         let [wires, cable]: [&[Name]; 2] =
             if wired { [&[LED_WIRE], &[CAMERA_CABLE]] } else { [&[], &[]] };
         let press = if baffle.is_empty() { "" } else { "press the baffle into the LED board, " };

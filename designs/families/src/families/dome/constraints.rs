@@ -4,16 +4,11 @@ use std::f64::consts::{PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
-use super::bodies::*;
-use super::cavities;
-use super::housing::{cable_slot, relief_edges_mm};
-use super::joints::{Joints, mounting};
-use super::layout::Layout;
-use super::lock::{self, LEDGE_MM};
-use super::mold::vents;
-use super::parameters::{CableExit, Dome, MoldRoute};
-use super::tooling::{FLANGE_INSET_MM, cup, form, o_ring_seat};
-use super::wiring::{self, Slit};
+use super::electronics::{self, Slit};
+use super::housing::{self, LEDGE_MM};
+use super::molds::{FLANGE_INSET_MM, cup, form, o_ring_seat, vents};
+use super::parameters::*;
+use super::{Joints, Layout, cable_slot, cavities, mounting, relief_edges_mm};
 use crate::blocks::circuit::CHIP_0603;
 use crate::blocks::mounting::{Mounting, outside};
 use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, half_chord, led_ring};
@@ -98,7 +93,7 @@ fn lock(p: &Dome, layout: &Layout, report: &mut Report) {
                 "the baffle stands above the LED board";
         }
     }
-    if !lock::is_locked(p) {
+    if !housing::is_locked(p) {
         return;
     }
     let room = p.diffuser.height_above_board.mm() - p.leds.height.mm() - APART_MM;
@@ -112,7 +107,7 @@ fn lock(p: &Dome, layout: &Layout, report: &mut Report) {
     }
     if p.shell.lock_groove.mm() > 0.0 {
         limits! { report, p:
-            filling_gel.lock_depth >= lock::groove_room_mm(p), "the gel must cover the groove";
+            filling_gel.lock_depth >= housing::groove_room_mm(p), "the gel must cover the groove";
         }
     }
 }
@@ -307,7 +302,7 @@ fn cables(p: &Dome, layout: &Layout, report: &mut Report) {
         return slot.check("base.cable_slot_width", report);
     }
     let slit = Slit::new(p, layout);
-    let wire = wiring::led_wire(p, layout);
+    let wire = electronics::led_wire(p, layout);
     wire.check("cables.wire_bend", p.cables.wire_bend, WIRE_BENDS, report);
     limits! { report, p:
         cables.wire_bend <= p.cables.wire_bend.mm() + wire.least_straight_mm(),
@@ -315,7 +310,7 @@ fn cables(p: &Dome, layout: &Layout, report: &mut Report) {
         cables.diameter <= p.cables.diameter.mm() + slit.tongue_z - layout.bottom_z_mm - PRINTED_WALL_MM,
             "the cable's slit needs a floor";
         led_board.wire_hole_diameter <= p.led_board.wire_hole_diameter.mm()
-            + layout.board_radius_mm - BOARD_EDGE_MM - wiring::holes_end_mm(p),
+            + layout.board_radius_mm - BOARD_EDGE_MM - electronics::wire_holes_end_mm(p),
             "the wire holes stand beside the camera's board and on the LED board";
     }
     slit_clear(p, layout, &slit, report);

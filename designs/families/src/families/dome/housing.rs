@@ -1,36 +1,34 @@
-//! Shell, base, diffuser and LED board.
+//! Shell, base, diffuser and LED board, how they hold the contact module, and its layers.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Path, Pose, Process, Profile, Solid};
+use fabkit_geometry::{
+    Angle, Body, CUT_OVERLAP_MM, Color, DomeSurface, Path, Process, Profile, Solid,
+};
 
-use super::bodies::*;
-use super::joints::Joints;
-use super::layout::Layout;
-use super::parameters::{CableExit, Dome};
-use super::{lock, wiring};
-use crate::assembling::{flipped, in_sensor};
-use crate::blocks::cable_way::FloorSlot;
-use crate::blocks::{BLACK, INTO_MM, MASK_GREEN, edge, holes, led_ring, marks, turn};
+use super::parameters::*;
+use super::{
+    BAFFLE_FLANGE_MM, Joints, Layout, dome, dome_shell, dome_tool, electronics, led_poses,
+    relief_edges_mm,
+};
+use crate::assembling::{AssemblyName, flipped, in_sensor};
+use crate::blocks::{BLACK, INTO_MM, MASK_GREEN, edge, holes, marks, turn};
 use crate::fits::Fit;
-use crate::hardware::Screw;
 use crate::materials::glazing;
+
+// ------ Housing ------
+//
+// Shell, base, diffuser and LED board.
 
 const FROST: Color = [225, 236, 240];
 
 /// Depth, width and height of the slots for a screwdriver that pulls the base out, mm.
 const PRY_SLOT_MM: [f64; 3] = [1.2, 6.0, 1.5];
 
-/// Where the LEDs stand on the board, z axis up, x axis outwards.
-pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
-    // Ribs start at 0: LEDs stand half a step off, so that neither shades the other.
-    led_ring!(p.leds).poses(layout.board_top_z_mm, 0.5)
-}
-
 /// The tube that everything slides into from below, and the gel stands on.
 pub fn shell(p: &Dome, layout: &Layout) -> Body {
     let wall = tube(p, layout);
     let wall =
-        wall.minus_all(lock::groove_tool(p, layout)).minus_all(wiring::shell_notch(p, layout));
-    let ribs = lock::ribs(p, layout, 0.0);
+        wall.minus_all(groove_tool(p, layout)).minus_all(electronics::shell_notch(p, layout));
+    let ribs = ribs(p, layout, 0.0);
     let through = layout.shell_radius_mm - layout.base_radius_mm + CUT_OVERLAP_MM;
     let gap = p.making.gap_mm(SHELL, Process::Fdm, Fit::Snug);
     SHELL
@@ -93,13 +91,13 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
     let relief =
         Solid::cuboid(relief_x, relief_y, pocket_floor - layout.relief_z_mm + CUT_OVERLAP_MM)
             .at_z(layout.relief_z_mm);
-    let plug = match wiring::tongue(p, layout) {
+    let plug = match electronics::tongue(p, layout) {
         Some(tongue) => plug.plus(tongue),
         None => plug,
     };
     let joints = Joints::new(p, layout);
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
-    let pry_slots = wiring::pry_turns(p).into_iter().zip(1..).map(|(turn, number)| {
+    let pry_slots = electronics::pry_turns(p).into_iter().zip(1..).map(|(turn, number)| {
         // Twice as deep as it shows: the outer half cuts air, whatever the plug's curvature.
         let slot = Solid::cuboid(2.0 * pry_depth, pry_width, pry_height + CUT_OVERLAP_MM);
         let slot = slot.at(r, 0.0, bottom - CUT_OVERLAP_MM);
@@ -115,23 +113,11 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
             CableExit::Floor => "lead the cable through the slot, then screw the camera down",
             CableExit::Side => "lay the cable into the slit from above, then screw the camera down",
         })
-        .cut(wiring::way_out(p, layout))
+        .cut(electronics::way_out(p, layout))
         .cut(joints.camera.held_through().unmarked())
         .cut(joints.shell_base.held())
         .cut(joints.mounting.held())
         .cut(holes(pry_slots))
-}
-
-/// The slot for the cable, below the camera's connector.
-pub fn cable_slot(p: &Dome) -> FloorSlot {
-    let (length, width) = (p.base.cable_slot_length, p.base.cable_slot_width);
-    FloorSlot { length, width, along: 0, at: [0.0; 2], turn: p.base.cable_angle }
-}
-
-/// Edges of the recess behind the camera board along x and y, mm: up to the pads of its screws.
-pub fn relief_edges_mm(p: &Dome) -> [f64; 2] {
-    let pad = Screw::M1_6X5.pilot_hole_mm() + 1.2;
-    [p.camera.board.screw_spacing, p.camera.board.screw_spacing_y].map(|spacing| spacing.mm() - pad)
 }
 
 /// The frosted ring.
@@ -178,8 +164,8 @@ pub(super) fn notched_circle(radius: f64, notch: f64, half: f64, count: u32) -> 
 pub fn led_board(p: &Dome, layout: &Layout) -> Body {
     let profile = Profile::new(Path::circle([0.0, 0.0], layout.board_radius_mm))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
-    let wires =
-        wiring::hole_centres(p).map(|c| Path::circle(c, p.led_board.wire_hole_diameter.mm() / 2.0));
+    let wires = electronics::wire_hole_centres(p)
+        .map(|c| Path::circle(c, p.led_board.wire_hole_diameter.mm() / 2.0));
     let profile = wires.into_iter().fold(profile, Profile::with_hole);
     LED_BOARD
         .made(
@@ -226,10 +212,191 @@ pub fn baffle(p: &Dome, layout: &Layout) -> Option<Body> {
     )
 }
 
-/// How far the baffle's flange reaches over the LED board, mm: the wire holes begin beyond it.
-pub const BAFFLE_FLANGE_MM: f64 = 0.35;
-
 /// Radius of what stays free for the lens inside the LED board, mm.
 pub fn baffle_radius_mm(p: &Dome) -> f64 {
     p.led_board.bore_radius.mm() - p.baffle.wall.mm()
+}
+
+// ------ Lock ------
+//
+// How the contact module is held: gel that goes on from the filling gel through the diffuser, out to the
+// shell, around its ribs and into its groove.
+//
+// It is poured through the shell, tip down, onto the filling gel: so every face that looks down then lets
+// air out, and the groove's upper flank rises inwards.
+
+/// How much gel lies between the groove and the diffuser, and between the groove and its own face, mm.
+const GROOVE_EDGE_MM: f64 = 0.4;
+
+/// Height of the groove's inmost face, mm.
+const GROOVE_MM: f64 = 0.5;
+
+/// How far a rib reaches into the wall, or into the wall behind the groove, that carries it, mm.
+const RIB_ROOT_MM: f64 = 0.5;
+
+/// How far a rib's shoulder lies below the diffuser, mm: gel closes the gap around the diffuser above it.
+const RIB_STEP_MM: f64 = 0.3;
+
+/// How wide the diffuser rests on a rib at least, mm.
+pub const LEDGE_MM: f64 = 0.4;
+
+/// Whether there is any.
+pub fn is_locked(p: &Dome) -> bool {
+    p.filling_gel.lock_depth.mm() > 0.0
+}
+
+/// How deep gel must be for the groove, mm.
+pub fn groove_room_mm(p: &Dome) -> f64 {
+    2.0 * GROOVE_EDGE_MM + GROOVE_MM + p.shell.lock_groove.mm()
+}
+
+/// The groove's outline from the diffuser downwards, in (radius, height), mm; nothing where there is none.
+fn groove(p: &Dome, layout: &Layout) -> Vec<[f64; 2]> {
+    let depth = p.shell.lock_groove.mm();
+    if depth == 0.0 {
+        return Vec::new();
+    }
+    let bore = layout.shell_bore_radius_mm;
+    let top = layout.diffuser_bottom_z_mm - GROOVE_EDGE_MM;
+    let inmost = top - GROOVE_MM;
+    // The flank at 45 degrees prints without support and traps no air.
+    vec![[bore, top], [bore + depth, top], [bore + depth, inmost], [bore, inmost - depth]]
+}
+
+/// What the shell's bore gets: the groove.
+pub fn groove_tool(p: &Dome, layout: &Layout) -> Option<Solid> {
+    let outline = groove(p, layout);
+    let (first, last) = (outline.first()?, outline.last()?);
+    // It begins inside the bore.
+    let inside = layout.shell_bore_radius_mm - INTO_MM;
+    let outline = [&[[inside, last[1]], [inside, first[1]]], &outline[..]].concat();
+    Some(Solid::revolution(Path::polygon(&outline)).named("lock groove"))
+}
+
+/// The ribs between diffuser and LED board, `up_mm` longer at the diffuser.
+pub fn ribs(p: &Dome, layout: &Layout, up_mm: f64) -> Vec<Solid> {
+    // A rib's width is an angle at the bore.
+    let half_width = (p.shell.rib_width.mm() / 2.0 / layout.shell_bore_radius_mm).asin();
+    let half_width = Angle::from_rad(half_width).expect("ribs are narrower than the shell");
+    let back = Angle::from_rad(-half_width.rad()).expect("finite");
+    let sector = |inner: f64, outer: f64, top: f64| {
+        Solid::prism(
+            Path::ring_sector(inner, outer, back, half_width),
+            [layout.board_top_z_mm, top],
+        )
+    };
+    let root = layout.shell_bore_radius_mm + p.shell.lock_groove.mm() + RIB_ROOT_MM;
+    let top = layout.diffuser_bottom_z_mm + up_mm;
+    let rib = if is_locked(p) {
+        let ledge = layout.diffuser_radius_mm - layout.rib_radius_mm;
+        let bears = layout.rib_radius_mm + LEDGE_MM.max(ledge - LEDGE_MM / 2.0);
+        let step = layout.diffuser_bottom_z_mm - RIB_STEP_MM;
+        sector(layout.rib_radius_mm, bears, top).plus(sector(bears - INTO_MM / 2.0, root, step))
+    } else {
+        sector(layout.rib_radius_mm, root, top)
+    };
+    (0..p.shell.ribs)
+        .map(|i| rib.clone().turned_z(turn(i, p.shell.ribs, 0.0)).named(format!("rib {}", i + 1)))
+        .collect()
+}
+
+/// The gel below the diffuser, in its bore and its notches, and around its edge.
+pub fn locking_gel(p: &Dome, layout: &Layout) -> Option<Body> {
+    if !is_locked(p) {
+        return None;
+    }
+    let (face, under) = (layout.gel_face_z_mm, layout.diffuser_bottom_z_mm);
+    let (bore, seat) = (layout.shell_bore_radius_mm, layout.seat_radius_mm);
+    let mut outline = vec![[0.0, face], [bore, face]];
+    outline.extend(groove(p, layout).iter().rev());
+    if seat < bore {
+        // Below the shoulder, which the ribs carry.
+        let shoulder = under - INTO_MM;
+        outline.extend([[bore, shoulder], [seat, shoulder]]);
+    }
+    let edge = layout.diffuser_radius_mm;
+    outline.extend([[seat, 0.0], [edge, 0.0], [edge, under], [0.0, under]]);
+    let d = &p.diffuser;
+    let hole = notched_circle(
+        d.bore_radius.mm(),
+        d.notch_radius.mm(),
+        d.notch_width.mm() / 2.0,
+        d.notches,
+    );
+    let plug =
+        Solid::prism(Profile::new(hole), [under - INTO_MM, 0.0]).named("through the diffuser");
+    // Ribs reach beyond the face; above them there is the diffuser.
+    let solid = Solid::revolution(Path::polygon(&outline)).plus(plug).minus_all(ribs(
+        p,
+        layout,
+        CUT_OVERLAP_MM,
+    ));
+    Some(
+        LOCKING_GEL
+            .cast(solid)
+            .from(&p.filling_gel.material)
+            .placed([in_sensor().lifted(8.0), JOINING.in_place().lifted(-52.0)])
+            .colored([214, 226, 236])
+            .opaque(0.35)
+            // It closes around each rib, over its shoulder.
+            .with_handles(p.shell.ribs as i32),
+    )
+}
+
+// ------ Layers ------
+//
+// The layers of the contact module, from the inside out.
+
+/// All layers, the innermost first; the coat ends in the surface that is touched.
+pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
+    let wall = layout.wall_height_mm;
+    // In every tool the layers stay together; only the sensor's picture takes them apart. A dome and
+    // a bowl have no handles.
+    let placed = |layer: Body, color: Color, opacity: f64, lift_mm: f64, tools: &[AssemblyName]| {
+        let in_tools = tools.iter().map(|tool| tool.in_place());
+        let layer = layer.placed([in_sensor().lifted(lift_mm)]).placed(in_tools);
+        layer.colored(color).opaque(opacity)
+    };
+    let is_dipped = p.coat.method == CoatMethod::Dip;
+    let dipped: &[AssemblyName] = if is_dipped { &[COATING] } else { &[] };
+    vec![
+        placed(
+            FILLING_GEL.cast(dome(layout.tube_bore_radius_mm, wall)).from(&p.filling_gel.material),
+            [214, 226, 236],
+            0.35,
+            26.0,
+            &[JOINING],
+        ),
+        placed(
+            TRANSPARENT_GEL
+                .cast(dome_shell(layout.tube_radius_mm, layout.transparent_radius_mm, wall))
+                .from(&p.transparent_gel.material),
+            [150, 200, 235],
+            0.35,
+            88.0,
+            &[&[TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING][..], dipped].concat(),
+        ),
+        placed(
+            TRANSLUCENT_GEL
+                .cast(dome_shell(layout.transparent_radius_mm, layout.translucent_radius_mm, wall))
+                .from(&p.translucent_gel.material),
+            [240, 236, 225],
+            0.6,
+            121.0,
+            &[&[TRANSLUCENT_MOLD, JOINING][..], dipped].concat(),
+        ),
+        placed(
+            BLACK_COAT
+                .cast(
+                    touch
+                        .solid(0.0, touch.foot_z_mm)
+                        .minus(dome_tool(layout.translucent_radius_mm, wall)),
+                )
+                .from(&p.coat.material),
+            [62, 64, 70],
+            1.0,
+            154.0,
+            if dipped.is_empty() { &[TRANSLUCENT_MOLD, JOINING] } else { &[COATING, JOINING] },
+        ),
+    ]
 }

@@ -1,35 +1,31 @@
 //! Dome sensors: a hemisphere of gels on a glass tube, a ring of LEDs, a camera below (R-Tac0).
+//!
+//! Its layout, joints and surface stand below, because all the rest is built from them.
 
-mod bodies;
 mod chain;
-mod circuit;
-mod components;
 mod constraints;
+mod electronics;
 mod housing;
-mod joints;
-mod layers;
-mod layout;
-mod lock;
-mod mold;
+mod molds;
 mod parameters;
-mod surface;
-mod tooling;
-mod wiring;
 
-use fabkit_geometry::{Body, DomeSurface, Grip, Path, PressFit, Process, Sensor};
+use fabkit_geometry::{
+    Body, CUT_OVERLAP_MM, DomeSurface, Grip, Path, Point3, Pose, PressFit, Process, Sensor, Solid,
+    Vector3,
+};
 
 use crate::assembling::{shrinkage, sight};
 use crate::blocks::adapter::MountFace;
+use crate::blocks::cable_way::FloorSlot;
 use crate::blocks::lighting::thickness;
-use crate::blocks::{self, DOWEL, Rect, mm, press_fit, sphere};
+use crate::blocks::mounting::{MountHold, MountRing, Mounting};
+use crate::blocks::{self, DOWEL, Joint, Rect, corners, led_ring, mm, press_fit, ring, sphere};
 use crate::fits::Fit;
+use crate::hardware::{HeatSetNut, Screw};
 use crate::parameters::Report;
-use crate::{Built, Family, Header};
-use bodies::*;
-use joints::Joints;
-use layout::Layout;
-use mold::{Cavity, FormTools};
-use parameters::{CoatMethod, Dome, MoldRoute};
+use crate::{Built, Family, Header, layout};
+use molds::{Cavity, FormTools, cup};
+use parameters::*;
 
 /// The family of R-Tac0.
 pub(crate) struct DomeFamily;
@@ -54,7 +50,7 @@ impl Family for DomeFamily {
             borrowed_mm: None,
             bottom_z_mm: layout.bottom_z_mm,
             outline: Rect::round(layout.shell_radius_mm),
-            exits: vec![wiring::exit(parameters, &layout)],
+            exits: vec![electronics::exit(parameters, &layout)],
             heads: Vec::new(),
         };
         let sensor = sensor(parameters, header);
@@ -71,43 +67,46 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
     let both = [&transparent, &translucent];
     let molds = both.into_iter().flat_map(|cavity| match p.molds.route {
         MoldRoute::Printed => {
-            let [a, b] = mold::halves(p, &layout, cavity);
-            vec![a, b, mold::lid(p, &layout, cavity)]
+            let [a, b] = molds::halves(p, &layout, cavity);
+            vec![a, b, molds::lid(p, &layout, cavity)]
         }
         MoldRoute::Silicone => {
-            vec![tooling::form_bridge(p, &layout, cavity), mold::lid(p, &layout, cavity)]
+            vec![molds::form_bridge(p, &layout, cavity), molds::lid(p, &layout, cavity)]
         }
     });
     let is_silicone = p.molds.route == MoldRoute::Silicone;
-    let cup = is_silicone.then(|| tooling::form_cup(p, &layout));
+    let cup = is_silicone.then(|| molds::form_cup(p, &layout));
     let is_dipped = p.coat.method == CoatMethod::Dip;
-    let dipping = is_dipped.then(|| tooling::coating_parts(p, &layout));
+    let dipping = is_dipped.then(|| molds::coating_parts(p, &layout));
     let parts: Vec<Body> = housing
         .into_iter()
         .chain(housing::baffle(p, &layout))
         .chain(cup)
         .chain(molds)
-        .chain([mold::collar(p, &layout), tooling::connector(p, &layout)])
-        .chain([tooling::tube_jig(p, &layout)])
+        .chain([molds::collar(p, &layout), molds::connector(p, &layout)])
+        .chain([molds::tube_jig(p, &layout)])
         .chain(dipping.into_iter().flatten())
         .collect();
     let touch = touch(p, &layout);
-    let mut layers = layers::layers(p, &layout, &touch);
-    layers.splice(1..1, lock::locking_gel(p, &layout));
+    let mut layers = housing::layers(p, &layout, &touch);
+    layers.splice(1..1, housing::locking_gel(p, &layout));
     if is_silicone {
-        layers.extend(both.map(|cavity| tooling::silicone_mold(p, &layout, cavity)));
+        layers.extend(both.map(|cavity| molds::silicone_mold(p, &layout, cavity)));
     }
     let c = &p.camera;
     let camera = c.view.camera_at(-c.depth.mm(), c.pictures.size_px());
-    let bodies = parts.into_iter().chain(layers).chain(components::components(p, &layout));
+    let bodies = parts.into_iter().chain(layers).chain(electronics::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
-        circuits: vec![circuit::circuit(p, &layout)],
+        circuits: vec![electronics::circuit(p, &layout)],
         press_fits: press_fits(p, &Joints::new(p, &layout)),
         touch: Some(touch.into()),
-        lightings: vec![thickness([bodies::TRANSLUCENT_GEL])],
+        lightings: vec![thickness([parameters::TRANSLUCENT_GEL])],
         jpeg_quality: u8::try_from(p.camera.jpeg_quality).ok().filter(|quality| *quality > 0),
-        sight: sight(&[(bodies::TRANSLUCENT_GEL, &p.translucent_gel.material)], bodies::BLACK_COAT),
+        sight: sight(
+            &[(parameters::TRANSLUCENT_GEL, &p.translucent_gel.material)],
+            parameters::BLACK_COAT,
+        ),
         ..blocks::sensor(header, camera, bodies)
     }
 }
@@ -229,4 +228,234 @@ fn derived(p: &Dome) -> Vec<(String, String)> {
         mm("lens front below the foot", -layout.lens_front_z_mm),
         mm("camera board top below the foot", -layout.camera_board_top_z_mm),
     ]
+}
+
+// ------ Layout ------
+//
+// Where things are: every radius and height that more than one part needs, derived once.
+
+layout! {
+    /// Radii and heights in the sensor frame, mm.
+    ///
+    /// From the tip down the sensor is a stack without play: layers and tube stand on the diffuser
+    /// at z = 0, ribs in the shell hold the diffuser and the LED board 10 mm apart, the base pushes
+    /// the board against the ribs and ends flush with the shell.
+    pub struct Layout from p: &Dome {
+        /// Height of the straight wall, and of all domes' centres.
+        wall_height_mm = p.surface.wall_height.mm();
+        /// Outside of everything: the coat.
+        surface_radius_mm = p.surface.radius.mm();
+        /// Between translucent gel and coat.
+        translucent_radius_mm = surface_radius_mm - p.coat.thickness.mm();
+        /// Between transparent and translucent gel.
+        transparent_radius_mm = surface_radius_mm - p.translucent_gel.thickness.mm();
+        /// Outside of the tube.
+        tube_radius_mm = p.tube.outer_diameter.mm() / 2.0;
+        /// Inside of the tube.
+        tube_bore_radius_mm = tube_radius_mm - p.tube.wall.mm();
+
+        /// Outside of shell and base.
+        shell_radius_mm = p.shell.outer_diameter.mm() / 2.0;
+        /// Inside of the shell.
+        shell_bore_radius_mm = shell_radius_mm - p.shell.wall.mm();
+        let slide = p.making.gap_mm(SHELL, Process::Fdm, Fit::Slide);
+        /// How far ribs reach inwards: their smallest radius.
+        rib_radius_mm = shell_bore_radius_mm - p.shell.rib_depth.mm();
+        /// Outside of the diffuser.
+        diffuser_radius_mm =
+            shell_bore_radius_mm - slide - p.shell.shoulder.mm();
+        /// Outside of the LED board.
+        board_radius_mm = shell_bore_radius_mm - p.making.gap_mm(SHELL, Process::Fdm, Fit::Press);
+        /// Outside of the base's plug.
+        base_radius_mm = shell_bore_radius_mm - slide;
+
+        /// Bottom of the diffuser, top of the ribs.
+        diffuser_bottom_z_mm = -p.diffuser.thickness.mm();
+        /// Inside of the rim around the diffuser.
+        seat_radius_mm = shell_bore_radius_mm - p.shell.shoulder.mm();
+        /// Face of the gel that looks at the camera.
+        gel_face_z_mm = match p.filling_gel.lock_depth.mm() {
+            0.0 => 0.0,
+            depth => diffuser_bottom_z_mm - depth,
+        };
+        /// Top of the LED board, bottom of the ribs.
+        board_top_z_mm = diffuser_bottom_z_mm - p.diffuser.height_above_board.mm();
+        /// Bottom of the LED board, top of the base.
+        base_top_z_mm = board_top_z_mm - p.led_board.thickness.mm();
+        /// Bottom of base and shell.
+        bottom_z_mm = base_top_z_mm - p.base.height.mm();
+
+        /// Front face of the camera's lens.
+        lens_front_z_mm = -p.camera.depth.mm() + p.camera.board.pupil_behind_front.mm();
+        /// Side of the camera board that carries the lens.
+        camera_board_top_z_mm = lens_front_z_mm - p.camera.board.lens_height.mm();
+        /// Side of the camera board that rests on the base.
+        camera_board_bottom_z_mm = camera_board_top_z_mm - p.camera.board.board_thickness.mm();
+        /// Floor of the pocket behind the camera board.
+        relief_z_mm = camera_board_bottom_z_mm - p.camera.back_clearance.mm();
+    }
+}
+
+/// Between a lens holder below the LED board and the board, mm.
+const HOLDER_BELOW_MM: f64 = 0.5;
+
+impl Layout {
+    /// Whether the camera's lens holder ends below the LED board: only the barrel passes that.
+    pub fn is_holder_below(&self, p: &Dome) -> bool {
+        let barrel_mm = p.camera.board.lens_height.mm() - p.camera.board.holder_height.mm();
+        self.lens_front_z_mm - barrel_mm <= self.base_top_z_mm - HOLDER_BELOW_MM + 1e-9
+    }
+
+    /// How far from the axis what passes the LED board reaches: the barrel, and its holder's corners if
+    /// that is as high, mm.
+    pub fn passing_mm(&self, p: &Dome) -> f64 {
+        let barrel = p.camera.board.barrel_diameter.mm() / 2.0;
+        match self.is_holder_below(p) {
+            true => barrel,
+            false => barrel.max(p.camera.board.holder_size.mm() / std::f64::consts::SQRT_2),
+        }
+    }
+
+    /// Height of the shell, from the board's seat side to the sensing surface's foot.
+    pub fn shell_height(&self) -> f64 {
+        -self.bottom_z_mm
+    }
+
+    /// Height of the whole sensor.
+    pub fn total_height(&self) -> f64 {
+        self.wall_height_mm + self.surface_radius_mm - self.bottom_z_mm
+    }
+
+    /// Height of the apex above the foot.
+    pub fn apex_z(&self) -> f64 {
+        self.wall_height_mm + self.surface_radius_mm
+    }
+}
+
+/// How far the baffle's flange reaches over the LED board, mm: the wire holes begin beyond it.
+pub const BAFFLE_FLANGE_MM: f64 = 0.35;
+
+/// Where the LEDs stand on the board, z axis up, x axis outwards.
+pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
+    // Ribs start at 0: LEDs stand half a step off, so that neither shades the other.
+    led_ring!(p.leds).poses(layout.board_top_z_mm, 0.5)
+}
+
+/// The slot for the cable, below the camera's connector.
+pub fn cable_slot(p: &Dome) -> FloorSlot {
+    let (length, width) = (p.base.cable_slot_length, p.base.cable_slot_width);
+    FloorSlot { length, width, along: 0, at: [0.0; 2], turn: p.base.cable_angle }
+}
+
+/// Edges of the recess behind the camera board along x and y, mm: up to the pads of its screws.
+pub fn relief_edges_mm(p: &Dome) -> [f64; 2] {
+    let pad = Screw::M1_6X5.pilot_hole_mm() + 1.2;
+    [p.camera.board.screw_spacing, p.camera.board.screw_spacing_y].map(|spacing| spacing.mm() - pad)
+}
+
+// ------ Joints ------
+//
+// The screws of the sensor and of its tools: each joint is stated here, and nowhere else.
+
+/// Plastic below the nuts of shell and base, mm.
+const NUT_FLOOR_MM: f64 = 1.0;
+
+/// Room behind a heat-set nut, mm.
+const NUT_SPARE_MM: f64 = 0.6;
+
+/// Floor left between a mounting hole and the camera pocket, mm.
+const MOUNT_FLOOR_MM: f64 = 1.0;
+
+/// All joints, in the sensor frame.
+pub struct Joints {
+    /// Through the shell, pointing at the axis, into nuts in the base.
+    pub shell_base: Joint,
+    /// Through the corners of the camera's board into the base.
+    pub camera: Joint,
+    /// In the base's bottom, for what the sensor is mounted on; a user's screws.
+    pub mounting: Joint,
+    /// Through the bridge into the cup of the form.
+    pub form: Joint,
+}
+
+impl Joints {
+    /// Where they are; meaningful only for parameters that satisfy the family's constraints.
+    pub fn new(p: &Dome, layout: &Layout) -> Self {
+        Self {
+            shell_base: shell_base(p, layout),
+            camera: camera(p, layout),
+            mounting: mounting(p, layout).joint(layout.bottom_z_mm),
+            form: cup(p, layout).joint(),
+        }
+    }
+
+    /// The mounting holes, where nuts are melted into them.
+    pub fn inserts(&self) -> Option<&Joint> {
+        self.mounting.nut_name().map(|_| &self.mounting)
+    }
+}
+
+fn shell_base(p: &Dome, layout: &Layout) -> Joint {
+    let (screw, nut) = (Screw::M2X4, HeatSetNut::M2);
+    // Below the camera's pocket, which has no wall to spare for nuts.
+    let z = layout.bottom_z_mm + NUT_FLOOR_MM + nut.diameter_mm / 2.0;
+    // A flat end lies flush with a round wall where its rim does.
+    let flush = |radius: f64, width: f64| {
+        let radius = (radius.powi(2) - (width / 2.0).powi(2)).sqrt();
+        ring(p.shell.screws, 0.0, Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, z)))
+    };
+    let heads = flush(layout.shell_radius_mm, screw.head_diameter_mm());
+    let nuts = flush(layout.base_radius_mm, nut.diameter_mm);
+    Joint::heat_set("screw", screw, heads, (nut, nuts, NUT_SPARE_MM))
+}
+
+fn camera(p: &Dome, layout: &Layout) -> Joint {
+    let half =
+        [p.camera.board.screw_spacing, p.camera.board.screw_spacing_y].map(|mm| mm.mm() / 2.0);
+    let poses = corners(half).map(|[x, y]| Pose::translation(x, y, layout.camera_board_top_z_mm));
+    // All the way through the base, so that a broken screw can be pushed out.
+    let depth = layout.camera_board_top_z_mm - layout.bottom_z_mm + CUT_OVERLAP_MM;
+    Joint::self_tapping("camera screw", Screw::M1_6X5, poses.to_vec(), depth)
+}
+
+/// Holes for what the sensor is mounted on.
+pub(super) fn mounting<'a>(p: &'a Dome, layout: &Layout) -> Mounting<'a> {
+    Mounting {
+        mount: &p.mount,
+        // Half a step off the nuts.
+        ring: MountRing::Circle(p.base.mount_holes, p.base.mount_radius, 0.5),
+        depth_mm: layout.camera_board_bottom_z_mm - MOUNT_FLOOR_MM - layout.bottom_z_mm,
+        is_through: false,
+        holds: (
+            &[MountHold::Tapped, MountHold::Insert, MountHold::ShortInsert],
+            "the camera and the LED board stand above the holes, where heads would be",
+        ),
+    }
+}
+
+// ------ Surface ------
+//
+// The shape every layer of a dome sensor shares.
+
+/// A hemisphere on a straight wall, standing on z = 0: everything a dome sensor encloses out to
+/// `radius_mm`.
+pub fn dome(radius_mm: f64, wall_height_mm: f64) -> Solid {
+    dome_from(0.0, radius_mm, wall_height_mm)
+}
+
+/// The same dome as a cutting tool, which goes on below its foot.
+pub fn dome_tool(radius_mm: f64, wall_height_mm: f64) -> Solid {
+    dome_from(-CUT_OVERLAP_MM, radius_mm, wall_height_mm)
+}
+
+/// What lies between two domes of one wall height.
+pub fn dome_shell(inner_mm: f64, outer_mm: f64, wall_height_mm: f64) -> Solid {
+    dome(outer_mm, wall_height_mm).minus(dome_tool(inner_mm, wall_height_mm))
+}
+
+fn dome_from(foot_mm: f64, radius_mm: f64, wall_height_mm: f64) -> Solid {
+    let path = Path::from([0.0, foot_mm]).line([radius_mm, foot_mm]);
+    let path = if wall_height_mm > foot_mm { path.line([radius_mm, wall_height_mm]) } else { path };
+    let apex = [0.0, wall_height_mm + radius_mm];
+    Solid::revolution(path.arc(apex, [0.0, wall_height_mm], true).close())
 }

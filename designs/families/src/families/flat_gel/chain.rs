@@ -2,9 +2,8 @@
 
 use fabkit_geometry::{Action, FixedBy, Opening, Pose, Step, Vector3};
 
-use super::bodies::*;
-use super::layout::Layout;
-use super::parameters::{CoatBy, FlatGel};
+use super::Layout;
+use super::parameters::*;
 use crate::assembling::{
     GLUED, Name, SENSOR, assemble, bond, cure, demold, liquid, make, opening, peeled, prepare,
     rigid, step,

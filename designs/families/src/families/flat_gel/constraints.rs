@@ -1,7 +1,7 @@
 //! What the parameters must fulfil together so that things fit, hold and can be made. What the
 //! blocks require of themselves, they say.
 
-use super::layout::Layout;
+use super::Layout;
 use super::pad::frames;
 use super::parameters::FlatGel;
 use crate::blocks::PRINTED_WALL_MM;

@@ -1,25 +1,27 @@
 //! Flat-gel sensors: a coated pad of gel on a clear plate above a camera (9DTact, DIGIT, GelSight).
+//!
+//! Its layout stands below, because all the rest is built from it.
 
-mod bodies;
 mod chain;
 mod constraints;
-mod layout;
 mod pad;
 mod parameters;
 
-use fabkit_geometry::{Angle, Body, Lighting, NominalCamera, PlaneSurface, Pose, Sensor};
+use fabkit_geometry::{Angle, Body, Lighting, NominalCamera, PlaneSurface, Pose, Process, Sensor};
 
 use crate::assembling::{SENSOR, in_sensor, sight};
 use crate::blocks::adapter::MountFace;
+use crate::blocks::chamber_light::Light;
+use crate::blocks::clamshell::Clamshell;
 use crate::blocks::lighting::{slopes, thickness};
 use crate::blocks::marker_grid::MARKERS;
-use crate::blocks::{self, merged, mm};
+use crate::blocks::posted_camera::Posted;
+use crate::blocks::{self, Rect, merged, mm};
+use crate::fits::Fit;
 use crate::materials::Clarity;
 use crate::parameters::Report;
 use crate::{Built, Family, Header};
-use bodies::{BASE, SHELL};
-use layout::Layout;
-use parameters::FlatGel;
+use parameters::{BASE, FlatGel, SHELL};
 
 /// The family of 9DTact, DIGIT and GelSight.
 pub(crate) struct FlatGelFamily;
@@ -77,7 +79,7 @@ fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
         touch: Some(touch(p, layout).into()),
         marks: p.markers.marks(layout.seen_z_mm),
         lightings: vec![lighting(p, layout)],
-        sight: sight(&[(bodies::GEL, &p.pad.material)], bodies::COAT),
+        sight: sight(&[(parameters::GEL, &p.pad.material)], parameters::COAT),
         ..blocks::sensor(header, nominal(layout), bodies)
     }
 }
@@ -85,8 +87,8 @@ fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
 /// What is below the coat scatters light, or lets it through to the coat.
 fn lighting(p: &FlatGel, layout: &Layout) -> Lighting {
     match p.pad.material.material().figures.clarity {
-        Some(Clarity::Translucent) => thickness([bodies::GEL]),
-        _ => slopes(bodies::COAT, p.markers.exist().then_some(MARKERS), layout.light.colors()),
+        Some(Clarity::Translucent) => thickness([parameters::GEL]),
+        _ => slopes(parameters::COAT, p.markers.exist().then_some(MARKERS), layout.light.colors()),
     }
 }
 
@@ -167,4 +169,108 @@ fn derived(sensor: &Sensor, layout: &Layout) -> Vec<(String, String)> {
         count("markers", "markers"),
         count("led", "leds"),
     ]
+}
+
+// ------ Layout ------
+//
+// Where things are: every edge and height that more than one body needs, derived once.
+
+/// Refractive index of acrylic; gel has less, so that this underestimates what is seen.
+const PLATE_INDEX: f64 = 1.49;
+
+/// Edges and heights in the sensor frame, mm. z = 0 is the pad's foot, the upper rim of the shell.
+#[derive(Clone, Debug)]
+pub struct Layout<'a> {
+    /// The pad with its coat.
+    pub pad: Rect,
+    /// The pad's gel.
+    pub gel: Rect,
+    /// The opening that plate and bed lie in.
+    pub opening: Rect,
+    /// The plate.
+    pub plate: Rect,
+    /// The pad's top.
+    pub top_z_mm: f64,
+    /// The gel under the coat: what the camera sees.
+    pub seen_z_mm: f64,
+    /// Top of the plate.
+    pub plate_top_z_mm: f64,
+    /// Bottom of the plate.
+    pub plate_bottom_z_mm: f64,
+    /// The camera.
+    pub camera: Posted<'a>,
+    /// Shell and base.
+    pub housing: Clamshell<'a>,
+    /// The chamber below the plate's ledge, and its light.
+    pub light: Light<'a>,
+}
+
+impl<'a> Layout<'a> {
+    /// Derives the layout; meaningful only for parameters that satisfy the family's constraints.
+    pub fn new(p: &'a FlatGel) -> Self {
+        let gap_mm = |part, fit| p.making.gap_mm(part, Process::Fdm, fit);
+        let slide = gap_mm(SHELL, Fit::Slide);
+        let half = [p.pad.length, p.pad.width].map(|edge| edge.mm() / 2.0);
+        let pad = Rect { half, corner: p.pad.corner.mm() };
+        let side = p.coat.side.mm();
+        let gel = Rect { corner: p.pad.corner.mm() - side, ..pad.shrunk(side) };
+        let opening = pad.shrunk(p.plate.overlap.mm());
+
+        let (top_z_mm, plate_top_z_mm) = (p.pad.thickness.mm(), -p.bed.thickness.mm());
+        let seen_z_mm = top_z_mm - p.coat.thickness.mm();
+        let plate_bottom_z_mm = plate_top_z_mm - p.plate.thickness.mm();
+        let camera = p.camera.before(seen_z_mm, gap_mm(BASE, Fit::Slide));
+
+        let chamber = opening.half.map(|half| half - p.plate.ledge.mm());
+        // The camera comes in from below; what it needs, the room below the chamber has.
+        let board = p.camera.board_mm().map(|edge| edge / 2.0 + slide);
+        let room = [0, 1].map(|i| (chamber[i] + p.leds.step_mm()).max(board[i]));
+        let sections = (&p.shell, &p.base, &p.mount);
+        let play = [slide, gap_mm(BASE, Fit::Snug)];
+        let housing = Clamshell::around(sections, play, half, room, camera.foot_z);
+        let light = Light {
+            leds: &p.leds,
+            chamber: Rect { half: chamber, ..housing.room },
+            room: housing.room,
+            ceiling_z: plate_bottom_z_mm,
+            camera: camera.clone(),
+            slide_mm: slide,
+        };
+        Self {
+            pad,
+            gel,
+            opening,
+            plate: opening.shrunk(slide),
+            top_z_mm,
+            seen_z_mm,
+            plate_top_z_mm,
+            plate_bottom_z_mm,
+            camera,
+            housing,
+            light,
+        }
+    }
+
+    /// How far from the middle the camera sees the gel under the coat, along x and y, mm: up to the
+    /// gel's edge, its picture's edge, the plate's ledge or the LEDs, through plate and gel.
+    pub fn seen_mm(&self) -> [f64; 2] {
+        let camera = self.camera.camera;
+        let px = camera.pictures.size_px().map(f64::from);
+        let (air, inside) =
+            (self.plate_bottom_z_mm - self.camera.pupil_z, self.seen_z_mm - self.plate_bottom_z_mm);
+        let light = &self.light;
+        [0, 1].map(|axis| {
+            // The picture's long side lies along the pad's.
+            let px = if (axis == self.pad.longer()) == (px[0] >= px[1]) { px[0] } else { px[1] };
+            let ledge = light.chamber.half[axis];
+            let mut slope = (px / 2.0 * camera.rad_per_px()).min(1.5).tan().min(ledge / air);
+            if light.leds.out_mm() > 0.0 {
+                let above = light.strip_top_z() - self.camera.pupil_z;
+                slope = slope.min((ledge - light.leds.out_mm()) / above);
+            }
+            let n2 = PLATE_INDEX.powi(2);
+            let bent = inside * slope / (n2 + (n2 - 1.0) * slope.powi(2)).sqrt();
+            (air * slope + bent).min(self.gel.half[axis])
+        })
+    }
 }

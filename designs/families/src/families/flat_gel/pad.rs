@@ -2,9 +2,8 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Process};
 
-use super::bodies::*;
-use super::layout::Layout;
-use super::parameters::{CoatBy, FlatGel};
+use super::Layout;
+use super::parameters::*;
 use crate::assembling::{AssemblyName, in_sensor, shrinkage};
 use crate::blocks::GLASS;
 use crate::blocks::frame_mold::{FLOOR, Frames};

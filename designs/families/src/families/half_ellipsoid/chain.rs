@@ -2,14 +2,11 @@
 
 use fabkit_geometry::{Cure, FixedBy, Opening, Point3, Pose, Pull, Step, Vector3};
 
-use super::bodies::*;
-use super::components::has_parts;
-use super::joints::Joints;
-use super::layers::elastomer_names;
-use super::layout::Layout;
-use super::parameters::HalfEllipsoid;
-use super::runner;
-use super::tooling::{Boundary, vent_poses};
+use super::electronics::has_parts;
+use super::housing::elastomer_names;
+use super::molds::{self, Boundary, vent_poses};
+use super::parameters::*;
+use super::{Joints, Layout};
 use crate::assembling::{
     Liquid, Name, SENSOR, assemble, bond, demold, free_surface, liquid, make, peeled, prepare,
     rigid, step,
@@ -49,10 +46,10 @@ fn foot_openings(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Vec<
     };
     let gate = |(rad, i): (f64, u32)| {
         let (point, radius_mm) =
-            runner::open_disc(rad, layout, feet.map(|offset| layout.foot_of(offset)));
+            molds::open_disc(rad, layout, feet.map(|offset| layout.foot_of(offset)));
         opening(&format!("gate {i}"), point, -up(), radius_mm)
     };
-    runner::gates_rad(p).zip(1..).map(gate).collect()
+    molds::gates_rad(p).zip(1..).map(gate).collect()
 }
 
 /// Every step from printing to the sensor.

@@ -1,24 +1,23 @@
 //! What the parameters must fulfil together so that things fit, hold and can be made.
 
-mod tooling;
-
 use std::f64::consts::PI;
 
 use fabkit_geometry::{Angle, Point3, Pose, Process};
 
-use super::bodies::HOLDER;
-use super::circuit;
-use super::components::{has_parts, switch_reach_mm};
+use super::electronics::{self, has_parts, switch_reach_mm};
 use super::housing::{
     LED_HOLE_MARGIN_MM, PRY_SLOT_MM, RESIN_WALL_MM, diffuser_bore_mm, pocket_radii_mm, wire_slot,
     wires_mm,
 };
-use super::joints::{Joints, mounting};
-use super::layout::{BOLT, Layout};
-use super::markers::end_centres;
-use super::parameters::HalfEllipsoid;
+use super::molds::{
+    REACH_MM, SILICONE_WALL_MM, half_gate_rad, key_circle_mm, marker_end_centres, syringe_seat,
+    vent_circle_mm, vent_radius_at,
+};
+use super::parameters::{HOLDER, HalfEllipsoid};
+use super::{BOLT, Joints, Layout, mounting};
 use crate::blocks::circuit::CHIP_0603;
 use crate::blocks::marks::{self, RoundPattern, farthest_deg};
+use crate::blocks::sprue::LEAST_WALL_MM;
 use crate::blocks::{APART_MM, around, edge, half_chord, turn};
 use crate::fits::Fit;
 use crate::parameters::{Report, limits};
@@ -37,7 +36,7 @@ pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
         illumination(p, &layout, report);
         camera(p, &layout, report);
         base(p, &layout, report);
-        tooling::check(p, &layout, report);
+        check_tooling(p, &layout, report);
     }
 }
 
@@ -120,7 +119,7 @@ fn listed(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     listed.check_within(0, most, ("the base circle must cut no marker", or), report);
     let wall = ("a wall must remain between two slots", or);
     let least = 2.0 * markers.radius.mm() + markers.wall.mm();
-    listed.check_apart(&end_centres(p, layout), least, wall, report);
+    listed.check_apart(&marker_end_centres(p, layout), least, wall, report);
 }
 
 /// Smallest distance between the round ends of any two of `count` slots, mm: slots along normals of
@@ -128,12 +127,12 @@ fn listed(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 fn nearest_mm(p: &HalfEllipsoid, layout: &Layout, count: u32) -> f64 {
     let mut counted = p.clone();
     counted.markers.count = count;
-    marks::nearest_mm(&end_centres(&counted, layout)).unwrap_or(f64::INFINITY)
+    marks::nearest_mm(&marker_end_centres(&counted, layout)).unwrap_or(f64::INFINITY)
 }
 
 /// Height of the lowest slot's axis above the base circle, mm.
 fn lowest_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
-    end_centres(p, layout).iter().map(|end| end.z).fold(f64::INFINITY, f64::min)
+    marker_end_centres(p, layout).iter().map(|end| end.z).fold(f64::INFINITY, f64::min)
 }
 
 fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
@@ -164,7 +163,7 @@ fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 }
 
 fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    for (electric, kind) in circuit::electric(p).into_iter().zip(["white", "uv"]) {
+    for (electric, kind) in electronics::electric(p).into_iter().zip(["white", "uv"]) {
         let forward = format!("leds.{kind}_forward_volts");
         electric.check(&forward, [p.leds.pairs, 2 * p.leds.pairs], CHIP_0603, report);
     }
@@ -373,5 +372,52 @@ fn bolts_clear(
                 p.base.bolts
             )
         },
+    );
+}
+
+// ------ Tooling ------
+//
+// Molds, their negatives, and what leads into them.
+
+pub(super) fn check_tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+    let tooling = &p.tooling;
+    let key = tooling.key_diameter.mm() / 2.0;
+    let surface = layout.foot_of(layout.black_offset_mm);
+    let foot = layout.inner_offset_mm - layout.shell_offset_mm;
+    let beside = REACH_MM + SILICONE_WALL_MM;
+    let mouth = syringe_seat(p).mouth_mm();
+    limits! { report, p:
+        tooling.silicone_diameter >= 2.0 * (surface + 2.0 * key + 2.0 * beside),
+            "keys stand between the ring of the sprue and the side, half a millimetre from the one";
+        tooling.silicone_diameter >= 2.0 * surface + 4.0 * (mouth + 1.0),
+            "the syringe's seat needs a wall of 1 mm";
+        tooling.core_flange >= LEAST_WALL_MM, "it holds 3 mm of a syringe's tip";
+        tooling.key_height <= 0.8 * key / 20f64.to_radians().tan(),
+            "a key is a frustum: its sides meet above that";
+        tooling.keys <= around(key_circle_mm(layout), 2.0 * key + 1.0),
+            "keys stand side by side on their circle";
+        tooling.keys <= around(key_circle_mm(layout), 2.0 * (key + mouth + SILICONE_WALL_MM)) / 2.0,
+            "the syringe's seat lies between two keys";
+        tooling.core_flange <= 10.0 * p.tooling.vent_diameter.mm(),
+            "the pins that leave the vents must stand while silicone is poured around them";
+        tooling.vent_diameter <= foot - 0.1, "a vent opens over the inner elastomer's foot alone";
+    }
+    // Vents and gates alternate, and a vent is widest at the foot.
+    let circle = vent_circle_mm(layout);
+    let step = PI / f64::from(tooling.vents);
+    let gate = circle * (step - half_gate_rad(layout)).sin() - vent_radius_at(p, 0.0);
+    let along = 2.0 * circle * step.sin() - tooling.vent_diameter.mm();
+    let wall = gate.min(along);
+    report.require(
+        wall >= SILICONE_WALL_MM,
+        "tooling.vents",
+        || {
+            format!(
+                "tooling.vents is {}; vents of {} come within {:.2} mm of each other or of the gates \
+                 between them, and {SILICONE_WALL_MM} mm of silicone are needed",
+                tooling.vents, tooling.vent_diameter, wall
+            )
+        },
+        || "write fewer, or a smaller `tooling.vent_diameter`".into(),
     );
 }

@@ -1,32 +1,31 @@
 //! Half-ellipsoid sensors: elastomers on a machined shell, LEDs and a camera below it (UVDtact).
+//!
+//! Its layout, joints and surface stand below, because all the rest is built from them.
 
-mod bodies;
 mod chain;
-mod circuit;
-mod components;
 mod constraints;
+mod electronics;
 mod housing;
-mod joints;
-mod layers;
-mod layout;
-mod markers;
+mod molds;
 mod parameters;
-mod runner;
-mod surface;
-mod tooling;
 
-use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Lighting, Path, Rgb, Sensor, Shows};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use fabkit_geometry::{
+    CUT_OVERLAP_MM, DomeSurface, EllipsoidOffset, Grip, Lighting, Path, Point3, Pose, Process, Rgb,
+    Sensor, Shows, Solid, Vector3,
+};
 
 use crate::assembling::sight;
-use crate::blocks::Rect;
 use crate::blocks::adapter::MountFace;
 use crate::blocks::marks::{RoundPattern, nearest_mm};
-use crate::blocks::{self, mm};
+use crate::blocks::mounting::{MountHold, MountRing, Mounting};
+use crate::blocks::{self, Joint, Rect, mm, ring};
+use crate::fits::Fit;
+use crate::hardware::Screw;
 use crate::parameters::Report;
-use crate::{Built, Family, Header};
-use joints::Joints;
-use layout::Layout;
-use parameters::HalfEllipsoid;
+use crate::{Built, Family, Header, layout};
+use parameters::{BASE, HOLDER, HalfEllipsoid, MeasuredTo, POST};
 
 /// The family of UVDtact.
 pub(crate) struct HalfEllipsoidFamily;
@@ -46,7 +45,7 @@ impl Family for HalfEllipsoidFamily {
     fn build(parameters: &HalfEllipsoid, header: &Header, _report: &mut Report) -> Option<Built> {
         let layout = Layout::new(parameters);
         let face = MountFace {
-            holder: bodies::BASE,
+            holder: parameters::BASE,
             mounting: Joints::new(parameters, &layout).mounting,
             borrowed_mm: None,
             bottom_z_mm: layout.bottom_z_mm,
@@ -63,28 +62,32 @@ impl Family for HalfEllipsoidFamily {
 fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
     let layout = Layout::new(p);
     let mut parts = housing::parts(p, &layout);
-    parts.extend(tooling::parts(p, &layout));
+    parts.extend(molds::parts(p, &layout));
     let pupil_z = layout.camera_front_z_mm - p.camera.pupil_behind_front.mm();
     let bodies = parts
         .into_iter()
-        .chain(layers::layers(p, &layout))
-        .chain(components::components(p, &layout));
+        .chain(housing::layers(p, &layout))
+        .chain(electronics::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),
-        circuits: vec![circuit::circuit(p, &layout)],
-        press_fits: Joints::new(p, &layout).holder.press_fit(bodies::BASE).into_iter().collect(),
+        circuits: vec![electronics::circuit(p, &layout)],
+        press_fits: Joints::new(p, &layout)
+            .holder
+            .press_fit(parameters::BASE)
+            .into_iter()
+            .collect(),
         touch: Some(touch(p, &layout).into()),
-        marks: markers::marks(p, &layout),
+        marks: molds::markers(p, &layout),
         lightings: lightings(p),
         sight: sight(
-            &layers::elastomer_names(p)
+            &housing::elastomer_names(p)
                 .into_iter()
                 .map(|name| match name {
-                    bodies::OUTER => (name, &p.outer_elastomer.material),
+                    parameters::OUTER => (name, &p.outer_elastomer.material),
                     _ => (name, &p.inner_elastomer.material),
                 })
                 .collect::<Vec<_>>(),
-            bodies::BLACK,
+            parameters::BLACK,
         ),
         ..blocks::sensor(
             header,
@@ -136,15 +139,15 @@ fn derived(p: &HalfEllipsoid) -> Vec<(String, String)> {
             "shell thickness at the tip",
             outside - layout.ellipsoid.cavity_tip_z(layout.cavity_depth_mm, mill),
         ),
-        mm("slot depth", markers::depth(&p.markers)),
+        mm("slot depth", molds::marker_depth(&p.markers)),
         mm("LED board radius", layout.board_radius_mm),
         mm("LED board top below the base circle", -layout.board_top_z_mm),
     ];
     if p.markers.pattern == RoundPattern::List {
-        let ends = markers::end_centres(p, &layout);
+        let ends = molds::marker_end_centres(p, &layout);
         figures.push(("markers".into(), ends.len().to_string()));
         figures.extend(nearest_mm(&ends).map(|least| mm("nearest round ends", least)));
-    } else if let Ok(spread) = markers::spread(&layout, p.markers.count) {
+    } else if let Ok(spread) = molds::marker_spread(&layout, p.markers.count) {
         figures.push(mm("marker spacing along the meridian", spread.spacing));
         figures.push(("markers per ring, from the tip".into(), spread.counts()));
     }
@@ -156,10 +159,376 @@ const INKS: [Rgb; 2] = [[1.0, 0.15, 0.05], [0.05, 0.25, 1.0]];
 
 /// White for shape, ultraviolet for markers: both inks scatter white light alike, and glow in their own colours.
 fn lightings(p: &HalfEllipsoid) -> Vec<Lighting> {
-    let layers: Vec<String> = layers::elastomer_names(p).into_iter().map(String::from).collect();
+    let layers: Vec<String> = housing::elastomer_names(p).into_iter().map(String::from).collect();
     let glowing = layers.iter().cloned().zip(INKS).collect();
     vec![
-        Lighting::by("white", bodies::WHITE_LED, Shows::Thickness { layers }),
-        Lighting::by("uv", bodies::UV_LED, Shows::Glow { layers: glowing }),
+        Lighting::by("white", parameters::WHITE_LED, Shows::Thickness { layers }),
+        Lighting::by("uv", parameters::UV_LED, Shows::Glow { layers: glowing }),
     ]
+}
+
+// ------ Layout ------
+//
+// Where things are: every radius and height that more than one part needs, derived once.
+
+/// Room between the shell's foot and the step of its holder, mm: glue runs in there.
+const FOOT_SPARE_MM: f64 = 0.8;
+
+/// Gap between the holder's step and the diffuser, mm: the base stops on its flange, not here.
+const STEP_GAP_MM: f64 = 0.1;
+
+/// Plastic between a bolt's hole and the pocket above it, or the skirt's end below its head, mm.
+const BOLT_WALL_MM: f64 = 0.6;
+
+/// The bolts of the housing.
+pub const BOLT: Screw = Screw::M1_2X3;
+
+layout! {
+    /// Radii and heights in the sensor frame, mm.
+    ///
+    /// Downwards from the base circle: the holder's collar around the shell's foot, a step, and the
+    /// skirt around diffuser, LEDs, board and base, which stand on each other.
+    pub struct Layout from p: &HalfEllipsoid {
+        /// What all layers are offset from.
+        ellipsoid: Ellipsoid =
+            Ellipsoid { equatorial: p.surface.diameter.mm() / 2.0, polar: p.surface.height.mm() };
+        /// Offset of the black gel's outside: the finished surface.
+        black_offset_mm = match p.surface.measured_to {
+            MeasuredTo::BlackGel => 0.0,
+            MeasuredTo::OuterElastomer => p.black_gel.thickness.mm(),
+        };
+        /// Offset of the outer elastomer's outside.
+        outer_offset_mm = black_offset_mm - p.black_gel.thickness.mm();
+        let without_outer = outer_offset_mm - p.outer_elastomer.thickness.mm();
+        /// Offset of the inner elastomer's outside: without markers it is cast as thick as both together.
+        inner_offset_mm = match p.markers.is_plain() {
+            true => outer_offset_mm,
+            false => without_outer,
+        };
+        /// Offset of the shell's outside.
+        shell_offset_mm = without_outer - p.inner_elastomer.thickness.mm();
+        /// Depth of the shell's inside below the ellipsoid.
+        cavity_depth_mm = p.shell.thickness.mm() - shell_offset_mm;
+
+        /// Outside of the shell's foot.
+        foot_radius_mm = ellipsoid.equatorial + shell_offset_mm - p.shell.shoulder.mm();
+        /// Lower end of the foot.
+        foot_z_mm = -p.shell.foot_height.mm();
+        /// Outside of holder and flange.
+        holder_radius_mm = p.holder.outer_diameter.mm() / 2.0;
+        let snug = p.making.gap_mm(HOLDER, Process::Sla, Fit::Snug);
+        /// Inside of the holder's collar.
+        collar_radius_mm = foot_radius_mm + snug;
+        /// Step between collar and skirt.
+        step_z_mm = foot_z_mm - FOOT_SPARE_MM;
+        /// Inside of the skirt.
+        skirt_radius_mm = holder_radius_mm - p.holder.skirt.mm();
+        /// Outside of diffuser and board.
+        board_radius_mm = skirt_radius_mm - p.making.gap_mm(HOLDER, Process::Sla, Fit::Free);
+        /// Outside of the base's plug.
+        base_radius_mm = skirt_radius_mm - p.making.gap_mm(HOLDER, Process::Sla, Fit::Slide);
+
+        /// Top of the diffuser.
+        diffuser_top_z_mm = step_z_mm - STEP_GAP_MM;
+        /// Underside of the diffuser's plate.
+        diffuser_plate_z_mm = diffuser_top_z_mm - p.diffuser.thickness.mm();
+        /// Inside of the diffuser's wall.
+        diffuser_wall_radius_mm = board_radius_mm - p.diffuser.wall.mm();
+        /// Top of the board, where the LEDs stand.
+        board_top_z_mm = diffuser_plate_z_mm - p.diffuser.gap.mm() - p.leds.height.mm();
+        /// Top of the base, where the board lies.
+        base_top_z_mm = board_top_z_mm - p.led_board.thickness.mm();
+        /// Floor of the pocket for the board's parts.
+        pocket_z_mm = base_top_z_mm - p.base.pocket_depth.mm();
+        /// Axes of the bolts.
+        bolt_z_mm = pocket_z_mm - BOLT_WALL_MM - BOLT.pilot_hole_mm() / 2.0;
+        /// End of the skirt, top of the flange.
+        flange_z_mm = bolt_z_mm - BOLT.sink_diameter_mm(snug) / 2.0 - BOLT_WALL_MM;
+        /// Bottom of everything.
+        bottom_z_mm = flange_z_mm - p.base.flange.mm();
+
+        /// Inside of it.
+        post_bore_radius_mm = p.camera.diameter.mm() / 2.0
+            + p.making.gap_mm(POST, Process::Sla, Fit::Snug);
+        /// Outside of the post that carries the camera.
+        post_radius_mm = post_bore_radius_mm + p.camera_holder.wall.mm();
+        /// Front of camera and post.
+        camera_front_z_mm = -p.camera.front_depth.mm();
+        /// Lower end of the post, in the base.
+        post_end_z_mm = base_top_z_mm - p.camera_holder.socket_depth.mm();
+        // One passage through both: the larger gap.
+        let passed = [POST, BASE].map(|part| (part, Process::Sla));
+        /// Radius of the passage for the camera's cable.
+        cable_radius_mm =
+            p.camera.cable_diameter.mm() / 2.0 + p.making.widest_mm(passed, Fit::Free);
+
+        /// Outside of the silicone molds.
+        silicone_radius_mm = p.tooling.silicone_diameter.mm() / 2.0;
+        /// Far end of the silicone molds.
+        silicone_top_z_mm = ellipsoid.polar + black_offset_mm + p.tooling.silicone_floor.mm();
+        /// Far side of the core's flange.
+        core_flange_z_mm = -p.tooling.core_flange.mm();
+    }
+}
+
+impl Layout {
+    /// Radius of the base circle of the surface at an offset, mm.
+    pub fn foot_of(&self, offset: f64) -> f64 {
+        self.ellipsoid.equatorial + offset
+    }
+
+    /// Inside of the shell's foot, mm.
+    pub fn bore_radius(&self) -> f64 {
+        self.ellipsoid.equatorial - self.cavity_depth_mm
+    }
+}
+
+// ------ Joints ------
+//
+// The screws of the sensor: each joint is stated here, and nowhere else.
+
+/// Room of a bolt's hole beyond its tip, mm.
+const BOLT_SPARE_MM: f64 = 0.4;
+
+/// Depth of the mounting holes, mm.
+const MOUNT_DEPTH_MM: f64 = 3.0;
+
+/// All joints, in the sensor frame.
+pub struct Joints {
+    /// Through the shell holder's skirt into the base, pointing at the axis.
+    pub holder: Joint,
+    /// In the base's bottom, for what the sensor is mounted on; a user's screws.
+    pub mounting: Joint,
+}
+
+impl Joints {
+    /// Where they are; meaningful only for parameters that satisfy the family's constraints.
+    pub fn new(p: &HalfEllipsoid, layout: &Layout) -> Self {
+        // A flat head lies flush with a round wall where its rim does.
+        let head = BOLT.head_diameter_mm() / 2.0;
+        let radius = (layout.holder_radius_mm.powi(2) - head.powi(2)).sqrt();
+        let bolt = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, layout.bolt_z_mm));
+        let bolts = ring(p.base.bolts, 0.0, bolt);
+        let depth = BOLT.length_mm + BOLT_SPARE_MM;
+        Self {
+            holder: Joint::self_tapping("bolt", BOLT, bolts, depth).of_bolts(),
+            mounting: mounting(p).joint(layout.bottom_z_mm),
+        }
+    }
+}
+
+/// Holes for what the sensor is mounted on.
+pub(super) fn mounting(p: &HalfEllipsoid) -> Mounting<'_> {
+    Mounting {
+        mount: &p.mount,
+        // Half a step off the bolts.
+        ring: MountRing::Circle(p.base.mount_holes, p.base.mount_radius, 0.5),
+        depth_mm: MOUNT_DEPTH_MM,
+        is_through: false,
+        holds: (
+            &[MountHold::Tapped],
+            "the base is of resin, which does not melt around an insert, and everything in it is glued \
+             in above the holes",
+        ),
+    }
+}
+
+// ------ Surface ------
+//
+// The half ellipsoid, its parallel surfaces, and the inside of the shell.
+//
+// An ellipse of half axes a (across) and c (along z) has, at the eccentric angle t from its tip, the
+// point (a sin t, c cos t) and the outward normal along (sin t / a, cos t / c).
+
+/// Biarcs along the shell's inside: with these, its distance from the parallel surface stays below
+/// 0.1 um for every ellipsoid up to 1 : 4.
+const BIARCS: u32 = 32;
+
+/// The ellipsoid from which all layers are offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ellipsoid {
+    /// Half axis across, mm.
+    pub equatorial: f64,
+    /// Half axis along z, mm; longer.
+    pub polar: f64,
+}
+
+impl Ellipsoid {
+    /// The smallest radius of curvature, mm, at the tip: no smooth parallel surface lies deeper.
+    pub fn tip_curvature_radius(&self) -> f64 {
+        self.equatorial.powi(2) / self.polar
+    }
+
+    /// The surface at `offset` mm outside.
+    pub fn parallel(&self, offset: f64) -> EllipsoidOffset {
+        EllipsoidOffset { equatorial_mm: self.equatorial, polar_mm: self.polar, offset_mm: offset }
+    }
+
+    /// Everything within that surface, below the base circle too.
+    pub fn whole(&self, offset: f64) -> Solid {
+        Solid::EllipsoidOffset(self.parallel(offset))
+    }
+
+    /// A dome within that surface that goes on below the base circle by the overlap of cuts.
+    pub fn dome_tool(&self, offset: f64) -> Solid {
+        self.whole(offset).minus(Solid::below(-CUT_OVERLAP_MM))
+    }
+
+    /// Point and unit normal of the meridian at an eccentric angle, as (radius, z).
+    fn meridian(&self, eccentric: f64) -> ([f64; 2], [f64; 2]) {
+        let (s, c) = eccentric.sin_cos();
+        let normal = [s / self.equatorial, c / self.polar];
+        let length = normal[0].hypot(normal[1]);
+        ([self.equatorial * s, self.polar * c], normal.map(|v| v / length))
+    }
+
+    /// Where the surface at `depth` mm inside meets the axis, as an eccentric angle; 0 where it is
+    /// smooth there.
+    ///
+    /// The normal from angle t meets the axis after a^2 |(sin t / a, cos t / c)|.
+    fn fold(&self, depth: f64) -> f64 {
+        let (a, c) = (self.equatorial, self.polar);
+        let square = ((depth / a.powi(2)).powi(2) - c.powi(-2)) / (a.powi(-2) - c.powi(-2));
+        square.clamp(0.0, 1.0).sqrt().asin()
+    }
+
+    /// Height of the tip of a cavity `depth` mm inside with a tip no sharper than `tip_radius`, mm.
+    pub fn cavity_tip_z(&self, depth: f64, tip_radius: f64) -> f64 {
+        let fold = self.fold(depth + tip_radius);
+        if fold == 0.0 {
+            return self.polar - depth;
+        }
+        self.ball_centre_z(depth + tip_radius) + tip_radius
+    }
+
+    /// Height of the highest ball of `radius` mm that touches the ellipsoid from inside, for radii
+    /// beyond the tip's radius of curvature.
+    fn ball_centre_z(&self, radius: f64) -> f64 {
+        self.fold(radius).cos() * (self.polar - self.tip_curvature_radius())
+    }
+
+    /// What a ball mill of `tip_radius` mm leaves free when it stays `depth` mm away from the
+    /// ellipsoid, with a bore down to `bottom_z`: the parallel surface, rounded at the tip, where it
+    /// would fold because it lies deeper than the tip's radius of curvature.
+    ///
+    /// The parallel surface is made of circular arcs that share its normals at 65 places (biarcs:
+    /// Bolton, "Biarc curves", Computer-Aided Design 7, 1975).
+    pub fn cavity(&self, depth: f64, tip_radius: f64, bottom_z: f64) -> Solid {
+        let fold = self.fold(depth + tip_radius);
+        let node = |i: u32| {
+            let eccentric = FRAC_PI_2 + (fold - FRAC_PI_2) * f64::from(i) / f64::from(BIARCS);
+            let (point, normal) = self.meridian(eccentric);
+            ([point[0] - depth * normal[0], point[1] - depth * normal[1]], normal)
+        };
+        let bore = self.equatorial - depth;
+        let mut path = Path::from([0.0, bottom_z]).line([bore, bottom_z]).line([bore, 0.0]);
+        // Exactly on the base circle, where rounding would leave 1e-16.
+        let (mut from, mut from_normal) = ([bore, 0.0], [1.0, 0.0]);
+        for i in 1..=BIARCS {
+            let (mut to, to_normal) = node(i);
+            if i == BIARCS && fold == 0.0 {
+                to[0] = 0.0;
+            }
+            let [first, joint, second] = biarc(from, from_normal, to, to_normal);
+            path = path.arc(joint, first, true).arc(to, second, true);
+            (from, from_normal) = (to, to_normal);
+        }
+        if fold > 0.0 {
+            let centre_z = self.ball_centre_z(depth + tip_radius);
+            path = path.arc([0.0, centre_z + tip_radius], [0.0, centre_z], true);
+        }
+        Solid::revolution(path.close())
+    }
+
+    /// Area above the base circle of the surface at `offset`, mm2, to about a thousandth: for
+    /// choosing, not for measuring.
+    pub fn area_estimate(&self, offset: f64) -> f64 {
+        const STEPS: u32 = 100;
+        let point = |i: u32| {
+            let (p, n) = self.meridian(FRAC_PI_2 * f64::from(i) / f64::from(STEPS));
+            [p[0] + offset * n[0], p[1] + offset * n[1]]
+        };
+        let band = |i: u32| {
+            let ([r, z], [s, w]) = (point(i), point(i + 1));
+            PI * (r + s) * (r - s).hypot(z - w)
+        };
+        (0..STEPS).map(band).sum()
+    }
+
+    /// Length of the meridian from the tip to the base circle on the surface at `offset`, mm: the
+    /// ellipse's own, and the offset times the quarter turn of the normal (Steiner).
+    pub fn meridian_length(&self, offset: f64) -> f64 {
+        // The trapezoidal rule converges geometrically on a quarter of a period.
+        const PANELS: u32 = 256;
+        let speed = |i: u32| {
+            let (s, c) = (FRAC_PI_2 * f64::from(i) / f64::from(PANELS)).sin_cos();
+            (self.equatorial * c).hypot(self.polar * s)
+        };
+        let ends = (speed(0) + speed(PANELS)) / 2.0;
+        let sum = ends + (1..PANELS).map(speed).sum::<f64>();
+        FRAC_PI_2 * (sum / f64::from(PANELS) + offset)
+    }
+}
+
+/// Two arcs from one point to another with given normals: first centre, joint, second centre. At the
+/// joint both have the normal half way between.
+fn biarc(p: [f64; 2], n: [f64; 2], q: [f64; 2], m: [f64; 2]) -> [[f64; 2]; 3] {
+    let middle = [n[0] + m[0], n[1] + m[1]];
+    let length = middle[0].hypot(middle[1]);
+    let middle = middle.map(|v| v / length);
+    // p + r (middle - n) + s (m - middle) = q, for the radii r and s.
+    let (u, v) = ([middle[0] - n[0], middle[1] - n[1]], [m[0] - middle[0], m[1] - middle[1]]);
+    let d = [q[0] - p[0], q[1] - p[1]];
+    let cross = |x: [f64; 2], y: [f64; 2]| x[0] * y[1] - x[1] * y[0];
+    let r = cross(d, v) / cross(u, v);
+    let s = cross(u, d) / cross(u, v);
+    let first = [p[0] - r * n[0], p[1] - r * n[1]];
+    let joint = [first[0] + r * middle[0], first[1] + r * middle[1]];
+    [first, joint, [q[0] - s * m[0], q[1] - s * m[1]]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fabkit_geometry::{CompiledSolid, Point3, Ray, Vector3};
+
+    const UVDTACT: Ellipsoid = Ellipsoid { equatorial: 9.0, polar: 24.0 };
+
+    #[test]
+    fn the_cavity_is_parallel_to_a_tenth_of_a_micrometre_below_its_rounded_tip() {
+        for (ellipsoid, depth, tip_radius) in [
+            (UVDTACT, 4.4, 1.5),
+            (UVDTACT, 4.0, 0.5),
+            (Ellipsoid { equatorial: 10.0, polar: 40.0 }, 4.4, 1.5),
+            (Ellipsoid { equatorial: 20.0, polar: 24.0 }, 3.0, 1.5),
+        ] {
+            let body = CompiledSolid::new(&ellipsoid.cavity(depth, tip_radius, -3.0)).unwrap();
+            let fold = ellipsoid.fold(depth + tip_radius);
+            for i in 0..500 {
+                let eccentric = fold + (FRAC_PI_2 - fold) * (f64::from(i) + 0.5) / 500.0;
+                let (point, normal) = ellipsoid.meridian(eccentric);
+                // From the ellipsoid inwards along its own normal, in an odd half plane.
+                let (s, c) = 0.3f64.sin_cos();
+                let at = |v: [f64; 2]| Vector3::new(v[0] * c, v[0] * s, v[1]);
+                let ray = Ray { origin: Point3::from(at(point)), direction: -at(normal) };
+                let thickness = body.crossings(&ray)[0].t;
+                assert!((thickness - depth).abs() < 1e-4, "{ellipsoid:?} {eccentric}: {thickness}");
+            }
+            // The tip: as far as it says, and nowhere nearer to the ellipsoid than the depth.
+            let down = Ray { origin: Point3::new(0.0, 0.0, 99.0), direction: -Vector3::z() };
+            let tip_z = 99.0 - body.crossings(&down)[0].t;
+            assert!((tip_z - ellipsoid.cavity_tip_z(depth, tip_radius)).abs() < 1e-6);
+            assert!(tip_z <= ellipsoid.polar - depth + 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_meridian_of_a_near_sphere_is_a_quarter_circle() {
+        let sphere = Ellipsoid { equatorial: 10.0, polar: 10.0 };
+        assert!((sphere.meridian_length(-2.0) - FRAC_PI_2 * 8.0).abs() < 1e-12);
+        // Ramanujan's second formula, good to 1e-7 here.
+        let h = ((24.0 - 9.0f64) / (24.0 + 9.0)).powi(2);
+        let perimeter = PI * 33.0 * (1.0 + 3.0 * h / (10.0 + (4.0 - 3.0 * h).sqrt()));
+        assert!((UVDTACT.meridian_length(0.0) - perimeter / 4.0).abs() < 1e-4);
+    }
 }

@@ -2,12 +2,9 @@
 
 use fabkit_geometry::{FixedBy, Opening, Point3, Step, Vector3};
 
-use super::bodies::*;
-use super::controller;
-use super::joints::Joints;
-use super::layout::Layout;
-use super::parameters::PinTip;
-use super::tip::lens_holes;
+use super::housing::lens_holes;
+use super::parameters::*;
+use super::{Joints, Layout, electronics};
 use crate::assembling::{
     GLUED, SENSOR, assemble, bond, flipped, liquid, make, names, prepare, step,
 };
@@ -87,7 +84,7 @@ pub fn chain(p: &PinTip, layout: &Layout) -> Vec<Step> {
             .source("III-A.1")
             .moving(layout.tip_joint.female_onto(names(&TIP))),
     ];
-    if controller::is_there(p) {
+    if electronics::has_controller(p) {
         let mounted = steps.iter().position(|step| step.name == "mount");
         let before = mounted.unwrap_or(steps.len());
         steps.splice(before..before, seat_controller());

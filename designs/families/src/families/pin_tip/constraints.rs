@@ -4,12 +4,9 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_8, PI, SQRT_2};
 
 use fabkit_geometry::{Angle, Process};
 
-use super::bodies::BODY;
-use super::controller;
-use super::joints::Joints;
-use super::layout::{Layout, half_diagonal_mm, lens_play_mm};
-use super::parameters::PinTip;
-use super::tip::pin_root_mm;
+use super::housing::pin_root_mm;
+use super::parameters::{BODY, PinTip};
+use super::{Joints, Layout, electronics, half_diagonal_mm, lens_play_mm};
 use crate::blocks::circuit::CHIP_0402;
 use crate::blocks::marks::{RoundPattern, farthest_deg};
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring};
@@ -30,7 +27,7 @@ pub(super) fn check(p: &PinTip, report: &mut Report) {
     view(p, &layout, report);
     housing(p, &layout, report);
     mount(p, &layout, report);
-    controller::check(p, &layout, report);
+    electronics::check_controller(p, &layout, report);
 }
 
 fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {

@@ -4,15 +4,12 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use fabkit_geometry::{Cure, FixedBy, Length, Mix, Opening, Point3, Step, Vector3};
 
-use super::bodies::*;
-use super::channels::Side;
-use super::display::needle_hole_mm;
-use super::joints::Joints;
+use super::housing::needle_hole_mm;
 use super::layers::{
-    display_channel_y, display_inlet, rest_x, side_volume_mm3, tube_poses, tube_volume_mm3,
+    Side, display_channel_y, display_inlet, rest_x, side_volume_mm3, tube_poses, tube_volume_mm3,
 };
-use super::layout::Layout;
-use super::parameters::SheetMold;
+use super::parameters::*;
+use super::{Joints, Layout};
 use crate::assembling::{
     Liquid, Name, SENSOR, assemble, bond, cure, demold, free_surface, liquid, make, mix, opening,
     rigid, step,

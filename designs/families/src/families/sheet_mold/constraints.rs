@@ -1,16 +1,21 @@
 //! What the parameters must fulfil together so that things fit, hold and can be made.
 
-mod readout;
-mod rigid;
+use std::f64::consts::SQRT_2;
 
-use super::cables;
-use super::channels::{Channel, Side, left_channels, spoke_radii_mm};
-use super::layout::Layout;
-use super::parameters::{Arrangement, SheetMold};
+use fabkit_geometry::{CompiledSolid, Kind, Process, Sensor};
+
+use super::electronics::{self, led_top_mm};
+use super::housing::{clamp_inner_mm, needle_hole_mm, seal_end_x};
+use super::layers::{Channel, Side, left_channels, spoke_radii_mm};
+use super::parameters::*;
+use super::{
+    CAMERA, CORNER, Layout, bolt_hole_mm, camera_board_top_mm, display_edges_mm, display_field_mm,
+    marker_edges_mm, marker_field_mm,
+};
 use crate::blocks::marks::FlatPattern;
+use crate::fits::Fit;
+use crate::hardware::HexSpacer;
 use crate::parameters::{Report, limits};
-
-pub(super) use rigid::check_sheets;
 
 /// Thinnest web that a laser leaves in wood or acrylic, mm.
 const CUT_WEB_MM: f64 = 1.0;
@@ -35,13 +40,13 @@ pub(super) fn check(p: &SheetMold, report: &mut Report) {
     let layout = Layout::new(p);
     channels(p, report);
     markers(p, report);
-    rigid::plates(p, &layout, report);
-    rigid::housing(p, &layout, report);
-    rigid::screws(p, report);
-    readout::tubes(p, report);
-    readout::display(p, &layout, report);
-    readout::cameras(p, &layout, report);
-    cables::check(p, &layout, report);
+    plates(p, &layout, report);
+    housing(p, &layout, report);
+    screws(p, report);
+    tubes(p, report);
+    display(p, &layout, report);
+    cameras(p, &layout, report);
+    electronics::check_cables(p, &layout, report);
 }
 
 /// Thinnest silicone between any two channels.
@@ -173,4 +178,210 @@ fn listed(p: &SheetMold, report: &mut Report) {
     }
     let web = ("the mold keeps 1 mm of wood between two holes", "`markers.diameter`");
     listed.check_apart_on_plane(p.markers.diameter.mm() + CUT_WEB_MM, web, report);
+}
+
+// ------ Rigid ------
+//
+// Plates, box and screws.
+
+pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
+    let plates = [
+        MOLD_FLOOR,
+        CHANNEL_COMB,
+        CHANNEL_FRAME,
+        MARKER_PLATE,
+        MARKER_FRAME,
+        BOX_CEILING,
+        BOX_FLOOR,
+    ];
+    let hole = plates.map(|plate| bolt_hole_mm(p, plate)).into_iter().fold(0.0, f64::max);
+    let slotted = [BOX_CEILING, BOX_FLOOR].map(|plate| (plate, Process::Laser));
+    let slide = p.making.widest_mm(slotted, Fit::Slide);
+    limits! { report, p:
+        marker_layer.side >= 2.0 * (clamp_inner_mm(p) + GRIP_MM),
+            "the bars beside the channel layer must hold 4 mm of the marker layer";
+        marker_layer.side >= p.housing.window.mm() + 2.0 * GRIP_MM,
+            "the marker layer rests on the rim of the window";
+        // Across the corner from the cavity's corner to the hole.
+        plate.bolt_spacing >= p.marker_layer.side.mm() + SQRT_2 * (hole + BOLT_WEB_MM),
+            "bolts stand outside of the cavity's corners";
+        plate.side >=
+            2.0 * (layout.wall_outer_mm + slide + BOLT_WEB_MM),
+            "plates reach beyond the walls' slots, which lie outside of the bolts";
+        plate.pry_depth <= (p.plate.side.mm() - p.marker_layer.side.mm()) / 2.0 - BOLT_WEB_MM,
+            "the notches must not open the cavity";
+        plate.pry_width <= p.plate.bolt_spacing.mm() - 4.0 * hole,
+            "the notches lie between the bolts";
+    }
+}
+
+pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
+    let spacer = HexSpacer::M3.corner_radius_mm();
+    let (fingers, bar_hole) = (f64::from(p.housing.fingers), bolt_hole_mm(p, CLAMP_BAR));
+    limits! { report, p:
+        housing.window <= 2.0 * (layout.bolt_mm - spacer),
+            "the spacers in the corners bear on the ceiling outside of the window";
+        housing.tab <= layout.wall_inner_mm - p.housing.cable_width.mm() - 2.0 * CUT_WEB_MM,
+            "the cable leaves between a wall's two tabs";
+        housing.cable_height <= led_top_mm(p) - p.housing.led_strip_width.mm() - APART_MM,
+            "the LED strips lie above the cable";
+        housing.led_strip_length <= 2.0 * (layout.bolt_mm - spacer),
+            "the strips fit between the corner spacers";
+        housing.led_strip_width <= p.housing.height.mm() / 2.0,
+            "the strips stay in the lower half of the box, out of the camera's sight";
+        housing.clamp_gap <=
+            layout.bolt_mm - bar_hole - BOLT_WEB_MM - p.channel_layer.side.mm() / 2.0,
+            "a bar reaches inwards from its bolts";
+        housing.height >= 2.0 * HexSpacer::M3.thread_depth_mm,
+            "the spacers have a thread at either end";
+        housing.height >= fingers * p.housing.sheet.mm(),
+            "fingers are at least as high as the sheet is thick";
+    }
+}
+
+/// The M3 x 12 screws must reach their nuts and spacers, and not hit the end of the thread.
+pub(super) fn screws(p: &SheetMold, report: &mut Report) {
+    let (screw, nut) = CORNER;
+    let length = screw.length_mm;
+    let thread = HexSpacer::M3.thread_depth_mm;
+    let grip = 2.0;
+    let above_floor = length - p.molds.floor.mm() - nut.height_mm;
+    let m2 = CAMERA.0.length_mm
+        - p.housing.sheet.mm()
+        - p.camera.board_thickness.mm()
+        - CAMERA.1.height_mm;
+    limits! { report, p:
+        molds.floor <= length - nut.height_mm - p.channels.height.mm() - p.channel_layer.roof.mm(),
+            "an M3x12 screw must reach through the stack and its nut";
+        markers.height <= above_floor - p.marker_layer.thickness.mm(),
+            "an M3x12 screw must reach through the stack and its nut";
+        housing.clamp <= length - grip - p.housing.sheet.mm() - p.marker_layer.thickness.mm(),
+            "an M3x12 screw must reach 2 mm into its spacer";
+        housing.sheet >= length - thread,
+            "an M3x12 screw must not hit the end of its spacer's thread";
+        display.sheet <= (length - grip) / 3.0, "an M3x12 screw must reach 2 mm into its spacer";
+        display.sheet >= (length - thread) / 3.0,
+            "an M3x12 screw must not hit the end of its spacer's thread";
+        camera.spacer <= m2, "an M2x12 screw must reach through sheet, spacer, board and nut";
+    }
+}
+
+/// Every sheet fits the stock, either way round.
+pub fn check_sheets(p: &SheetMold, sensor: &Sensor, report: &mut Report) {
+    // Length and width of each, the longer one first.
+    let sizes: Vec<(&str, [f64; 2])> = sensor
+        .parts()
+        .filter(|part| part.kind == Kind::Made(Process::Laser))
+        // What is printed instead need fit on a bed only.
+        .filter(|part| p.making.process(&part.name, Process::Laser) == Process::Laser)
+        .filter_map(|part| {
+            let [x, y, _] = CompiledSolid::new(&part.solid).ok()?.bounds().size_mm();
+            Some((part.name.as_str(), [x.max(y), x.min(y)]))
+        })
+        .collect();
+    let length = ("stock.length", p.stock.length);
+    let width = ("stock.width", p.stock.width);
+    let by_size = if p.stock.length >= p.stock.width { [length, width] } else { [width, length] };
+    for (side, (path, stock)) in by_size.into_iter().enumerate() {
+        let largest = sizes.iter().max_by(|a, b| a.1[side].total_cmp(&b.1[side]));
+        if let Some((name, size)) = largest {
+            report.at_least(
+                path,
+                stock,
+                size[side] + 2.0 * p.stock.margin.mm(),
+                format!("`{name}` measures {:.1} x {:.1} mm", size[0], size[1]),
+            );
+        }
+    }
+}
+
+// ------ Readout ------
+//
+// Tubes, display and the two cameras.
+
+/// Share of the picture's half sides that is used: the rest is for tolerances of lens and chip.
+const USED_SIDES: f64 = 0.96;
+
+pub(super) fn tubes(p: &SheetMold, report: &mut Report) {
+    limits! { report, p:
+        tubes.outer_diameter <= p.channels.width.mm().min(p.channels.height.mm()) - 2.0 * GLUE_MM,
+            "a tube is glued into its channel with 0.15 mm of glue around it";
+        tubes.inner_diameter <= p.tubes.outer_diameter.mm() - 0.4, "a tube needs a wall of 0.2 mm";
+        tubes.needle_outer_diameter >= p.tubes.inner_diameter.mm() + 0.05,
+            "the tube must grip the needle";
+        tubes.needle_outer_diameter <= 1.5 * p.tubes.inner_diameter.mm(),
+            "the tube stretches by half at most";
+        tubes.needle_inner_diameter <= p.tubes.needle_outer_diameter.mm() - 0.2,
+            "a needle needs a wall of 0.1 mm";
+        tubes.needle_length >= p.display.sheet.mm() + 3.0,
+            "a tube needs 3 mm of needle above the cover";
+    }
+}
+
+pub(super) fn display(p: &SheetMold, layout: &Layout, report: &mut Report) {
+    let beside_spacers =
+        layout.display_size_mm[1].min(layout.display_size_mm[0]) - 4.0 * p.display.border.mm();
+    limits! { report, p:
+        display.channel_width <= p.tubes.needle_outer_diameter.mm() - 0.2,
+            "the needles stop on the channels' edges";
+        display.pitch >= p.tubes.outer_diameter.mm() + 2.0 * APART_MM,
+            "the tubes stand side by side on the display";
+        display.pitch >= p.display.channel_width.mm().max(2.0 * needle_hole_mm(p)) + CUT_WEB_MM,
+            "channels and the holes above them keep 1 mm between each other";
+        display.rest_length <= p.display.channel_length.mm() - 2.0 * p.display.channel_width.mm(),
+            "air must be left ahead of the liquid: it drives it back";
+        display.rest_length <= p.display.channel_length.mm() / 2.0 - seal_end_x(p),
+            "the liquid ends in sight, before the strip that closes the vents";
+        display.rest_length >= 2.0 * p.tubes.needle_outer_diameter.mm(),
+            "the liquid ends in sight, off the needle";
+        display.border >= HexSpacer::M3.corner_radius_mm() + BOLT_WEB_MM,
+            "spacers stand between the channels and the edge";
+        camera.board_size <= beside_spacers,
+            "the board hangs between the spacers above the display";
+        camera.board_size_y <= beside_spacers,
+            "the board hangs between the spacers above the display";
+        camera.hole_spacing <= p.camera.board_size.mm() - CAMERA.0.head_diameter_mm(),
+            "the nuts bear on the board";
+        camera.hole_spacing_y <= p.camera.board_size_y.mm() - CAMERA.0.head_diameter_mm(),
+            "the nuts bear on the board";
+    }
+}
+
+pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
+    let half_angle = USED_VIEW * p.camera.field_of_view.rad() / 2.0;
+    let pupil =
+        camera_board_top_mm(p) + p.camera.lens_height.mm() - p.camera.pupil_behind_front.mm();
+    let below_markers = p.housing.sheet.mm() - p.markers.height.mm();
+    let beside_spacers =
+        SQRT_2 * (SQRT_2 * layout.bolt_mm - HexSpacer::M3.corner_radius_mm() - APART_MM);
+    // Out to the corners, and to the sides of the picture.
+    let away_mm = |field: f64, edges| (field / half_angle.tan()).max(across_picture_mm(p, edges));
+    let markers_mm = away_mm(marker_field_mm(p), marker_edges_mm(p));
+    let channels_mm = away_mm(display_field_mm(p), display_edges_mm(p));
+    // Beside the holder in one direction is beside it.
+    let spacing = p.camera.hole_spacing.mm().max(p.camera.hole_spacing_y.mm());
+    limits! { report, p:
+        housing.height >= markers_mm + pupil - below_markers, "the camera must see every marker";
+        display.camera_spacer >= channels_mm + pupil - p.display.sheet.mm(),
+            "the second camera must see every channel of the display";
+        camera.board_size <= beside_spacers, "the board lies between the corner spacers";
+        camera.board_size_y <= beside_spacers, "the board lies between the corner spacers";
+        camera.pupil_behind_front <= p.camera.lens_height.mm(), "the pupil lies in the lens";
+        camera.holder_height <= p.camera.lens_height.mm() - 0.5,
+            "the barrel stands out of its holder";
+        camera.holder_size <=
+            spacing - SQRT_2 * CAMERA.1.across_flats_mm / f64::sqrt(3.0),
+            "the nuts lie beside the lens holder";
+        camera.barrel_diameter <= p.camera.holder_size.mm(), "the barrel stands on its holder";
+    }
+}
+
+/// How far a camera must be from what has these half edges (mm), so that they lie within its picture's
+/// width and height: an equidistant lens, as the maker states its view over the diagonal.
+fn across_picture_mm(p: &SheetMold, half_mm: [f64; 2]) -> f64 {
+    let mut pixels = [p.camera.width_px, p.camera.height_px].map(f64::from);
+    pixels.sort_by(|a, b| b.total_cmp(a));
+    let half_view = USED_SIDES * p.camera.field_of_view.rad() / 2.0;
+    let angles = pixels.map(|side| half_view * side / pixels[0].hypot(pixels[1]));
+    (half_mm[0] / angles[0].tan()).max(half_mm[1] / angles[1].tan())
 }

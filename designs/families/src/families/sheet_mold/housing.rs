@@ -1,22 +1,28 @@
-//! The rigid box: four walls between two plates, drawn together by spacers and screws in the
-//! corners, without glue. Everything is cut from one sheet: the molds need the laser anyway, and a
-//! dark sheet is as light-tight as a print. Edges are as a laser leaves them, square.
+//! All that is cut from sheets: box, display and molds.
 
 use std::f64::consts::FRAC_PI_2;
 
-use fabkit_geometry::{Angle, Body, Path, Placement, Pose, Process, Profile, Vector3};
+use fabkit_geometry::{
+    Angle, Body, Carrier, Color, Column, Landmark, Lighting, Mark, NominalCamera, Path, Placement,
+    Point3, Pose, Process, Profile, Shows, Solid, Vector3,
+};
 
-use super::bodies::*;
-use super::joints::Joints;
-use super::layout::{Layout, bolt_hole_mm};
-use super::parameters::SheetMold;
-use super::sheets::{sheet, square, with_bolts, with_holes};
-use crate::assembling::{Name, SENSOR};
-use crate::blocks::BLACK;
-use crate::blocks::Rect;
+use super::layers::{comb_opening, display_channel_y, display_inlet, left_channels, rest_x};
+use super::parameters::*;
+use super::{Joints, Layout, bolt_hole_mm, marker_centres};
+use crate::assembling::{Name, SENSOR, flipped, shrinkage};
 use crate::blocks::adapter::{Exit, MountFace};
+use crate::blocks::{BLACK, MOLD_BLUE, Rect};
 use crate::fits::Fit;
 use crate::hardware::HexSpacer;
+use crate::hardware::tools::pry;
+use crate::materials::glazing;
+
+// ------ Housing ------
+//
+// The rigid box: four walls between two plates, drawn together by spacers and screws in the
+// corners, without glue. Everything is cut from one sheet: the molds need the laser anyway, and a
+// dark sheet is as light-tight as a print. Edges are as a laser leaves them, square.
 
 /// Tabs end below the surface of the plate they reach into, so that nothing rocks on them, mm.
 const TAB_SHORT_MM: f64 = 0.3;
@@ -31,7 +37,7 @@ pub const BAR_EXPLODE_MM: Vector3<f64> = Vector3::new(0.0, 26.0, 76.0);
 const WALLS: u32 = 4;
 
 /// Plates, walls and clamping bars.
-pub fn sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
+pub fn box_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let cut = |name, profile, thickness_mm: f64| {
         sheet(name, profile, thickness_mm, &p.housing.material).colored(BLACK)
     };
@@ -192,4 +198,322 @@ pub fn face(p: &SheetMold, layout: &Layout) -> MountFace {
             .map(|pose| (pose.translation_mm().xy().into(), size))
             .collect(),
     }
+}
+
+// ------ Sheets ------
+//
+// Laser-cut sheets: every one is a plain extrusion of one profile, standing on z = 0 of its own
+// frame; placements lift it to where it belongs.
+
+/// A sheet with this profile; each of its holes is one handle.
+pub fn sheet(name: Name, profile: Profile, thickness_mm: f64, material: &str) -> Body {
+    let handles = profile.holes.len() as i32;
+    name.made(Process::Laser, Solid::extrusion(profile, thickness_mm))
+        .from(material)
+        .with_handles(handles)
+        .in_light(glazing(material))
+}
+
+/// The outline that all square plates share.
+pub fn square(p: &SheetMold) -> Path {
+    Path::rectangle([0.0; 2], [p.plate.side.mm(); 2], corner_mm(p))
+}
+
+/// The same outline with a notch at the middle of each side along y, for a screwdriver.
+pub fn square_with_notches(p: &SheetMold) -> Path {
+    let (half, r) = (p.plate.side.mm() / 2.0, corner_mm(p));
+    let (w, depth) = (p.plate.pry_width.mm() / 2.0, p.plate.pry_depth.mm());
+    let floor = half - depth;
+    Path::from([half - r, -half])
+        .arc([half, r - half], [half - r, r - half], true)
+        .line([half, half - r])
+        .arc([half - r, half], [half - r, half - r], true)
+        .line([w, half])
+        .line([w, floor])
+        .line([-w, floor])
+        .line([-w, half])
+        .line([r - half, half])
+        .arc([-half, half - r], [r - half, half - r], true)
+        .line([-half, r - half])
+        .arc([r - half, -half], [r - half, r - half], true)
+        .line([-w, -half])
+        .line([-w, -floor])
+        .line([w, -floor])
+        .line([w, -half])
+        .close()
+}
+
+/// A sheet with that outline, and the screwdrivers that part it from its neighbours.
+pub fn pried(p: &SheetMold, sheet: Body, thickness_mm: f64) -> Body {
+    let turns =
+        [-90.0, 90.0].map(|deg| Angle::from_deg(deg).expect("a quarter of a turn is finite"));
+    let mouth = Pose::translation(p.plate.side.mm() / 2.0, 0.0, thickness_mm / 2.0);
+    turns.into_iter().fold(sheet, |sheet, turn| {
+        sheet.reached(pry(Pose::rotation_z(turn).then_in(mouth), p.plate.pry_depth.mm()))
+    })
+}
+
+/// Radius of the plates' corners, mm: as far from the bolts as the straight sides.
+fn corner_mm(p: &SheetMold) -> f64 {
+    (p.plate.side.mm() - p.plate.bolt_spacing.mm()) / 2.0
+}
+
+/// Adds the four bolt holes of a square plate.
+pub fn with_bolts(profile: Profile, p: &SheetMold, layout: &Layout, plate: Name) -> Profile {
+    with_holes(profile, &layout.bolts(), bolt_hole_mm(p, plate))
+}
+
+/// Adds round holes.
+pub fn with_holes(profile: Profile, centres: &[[f64; 2]], radius_mm: f64) -> Profile {
+    centres.iter().fold(profile, |p, &centre| p.with_hole(Path::circle(centre, radius_mm)))
+}
+
+// ------ Display ------
+//
+// The display: three sheets with straight channels between them, a strip that closes their vents, and
+// a plate on spacers that holds the second camera above.
+
+const CLEAR: Color = [214, 228, 234];
+const WHITE: Color = [246, 246, 242];
+
+/// Radius of the display's corners, mm.
+const CORNER_MM: f64 = 4.0;
+
+/// Radius of the holes that the needles are glued into.
+pub fn needle_hole_mm(p: &SheetMold) -> f64 {
+    p.tubes.needle_outer_diameter.mm() / 2.0
+        + p.making.gap_mm(DISPLAY_COVER, Process::Laser, Fit::Snug)
+}
+
+/// Largest radius of a vent at a channel's far end, mm: air passes, and a film of cement closes it.
+const VENT_MM: f64 = 0.6;
+
+/// How far the strip that closes the vents reaches beside their middles, along the channels, mm.
+const SEAL_HALF_MM: f64 = 3.0;
+
+/// How far that strip reaches beyond the outermost vents, mm.
+const SEAL_BEYOND_MM: f64 = 2.0;
+
+/// Radius of the vents, mm: they open over their channels alone.
+fn vent_mm(p: &SheetMold) -> f64 {
+    (p.display.channel_width.mm() / 2.0 - 0.1).min(VENT_MM)
+}
+
+/// Where the vents are, x in the display's frame: so far from the channels' ends that the strip stays
+/// beside the spacers.
+pub fn vent_x(p: &SheetMold) -> f64 {
+    let [inlet, _] = display_inlet(p, 0.0);
+    SEAL_HALF_MM - inlet
+}
+
+/// Where the strip over the vents ends towards the liquid, x in the display's frame.
+pub fn seal_end_x(p: &SheetMold) -> f64 {
+    vent_x(p) + SEAL_HALF_MM
+}
+
+/// Air that is shut in ahead of one column of liquid at rest, mm3: in its channel, and in the vent below the strip.
+pub fn shut_in_air_mm3(p: &SheetMold) -> f64 {
+    let ([inlet, _], rest) = (display_inlet(p, 0.0), rest_x(p));
+    let radius = p.display.channel_width.mm() / 2.0;
+    let ahead = Path::from([rest, radius])
+        .line([-inlet, radius])
+        .arc([-inlet, -radius], [-inlet, 0.0], true)
+        .line([rest, -radius])
+        .close();
+    let vent = Path::circle([0.0; 2], vent_mm(p));
+    p.display.sheet.mm() * (ahead.signed_area_mm2().abs() + vent.signed_area_mm2())
+}
+
+/// The strip that is cemented over the vents, its middle on the axis.
+fn seal(p: &SheetMold) -> Profile {
+    let last = display_channel_y(p).into_iter().fold(0.0, f64::max);
+    let half = last + vent_mm(p) + SEAL_BEYOND_MM;
+    Profile::new(Path::rectangle([0.0; 2], [2.0 * SEAL_HALF_MM, 2.0 * half], 0.0))
+}
+
+/// The columns as the second camera sees them.
+pub fn lighting(p: &SheetMold, layout: &Layout) -> Lighting {
+    let column = |y: f64| Column {
+        end: layout.sensor_from_display.point(Point3::new(
+            rest_x(p),
+            y,
+            2.0 * p.display.sheet.mm(),
+        )),
+        way: layout.sensor_from_display.vector(-Vector3::x()),
+        width_mm: p.display.channel_width.mm(),
+    };
+    let columns = display_channel_y(p).into_iter().map(column).collect();
+    let size = [p.camera.width_px, p.camera.height_px];
+    let view = (p.camera.field_of_view, p.camera.projection);
+    let camera = p.camera.optics.camera_at(0.0, size, view);
+    // Above the display, looking down.
+    let above = Pose::translation(0.0, 0.0, layout.display_pupil_z_mm).then_in(flipped());
+    Lighting {
+        name: "display",
+        lamps: Vec::new(),
+        shows: Shows::Columns { liquid: DISPLAY_LIQUID.into(), columns },
+        camera: Some(NominalCamera {
+            sensor_from_camera: layout.sensor_from_display.then_in(above),
+            ..camera
+        }),
+    }
+}
+
+/// The display's sheets, from below, and the camera's plate.
+pub fn display_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
+    let plate = |name| {
+        let outline = Path::rectangle([0.0; 2], layout.display_size_mm, CORNER_MM);
+        with_holes(Profile::new(outline), &layout.display_bolts(p), bolt_hole_mm(p, name))
+    };
+    let place = |z: f64, lift_mm: f64| {
+        let in_display = Pose::translation(0.0, 0.0, z);
+        [SENSOR.at(layout.sensor_from_display.then_in(in_display)).lifted(lift_mm)]
+    };
+    let t = p.display.sheet.mm();
+    let inlets: Vec<[f64; 2]> =
+        display_channel_y(p).into_iter().map(|y| display_inlet(p, y)).collect();
+    let vents: Vec<[f64; 2]> = display_channel_y(p).into_iter().map(|y| [vent_x(p), y]).collect();
+    let channels = inlets.iter().fold(plate(DISPLAY_CHANNELS), |profile, &[x, y]| {
+        profile.with_hole(Path::slot([-x, y], [x, y], p.display.channel_width.mm() / 2.0))
+    });
+    let over_vents = layout.sensor_from_display.then_in(Pose::translation(vent_x(p), 0.0, 3.0 * t));
+    vec![
+        sheet(DISPLAY_BACK, plate(DISPLAY_BACK), t, &p.display.back_material)
+            .placed(place(0.0, 0.0))
+            .colored(WHITE),
+        sheet(DISPLAY_CHANNELS, channels, t, &p.display.clear_material)
+            .placed(place(t, 10.0))
+            .marked(rest_landmarks(p))
+            .colored(CLEAR),
+        sheet(
+            DISPLAY_COVER,
+            with_holes(
+                with_holes(plate(DISPLAY_COVER), &inlets, needle_hole_mm(p)),
+                &vents,
+                vent_mm(p),
+            ),
+            t,
+            &p.display.clear_material,
+        )
+        .placed(place(2.0 * t, 28.0))
+        .colored(CLEAR),
+        sheet(DISPLAY_SEAL, seal(p), t, &p.display.clear_material)
+            .placed([SENSOR.at(over_vents).lifted(46.0)])
+            .colored(CLEAR),
+        sheet(
+            STAND_PLATE,
+            Joints::new(p, layout).camera.pierced(plate(STAND_PLATE)),
+            p.housing.sheet.mm(),
+            &p.housing.material,
+        )
+        .placed(place(layout.stand_z_mm, 96.0))
+        .colored(BLACK),
+    ]
+}
+
+/// Where each column of liquid ends at rest, at mid height, in the channel sheet's frame.
+fn rest_landmarks(p: &SheetMold) -> Vec<Landmark> {
+    let rest = |(k, y): (usize, f64)| Landmark {
+        name: format!("rest {}", k + 1),
+        point: Point3::new(rest_x(p), y, p.display.sheet.mm() / 2.0),
+        axis: -Vector3::x(),
+    };
+    display_channel_y(p).into_iter().enumerate().map(rest).collect()
+}
+
+// ------ Molds ------
+//
+// The two mold stacks. Bolts through the corners align and close each; every sheet is as thick as
+// what it casts is high.
+
+const PLYWOOD: Color = [214, 180, 130];
+const SEAL: &str =
+    "seal the wood with acrylic lacquer before use: bare wood can keep silicone from curing";
+
+/// All sheets of both stacks.
+pub fn mold_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
+    // All sheets of a stack grow alike, and both stacks share their floor.
+    let shrinkage = shrinkage(&p.marker_layer.material);
+    let floor_mm = p.molds.floor.mm();
+    let channels = left_channels(p);
+    let opening = |side_mm: f64| Path::rectangle([0.0; 2], [side_mm; 2], 0.0);
+    let cut = |name, profile, thickness_mm, material: &str| {
+        sheet(name, with_bolts(profile, p, layout, name), thickness_mm, material)
+            .sealed("lacquer")
+            .colored(PLYWOOD)
+            .for_shrinkage(shrinkage)
+    };
+    let notched = |name, profile, thickness_mm, material: &str| {
+        pried(p, cut(name, profile, thickness_mm, material), thickness_mm)
+    };
+    let (acrylic, wood) = (&p.molds.channel_material, &p.molds.marker_material);
+    let centres = marker_centres(p);
+    vec![
+        cut(MOLD_FLOOR, Profile::new(square(p)), floor_mm, wood)
+            .placed([
+                CHANNEL_MOLD.at_z(layout.bond_z_mm - floor_mm).lifted(-18.0),
+                MARKER_MOLD.at_z(layout.marker_end_z_mm - floor_mm).lifted(-18.0),
+            ])
+            .times(2)
+            .note(SEAL),
+        notched(
+            CHANNEL_COMB,
+            Profile::new(square_with_notches(p))
+                .with_hole(comb_opening(&channels, p.channel_layer.side.mm())),
+            p.channels.height.mm(),
+            acrylic,
+        )
+        .placed([CHANNEL_MOLD.at_z(layout.bond_z_mm)])
+        .colored(MOLD_BLUE)
+        .note("peel the protective film off")
+        .note("silicone creeps under the fingers: trim that film off the channels after casting"),
+        cut(
+            CHANNEL_FRAME,
+            Profile::new(square(p)).with_hole(opening(p.channel_layer.side.mm())),
+            p.channel_layer.roof.mm(),
+            acrylic,
+        )
+        .placed([CHANNEL_MOLD.at_z(layout.channel_top_z_mm).lifted(18.0)])
+        .colored(MOLD_BLUE)
+        .note("silicone is poured in here and scraped off level with the top"),
+        notched(
+            MARKER_PLATE,
+            with_holes(
+                Profile::new(square_with_notches(p)),
+                &centres,
+                p.markers.diameter.mm() / 2.0,
+            ),
+            p.markers.height.mm(),
+            wood,
+        )
+        .placed([MARKER_MOLD.at_z(layout.marker_end_z_mm)])
+        .marked(marker_landmarks(&centres))
+        .note(SEAL),
+        cut(
+            MARKER_FRAME,
+            Profile::new(square(p)).with_hole(opening(p.marker_layer.side.mm())),
+            p.marker_layer.thickness.mm(),
+            wood,
+        )
+        .placed([MARKER_MOLD.in_place().lifted(18.0), SENSOR.in_place().lifted(10.0)])
+        .note(SEAL),
+    ]
+}
+
+/// Ends of the markers, paint included, which the camera follows.
+pub fn marks(p: &SheetMold, layout: &Layout) -> Vec<Mark> {
+    let end_mm = layout.marker_end_z_mm - p.markers.paint.mm();
+    let poses = marker_centres(p).into_iter().map(|[x, y]| Pose::translation(x, y, end_mm));
+    let radius_mm = p.markers.diameter.mm() / 2.0;
+    Mark::below("marker", &poses.collect::<Vec<_>>(), 0.0, radius_mm, |_| Carrier::Gel)
+}
+
+/// Ends of the markers, in the frame of the sheet that shapes them.
+fn marker_landmarks(centres: &[[f64; 2]]) -> Vec<Landmark> {
+    let landmark = |(i, [x, y]): (usize, &[f64; 2])| Landmark {
+        name: format!("marker {}", i + 1),
+        point: Point3::new(*x, *y, 0.0),
+        axis: -Vector3::z(),
+    };
+    centres.iter().enumerate().map(landmark).collect()
 }

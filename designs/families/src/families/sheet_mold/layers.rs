@@ -1,14 +1,338 @@
-//! What is cast, painted, glued and filled in.
+//! The soft interface: where its channels run, and its layers.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Clarity, Color, Path, Point3, Pose, Shells, Solid, Vector3,
+    Body, CUT_OVERLAP_MM, Clarity, Color, Path, Point3, Pose, Segment, Shells, Solid, Vector3,
 };
 
-use super::bodies::*;
-use super::channels::{Channel, Side, area_mm2, left_channels, port_y, turned};
-use super::layout::{Layout, channel_count, marker_centres};
-use super::parameters::SheetMold;
+use super::parameters::*;
+use super::{Layout, channel_count, marker_centres};
 use crate::assembling::{AssemblyName, Name, SENSOR};
+
+// ------ Channels ------
+//
+// Where the channels run, as plane figures in the sensor's xy plane.
+//
+// Channels enter from the sides at -x and +x; those of the right side are those of the left, turned
+// by half a turn. One outline serves all: fingers of the mold, grooves in the silicone, liquid.
+
+type Point = [f64; 2];
+
+/// Where the spokes of a radial arrangement begin: height along y as a share of their entrance's.
+/// A fan that narrows evenly keeps its channels apart.
+const SPOKE_START: f64 = 0.8;
+
+/// The side that a channel enters from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// At -x.
+    Left,
+    /// At +x.
+    Right,
+}
+
+impl Side {
+    /// Both, in the order in which channels are numbered.
+    pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
+
+    /// For names.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+
+    /// From a point of the left side to the same one of this side.
+    pub fn turn(self, [x, y]: Point) -> Point {
+        match self {
+            Self::Left => [x, y],
+            Self::Right => [-x, -y],
+        }
+    }
+
+    /// Sign of the side's x.
+    pub fn sign(self) -> f64 {
+        self.turn([-1.0, 0.0])[0]
+    }
+
+    /// Around the tubes of this side.
+    pub fn glue(self) -> Name {
+        match self {
+            Self::Left => LEFT_GLUE,
+            Self::Right => RIGHT_GLUE,
+        }
+    }
+
+    /// In the channels of this side.
+    pub fn liquid(self) -> Name {
+        match self {
+            Self::Left => LEFT_LIQUID,
+            Self::Right => RIGHT_LIQUID,
+        }
+    }
+}
+
+/// One channel seen from above: all points near its centre line, and a chamber at its end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// From the layer's edge inwards, mm.
+    centreline: Vec<Point>,
+    half_width: f64,
+    /// Radius of the round end: half the width, or more for a chamber.
+    end_radius: f64,
+}
+
+/// Channels that enter from the left, from -y to +y.
+pub fn left_channels(p: &SheetMold) -> Vec<Channel> {
+    let n = p.channels.per_side;
+    let edge = -p.channel_layer.side.mm() / 2.0;
+    let half_width = p.channels.width.mm() / 2.0;
+    let wall = p.channels.wall.mm();
+    // A channel goes on straight behind its tube, far enough for any bend to begin there.
+    let stub_end = edge + p.tubes.insertion.mm() + half_width;
+    (0..n)
+        .map(|k| {
+            let y = port_y(p, k);
+            let port = [edge, y];
+            let ends_at = |x: f64, end_radius: f64| Channel {
+                centreline: vec![port, [x, y]],
+                half_width,
+                end_radius,
+            };
+            match p.channels.arrangement {
+                // Half a wall stays between its end and the middle.
+                Arrangement::Straight => ends_at(-wall / 2.0 - half_width, half_width),
+                Arrangement::Grid => {
+                    let chamber = p.channels.chamber_diameter.mm() / 2.0;
+                    let outer = stub_end + chamber;
+                    // Four columns with even distances.
+                    let x = if k.is_multiple_of(2) { outer } else { outer / 3.0 };
+                    ends_at(x, chamber)
+                }
+                Arrangement::Radial => {
+                    let [start, end] = spoke_radii_mm(p, k);
+                    let angle = std::f64::consts::PI - steps_from_middle(k, n) * spoke_step_rad(n);
+                    let spoke = |radius: f64| [radius * angle.cos(), radius * angle.sin()];
+                    Channel {
+                        centreline: vec![port, [stub_end, y], spoke(start), spoke(end)],
+                        half_width,
+                        end_radius: half_width,
+                    }
+                }
+            }
+        })
+        .collect()
+}
+
+/// Height of a left channel's entrance along y, mm.
+pub fn port_y(p: &SheetMold, k: u32) -> f64 {
+    steps_from_middle(k, p.channels.per_side) * p.channels.pitch.mm()
+}
+
+fn steps_from_middle(k: u32, n: u32) -> f64 {
+    f64::from(k) - (f64::from(n) - 1.0) / 2.0
+}
+
+/// Angle between two spokes.
+fn spoke_step_rad(n: u32) -> f64 {
+    std::f64::consts::PI / f64::from(n)
+}
+
+/// Where spoke `k` begins, coming from its entrance, and where it ends: distances from the centre.
+pub fn spoke_radii_mm(p: &SheetMold, k: u32) -> [f64; 2] {
+    let n = p.channels.per_side;
+    let (step, m) = (spoke_step_rad(n), steps_from_middle(k, n));
+    // It begins at a fixed share of its entrance's y; the limit for a spoke along x.
+    let share = if m == 0.0 { 1.0 / step } else { m / (m * step).sin() };
+    let start = SPOKE_START * p.channels.pitch.mm() * share;
+    let room = p.channels.width.mm() + p.channels.wall.mm();
+    // Long spokes end where their ends have room side by side, short ones where they have room
+    // between two long ones.
+    let end = if k.is_multiple_of(2) { room / (2.0 * step.sin()) } else { room / step.sin() };
+    [start, end]
+}
+
+impl Channel {
+    /// The same channel, entering from `side`.
+    pub fn entering(&self, side: Side) -> Self {
+        Self { centreline: self.centreline.iter().map(|&p| side.turn(p)).collect(), ..self.clone() }
+    }
+
+    /// Its outline from the right-hand corner of its entrance around its end to the left-hand
+    /// corner, both at `root_x`; not closed.
+    pub fn outline(&self, root_x: f64) -> Path {
+        let mut forth = self.centreline.clone();
+        forth[0][0] = root_x;
+        let back: Vec<Point> = forth.iter().rev().copied().collect();
+        let h = self.half_width;
+
+        // Where the sides meet the round end.
+        let (before_end, end) = (back[1], back[0]);
+        let heading = unit(minus(end, before_end));
+        let foot = plus(end, heading, -(self.end_radius.powi(2) - h.powi(2)).sqrt());
+        let entrance = unit(minus(forth[1], forth[0]));
+
+        let path = Path::from(plus(forth[0], right(entrance), h));
+        let path = bends_on_the_right(path, &forth, h).line(plus(foot, right(heading), h)).arc(
+            plus(foot, right(heading), -h),
+            end,
+            true,
+        );
+        // The left side on the way in is the right side on the way out.
+        bends_on_the_right(path, &back, h).line(plus(forth[0], right(entrance), -h))
+    }
+
+    /// Smallest distance to another channel's silicone wall, mm; negative where they overlap.
+    pub fn distance_to(&self, other: &Self) -> f64 {
+        let mut smallest = f64::INFINITY;
+        for (a, radius_a) in self.capsules() {
+            for (b, radius_b) in other.capsules() {
+                smallest = smallest.min(segment_distance(a, b) - radius_a - radius_b);
+            }
+        }
+        smallest
+    }
+
+    /// Round-ended pieces that cover it: segments with radii. They reach over the entrance.
+    fn capsules(&self) -> Vec<([Point; 2], f64)> {
+        let pieces = self.centreline.windows(2).map(|w| ([w[0], w[1]], self.half_width));
+        let end = *self.centreline.last().expect("a centre line has points");
+        pieces.chain([([end, end], self.end_radius)]).collect()
+    }
+}
+
+/// The mold's opening: the square of `side_mm` without the channels, as one path.
+pub fn comb_opening(channels: &[Channel], side_mm: f64) -> Path {
+    let edge = side_mm / 2.0;
+    let mut path = Path::from([-edge, -edge]).line([edge, -edge]);
+    // Up along the right side, whose channels are turned: the same order as down along the left.
+    for (side, corner) in [(Side::Right, [edge, edge]), (Side::Left, [-edge, -edge])] {
+        for channel in channels.iter().rev() {
+            let back = turned(reversed(channel.outline(-edge)), side);
+            path = path.line(back.start);
+            path.segments.extend(back.segments);
+        }
+        path = path.line(corner);
+        if side == Side::Right {
+            path = path.line([-edge, edge]);
+        }
+    }
+    path
+}
+
+/// A path that enters from `side` instead of from the left.
+pub fn turned(path: Path, side: Side) -> Path {
+    let turn = |segment: &Segment| match segment {
+        Segment::Line { to } => Segment::Line { to: side.turn(*to) },
+        Segment::Arc { to, centre, ccw } => {
+            Segment::Arc { to: side.turn(*to), centre: side.turn(*centre), ccw: *ccw }
+        }
+        // No channel has any; a half turn leaves its axes alone.
+        Segment::EllipticArc { to, centre, semi_axes_mm, ccw } => Segment::EllipticArc {
+            to: side.turn(*to),
+            centre: side.turn(*centre),
+            semi_axes_mm: *semi_axes_mm,
+            ccw: *ccw,
+        },
+    };
+    Path { start: side.turn(path.start), segments: path.segments.iter().map(turn).collect() }
+}
+
+/// Area that a closed path encloses, mm^2: the polygon through its points, and the segment of the
+/// circle beyond each arc's chord.
+pub fn area_mm2(path: &Path) -> f64 {
+    let mut from = path.start;
+    let mut doubled = 0.0;
+    for segment in &path.segments {
+        let to = segment.to();
+        doubled += cross(from, to);
+        if let Segment::Arc { centre, ccw, .. } = segment {
+            let (a, b) = (minus(from, *centre), minus(to, *centre));
+            let turn = cross(a, b).atan2(dot(a, b));
+            let full = std::f64::consts::TAU;
+            let sweep = if *ccw { turn.rem_euclid(full) } else { -(-turn).rem_euclid(full) };
+            doubled += dot(a, a) * (sweep - sweep.sin());
+        }
+        from = to;
+    }
+    (doubled / 2.0).abs()
+}
+
+/// The same curve from its end to its start.
+fn reversed(path: Path) -> Path {
+    let mut back = Path::from(path.end());
+    for (i, segment) in path.segments.iter().enumerate().rev() {
+        let to = if i == 0 { path.start } else { path.segments[i - 1].to() };
+        back = match segment {
+            Segment::Arc { centre, ccw, .. } => back.arc(to, *centre, !ccw),
+            _ => back.line(to),
+        };
+    }
+    back
+}
+
+/// Follows the right side of a way around its bends: by an arc where the right is the outside, in a
+/// sharp corner where it is the inside.
+fn bends_on_the_right(path: Path, way: &[Point], half_width: f64) -> Path {
+    way.windows(3).fold(path, |path, bend| {
+        let [from, at, to] = [bend[0], bend[1], bend[2]];
+        let (arriving, leaving) = (unit(minus(at, from)), unit(minus(to, at)));
+        let (before, after) = (right(arriving), right(leaving));
+        if cross(arriving, leaving) > 0.0 {
+            let start = path.line(plus(at, before, half_width));
+            start.arc(plus(at, after, half_width), at, true)
+        } else {
+            let sum = [before[0] + after[0], before[1] + after[1]];
+            path.line(plus(at, sum, half_width / (1.0 + dot(before, after))))
+        }
+    })
+}
+
+fn minus(a: Point, b: Point) -> Point {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn plus(a: Point, direction: Point, by: f64) -> Point {
+    [a[0] + by * direction[0], a[1] + by * direction[1]]
+}
+
+fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn cross(a: Point, b: Point) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn unit(a: Point) -> Point {
+    let length = a[0].hypot(a[1]);
+    [a[0] / length, a[1] / length]
+}
+
+fn right([x, y]: Point) -> Point {
+    [y, -x]
+}
+
+/// Distance between two segments of the plane; 0 where they cross.
+fn segment_distance(a: [Point; 2], b: [Point; 2]) -> f64 {
+    let side = |s: [Point; 2], p: Point| cross(minus(s[1], s[0]), minus(p, s[0]));
+    let crosses = |s: [Point; 2], t: [Point; 2]| side(s, t[0]) * side(s, t[1]) < 0.0;
+    if crosses(a, b) && crosses(b, a) {
+        return 0.0;
+    }
+    let to_point = |s: [Point; 2], p: Point| {
+        let along = minus(s[1], s[0]);
+        let length2 = dot(along, along);
+        let t = if length2 > 0.0 { dot(minus(p, s[0]), along) / length2 } else { 0.0 };
+        let off = minus(p, plus(s[0], along, t.clamp(0.0, 1.0)));
+        off[0].hypot(off[1])
+    };
+    to_point(a, b[0]).min(to_point(a, b[1])).min(to_point(b, a[0])).min(to_point(b, a[1]))
+}
+
+// ------ Layers ------
+//
+// What is cast, painted, glued and filled in.
 
 /// How far a marker's cylinder reaches into the layer it stands on, mm.
 const JOIN_MM: f64 = 0.5;
@@ -212,4 +536,57 @@ fn display_liquid(p: &SheetMold) -> Solid {
             .close();
         Solid::extrusion(outline, sheet).at_z(sheet).named(format!("channel {}", k + 1))
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn channel(centreline: &[Point], end_radius: f64) -> Channel {
+        Channel { centreline: centreline.to_vec(), half_width: 1.5, end_radius }
+    }
+
+    #[test]
+    fn a_straight_channel_has_its_closed_form() {
+        let area = area_mm2(&channel(&[[-30.0, 4.0], [-2.0, 4.0]], 1.5).outline(-24.0).close());
+        let exact = 22.0 * 3.0 + std::f64::consts::PI * 1.5 * 1.5 / 2.0;
+        assert!((area - exact).abs() < 1e-12 * exact, "{area} {exact}");
+    }
+
+    #[test]
+    fn a_chamber_adds_a_disc_without_the_channel_s_share() {
+        let area = area_mm2(&channel(&[[-30.0, 4.0], [-2.0, 4.0]], 3.5).outline(-30.0).close());
+        // The channel ends where its corners meet the circle; beyond lies the major segment.
+        let half_angle = (1.5_f64 / 3.5).asin();
+        let foot = 28.0 - 3.5 * half_angle.cos();
+        let minor = 3.5 * 3.5 / 2.0 * (2.0 * half_angle - (2.0 * half_angle).sin());
+        let exact = 3.0 * foot + std::f64::consts::PI * 3.5 * 3.5 - minor;
+        assert!((area - exact).abs() < 1e-12 * exact, "{area} {exact}");
+    }
+
+    #[test]
+    fn a_bend_keeps_the_width() {
+        // Outer arc and inner mitre at a turn of angle t: 2 h times the centre line, plus the
+        // sector beyond the corner, minus what the two halves share.
+        let t = std::f64::consts::FRAC_PI_3;
+        let bent = [[0.0, 0.0], [10.0, 0.0], [10.0 + 10.0 * t.cos(), 10.0 * t.sin()]];
+        let area = area_mm2(&channel(&bent, 1.5).outline(0.0).close());
+        let (h, pi) = (1.5_f64, std::f64::consts::PI);
+        let exact = 2.0 * h * 20.0 + h * h * (t / 2.0 - (t / 2.0).tan()) + pi * h * h / 2.0;
+        assert!((area - exact).abs() < 1e-12 * exact, "{area} {exact}");
+        // The mirror image bends to the right and is as large.
+        let mirrored = bent.map(|[x, y]| [x, -y]);
+        let other = area_mm2(&channel(&mirrored, 1.5).outline(0.0).close());
+        assert!((area - other).abs() < 1e-12 * exact, "{area} {other}");
+    }
+
+    #[test]
+    fn distances_are_those_of_the_walls() {
+        let a = channel(&[[-30.0, 0.0], [-2.0, 0.0]], 1.5);
+        let b = channel(&[[-30.0, 6.5], [-2.0, 6.5]], 3.5);
+        assert!((a.distance_to(&b) - 1.5).abs() < 1e-12);
+        assert!((a.distance_to(&a.entering(Side::Right)) - 1.0).abs() < 1e-12);
+        let across = channel(&[[-10.0, -5.0], [-10.0, 5.0]], 1.5);
+        assert!(a.distance_to(&across) < 0.0);
+    }
 }

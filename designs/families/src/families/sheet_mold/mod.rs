@@ -1,33 +1,29 @@
 //! Sheet-mold sensors: a soft interface with liquid channels over markers, cast between laser-cut
 //! sheets, on a box with a camera, with a display that a second camera watches (Soter et al.).
+//!
+//! Its layout and joints stand below, because all the rest is built from them; and what a press
+//! moves.
 
-mod bodies;
-mod cables;
 mod chain;
-mod channels;
-mod circuit;
-mod components;
 mod constraints;
-mod display;
+mod electronics;
 mod housing;
-mod joints;
 mod layers;
-mod layout;
-mod molds;
 mod parameters;
-mod sheets;
-mod skin;
 
-use fabkit_geometry::Sensor;
+use fabkit_geometry::{Grip, LiquidChannel, LiquidSkin, Path, PlaneSurface, Pose, Process, Sensor};
 
-use crate::assembling::names;
+use crate::assembling::{Name, names};
 use crate::blocks::lighting::places;
-use crate::blocks::{self, mm, press_fit};
+use crate::blocks::marks::FlatPattern;
+use crate::blocks::{self, Joint, corners, hanging, mm, press_fit, upright};
+use crate::fits::Fit;
+use crate::hardware::{HexNut, HexSpacer, Screw};
 use crate::parameters::Report;
-use crate::{Built, Family, Header};
-use bodies::{NEEDLE, TUBE};
-use layout::Layout;
-use parameters::SheetMold;
+use crate::{Built, Family, Header, layout};
+use housing::shut_in_air_mm3;
+use layers::{Side, channel_liquids, left_channels};
+use parameters::{NEEDLE, SheetMold, TUBE};
 
 /// The family of the fluidic sensor.
 pub(crate) struct SheetMoldFamily;
@@ -59,26 +55,26 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     // The camera looks up at the markers.
     let view = (p.camera.field_of_view, p.camera.projection);
     let camera = p.camera.optics.camera_at(layout.pupil_z_mm, size, view);
-    let bodies = molds::sheets(p, layout)
+    let bodies = housing::mold_sheets(p, layout)
         .into_iter()
-        .chain(housing::sheets(p, layout))
-        .chain(display::sheets(p, layout))
+        .chain(housing::box_sheets(p, layout))
+        .chain(housing::display_sheets(p, layout))
         .chain(layers::layers(p, layout))
-        .chain(components::components(p, layout));
+        .chain(electronics::components(p, layout));
     let stretch_mm = (p.tubes.needle_outer_diameter.mm() - p.tubes.inner_diameter.mm()) / 2.0;
     let reason = "the tube is stretched over the needle";
     Sensor {
         chain: chain::chain(p, layout),
-        circuits: vec![circuit::circuit(p, layout)],
-        liquid: Some(skin::skin(p, layout)),
-        marks: molds::marks(p, layout),
+        circuits: vec![electronics::circuit(p, layout)],
+        liquid: Some(skin(p, layout)),
+        marks: housing::marks(p, layout),
         lightings: vec![
-            places(bodies::MARKER_PAINT, bodies::LED_STRIP),
-            display::lighting(p, layout),
+            places(parameters::MARKER_PAINT, parameters::LED_STRIP),
+            housing::lighting(p, layout),
         ],
-        contrasts: vec![[bodies::MARKER_PAINT, bodies::MARKER_LAYER].map(String::from)],
+        contrasts: vec![[parameters::MARKER_PAINT, parameters::MARKER_LAYER].map(String::from)],
         press_fits: vec![press_fit(NEEDLE, TUBE, stretch_mm, reason)],
-        sight: names(&[bodies::MARKER_PAINT]),
+        sight: names(&[parameters::MARKER_PAINT]),
         ..blocks::sensor(header, camera, bodies)
     }
 }
@@ -101,4 +97,248 @@ fn derived(p: &SheetMold, layout: &Layout) -> Vec<(String, String)> {
         mm("length of the display", layout.display_size_mm[0]),
         mm("width of the display", layout.display_size_mm[1]),
     ]
+}
+
+// ------ Layout ------
+//
+// Where things are: every height, distance and pose that more than one part needs, derived once.
+
+/// Room between a spacer's corner and the wall beside it, mm.
+const SPACER_GAP_MM: f64 = 0.3;
+
+/// Free table between box and display, mm.
+const DISPLAY_GAP_MM: f64 = 30.0;
+
+layout! {
+    /// Heights and distances, mm, sensor frame unless stated.
+    ///
+    /// z = 0 is the face of the marker layer that the markers stand on. They point down, toward the
+    /// camera; the channels lie above.
+    pub struct Layout from p: &SheetMold {
+        /// Ends of the markers.
+        marker_end_z_mm = -p.markers.height.mm();
+        /// Between the two soft layers.
+        bond_z_mm = p.marker_layer.thickness.mm();
+        /// Top of the channels.
+        channel_top_z_mm = bond_z_mm + p.channels.height.mm();
+        /// The surface that is touched.
+        touch_z_mm = channel_top_z_mm + p.channel_layer.roof.mm();
+
+        /// Half the distance between two bolts.
+        bolt_mm = p.plate.bolt_spacing.mm() / 2.0;
+        /// Inside of the box's walls, from its axis.
+        wall_inner_mm = bolt_mm + HexSpacer::M3.corner_radius_mm() + SPACER_GAP_MM;
+        let sheet = p.housing.sheet.mm();
+        /// Outside of the box's walls.
+        wall_outer_mm = wall_inner_mm + sheet;
+        /// Underside of the plate that carries the interface.
+        ceiling_z_mm = -sheet;
+        /// Top of the plate that carries the camera.
+        floor_z_mm = ceiling_z_mm - p.housing.height.mm();
+        /// Underside of that plate; the display's lies at the same height.
+        bottom_z_mm = floor_z_mm - sheet;
+        let pupil_above_seat =
+            camera_board_top_mm(p) + p.camera.lens_height.mm() - p.camera.pupil_behind_front.mm();
+        /// Entrance pupil of the camera below the markers.
+        pupil_z_mm = floor_z_mm + pupil_above_seat;
+
+        let border = 2.0 * p.display.border.mm();
+        let across = f64::from(channel_count(p) - 1) * p.display.pitch.mm();
+        /// Edges of the display's sheets, along and across its channels.
+        display_size_mm: [f64; 2] = [
+            p.display.channel_length.mm() + 2.0 * border,
+            // The bolts stand beyond the channels' ends.
+            across + p.display.channel_width.mm() + border,
+        ];
+        /// Top of the display's cover above its underside.
+        cover_top_mm = 3.0 * p.display.sheet.mm();
+        /// Underside of the plate above the display, above the display's underside.
+        stand_z_mm = cover_top_mm + p.display.camera_spacer.mm();
+        /// Entrance pupil of the camera above the display, above the display's underside.
+        display_pupil_z_mm = stand_z_mm - pupil_above_seat;
+        let y = p.plate.side.mm() / 2.0 + DISPLAY_GAP_MM + display_size_mm[1] / 2.0;
+        /// The display's frame: its centre, on its underside, x along the channels.
+        sensor_from_display: Pose = Pose::translation(0.0, y, bottom_z_mm);
+    }
+}
+
+impl Layout {
+    /// Corners where bolts stand: of the square plates.
+    pub fn bolts(&self) -> [[f64; 2]; 4] {
+        corners([self.bolt_mm, self.bolt_mm])
+    }
+
+    /// Corners where bolts stand, in the display's frame.
+    pub fn display_bolts(&self, p: &SheetMold) -> [[f64; 2]; 4] {
+        let border = p.display.border.mm();
+        corners([self.display_size_mm[0] / 2.0 - border, self.display_size_mm[1] / 2.0 - border])
+    }
+}
+
+/// Number of channels, left and right together.
+pub fn channel_count(p: &SheetMold) -> u32 {
+    2 * p.channels.per_side
+}
+
+/// Centres of the markers, row by row or as listed.
+pub fn marker_centres(p: &SheetMold) -> Vec<[f64; 2]> {
+    if p.markers.pattern == FlatPattern::List {
+        return p.markers.listed().points_mm();
+    }
+    let n = p.markers.per_row;
+    let at = |i: u32| (f64::from(i) - (f64::from(n) - 1.0) / 2.0) * p.markers.pitch.mm();
+    (0..n).flat_map(|row| (0..n).map(move |column| [at(column), at(row)])).collect()
+}
+
+/// Half the diagonal of what the camera below must see, mm.
+pub fn marker_field_mm(p: &SheetMold) -> f64 {
+    if p.markers.pattern == FlatPattern::List {
+        let out = p.markers.listed().points_mm().into_iter().map(|[x, y]| x.hypot(y));
+        return out.fold(0.0, f64::max) + p.markers.diameter.mm() / 2.0;
+    }
+    let half = f64::from(p.markers.per_row - 1) * p.markers.pitch.mm() / 2.0;
+    half * std::f64::consts::SQRT_2 + p.markers.diameter.mm() / 2.0
+}
+
+/// Half the longer and half the shorter edge of what the camera before the markers must see, mm.
+pub fn marker_edges_mm(p: &SheetMold) -> [f64; 2] {
+    let edge = p.markers.diameter.mm() / 2.0;
+    if p.markers.pattern == FlatPattern::List {
+        let points = p.markers.listed().points_mm().into_iter();
+        let out = points
+            .fold([0.0, 0.0], |[x, y]: [f64; 2], at| [x.max(at[0].abs()), y.max(at[1].abs())]);
+        return [out[0].max(out[1]) + edge, out[0].min(out[1]) + edge];
+    }
+    [f64::from(p.markers.per_row - 1) * p.markers.pitch.mm() / 2.0 + edge; 2]
+}
+
+/// The same of the camera above the display.
+pub fn display_edges_mm(p: &SheetMold) -> [f64; 2] {
+    let along = p.display.channel_length.mm() / 2.0;
+    let across = f64::from(channel_count(p) - 1) * p.display.pitch.mm() / 2.0
+        + p.display.channel_width.mm() / 2.0;
+    [along.max(across), along.min(across)]
+}
+
+/// Half the diagonal of what the camera above the display must see, mm.
+pub fn display_field_mm(p: &SheetMold) -> f64 {
+    let [long, short] = display_edges_mm(p);
+    long.hypot(short)
+}
+
+/// Radius of a sheet's holes for the M3 bolts that align and hold every stack, mm.
+pub fn bolt_hole_mm(p: &SheetMold, sheet: Name) -> f64 {
+    CORNER.0.thread_mm / 2.0 + p.making.gap_mm(sheet, Process::Laser, Fit::Slide)
+}
+
+/// From the plate that carries a camera to the far side of its board, mm.
+pub fn camera_board_top_mm(p: &SheetMold) -> f64 {
+    p.camera.spacer.mm() + p.camera.board_thickness.mm()
+}
+
+// ------ Joints ------
+//
+// The screws of the sensor and of its molds: each joint is stated here, and nowhere else.
+
+/// What holds every stack of sheets in its corners; the molds borrow the sensor's screws.
+pub const CORNER: (Screw, HexNut) = (Screw::M3X12, HexNut::M3);
+
+/// What holds the cameras.
+pub const CAMERA: (Screw, HexNut) = (Screw::M2X12, HexNut::M2);
+
+/// All joints.
+pub struct Joints {
+    /// Through the mold of the channel layer, and that of the marker layer.
+    pub stacks: [Joint; 2],
+    /// Down and up into the spacers of the box, corner by corner.
+    pub housing: Joint,
+    /// Up and down into the spacers on the display, corner by corner, in its frame.
+    pub display: Joint,
+    /// Through plate, spacers and board, in the camera's frame: origin on the plate that carries
+    /// it, z axis along the line of sight.
+    pub camera: Joint,
+}
+
+impl Joints {
+    /// Where they are; meaningful only for parameters that satisfy the family's constraints.
+    pub fn new(p: &SheetMold, layout: &Layout) -> Self {
+        let (screw, nut) = CORNER;
+        let (sheet, floor) = (p.housing.sheet.mm(), p.molds.floor.mm());
+        let all = |at: [[f64; 2]; 4], pose: &dyn Fn([f64; 2]) -> Pose| at.map(pose).to_vec();
+        let stack = |bottom_z: f64, top_z: f64| {
+            let [heads, nuts] = [
+                all(layout.bolts(), &|at| hanging(at, bottom_z)),
+                all(layout.bolts(), &|at| upright(at, top_z)),
+            ];
+            Joint::nutted("bolt", screw, heads, (nut, nuts))
+        };
+        let clamp_z = layout.bond_z_mm + p.housing.clamp.mm();
+        let housing =
+            layout.bolts().map(|at| [upright(at, clamp_z), hanging(at, layout.bottom_z_mm)]);
+        let stand_z = layout.stand_z_mm + sheet;
+        let display = layout.display_bolts(p).map(|at| [hanging(at, 0.0), upright(at, stand_z)]);
+        let holes =
+            corners([p.camera.hole_spacing, p.camera.hole_spacing_y].map(|edge| edge.mm() / 2.0));
+        let nuts = all(holes, &|at| upright(at, camera_board_top_mm(p)));
+        Self {
+            stacks: [
+                stack(layout.bond_z_mm - floor, layout.touch_z_mm),
+                stack(layout.marker_end_z_mm - floor, layout.bond_z_mm),
+            ],
+            housing: Joint::in_threads("corner screw", screw, housing.concat()),
+            display: Joint::in_threads("corner screw", screw, display.concat()),
+            camera: Joint::nutted(
+                "camera screw",
+                CAMERA.0,
+                all(holes, &|at| hanging(at, -sheet)),
+                (CAMERA.1, nuts),
+            ),
+        }
+    }
+}
+
+// ------ Skin ------
+//
+// What gives way to a press: the interface over the box's window, its channels, and the columns that they move.
+
+/// The interface as it is pressed.
+///
+/// Channels are numbered as in the display: those of the left side, then those of the right one.
+pub fn skin(p: &SheetMold, layout: &Layout) -> LiquidSkin {
+    let channels = left_channels(p);
+    let channel = |(name, liquid)| LiquidChannel {
+        name,
+        liquid,
+        width_mm: p.channels.width.mm(),
+        height_mm: p.channels.height.mm(),
+        cover_mm: p.channel_layer.roof.mm(),
+        column_mm2: p.display.channel_width.mm() * p.display.sheet.mm(),
+        column_mm: p.display.rest_length.mm(),
+        air_mm3: shut_in_air_mm3(p),
+    };
+    let box_outline = Path::rectangle([0.0; 2], [2.0 * layout.wall_outer_mm; 2], 0.0);
+    let touch = PlaneSurface {
+        outline: Path::rectangle([0.0; 2], [p.channel_layer.side.mm(); 2], 0.0),
+        top_z_mm: layout.touch_z_mm,
+        foot_z_mm: layout.bond_z_mm,
+        soft_mm: layout.touch_z_mm,
+        grip: Grip {
+            outline: box_outline,
+            top_z_mm: layout.ceiling_z_mm,
+            bottom_z_mm: layout.bottom_z_mm,
+            clear_radius_mm: 0.0,
+            key: None,
+            threads: Vec::new(),
+        },
+    };
+    LiquidSkin {
+        touch: touch.into(),
+        window_mm: [p.housing.window.mm(); 2],
+        levels_mm: vec![0.0, layout.bond_z_mm, layout.channel_top_z_mm, layout.touch_z_mm],
+        channels: Side::BOTH
+            .into_iter()
+            .flat_map(|side| channel_liquids(p, layout, &channels, side))
+            .map(channel)
+            .collect(),
+    }
 }

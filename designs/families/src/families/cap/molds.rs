@@ -9,11 +9,9 @@
 
 use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Cut, Path, Pose, Process, Solid};
 
-use super::bodies::*;
-use super::joints::Joints;
-use super::layout::Layout;
-use super::parameters::Cap;
-use super::skin::gel;
+use super::housing::gel;
+use super::parameters::*;
+use super::{Joints, Layout};
 use crate::assembling::{Name, flipped, shrinkage};
 use crate::blocks::{MOLD_BLUE, TOOL_GREY, VentedLid, holes, marks, turn};
 use crate::hardware::tools::pry;

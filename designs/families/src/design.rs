@@ -1,10 +1,33 @@
-//! Files beside those of the parts.
+//! A sensor as it is built, and the files beside those of its parts.
 
 use std::any::Any;
 use std::fmt;
 use std::sync::{Arc, LazyLock};
 
-use crate::Design;
+use fabkit_geometry::Sensor;
+use fabkit_text::Setting;
+
+use crate::buying::Articles;
+use crate::materials::Castable;
+
+/// A sensor built from validated parameters.
+#[derive(Clone, Debug)]
+pub struct Design {
+    /// The family that read the files.
+    pub family: &'static str,
+    /// The parts, layers and components.
+    pub sensor: Sensor,
+    /// Every parameter in the order of the schema, with value and source.
+    pub parameters: Vec<Setting>,
+    /// What follows from the parameters: name, value with unit; for `fabkit show`.
+    pub derived: Vec<(String, String)>,
+    /// The materials that are cast, in the order of the parameters that name them.
+    pub materials: Vec<Castable>,
+    /// Files that belong to the design besides those of its parts.
+    pub companions: Vec<Companion>,
+    /// What may be bought, as fabkit and the user's files list it.
+    pub articles: Articles,
+}
 
 /// A file beside those of the parts, such as a list of landmarks; written with every export.
 ///

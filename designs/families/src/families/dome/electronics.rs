@@ -1,0 +1,494 @@
+//! What is bought, how it is wired, and the ways of cables.
+
+use std::f64::consts::{PI, TAU};
+
+use fabkit_geometry::{
+    Angle, BoardPlace, BoardSide, Body, CUT_OVERLAP_MM, Circuit, Cut, KeepOutRegion, Order, Path,
+    Placement, Point3, Pose, Process, Solid, Vector3,
+};
+
+use super::molds::{form, o_ring_seat};
+use super::parameters::*;
+use super::{
+    BAFFLE_FLANGE_MM, Joints, Layout, cable_slot, cavities, dome_shell, led_poses, relief_edges_mm,
+};
+use crate::assembling::{AssemblyName, SENSOR, in_sensor};
+use crate::blocks::adapter::Exit;
+use crate::blocks::cable::{Cable, GIVES_MM, wire_order};
+use crate::blocks::circuit::{
+    Builder, CHIP_0603, LedPackage, TO_SUPPLY, Wire, all_around, along_y, camera_to_host,
+};
+use crate::blocks::cup_and_bridge::CupAndBridge;
+use crate::blocks::mold::{lid_dowel_poses, side_dowel_poses};
+use crate::blocks::{
+    APART_MM, DOWEL, GLASS, INTO_MM, LED, RUBBER, half_chord, holes, led_ring, merged, turn,
+};
+use crate::fits::{Fit, gap_mm};
+use crate::hardware::Dowel;
+
+// ------ Components ------
+//
+// What is bought: glass, camera, LEDs, screws, nuts, dowels, O-ring.
+
+/// Everything bought.
+pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
+    let each = |assembly: AssemblyName, poses: &[Pose], lift_mm: f64| -> Vec<Placement> {
+        poses.iter().map(|&pose| assembly.at(pose).lifted(lift_mm)).collect()
+    };
+    // Fasteners leave along their own axis.
+    let drawn_out = |out_mm: f64, lift_mm: f64| {
+        move |pose: &Pose| SENSOR.drawn_out(pose, out_mm).lifted(lift_mm)
+    };
+    let here = [Pose::identity()];
+
+    let side = side_dowel_poses(&p.mold);
+    let lid = lid_dowel_poses(&p.mold);
+    let dowels = [TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING]
+        .into_iter()
+        .flat_map(|mold| [each(mold, &side, 0.0), each(mold, &lid, -12.0)].concat());
+    let (seat, dowel) = (o_ring_seat(p, layout), dowel(p));
+    let joints = Joints::new(p, layout);
+
+    let is_silicone = p.molds.route == MoldRoute::Silicone;
+    let is_dipped = p.coat.method == CoatMethod::Dip;
+    let in_form = |form: AssemblyName| move |pose: &Pose| form.at(*pose).lifted(-45.0);
+    // The same screws serve both forms, one after the other.
+    let form_screws = match is_silicone {
+        true => [INNER_FORM, OUTER_FORM]
+            .map(|form| joints.form.bought(in_form(form), in_form(form)))
+            .concat(),
+        false => Vec::new(),
+    };
+    let sensor = vec![
+        TUBE.bought(
+            format!(
+                "glass test tube, {} mm outside, {} mm wall, cut {} mm from its tip",
+                p.tube.outer_diameter.mm(),
+                p.tube.wall.mm(),
+                layout.wall_height_mm + layout.tube_radius_mm
+            ),
+            dome_shell(layout.tube_bore_radius_mm, layout.tube_radius_mm, layout.wall_height_mm),
+            vec![],
+        )
+        .placed([
+            in_sensor().lifted(56.0),
+            TRANSPARENT_MOLD.in_place(),
+            TRANSLUCENT_MOLD.in_place(),
+            JOINING.in_place(),
+            CUTTING.in_place(),
+        ])
+        .placed(is_dipped.then(|| COATING.in_place()))
+        .times(1)
+        .ordered(Order::of(
+            "glass test tube",
+            format!("{} mm outside, {} mm wall", p.tube.outer_diameter.mm(), p.tube.wall.mm()),
+        ))
+        .colored(GLASS)
+        .opaque(0.3),
+        camera(p, layout).placed([in_sensor().lifted(-46.0)]),
+        led_ring!(p.leds).body(each(SENSOR, &led_poses(p, layout), -20.0)),
+    ];
+    let screws = [
+        joints.camera.bought(drawn_out(0.0, -36.0), drawn_out(0.0, 0.0)),
+        joints.shell_base.bought(drawn_out(12.0, 0.0), drawn_out(6.0, -66.0)),
+        form_screws,
+        joints.mounting.bought_nuts(drawn_out(6.0, -66.0)).into_iter().collect(),
+    ];
+    let screws = merged(screws.into_iter().flatten());
+    let dowels = (!is_silicone).then(|| {
+        DOWEL
+            .bought(dowel.specification(), dowel.solid(), dowels)
+            .times(2 * (side.len() + lid.len()) as u32)
+            .ordered(dowel.order())
+            .reached(dowel.press())
+            .fastening()
+    });
+    let gripped =
+        [TRANSPARENT_MOLD, TRANSLUCENT_MOLD].into_iter().chain(is_dipped.then_some(COATING));
+    let ring = O_RING
+        .bought(
+            seat.ordered(),
+            seat.ring()
+                .between_cylinders([seat.radius_mm, layout.tube_bore_radius_mm])
+                .at_z(p.connector.plug_length.mm() / 2.0),
+            gripped.flat_map(|tool| each(tool, &here, -42.0)),
+        )
+        .times(1)
+        .ordered(seat.ring().order())
+        .colored(RUBBER)
+        .giving(seat.ring().gives_mm());
+    let forms = cavities(p, layout).map(|cavity| {
+        let form = form(p, layout, &cavity);
+        cavity
+            .form
+            .tube
+            .bought(
+                format!(
+                    "glass test tube with rim, {} mm outside, {} mm long",
+                    2.0 * cavity.radius,
+                    p.form.tube_length.mm()
+                ),
+                form_tube(p, layout, &form, cavity.radius),
+                each(cavity.form.assembly, &here, -60.0),
+            )
+            .ordered(Order::of(
+                "glass test tube with rim",
+                format!("{} mm outside, {} mm long", 2.0 * cavity.radius, p.form.tube_length.mm()),
+            ))
+            .colored(GLASS)
+            .opaque(0.35)
+    });
+    let forms = is_silicone.then_some(forms).into_iter().flatten();
+    let tools = dowels.into_iter().chain([ring]).chain(forms);
+    sensor.into_iter().chain(cables(p, layout)).chain(screws).chain(tools).collect()
+}
+
+/// Board with four holes, lens holder and barrel, connector behind.
+fn camera(p: &Dome, layout: &Layout) -> Body {
+    let thickness = p.camera.board.board_thickness.mm();
+    let holes = Joints::new(p, layout).camera.passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
+    let edges = relief_edges_mm(p).map(|edge| edge - 2.0);
+    let connector =
+        Solid::cuboid(edges[0], edges[1] / 2.0, p.camera.back_clearance.mm() - 0.5 + INTO_MM)
+            .at_z(layout.relief_z_mm + 0.5)
+            .named("connector");
+    let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
+    let c = &p.camera;
+    c.board.bought((&c.module, &c.pictures, &c.view), heights, holes.tools, connector)
+}
+
+fn dowel(p: &Dome) -> Dowel {
+    Dowel { diameter_mm: p.mold.dowel_diameter.mm(), length_mm: p.mold.dowel_length.mm() }
+}
+
+/// The glass tube whose outside shapes the silicone mold; its rim rests on the bridge's sleeve.
+fn form_tube(p: &Dome, layout: &Layout, form: &CupAndBridge<'_>, outer: f64) -> Solid {
+    let wall = layout.wall_height_mm;
+    let inner = outer - p.tube.wall.mm();
+    let centre = [0.0, wall];
+    let outside = Path::from([0.0, form.rim_z])
+        .line([outer + p.form.tube_rim.mm(), form.rim_z])
+        .line([outer + p.form.tube_rim.mm(), form.sleeve_z])
+        .line([outer, form.sleeve_z])
+        .line([outer, wall])
+        .arc([0.0, wall + outer], centre, true)
+        .close();
+    let below = form.rim_z - CUT_OVERLAP_MM;
+    let inside = Path::from([0.0, below])
+        .line([inner, below])
+        .line([inner, wall])
+        .arc([0.0, wall + inner], centre, true)
+        .close();
+    Solid::revolution(outside).minus(Solid::revolution(inside))
+}
+
+// ------ Circuit ------
+//
+// What is soldered to the LED board, and what leads to it.
+
+/// A wire's pad along and across the way out, mm.
+const PAD_MM: [f64; 2] = [1.5, 0.8];
+
+/// LEDs between supply and ground, each with its resistor; two wires; the camera's cable.
+pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
+    let mut board = Builder::on(LED_BOARD, &p.leds.electric);
+    let package = LedPackage::Chip([p.leds.length.mm(), p.leds.width.mm()]);
+    board.each_with_resistor(
+        &p.leds.electric,
+        (&p.leds.model, package, LED),
+        along_y(&led_poses(p, layout)),
+        CHIP_0603,
+        "leds.resistor_ohms, or leds.current_ma where that is 0",
+    );
+    let drawn = leads_aside(p);
+    let by = drawn.then_some(LED_WIRE);
+    let length_mm = drawn.then(|| led_wire(p, layout).length_mm());
+    let holes = wire_hole_centres(p);
+    for (at_mm, (net, color, to)) in holes.into_iter().zip(TO_SUPPLY) {
+        let out = at_mm[1].atan2(at_mm[0]);
+        // Away from the LEDs' circle where the holes are outside of it.
+        let is_outside = at_mm[0].hypot(at_mm[1]) > p.leds.circle_radius.mm();
+        let way = if drawn { p.base.exit_angle.rad() } else { out };
+        board.wire(
+            net,
+            Wire {
+                place: BoardPlace {
+                    at_mm,
+                    turn_rad: if is_outside { way + PI } else { way },
+                    side: BoardSide::Top,
+                },
+                hole_mm: Some(p.led_board.wire_hole_diameter.mm()),
+                pad_mm: PAD_MM,
+                by,
+                to,
+                length_mm,
+                color,
+            },
+        );
+    }
+    let baffle = p.led_board.bore_radius.mm() + BAFFLE_FLANGE_MM;
+    if p.baffle.wall.mm() > 0.0 {
+        board.keep_out(BoardSide::Top, all_around([0.0, baffle]), "the baffle's flange");
+    }
+    for rib in 0..p.shell.ribs {
+        // Its width is an angle at the bore; a tenth beside it.
+        let half = (p.shell.rib_width.mm() / 2.0 / layout.shell_bore_radius_mm).asin();
+        let region = KeepOutRegion::Sector {
+            inner_mm: layout.rib_radius_mm - 0.1,
+            outer_mm: layout.shell_radius_mm,
+            middle_rad: turn(rib, p.shell.ribs, 0.0).rad(),
+            half_rad: half + 0.01,
+        };
+        board.keep_out(BoardSide::Top, region, "a rib of the shell");
+    }
+    board.test_points();
+    let length_mm = drawn.then(|| camera_cable(p, layout).length_mm());
+    board.connection(camera_to_host("camera", drawn.then_some(CAMERA_CABLE), length_mm, "USB"));
+    board.note("push each wire's strand through its hole from below, bend it over and solder it to the pad beside it");
+    board.note("no part stands on the lower side: the base lies against it");
+    board.done()
+}
+
+// ------ Wiring ------
+//
+// How wires and cable leave: a slit in the base, from the camera's recess and from below the LED board's
+// wire holes to the side, and a notch in the shell that slides over it.
+
+/// How far the cable is drawn out of the shell, up to its plug, mm.
+const CABLE_OUT_MM: f64 = 20.0;
+
+/// How far the wires are drawn out of the shell, mm: they end before the plug.
+const WIRES_OUT_MM: f64 = 12.0;
+
+/// How much higher than the base's bottom the tongue begins, mm: less than a printer's layer.
+const TONGUE_LIFT_MM: f64 = 0.04;
+
+/// Between cable and wires, and between them and the walls of their slit, mm.
+const PLAY_MM: f64 = 0.15;
+
+/// From the connector's middle to the camera's board, mm.
+const CABLE_BELOW_BOARD_MM: f64 = 0.3;
+
+/// Width and heights of the slit and what goes through it, mm; the way out is +x.
+pub struct Slit {
+    /// Across.
+    pub width_mm: f64,
+    /// Of the cable's middle.
+    pub cable_z: f64,
+    /// Of the wires' middles.
+    pub wire_z: f64,
+    /// Of the notch's upper end in the shell.
+    pub top_z: f64,
+    /// Where the tongue below the cable ends.
+    pub tongue_z: f64,
+}
+
+impl Slit {
+    /// Where it is.
+    pub fn new(p: &Dome, layout: &Layout) -> Self {
+        let (cable, wire) = (p.cables.diameter.mm(), p.cables.wire_diameter.mm());
+        let cable_z = layout.camera_board_bottom_z_mm - CABLE_BELOW_BOARD_MM - cable / 2.0;
+        let wire_z = cable_z + cable / 2.0 + PLAY_MM + wire / 2.0;
+        Self {
+            width_mm: cable.max(2.0 * wire + APART_MM) + 2.0 * PLAY_MM,
+            cable_z,
+            wire_z,
+            top_z: wire_z + wire / 2.0 + PLAY_MM,
+            tongue_z: cable_z - cable / 2.0 - PLAY_MM,
+        }
+    }
+}
+
+/// Whether cable and wires leave through the side.
+pub fn leads_aside(p: &Dome) -> bool {
+    p.base.cable_exit == CableExit::Side
+}
+
+/// Turns +x into the way out.
+fn way(p: &Dome) -> Pose {
+    Pose::rotation_z(p.base.exit_angle)
+}
+
+/// Where the wires leave the LED board, mm: beside each other above the slit, inside of the LEDs; where
+/// the cable leaves through the floor, opposite to each other over the corners of the camera's pocket.
+pub fn wire_hole_centres(p: &Dome) -> [[f64; 2]; 2] {
+    if leads_aside(p) {
+        let [x, y] = first_hole(p);
+        return [y, -y].map(|y| {
+            let at = way(p).point(Point3::new(x, y, 0.0));
+            [at.x, at.y]
+        });
+    }
+    let radius = p.led_board.bore_radius.mm() + p.led_board.wire_hole_diameter.mm();
+    // The LEDs nearest to 45 and 225 degrees stand half a step beside.
+    [0.125, 0.625].map(|turns: f64| {
+        let angle = turns * TAU;
+        [radius * angle.cos(), radius * angle.sin()]
+    })
+}
+
+/// The first of both holes, where the way out is +x, mm.
+fn first_hole(p: &Dome) -> [f64; 2] {
+    let radius = hole_radius(p);
+    let beside = (p.cables.wire_diameter.mm() + APART_MM) / 2.0;
+    [(radius.powi(2) - beside.powi(2)).max(0.0).sqrt(), beside]
+}
+
+/// Between a wire and the edge of the camera's board, mm.
+const BESIDE_BOARD_MM: f64 = 0.5;
+
+/// How far from the axis the wire holes are, mm: inside of the LEDs, or outside of them where the camera's
+/// board is there.
+fn hole_radius(p: &Dome) -> f64 {
+    let hole = p.led_board.wire_hole_diameter.mm();
+    let out = way(p).vector(Vector3::x());
+    let edge = [p.camera.board.board_size, p.camera.board.board_size_y].map(|edge| edge.mm() / 2.0);
+    let board = (edge[0] / out.x.abs().max(1e-9)).min(edge[1] / out.y.abs().max(1e-9));
+    let beside = board + BESIDE_BOARD_MM + p.cables.wire_diameter.mm() / 2.0;
+    let inside = p.led_board.bore_radius.mm() + hole;
+    if inside >= beside {
+        return inside;
+    }
+    (p.leds.circle_radius.mm() + p.leds.width.mm() / 2.0 + hole).max(beside)
+}
+
+/// How far from the axis a wire hole ends, mm.
+pub fn wire_holes_end_mm(p: &Dome) -> f64 {
+    hole_radius(p) + p.led_board.wire_hole_diameter.mm() / 2.0
+}
+
+/// What the base gets: a slot in its floor, or the slit.
+pub fn way_out(p: &Dome, layout: &Layout) -> Cut {
+    let (bottom, top) = (layout.bottom_z_mm, layout.base_top_z_mm + CUT_OVERLAP_MM);
+    if !leads_aside(p) {
+        return cable_slot(p).cut("cable slot", [bottom, layout.relief_z_mm]);
+    }
+    let slit = Slit::new(p, layout);
+    let half = slit.width_mm / 2.0;
+    let beyond = layout.shell_radius_mm + 1.0;
+    let tool = Solid::cuboid_between([0.0, -half, slit.tongue_z], [beyond, half, top]);
+    holes([tool.placed(way(p)).named("cable slit")])
+}
+
+/// Where the slots are that a screwdriver pulls the base out by: a third of all screws to both sides of the
+/// way out, so between a screw and a mounting hole as that is.
+pub fn pry_turns(p: &Dome) -> Vec<Angle> {
+    if !leads_aside(p) {
+        return vec![turn(0, 2, 0.5), turn(1, 2, 0.5)];
+    }
+    let count = p.shell.screws;
+    let third = (f64::from(count) / 3.0).round().max(1.0) as u32;
+    let mut steps = vec![third, count - third];
+    steps.dedup();
+    let exit = p.base.exit_angle.rad();
+    let from_exit = |i| Angle::from_rad(exit + turn(i, count, 0.0).rad()).expect("finite");
+    steps.into_iter().map(from_exit).collect()
+}
+
+/// What closes the shell's notch below the cable; it turns base and shell to each other.
+pub fn tongue(p: &Dome, layout: &Layout) -> Option<Solid> {
+    if !leads_aside(p) {
+        return None;
+    }
+    let slit = Slit::new(p, layout);
+    let half = slit.width_mm / 2.0 - p.making.gap_mm(BASE, Process::Fdm, Fit::Slide);
+    // Its corners stay inside of the shell's outside.
+    let reach = half_chord(layout.shell_radius_mm - APART_MM, half);
+    let inside = layout.base_radius_mm - 1.0;
+    let tongue = Solid::cuboid_between(
+        [inside, -half, layout.bottom_z_mm + TONGUE_LIFT_MM],
+        [reach, half, slit.tongue_z + INTO_MM],
+    );
+    Some(tongue.placed(way(p)).named("tongue"))
+}
+
+/// What the shell's rim gets: a notch that slides over cable and wires.
+pub fn shell_notch(p: &Dome, layout: &Layout) -> Option<Solid> {
+    if !leads_aside(p) {
+        return None;
+    }
+    let slit = Slit::new(p, layout);
+    let half = slit.width_mm / 2.0;
+    let from = half_chord(layout.shell_bore_radius_mm, half) - 1.0;
+    let tool = Solid::cuboid_between(
+        [from, -half, layout.bottom_z_mm - CUT_OVERLAP_MM],
+        [layout.shell_radius_mm + 1.0, half, slit.top_z],
+    );
+    Some(tool.placed(way(p)).named("cable notch"))
+}
+
+/// The camera's cable, from its connector to the plug on its free end; the way out is +x.
+pub fn camera_cable(p: &Dome, layout: &Layout) -> Cable {
+    let z = Slit::new(p, layout).cable_z;
+    let [x, y] = relief_edges_mm(p).map(|edge| edge / 2.0 - 1.0);
+    // The connector's box is half as deep as it is wide; whichever side looks out.
+    let out = way(p).vector(Vector3::x());
+    let face = (x / out.x.abs().max(1e-9)).min(y / 2.0 / out.y.abs().max(1e-9));
+    let end = layout.shell_radius_mm + CABLE_OUT_MM;
+    let corners = vec![Point3::new(face + APART_MM, 0.0, z), Point3::new(end, 0.0, z)];
+    Cable { diameter_mm: p.cables.diameter.mm(), bend_mm: p.cables.diameter.mm(), corners }
+}
+
+/// A wire from the LED board: down beside the camera's board, and out above the cable.
+pub fn led_wire(p: &Dome, layout: &Layout) -> Cable {
+    let slit = Slit::new(p, layout);
+    let [x, _] = first_hole(p);
+    let corners = vec![
+        Point3::new(x, 0.0, layout.base_top_z_mm),
+        Point3::new(x, 0.0, slit.wire_z),
+        Point3::new(layout.shell_radius_mm + WIRES_OUT_MM, 0.0, slit.wire_z),
+    ];
+    Cable { diameter_mm: p.cables.wire_diameter.mm(), bend_mm: p.cables.wire_bend.mm(), corners }
+}
+
+/// What a plate below the sensor lets pass.
+pub fn exit(p: &Dome, layout: &Layout) -> Exit {
+    if leads_aside(p) {
+        let slit = Slit::new(p, layout);
+        let above_mm = slit.cable_z - p.cables.diameter.mm() / 2.0 - layout.bottom_z_mm;
+        return Exit::Aside { angle: p.base.exit_angle, width_mm: slit.width_mm, above_mm };
+    }
+    let slot = cable_slot(p);
+    let mut half_mm = [slot.width.mm() / 2.0; 2];
+    half_mm[slot.along] = slot.length.mm() / 2.0;
+    Exit::Below { at: slot.at, half_mm, turn: slot.turn }
+}
+
+/// Both, as they lie in the sensor.
+pub fn cables(p: &Dome, layout: &Layout) -> Vec<Body> {
+    if !leads_aside(p) {
+        return Vec::new();
+    }
+    let cable = camera_cable(p, layout);
+    let plug = [p.cables.plug_height, p.cables.plug_width, p.cables.plug_length].map(|l| l.mm());
+    let cord = cable.solid().plus(cable.plug(Vector3::z(), plug)).placed(way(p));
+    let wire = led_wire(p, layout);
+    let [_, beside] = first_hole(p);
+    let places = [beside, -beside]
+        .map(|y| SENSOR.at(way(p).then_in(Pose::translation(0.0, y, 0.0))).lifted(-36.0));
+    vec![
+        CAMERA_CABLE
+            .bought(
+                format!(
+                    "the camera's cable, {} mm thick, its plug {} x {} mm",
+                    p.cables.diameter.mm(),
+                    plug[1],
+                    plug[0]
+                ),
+                cord,
+                [in_sensor().lifted(-46.0)],
+            )
+            .ordered(Order::of("USB cable of the camera", "with the camera's own plug"))
+            .colored(RUBBER)
+            .giving(GIVES_MM),
+        LED_WIRE
+            .bought(
+                format!("stranded wire, {} mm thick over all", p.cables.wire_diameter.mm()),
+                wire.solid(),
+                places,
+            )
+            .ordered(wire_order(p.cables.wire_diameter))
+            .colored([190, 60, 50])
+            .giving(GIVES_MM),
+    ]
+}

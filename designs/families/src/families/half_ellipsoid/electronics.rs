@@ -1,0 +1,303 @@
+//! What is bought, how it is wired, and the ways of cables.
+
+use std::f64::consts::FRAC_PI_2;
+
+use fabkit_geometry::{
+    Angle, BoardPlace, BoardSide, Body, Circuit, CircuitKind, CircuitPart, Color, Land, Order,
+    Pose, Solid, Vector3,
+};
+
+use super::housing::{leds_by_kind, pocket_radii_mm, wire_places, wire_slot};
+use super::parameters::*;
+use super::{Joints, Layout};
+use crate::assembling::{Name, SENSOR};
+use crate::blocks::cable::{GIVES_MM, wire_order};
+use crate::blocks::circuit::{
+    Builder, CHIP_0603, Electric, GROUND, LedPackage, SUPPLY, Wire, all_around, along_y,
+    camera_to_host,
+};
+use crate::blocks::{INTO_MM, LED_YELLOW};
+
+// ------ Components ------
+//
+// What is bought: camera, LEDs, bolts.
+
+const UV: Color = [170, 130, 230];
+const CAMERA_GREY: Color = [60, 62, 70];
+
+/// How far bolts are drawn out in the exploded picture, mm.
+const BOLT_OUT_MM: f64 = 8.0;
+
+/// How far cable and wires are drawn below the base, mm.
+const CABLE_END_MM: f64 = 6.0;
+
+/// Everything bought.
+pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
+    let led = Solid::cylinder(p.leds.diameter.mm() / 2.0, p.leds.height.mm());
+    let [white, uv] = leds_by_kind(p, layout);
+    let leds = |name: Name, model: &str, color: Color, poses: Vec<Pose>| {
+        let places = poses.into_iter().map(|pose| SENSOR.at(pose).lifted(-40.0));
+        name.bought(model, led.clone(), places)
+            .ordered(Order::of(model, ""))
+            .colored(color)
+            .shining()
+            .sticking()
+    };
+    let c = &p.camera;
+    let camera_text = format!(
+        "{}, {}, {} lens, {} x {} mm",
+        c.module.model,
+        *c.pictures,
+        c.field_of_view,
+        c.diameter.mm(),
+        c.length.mm()
+    );
+    let front = Pose::translation(0.0, 0.0, layout.camera_front_z_mm);
+    let drawn_out = |pose: &Pose| SENSOR.drawn_out(pose, BOLT_OUT_MM).lifted(-14.0);
+    let below = Pose::translation(0.0, 0.0, layout.base_top_z_mm);
+    let wire = Solid::cylinder(p.led_board.wire_diameter.mm() / 2.0, below_base_mm(layout))
+        .at_z(-below_base_mm(layout));
+    let wires = wire_places(p, layout)
+        .into_iter()
+        .map(|[x, y]| SENSOR.at(below.then_in(Pose::translation(x, y, 0.0))).lifted(-50.0));
+    let wire_text =
+        format!("stranded wire, {} mm over its insulation", p.led_board.wire_diameter.mm());
+    [
+        vec![
+            CAMERA
+                .bought(camera_text, camera(p, layout), [SENSOR.at(front).lifted(6.0)])
+                .ordered(Order::of(&c.module.model, ""))
+                .colored(CAMERA_GREY),
+            leds(WHITE_LED, &p.leds.white_model, LED_YELLOW, white),
+            leds(UV_LED, &p.leds.uv_model, UV, uv),
+            LED_WIRE
+                .bought(wire_text, wire, wires)
+                .ordered(wire_order(p.led_board.wire_diameter))
+                .colored(UV)
+                .giving(GIVES_MM),
+        ],
+        board_parts(p, layout),
+        Joints::new(p, layout).holder.bought(drawn_out, drawn_out),
+    ]
+    .concat()
+}
+
+/// Length, width and height of the switch, mm: eight leads 0.5 mm apart (JEDEC MO-187 CA, as TI's DCU0008A).
+pub const SWITCH_MM: [f64; 2] = [3.1, 2.0];
+
+/// Length, width and height of a resistor, mm: size 0603 (IEC 60115-8: 1608).
+const RESISTOR_MM: [f64; 3] = [1.6, 0.8, 0.45];
+
+/// Whether switch and resistors are drawn.
+pub fn has_parts(p: &HalfEllipsoid) -> bool {
+    p.led_board.parts_height.mm() > 0.0
+}
+
+/// Distance from the axis to the middle of what hangs into the pocket, mm.
+fn parts_circle_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
+    let [inner, outer] = pocket_radii_mm(p, layout);
+    (inner + outer) / 2.0
+}
+
+/// How far out the switch's corners reach, mm; as far as it reaches inwards, if that is too far.
+pub fn switch_reach_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
+    let [inner, outer] = pocket_radii_mm(p, layout);
+    let circle = parts_circle_mm(p, layout);
+    let out = (circle + SWITCH_MM[1] / 2.0).hypot(SWITCH_MM[0] / 2.0);
+    out.max(outer + inner - (circle - SWITCH_MM[1] / 2.0))
+}
+
+/// Where what hangs into the pocket is: origin on the board's lower side, x axis outwards.
+pub struct BoardPartPoses {
+    /// The switch.
+    pub switch: Pose,
+    /// The resistors of the white and of the UV LEDs.
+    pub resistors: [Pose; 2],
+}
+
+/// The switch opposite to the wires, a resistor on each side.
+pub fn board_part_poses(p: &HalfEllipsoid, layout: &Layout) -> BoardPartPoses {
+    let at = |quarters: f64| {
+        let rad = p.base.cable_angle.rad() + quarters * FRAC_PI_2;
+        let turn = Pose::rotation_z(Angle::from_rad(rad).expect("a sum of finite angles"));
+        turn.then_in(Pose::translation(parts_circle_mm(p, layout), 0.0, layout.base_top_z_mm))
+    };
+    BoardPartPoses { switch: at(2.0), resistors: [at(1.0), at(3.0)] }
+}
+
+/// Dual switch and resistors under the board: the switch opposite to the wires, a resistor on each side.
+fn board_parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
+    if !has_parts(p) {
+        return Vec::new();
+    }
+    let poses = board_part_poses(p, layout);
+    let at = |pose: Pose| SENSOR.at(pose).lifted(-50.0);
+    // Lengthwise along the circle, hanging from the board.
+    let block =
+        |[length, width]: [f64; 2], height: f64| Solid::cuboid(width, length, height).at_z(-height);
+    let height = p.led_board.parts_height.mm();
+    let [length, width, least] = RESISTOR_MM;
+    vec![
+        SWITCH
+            .bought(p.led_board.switch_model.as_str(), block(SWITCH_MM, height), [at(poses.switch)])
+            .ordered(Order::of(&p.led_board.switch_model, ""))
+            .colored(CAMERA_GREY),
+        RESISTOR
+            .bought(
+                "resistor 0603, for the current of one kind of LEDs",
+                block([length, width], least.min(height)),
+                poses.resistors.map(at),
+            )
+            .ordered(Order::of("resistor", "0603"))
+            .colored(CAMERA_GREY),
+    ]
+}
+
+/// Length of a wire from the board to below the base, mm.
+fn below_base_mm(layout: &Layout) -> f64 {
+    layout.base_top_z_mm - layout.bottom_z_mm + CABLE_END_MM
+}
+
+/// The camera and the beginning of its cable: origin at the lens's front, z forward.
+fn camera(p: &HalfEllipsoid, layout: &Layout) -> Solid {
+    let length = p.camera.length.mm();
+    let head = Solid::cylinder(p.camera.diameter.mm() / 2.0, length).at_z(-length);
+    // To the bottom of the base and a little further.
+    let end = layout.bottom_z_mm - layout.camera_front_z_mm - CABLE_END_MM;
+    let cable = Solid::cylinder(p.camera.cable_diameter.mm() / 2.0, INTO_MM - length - end);
+    Solid::union([head, cable.at_z(end).named("cable")])
+}
+
+// ------ Circuit ------
+//
+// What is soldered to the LED board: two kinds of LEDs, a resistor and a switch for each kind.
+
+/// A wire's pad outwards from its hole, mm.
+const PAD_LENGTH_MM: f64 = 1.1;
+/// Between the pads of two wires, mm.
+const BESIDE_PAD_MM: f64 = 0.25;
+
+/// Pins of the TS5A23166 in its package DCU (TI, SCDS196G, table 2), by number.
+const SWITCH_PINS: [&str; 8] = ["1", "2", "3", "4", "5", "6", "7", "8"];
+
+/// Of the white LEDs and of the UV ones.
+pub fn electric(p: &HalfEllipsoid) -> [Electric; 2] {
+    [p.leds.white_forward_volts, p.leds.uv_forward_volts].map(|forward_volts| Electric {
+        supply_volts: p.leds.supply_volts,
+        forward_volts,
+        current_ma: p.leds.current_ma,
+        rated_ma: p.leds.rated_ma,
+        supply_ma: p.leds.supply_ma,
+        resistor_ohms: 0.0,
+    })
+}
+
+/// White and UV LEDs parallel, each kind behind one resistor; two channels of a switch turn them on.
+pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
+    let kinds = electric(p);
+    let mut board = Builder::on(LED_BOARD, &kinds[0]);
+    let is_switched = has_parts(p) && p.led_board.wires >= 4;
+    let poses = board_part_poses(p, layout);
+    let below = |pose: &Pose| BoardPlace::of_body(pose, Vector3::y(), BoardSide::Bottom);
+    let package = LedPackage::Round(p.leds.diameter.mm());
+    let mut channels = Vec::new();
+    for (kind, places) in leds_by_kind(p, layout).iter().enumerate() {
+        let name = ["WHITE", "UV"][kind];
+        let source = format!("leds.current_ma, leds.{}_forward_volts", name.to_lowercase());
+        let mut calculation = board.calculate(&kinds[kind], p.leds.pairs, CHIP_0603, &source);
+        let drawn = has_parts(p).then(|| (below(&poses.resistors[kind]), RESISTOR));
+        let after = if is_switched { format!("{name}-R") } else { name.to_owned() };
+        let resistor = board.resistor(calculation.ohms, CHIP_0603, drawn, [SUPPLY, &after]);
+        calculation.designators.push(resistor);
+        let all = calculation.current_a();
+        let (body, model) = [(WHITE_LED, &p.leds.white_model), (UV_LED, &p.leds.uv_model)][kind];
+        for place in along_y(places) {
+            board.led(model, package, place, body, name);
+        }
+        for net in [name, SUPPLY, GROUND] {
+            board.carries(net, all);
+        }
+        if is_switched {
+            board.carries(&after, all);
+        }
+        board.draws(all);
+        board.calculated(calculation);
+        channels.push((name, after));
+    }
+    let mut nets = vec![(SUPPLY, "red"), (GROUND, "black")];
+    if is_switched {
+        let switch = board.part(switch(p, below(&poses.switch)));
+        let [(white, white_r), (uv, uv_r)] = &channels[..] else { unreachable!("two kinds") };
+        // By number: NO1, COM1, IN2, GND, NO2, COM2, IN1, V+.
+        let nets =
+            [white, white_r.as_str(), "UV-ON", GROUND, uv, uv_r.as_str(), "WHITE-ON", SUPPLY];
+        for (pin, net) in SWITCH_PINS.into_iter().zip(nets) {
+            board.connect(net, &switch, pin);
+        }
+    }
+    if is_switched {
+        nets = vec![(SUPPLY, "red"), ("WHITE-ON", "white"), ("UV-ON", "violet"), (GROUND, "black")];
+    }
+    wires(p, layout, &mut board, &nets);
+    let diffuser = all_around([layout.diffuser_wall_radius_mm, layout.board_radius_mm + 1.0]);
+    board.keep_out(BoardSide::Top, diffuser, "the diffusion ring's wall");
+    board.test_points();
+    board.connection(camera_to_host(
+        "camera",
+        None,
+        None,
+        "camera's own cable to its USB video board",
+    ));
+    board.note("strip each wire, push its strand into its hole from below and solder it to the pad beside it");
+    if is_switched {
+        board.note(
+            "both inputs of the switch must be driven: high turns a kind of LEDs on, and an open input is neither",
+        );
+    }
+    board.done()
+}
+
+fn wires(p: &HalfEllipsoid, layout: &Layout, board: &mut Builder, nets: &[(&str, &str)]) {
+    let hole = p.led_board.wire_hole_diameter.mm();
+    let places = wire_places(p, layout);
+    let pitch = match places[..] {
+        [[x, y], [u, v], ..] => (u - x).hypot(v - y),
+        _ => f64::INFINITY,
+    };
+    let pad_mm = [PAD_LENGTH_MM, (pitch - BESIDE_PAD_MM).min(1.0)];
+    for (at_mm, (net, color)) in places.into_iter().zip(nets) {
+        let to = match *net {
+            SUPPLY => "5 V of the supply",
+            GROUND => "ground of supply and controller",
+            "WHITE-ON" => "digital pin of the controller, for white",
+            _ => "digital pin of the controller, for UV",
+        };
+        let place = BoardPlace {
+            at_mm,
+            turn_rad: wire_slot(p, layout).turn.rad(),
+            side: BoardSide::Bottom,
+        };
+        let (hole_mm, by) = (Some(hole), Some(LED_WIRE));
+        board.wire(net, Wire { place, hole_mm, pad_mm, by, to, length_mm: None, color });
+    }
+}
+
+/// Lands of TI's DCU0008A: eight of 0.85 x 0.3 mm, 0.5 mm apart, in two rows 3.1 mm apart.
+fn switch(p: &HalfEllipsoid, place: BoardPlace) -> CircuitPart {
+    let land = |(index, pin): (usize, &str)| {
+        let row = (index % 4) as f64;
+        // Down the left side, and up the right one.
+        let at_mm = if index < 4 { [-1.55, 0.75 - 0.5 * row] } else { [1.55, 0.5 * row - 0.75] };
+        Land { pin: pin.to_owned(), at_mm, size_mm: [0.85, 0.3], is_round: false }
+    };
+    CircuitPart {
+        designator: String::new(),
+        kind: CircuitKind::Switch,
+        value: p.led_board.switch_model.clone(),
+        package: "VSSOP-8".into(),
+        lands: SWITCH_PINS.into_iter().enumerate().map(land).collect(),
+        size_mm: SWITCH_MM,
+        place: Some(place),
+        body: Some(SWITCH.name.to_owned()),
+    }
+}

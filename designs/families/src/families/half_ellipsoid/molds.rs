@@ -1,0 +1,475 @@
+//! What the elastomers are cast with: negatives and molds, runner, slots of the markers.
+
+use std::f64::consts::{PI, TAU};
+
+use fabkit_geometry::{
+    Body, CUT_OVERLAP_MM, Carrier, InvalidPattern, Mark, Path, Pattern, Point3, Pose, Process,
+    Profile, Reach, Solid,
+};
+
+use super::Layout;
+use super::parameters::*;
+use crate::assembling::{AssemblyName, Name, flipped, shrinkage};
+use crate::blocks::cup_and_bridge::bowl;
+use crate::blocks::marks::RoundPattern;
+use crate::blocks::sprue::LuerSeat;
+use crate::blocks::{TOOL_GREY, copies, hanging, marks, ring};
+use crate::fits::Fit;
+use crate::hardware::tools;
+use crate::materials::Castable;
+
+// ------ Tooling ------
+//
+// Printed negatives of the silicone molds, and what negatives and molds share.
+//
+// Everything stands in the sensor frame: molds close at z = 0, the plane of the elastomers' feet.
+
+/// Height of the lip that centres the sleeve, and how far the core's negative rises above the
+/// silicone, mm.
+const LIP_MM: f64 = 2.0;
+
+/// How far pins that leave vents stand out of the silicone, mm.
+const PIN_SPARE_MM: f64 = 1.0;
+
+/// Which boundary a silicone mold gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Boundary {
+    /// Outside of the inner elastomer.
+    Inner,
+    /// Outside of the outer elastomer.
+    Outer,
+    /// Outside of the black gel.
+    Black,
+}
+
+impl Boundary {
+    /// From the inside out; without markers there is no outer elastomer.
+    pub fn all(p: &HalfEllipsoid) -> Vec<Self> {
+        match p.markers.is_plain() {
+            true => vec![Self::Inner, Self::Black],
+            false => vec![Self::Inner, Self::Outer, Self::Black],
+        }
+    }
+
+    /// Layer, silicone mold and the mold's printed negative.
+    fn bodies(self) -> [Name; 3] {
+        match self {
+            Self::Inner => [INNER, INNER_CUP, INNER_NEGATIVE],
+            Self::Outer => [OUTER, OUTER_CUP, OUTER_NEGATIVE],
+            Self::Black => [BLACK, BLACK_CUP, BLACK_NEGATIVE],
+        }
+    }
+
+    /// The layer that it bounds.
+    pub fn layer(self) -> Name {
+        self.bodies()[0]
+    }
+
+    /// The silicone mold.
+    pub fn cup(self) -> Name {
+        self.bodies()[1]
+    }
+
+    /// The printed negative of that mold.
+    pub fn negative(self) -> Name {
+        self.bodies()[2]
+    }
+
+    /// Where the silicone mold is cast.
+    pub fn casting(self) -> AssemblyName {
+        match self {
+            Self::Inner => CAST_INNER_CUP,
+            Self::Outer => CAST_OUTER_CUP,
+            Self::Black => CAST_BLACK_CUP,
+        }
+    }
+
+    /// Where the layer is cast.
+    pub fn mold(self) -> AssemblyName {
+        match self {
+            Self::Inner => INNER_MOLD,
+            Self::Outer => OUTER_MOLD,
+            Self::Black => BLACK_MOLD,
+        }
+    }
+}
+
+/// Cones on the core that fit the cups' sockets, reaching into the core's flange.
+pub fn keys(p: &HalfEllipsoid, layout: &Layout) -> Vec<Solid> {
+    let (radius, height) = (p.tooling.key_diameter.mm() / 2.0, p.tooling.key_height.mm());
+    // Drawn in at 20 degrees, so that it finds its socket and comes out of it.
+    let slope = 20f64.to_radians().tan();
+    let key = Solid::revolution(Path::polygon(&[
+        [0.0, -CUT_OVERLAP_MM],
+        [radius + CUT_OVERLAP_MM * slope, -CUT_OVERLAP_MM],
+        [radius - height * slope, height],
+        [0.0, height],
+    ]));
+    let first = Pose::translation(key_circle_mm(layout), 0.0, 0.0);
+    copies("key", &ring(p.tooling.keys, 0.0, first), &key)
+}
+
+/// Radius of the circle of the keys, mm: midway between surface and side.
+pub fn key_circle_mm(layout: &Layout) -> f64 {
+    (layout.foot_of(layout.black_offset_mm) + layout.silicone_radius_mm) / 2.0
+}
+
+/// How much a vent narrows on its way out, mm of radius per mm: its pin is thickest where it stands, the
+/// core slips off it, and what has cured in a vent comes out of it with the elastomer.
+const VENT_DRAFT: f64 = 0.02;
+
+/// Radius of the circle of vents, mm: over the middle of the inner elastomer's foot.
+pub fn vent_circle_mm(layout: &Layout) -> f64 {
+    (layout.foot_of(layout.shell_offset_mm) + layout.foot_of(layout.inner_offset_mm)) / 2.0
+}
+
+/// Where the vents meet the foot, z axis up.
+pub fn vent_poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
+    ring(p.tooling.vents, 0.0, Pose::translation(vent_circle_mm(layout), 0.0, 0.0))
+}
+
+/// Radius of a vent so far below the foot, mm.
+pub fn vent_radius_at(p: &HalfEllipsoid, depth_mm: f64) -> f64 {
+    p.tooling.vent_diameter.mm() / 2.0 - VENT_DRAFT * depth_mm
+}
+
+/// The vents through the core's flange, `beyond_mm` longer on the far side.
+fn vents(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
+    let depth = beyond_mm - layout.core_flange_z_mm;
+    let [far, near] = [depth, -CUT_OVERLAP_MM].map(|depth| vent_radius_at(p, depth));
+    let pin = Solid::cone(far, near, depth + CUT_OVERLAP_MM).at_z(-depth);
+    copies("vent", &vent_poses(p, layout), &pin)
+}
+
+/// Vents, gates and sprue: what the core's flange has less, and its negative more, `beyond_mm` longer on
+/// the far side.
+pub fn ways_out(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
+    [vents(p, layout, beyond_mm), runner_tools(p, layout, beyond_mm)].concat()
+}
+
+/// The vent at the tip of the mold for the outer elastomer, from within the cavity to above the
+/// silicone.
+pub fn tip_vent(p: &HalfEllipsoid, layout: &Layout) -> Solid {
+    let bottom = layout.ellipsoid.polar + layout.inner_offset_mm;
+    let top = layout.silicone_top_z_mm + PIN_SPARE_MM;
+    Solid::rod(p.tooling.tip_vent_diameter.mm() / 2.0, [bottom, top]).named("tip vent")
+}
+
+/// All negatives and the sleeve.
+pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
+    let mut parts: Vec<Body> =
+        Boundary::all(p).iter().map(|&boundary| negative_of_cup(p, layout, boundary)).collect();
+    parts.extend([negative_of_core(p, layout), sleeve(p, layout)]);
+    parts
+}
+
+fn tool(p: &HalfEllipsoid, name: Name, solid: Solid) -> Body {
+    name.made(Process::Sla, solid)
+        .from(&p.tooling.resin)
+        .colored(TOOL_GREY)
+        .sealed("varnish")
+        .note(
+            "0.025 mm layers; wash twice, cure fully and bake at 60 C overnight: uncured resin \
+             keeps the silicone from curing",
+        )
+        .note("a coat of clear acrylic varnish, then release agent")
+}
+
+/// What silicone mold and elastomer shrink together, for a negative whose silicone casts `layer`.
+fn double_shrinkage(p: &HalfEllipsoid, layer: &Castable) -> f64 {
+    1.0 - (1.0 - shrinkage(&p.tooling.silicone_material)) * (1.0 - shrinkage(layer))
+}
+
+/// The dome on a plate that a silicone cup is cast around.
+fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
+    let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
+    let lip = radius + wall + p.making.gap_mm(boundary.negative(), Process::Sla, Fit::Slide);
+    let plate = bowl([lip, lip + wall], LIP_MM, [0.0, -wall]);
+    let on_plate = |solid: Solid| solid.minus(Solid::below(-CUT_OVERLAP_MM));
+    let (dome, material) = match boundary {
+        Boundary::Inner => (on_plate(slotted(p, layout)), &p.inner_elastomer.material),
+        Boundary::Outer => {
+            (layout.ellipsoid.dome_tool(layout.outer_offset_mm), &p.outer_elastomer.material)
+        }
+        Boundary::Black => {
+            (layout.ellipsoid.dome_tool(layout.black_offset_mm), &p.black_gel.material)
+        }
+    };
+    let pin = (boundary == Boundary::Outer).then(|| tip_vent(p, layout));
+    let pieces = [plate, dome.named("dome")].into_iter().chain(keys(p, layout)).chain(pin);
+    let landmarks = match boundary {
+        Boundary::Inner => marks("marker", &marker_poses(p, layout)),
+        _ => Vec::new(),
+    };
+    tool(p, boundary.negative(), Solid::union(pieces))
+        .placed([boundary.casting().in_place()])
+        .marked(landmarks)
+        .for_shrinkage(double_shrinkage(p, material))
+}
+
+/// The vessel that the silicone core is cast in.
+fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
+    let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
+    let mouth = layout.core_flange_z_mm - LIP_MM;
+    let top = layout.ellipsoid.polar + layout.shell_offset_mm + wall;
+    let vessel = Solid::rod(radius + wall, [mouth, top]);
+    let recess = Solid::cylinder(radius, CUT_OVERLAP_MM - mouth)
+        .at_z(mouth - CUT_OVERLAP_MM)
+        .named("flange");
+    let body = vessel
+        .minus(recess)
+        .minus(layout.ellipsoid.dome_tool(layout.shell_offset_mm).named("core"))
+        .minus_all(keys(p, layout));
+    tool(
+        p,
+        CORE_NEGATIVE,
+        Solid::union(std::iter::once(body).chain(ways_out(p, layout, PIN_SPARE_MM))),
+    )
+    .placed([CAST_CORE.in_place().lifted(45.0)])
+    .lying(flipped())
+    .for_shrinkage(double_shrinkage(p, &p.inner_elastomer.material))
+}
+
+/// The wall around the negatives of the cups.
+fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Body {
+    let inner = layout.silicone_radius_mm;
+    let outer = inner + p.tooling.wall.mm();
+    let top = layout.silicone_top_z_mm;
+    let outline = [[inner, 0.0], [outer, 0.0], [outer, top], [inner, top]];
+    tool(p, SLEEVE, Solid::revolution(Path::polygon(&outline)))
+        .placed(
+            Boundary::all(p)
+                .into_iter()
+                .map(|boundary| boundary.casting().in_place().lifted(110.0)),
+        )
+        .with_handles(1)
+        .note("push the cured silicone out with two thumbs")
+}
+
+// ------ Runner ------
+//
+// How the thin layers' mixture gets to their feet, and what is too much away from there: gates under
+// the feet, a ring that joins them, and a seat for a syringe.
+//
+// All lie in the face of the core's flange that the cups close, so that each gate opens over the whole
+// width of a foot, however thin, and what has cured there is lifted out once the cup is off.
+
+/// Width of a gate, mm: a ridge in the negative that is twice as wide as high.
+const GATE_MM: f64 = 2.4;
+
+/// Depth of gates and ring, mm.
+const RUNNER_MM: f64 = 1.2;
+
+/// From the outermost layer's foot to the ring, mm: what the cup closes.
+const LAND_MM: f64 = 0.6;
+
+/// Width of the ring, mm.
+const RING_MM: f64 = 1.0;
+
+/// From the outermost layer's foot to the ring's outside, mm.
+pub const REACH_MM: f64 = LAND_MM + RING_MM;
+
+/// Silicone between a vent, a gate, a key or the seat and its neighbour, mm.
+pub const SILICONE_WALL_MM: f64 = 0.5;
+
+/// The seat in the core's flange.
+pub fn syringe_seat(p: &HalfEllipsoid) -> LuerSeat {
+    LuerSeat { wall_mm: p.tooling.core_flange.mm() }
+}
+
+/// Angle of the seat around the axis, rad: between two keys.
+fn seat_rad(p: &HalfEllipsoid) -> f64 {
+    PI / f64::from(p.tooling.keys)
+}
+
+/// Half the angle that a gate takes where the thin layers begin, rad.
+pub fn half_gate_rad(layout: &Layout) -> f64 {
+    (GATE_MM / 2.0 / layout.foot_of(layout.inner_offset_mm)).min(1.0).asin()
+}
+
+/// The middles of the gates, rad: half a step off the vents of the inner elastomer.
+pub fn gates_rad(p: &HalfEllipsoid) -> impl Iterator<Item = f64> {
+    let count = p.tooling.vents;
+    (0..count).map(move |i| TAU * (f64::from(i) + 0.5) / f64::from(count))
+}
+
+fn polar(radius: f64, rad: f64) -> [f64; 2] {
+    [radius * rad.cos(), radius * rad.sin()]
+}
+
+/// Gates and ring, and the way from it to the seat, from above the flange's face to their floor.
+fn channels(p: &HalfEllipsoid, layout: &Layout) -> Solid {
+    let gate = layout.foot_of(layout.inner_offset_mm);
+    let inner = layout.foot_of(layout.black_offset_mm) + LAND_MM;
+    let (outer, half) = (inner + RING_MM, half_gate_rad(layout));
+    let mut teeth = Path::from(polar(gate, -half + first_runner(p)));
+    for middle in gates_rad(p) {
+        let next = middle + TAU / f64::from(p.tooling.vents) - half;
+        teeth = teeth
+            .arc(polar(gate, middle + half), [0.0; 2], true)
+            .line(polar(inner, middle + half))
+            .arc(polar(inner, next), [0.0; 2], true)
+            .line(polar(gate, next));
+    }
+    let (to, end) = (seat_rad(p), key_circle_mm(layout));
+    let side = (GATE_MM / 2.0 / outer).min(1.0).asin();
+    let outline = Path::from(polar(outer, to + side))
+        .arc(polar(outer, to + PI), [0.0; 2], true)
+        .arc(polar(outer, to - side), [0.0; 2], true)
+        .line(polar(end, to - side))
+        .arc(polar(end, to + side), [0.0; 2], true)
+        .close();
+    Solid::prism(Profile::new(outline).with_hole(teeth.close()), [-RUNNER_MM, CUT_OVERLAP_MM])
+        .named("runner")
+}
+
+fn first_runner(p: &HalfEllipsoid) -> f64 {
+    PI / f64::from(p.tooling.vents)
+}
+
+/// What the core's flange has less, and its negative more; the seat `beyond_mm` longer on the far side.
+pub fn runner_tools(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
+    let [x, y] = polar(key_circle_mm(layout), seat_rad(p));
+    let mouth = Pose::translation(x, y, layout.core_flange_z_mm);
+    vec![channels(p, layout), syringe_seat(p).tool(&mouth, beyond_mm)]
+}
+
+/// The syringe in its seat, in the frame of the core.
+pub fn syringe(p: &HalfEllipsoid, layout: &Layout) -> Reach {
+    let at = polar(key_circle_mm(layout), seat_rad(p));
+    tools::syringe(hanging(at, layout.core_flange_z_mm), syringe_seat(p).stands_out_mm())
+}
+
+/// Middle and radius of a disc that holds what one gate opens of a foot between two radii, mm.
+pub fn open_disc(rad: f64, layout: &Layout, [inner, outer]: [f64; 2]) -> (Point3<f64>, f64) {
+    let middle = (inner + outer) / 2.0;
+    let [x, y] = polar(middle, rad);
+    let half = half_gate_rad(layout);
+    let corner = polar(outer, half);
+    let radius = (corner[0] - middle).abs().max((outer - inner) / 2.0).hypot(corner[1]);
+    (Point3::new(x, y, 0.0), radius + CUT_OVERLAP_MM)
+}
+
+// ------ Markers ------
+//
+// The markers: where they are, and the slot that each one fills.
+
+/// Spread of the markers over rings around the tip.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spread {
+    /// From ring to ring along the surface, mm.
+    pub spacing: f64,
+    /// The places on the inner elastomer's outside.
+    pub pattern: Pattern,
+}
+
+impl Spread {
+    /// Markers on each ring, for people.
+    pub fn counts(&self) -> String {
+        match &self.pattern {
+            Pattern::SurfaceRings { counts, .. } => {
+                counts.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
+            }
+            _ => String::new(),
+        }
+    }
+}
+
+/// One marker at the tip and the others on rings of latitude that are equally far from each other
+/// along the surface; the last one stays half a step above the base circle, so that the rim cuts no
+/// marker. Each ring gets its share by circumference (largest remainders first), and there are as
+/// many rings as make the distance along a ring most like the distance between rings. So every
+/// count can be had, and all markers stand for about the same area.
+///
+/// # Errors
+/// A surface without meridian; no markers at all.
+pub fn marker_spread(layout: &Layout, count: u32) -> Result<Spread, InvalidPattern> {
+    let surface = layout.ellipsoid.parallel(layout.inner_offset_mm);
+    let length = layout.ellipsoid.meridian_length(layout.inner_offset_mm);
+    let others = count.checked_sub(1).ok_or(InvalidPattern::Empty)?;
+    let mut best: Option<(f64, Spread)> = None;
+    // Where markers stand for equal squares, rings are as far apart as a square is wide; the best
+    // number lies beside that.
+    let square = layout.ellipsoid.area_estimate(layout.inner_offset_mm) / f64::from(count);
+    let about = (length / square.sqrt()) as u32;
+    for rings in about.saturating_sub(2).max(1)..=about + 2 {
+        let spacing = length / (f64::from(rings) + 0.5);
+        let one_each = Pattern::SurfaceRings {
+            surface: surface.clone(),
+            spacing_mm: spacing,
+            counts: vec![1; rings as usize + 1],
+        };
+        let circles: Vec<f64> = one_each.poses()?[1..]
+            .iter()
+            .map(|pose| TAU * pose.translation_mm().xy().norm())
+            .collect();
+        let along = circles.iter().sum::<f64>() / f64::from(others.max(1));
+        let uneven = (along / spacing).ln().abs();
+        if best.as_ref().is_none_or(|(least, _)| uneven < *least) {
+            let mut counts = vec![1];
+            counts.extend(shares(&circles, others));
+            let pattern =
+                Pattern::SurfaceRings { surface: surface.clone(), spacing_mm: spacing, counts };
+            best = Some((uneven, Spread { spacing, pattern }));
+        }
+    }
+    best.map(|(_, spread)| spread).ok_or(InvalidPattern::Empty)
+}
+
+/// Whole numbers in proportion to `weights` that add up to `total` (largest remainders first).
+fn shares(weights: &[f64], total: u32) -> Vec<u32> {
+    let sum: f64 = weights.iter().sum();
+    let exact: Vec<f64> = weights.iter().map(|w| w / sum * f64::from(total)).collect();
+    let mut counts: Vec<u32> = exact.iter().map(|e| e.floor() as u32).collect();
+    let mut order: Vec<usize> = (0..weights.len()).collect();
+    order.sort_by(|&i, &j| (exact[j].fract()).total_cmp(&exact[i].fract()));
+    let missing = total - counts.iter().sum::<u32>();
+    for &i in order.iter().take(missing as usize) {
+        counts[i] += 1;
+    }
+    counts
+}
+
+/// Origin of each marker on the inner elastomer's outside, z axis outwards along the normal; none
+/// for no markers or a surface that `check` refuses.
+pub fn marker_poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
+    if p.markers.pattern == RoundPattern::List {
+        return p.markers.listed().poses(&layout.ellipsoid.parallel(layout.inner_offset_mm));
+    }
+    marker_spread(layout, p.markers.count).and_then(|s| s.pattern.poses()).unwrap_or_default()
+}
+
+/// Depth of a slot, mm.
+pub fn marker_depth(markers: &Markers) -> f64 {
+    markers.straight_depth.mm() + markers.radius.mm()
+}
+
+/// Centre of each slot's round end, mm.
+pub fn marker_end_centres(p: &HalfEllipsoid, layout: &Layout) -> Vec<Point3<f64>> {
+    let end = Point3::new(0.0, 0.0, -p.markers.straight_depth.mm());
+    marker_poses(p, layout).iter().map(|pose| pose.point(end)).collect()
+}
+
+/// The slots' ends, which the camera follows.
+pub fn markers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Mark> {
+    let slots = &p.markers;
+    Mark::below("marker", &marker_poses(p, layout), marker_depth(slots), slots.radius.mm(), |_| {
+        Carrier::Gel
+    })
+}
+
+/// Everything within the inner elastomer's outside except the slots: what the inner elastomer and
+/// its negative are cut from, and what the outer elastomer and the silicone mold go around.
+pub fn slotted(p: &HalfEllipsoid, layout: &Layout) -> Solid {
+    let (radius, straight) = (p.markers.radius.mm(), p.markers.straight_depth.mm());
+    // The surface bends away from the slot's mouth, so that the overlap lies outside.
+    let slot = Solid::revolution(
+        Path::from([0.0, -straight - radius])
+            .arc([radius, -straight], [0.0, -straight], true)
+            .line([radius, CUT_OVERLAP_MM])
+            .line([0.0, CUT_OVERLAP_MM])
+            .close(),
+    );
+    let slots = copies("marker", &marker_poses(p, layout), &slot);
+    layout.ellipsoid.whole(layout.inner_offset_mm).minus_all(slots)
+}

@@ -1,0 +1,364 @@
+//! Body and mount, the tip that is screwed on, and the gauge that its lens is focused in.
+
+use fabkit_geometry::{
+    Body, CUT_OVERLAP_MM, Carrier, Color, Landmark, Mark, Path, Point3, Pose, Process, Profile,
+    Shells, Solid, Vector3,
+};
+
+use super::parameters::*;
+use super::{Joints, Layout};
+use crate::assembling::{Name, flipped, in_sensor};
+use crate::blocks::cable_way::{Side, wall_way};
+use crate::blocks::{GLASS, MASK_GREEN, TOOL_GREY, copies, edge, holes, led_ring, marks, ring};
+use crate::materials::glazing;
+
+// ------ Body ------
+//
+// Body, LED board and robot mount.
+
+const ABS_GREY: Color = [104, 110, 120];
+const MOUNT_GREY: Color = [150, 156, 164];
+
+/// The LEDs on their board, z axis up, x axis outwards.
+pub fn led_poses(p: &PinTip, layout: &Layout) -> Vec<Pose> {
+    led_ring!(p.leds).poses(layout.board_top_z_mm, 0.0)
+}
+
+/// Spigot, shaft, cone and housing in one print.
+pub fn body(p: &PinTip, layout: &Layout) -> Body {
+    let (tip, mount) = (&layout.tip_joint, &layout.mount_joint);
+    let bottom = layout.body_bottom_z_mm;
+    let fillet = p.body.edge_fillet.mm();
+    let outside = Solid::revolution(edge::rounded(&[
+        ([0.0, layout.neck_top_z_mm], 0.0),
+        ([layout.neck_radius_mm, layout.neck_top_z_mm], 0.0),
+        ([layout.neck_radius_mm, layout.seal_z_mm], 0.0),
+        ([tip.spigot_radius, layout.seal_z_mm], 0.0),
+        ([tip.spigot_radius, layout.shoulder_z_mm], 0.0),
+        ([layout.shaft_radius_mm, layout.shoulder_z_mm], 0.0),
+        ([layout.shaft_radius_mm, layout.shaft_bottom_z_mm], 0.0),
+        ([mount.outer_radius, layout.cone_bottom_z_mm], fillet),
+        ([mount.outer_radius, bottom], fillet),
+        ([0.0, bottom], 0.0),
+    ]));
+    let above = layout.neck_top_z_mm + CUT_OVERLAP_MM;
+    let below = bottom - CUT_OVERLAP_MM;
+    let cavity = Solid::revolution(Path::polygon(&[
+        [0.0, above],
+        [layout.board_seat_radius_mm, above],
+        [layout.board_seat_radius_mm, layout.board_bottom_z_mm],
+        [layout.shaft_bore_radius_mm, layout.board_bottom_z_mm],
+        [layout.shaft_bore_radius_mm, layout.bore_bottom_z_mm],
+        [mount.bore_radius, layout.cavity_top_z_mm],
+        [mount.bore_radius, below],
+        [0.0, below],
+    ]))
+    .named("cavity");
+    // What the cavity spares stays: posts that grow out of the cone, whatever its slope.
+    let screws = Joints::new(p, layout).camera;
+    let post = Solid::cylinder(
+        p.body.post_diameter.mm() / 2.0,
+        layout.shaft_bottom_z_mm - layout.camera_board_top_z_mm,
+    );
+    let posts = screws.poses.iter().zip(1..).map(|(pose, i)| {
+        let at = pose.translation_mm();
+        post.clone().at(at.x, at.y, layout.camera_board_top_z_mm).named(format!("post {i}"))
+    });
+    let lugs = tip.male().at_z(layout.ring_bottom_z_mm);
+    BODY.made(Process::Fdm, outside.plus(lugs).minus(cavity.minus_all(posts)))
+        .from(&p.body.material)
+        .placed([in_sensor().lifted(-30.0)])
+        .colored(ABS_GREY)
+        // The spigot down: cone, posts and both bayonets then print without support.
+        .lying(flipped())
+        .note("print with the spigot down, without support")
+        .with_supports(false)
+        .note(
+            "a tall part on a narrow ring: print it on a brim 8 mm wide, slowly where it is narrow, \
+             and trim the brim off the spigot's edge",
+        )
+        .on_brim(8.0)
+        .note("paint the shaft's inside matt black if the filament is bright")
+        // The bore for the light, and the slot for the cable.
+        .with_handles(2)
+        .cut(screws.held())
+        .cut(holes(mount.female_tools(bottom)))
+        .cut(holes([cable_slot(p, layout)]))
+}
+
+/// The passage for the cable, between camera board and mount.
+fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
+    let (bore, outer) = (layout.mount_joint.bore_radius, layout.mount_joint.outer_radius);
+    let width = p.body.cable_slot_width.mm();
+    let height = p.body.wiring_room.mm() / 2.0;
+    // From well inside the wall, whose inner face curves away, to beyond its outside.
+    let inner = bore - width / 2.0;
+    let bottom = layout.camera_board_bottom_z_mm - p.body.wiring_room.mm() / 2.0 - height / 2.0;
+    let reach = [inner, outer + CUT_OVERLAP_MM];
+    let slot = wall_way(Side::Right, width, reach, [bottom, bottom + height]).named("cable slot");
+    if p.body.cable_angle.rad() == 0.0 { slot } else { slot.turned_z(p.body.cable_angle) }
+}
+
+/// The annular board.
+pub fn led_board(p: &PinTip, layout: &Layout) -> Body {
+    let outline = Profile::new(Path::circle([0.0, 0.0], layout.board_radius_mm))
+        .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
+    LED_BOARD
+        .made(
+            Process::Pcb,
+            Solid::extrusion(outline, p.led_board.thickness.mm()).at_z(layout.board_bottom_z_mm),
+        )
+        .from(&p.led_board.material)
+        .placed([in_sensor().lifted(-12.0)])
+        .marked(marks("led", &led_poses(p, layout)))
+        .colored(MASK_GREEN)
+        .note("solder the wires to the lower side, inside the ledge, and lead them down the shaft")
+        .note("press it in from above until it meets the ledge")
+        .with_handles(1)
+}
+
+/// The flange that the body locks onto.
+pub fn mount(p: &PinTip, layout: &Layout) -> Body {
+    let joint = &layout.mount_joint;
+    let inner = joint.spigot_radius - p.mount.spigot_wall.mm();
+    let top = layout.body_bottom_z_mm + p.mount.spigot_height.mm();
+    let outside = Solid::revolution(Path::polygon(&[
+        [0.0, layout.plate_bottom_z_mm],
+        [joint.outer_radius, layout.plate_bottom_z_mm],
+        [joint.outer_radius, layout.plate_top_z_mm],
+        [joint.spigot_radius, layout.plate_top_z_mm],
+        [joint.spigot_radius, top],
+        [inner, top],
+        [inner, layout.plate_top_z_mm],
+        [0.0, layout.plate_top_z_mm],
+    ]));
+    ROBOT_MOUNT
+        .made(Process::Fdm, outside.plus(joint.male().at_z(layout.body_bottom_z_mm)))
+        .from(&p.body.material)
+        .placed([in_sensor().lifted(-112.0)])
+        .colored(MOUNT_GREY)
+        .note("print on its plate; the lugs stand out far enough to print freely")
+        .cut(Joints::new(p, layout).robot.passed())
+}
+
+// ------ Tip ------
+//
+// The printed tip (skin with pins, dots, ring) and what fills and closes it.
+//
+// The three printed bodies leave the printer as one piece. They are built from the same numbers
+// wherever they meet, so that their meshes share the vertices of the common faces.
+
+const SKIN_BLACK: Color = [70, 72, 78];
+const VERO_WHITE: Color = [244, 244, 240];
+const GEL_BLUE: Color = [170, 210, 235];
+
+/// How far a pin reaches into the skin, as a share of the skin's thickness.
+const PIN_ROOT_SHARE: f64 = 0.5;
+
+/// Depth of a pin's root in the skin, mm.
+pub fn pin_root_mm(p: &PinTip) -> f64 {
+    PIN_ROOT_SHARE * p.skin.thickness.mm()
+}
+
+/// Where the pins stand; `check` has refused layouts without any.
+fn pins(p: &PinTip, layout: &Layout) -> Vec<Pose> {
+    layout.pin_poses(p).unwrap_or_default()
+}
+
+/// A cylinder as thick as the pins at each of their places, between two heights above the skin's
+/// inside (positive into the tip).
+fn columns(p: &PinTip, layout: &Layout, word: &str, from_mm: f64, to_mm: f64) -> Vec<Solid> {
+    let column = Solid::cylinder(layout.pin_diameter_mm / 2.0, to_mm - from_mm).at_z(-to_mm);
+    copies(word, &pins(p, layout), &column)
+}
+
+/// Skin and pins, dots, ring.
+pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
+    let part = |name: Name, solid: Solid, lift_mm: f64| {
+        name.made(Process::PolyJet, solid)
+            .from(&p.tip.rigid_material)
+            .placed([in_sensor().lifted(lift_mm), FILLING.at(flipped()).lifted(-lift_mm)])
+            .colored(VERO_WHITE)
+            .note(
+                "one piece with the other bodies of the group `tip`: load their common 3MF, or \
+                 their STL files as one assembly; they share their coordinates",
+            )
+            .note("wash the support out from below with water, between the pins last and gently")
+    };
+    let (from, to) = (p.pins.length.mm(), p.pins.length.mm() + p.pins.dot_thickness.mm());
+    let dots = Solid::union(columns(p, layout, "dot", from, to));
+    [
+        part(SKIN, skin(p, layout), 84.0)
+            .from(p.tip.soft_material.clone())
+            .giving_way()
+            .colored(SKIN_BLACK),
+        part(DOTS, dots, 62.0)
+            .marked(dot_landmarks(p, layout))
+            // Each dot is a piece of its own, without a hole.
+            .in_shells(Shells::pieces(dot_landmarks(p, layout).len())),
+        part(RING, printed_ring(layout), 24.0)
+            .marked(vec![Landmark {
+                name: "mouth".into(),
+                point: Point3::new(0.0, 0.0, layout.ring_bottom_z_mm),
+                axis: -Vector3::z(),
+            }])
+            .with_handles(1),
+    ]
+}
+
+fn skin(p: &PinTip, layout: &Layout) -> Solid {
+    let (inner, outer, upstand) =
+        (layout.skin_radius_mm, layout.outer_radius_mm, layout.upstand_radius_mm);
+    let bowl = Path::from([inner, 0.0])
+        .arc([0.0, inner], [0.0, 0.0], true)
+        .line([0.0, outer])
+        .arc([outer, 0.0], [0.0, 0.0], false)
+        .line([outer, layout.skirt_z_mm])
+        .line([upstand, layout.skirt_z_mm])
+        .line([upstand, 0.0])
+        .close();
+    let pins = columns(p, layout, "pin", -pin_root_mm(p), p.pins.length.mm());
+    Solid::union(std::iter::once(Solid::revolution(bowl).named("skin")).chain(pins))
+}
+
+fn printed_ring(layout: &Layout) -> Solid {
+    let bore = layout.tip_joint.bore_radius;
+    let outline = Path::polygon(&[
+        [layout.skin_radius_mm, 0.0],
+        [layout.upstand_radius_mm, 0.0],
+        [layout.upstand_radius_mm, layout.skirt_z_mm],
+        [layout.outer_radius_mm, layout.skirt_z_mm],
+        [layout.outer_radius_mm, layout.ring_bottom_z_mm],
+        [bore, layout.ring_bottom_z_mm],
+        [bore, layout.lens_top_z_mm],
+        [layout.ledge_radius_mm, layout.lens_top_z_mm],
+        [layout.ledge_radius_mm, layout.slope_bottom_z()],
+    ]);
+    Solid::revolution(outline).minus_all(layout.tip_joint.female_tools(layout.ring_bottom_z_mm))
+}
+
+/// The dots, which the camera follows: pins carry them.
+pub fn dot_marks(p: &PinTip, layout: &Layout) -> Vec<Mark> {
+    let depth = p.pins.length.mm() + p.pins.dot_thickness.mm();
+    let pin = |pose: &Pose| Carrier::Pin { root: pose.point(Point3::origin()) };
+    Mark::below("dot", &pins(p, layout), depth, layout.pin_diameter_mm / 2.0, pin)
+}
+
+/// The centre of each dot's outer face, and the direction in which the pin points.
+fn dot_landmarks(p: &PinTip, layout: &Layout) -> Vec<Landmark> {
+    let landmark = |mark: Mark| Landmark { name: mark.name, point: mark.point, axis: mark.axis };
+    dot_marks(p, layout).into_iter().map(landmark).collect()
+}
+
+/// The gel between skin and lens, around pins and dots.
+pub fn gel(p: &PinTip, layout: &Layout) -> Body {
+    let inner = layout.skin_radius_mm;
+    let core = Path::from([0.0, layout.lens_top_z_mm])
+        .line([layout.ledge_radius_mm, layout.lens_top_z_mm])
+        .line([layout.ledge_radius_mm, layout.slope_bottom_z()])
+        .line([inner, 0.0])
+        .arc([0.0, inner], [0.0, 0.0], true)
+        .close();
+    let end = p.pins.length.mm() + p.pins.dot_thickness.mm();
+    GEL.cast(Solid::revolution(core).minus_all(columns(p, layout, "pin", -pin_root_mm(p), end)))
+        .from(&p.fill.material)
+        .placed([in_sensor().lifted(44.0), FILLING.at(flipped()).lifted(-44.0)])
+        .colored(GEL_BLUE)
+        .opaque(0.35)
+    // Pins make dimples, not holes.
+}
+
+/// Centres of the two holes in the lens: gel in at one, air out at the other.
+pub fn lens_holes(p: &PinTip) -> [[f64; 2]; 2] {
+    let radius = p.lens.hole_radius.mm();
+    [[radius, 0.0], [-radius, 0.0]]
+}
+
+/// The window.
+pub fn lens(p: &PinTip, layout: &Layout) -> Body {
+    let hole = p.lens.hole_diameter.mm() / 2.0;
+    let outline = lens_holes(p)
+        .into_iter()
+        .fold(Profile::new(Path::circle([0.0, 0.0], layout.lens_radius_mm)), |profile, centre| {
+            profile.with_hole(Path::circle(centre, hole))
+        });
+    let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at_z(layout.lens_bottom_z_mm);
+    LENS.made(Process::Laser, solid)
+        .from(&p.lens.material)
+        .in_light(glazing(&p.lens.material))
+        .placed([in_sensor().lifted(8.0), FILLING.at(flipped()).lifted(-8.0)])
+        .colored(GLASS)
+        .note("cut with the film on; peel it off before gluing")
+        .with_handles(2)
+}
+
+// ------ Gauge ------
+//
+// The gauge that the lens is focused in: once the board is screwed in, no finger reaches the lens.
+
+/// Thickness of the gauge's wall and of its target, mm.
+const GAUGE_WALL_MM: f64 = 2.0;
+
+/// Room beside lens holder and barrel, mm.
+const GAUGE_BESIDE_MM: f64 = 0.6;
+
+/// How far the windows for two fingers reach beyond the lens's front, mm: a fingertip's width.
+const FINGERS_MM: f64 = 16.0;
+
+/// Width of those windows as a share of the gauge's radius: four legs stay, over the board's corners.
+const WINDOW_SHARE: f64 = 0.9;
+
+/// Holes of the target around the one in the middle.
+const TARGETS: u32 = 6;
+
+/// Radius of their circle, mm: the middle of the picture, where the pins press first.
+const TARGET_CIRCLE_MM: f64 = 4.0;
+
+/// Outside and inside of the gauge, mm: it stands on the board, around the lens holder.
+fn radii_mm(p: &PinTip) -> [f64; 2] {
+    let camera = &p.camera;
+    let corner = camera.holder_size.mm() * std::f64::consts::FRAC_1_SQRT_2;
+    let least = corner.max(camera.barrel_diameter.mm() / 2.0) + GAUGE_BESIDE_MM + GAUGE_WALL_MM;
+    let board = camera.board_size.mm().min(camera.board_size_y.mm()) / 2.0 - GAUGE_BESIDE_MM;
+    let outer = least.max(board);
+    [outer, outer - GAUGE_WALL_MM]
+}
+
+/// Tube on four legs with the target on top: holes against the light, as far away in air as the dots are
+/// through lens and gel.
+pub fn gauge(p: &PinTip, layout: &Layout) -> Body {
+    let [outer, inner] = radii_mm(p);
+    let bottom = layout.camera_board_top_z_mm;
+    let target = layout.lens_front_z_mm + layout.focus_mm(p);
+    let bell = Solid::revolution(Path::polygon(&[
+        [inner, bottom],
+        [outer, bottom],
+        [outer, target + GAUGE_WALL_MM],
+        [0.0, target + GAUGE_WALL_MM],
+        [0.0, target],
+        [inner, target],
+    ]));
+    let (half, far) = (WINDOW_SHARE * outer / 2.0, outer + CUT_OVERLAP_MM);
+    // The tube stays closed below the target, however near that is.
+    let top = (layout.lens_front_z_mm + FINGERS_MM).min(target - GAUGE_WALL_MM);
+    let bottom = bottom - CUT_OVERLAP_MM;
+    let windows = [
+        Solid::cuboid_between([-far, -half, bottom], [far, half, top]).named("window along x"),
+        Solid::cuboid_between([-half, -far, bottom], [half, far, top]).named("window along y"),
+    ];
+    let hole = Solid::rod(
+        layout.pin_diameter_mm / 2.0,
+        [target - CUT_OVERLAP_MM, target + GAUGE_WALL_MM + CUT_OVERLAP_MM],
+    );
+    let around = ring(TARGETS, 0.0, Pose::translation(TARGET_CIRCLE_MM, 0.0, 0.0));
+    let places = [&[Pose::identity()], &around[..]].concat();
+    FOCUS_GAUGE
+        .made(Process::Fdm, bell.minus_all(windows).minus_all(copies("target", &places, &hole)))
+        .from(&p.body.material)
+        .placed([FOCUSING.in_place().lifted(30.0)])
+        .colored(TOOL_GREY)
+        .lying(flipped())
+        .note("print on the target, legs up, without support")
+        .with_supports(false)
+        .with_handles(places.len() as i32)
+}

@@ -1,0 +1,69 @@
+//! What parameters are read with besides their own text, and what is read from it.
+
+use fabkit_text::{Look, Parameter, Reader, Refusal, Shape};
+
+use super::named::{near, unknown_hint};
+use crate::materials::{Castable, Catalogue};
+use crate::processes::Making;
+
+/// What parameters are read with.
+#[derive(Clone, Debug)]
+pub(crate) struct Known {
+    /// Every material that may be named.
+    pub materials: Catalogue,
+    /// Which parts are made how.
+    pub making: Making,
+}
+
+/// Read by name, from what the reader knows.
+impl Parameter for Castable {
+    type Limits = ();
+
+    fn shape((): &()) -> Shape {
+        match <String as Parameter>::shape(&(1..=80)) {
+            Shape::Value { is_list, kind, schema, .. } => {
+                Shape::Value { is_list, kind, allowed: ALLOWED.into(), schema }
+            }
+            section @ Shape::Section(_) => section,
+        }
+    }
+
+    fn read(reader: &mut Reader, path: &str, summary: &str, (): &()) -> Option<Self> {
+        let known = reader.known::<Known>().map(|known| &known.materials);
+        let known = known.unwrap_or_else(|| Catalogue::builtin()).clone();
+        reader.looked_up(path, summary, ALLOWED, |text| match known.find(text) {
+            Some(castable) => Ok((castable.clone(), String::from(castable))),
+            None => {
+                let hint = format!(
+                    "{}; or declare your own: `materials: {{{}: {{density: 1 g/cm3, cure: {{time: \
+                     24 h}}}}}}`",
+                    unknown_hint(text, &known.names()),
+                    fabkit_text::shown(text.trim())
+                );
+                let refusal = Refusal::new("of which fabkit knows neither mix nor cure", &hint);
+                let instead = near(text, known.names()).first().map(|name| (*name).to_owned());
+                Err(Refusal { instead, ..refusal.code("unknown_material") })
+            }
+        })
+    }
+
+    fn neighbours(&self, _: &str, (): &(), _: f64, _: Look<Self>) {}
+}
+
+/// What a castable may be, for people.
+const ALLOWED: &str = "a known material";
+
+/// It stands nowhere in a file.
+impl Parameter for Making {
+    type Limits = ();
+
+    fn shape((): &()) -> Shape {
+        Shape::Section(Vec::new())
+    }
+
+    fn read(reader: &mut Reader, _: &str, _: &str, (): &()) -> Option<Self> {
+        Some(reader.known::<Known>().map(|known| known.making.clone()).unwrap_or_default())
+    }
+
+    fn neighbours(&self, _: &str, (): &(), _: f64, _: Look<Self>) {}
+}

@@ -19,6 +19,7 @@ mod error;
 mod glb;
 mod light;
 mod manifest;
+mod mesh_ply;
 mod npz;
 mod opc;
 mod parquet;
@@ -50,6 +51,7 @@ pub use manifest::{
     Compensation, FileEntry, GivenProfile, MachineEntry, Manifest, NotApplied, OptionsEntry,
     OtherFile, Otherness, PartEntry, PrintCompensation, ProfileEntry, SettingEntry, SheetFigures,
 };
+pub use mesh_ply::mesh_ply;
 pub use npz::{Array, NpzPieces, Values, npy, npz};
 pub use opc::zip;
 pub use parquet::{Column, parquet};

@@ -19,7 +19,6 @@ mod error;
 mod glb;
 mod light;
 mod manifest;
-mod mesh_ply;
 mod npz;
 mod opc;
 mod parquet;
@@ -51,7 +50,6 @@ pub use manifest::{
     Compensation, FileEntry, GivenProfile, MachineEntry, Manifest, NotApplied, OptionsEntry,
     OtherFile, Otherness, PartEntry, PrintCompensation, ProfileEntry, SettingEntry, SheetFigures,
 };
-pub use mesh_ply::mesh_ply;
 pub use npz::{Array, NpzPieces, Values, npy, npz};
 pub use opc::zip;
 pub use parquet::{Column, parquet};

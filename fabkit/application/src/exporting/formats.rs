@@ -2,8 +2,8 @@
 
 use fabkit_designs::Design;
 use fabkit_export::{
-    Document, Drawing, ExportError, SamplesDocument, TetraMesh, TreeDocument, dxf, mesh_ply, msh,
-    stl, svg, vtk,
+    Document, Drawing, ExportError, SamplesDocument, TetraMesh, TreeDocument, dxf, msh, stl, svg,
+    vtk,
 };
 use fabkit_files::progress::unwatched;
 
@@ -75,9 +75,6 @@ formats! {
     Stl: "stl", "stl", [Published, Compensated],
         Part(|part| part.written(stl(&part.meshed.body.name, &part.meshed.print))),
         "Binary STL";
-    Ply: "ply", "ply", [Compensated],
-        Part(|part| part.written(mesh_ply(&part.meshed.body.name, &part.meshed.print))),
-        "Binary PLY whose triangles share their vertices";
     ThreeMf: "3mf", "3mf", [Published, Compensated],
         Part(three_mf),
         "3MF, one file per part and plates with all parts laid out";

@@ -237,7 +237,7 @@ pub struct FileEntry {
     /// From what all of it is made, for plates and stock sheets.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// `stl`, `3mf`, `dxf`, `svg`, `png`, `tree`, `samples` or `step`.
+    /// In a word, `stl` or `3mf`: one of those that `export` knows, or what the name ends in.
     pub format: String,
     /// Size.
     pub bytes: u64,

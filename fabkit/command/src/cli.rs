@@ -18,7 +18,9 @@ mod robots;
 mod sweep;
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
+use clap::builder::PossibleValue;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use fabkit_application::exporting::Format;
 use fabkit_application::geometry::Length;
@@ -455,53 +457,44 @@ pub struct Render {
 }
 
 /// A kind of file.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug)]
 pub enum FormatArg {
-    /// Binary STL
-    Stl,
-    /// 3MF, one file per part and plates with all parts laid out
-    #[value(name = "3mf")]
-    ThreeMf,
-    /// Outlines of laser-cut parts and boards, and stock sheets with all laser-cut parts laid out
-    Dxf,
-    /// The same outlines as SVG
-    Svg,
-    /// A picture, 800 x 600 px
-    Png,
-    /// The exact geometry as JSON
-    Tree,
-    /// B-rep with true faces, through the verifier's OpenCascade; for all parts, the assembly too
+    /// What fabkit writes itself.
+    Own(Format),
+    /// What the verifier's OpenCascade writes.
     Step,
-    /// Where lines cross the exact surface, and its volume, area and inertia, as JSON
-    Samples,
-    /// What all bodies of the sensor are to light, its camera and its surface, as JSON
-    Light,
-    /// The finished sensor or fixture for viewers, with colours and an animation that takes it apart
-    Glb,
-    /// Circuit boards for a fab: Gerber X2, drills, job file, places and parts, a folder for each board
-    Gerber,
-    /// The soft layers as tetrahedra for other solvers: Gmsh's MSH 4.1, with materials and sets of faces
-    Msh,
-    /// The same for VTK, legacy format
-    Vtk,
+}
+
+/// What `--format` knows, in the order of its help.
+static FORMATS: LazyLock<Vec<FormatArg>> = LazyLock::new(|| {
+    let mut all: Vec<_> = Format::ALL.into_iter().map(FormatArg::Own).collect();
+    let after_tree = Format::ALL.iter().position(|format| *format == Format::Tree);
+    all.insert(after_tree.map_or(0, |tree| tree + 1), FormatArg::Step);
+    all
+});
+
+impl ValueEnum for FormatArg {
+    fn value_variants<'a>() -> &'a [Self] {
+        &FORMATS
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let (word, help) = match self {
+            Self::Own(format) => (format.word(), format.summary()),
+            Self::Step => (
+                "step",
+                "B-rep with true faces, through the verifier's OpenCascade; for all parts, the assembly too",
+            ),
+        };
+        Some(PossibleValue::new(word).help(help))
+    }
 }
 
 impl FormatArg {
     /// The format that fabkit writes itself; nothing for STEP.
     pub fn own(self) -> Option<Format> {
         match self {
-            Self::Stl => Some(Format::Stl),
-            Self::ThreeMf => Some(Format::ThreeMf),
-            Self::Dxf => Some(Format::Dxf),
-            Self::Svg => Some(Format::Svg),
-            Self::Png => Some(Format::Png),
-            Self::Tree => Some(Format::Tree),
-            Self::Samples => Some(Format::Samples),
-            Self::Light => Some(Format::Light),
-            Self::Glb => Some(Format::Glb),
-            Self::Gerber => Some(Format::Gerber),
-            Self::Msh => Some(Format::Msh),
-            Self::Vtk => Some(Format::Vtk),
+            Self::Own(format) => Some(format),
             Self::Step => None,
         }
     }

@@ -4,6 +4,7 @@ mod boards;
 mod compensation;
 mod failure;
 mod folder;
+mod formats;
 mod glb;
 mod light;
 mod options;
@@ -22,7 +23,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use fabkit_designs::{Companion, Design};
 use fabkit_export::{
     Compensation, Document, FileEntry, MachineEntry, Manifest, MeshFigures, Object, PartEntry,
-    SamplesDocument, SettingEntry, TreeDocument,
+    SettingEntry,
 };
 use fabkit_geometry::{Body, Pose, Process, Sensor};
 use fabkit_mesh::{PrintMesh, TriMesh};
@@ -32,14 +33,15 @@ pub use self::boards::{FinishedBoard, board, boards};
 use self::compensation::{compensation, fitted};
 pub use self::failure::ExportFailure;
 pub use self::folder::{FolderError, FolderRefusal, Overwriting, WrittenExport, write};
+pub use self::formats::Format;
+use self::formats::{Making, PartFile};
 pub(crate) use self::glb::shown as shown_glb;
-pub use self::options::{DEFAULT_STOCK, ExportOptions, Format};
+pub use self::options::{DEFAULT_STOCK, ExportOptions};
 pub use self::profiled::require_profile_applies;
 use self::sheets::CutSheet;
 pub(crate) use self::sheets::plan as sheet_plan;
 pub use self::tetra::DEFAULT_EDGE_MM;
 use fabkit_designs::design_hash;
-use fabkit_files::progress::unwatched;
 use fabkit_files::resumable::seal_text;
 pub use fabkit_files::staging::ForeignFile;
 use fabkit_files::staging::OutputFile;
@@ -47,7 +49,6 @@ use fabkit_files::{UnknownName, memory};
 
 use self::topology::Counted;
 use crate::bodies;
-use crate::pictures::{self, Shot};
 
 /// Most triangles that one export may have, copies on plates included.
 pub const MAX_TRIANGLES: usize = 5_000_000;
@@ -56,9 +57,6 @@ const TRIANGLE_BYTES: u64 = 380;
 
 /// Name of the list of contents.
 pub const MANIFEST_NAME: &str = fabkit_files::staging::CONTENTS;
-
-/// How pictures of single parts are taken.
-const PART_SHOT: Shot = Shot { size_px: [800, 600], section: false, from: None };
 
 /// Told each part's name as soon as its files are ready, from many threads.
 pub type OnFinished<'a> = &'a (dyn Fn(&str) + Sync);
@@ -221,18 +219,12 @@ pub fn export(
     if options.parts.is_empty() {
         made.extend(sheets::nested(design, &hash, options, &meshed)?);
     }
-    if options.formats.contains(&Format::Light) {
-        made.push(light::made(design, &hash)?);
+    for format in &options.formats {
+        if let Making::Whole(make) = format.making() {
+            made.extend(make(design, &hash, options)?);
+        }
     }
-    if options.formats.contains(&Format::Gerber) {
-        made.extend(boards::made(design, &hash)?);
-    }
-    if options.formats.contains(&Format::Glb) {
-        made.push(glb::made(design, &hash, options)?);
-    }
-    if options.formats.iter().any(|format| matches!(format, Format::Msh | Format::Vtk)) {
-        made.extend(tetra::made(design, &hash, options)?);
-    }
+    made.extend(tetra::made(design, &hash, options)?);
     if made.is_empty() && !meshed.is_empty() && !options.formats.is_empty() {
         // Files were asked for that none of these parts has.
         let parts = meshed.iter().map(|m| m.body.name.to_owned()).collect();
@@ -390,55 +382,15 @@ fn part_files<'a>(
     let document = Document { title: &title, design_hash: hash };
     let make = |format: Format| {
         let name = format.file_name(&body.name);
-        let failed = |source| ExportFailure::Write { file: name.clone(), source };
-        let bytes = match format {
-            Format::Stl => fabkit_export::stl(&body.name, &meshed.print).map_err(failed)?,
-            Format::ThreeMf => {
-                let objects = [object(meshed, &meshed.print)];
-                fabkit_export::three_mf(document, &objects).map_err(failed)?
+        let part = PartFile { name, document, design, options, meshed };
+        let bytes = match (format.making(), &meshed.sheet) {
+            (Making::Part(make), _) => make(&part)?,
+            (Making::Outlines(write), Some(sheet)) => {
+                part.written(write(document, &sheet.drawing()))?
             }
-            Format::Dxf | Format::Svg => match &meshed.sheet {
-                Some(sheet) => sheets::write(format, document, &sheet.drawing()).map_err(failed)?,
-                None => return Ok(None),
-            },
-            Format::Png => pictures::picture_of_body(body, PART_SHOT, &unwatched)
-                .map_err(|source| ExportFailure::Picture { part: body.name.clone(), source })?,
-            // One file of all bodies, or a folder of each board.
-            Format::Light | Format::Glb | Format::Gerber | Format::Msh | Format::Vtk => {
-                return Ok(None);
-            }
-            Format::Tree => {
-                let process = body.process_word();
-                let document = TreeDocument {
-                    design_hash: hash,
-                    sensor: &design.sensor.name,
-                    name: &body.name,
-                    kind: body.kind.word(),
-                    summary: &body.summary,
-                    process: &process,
-                    material: &body.material,
-                    quantity: body.quantity,
-                    color: body.color,
-                    opacity: body.opacity,
-                    solid: &body.solid,
-                    landmarks: &body.landmarks,
-                    placements: &body.placements,
-                    mesh: meshed.nominal_figures(options)?,
-                };
-                fabkit_export::tree(&document).map_err(failed)?
-            }
-            Format::Samples => {
-                let document = SamplesDocument {
-                    design_hash: hash,
-                    sensor: &design.sensor.name,
-                    name: &body.name,
-                    solid: &body.solid,
-                    landmarks: &body.landmarks,
-                };
-                fabkit_export::samples(&document).map_err(failed)?
-            }
+            _ => return Ok(None),
         };
-        let file = OutputFile { name, bytes };
+        let file = OutputFile { name: part.name, bytes };
         let parts = vec![body.name.clone()];
         Ok(Some(Made { file, format: format.word(), parts, stock: None }))
     };

@@ -4,97 +4,7 @@ use fabkit_designs::profile::ProcessProfile;
 use fabkit_export::{Bed, GivenProfile, OptionsEntry};
 use fabkit_geometry::Sensor;
 
-/// A kind of file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Format {
-    /// Binary STL.
-    Stl,
-    /// 3MF, one file per part and plates with all of them.
-    ThreeMf,
-    /// Outlines of what is cut from sheets, one file per part and stock sheets with all of them.
-    Dxf,
-    /// The same outlines.
-    Svg,
-    /// A picture.
-    Png,
-    /// The exact geometry as JSON.
-    Tree,
-    /// What the exact geometry amounts to, sampled, for whoever rebuilds the tree.
-    Samples,
-    /// What the whole sensor is to light, as JSON: one file, whichever parts are asked for.
-    Light,
-    /// The whole sensor or fixture as it stands, for viewers: one file, whichever parts are asked for.
-    Glb,
-    /// What a fab etches and drills: a folder for each circuit board, whichever parts are asked for.
-    Gerber,
-    /// The soft layers as tetrahedra for Gmsh and what reads its files: one file, whichever parts are asked for.
-    Msh,
-    /// The same for VTK.
-    Vtk,
-}
-
-impl Format {
-    /// All of them.
-    pub const ALL: [Self; 12] = [
-        Self::Stl,
-        Self::ThreeMf,
-        Self::Dxf,
-        Self::Svg,
-        Self::Png,
-        Self::Tree,
-        Self::Samples,
-        Self::Light,
-        Self::Glb,
-        Self::Gerber,
-        Self::Msh,
-        Self::Vtk,
-    ];
-
-    /// What a package holds: what somebody builds from or looks at. The guide has pictures, and the rest is for
-    /// whoever checks fabkit. Boards are in it where there are some: [`ExportOptions::for_sensor`].
-    pub fn published() -> Vec<Self> {
-        let is_published = |format: &Self| {
-            use Format::{Light, Msh, Png, Samples, Tree, Vtk};
-            !matches!(format, Png | Tree | Samples | Light | Msh | Vtk)
-        };
-        Self::ALL.into_iter().filter(is_published).collect()
-    }
-
-    /// The word used in the manifest and on the command line.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Stl => "stl",
-            Self::ThreeMf => "3mf",
-            Self::Dxf => "dxf",
-            Self::Svg => "svg",
-            Self::Png => "png",
-            Self::Tree => "tree",
-            Self::Samples => "samples",
-            Self::Light => "light",
-            Self::Glb => "glb",
-            Self::Gerber => "gerber",
-            Self::Msh => "msh",
-            Self::Vtk => "vtk",
-        }
-    }
-
-    /// Whether it holds outlines, which only parts cut from sheets have.
-    pub(super) fn is_drawing(self) -> bool {
-        matches!(self, Self::Dxf | Self::Svg)
-    }
-
-    /// Whether it makes up for what making does to sizes. The others show the design.
-    fn is_compensated(self) -> bool {
-        matches!(self, Self::Stl | Self::ThreeMf | Self::Dxf | Self::Svg)
-    }
-
-    pub(super) fn file_name(self, part: &str) -> String {
-        match self {
-            Self::Tree | Self::Samples => format!("{part}.{}.json", self.word()),
-            _ => format!("{part}.{}", self.word()),
-        }
-    }
-}
+use super::Format;
 
 /// What to export.
 #[derive(Clone, Debug)]
@@ -157,7 +67,8 @@ impl ExportOptions {
 
     /// Whether any file may make up for what a printer does.
     pub(super) fn prints(&self) -> bool {
-        !self.nominal && self.formats.iter().any(|f| matches!(f, Format::Stl | Format::ThreeMf))
+        !self.nominal
+            && self.formats.iter().any(|format| format.is_compensated() && !format.is_drawing())
     }
 }
 

@@ -4,15 +4,16 @@ use std::collections::BTreeMap;
 
 use fabkit_designs::Design;
 use fabkit_export::{
-    Compensation, Document, Drawing, ExportError, NestedSheet, Piece, SheetFigures, dxf, nest,
-    sheet_picture, svg, widen_for_kerf,
+    Compensation, Document, Drawing, NestedSheet, Piece, SheetFigures, nest, sheet_picture,
+    widen_for_kerf,
 };
 use fabkit_files::staging::OutputFile;
 use fabkit_geometry::{Body, Process, Profile};
 use fabkit_guide::{SheetPiece, SheetPlan};
 
 use super::compensation::compensation;
-use super::{ExportFailure, ExportOptions, Format, Made, Meshed, stock};
+use super::formats::Making;
+use super::{ExportFailure, ExportOptions, Made, Meshed, stock};
 
 /// A part's outlines as they are cut.
 pub(super) struct CutSheet {
@@ -69,15 +70,6 @@ impl CutSheet {
     }
 }
 
-/// A drawing in one of the formats for drawings.
-pub(super) fn write(
-    format: Format,
-    document: Document,
-    drawing: &Drawing,
-) -> Result<Vec<u8>, ExportError> {
-    if format == Format::Svg { svg(document, drawing) } else { dxf(document, drawing) }
-}
-
 /// One drawing per stock sheet: `sheet-acrylic-3mm-1.dxf` and so on, each with all pieces of one
 /// material and thickness that fit. Boards are ordered one by one and have none.
 ///
@@ -97,9 +89,10 @@ pub(super) fn nested(
             let title = format!("{name}-{}", i + 1);
             let heading = format!("{}: {title}", design.sensor.title);
             let document = Document { title: &heading, design_hash: hash };
-            for &format in options.formats.iter().filter(|format| format.is_drawing()) {
+            for format in &options.formats {
+                let Making::Outlines(write) = format.making() else { continue };
                 let name = format.file_name(&title);
-                let bytes = write(format, document, &sheet.drawing)
+                let bytes = write(document, &sheet.drawing)
                     .map_err(|source| ExportFailure::Write { file: name.clone(), source })?;
                 let file = OutputFile { name, bytes };
                 made.push(Made {

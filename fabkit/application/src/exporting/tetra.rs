@@ -8,17 +8,26 @@ use fabkit_files::staging::OutputFile;
 use fabkit_tetra::{Quality, Tetrahedra};
 use serde_json::json;
 
+use super::formats::Making;
 use super::{ExportFailure, ExportOptions, Format, Made};
 
 /// Length of edges, where nothing is said, mm.
 pub const DEFAULT_EDGE_MM: f64 = 0.5;
 
-/// The files asked for, and `NAME.tetrahedra.json` beside them.
+/// The files asked for, if any, and `NAME.tetrahedra.json` beside them.
 pub(super) fn made(
     design: &Design,
     hash: &str,
     options: &ExportOptions,
 ) -> Result<Vec<Made>, ExportFailure> {
+    let writer = |format: &Format| match format.making() {
+        Making::Tetrahedra(write) => Some((*format, write)),
+        _ => None,
+    };
+    let writers: Vec<_> = options.formats.iter().filter_map(writer).collect();
+    if writers.is_empty() {
+        return Ok(Vec::new());
+    }
     let sensor = &design.sensor;
     let stiff = || SoftError::Stiff { sensor: sensor.name.clone() };
     let touch = sensor.touch.as_ref().ok_or_else(stiff)?;
@@ -55,13 +64,8 @@ pub(super) fn made(
         parts: materials.clone(),
         stock: None,
     };
-    let mut made = Vec::new();
-    if options.formats.contains(&Format::Msh) {
-        made.push(file(Format::Msh, fabkit_export::msh(&tetra)));
-    }
-    if options.formats.contains(&Format::Vtk) {
-        made.push(file(Format::Vtk, fabkit_export::vtk(&tetra)));
-    }
+    let mut made: Vec<Made> =
+        writers.into_iter().map(|(format, write)| file(format, write(&tetra))).collect();
     let name = format!("{}.tetrahedra.json", sensor.name);
     let bytes = seal_text(&document(design, hash, &mesh, &quality));
     let about = OutputFile { name, bytes };

@@ -5,7 +5,7 @@ import warnings
 
 try:
     import fabkit_bench
-    from fabkit_bench import Network, Report, Row, experiments, figures, run
+    from fabkit_bench import Network, Report, Row, experiments, families, figures, run
 except ModuleNotFoundError as error:
     if error.name != "fabkit_bench":
         raise
@@ -23,5 +23,6 @@ if __name__ == "__main__":
     sys.exit(main())
 
 warnings.warn("fabkit.bench is called fabkit_bench now", DeprecationWarning, stacklevel=2)
-# Modules below it are found there, too.
+# Modules below it are found there, too, and those of families, which lay beside them.
+fabkit_bench.__path__.extend(families.__path__)
 sys.modules[__name__] = fabkit_bench

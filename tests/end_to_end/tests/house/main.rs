@@ -6,6 +6,7 @@ mod contracts;
 mod crate_graph;
 mod crates;
 mod documents;
+mod limits;
 mod modules;
 mod papers;
 mod paths;

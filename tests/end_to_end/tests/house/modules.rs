@@ -133,7 +133,7 @@ impl Modules {
         if own.items.contains(first) {
             return Some(own.file);
         }
-        let child = [module, &[first.clone()]].concat();
+        let child = [module, std::slice::from_ref(first)].concat();
         if self.modules.contains_key(&child) {
             return self.within(&child, rest, left);
         }

@@ -45,8 +45,9 @@ pub fn faults(docs: &Path, pages: &BTreeMap<PathBuf, Page>) -> Result<Vec<String
         .get(Path::new(SUMMARY))
         .map(|summary| summary.links.iter().map(|link| PathBuf::from(&link.target)).collect())
         .unwrap_or_default();
-    let missing =
-        pages.keys().filter(|path| path.as_os_str() != SUMMARY && !listed.contains(*path));
+    // The folder's README is for those who look into the folder, not for the book's readers.
+    let is_apart = |path: &Path| [SUMMARY, "README.md"].map(Path::new).contains(&path);
+    let missing = pages.keys().filter(|path| !is_apart(path) && !listed.contains(*path));
     faults.extend(missing.map(|path| format!("docs/{}: not in {SUMMARY}", path.display())));
     Ok(faults)
 }

@@ -260,7 +260,7 @@ fn only_the_command_speaks_of_its_options() {
     // Those name the options of other programs.
     let others = ["src/verifier.rs", "src/slicing.rs"];
     // A command line as it is, and the options that are declared once for both doors.
-    let shared = ["run", "CaptureOptions", "Named"];
+    let is_shared = |name: &str| ["run", "Named"].contains(&name) || name.ends_with("Options");
     for package in ["fabkit-application", "fabkit-python"] {
         let files = code_of(&crates()[package]);
         assert!(files.len() > 10, "{package} has its sources elsewhere");
@@ -270,7 +270,6 @@ fn only_the_command_speaks_of_its_options() {
                 assert!(text.is_none(), "{path}: {text:?}");
             }
             let of_command = |named: &&Vec<String>| {
-                let is_shared = |name: &String| shared.contains(&name.as_str());
                 named[0] == "fabkit" && named.get(1).is_some_and(|name| !is_shared(name))
             };
             let named = paths.iter().find(of_command);

@@ -7,7 +7,7 @@ use crate::facets;
 /// Which face of which primitive a triangle belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FaceId {
-    /// Index into [`Solid::leaves`].
+    /// Index into [`Solid::leaves`](fabkit_geometry::Solid::leaves).
     pub leaf: u32,
     /// Face number within the primitive, as the primitive documents.
     pub face: u32,

@@ -18,7 +18,7 @@ impl PrintMesh {
         area_mm2(&self.vertices_f64(), self.triangles())
     }
 
-    /// As [`TriMesh::genus`].
+    /// As [`TriMesh::genus`](crate::TriMesh::genus).
     pub fn genus(&self) -> i32 {
         genus(self.vertices().len(), self.triangles())
     }
@@ -33,7 +33,7 @@ impl PrintMesh {
         bounds_of(&self.vertices_f64())
     }
 
-    /// As [`TriMesh::feature`].
+    /// As [`TriMesh::feature`](crate::TriMesh::feature).
     pub fn feature<'a>(&self, triangle: usize, solid: &'a Solid) -> &'a str {
         feature_of(self.faces().get(triangle), solid)
     }

@@ -1,11 +1,12 @@
 //! `SENSOR[/FIXTURE][/PART]`: where a design's text comes from.
 
+mod user_files;
+
 use std::path::{Path, PathBuf};
 
 use fabkit_capture::Unit;
 use fabkit_checks::{self as checks, CheckReport, InvalidBody, Severity};
 use fabkit_designs::fixing::{self, Change, Feasible};
-use fabkit_designs::profile::ProcessProfile;
 use fabkit_designs::{self as designs, BaseFile, Design, Extends, SensorText, UserFile};
 use fabkit_files::diagnostics::{Diagnosed, SourceText};
 use fabkit_files::listing::real_path;
@@ -17,6 +18,8 @@ use fabkit_scene::SceneError;
 use fabkit_text::InvalidDesign;
 
 pub use fabkit_files::reading::MAX_YAML_BYTES;
+
+pub use self::user_files::{USER_FILE_VARIABLE, read_profile, user_file};
 
 /// A sensor or a fixture that is not there.
 #[derive(Debug, thiserror::Error)]
@@ -526,23 +529,6 @@ fn builtin(name: &str) -> Option<SourceText> {
     Some(SourceText { file: format!("{name}.yaml (built-in)"), text: text.into() })
 }
 
-/// Names the file with what a user keeps for all sensors: materials and processes.
-pub const USER_FILE_VARIABLE: &str = "FABKIT_MATERIALS";
-
-/// Reads the user's own file, where the environment names one.
-///
-/// # Errors
-/// A file that cannot be read; what is wrong in it is told with the sensor's problems.
-pub fn user_file() -> Result<Option<UserFile>, Error> {
-    let Some(name) = std::env::var_os(USER_FILE_VARIABLE).filter(|name| !name.is_empty()) else {
-        return Ok(None);
-    };
-    let path = Path::new(&name);
-    let hint = "FABKIT_MATERIALS names a file with `materials:` and `processes:`";
-    let expected = Expected { what: "a file of materials", max_bytes: MAX_YAML_BYTES, hint };
-    let text = reading::read_text(path, expected)?;
-    Ok(Some(UserFile { file: path.display().to_string(), text }))
-}
 const EXPECTED: Expected = Expected {
     what: "a sensor's file",
     max_bytes: MAX_YAML_BYTES,
@@ -551,18 +537,6 @@ const EXPECTED: Expected = Expected {
 
 fn read_yaml(path: &Path) -> Result<String, Error> {
     Ok(reading::read_text(path, EXPECTED)?)
-}
-
-/// Reads what a printer does to sizes.
-///
-/// # Errors
-/// A file that cannot be read, and all problems of the profile.
-pub fn read_profile(path: &Path) -> Result<ProcessProfile, Error> {
-    let hint = "is it the right file? `fabkit profile` writes one";
-    let expected = Expected { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };
-    let (file, text) = (path.display().to_string(), reading::read_text(path, expected)?);
-    ProcessProfile::read(&file, &text)
-        .map_err(|invalid| Diagnosed::new(invalid, [SourceText { file, text }]).into())
 }
 
 #[cfg(test)]

@@ -1,0 +1,39 @@
+//! Files that a user keeps beside sensors: materials and processes for all of them, profiles of printers.
+
+use std::path::Path;
+
+use fabkit_designs::UserFile;
+use fabkit_designs::profile::ProcessProfile;
+use fabkit_files::Error;
+use fabkit_files::diagnostics::{Diagnosed, SourceText};
+use fabkit_files::reading::{self, Expected, MAX_YAML_BYTES};
+
+/// Names the file with what a user keeps for all sensors: materials and processes.
+pub const USER_FILE_VARIABLE: &str = "FABKIT_MATERIALS";
+
+/// Reads the user's own file, where the environment names one.
+///
+/// # Errors
+/// A file that cannot be read; what is wrong in it is told with the sensor's problems.
+pub fn user_file() -> Result<Option<UserFile>, Error> {
+    let Some(name) = std::env::var_os(USER_FILE_VARIABLE).filter(|name| !name.is_empty()) else {
+        return Ok(None);
+    };
+    let path = Path::new(&name);
+    let hint = "FABKIT_MATERIALS names a file with `materials:` and `processes:`";
+    let expected = Expected { what: "a file of materials", max_bytes: MAX_YAML_BYTES, hint };
+    let text = reading::read_text(path, expected)?;
+    Ok(Some(UserFile { file: path.display().to_string(), text }))
+}
+
+/// Reads what a printer does to sizes.
+///
+/// # Errors
+/// A file that cannot be read, and all problems of the profile.
+pub fn read_profile(path: &Path) -> Result<ProcessProfile, Error> {
+    let hint = "is it the right file? `fabkit profile` writes one";
+    let expected = Expected { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };
+    let (file, text) = (path.display().to_string(), reading::read_text(path, expected)?);
+    ProcessProfile::read(&file, &text)
+        .map_err(|invalid| Diagnosed::new(invalid, [SourceText { file, text }]).into())
+}

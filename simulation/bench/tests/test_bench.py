@@ -175,7 +175,7 @@ def test_unknown_experiments_and_families(monkeypatch) -> None:
     with pytest.raises(fabkit.FabkitError) as caught:
         bench.run("rtac0", rows=["slipp"])
     assert caught.value.hint == "did you mean `slip`?"
-    monkeypatch.setattr(_run, "_MODULES", {"ring": "ring"})
+    monkeypatch.setattr(_run, "families", lambda: ["ring"])
     with pytest.raises(fabkit.FabkitError, match="family dome, which has no experiment"):
         bench.run("rtac0")
 

@@ -51,6 +51,8 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
     let docs = root().join("docs");
     let pages = structure::pages(&docs)?;
     let mut faults = structure::faults(&docs, &pages)?;
+    let front = structure::front_pages(&root())?;
+    faults.extend(structure::dead_links(&root(), &front));
     if let Some(python) = python {
         let package = if importable(&python, "fabkit") {
             None
@@ -58,8 +60,9 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
             Some(crate::python_package::unpacked()?)
         };
         let runner = || Runner::new(&fabkit, &python, package.as_deref());
-        let chosen: Vec<_> = pages
-            .iter()
+        let docs_pages = pages.iter().map(|(path, page)| (Path::new("docs").join(path), page));
+        let chosen: Vec<_> = docs_pages
+            .chain(front.iter().map(|(path, page)| (path.clone(), page)))
             .filter(|(path, _)| only.is_none_or(|word| path.to_string_lossy().contains(word)))
             .collect();
         let (runners, found) = run_pages([runner()?, runner()?], &chosen);
@@ -82,7 +85,7 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
 /// Runs pages two at a time, as they come, each in a folder of its own; faults are in the order of the pages.
 fn run_pages(
     mut runners: [Runner; 2],
-    pages: &[(&PathBuf, &markdown::Page)],
+    pages: &[(PathBuf, &markdown::Page)],
 ) -> ([Runner; 2], Vec<String>) {
     let waiting = Mutex::new(pages.iter().enumerate());
     let faults = Mutex::new(Vec::new());

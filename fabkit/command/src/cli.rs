@@ -1,5 +1,5 @@
-//! What the command line may say. Values that have a unit or a limit are checked here, as they are
-//! read; what needs the sensor to be checked is checked by the command.
+//! Arguments and options of the command line. Values with a unit or a limit are checked here, while they are parsed;
+//! what depends on the sensor is checked by the command.
 
 mod beds;
 mod bench;
@@ -41,10 +41,9 @@ pub use pressing::{ContactOptions, PressArgs, PressOptions};
 pub use robots::RobotArg;
 pub use sweep::Sweep;
 
-/// Shortest and longest edge of tetrahedra, mm.
+/// Limits of the edge length of tetrahedra, mm.
 const EDGE_LIMITS_MM: [f64; 2] = [0.05, 10.0];
-/// Smallest and largest chord tolerance, mm. Below, files outgrow any slicer; above, a 3 mm bolt
-/// hole is a triangle.
+/// Limits of the chord tolerance, mm. Finer, files outgrow any slicer; coarser, a 3 mm bolt hole becomes a triangle.
 const TOLERANCE_LIMITS_MM: [f64; 2] = [0.0005, 1.0];
 const BED_LIMITS_MM: [f64; 2] = [20.0, 5000.0];
 const KERF_LIMITS_MM: [f64; 2] = [0.0, 2.0];
@@ -54,20 +53,20 @@ const AFTER_HELP: &str = "\
 SENSOR is the name of a built-in sensor or a path to a YAML file; SENSOR/FIXTURE is calibration \
 hardware made for it.
 
-FABKIT_MATERIALS names a YAML file with materials and processes of your own; fabkit.yaml in the \
-working folder holds your defaults of `export`.
+FABKIT_MATERIALS names a YAML file with your own materials and processes. fabkit.yaml in the working \
+folder sets your defaults for `export`.
 
-Exit codes: 0 done, 1 a check failed, 2 bad input, 3 a limit was hit, 4 files could not be read or \
-written, 70 a bug in fabkit, 130 interrupted.";
+Exit codes: 0 success, 1 a check failed, 2 bad input, 3 a limit was exceeded, 4 a file could not be \
+read or written, 70 a bug in fabkit, 130 interrupted.";
 
-/// One description of a vision-based tactile sensor to printable parts, molds and ground truth.
+/// Turns one description of a vision-based tactile sensor into parts, molds, calibration and ground truth.
 #[derive(Debug, Parser)]
 #[command(name = "fabkit", version, after_help = AFTER_HELP, max_term_width = 100)]
 pub struct Cli {
     /// Options of every command.
     #[command(flatten)]
     pub global: Global,
-    /// What to do.
+    /// The subcommand with its own options.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -75,105 +74,103 @@ pub struct Cli {
 /// Options of every command.
 #[derive(Debug, Args)]
 pub struct Global {
-    /// Write one JSON document to standard output instead of text, also for errors
+    /// Print one JSON document instead of text, also for errors
     #[arg(long, global = true)]
     pub json: bool,
-    /// Write nothing but errors
+    /// Print errors only
     #[arg(short, long, global = true)]
     pub quiet: bool,
-    /// Work on this many threads instead of one per processor; the output is the same
+    /// Number of threads [default: one per processor]; the output does not depend on it
     #[arg(long, global = true, value_name = "N",
           value_parser = clap::value_parser!(u16).range(1..=MAX_THREADS))]
     pub threads: Option<u16>,
-    /// Refuse what takes more memory than this, before it begins
+    /// Largest memory to use; work that would need more is refused before it starts
     #[arg(long, global = true, value_name = "SIZE", value_parser = memory::parse,
           default_value = "2GB")]
     pub memory: u64,
 }
 
-/// What to do.
+/// Subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// List the built-in sensors with their parts, layers and components
     List,
-    /// Write a commented file of a sensor of your own, to start from
+    /// Write a commented sensor file as a starting point for your own sensor
     #[command(after_help = new::after_help())]
     New(New),
-    /// Show a sensor's parameters with their sources, its parts and derived figures
+    /// Show a sensor's parameters with their sources, its parts and derived values
     #[command(after_help = examples::SHOW)]
     Show(Show),
-    /// Check that a sensor can be built: overlaps, molds, trapped air, demolding
+    /// Check whether a sensor can be built: overlaps, molds, trapped air, demolding, light, wiring
     #[command(after_help = examples::CHECK)]
     Check(Design),
-    /// Rebuild a sensor in kernels that fabkit did not write, and compare; or read a folder again that
-    /// fabkit wrote, and name what is damaged
+    /// Compare a sensor with independent CAD kernels, or check a folder that fabkit wrote for damage
     #[command(after_help = VERIFY)]
     Verify(Verify),
-    /// Write a sensor's parts as files for printers, or one part of it
+    /// Write the files to make a sensor's parts: STL, 3MF, DXF and others
     #[command(after_help = examples::EXPORT)]
     Export(Export),
-    /// Write the pages to build a sensor or fixture from: what to buy, make and mix, and each step
+    /// Write a build guide: what to buy, make and mix, and every step with images
     #[command(after_help = examples::GUIDE)]
     Guide(Guide),
-    /// Say what changes from one design to another: what can be used again, what to make, cast and buy
+    /// Compare two designs: what can be reused, and what must be made, cast or bought
     #[command(after_help = examples::DIFF)]
     Diff(Diff),
-    /// Turn a measured coupon into a printer's profile, or into the modulus of a batch of gel
+    /// Turn measurements of a coupon into a printer's profile or a gel batch's modulus
     #[command(after_help = examples::PROFILE)]
     Profile(Profile),
-    /// Draw a sensor or one part of it as PNG, from the exact geometry
+    /// Render a sensor or one part of it as a PNG image, from the exact geometry
     #[command(after_help = examples::RENDER)]
     Render(Render),
-    /// Compute exactly what the camera sees of the surface, pressed or not
+    /// Compute exact depth maps of the touched surface as the camera sees it
     #[command(after_help = examples::DEPTH)]
     Depth(Depth),
-    /// Take the picture that the sensor's camera would take, simulated
+    /// Simulate the image that the sensor's camera takes
     #[command(after_help = examples::CAPTURE)]
     Capture(Capture),
-    /// Fit the constants of a real unit's light to its captures of pins, or of a ball on a pad, for `capture`
+    /// Fit the light constants of a real unit to its captures, for `capture --constants`
     #[command(after_help = examples::FIT_LIGHT)]
     FitLight(FitLight),
-    /// Say how deep pictures are pressed, from how dark layers or how bright slopes have become, or by a network, and where
-    /// their marks have moved
+    /// Reconstruct indentation and marker motion from images
     #[command(after_help = examples::RECONSTRUCT)]
     Reconstruct(Reconstruct),
-    /// Run the paper's experiments in simulation, and print its table beside that
+    /// Run the experiments of the sensor's paper in simulation, beside the published results
     #[command(after_help = examples::BENCH)]
     Bench(Bench),
-    /// Render what simulators measure on a real unit: its picture at rest, and what slopes or depths look like
+    /// Render the calibration tables of other simulators: Taxim, TacEx, TacSL
     #[command(after_help = examples::OPTICS_PACK)]
     OpticsPack(OpticsPack),
-    /// Compute how soft layers give way to a press: force curve, contact, displacements
+    /// Compute the elastic response to a press: force curve, contact, displacements
     #[command(after_help = examples::PRESS)]
     Press(PressArgs),
-    /// Compute training targets for all combinations of two half presses, or a probe set
+    /// Write a training data set of pressed surfaces with ground truth, or a list of probes
     #[command(after_help = examples::DATASET)]
     Dataset(Dataset),
-    /// Find pins and boards in pictures; solve for the camera and its pose, and say how sure it is
+    /// Calibrate the camera: lens from boards, pose from pins, with uncertainty
     Calibrate {
-        /// What to calibrate.
+        /// Kind of calibration.
         #[command(subcommand)]
         what: Calibrate,
     },
-    /// Build many variants of a sensor, and compute what each of them is worth
+    /// Build many variants of a sensor and compute metrics of each
     #[command(after_help = examples::SWEEP)]
     Sweep(Sweep),
     /// Print the JSON Schema of sensor files, for editors
     #[command(after_help = examples::SCHEMA)]
     Schema {
-        /// Of plans for `sweep` instead
+        /// Print the schema of plans for `sweep`
         #[arg(long)]
         sweep: bool,
-        /// Of what a command prints with `--json` instead: `show`, `check`, `error`, ...
+        /// Print the schema of a command's `--json` document: `show`, `check`, `error`, ...
         #[arg(long, value_name = "NAME", conflicts_with = "sweep")]
         output: Option<String>,
     },
-    /// Print the completions for a shell
+    /// Print a shell's completion script
     Completions {
-        /// Which shell
+        /// The shell
         shell: clap_complete::Shell,
     },
-    /// Print the manual page, or write all pages into a folder
+    /// Print the manual page, or write all manual pages into a folder
     Man {
         /// Folder for `fabkit.1` and one page per command
         #[arg(short, long, value_name = "DIR")]
@@ -181,45 +178,43 @@ pub enum Command {
     },
 }
 
-/// Which design.
+/// The design that a command works on.
 #[derive(Debug, Args)]
 pub struct Design {
-    /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE
+    /// Built-in sensor, path to a sensor file, or SENSOR/FIXTURE
     #[arg(add = completing::designs())]
     pub sensor: String,
-    /// Change a parameter, for example `surface.radius=14mm`
+    /// Set a parameter, for example `surface.radius=14mm`; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
-    /// Keep what you set, and change what fabkit has chosen, as little as possible, until all fits
+    /// Keep what you set and adjust fabkit's own choices as little as possible until the design is valid
     #[arg(long)]
     pub fix: bool,
-    /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
+    /// Built-in variant of the sensor, for example `published-2025`: the sensor SENSOR-NAME
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
 }
 
-const VERIFY: &str = "The kernels are Python packages. Which Python runs them is decided so: \
-FABKIT_PYTHON, which must be an absolute path; else `.venv` of fabkit's checkout, made by `cargo \
-xtask verify-env`, if this program lies in the checkout's `target` folder. Nothing of the current \
-folder is run: Python starts isolated, without PYTHON* variables, in an empty folder.
+const VERIFY: &str = "The kernels are Python packages. They run in the Python that FABKIT_PYTHON names (an absolute path), \
+else in `.venv` of fabkit's checkout, made by `cargo xtask verify-env`, if this program lies in the \
+checkout's `target` folder. Python starts isolated, without PYTHON* variables, in an empty folder, so \
+that nothing of the current folder is executed.
 
-A folder with manifest.json, dataset.json or sweep.json is read again instead: every listed file is \
-compared with its size and hash, every chunk with its checksum, the list with its own. Files that are \
-damaged, missing, or not listed are named (exit code 1). Folders of fixtures directly below an export \
-are read too. A sensor's name keeps its meaning where a folder has the same one; `./NAME` and `NAME/` \
-mean the folder.";
+A folder with manifest.json, dataset.json or sweep.json is checked instead: every listed file against its \
+size and hash, every chunk against its checksum, the list against its own. Damaged, missing and unlisted \
+files are named (exit code 1). Folders of fixtures directly below an export are checked too. If a sensor \
+and a folder have the same name, the sensor is meant; write `./NAME` or `NAME/` for the folder.";
 
 /// `fabkit show`.
 #[derive(Debug, Args)]
 pub struct Show {
-    /// Which design.
+    /// The design.
     #[command(flatten)]
     pub design: Design,
-    /// Show how it is built instead: every step, and what to mix for it
+    /// Show the build steps and their mixes instead
     #[arg(long)]
     pub chain: bool,
-    /// Show how far each number can go with all others held instead; with --fix, also if what fabkit
-    /// has chosen may follow
+    /// Show the range of each number with all others held; with --fix also with fabkit's own choices free to follow
     #[arg(long, conflicts_with = "chain")]
     pub limits: bool,
 }
@@ -227,46 +222,44 @@ pub struct Show {
 /// `fabkit export`.
 #[derive(Debug, Args)]
 pub struct Export {
-    /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE; `/PART` after it means
-    /// that part alone
+    /// Built-in sensor, path to a sensor file, or SENSOR/FIXTURE; append `/PART` for one part
     #[arg(add = completing::parts())]
     pub sensor: String,
-    /// Change a parameter, for example `surface.radius=14mm`
+    /// Set a parameter, for example `surface.radius=14mm`; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
-    /// Keep what you set, and change what fabkit has chosen, as little as possible, until all fits
+    /// Keep what you set and adjust fabkit's own choices as little as possible until the design is valid
     #[arg(long)]
     pub fix: bool,
-    /// Its fixtures too, each into a folder of its own
+    /// Export the calibration fixtures too, each into its own folder
     #[arg(long, conflicts_with = "parts")]
     pub fixtures: bool,
-    /// All that a lab publishes: parts in every format, circuit boards, fixtures, guides, the sensor's file
-    /// and camera, licence and citation
+    /// Export everything that a lab publishes: parts in every format, circuit boards, fixtures, guides, sensor and
+    /// camera files, licence and citation
     #[arg(long, conflicts_with_all = ["parts", "format"])]
     pub all: bool,
-    /// The guide too, into a folder of its own
+    /// Write the build guide too, into its own folder
     #[arg(long, conflicts_with = "parts")]
     pub guide: bool,
-    /// Licence of a package by its SPDX identifier, for example CC0-1.0
+    /// SPDX identifier of the package's licence, for example CC0-1.0
     #[arg(long, requires = "all", value_parser = license, default_value = "CC-BY-4.0", value_name = "ID")]
     pub license: License,
-    /// Who made the design, for the package's citation; may be repeated
+    /// Author of the design for the package's citation; may be repeated
     #[arg(long = "author", requires = "all", value_name = "NAME")]
     pub authors: Vec<String>,
-    /// Write one archive instead of a folder; the same bytes for the same files
+    /// Write one reproducible archive instead of a folder
     #[arg(long, conflicts_with_all = ["output", "clean"], value_name = "FILE.zip")]
     pub zip: Option<PathBuf>,
-    /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
+    /// Built-in variant of the sensor, for example `published-2025`: the sensor SENSOR-NAME
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
-    /// Where to write [default: out/SENSOR or out/SENSOR/FIXTURE; in place of `out` what fabkit.yaml
-    /// says]
+    /// Output folder [default: out/SENSOR or out/SENSOR/FIXTURE; fabkit.yaml can replace `out`]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Only this part, layer or component; may be repeated
     #[arg(long = "part", value_name = "NAME")]
     pub parts: Vec<String>,
-    /// Which files
+    /// File formats, separated by commas
     #[arg(
         long,
         value_enum,
@@ -276,43 +269,38 @@ pub struct Export {
         value_name = "LIST"
     )]
     pub format: Vec<FormatArg>,
-    /// For robots and simulators: links with exact masses, what is touched and feels, the camera; in place of
-    /// --format's usual files
+    /// Robot descriptions, separated by commas: links with exact masses, touched surface, camera; replaces the default
+    /// formats
     #[arg(long, value_enum, value_delimiter = ',', conflicts_with_all = ["parts", "all"], value_name = "LIST")]
     pub robot: Vec<RobotArg>,
-    /// Largest distance between triangles and the exact surface, 0.0005 mm to 1 mm [default: 0.01mm]
+    /// Largest distance between the mesh and the exact surface, 0.0005 mm to 1 mm [default: 0.01mm]
     #[arg(long, value_parser = tolerance, value_name = "LENGTH")]
     pub tolerance: Option<f64>,
-    /// Length of the edges of tetrahedra, 0.05 mm to 10 mm; shorter where a layer is thinner [default: 0.5 mm]
+    /// Edge length of tetrahedra, 0.05 mm to 10 mm; shorter in thinner layers [default: 0.5mm]
     #[arg(long, value_parser = edge, value_name = "LENGTH")]
     pub edge: Option<f64>,
-    /// Printer bed on which plates are laid out: width x depth, or a printer, such as `prusa-mk4`
-    /// [default: 250x210mm]
+    /// Printer bed for plates: width x depth, or a printer such as `prusa-mk4` [default: 250x210mm]
     #[arg(long, value_parser = bed, value_name = "WxD")]
     pub bed: Option<[f64; 2]>,
-    /// Stock sheets on which laser-cut parts are laid out, width x depth [default: 600x300mm]
+    /// Stock sheet for laser-cut parts, width x depth [default: 600x300mm]
     #[arg(long, value_parser = bed, value_name = "WxD")]
     pub stock: Option<[f64; 2]>,
-    /// Width of your laser's cut instead of the usual one for the material, 0 mm to 2 mm
+    /// Kerf of your laser, 0 mm to 2 mm [default: typical for the material]
     #[arg(long, value_parser = kerf, value_name = "LENGTH")]
     pub kerf: Option<f64>,
-    /// Make up for what your printer does to sizes, in parts of the profile's process and material:
-    /// a file from `fabkit profile`
+    /// Printer profile from `fabkit profile`: corrects sizes of parts with its process and material
     #[arg(long, value_name = "FILE.yaml")]
     pub process: Option<PathBuf>,
-    /// Apply the profile to parts of other materials too, where the process is the same
+    /// Apply the profile to parts of other materials with the same process, too
     #[arg(long)]
     pub process_for_any_material: bool,
-    /// Write the geometry as designed, without making up for the laser's cut, the printer and
-    /// shrinkage
+    /// Write nominal geometry, without correction for kerf, printer and shrinkage
     #[arg(long, conflicts_with_all = ["kerf", "process"])]
     pub nominal: bool,
-    /// Remove what the folder's manifest lists and this export does not write, if nobody has changed
-    /// it since
+    /// Remove files that the folder's manifest lists, this export does not write, and nobody has edited
     #[arg(long)]
     pub clean: bool,
-    /// Replace also files that were changed since fabkit wrote them, or that it did not write; and do
-    /// not look whether the design passes `check`
+    /// Replace edited and foreign files too, and do not run `check` on the design
     #[arg(long)]
     pub force: bool,
 }
@@ -320,19 +308,19 @@ pub struct Export {
 /// `fabkit diff`.
 #[derive(Debug, Args)]
 pub struct Diff {
-    /// What there is: a sensor's name or file, or SENSOR/FIXTURE
+    /// Present design: built-in sensor, sensor file, or SENSOR/FIXTURE
     #[arg(value_name = "FROM", add = completing::designs())]
     pub from: String,
-    /// What is wanted
+    /// New design
     #[arg(value_name = "TO", add = completing::designs())]
     pub to: String,
-    /// Change a parameter of the first
+    /// Set a parameter of the present design
     #[arg(long, value_name = "PATH=VALUE", add = completing::settings())]
     pub set_from: Vec<String>,
-    /// Change a parameter of the second
+    /// Set a parameter of the new design
     #[arg(long, value_name = "PATH=VALUE", add = completing::settings())]
     pub set_to: Vec<String>,
-    /// Write a page with pictures, too
+    /// Write an HTML page with images
     #[arg(short, long, value_name = "FILE.html")]
     pub output: Option<PathBuf>,
 }
@@ -340,14 +328,13 @@ pub struct Diff {
 /// `fabkit profile`.
 #[derive(Debug, Args)]
 pub struct Profile {
-    /// The coupon's file with what you measured; `export SENSOR/coupon` and `export
-    /// SENSOR/gel-coupon` write empty ones
+    /// Coupon file with your measurements; `export SENSOR/coupon` and `export SENSOR/gel-coupon` write empty ones
     #[arg(value_name = "COUPON.yaml")]
     pub coupon: PathBuf,
-    /// The file to write: a profile, whose name becomes the printer's, or materials
+    /// File to write: a printer profile named after the file, or materials
     #[arg(short, long, value_name = "FILE.yaml")]
     pub output: PathBuf,
-    /// Replace the file also if it was changed since fabkit wrote it, or if fabkit did not write it
+    /// Replace the file even if it was edited or not written by fabkit
     #[arg(long)]
     pub force: bool,
 }
@@ -355,14 +342,14 @@ pub struct Profile {
 /// `fabkit verify`.
 #[derive(Debug, Args)]
 pub struct Verify {
-    /// Name of a built-in sensor or path to a YAML file; `/PART` after it means that part alone. Or a
-    /// folder that `export`, `dataset` or `sweep` wrote
+    /// Built-in sensor or path to a sensor file, with `/PART` for one part; or a folder that `export`, `dataset` or
+    /// `sweep` wrote
     #[arg(value_name = "SENSOR|DIR", add = completing::parts())]
     pub sensor: String,
-    /// Change a parameter, for example `surface.radius=14mm`
+    /// Set a parameter, for example `surface.radius=14mm`; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
-    /// Keep what you set, and change what fabkit has chosen, as little as possible, until all fits
+    /// Keep what you set and adjust fabkit's own choices as little as possible until the design is valid
     #[arg(long)]
     pub fix: bool,
     /// Only this part, layer or component; may be repeated
@@ -371,18 +358,18 @@ pub struct Verify {
     /// Only this kernel; may be repeated
     #[arg(long = "kernel", value_enum, value_name = "KERNEL")]
     pub kernels: Vec<KernelArg>,
-    /// Most that one kernel may take for one part, seconds [default: 600]
+    /// Time limit for one part in one kernel, seconds [default: 600]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=86_400), value_name = "SECONDS")]
     pub limit: Option<u32>,
-    /// Write a report with pictures of every disagreement
+    /// Write an HTML report with images of every disagreement
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
-    /// Keep the files that are compared in this folder, as `export` would write them there
+    /// Keep the compared files in this folder, as `export` writes them
     #[arg(long, value_name = "DIR")]
     pub keep: Option<PathBuf>,
 }
 
-/// A kernel that fabkit did not write.
+/// A geometry kernel that is independent of fabkit.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum KernelArg {
     /// OpenCascade through cadquery: exact faces
@@ -396,7 +383,7 @@ pub enum KernelArg {
 }
 
 impl KernelArg {
-    /// The word used on the command line and in documents.
+    /// Returns the kernel's name on the command line and in documents.
     pub fn word(self) -> &'static str {
         match self {
             Self::Cadquery => "cadquery",
@@ -410,62 +397,61 @@ impl KernelArg {
 /// `fabkit render`.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// Name of a built-in sensor or path to a YAML file, or SENSOR/FIXTURE; `/PART` after it means
-    /// that part alone
+    /// Built-in sensor, path to a sensor file, or SENSOR/FIXTURE; append `/PART` for one part
     #[arg(add = completing::parts())]
     pub sensor: String,
-    /// Change a parameter, for example `surface.radius=14mm`
+    /// Set a parameter, for example `surface.radius=14mm`; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
-    /// Keep what you set, and change what fabkit has chosen, as little as possible, until all fits
+    /// Keep what you set and adjust fabkit's own choices as little as possible until the design is valid
     #[arg(long)]
     pub fix: bool,
-    /// A built-in variant of the sensor, for example `published-2025`: short for SENSOR-NAME
+    /// Built-in variant of the sensor, for example `published-2025`: the sensor SENSOR-NAME
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
-    /// The PNG file to write
+    /// PNG file to write
     #[arg(short, long, value_name = "FILE.png")]
     pub output: PathBuf,
-    /// Width and height, px
+    /// Width x height, px
     #[arg(long, value_parser = picture_size, default_value = "1600x1200", value_name = "WxH")]
     pub size: [u32; 2],
-    /// Pull the parts of the assembly apart
+    /// Draw the parts of the assembly apart
     #[arg(long)]
     pub exploded: bool,
-    /// From where: front, back, left, right, top, bottom, or azimuth from +x and elevation in degrees
+    /// View: front, back, left, right, top, bottom, or azimuth from +x and elevation, degrees
     #[arg(long, value_name = "SIDE|AZ,EL", allow_hyphen_values = true)]
     pub view: Option<Viewer>,
-    /// Take the half nearer to the viewer away, upright through the axis; the front half without --view
+    /// Cut the assembly open by a vertical plane through its axis; removes the half nearer to the viewer (without --view:
+    /// the front half)
     #[arg(long)]
     pub section: bool,
-    /// Which assembly to draw, for example one of the molds [default: sensor]
+    /// Assembly to draw, for example one of the molds [default: sensor]
     #[arg(long, value_name = "NAME")]
     pub assembly: Option<String>,
-    /// Draw the camera's rays through the sensor, cut through the camera's pupil: bent at the drawn faces,
-    /// coloured by what they end at; from the front without --view
+    /// Draw the camera's rays in a section through its pupil: refracted at the drawn faces, coloured by the body they end
+    /// at; from the front without --view
     #[arg(long, conflicts_with_all = ["exploded", "assembly"])]
     pub rays: bool,
-    /// Draw what the camera sees instead: its own picture, in its own size, through all that is clear.
-    /// `--camera=FILE` takes a camera file (fabkit, OpenCV, ROS or Kalibr) instead of the nominal lens
+    /// Draw the view of the sensor's camera through all clear bodies, in its own resolution.
+    /// `--camera=FILE` uses a camera file (fabkit, OpenCV, ROS or Kalibr) instead of the nominal lens
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true,
           conflicts_with_all = ["exploded", "assembly", "section", "view", "size", "rays"])]
     pub camera: Option<Option<PathBuf>>,
-    /// Pose file with `camera_from_sensor`, for --rays and --camera [default: where the design puts the
-    /// camera]
+    /// Pose file with `camera_from_sensor`, for --rays and --camera [default: the design's pose]
     #[arg(long, value_name = "FILE")]
     pub pose: Option<PathBuf>,
 }
 
-/// A kind of file.
+/// A file format of `--format`.
 #[derive(Clone, Copy, Debug)]
 pub enum FormatArg {
-    /// What fabkit writes itself.
+    /// Written by fabkit.
     Own(Format),
-    /// What the verifier's OpenCascade writes.
+    /// STEP, written by the verifier's OpenCascade.
     Step,
 }
 
-/// What `--format` knows, in the order of its help.
+/// All values of `--format`, in the order of its help.
 static FORMATS: LazyLock<Vec<FormatArg>> = LazyLock::new(|| {
     let mut all: Vec<_> = Format::ALL.into_iter().map(FormatArg::Own).collect();
     let after_tree = Format::ALL.iter().position(|format| *format == Format::Tree);
@@ -491,7 +477,7 @@ impl ValueEnum for FormatArg {
 }
 
 impl FormatArg {
-    /// The format that fabkit writes itself; nothing for STEP.
+    /// Returns the format if fabkit writes it itself, `None` for STEP.
     pub fn own(self) -> Option<Format> {
         match self {
             Self::Own(format) => Some(format),
@@ -528,7 +514,7 @@ fn length_within(text: &str, [min, max]: [f64; 2]) -> Result<f64, String> {
     }
 }
 
-/// A printer, `250x210mm`, or with a unit on both.
+/// Parses a bed: a printer's name, `250x210mm`, or a unit on both lengths.
 pub(crate) fn bed(text: &str) -> Result<[f64; 2], String> {
     if let Some(size_mm) = beds::of(text) {
         return Ok(size_mm);

@@ -27,6 +27,38 @@ pub fn pages(docs: &Path) -> Result<BTreeMap<PathBuf, Page>, String> {
     Ok(pages)
 }
 
+/// Front pages of the repository, which run like the book's but are not part of it. Paths are from the root.
+const FRONT_PAGES: [&str; 2] = ["README.md", "fabkit/python/README.md"];
+
+/// Reads the front pages.
+///
+/// # Errors
+/// A page that cannot be read.
+pub fn front_pages(root: &Path) -> Result<BTreeMap<PathBuf, Page>, String> {
+    let read = |name: &str| {
+        let text = fs::read_to_string(root.join(name)).map_err(|e| format!("{name}: {e}"))?;
+        let page = markdown::read(&text).map_err(|e| format!("{name}: {e}"))?;
+        Ok((PathBuf::from(name), page))
+    };
+    FRONT_PAGES.into_iter().map(read).collect()
+}
+
+/// Finds links of front pages to files that do not exist.
+pub fn dead_links(root: &Path, pages: &BTreeMap<PathBuf, Page>) -> Vec<String> {
+    let mut faults = Vec::new();
+    for (path, page) in pages {
+        let folder = root.join(path.parent().unwrap_or(Path::new("")));
+        for link in &page.links {
+            let file = link.target.split('#').next().unwrap_or_default();
+            let is_elsewhere = ["https://", "http://"].iter().any(|scheme| file.starts_with(scheme));
+            if !(is_elsewhere || file.is_empty() || folder.join(file).exists()) {
+                faults.push(format!("{}:{}: there is no {file}", path.display(), link.line));
+            }
+        }
+    }
+    faults
+}
+
 /// Everything that is wrong with contents and links; empty if nothing is.
 ///
 /// # Errors

@@ -9,22 +9,22 @@ use super::Design;
 /// `fabkit bench`.
 #[derive(Debug, Args)]
 pub struct Bench {
-    /// Which sensor.
+    /// The sensor.
     #[command(flatten)]
     pub design: Design,
-    /// Minutes instead of hours: fewer presses, no PyTorch; what is done without --full
+    /// Fewer presses, no PyTorch: minutes instead of hours (the default)
     #[arg(long, conflicts_with = "full")]
     pub quick: bool,
-    /// Counts nearer to the paper's: up to hours
+    /// Sample counts close to the paper's: up to hours
     #[arg(long)]
     pub full: bool,
-    /// Of places, noise and models: the same gives the same figures
+    /// Seed of positions, noise and models
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub seed: u32,
     /// Only this experiment; may be repeated
     #[arg(long = "rows", value_name = "EXPERIMENT")]
     pub rows: Vec<String>,
-    /// The folder to write bench.json, bench.html and networks/ into
+    /// Output folder for bench.json, bench.html and networks/
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 }

@@ -1,4 +1,4 @@
-//! `fabkit calibrate`.
+//! Options of `fabkit calibrate`.
 
 use std::path::PathBuf;
 
@@ -11,16 +11,16 @@ use super::{completing, examples};
 /// `fabkit calibrate`.
 #[derive(Debug, Subcommand)]
 pub enum Calibrate {
-    /// Solve for the lens of the camera from pictures of a board, in air
+    /// Calibrate the lens from images of a board, in air
     #[command(after_help = examples::INTRINSICS)]
     Intrinsics(CalibrateIntrinsics),
-    /// Find the marks of pins in pictures, each with its standard deviation
+    /// Detect pin contacts in images, each with its standard deviation
     #[command(after_help = examples::PINS)]
     Pins(CalibratePins),
-    /// Solve for the pose of the camera from pictures of pins in a calibration dome
+    /// Calibrate the camera's pose from captures of pins in a calibration dome
     #[command(after_help = examples::EXTRINSICS)]
     Extrinsics(CalibrateExtrinsics),
-    /// Say how sure the surface will be after so many captures of pins, and which holes to press next
+    /// Forecast the uncertainty of the surface after more captures, and which holes to press next
     #[command(after_help = examples::PLAN)]
     Plan(CalibratePlan),
 }
@@ -28,44 +28,44 @@ pub enum Calibrate {
 /// `fabkit calibrate intrinsics`.
 #[derive(Debug, Args)]
 pub struct CalibrateIntrinsics {
-    /// Name of a built-in sensor, or path to a YAML file
+    /// Built-in sensor or path to a sensor file
     #[arg(add = completing::sensors())]
     pub sensor: String,
-    /// Pictures of the board: PNG, JPEG, TIFF or BMP
+    /// Images of the board: PNG, JPEG, TIFF or BMP
     #[arg(required_unless_present = "corners", conflicts_with = "corners", value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
-    /// Change a parameter, for example `camera.field_of_view=150deg`
+    /// Set a parameter, for example `camera.field_of_view=150deg`; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
-    /// The board's file, as exported with it
+    /// Board file, exported with the board
     #[arg(long, value_name = "FILE.json")]
     pub board: PathBuf,
-    /// Who looks for the corners in the pictures
+    /// Corner detector
     #[arg(long, value_enum, default_value = "fabkit", value_name = "NAME")]
     pub detector: Detector,
-    /// A list of corners instead of pictures: view,corner,x_px,y_px[,sigma_px]
+    /// List of corners instead of images: view,corner,x_px,y_px[,sigma_px]
     #[arg(long, value_name = "FILE.csv")]
     pub corners: Option<PathBuf>,
-    /// Only this lens model; may be repeated [default: all, chosen by evidence]
+    /// Only this lens model; may be repeated [default: all; the evidence decides]
     #[arg(long = "model", value_parser = lens_model, value_name = "NAME")]
     pub models: Vec<LensModel>,
-    /// The camera's file to write
+    /// Camera file to write
     #[arg(short, long, value_name = "FILE.yaml")]
     pub output: PathBuf,
-    /// Replace files also if they were changed since fabkit wrote them, or if fabkit did not write them
+    /// Replace files even if they were edited or not written by fabkit
     #[arg(long)]
     pub force: bool,
-    /// Write a report as one HTML file
+    /// Write an HTML report
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }
 
-/// Who finds a board's corners.
+/// Corner detectors of `--detector`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Detector {
-    /// Our own: any board, any lens
+    /// fabkit's own: any board, any lens
     Fabkit,
-    /// OpenCV, where fabkit was built with it: checkerboards
+    /// OpenCV, if fabkit was built with it: checkerboards only
     Opencv,
 }
 
@@ -81,13 +81,13 @@ impl From<Detector> for boards::Detector {
 /// `fabkit calibrate pins`.
 #[derive(Debug, Args)]
 pub struct CalibratePins {
-    /// Pictures with contact: PNG, JPEG, TIFF or BMP
+    /// Images with contact: PNG, JPEG, TIFF or BMP
     #[arg(required = true, value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
-    /// The picture without contact, from the same camera
+    /// Reference image without contact, from the same camera
     #[arg(long, value_name = "IMAGE")]
     pub reference: PathBuf,
-    /// Contacts are brighter than the surface around them, not darker
+    /// Contacts are brighter than their surroundings, not darker
     #[arg(long)]
     pub brighter: bool,
 }
@@ -95,43 +95,43 @@ pub struct CalibratePins {
 /// `fabkit calibrate extrinsics`.
 #[derive(Debug, Args)]
 pub struct CalibrateExtrinsics {
-    /// Name of a built-in sensor, or path to a YAML file
+    /// Built-in sensor or path to a sensor file
     #[arg(add = completing::sensors())]
     pub sensor: String,
-    /// Change a parameter, for example `camera.depth=8mm`
+    /// Set a parameter, for example `camera.depth=8mm`; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
-    /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's
+    /// Camera file (fabkit, OpenCV, ROS or Kalibr)
     #[arg(long, value_name = "FILE.yaml")]
     pub camera: PathBuf,
-    /// Folder of pictures named after the holes that had pins, as 01_05_08.png, or with a list in
-    /// captures.csv: file,hole[,kind][,x_px,y_px[,sigma_px]]
+    /// Folder of captures named after the holes with pins, as 01_05_08.png, or listed in captures.csv:
+    /// file,hole[,kind][,x_px,y_px[,sigma_px]]
     #[arg(long, value_name = "DIR")]
     pub captures: PathBuf,
-    /// The picture without contact [default: ref.png or reference.png in the folder, or .jpg, ...]
+    /// Reference image without contact [default: ref.png or reference.png in the folder, or .jpg, ...]
     #[arg(long, value_name = "IMAGE")]
     pub reference: Option<PathBuf>,
-    /// Where pins touch: a dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
-    /// [default: those of the sensor's own pin-dome or pin-plate]
+    /// Contact points of the pins: a landmarks file, or a JSON map of hole number to [x, y, z] in mm
+    /// [default: those of the sensor's pin-dome or pin-plate]
     #[arg(long, value_name = "FILE.json")]
     pub landmarks: Option<PathBuf>,
-    /// What pressed, as in `fabkit list SENSOR`: `semi-domes` and `half-plates` are targets too, of pictures named after
-    /// their halves, as semi-dome-017.png, or of two with a + between them [default: its pin-dome or pin-plate]
+    /// Calibration target: a fixture of the sensor. Captures of `semi-domes` and `half-plates` are named after the halves, as
+    /// semi-dome-017.png, two of them joined by + [default: pin-dome or pin-plate]
     #[arg(long, conflicts_with = "landmarks", value_name = "FIXTURE")]
     pub fixture: Option<String>,
-    /// Which kind of pin was used, where the dome has several
+    /// Kind of pin that was used, if the dome has several
     #[arg(long, value_name = "KIND")]
     pub pin: Option<String>,
-    /// Refractive index of the gel that is tried before the lens, 1 to 2
+    /// Refractive index of the gel in front of the lens, 1 to 2, for explanations that have one
     #[arg(long, value_parser = refractive_index, default_value = "1.41", value_name = "N")]
     pub gel_index: f64,
-    /// The pose's file to write; the camera that belongs to it is written beside it
+    /// Pose file to write; its camera file is written beside it
     #[arg(short, long, value_name = "FILE.yaml")]
     pub output: PathBuf,
-    /// Replace files also if they were changed since fabkit wrote them, or if fabkit did not write them
+    /// Replace files even if they were edited or not written by fabkit
     #[arg(long)]
     pub force: bool,
-    /// Write a report as one HTML file
+    /// Write an HTML report
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }
@@ -139,26 +139,25 @@ pub struct CalibrateExtrinsics {
 /// `fabkit calibrate plan`.
 #[derive(Debug, Args)]
 pub struct CalibratePlan {
-    /// Name of a built-in sensor, or path to a YAML file
+    /// Built-in sensor or path to a sensor file
     #[arg(add = completing::sensors())]
     pub sensor: String,
-    /// Change a parameter, for example `fixtures.pin_dome.captures.noise_px=0.5`
+    /// Set a parameter, for example `fixtures.pin_dome.captures.noise_px=0.5`; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
-    /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's; its covariance takes part [default: the sensor's nominal
-    /// lens, as if it were exact]
+    /// Camera file (fabkit, OpenCV, ROS or Kalibr) with its covariance [default: the sensor's nominal lens, taken as exact]
     #[arg(long, value_name = "FILE.yaml")]
     pub camera: Option<PathBuf>,
-    /// Folder of the captures that there are, named as for `extrinsics`; the pictures are not looked at
+    /// Folder of existing captures, named as for `extrinsics`; only the names are read
     #[arg(long, value_name = "DIR")]
     pub done: Option<PathBuf>,
-    /// Which kind of pin was used in them, where the dome has several
+    /// Kind of pin in the existing captures, if the dome has several
     #[arg(long, value_name = "KIND", requires = "done")]
     pub pin: Option<String>,
-    /// How many captures to take from now on [default: what is left of the number in the sensor's file]
+    /// Number of further captures [default: the number in the sensor file less the existing ones]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=500))]
     pub captures: Option<u16>,
-    /// Pins in each [default: the number in the sensor's file]
+    /// Pins per capture [default: the number in the sensor file]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100))]
     pub pins: Option<u16>,
 }

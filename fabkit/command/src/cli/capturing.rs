@@ -1,4 +1,4 @@
-//! `fabkit capture`.
+//! Options of `fabkit capture`, `optics-pack`, `fit-light` and `reconstruct`.
 
 use std::path::PathBuf;
 
@@ -16,19 +16,19 @@ use super::options::options;
 use super::pressing::{depth, friction, shear, spacing};
 use super::{Design, length_within};
 
-const LIGHT: &str = "Which of the sensor's lights is on, for example `uv` [default: its usual one]";
-const CONSTANTS: &str = "Constants of a unit's light, as `fit-light` writes them [default: those of R-Tac0's published unit]";
+const LIGHT: &str = "Light source that is on, for example `uv` [default: the sensor's usual one]";
+const CONSTANTS: &str = "Light constants of a unit, written by `fit-light` [default: those of R-Tac0's published unit]";
 
-/// Standard deviation of printed and cast surfaces that truth is written with, mm: that of `depth`.
+/// Standard deviation of printed and cast surfaces in `--truth` files, mm; the default of `depth --print-sigma`.
 const PRINT_SIGMA_MM: f64 = 0.05;
 
-/// What lights a picture.
+/// Light of a capture.
 #[derive(Debug, Args)]
 pub struct LightArgs {
-    /// Which of the sensor's lights is on.
+    /// Light source that is on.
     #[arg(long, value_name = "NAME", help = LIGHT)]
     pub light: Option<String>,
-    /// File of constants of a unit's light.
+    /// File with the light constants of a unit.
     #[arg(long, value_name = "FILE.json", help = CONSTANTS)]
     pub constants: Option<PathBuf>,
 }
@@ -37,94 +37,94 @@ pub struct LightArgs {
 #[derive(Debug, Args)]
 #[command(group(clap::ArgGroup::new("what").args(["press", "indenter", "reference"]).required(true)))]
 pub struct Capture {
-    /// Which sensor.
+    /// The sensor.
     #[command(flatten)]
     pub design: Design,
-    /// Where the camera is.
+    /// Camera and pose.
     #[command(flatten)]
     pub camera: CameraArgs,
-    /// What presses, for example `semi-dome-017`, or `hemisphere@30deg,120deg,1.2mm`: an indenter by
-    /// polar angle, azimuth and depth; may be repeated
+    /// A press, for example `semi-dome-017`, or `hemisphere@30deg,120deg,1.2mm`: an indenter at a polar angle,
+    /// azimuth and indentation; may be repeated
     #[arg(long, value_name = "ID")]
     pub press: Vec<String>,
-    /// The same in two parts: an indenter and a place, for example `ball@30deg,120deg`
+    /// A press without its indentation, which --depth gives: for example `ball@30deg,120deg`
     #[arg(long, value_name = "INDENTER@PLACE", requires = "depth")]
     pub indenter: Option<String>,
-    /// How deep the indenter goes, along the surface's normal there
+    /// Indentation by --indenter, along the surface's normal at the contact
     #[arg(long, value_parser = depth, value_name = "LENGTH", requires = "indenter")]
     pub depth: Option<f64>,
-    /// Nothing presses
+    /// Take the reference image, without contact
     #[arg(long)]
     pub reference: bool,
-    /// How the picture is taken.
+    /// Options shared with the Python package.
     #[command(flatten)]
     pub options: CaptureOptions,
-    /// Of a grey value in the file
+    /// Bits per channel in the image file
     #[arg(long, value_name = "N", default_value = "8", value_parser = ["8", "16"])]
     pub bits: String,
-    /// Write the picture
+    /// Image file to write
     #[arg(short, long, value_name = "FILE.png", required = true)]
     pub output: PathBuf,
-    /// Write the truth that it shows for NumPy, as `depth` does
+    /// Write the ground truth of the image for NumPy, as `depth -o` does
     #[arg(long, value_name = "FILE.npz")]
     pub truth: Option<PathBuf>,
 }
 
 options! {
-    /// How a picture is taken: options of `fabkit capture`, and keyword arguments of `fabkit.depth.Scene.capture`.
+    /// Options of `fabkit capture` and keyword arguments of `fabkit.depth.Scene.capture`.
     pub struct CaptureOptions {
-        /// How far all that presses then moves along the surface, in linear contact: on a dome away from the tip and around
-        /// it where it goes deepest, on a pad along x and y
+        /// Tangential motion of the indenter after pressing, linear contact only: on a dome away from the tip and around it,
+        /// at the deepest point; on a pad along x and y
         #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
         pub shear: [f64; 2],
-        /// How the layers answer: as elastic ones that bulge, or as what follows the presser and nothing else
+        /// Contact model
         #[arg(long, value_parser = contact_levels(), value_name = "LEVEL", default_value = "linear")]
         pub contact: String,
-        /// Coulomb's coefficient of friction where something moves along the surface [default: that of the touched material]
+        /// Coulomb friction coefficient for --shear [default: of the touched material]
         #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
         pub friction: Option<f64>,
-        /// Distance of the surface's nodes in linear contact [default: as fine as a few seconds allow]
+        /// Node spacing on the surface, linear contact only [default: as fine as a few seconds allow]
         #[arg(long, value_parser = spacing, value_name = "LENGTH")]
         pub spacing: Option<f64>,
-        /// Go on where a press does not touch the surface, or where the camera sees nothing of it
+        /// Continue if a press does not touch the surface or the camera does not see it
         #[arg(long, conflicts_with = "reference")]
         pub allow_no_contact: bool,
-        /// Cast N x N rays for each pixel, which records their mean
+        /// Cast N x N rays per pixel and average them
         #[arg(long, value_name = "N", default_value = "1",
               value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
         pub samples: u32,
-        /// Which of the sensor's lights is on.
+        /// Light source that is on.
         #[arg(long, value_name = "NAME", help = LIGHT)]
         pub light: Option<String>,
-        /// File of constants of a unit's light.
+        /// File with the light constants of a unit.
         #[arg(long, value_name = "FILE.json", help = CONSTANTS)]
         pub constants: Option<PathBuf>,
-        /// Of another sensor of the same design: what its parts measure, where its camera sits, how bright its lamps are, how
-        /// its layers came out differ from the drawing as tolerances let them; the same number is the same unit
+        /// Simulate specimen N of the design: dimensions, camera pose, light sources and layers vary within their tolerances;
+        /// the same number gives the same specimen [default: the nominal design]
         #[arg(long, value_name = "N")]
         pub unit: Option<u64>,
-        /// Of noise and drift: another seed is another picture of the same
+        /// Seed of noise and drift
         #[arg(long, value_name = "N", default_value = "0")]
         pub seed: u64,
-        /// Neither noise nor drift, and not as the JPEG in which a camera sends it
+        /// Without noise, drift and the camera's JPEG compression
         #[arg(long, conflicts_with = "seed")]
         pub no_noise: bool,
     }
 }
 
-/// How layers answer to what is captured.
+/// Values of `capture --contact`.
 fn contact_levels() -> PossibleValuesParser {
     PossibleValuesParser::new([
-        PossibleValue::new("rigid").help("They follow what presses, and nothing else moves"),
-        PossibleValue::new("linear").help("They give way as elastic ones do, and bulge"),
+        PossibleValue::new("rigid").help("The surface follows the indenter; nothing else moves"),
+        PossibleValue::new("linear").help("Elastic layers that yield and bulge, small strain"),
     ])
 }
 
 impl CaptureOptions {
-    /// The picture of `presses` in this light.
+    /// Builds the capture request of `presses` under `lighting`.
     ///
     /// # Errors
-    /// [`PressingError::Contact`](fabkit_application::pressing::PressingError::Contact): no such level of contact, and what belongs to another one.
+    /// [`PressingError::Contact`](fabkit_application::pressing::PressingError::Contact): no such contact model, or an option of another model.
     pub fn capturing<'a>(
         &self,
         presses: &'a [Press],
@@ -148,16 +148,16 @@ impl CaptureOptions {
 /// `fabkit optics-pack`.
 #[derive(Debug, Args)]
 pub struct OpticsPack {
-    /// Which sensor.
+    /// The sensor.
     #[command(flatten)]
     pub design: Design,
-    /// Where the camera is.
+    /// Camera and pose.
     #[command(flatten)]
     pub camera: CameraArgs,
-    /// What lights it.
+    /// Light.
     #[command(flatten)]
     pub light: LightArgs,
-    /// The folder to write into
+    /// Output folder
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 }
@@ -165,39 +165,39 @@ pub struct OpticsPack {
 /// `fabkit fit-light`.
 #[derive(Debug, Args)]
 pub struct FitLight {
-    /// Which sensor.
+    /// The sensor.
     #[command(flatten)]
     pub design: Design,
-    /// The camera's file: fabkit's, OpenCV's, ROS's or Kalibr's; on a pad [default: its nominal lens]
+    /// Camera file (fabkit, OpenCV, ROS or Kalibr); required for domes [default on a pad: its nominal lens]
     #[arg(long, value_name = "FILE.yaml")]
     pub camera: Option<PathBuf>,
-    /// On a pad: pose file with `camera_from_sensor` [default: where the design puts the camera]; a dome's pins tell it
+    /// On a pad: pose file with `camera_from_sensor` [default: the design's pose]; on a dome the pins determine it
     #[arg(long, value_name = "FILE")]
     pub pose: Option<PathBuf>,
-    /// On a pad, instead of a camera: pictures that were made straight, with so much of it to a pixel, their middle on its own
+    /// On a pad, instead of a camera: size of a pixel in rectified images that are centred on the pad
     #[arg(long, value_parser = pixel_size, value_name = "LENGTH", conflicts_with_all = ["camera", "pose"])]
     pub scale: Option<f64>,
-    /// On a pad: diameter of the ball that each capture shows
+    /// On a pad: diameter of the ball in each capture
     #[arg(long, value_parser = ball_diameter, value_name = "LENGTH")]
     pub ball_diameter: Option<f64>,
-    /// Folder of pictures: of a dome named after the holes that had pins, as 01_05_08.png, or with a list in captures.csv; of
-    /// a pad with one ball each
+    /// Folder of captures: on a dome named after the holes with pins, as 01_05_08.png, or listed in captures.csv; on a pad
+    /// one ball each
     #[arg(long, value_name = "DIR")]
     pub captures: PathBuf,
-    /// The picture without contact [default: ref.png in the folder]
+    /// Reference image without contact [default: ref.png in the folder]
     #[arg(long, value_name = "IMAGE")]
     pub reference: Option<PathBuf>,
-    /// Where pins touch: a dome's landmarks, or a JSON map of hole number to [x, y, z] in mm
-    /// [default: those of the sensor's own pin-dome]
+    /// Contact points of the pins: a landmarks file, or a JSON map of hole number to [x, y, z] in mm
+    /// [default: those of the sensor's pin-dome]
     #[arg(long, value_name = "FILE.json")]
     pub landmarks: Option<PathBuf>,
-    /// Which kind of pin was used, where the dome has several
+    /// Kind of pin that was used, if the dome has several
     #[arg(long, value_name = "KIND")]
     pub pin: Option<String>,
-    /// Radius of the pins' round tips [default: what the landmarks say, else that of the sensor's own pin-dome]
+    /// Radius of the pins' rounded tips [default: from the landmarks, else from the sensor's pin-dome]
     #[arg(long, value_parser = pin_radius, value_name = "LENGTH")]
     pub pin_radius: Option<f64>,
-    /// Write the constants for `capture --constants`
+    /// File of constants to write, for `capture --constants`
     #[arg(short, long, value_name = "FILE.json")]
     pub output: Option<PathBuf>,
 }
@@ -205,26 +205,26 @@ pub struct FitLight {
 /// `fabkit reconstruct`.
 #[derive(Debug, Args)]
 pub struct Reconstruct {
-    /// Which sensor.
+    /// The sensor.
     #[command(flatten)]
     pub design: Design,
-    /// Pictures with contact: PNG, JPEG, TIFF or BMP
+    /// Images with contact: PNG, JPEG, TIFF or BMP
     #[arg(required = true, value_name = "IMAGE")]
     pub pictures: Vec<PathBuf>,
-    /// The picture without contact, from the same camera
+    /// Reference image without contact, from the same camera
     #[arg(long, value_name = "IMAGE")]
     pub reference: PathBuf,
-    /// Where the camera is.
+    /// Camera and pose.
     #[command(flatten)]
     pub camera: CameraArgs,
-    /// What lights it.
+    /// Light.
     #[command(flatten)]
     pub light: LightArgs,
-    /// A network to find depth with: a chain of convolutions; FILE.json beside it says what it takes [default: depth from
-    /// the light's own laws]
+    /// Neural network (a chain of convolutions) that predicts indentation; FILE.json beside it describes its input
+    /// [default: the physics of the light]
     #[arg(long, value_name = "FILE.onnx", conflicts_with = "constants")]
     pub network: Option<PathBuf>,
-    /// The folder to write one NPZ file for each picture into
+    /// Output folder for one NPZ file per image
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 }

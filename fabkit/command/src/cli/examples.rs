@@ -1,4 +1,4 @@
-//! Command lines at the end of each `--help`. A test reads them as the command does.
+//! Examples at the end of each `--help`. A test parses them as the command does.
 
 pub(crate) const SHOW: &str = "\
 Examples:
@@ -20,8 +20,8 @@ Examples:
   fabkit export rtac0 --set coat.thickness=0.1mm -o out/thin
   fabkit export rtac0 --robot mjcf,usd -o out/robot
 
-A file fabkit.yaml in the working folder may say what options are where they are not given: `bed`, \
-`stock`, `profile` (--process), `tolerance`, `kerf`, `output` (in place of `out`), below `format: 1`.";
+A file fabkit.yaml in the working folder sets defaults below `format: 1`: `bed`, `stock`, `profile` \
+(--process), `tolerance`, `kerf`, `output` (instead of `out`).";
 
 pub(crate) const SCHEMA: &str = "\
 Examples:

@@ -1,4 +1,4 @@
-//! `fabkit depth` and `fabkit dataset`.
+//! Options of `fabkit depth` and `fabkit dataset`.
 
 use std::path::PathBuf;
 
@@ -16,25 +16,24 @@ use super::{Design, length_within};
 const PROBE_LIMITS_MM: [f64; 2] = [0.01, 20.0];
 const MAX_PROBES: i64 = 10_000_000;
 
-/// Where the camera is.
+/// Camera and pose.
 #[derive(Debug, Args)]
 pub struct CameraArgs {
-    /// Camera file (fabkit, OpenCV, ROS or Kalibr) [default: the one that the pose file names, else
-    /// the sensor's nominal lens]
+    /// Camera file (fabkit, OpenCV, ROS or Kalibr) [default: the one named in the pose file, else the sensor's nominal lens]
     #[arg(long, value_name = "FILE")]
     pub camera: Option<PathBuf>,
-    /// Pose file with `camera_from_sensor` [default: where the design puts the camera]
+    /// Pose file with `camera_from_sensor` [default: the design's pose]
     #[arg(long, value_name = "FILE")]
     pub pose: Option<PathBuf>,
 }
 
-/// Where the camera is, and how truth is computed.
+/// Camera, pose and contact model.
 #[derive(Debug, Args)]
 pub struct View {
-    /// Where the camera is.
+    /// Camera and pose.
     #[command(flatten)]
     pub camera: CameraArgs,
-    /// How the surface answers.
+    /// Contact model.
     #[command(flatten)]
     pub contact: ContactOptions,
 }
@@ -47,61 +46,59 @@ pub struct View {
         .multiple(true)
 ))]
 pub struct Depth {
-    /// Which sensor.
+    /// The sensor.
     #[command(flatten)]
     pub design: Design,
-    /// Where the camera is.
+    /// Camera, pose and contact model.
     #[command(flatten)]
     pub view: View,
-    /// What presses, for example `semi-dome-017`, `semi-dome-017-flipped`, or
-    /// `hemisphere@30deg,120deg,1.2mm`: an indenter by polar angle, azimuth and depth; may be
-    /// repeated
+    /// A press, for example `semi-dome-017`, `semi-dome-017-flipped`, or `hemisphere@30deg,120deg,1.2mm`: an indenter at a
+    /// polar angle, azimuth and indentation; may be repeated
     #[arg(long, value_name = "ID")]
     pub press: Vec<String>,
-    /// Nothing presses
+    /// Compute the surface at rest, without contact
     #[arg(long)]
     pub reference: bool,
-    /// How it is cast.
+    /// Options shared with the Python package.
     #[command(flatten)]
     pub options: CastOptions,
     /// Write all maps for NumPy
     #[arg(short, long, value_name = "FILE.npz")]
     pub output: Option<PathBuf>,
-    /// Write a map in colours with a scale
+    /// Write a map as a colour image with a scale
     #[arg(long, value_name = "FILE.png")]
     pub png: Option<PathBuf>,
-    /// Write which pixels see the surface: white on black, 8-bit grey
+    /// Write the mask of pixels that see the surface: white on black, 8 bits
     #[arg(long, value_name = "FILE.png")]
     pub mask: Option<PathBuf>,
-    /// Write which places of the unrolled surface the camera sees, and what keeps it from the others
+    /// Write the camera's coverage of the unrolled surface, and what hides the rest
     #[arg(long, value_name = "FILE.png")]
     pub coverage_map: Option<PathBuf>,
-    /// Write a map in 16-bit grey, 0.001 mm a step
+    /// Write a map as a 16-bit greyscale image, 0.001 mm per step
     #[arg(long, value_name = "FILE.png")]
     pub grey: Option<PathBuf>,
-    /// Write a map in 32-bit floating point, mm
+    /// Write a map as a 32-bit floating-point TIFF, mm
     #[arg(long, value_name = "FILE.tiff")]
     pub tiff: Option<PathBuf>,
-    /// Which map pictures and TIFF show [default: indentation if something presses, else range]
+    /// Map in image files and TIFF [default: indentation with --press, else range]
     #[arg(long, value_enum, value_name = "MAP")]
     pub show: Option<ShownArg>,
-    /// Write the points that the pixels see
+    /// Write the point cloud of the pixels
     #[arg(long, value_name = "FILE.ply")]
     pub ply: Option<PathBuf>,
 }
 
 options! {
-    /// How ground truth is cast, beside how the surface answers: options of `fabkit depth`, and keyword arguments of
-    /// `fabkit.depth.cast` in Python.
+    /// Options of `fabkit depth` besides the contact model, and keyword arguments of `fabkit.depth.cast` in Python.
     pub struct CastOptions {
-        /// How far all that presses then moves along the surface, in linear contact: on a dome away from the tip and around
-        /// it where it goes deepest, on a pad along x and y
+        /// Tangential motion of the indenter after pressing, linear contact only: on a dome away from the tip and around it,
+        /// at the deepest point; on a pad along x and y
         #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
         pub shear: [f64; 2],
-        /// Go on where a press does not touch the surface, or where the camera sees nothing of it
+        /// Continue if a press does not touch the surface or the camera does not see it
         #[arg(long, requires = "press")]
         pub allow_no_contact: bool,
-        /// Cast N x N rays for each pixel; the maps grow by that
+        /// Cast N x N rays per pixel; maps become N times as large each way
         #[arg(long, value_name = "N", default_value = "1",
               value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
         pub samples: u32,
@@ -112,7 +109,7 @@ options! {
 }
 
 impl CastOptions {
-    /// The truth of `presses` on a surface that answers so.
+    /// Builds the request for ground truth of `presses` with the given contact model.
     ///
     /// # Errors
     /// As [`ContactOptions::contact`].
@@ -132,14 +129,14 @@ impl CastOptions {
     }
 }
 
-/// A map.
+/// A map of `depth --show`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum ShownArg {
     /// Distance along the ray
     Range,
     /// Depth along the camera's axis
     Z,
-    /// Range without contact minus range with it
+    /// Range without contact minus range with contact
     Indentation,
     /// Standard deviation of the range
     Sigma,
@@ -159,78 +156,78 @@ impl From<ShownArg> for Shown {
 /// `fabkit dataset`.
 #[derive(Debug, Args)]
 pub struct Dataset {
-    /// Which sensor.
+    /// The sensor.
     #[command(flatten)]
     pub design: Design,
-    /// Where the camera is.
+    /// Camera, pose and contact model.
     #[command(flatten)]
     pub view: View,
-    /// Folder of the data set; with --probes, the CSV file
+    /// Folder of the data set; with --probes the CSV file
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// What it is made of.
+    /// Options shared with the Python package.
     #[command(flatten)]
     pub options: DatasetOptions,
-    /// Also write a picture of random samples
+    /// Also write an overview image of random samples
     #[arg(long, value_name = "FILE.png", conflicts_with = "probes")]
     pub contact_sheet: Option<PathBuf>,
-    /// Instead, list single presses of one indenter: where its tip is, and where it is seen
+    /// Write a list of single presses instead: the indenter's tip in space and in the image
     #[arg(long, conflicts_with_all = ["presses", "materialise", "resume"])]
     pub probes: bool,
-    /// How many probes
+    /// Number of probes
     #[arg(long, value_name = "N", default_value = "33803", requires = "probes",
           value_parser = clap::value_parser!(u32).range(1..=MAX_PROBES))]
     pub count: u32,
-    /// Deepest probe [default: 1.6 mm, or as deep as the surface is soft]
+    /// Largest indentation of a probe [default: 1.6mm, or the thickness of the soft layers if less]
     #[arg(long, value_parser = probe_length, value_name = "LENGTH", requires = "probes")]
     pub depth: Option<f64>,
 }
 
 options! {
-    /// What a data set is made of: options of `fabkit dataset`, and keyword arguments of `fabkit.dataset.write` in Python.
+    /// Options of `fabkit dataset`, and keyword arguments of `fabkit.dataset.write` in Python.
     pub struct DatasetOptions {
-        /// Text file of patterns for the left side, one a line: an ID, or `NAME = ID + ID`, and in linear contact
-        /// `shear 0.5mm,0mm` after it
+        /// Text file of presses for the left half, one per line: an ID, or `NAME = ID + ID`, with linear contact followed by
+        /// `shear 0.5mm,0mm`
         /// [default: all semi-domes or half-plates of the sensor]
         #[arg(long, value_name = "FILE")]
         pub presses: Option<PathBuf>,
-        /// Go on where a press does not touch the surface, or where the camera sees no probe's tip
+        /// Continue if a press does not touch the surface or the camera sees no probe's tip
         #[arg(long)]
         pub allow_no_contact: bool,
-        /// Write all stitched samples, not only the halves that they consist of
+        /// Write all stitched samples, not only their halves
         #[arg(long)]
         pub materialise: bool,
-        /// Go on where an earlier run of the same command was stopped
+        /// Continue an interrupted run of the same command
         #[arg(long)]
         pub resume: bool,
-        /// Which patterns are for training, validation and test; where probes start
+        /// Seed of the split into training, validation and test, and of the probes
         #[arg(long, value_name = "N", default_value = "1")]
         pub seed: u64,
-        /// Leave out what lies this near to the seam between the halves, 0 mm to 10 mm
+        /// Margin to leave out on both sides of the seam between the halves, 0 mm to 10 mm
         #[arg(long, value_parser = margin, default_value = "0.5mm", value_name = "LENGTH")]
         pub seam_margin: f64,
-        /// Pictures to be stitched like the halves: a folder with `PATTERN-left.png` and
-        /// `PATTERN-right.png`, or a CSV file with the columns pattern, side, file
+        /// Captured images to stitch like the halves: a folder with `PATTERN-left.png` and `PATTERN-right.png`, or a CSV file
+        /// with the columns pattern, side, file
         #[arg(long, value_name = "DIR|CSV", conflicts_with = "probes")]
         pub captures: Option<PathBuf>,
-        /// Take a picture of each half, as `capture` does, and stitch them like the halves; each with noise of its own, which
-        /// --seed decides
+        /// Simulate an image of each half, as `capture` does, and stitch them like the halves; --seed determines the noise of
+        /// each
         #[arg(long, conflicts_with_all = ["probes", "captures"])]
         pub images: bool,
-        /// Which of the sensor's lights is on in them [default: its usual one]
+        /// Light source that is on in simulated images [default: the sensor's usual one]
         #[arg(long, value_name = "NAME", requires = "images")]
         pub light: Option<String>,
-        /// In them and in the truth: of another sensor of the same design, as for `capture`
+        /// Specimen number for simulated images and ground truth, as for `capture`
         #[arg(long, value_name = "N", requires = "images")]
         pub unit: Option<u64>,
-        /// Constants of a unit's light for them, as `fit-light` writes them
+        /// Light constants of a unit for simulated images, written by `fit-light`
         #[arg(long, value_name = "FILE.json", requires = "images")]
         pub constants: Option<PathBuf>,
     }
 }
 
 impl DatasetOptions {
-    /// The data set of a surface that answers so.
+    /// Builds the request for a data set with the given contact model.
     ///
     /// # Errors
     /// As [`ContactOptions::contact`].

@@ -1,4 +1,4 @@
-//! `fabkit guide`.
+//! Options of `fabkit guide`.
 
 use std::path::PathBuf;
 
@@ -11,17 +11,16 @@ use super::Design;
 pub struct Guide {
     #[command(flatten)]
     pub design: Design,
-    /// The folder to write index.html, guide.json, bom.csv and parts.csv into
+    /// Output folder for index.html, guide.json, bom.csv and parts.csv
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// How many to build: what is in each sensor is counted that often, molds and tools once
+    /// Number of sensors to build: parts and mixes count per sensor, molds and tools once
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000), value_name = "N")]
     pub units: u32,
-    /// Slice parts of filament with PrusaSlicer for their times and masses; takes minutes. Without, they are
-    /// fabkit's own estimates
+    /// Slice FDM parts with PrusaSlicer for print times and masses; takes minutes. Without it they are estimates
     #[arg(long)]
     pub slice: bool,
-    /// The language of the page
+    /// Language of the page
     #[arg(long, default_value = "en", value_enum)]
     pub language: Language,
 }

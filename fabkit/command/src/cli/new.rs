@@ -1,4 +1,4 @@
-//! `fabkit new`.
+//! Options of `fabkit new`.
 
 use std::path::PathBuf;
 
@@ -9,23 +9,23 @@ use fabkit_application::designs::REGISTRY;
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("start").required(true))]
 pub struct New {
-    /// The sensor's name: small letters, digits and hyphens, at most 64
+    /// Name of the sensor: lower-case letters, digits and hyphens, at most 64 characters
     pub name: String,
-    /// Write every parameter of this family, with the values of its example
+    /// Write every parameter of this family, with the values of its example sensor
     #[arg(long, group = "start", value_name = "FAMILY")]
     pub family: Option<String>,
-    /// Extend this built-in sensor: all of its parameters as comments, to change some of them
+    /// Extend this built-in sensor; its parameters are listed as comments
     #[arg(long, group = "start", value_name = "SENSOR")]
     pub extends: Option<String>,
-    /// The file to write [default: NAME.yaml]
+    /// File to write [default: NAME.yaml]
     #[arg(short, long, value_name = "FILE.yaml")]
     pub output: Option<PathBuf>,
-    /// Replace the file if it is there already
+    /// Replace an existing file
     #[arg(long)]
     pub force: bool,
 }
 
-/// The families, and how to go on.
+/// Lists the families and an example, for the end of `--help`.
 pub fn after_help() -> String {
     let families = REGISTRY.families().iter();
     let width = families.clone().map(|family| family.name().len()).max().unwrap_or_default();

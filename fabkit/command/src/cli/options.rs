@@ -1,16 +1,16 @@
-//! Options that the command and the Python package both have. They are declared once, as `clap` reads them: that is
-//! where help, the book's reference, and signatures and docstrings of Python come from (`python.rs`).
+//! Options shared by the command and the Python package, declared once as `clap` reads them. Help texts, the book's
+//! reference, and Python's signatures and docstrings all derive from them (`python.rs`).
 
-/// Values by the names of options: what a door other than the command line was given.
+/// Looks up option values by name, for callers other than the command line.
 pub trait Named<T, E> {
-    /// The value of the option, which has been given or has a default.
+    /// Returns the value of the option `name`, given or default.
     ///
     /// # Errors
-    /// A value of another type.
+    /// The value has another type.
     fn named(&self, name: &'static str) -> Result<T, E>;
 }
 
-/// Declares a struct of options, which `clap` and [`Named`] values can fill.
+/// Declares a struct of options that `clap` and [`Named`] values can fill.
 macro_rules! options {
     (
         $(#[$about:meta])*
@@ -25,10 +25,10 @@ macro_rules! options {
         }
 
         impl $options {
-            /// Takes each option from values by name, whose limits the work itself knows.
+            /// Reads each option by name. Limits are checked by the use case, not here.
             ///
             /// # Errors
-            /// A value of another type.
+            /// A value has another type.
             pub fn from_named<S, E>(given: &S) -> Result<Self, E>
             where
                 $(S: $crate::cli::Named<$kind, E>,)*

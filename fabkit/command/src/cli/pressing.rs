@@ -1,4 +1,4 @@
-//! `fabkit press`.
+//! Options of `fabkit press`, and of the contact model in `depth` and `dataset`.
 
 use std::path::PathBuf;
 
@@ -19,61 +19,60 @@ const SPACING_LIMITS_MM: [f64; 2] = [0.01, 5.0];
 /// `fabkit press`.
 #[derive(Debug, Args)]
 pub struct PressArgs {
-    /// Which sensor.
+    /// The sensor.
     #[command(flatten)]
     pub design: Design,
-    /// What presses, and where: `ball@30deg,120deg` by polar angle and azimuth on a dome, `ball@2mm,-3mm` on a pad
+    /// Indenter and contact: `ball@30deg,120deg` by polar angle and azimuth on a dome, `ball@2mm,-3mm` on a pad
     #[arg(long, value_name = "NAME@PLACE")]
     pub indenter: String,
-    /// How deep, along the surface's normal at that place
+    /// Indentation along the surface's normal at the contact
     #[arg(long, value_parser = depth, value_name = "LENGTH")]
     pub depth: f64,
-    /// How it is pressed.
+    /// Options shared with the Python package.
     #[command(flatten)]
     pub options: PressOptions,
     /// Write the force curve as a table
     #[arg(long, value_name = "FILE.csv")]
     pub csv: Option<PathBuf>,
-    /// Write the force curve as a drawing
+    /// Write the force curve as a plot
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
-    /// Write how far the surface moves outwards in colours with a scale: all of a dome by polar angle around the tip, of a
-    /// pad what lies around the press
+    /// Write the outward displacement of the surface as a colour image with a scale: a whole dome by polar angle around
+    /// the tip, the surroundings of the press on a pad
     #[arg(long, value_name = "FILE.png")]
     pub png: Option<PathBuf>,
-    /// Write places, displacements and tractions of the surface for NumPy
+    /// Write positions, displacements and tractions of the surface for NumPy
     #[arg(short, long, value_name = "FILE.npz")]
     pub output: Option<PathBuf>,
 }
 
 options! {
-    /// How an indenter is pressed: options of `fabkit press`, and keyword arguments of `fabkit.press` in Python.
+    /// Options of `fabkit press`, and keyword arguments of `fabkit.press` in Python.
     pub struct PressOptions {
-        /// How far the presser then moves along the surface: on a dome away from the tip, and around it; on a pad along x
-        /// and y
+        /// Tangential motion of the indenter after pressing: on a dome away from the tip and around it, on a pad along x and y
         #[arg(long, value_parser = shear, default_value = "0mm,0mm", value_name = "LENGTH,LENGTH", allow_hyphen_values = true)]
         pub shear: [f64; 2],
-        /// Coulomb's coefficient of friction for that [default: that of the touched material]
+        /// Coulomb friction coefficient for --shear [default: of the touched material]
         #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
         pub friction: Option<f64>,
-        /// By which theory the layers give way
+        /// Elastic model
         #[arg(long, value_parser = theories(), value_name = "LEVEL", default_value = "linear")]
         pub contact: String,
-        /// Of how many equal steps the force curve is made
+        /// Number of equal steps of the force curve
         #[arg(long, value_name = "N", default_value = "10",
               value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_STEPS)))]
         pub steps: u32,
-        /// Distance of the surface's nodes [default: some 5,000 nodes on a dome, some 20 across a contact on a pad]
+        /// Node spacing on the surface [default: about 5,000 nodes on a dome, about 20 across the contact on a pad]
         #[arg(long, value_parser = spacing, value_name = "LENGTH")]
         pub spacing: Option<f64>,
     }
 }
 
 impl PressOptions {
-    /// The press of an indenter so deep.
+    /// Builds the request to press `indenter` to `depth_mm`.
     ///
     /// # Errors
-    /// [`PressingError::Contact`]: no such theory.
+    /// [`PressingError::Contact`]: unknown elastic model.
     pub fn pressing<'a>(
         &self,
         indenter: &'a str,
@@ -96,52 +95,50 @@ impl PressOptions {
     }
 }
 
-/// By which theory layers give way.
+/// Values of `press --contact`.
 fn theories() -> PossibleValuesParser {
     PossibleValuesParser::new([
         PossibleValue::new("linear")
-            .help("Small strain, layered, nearly incompressible, with Coulomb's friction"),
+            .help("Small strain, layered, nearly incompressible, with Coulomb friction"),
         PossibleValue::new("finite").help(
-            "Large strain, neo-Hookean, without friction: at the tip of a dome or on a pad, by what is symmetric; seconds",
+            "Large strain, neo-Hookean, without friction, axially symmetric: at the tip of a dome or on a pad; takes seconds",
         ),
     ])
 }
 
 options! {
-    /// How ground truth has the surface answer: options of `fabkit depth` and `dataset`, and keyword arguments of
-    /// `fabkit.depth.cast` and `fabkit.dataset.write` in Python.
+    /// Contact model: options of `fabkit depth` and `dataset`, and keyword arguments of `fabkit.depth.cast` and
+    /// `fabkit.dataset.write` in Python.
     pub struct ContactOptions {
-        /// How the surface answers what presses [default: membrane with --membrane, else rigid]
+        /// Contact model [default: membrane with --membrane, else rigid]
         #[arg(long, value_parser = answers(), value_name = "LEVEL")]
         pub contact: Option<String>,
-        /// Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; without
-        /// it, it follows what presses and nothing else
+        /// Distance around a contact over which the gel returns to rest, 0 mm to 10 mm; without it only the contact moves
         #[arg(long, value_parser = membrane, default_value = "0mm", value_name = "LENGTH")]
         pub membrane: f64,
-        /// Coulomb's coefficient of friction where something moves along the surface, in linear contact
-        /// [default: that of the touched material]
+        /// Coulomb friction coefficient for --shear, linear contact only [default: of the touched material]
         #[arg(long, value_parser = friction, value_name = "NUMBER", allow_hyphen_values = true)]
         pub friction: Option<f64>,
-        /// Distance of the surface's nodes in linear contact [default: as fine as a few seconds allow]
+        /// Node spacing on the surface, linear contact only [default: as fine as a few seconds allow]
         #[arg(long, value_parser = spacing, value_name = "LENGTH")]
         pub spacing: Option<f64>,
     }
 }
 
-/// How the surface answers what presses.
+/// Values of `--contact` in `depth` and `dataset`.
 fn answers() -> PossibleValuesParser {
     PossibleValuesParser::new([
-        PossibleValue::new("rigid").help("It follows what presses, and nothing else moves"),
-        PossibleValue::new("membrane").help("It comes back to rest over --membrane"),
-        PossibleValue::new("linear").help("Its layers give way as elastic ones do, and bulge"),
+        PossibleValue::new("rigid").help("The surface follows the indenter; nothing else moves"),
+        PossibleValue::new("membrane").help("The surface returns to rest over the distance --membrane"),
+        PossibleValue::new("linear").help("Elastic layers that yield and bulge, small strain"),
     ])
 }
 
 impl ContactOptions {
-    /// What they mean together.
+    /// Combines the options into one contact model.
     ///
     /// # Errors
-    /// [`PressingError::Contact`]: no such level, and what belongs to another one.
+    /// [`PressingError::Contact`]: unknown contact model, or an option of another model.
     pub fn contact(&self) -> Result<Contact, Error> {
         let linear = Linear { spacing_mm: self.spacing, friction: self.friction };
         Ok(Contact::named(self.contact.as_deref(), self.membrane, linear)?)

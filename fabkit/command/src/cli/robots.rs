@@ -1,9 +1,9 @@
-//! What `fabkit export --robot` may name.
+//! Values of `fabkit export --robot`.
 
 use clap::ValueEnum;
 use fabkit_application::robots::RobotFormat;
 
-/// A kind of description of robots.
+/// A robot description format.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum RobotArg {
     /// ROS, PyBullet, SAPIEN
@@ -12,16 +12,16 @@ pub enum RobotArg {
     Mjcf,
     /// Gazebo
     Sdf,
-    /// Isaac Sim, and configurations for TacSL and TacEx
+    /// Isaac Sim, with configurations for TacSL and TacEx
     Usd,
-    /// Drake, with what gives way as tetrahedra
+    /// Drake, with tetrahedra of the soft layers
     Drake,
     /// TACTO's renderer
     Tacto,
 }
 
 impl RobotArg {
-    /// What it stands for.
+    /// Returns the application's format.
     pub fn format(self) -> RobotFormat {
         match self {
             Self::Urdf => RobotFormat::Urdf,

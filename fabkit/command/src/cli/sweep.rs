@@ -1,4 +1,4 @@
-//! `fabkit sweep`.
+//! Options of `fabkit sweep`.
 
 use std::path::PathBuf;
 
@@ -7,13 +7,13 @@ use clap::Args;
 /// `fabkit sweep`.
 #[derive(Debug, Args)]
 pub struct Sweep {
-    /// The plan: a sensor, the parameters to vary, constraints, metrics; `schema --sweep` has it all
+    /// Plan with the sensor, parameters to vary, constraints and metrics; see `schema --sweep`
     #[arg(value_name = "FILE.yaml")]
     pub plan: PathBuf,
-    /// Folder for sweep.csv, sweep.parquet and report.html
+    /// Output folder for sweep.csv, sweep.parquet and report.html
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Go on where an earlier run of the same plan was stopped
+    /// Continue an interrupted run of the same plan
     #[arg(long)]
     pub resume: bool,
 }

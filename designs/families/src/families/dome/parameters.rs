@@ -321,21 +321,21 @@ sections! {
 
 // ------ Bodies ------
 //
-// What the sensor consists of and is made with, and where bodies stand together.
+// Bodies of the sensor and of its tools, and the assemblies in which they stand together.
 
-/// Casting the transparent gel around the tube.
+/// Assembly that casts the transparent gel around the tube.
 pub const TRANSPARENT_MOLD: AssemblyName = AssemblyName("transparent-mold");
-/// Casting the translucent gel around the transparent one.
+/// Assembly that casts the translucent gel around the transparent one.
 pub const TRANSLUCENT_MOLD: AssemblyName = AssemblyName("translucent-mold");
-/// Gluing the cured module to its shell.
+/// Assembly that glues the cured module to its shell.
 pub const JOINING: AssemblyName = AssemblyName("joining");
-/// Casting the silicone mold of the transparent gel around a glass tube.
+/// Assembly that casts the silicone mold of the transparent gel around a glass tube.
 pub const INNER_FORM: AssemblyName = AssemblyName("form-transparent-gel");
-/// Casting the silicone mold of the translucent gel around a glass tube.
+/// Assembly that casts the silicone mold of the translucent gel around a glass tube.
 pub const OUTER_FORM: AssemblyName = AssemblyName("form-translucent-gel");
-/// Cutting the tube to its length.
+/// Assembly that cuts the tube to its length.
 pub const CUTTING: AssemblyName = AssemblyName("cutting");
-/// Dipping a module into black mixture.
+/// Assembly that dips a module into the black mixture.
 pub const COATING: AssemblyName = AssemblyName("coating");
 
 crate::bodies! {

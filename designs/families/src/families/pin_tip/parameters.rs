@@ -275,7 +275,7 @@ sections! {
 }
 
 impl Pins {
-    /// Those that are listed.
+    /// Returns the listed pins.
     pub fn listed(&self) -> Listed<'_, Angle> {
         Listed::new("pin", ("pins.polar", &self.polar), ("pins.azimuth", &self.azimuth))
     }
@@ -283,15 +283,15 @@ impl Pins {
 
 // ------ Bodies ------
 //
-// What the sensor consists of and is made with, and where bodies stand together.
+// Bodies of the sensor and of its tools, and the assemblies in which they stand together.
 
-/// Filling the tip with gel, tip down: the sensor's frame turned over, so that up is +z.
+/// Assembly that fills the tip with gel, tip down. The sensor's frame is turned over, so that up is +z.
 pub const FILLING: AssemblyName = AssemblyName("filling");
 
-/// Focusing the lens, before the camera's board is screwed into the body.
+/// Assembly that focuses the lens, before the camera board is screwed into the body.
 pub const FOCUSING: AssemblyName = AssemblyName("focusing");
 
-/// The printed tip, in one piece.
+/// Bodies of the printed tip, which is one piece.
 pub const TIP: [Name; 3] = [SKIN, DOTS, RING];
 
 crate::bodies! {

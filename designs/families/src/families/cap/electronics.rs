@@ -92,7 +92,7 @@ const PLUG_HEIGHT_MM: f64 = 7.0;
 /// Diameter of the camera's cable, mm: usual for USB 3.0.
 const CABLE_MM: f64 = 4.5;
 
-/// Drawn length of the cable beyond the casing, mm. It is drawn straight, as far as its plug keeps it from bending.
+/// Drawn length of the cable beyond the casing, mm. It is drawn straight, because a bend there would bend its plug.
 const CABLE_BEYOND_MM: f64 = 20.0;
 
 /// Returns the height of the plug's top, and the height of the plug as far as the base's floor leaves room for it,

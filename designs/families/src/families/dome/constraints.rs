@@ -79,7 +79,7 @@ fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
     }
 }
 
-/// Checks the baffle, the locking gel and its groove, between camera and gel.
+/// Checks the baffle, the locking gel and its groove.
 fn lock(p: &Dome, layout: &Layout, report: &mut Report) {
     if p.baffle.wall.mm() > 0.0 {
         let top = layout.gel_face_z_mm.min(layout.diffuser_bottom_z_mm) - p.baffle.gap.mm();

@@ -62,6 +62,7 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
         steps.push(dab.source("chosen"));
     }
     if !is_sprayed {
+        // The coat is poured over the ink, so the ink bounds it too.
         let inked = p.markers.exist().then_some(MARKERS);
         let walls: Vec<Name> = [FLOOR, COAT_FRAME, GEL].into_iter().chain(inked).collect();
         let coat = pour(&p.coat.material, &walls, COAT, surface(layout, layout.top_z_mm));
@@ -90,6 +91,7 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
         );
         steps.push(fill.source("chosen"));
     }
+    // Without a bed the pad lies on the plate itself.
     let below = if has_bed { BED } else { PLATE };
     steps.push(
         bond("glue-pad", SENSOR, &[GEL, below], cure(&p.bed.material))

@@ -60,6 +60,7 @@ fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
 /// Checks the opening for the plate, and the chamber below it.
 fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
     let (plate, chamber, slide) = (&p.plate, layout.light.chamber, layout.housing.slide_mm);
+    // Walls around the opening, along x and y.
     let [x, y] = [0, 1].map(|i| layout.housing.outside.half[i] - layout.opening.half[i]);
     let front_mm = layout.plate_bottom_z_mm - layout.camera.front_z;
     let distance_mm = layout.seen_z_mm - layout.camera.pupil_z;

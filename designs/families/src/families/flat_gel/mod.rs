@@ -59,6 +59,7 @@ impl Family for FlatGelFamily {
 fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
     let (housing, board) = (&layout.housing, &layout.camera);
     let mounting = housing.mounting();
+    // Only nuts are pressed in; other mounting holes take a user's screws.
     let inserts = mounting.nut_name().and_then(|_| mounting.press_fit(BASE));
     let fits = [housing.joint().press_fit(SHELL), board.joint().press_fit(BASE), inserts];
     let bodies = housing_parts(layout)
@@ -98,6 +99,7 @@ fn nominal(layout: &Layout) -> NominalCamera {
     let c = layout.camera.camera;
     let size = c.pictures.size_px();
     let camera = c.view.camera_at(layout.camera.pupil_z, size);
+    // Turned if the image is wide and the pad is long along y, or the other way round.
     let turned = layout.pad.longer() == usize::from(size[0] >= size[1]);
     let quarter = Angle::from_deg(if turned { 90.0 } else { 0.0 }).expect("finite");
     let sensor_from_camera = camera.sensor_from_camera.then_in(Pose::rotation_z(quarter));
@@ -264,6 +266,7 @@ impl<'a> Layout<'a> {
             // The image's long side lies along the pad's long side.
             let px = if (axis == self.pad.longer()) == (px[0] >= px[1]) { px[0] } else { px[1] };
             let ledge = light.chamber.half[axis];
+            // Below 1.5 rad, because the tangent of a wider angle would be meaningless.
             let mut slope = (px / 2.0 * camera.rad_per_px()).min(1.5).tan().min(ledge / air);
             if light.leds.out_mm() > 0.0 {
                 let above = light.strip_top_z() - self.camera.pupil_z;

@@ -71,6 +71,7 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let marking = p.markers.exist().then(|| MARKING.in_place());
     let coating = (p.coat.by == CoatBy::Pour).then(|| COAT_MOLD.in_place());
 
+    // The bed fills the gap around the plate too, so the plate's outline is cut from it.
     let plate = layout.plate.prism([layout.plate_bottom_z_mm - over, layout.plate_top_z_mm]);
     let bed = layout.opening.prism([layout.plate_bottom_z_mm, 0.0]).minus(plate);
     let bed = BED
@@ -94,6 +95,7 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let coat = layout
         .pad
         .prism([0.0, layout.top_z_mm])
+        // The coat covers the gel's sides and top, and the ink's print.
         .minus(layout.gel.prism([-over, layout.seen_z_mm]))
         .minus_all(p.markers.tools(layout.seen_z_mm));
     let coat = COAT

@@ -377,7 +377,7 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
 }
 
 /// Minimum distance of a camera from a field with these half edges, mm, so that the field lies within the image's
-/// width and height. The lens is equidistant, because the maker states its angle of view over the diagonal.
+/// width and height. The lens is taken as equidistant, with the angle of view over the diagonal, as the maker states it.
 fn across_picture_mm(p: &SheetMold, half_mm: [f64; 2]) -> f64 {
     let mut pixels = [p.camera.width_px, p.camera.height_px].map(f64::from);
     pixels.sort_by(|a, b| b.total_cmp(a));

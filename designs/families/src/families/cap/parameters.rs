@@ -26,7 +26,7 @@ parameters! {
 }
 
 choices! {
-    /// Which way the dimples point.
+    /// Direction in which the dimples point.
     pub enum Direction {
         /// Holes in the gel: the mold carries pins.
         IntoGel = "into-gel",

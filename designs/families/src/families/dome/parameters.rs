@@ -16,17 +16,17 @@ use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
-    /// Where cables leave.
+    /// Place where the cables leave the sensor.
     pub enum CableExit {
-        /// Through the floor, which is mounted.
+        /// Through the floor, by which the sensor is mounted.
         Floor = "floor",
-        /// By the side.
+        /// Through the side.
         Side = "side",
     }
 }
 
 choices! {
-    /// What the two gels are cast in.
+    /// Kind of mold in which the two gels are cast.
     pub enum MoldRoute {
         /// Silicone molds, cast around glass tubes: smooth and without a seam.
         Silicone = "silicone",
@@ -36,11 +36,11 @@ choices! {
 }
 
 choices! {
-    /// How the coat is put on.
+    /// Method by which the coat is applied.
     pub enum CoatMethod {
-        /// Sprayed into the mold.
+        /// The coat is sprayed into the mold.
         Spray = "spray",
-        /// The module is dipped.
+        /// The module is dipped into the mixture.
         Dip = "dip",
     }
 }

@@ -30,11 +30,11 @@ parameters! {
 }
 
 choices! {
-    /// How the coat comes onto the gel.
+    /// Method by which the coat is applied to the gel.
     pub enum CoatBy {
-        /// Poured around the gel in a second, wider frame.
+        /// The coat is poured around the gel in a second, wider frame.
         Pour = "pour",
-        /// Sprayed, or brushed, when the gel is in place.
+        /// The coat is sprayed or brushed on once the gel is in place.
         Spray = "spray",
     }
 }

@@ -13,11 +13,11 @@ use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
-    /// Which surface `surface.diameter` and `surface.height` are measured to.
+    /// Surface to which `surface.diameter` and `surface.height` are measured.
     pub enum MeasuredTo {
-        /// Outside of the black gel: the finished sensor.
+        /// Outside of the black gel, which is the finished sensor.
         BlackGel = "black-gel",
-        /// Outside of the outer elastomer; the black gel comes on top.
+        /// Outside of the outer elastomer; the black gel is added to it.
         OuterElastomer = "outer-elastomer",
     }
 }

@@ -263,7 +263,7 @@ layout! {
         /// Lower end of the shaft, where the cone begins on the outside.
         shaft_bottom_z_mm = neck_top_z_mm - p.body.shaft_length.mm();
         // Both cones rise at 45 degrees, so the wall measured along z is sqrt 2 times its thickness.
-        /// Where the cone begins inside.
+        /// Height at which the cone begins on the inside.
         bore_bottom_z_mm = shaft_bottom_z_mm
             - CONE_RISE_PER_RUN * (p.body.shaft_wall.mm() * SQRT_2 - p.body.shaft_wall.mm());
         let half_diagonal = half_diagonal_mm(p.camera.board_size, p.camera.board_size_y);

@@ -14,7 +14,7 @@ use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
-    /// How thick the pins are and how far apart; the paper's figure 2 and section III-D.
+    /// Diameter and spacing of the pins, as in the paper's figure 2 and section III-D.
     pub enum PinLayout {
         /// Tip-A: diameter 1 mm, spacing 3 mm.
         A = "A",
@@ -24,17 +24,17 @@ choices! {
         C = "C",
         /// Tip-D: diameter 1.7 mm, spacing 4.5 mm.
         D = "D",
-        /// As `pins.diameter` and `pins.spacing` say.
+        /// Diameter and spacing given by `pins.diameter` and `pins.spacing`.
         Free = "free",
     }
 }
 
 choices! {
-    /// Where the microcontroller's board is.
+    /// Place of the microcontroller's board.
     pub enum ControllerSeat {
         /// In a holder that is glued to the outside of the housing.
         Housing = "housing",
-        /// Elsewhere, on a cable of the user's.
+        /// Elsewhere, on a cable that the user provides.
         None = "none",
     }
 }

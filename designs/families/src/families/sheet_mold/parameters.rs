@@ -13,13 +13,13 @@ use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
-    /// How the channels run through the interface. Half of them enter from each of two sides.
+    /// Arrangement of the channels in the interface. Half of them enter from each of two sides.
     pub enum Arrangement {
-        /// Parallel, from the side to the middle.
+        /// Parallel channels, from the side to the middle.
         Straight = "straight",
-        /// A round chamber at each end; the chambers stand in a staggered grid of four columns.
+        /// Channels with a round chamber at each end. The chambers stand in a staggered grid of four columns.
         Grid = "grid",
-        /// Like spokes toward the centre, long and short ones in turn.
+        /// Channels like spokes towards the centre, alternately long and short.
         Radial = "radial",
     }
 }

@@ -1,4 +1,4 @@
-//! A side of a board as a picture, in the colors that it will have.
+//! Image of one side of a board, in the colours that it will have.
 
 use std::fmt::Write;
 
@@ -7,15 +7,16 @@ use fabkit_geometry::{BoardSide, CircuitKind, Path, Segment};
 use crate::layout::Layout;
 use crate::shapes::{Point, Shape};
 
+// Colours of solder mask, covered copper, bare copper, silk and parts' outlines.
 const MASK: &str = "#1f6b43";
 const COPPER_BELOW_MASK: &str = "#3c8f5f";
 const BARE: &str = "#d8c27a";
 const INK: &str = "#ffffff";
 const BODY: &str = "#20242a";
-/// Around the board, mm.
+/// Margin around the board, mm.
 const MARGIN_MM: f64 = 0.8;
 
-/// One side as SVG, 1 unit a millimetre: the upper one as seen from above, the lower one as seen from below.
+/// Draws one side as SVG with 1 unit per millimetre. The upper side is seen from above, the lower one from below.
 pub fn svg(layout: &Layout, side: BoardSide) -> String {
     let [low, high] = Shape::polygon(layout.board.edge.clone()).bounds();
     let size = [0, 1].map(|axis| high[axis] - low[axis] + 2.0 * MARGIN_MM);
@@ -23,6 +24,7 @@ pub fn svg(layout: &Layout, side: BoardSide) -> String {
         BoardSide::Top => low[0] - MARGIN_MM,
         BoardSide::Bottom => -high[0] - MARGIN_MM,
     };
+    // SVG's y axis points down, so y is flipped. On the lower side x is flipped too.
     let flip = if side == BoardSide::Top { "1 -1" } else { "-1 -1" };
     let word = if side == BoardSide::Top { "upper" } else { "lower" };
     let mut text = format!(
@@ -64,6 +66,7 @@ pub fn svg(layout: &Layout, side: BoardSide) -> String {
     text + "</g></svg>"
 }
 
+/// Returns the corners of a shape as an SVG point list.
 fn corners(shape: &Shape) -> String {
     let corners = shape.corners().iter().map(|p| format!("{:.3},{:.3}", p[0], p[1]));
     corners.collect::<Vec<_>>().join(" ")
@@ -89,7 +92,7 @@ fn shape(text: &mut String, shape: &Shape, color: &str) {
     };
 }
 
-/// Lines and arcs as they are.
+/// Returns an SVG path with the exact lines and arcs of `path`.
 fn path(path: &Path) -> String {
     let mut text = format!("M{:.4} {:.4}", path.start[0], path.start[1]);
     let mut from = path.start;
@@ -100,6 +103,7 @@ fn path(path: &Path) -> String {
                 let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
                 let [a, b] = [from, to].map(|p| (p[1] - centre[1]).atan2(p[0] - centre[0]));
                 let sweep = if *ccw { b - a } else { a - b }.rem_euclid(std::f64::consts::TAU);
+                // SVG's large-arc flag: set for arcs of more than half a turn.
                 let large = u8::from(sweep > std::f64::consts::PI + 1e-9);
                 let ccw = u8::from(*ccw);
                 _ = write!(

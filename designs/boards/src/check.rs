@@ -1,4 +1,4 @@
-//! Whether a finished board is what its circuit says and what a fab makes.
+//! Checks of a finished board against its circuit and the design rules.
 
 use std::fmt;
 
@@ -11,50 +11,50 @@ use crate::place::is_in;
 use crate::rules::width_for_mm;
 use crate::shapes::{Point, Shape};
 
-/// What lengths on a board are known to, mm.
+/// Tolerance of lengths on a board, mm.
 const EXACT_MM: f64 = 1e-6;
 
-/// How a board breaks a rule.
+/// Kind of rule that a board breaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Flaw {
     /// Pins of one net are on several pieces of copper.
     Open,
     /// Pins of several nets are on one piece of copper.
     Short,
-    /// A pad is not where the circuit has it.
+    /// A pad is not at the place that the circuit gives it.
     Misplaced,
-    /// An LED or a switch is turned round: its pads are where others of its own should be.
+    /// A part is turned round: one of its pads is where another one of its pads should be.
     Turned,
-    /// Copper of two nets is too near to each other.
+    /// Copper of two nets is too close.
     Clearance,
-    /// Copper is too near to an edge, or beyond it.
+    /// Copper is too close to an edge, or beyond it.
     Edge,
-    /// A track is too narrow, for the fab or for its current.
+    /// A track is too narrow for the fab or for its current.
     Track,
     /// A drill is too small.
     Drill,
     /// The ring of copper around a drill is too narrow.
     Ring,
-    /// Two holes are too near to each other.
+    /// Two holes are too close.
     Holes,
-    /// The mask covers a pad, or opens to what is no pad.
+    /// The mask covers a pad, or is open over copper that is not a pad.
     Mask,
     /// Silk lies on solder.
     Silk,
-    /// Two parts overlap, or a part is where something else stands.
+    /// Two parts overlap, or a part stands in a keep-out region.
     Parts,
-    /// A resistor is not what its calculation says, or bears too little.
+    /// A resistor differs from its calculation, or its power rating is too low.
     Resistor,
 }
 
-/// One rule that a board breaks.
+/// One violation of a rule.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// Which rule.
+    /// Kind of the rule.
     pub flaw: Flaw,
-    /// Where, in the sensor's x and y, mm.
+    /// Position in the sensor's x and y, mm.
     pub at_mm: Point,
-    /// What, with names and numbers.
+    /// Description with names and numbers.
     pub what: String,
 }
 
@@ -64,9 +64,10 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Everything that is wrong with a board, in the order of the rules.
+/// Returns all violations, in the order of the rules.
 pub fn check(layout: &Layout, circuit: &Circuit, rules: &Rules) -> Vec<Finding> {
     let mut found = Vec::new();
+    // Every check below reports through this closure.
     let mut tell = |flaw, at_mm, what: String| found.push(Finding { flaw, at_mm, what });
     netlist(layout, circuit, &mut tell);
     places(layout, circuit, &mut tell);
@@ -79,6 +80,7 @@ pub fn check(layout: &Layout, circuit: &Circuit, rules: &Rules) -> Vec<Finding> 
     found
 }
 
+/// Checks the connectivity of the copper against the nets of the circuit.
 fn netlist(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point, String)) {
     let pieces = pieces(layout);
     let net_of = |(part, pin): &(String, String)| circuit.net_of(part, pin).map(|net| &net.name);
@@ -88,6 +90,7 @@ fn netlist(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point
             .iter()
             .filter(|piece| piece.pins.iter().any(|pin| net_of(pin) == Some(&net.name)))
             .collect();
+        // One piece is enough to show the net as open; the first piece counts as the rest.
         if on.len() > 1 {
             let ends = on[1].pins.iter().map(named).collect::<Vec<_>>().join(", ");
             let what = format!("net {} is open: {ends} is not connected to the rest", net.name);
@@ -98,6 +101,7 @@ fn netlist(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point
         let mut nets: Vec<String> = piece
             .pins
             .iter()
+            // A pin without a net must not touch anything, so it counts as a net of its own.
             .map(|pin| net_of(pin).map_or_else(|| format!("unused {}", named(pin)), Clone::clone))
             .collect();
         nets.sort();
@@ -112,7 +116,7 @@ fn netlist(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point
     }
 }
 
-/// Pads where the circuit has them.
+/// Checks that pads are where the circuit has them.
 fn places(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point, String)) {
     for part in &circuit.parts {
         let Some(placed) = layout.parts.iter().find(|one| one.designator == part.designator) else {
@@ -121,6 +125,7 @@ fn places(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point,
             }
             continue;
         };
+        // The circuit's place decides; only parts without one were free to be placed.
         let place = part.place.unwrap_or(placed.place);
         let wanted: Vec<(&str, Shape)> =
             part.lands.iter().map(|land| (&*land.pin, land_shape(&place, land))).collect();
@@ -142,6 +147,7 @@ fn places(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point,
             let flaw = if is_swapped { Flaw::Turned } else { Flaw::Misplaced };
             let how = if is_swapped { "is turned round" } else { "is not where its part stands" };
             tell(flaw, pad.shape.middle(), format!("{}.{pin} {how}", part.designator));
+            // The other pads of the part would repeat this.
             break;
         }
     }
@@ -151,7 +157,7 @@ fn far(a: Point, b: Point) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// Copper with the net that it really is on, as far as a pin tells; else what it was laid for.
+/// Checks clearances, distances from edges, and widths of tracks. Nets are those for which the copper was laid.
 fn copper(
     layout: &Layout,
     circuit: &Circuit,
@@ -177,13 +183,14 @@ fn copper(
             copper.iter().map(|one| one.1.grown(rules.clearance_mm).bounds()).collect();
         for i in 0..copper.len() {
             for j in i + 1..copper.len() {
+                // Two pins without a net have no common net, although both are `None`.
                 if (copper[i].0 == copper[j].0 && copper[i].0.is_some())
                     || !meet(&boxes[i], &boxes[j])
                 {
                     continue;
                 }
                 let apart = copper[i].1.distance(&copper[j].1);
-                // What touches is a short, and told as that.
+                // Copper that touches is a short, which is reported separately.
                 if apart > 0.0 && apart < rules.clearance_mm - EXACT_MM {
                     let what = format!(
                         "{} is {apart:.3} mm from {}; it must be {:.2} mm",
@@ -193,6 +200,7 @@ fn copper(
                 }
             }
         }
+        // A via is on both sides, so its distance from the edge is reported for the upper side alone.
         for (_, shape, name) in
             copper.iter().filter(|(_, _, name)| side == SIDES[0] || !name.starts_with("via"))
         {
@@ -219,6 +227,7 @@ fn copper(
     }
 }
 
+/// Checks the diameters of drills, the rings around them, and the distances between holes.
 fn holes(layout: &Layout, rules: &Rules, tell: &mut impl FnMut(Flaw, Point, String)) {
     let vias = layout.vias.iter().map(|via| ("a via's drill", via.at_mm, via.drill_mm));
     let bare = layout.drills.iter().map(|drill| ("a hole", drill.at_mm, drill.diameter_mm));
@@ -250,11 +259,12 @@ fn holes(layout: &Layout, rules: &Rules, tell: &mut impl FnMut(Flaw, Point, Stri
     }
 }
 
+/// Checks the openings of the mask, and that silk stays clear of them.
 fn covers(layout: &Layout, rules: &Rules, tell: &mut impl FnMut(Flaw, Point, String)) {
     let opens =
         |side: BoardSide| layout.openings.iter().filter(move |(on, _)| *on == side).map(|(_, o)| o);
     for pad in &layout.pads {
-        // The opening reaches beyond the pad on all sides.
+        // The opening must reach beyond the pad on all sides.
         let grown = pad.shape.grown(rules.mask_mm - 1e-3);
         let is_open = opens(pad.side).any(|open| grown.corners().iter().all(|p| open.contains(*p)));
         if !is_open {
@@ -265,6 +275,7 @@ fn covers(layout: &Layout, rules: &Rules, tell: &mut impl FnMut(Flaw, Point, Str
     for side in SIDES {
         for open in opens(side) {
             let shown = layout.pads.iter().filter(|pad| pad.side == side);
+            // Nets of the pads that this opening is for. A track of another net would be bare in it.
             let own: Vec<Option<usize>> =
                 shown.filter(|pad| open.contains(pad.shape.middle())).map(|pad| pad.net).collect();
             for track in layout.tracks.iter().filter(|track| track.side == side) {
@@ -284,6 +295,7 @@ fn covers(layout: &Layout, rules: &Rules, tell: &mut impl FnMut(Flaw, Point, Str
     }
 }
 
+/// Checks that parts clear each other and the keep-out regions.
 fn parts(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point, String)) {
     for (i, one) in layout.parts.iter().enumerate() {
         for other in &layout.parts[i + 1..] {
@@ -293,7 +305,7 @@ fn parts(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point, 
             }
         }
         for keep in circuit.keep_outs.iter().filter(|keep| keep.side == one.place.side) {
-            // Where the sensor draws a part, its own constraints have looked.
+            // Parts that the sensor places have been checked by its own constraints.
             let is_ours = circuit.part(&one.designator).is_some_and(|part| part.place.is_none());
             if is_ours && is_in(keep, &one.outline) {
                 tell(
@@ -306,9 +318,11 @@ fn parts(layout: &Layout, circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point, 
     }
 }
 
+/// Checks resistors against their calculation and their power rating.
 fn resistors(circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point, String)) {
     for one in &circuit.resistors {
         let names = one.designators.join(", ");
+        // The tolerance only absorbs rounding of the calculation.
         if let Some(exact) = one.exact_ohms().filter(|exact| one.ohms < exact * (1.0 - 1e-9)) {
             let what = format!(
                 "{names}: {} ohm let more than the wanted current through; {exact:.1} ohm do not",
@@ -336,7 +350,7 @@ fn resistors(circuit: &Circuit, tell: &mut impl FnMut(Flaw, Point, String)) {
     }
 }
 
-/// A value as it is ordered: `470 ohm`, `4.7 kohm`.
+/// Formats a resistance as it is ordered: `470 ohm`, `4.7 kohm`.
 pub fn ohms_text(ohms: f64) -> String {
     if ohms >= 1e3 { format!("{} kohm", ohms / 1e3) } else { format!("{ohms} ohm") }
 }

@@ -1,27 +1,28 @@
-//! What is connected to what: read off the copper, without believing what it was laid for.
+//! Connectivity of the copper, determined from its shapes alone, not from the nets for which it was laid.
 
 use std::collections::BTreeMap;
 
 use crate::layout::{Layout, SIDES};
 use crate::shapes::{Point, Shape};
 
-/// Copper in one piece: the pins on it, and where its first copper is.
+/// Connected piece of copper: the pins on it, and the position of its first pad.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Piece {
-    /// Part and pin, sorted.
+    /// Pairs of part and pin, sorted.
     pub pins: Vec<(String, String)>,
-    /// mm.
+    /// Position, mm.
     pub at_mm: Point,
 }
 
-/// All pieces of copper that hold a pin.
+/// Returns all connected pieces of copper that hold a pin.
 pub(crate) fn pieces(layout: &Layout) -> Vec<Piece> {
-    // Pads, tracks, vias; a via is there on both sides.
+    // Pads, tracks, vias. A via has no side, because it is on both.
     let mut copper: Vec<(Option<usize>, Shape)> = Vec::new();
     let side = |of| SIDES.iter().position(|side| *side == of);
     copper.extend(layout.pads.iter().map(|pad| (side(pad.side), pad.shape.clone())));
     copper.extend(layout.tracks.iter().map(|track| (side(track.side), track.shape())));
     copper.extend(layout.vias.iter().map(|via| (None, via.shape())));
+    // Union-find with path halving. The smallest index is the root, so that pieces come in the order of the pads.
     let mut root: Vec<usize> = (0..copper.len()).collect();
     fn find(root: &mut [usize], mut i: usize) -> usize {
         while root[i] != i {
@@ -58,7 +59,7 @@ pub(crate) fn pieces(layout: &Layout) -> Vec<Piece> {
     pieces
 }
 
-/// Whether two boxes meet.
+/// Returns whether two boxes overlap or touch.
 pub(crate) fn meet(one: &[Point; 2], other: &[Point; 2]) -> bool {
     (0..2).all(|axis| one[0][axis] <= other[1][axis] && other[0][axis] <= one[1][axis])
 }

@@ -1,57 +1,57 @@
-//! Why a board cannot be laid out.
+//! Errors of boards that cannot be laid out.
 
 use thiserror::Error;
 
-/// Why a board cannot be laid out.
+/// Reason why a board cannot be laid out.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum BoardError {
-    /// The body is no plate that lies level.
+    /// The body is not a horizontal plate.
     #[error("{board}: a circuit board must be a plate that lies level, and this body is none")]
     NoPlate {
-        /// The body.
+        /// Name of the body.
         board: String,
     },
-    /// A part finds no place.
+    /// There is no place for a part.
     #[error(
         "{board}: {part} ({package}) needs {:.2} x {:.2} mm beside everything else, and there is no such place",
         needs_mm[0],
         needs_mm[1]
     )]
     NoRoom {
-        /// The board.
+        /// Name of the board.
         board: String,
-        /// The part.
+        /// Designator of the part.
         part: String,
         /// Its package.
         package: String,
-        /// Its size, mm.
+        /// Size of the part, mm.
         needs_mm: [f64; 2],
     },
-    /// A net finds no way.
+    /// There is no path for a track.
     #[error(
         "{board}: no way for a track of {width_mm:.2} mm with {clearance_mm:.2} mm beside it from {from} to the \
          rest of net {net}"
     )]
     NoWay {
-        /// The board.
+        /// Name of the board.
         board: String,
-        /// The net.
+        /// Name of the net.
         net: String,
-        /// The pin that is left alone.
+        /// Pin that stays unconnected.
         from: String,
-        /// Tracks that were tried, mm.
+        /// Width of the track, mm.
         width_mm: f64,
-        /// Between copper of two nets, mm.
+        /// Clearance between copper of two nets, mm.
         clearance_mm: f64,
     },
-    /// What was laid out breaks rules.
+    /// The laid-out board breaks rules.
     #[error("{board}: {first}{}", if *more > 0 { format!(", and {more} more") } else { String::new() })]
     Broken {
-        /// The board.
+        /// Name of the board.
         board: String,
-        /// The first finding.
+        /// First finding.
         first: String,
-        /// How many others.
+        /// Number of further findings.
         more: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! All files of one board.
+//! Fabrication files of one board.
 
 use fabkit_geometry::{BoardSide, Circuit, CircuitKind};
 
@@ -6,17 +6,17 @@ use crate::gerber::{Layer, Project, drills, field, side_word};
 use crate::layout::{LARGEST_DRILL_MM, Layout, SIDES};
 use crate::{Rules, artwork, tables};
 
-/// A file of a board.
+/// One fabrication file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardFile {
-    /// Its name: `led-board-F_Cu.gbr`.
+    /// File name, for example `led-board-F_Cu.gbr`.
     pub name: String,
-    /// Its content.
+    /// Content.
     pub bytes: Vec<u8>,
 }
 
-/// Copper, mask, paste, silk, outline, drills, job file, places, parts, the board's own description and its
-/// artwork as pictures. The same board gives the same bytes.
+/// Returns copper, mask, paste, silk, outline, drills, job file, placement, parts list, the board's own description,
+/// and images of its artwork. The same board gives the same bytes.
 pub fn files(
     layout: &Layout,
     circuit: &Circuit,
@@ -54,6 +54,7 @@ pub fn files(
     let mut edge = Layer::new(&project, "Profile,NP", "Positive");
     edge.outline(&layout.board.profile.outer);
     for (index, hole) in layout.board.profile.holes.iter().enumerate() {
+        // Large and non-circular holes are milled with the outline. The others are in the drill file.
         let drilled = layout.board.round_hole(index);
         if drilled.is_none_or(|hole| hole.diameter_mm > LARGEST_DRILL_MM) {
             edge.outline(hole);
@@ -121,7 +122,7 @@ fn function_of(layout: &Layout, part: &str) -> &'static str {
     }
 }
 
-/// Paste on what is soldered in an oven: not where wires and probes go.
+/// Draws paste on pads that are soldered in an oven, but not on those for wires and probes.
 fn paste(layer: &mut Layer, layout: &Layout, side: BoardSide) {
     for pad in layout.pads.iter().filter(|pad| pad.side == side) {
         if !matches!(

@@ -1,8 +1,8 @@
-//! Letters of single strokes for silk: points of a grid of 5 by 7, as two digits each.
+//! Single-stroke letters for silk. Points lie on a grid of 5 by 7 and are written as two digits each.
 
 use crate::shapes::Point;
 
-/// Strokes by letter, parted by `|`.
+/// Strokes of each letter, separated by `|`.
 const STROKES: [(char, &str); 40] = [
     (' ', ""),
     ('+', "03 43|21 25"),
@@ -48,7 +48,7 @@ const STROKES: [(char, &str); 40] = [
 
 /// Grid steps between the beginnings of two letters.
 const ADVANCE: f64 = 5.6;
-/// Grid steps of a letter's height.
+/// Height of a letter in steps of the grid.
 const HEIGHT: f64 = 6.0;
 
 /// Width of a text, mm.
@@ -57,7 +57,7 @@ pub(crate) fn width_mm(text: &str, height_mm: f64) -> f64 {
     steps * height_mm / HEIGHT
 }
 
-/// The lines of a text around the origin, mm. Letters that the font lacks are left out.
+/// Returns the lines of a text, centred at the origin, mm. Letters that the font lacks are skipped.
 pub(crate) fn lines(text: &str, height_mm: f64) -> Vec<[Point; 2]> {
     let scale = height_mm / HEIGHT;
     let start = -width_mm(text, height_mm) / 2.0;

@@ -1,7 +1,7 @@
 //! Gerber X2 (Ucamco's Gerber layer format specification) and XNC drill files.
 //!
-//! Attributes are written as the comments that the format gives for readers which do not know them (5.1.1 of the
-//! specification): gerbv warns of each `%TF` otherwise.
+//! Attributes are written as the standard comments for readers that do not know attributes (5.1.1 of the
+//! specification), because gerbv warns of each `%TF` otherwise.
 //!
 //! Coordinates are those of the sensor's x and y, in mm with six decimals, seen from above on all layers.
 
@@ -11,17 +11,18 @@ use fabkit_geometry::{BoardSide, Path, Segment};
 
 use crate::shapes::{Point, Shape};
 
-/// Files never tell when they were made: the same board gives the same bytes.
+/// Fixed creation date. Files do not contain the time at which they were made, so the same board gives the same
+/// bytes.
 pub(crate) const DATE: &str = "2000-01-01T00:00:00Z";
 
-/// Who a project is.
+/// Identity of a project.
 #[derive(Clone, Debug)]
 pub(crate) struct Project<'a> {
-    /// The board.
+    /// Name of the board.
     pub name: &'a str,
-    /// From the design's hash.
+    /// GUID, derived from the design's hash.
     pub guid: String,
-    /// The first digits of the design's hash.
+    /// First digits of the design's hash.
     pub revision: String,
 }
 
@@ -34,22 +35,22 @@ impl<'a> Project<'a> {
     }
 }
 
-/// Lengths as the format's integers: millionths of a millimetre.
+/// Converts a length to the format's integers: millionths of a millimetre.
 fn units(mm: f64) -> i64 {
     (mm * 1e6).round() as i64
 }
 
-/// A decimal number without superfluous digits.
+/// Formats a decimal number without superfluous digits.
 fn number(mm: f64) -> String {
     let text = format!("{:.6}", mm);
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
-/// A layer that is being written.
+/// Gerber layer that is being written.
 pub(crate) struct Layer {
     text: String,
-    /// Definitions of apertures, each written once.
+    /// Apertures that are already defined, by template and function.
     known: Vec<(String, String)>,
     attributes: Vec<String>,
     current: Option<usize>,
@@ -69,14 +70,17 @@ impl Layer {
         ] {
             _ = writeln!(text, "G04 #@! TF.{attribute}*");
         }
+        // 4.6 format in mm, dark polarity, linear and multi-quadrant interpolation.
         text += "%FSLAX46Y46*%\n%MOMM*%\n%LPD*%\nG01*\nG75*\n";
         Self { text, known: Vec::new(), attributes: Vec::new(), current: None }
     }
 
-    /// Chooses an aperture of a function; defines it where it is new.
+    /// Selects an aperture with this function, and defines it first if it is new.
     fn choose(&mut self, template: &str, function: &str) {
         let key = (template.to_owned(), function.to_owned());
+        // The function is an attribute of the aperture, so equal templates with other functions are other apertures.
         let index = self.known.iter().position(|known| *known == key).unwrap_or_else(|| {
+            // Aperture numbers start at 10 in the format.
             let number = self.known.len() + 10;
             _ = writeln!(self.text, "G04 #@! TA.AperFunction,{function}*");
             if let Some(corners) = template.strip_prefix("outline ") {
@@ -88,7 +92,7 @@ impl Layer {
                 _ = writeln!(self.text, "%ADD{number}{template}*%");
             }
             self.text += "G04 #@! TD*\n";
-            // That took the objects' attributes away, too.
+            // `TD` has deleted the attributes of objects, too.
             self.attributes.clear();
             self.known.push(key);
             self.known.len() - 1
@@ -99,7 +103,7 @@ impl Layer {
         }
     }
 
-    /// Attributes of the objects that follow.
+    /// Sets the attributes of the objects that follow.
     pub fn about(&mut self, attributes: &[String]) {
         if self.attributes == attributes {
             return;
@@ -117,7 +121,7 @@ impl Layer {
         _ = writeln!(self.text, "X{}Y{}{code}*", units(x), units(y));
     }
 
-    /// A shape in one flash.
+    /// Draws a shape in one flash.
     pub fn flash(&mut self, shape: &Shape, function: &str, attributes: &[String]) {
         let middle = shape.middle();
         let template = match shape.corners() {
@@ -136,7 +140,7 @@ impl Layer {
         self.at(middle, "D03");
     }
 
-    /// A straight line with round ends.
+    /// Draws a straight line with round ends.
     pub fn line(&mut self, ends: [Point; 2], width_mm: f64, function: &str, attributes: &[String]) {
         self.choose(&format!("C,{}", number(width_mm)), function);
         self.about(attributes);
@@ -144,7 +148,7 @@ impl Layer {
         self.at(ends[1], "D01");
     }
 
-    /// A closed path of lines and arcs, exact.
+    /// Draws a closed path of lines and arcs, exactly.
     pub fn outline(&mut self, path: &Path) {
         self.choose("C,0.05", "Profile");
         self.at(path.start, "D02");
@@ -166,7 +170,7 @@ impl Layer {
     pub fn end(mut self) -> Vec<u8> {
         self.about(&[]);
         if self.known.is_empty() {
-            // An aperture and a move that draws nothing: without them, readers doubt that this is Gerber.
+            // Without an aperture and a move (which draws nothing), readers doubt that this is a Gerber file.
             self.choose("C,0.1", "Other,none");
             self.at([0.0; 2], "D02");
         }
@@ -175,7 +179,7 @@ impl Layer {
     }
 }
 
-/// A drill file: tools by diameter, each with its hits in their order.
+/// Writes a drill file: tools by diameter, each with its holes in their order.
 pub(crate) fn drills(project: &Project<'_>, function: &str, holes: &[(Point, f64)]) -> Vec<u8> {
     let mut tools: Vec<f64> = holes.iter().map(|(_, diameter)| *diameter).collect();
     tools.sort_by(f64::total_cmp);
@@ -197,6 +201,7 @@ pub(crate) fn drills(project: &Project<'_>, function: &str, holes: &[(Point, f64
     text += "%\nG90\nG05\n";
     for (index, tool) in tools.iter().enumerate() {
         _ = writeln!(text, "T{:02}", index + 1);
+        // Diameters are compared as they are written, so that rounding does not split a tool.
         for ([x, y], _) in holes.iter().filter(|(_, diameter)| number(*diameter) == number(*tool)) {
             _ = writeln!(text, "X{x:.4}Y{y:.4}");
         }
@@ -205,12 +210,12 @@ pub(crate) fn drills(project: &Project<'_>, function: &str, holes: &[(Point, f64
     text.into_bytes()
 }
 
-/// `Top` or `Bot`, as the format has it.
+/// Returns `Top` or `Bot`, as the format spells it.
 pub(crate) fn side_word(side: BoardSide) -> &'static str {
     if side == BoardSide::Top { "Top" } else { "Bot" }
 }
 
-/// Text that may stand in an attribute.
+/// Replaces characters that may not stand in an attribute.
 pub(crate) fn field(text: &str) -> String {
     text.chars()
         .map(|c| if c.is_ascii_alphanumeric() || "+-_./ ".contains(c) { c } else { '_' })

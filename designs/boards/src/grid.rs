@@ -1,28 +1,29 @@
-//! The points that tracks go over: rings and rays on a round board, rows and columns elsewhere.
+//! Grid of points over which tracks are routed: rings and rays on an annular board, rows and columns elsewhere.
 
 use std::f64::consts::TAU;
 
 use crate::BoardShape;
 use crate::shapes::{Point, Shape};
 
-/// Between neighbours, mm; as coarse as the board is wide, so that the count stays bounded.
+/// Finest distance between neighbouring points, mm. Large boards get a coarser grid, so that the number of points
+/// stays bounded.
 const FINE_MM: f64 = 0.1;
-/// Points that a grid has at most, about.
+/// Approximate maximum number of points of a grid.
 const MOST: f64 = 40_000.0;
-/// Cells in which points are looked up, mm.
+/// Edge length of the cells in which points are looked up, mm.
 const CELL_MM: f64 = 1.0;
 
-/// Points with neighbours.
+/// Points with their neighbours.
 pub(crate) struct Grid {
-    /// Where they are, mm.
+    /// Positions of the points, mm.
     pub points: Vec<Point>,
-    /// Rows: rings or lines.
+    /// Number of rows: rings or lines.
     rows: usize,
-    /// Points of a row.
+    /// Number of points per row.
     columns: usize,
-    /// Whether a row closes.
+    /// Whether rows are closed rings.
     is_round: bool,
-    /// Longest way between two neighbours, mm.
+    /// Longest distance between two neighbours, mm.
     pub step_mm: f64,
     low: Point,
     cells: [usize; 2],
@@ -30,6 +31,7 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
+    /// Covers a board with points.
     pub fn of(board: &BoardShape) -> Self {
         let [low, high] = Shape::polygon(board.edge.clone()).bounds();
         let area = (high[0] - low[0]) * (high[1] - low[1]);
@@ -37,7 +39,7 @@ impl Grid {
         let (points, rows, columns, is_round) = match board.annulus_mm() {
             Some([inner, outer]) => {
                 let rows = ((outer - inner) / step) as usize + 1;
-                // Eighths, because LEDs stand at such angles.
+                // A multiple of eight, because LEDs stand at such angles.
                 let columns = ((TAU * outer / step / 8.0).ceil() as usize) * 8;
                 let at = |i: usize| {
                     let (row, column) = (i / columns, i % columns);
@@ -61,6 +63,7 @@ impl Grid {
                 ((0..rows * columns).map(at).collect::<Vec<_>>(), rows, columns, false)
             }
         };
+        // Lookup table from square cells to the points in them.
         let cells = [0, 1].map(|axis| ((high[axis] - low[axis]) / CELL_MM) as usize + 1);
         let mut cell_points = vec![Vec::new(); cells[0] * cells[1]];
         for (i, p) in points.iter().enumerate() {
@@ -68,11 +71,12 @@ impl Grid {
                 [0, 1].map(|a| (((p[a] - low[a]) / CELL_MM).max(0.0) as usize).min(cells[a] - 1));
             cell_points[cell[1] * cells[0] + cell[0]].push(i as u32);
         }
+        // Diagonal neighbours are farthest apart.
         let step_mm = step * std::f64::consts::SQRT_2;
         Self { points, rows, columns, is_round, step_mm, low, cells, cell_points }
     }
 
-    /// Neighbours of a point.
+    /// Indices of the neighbours of a point, diagonal ones included.
     pub fn beside(&self, index: usize) -> impl Iterator<Item = usize> + '_ {
         let (row, column) = ((index / self.columns) as i64, (index % self.columns) as i64);
         let ways = [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)];
@@ -87,7 +91,8 @@ impl Grid {
         })
     }
 
-    /// Calls with each point that may be within `by_mm` of a shape.
+    /// Calls `each` with every point that may be within `by_mm` of a shape. It may also pass points that are farther
+    /// away.
     pub fn near(&self, shape: &Shape, by_mm: f64, mut each: impl FnMut(usize)) {
         let [low, high] = shape.bounds();
         let cell = |axis: usize, at: f64| {

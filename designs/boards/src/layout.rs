@@ -1,141 +1,141 @@
-//! A laid-out board: what is etched, drilled, opened and printed.
+//! Laid-out board: everything that is etched, drilled, opened and printed.
 
 use fabkit_geometry::{BoardPlace, BoardSide, CircuitKind, CircuitPart};
 
 use crate::BoardShape;
 use crate::shapes::{Point, Shape};
 
-/// Both sides, upper first.
+/// Both sides, upper side first.
 pub const SIDES: [BoardSide; 2] = [BoardSide::Top, BoardSide::Bottom];
 
-/// A part in its place.
+/// Part at its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedPart {
-    /// As in the circuit.
+    /// Designator, as in the circuit.
     pub designator: String,
-    /// As in the circuit.
+    /// Kind, as in the circuit.
     pub kind: CircuitKind,
-    /// What to order.
+    /// Value to order.
     pub value: String,
-    /// The package.
+    /// Package.
     pub package: String,
-    /// Where.
+    /// Place on the board.
     pub place: BoardPlace,
-    /// What it takes of the board, lands included.
+    /// Area that the part takes on the board, lands included.
     pub outline: Shape,
 }
 
-/// Copper of a pin.
+/// Copper of one pin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pad {
-    /// The part's designator.
+    /// Designator of the part.
     pub part: String,
-    /// Its pin.
+    /// Pin of the part.
     pub pin: String,
-    /// Which side it is on.
+    /// Side of the board.
     pub side: BoardSide,
-    /// Its copper.
+    /// Shape of the copper.
     pub shape: Shape,
-    /// The net that it should be on, as an index; `None` for a pin that nothing is connected to.
+    /// Index of the net that the circuit assigns to the pin; `None` if nothing is connected to it.
     pub net: Option<usize>,
 }
 
-/// A straight piece of track.
+/// Straight piece of track.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    /// Which side it is on.
+    /// Side of the board.
     pub side: BoardSide,
-    /// Its ends, mm.
+    /// Ends, mm.
     pub ends: [Point; 2],
-    /// mm.
+    /// Width, mm.
     pub width_mm: f64,
-    /// The net that it was laid for.
+    /// Index of the net for which it was laid.
     pub net: usize,
 }
 
 impl Track {
-    /// Its copper.
+    /// Shape of its copper.
     pub fn shape(&self) -> Shape {
         Shape::track(self.ends[0], self.ends[1], self.width_mm)
     }
 }
 
-/// A plated hole between both sides, covered by the mask.
+/// Plated hole between both sides, covered by the mask.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Via {
-    /// mm.
+    /// Centre, mm.
     pub at_mm: Point,
-    /// mm.
+    /// Diameter of the drill, mm.
     pub drill_mm: f64,
-    /// Of its copper, mm.
+    /// Diameter of the copper, mm.
     pub diameter_mm: f64,
-    /// The net that it was laid for.
+    /// Index of the net for which it was laid.
     pub net: usize,
 }
 
 impl Via {
-    /// Its copper, the same on both sides.
+    /// Shape of its copper, the same on both sides.
     pub fn shape(&self) -> Shape {
         Shape::disc(self.at_mm, self.diameter_mm)
     }
 }
 
-/// A hole that is drilled and not plated.
+/// Drilled hole without plating.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drill {
-    /// mm.
+    /// Centre, mm.
     pub at_mm: Point,
-    /// mm.
+    /// Diameter, mm.
     pub diameter_mm: f64,
 }
 
-/// A printed line.
+/// Printed line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SilkLine {
-    /// Which side it is on.
+    /// Side of the board.
     pub side: BoardSide,
-    /// Its ends, mm.
+    /// Ends, mm.
     pub ends: [Point; 2],
-    /// mm.
+    /// Width, mm.
     pub width_mm: f64,
 }
 
 impl SilkLine {
-    /// Its ink.
+    /// Shape of its ink.
     pub fn shape(&self) -> Shape {
         Shape::track(self.ends[0], self.ends[1], self.width_mm)
     }
 }
 
-/// Everything that is made of a board.
+/// Complete layout of a board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
-    /// Its outline.
+    /// Outline of the board.
     pub board: BoardShape,
     /// Names of nets.
     pub nets: Vec<String>,
-    /// What is soldered to it.
+    /// Parts soldered to the board.
     pub parts: Vec<PlacedPart>,
-    /// Their pads.
+    /// Pads of the parts.
     pub pads: Vec<Pad>,
     /// Tracks.
     pub tracks: Vec<Track>,
     /// Vias.
     pub vias: Vec<Via>,
-    /// Holes that are drilled.
+    /// Unplated holes that are drilled.
     pub drills: Vec<Drill>,
-    /// Openings of the mask: one for each pad.
+    /// Openings of the mask, one for each pad.
     pub openings: Vec<(BoardSide, Shape)>,
-    /// What is printed.
+    /// Printed lines.
     pub silk: Vec<SilkLine>,
-    /// Test points that found no room, by designator.
+    /// Designators of the test points for which there was no room.
     pub left_out: Vec<String>,
 }
 
-/// Holes up to this are drilled, mm; larger ones are milled with the outline.
+/// Largest diameter of drilled holes, mm. Larger holes are milled with the outline.
 pub const LARGEST_DRILL_MM: f64 = 3.0;
 
-/// A land where its part stands.
+/// Returns the shape of a land at its part's place.
 pub fn land_shape(place: &BoardPlace, land: &fabkit_geometry::Land) -> Shape {
     let [x, y] = land.at_mm;
     if land.is_round {
@@ -146,9 +146,10 @@ pub fn land_shape(place: &BoardPlace, land: &fabkit_geometry::Land) -> Shape {
     Shape::polygon(corners.map(|corner| place.point(corner)).to_vec())
 }
 
-/// What a part takes of its board: the box around body and lands, in its own axes.
+/// Returns the area that a part takes on its board: the bounding box of body and lands in the part's own axes.
 pub fn part_outline(place: &BoardPlace, part: &CircuitPart) -> Shape {
     let half = [0, 1].map(|axis| part.size_mm[axis] / 2.0);
+    // Starts with the body; lands may stand out of it.
     let (mut low, mut high) = ([-half[0], -half[1]], half);
     for land in &part.lands {
         for axis in 0..2 {

@@ -1,9 +1,9 @@
-//! Circuit boards from circuits: copper, its rules, its netlist, and the files that a fab reads.
+//! Circuit boards from circuits: copper, its rules, its netlist, and fabrication files.
 //!
-//! [`lay_out`] places what the sensor does not draw and lays tracks over a grid that follows the board: around
-//! the axis on a ring, along the edges elsewhere. [`check`] then looks at the finished copper alone: it does not
-//! believe what the tracks were laid for, but finds out what touches what, and compares that with the circuit.
-//! [`files`] writes Gerber X2, Excellon, the job file and tables.
+//! [`lay_out`] places the parts that the sensor does not place itself, and routes tracks over a grid that follows the
+//! board: rings and rays on an annular board, rows and columns elsewhere. [`check`] then examines the finished copper
+//! alone. It does not rely on the nets for which tracks were laid: it determines which copper is connected, and
+//! compares that with the circuit. [`files`] writes Gerber X2, Excellon, the job file and tables.
 
 #![forbid(unsafe_code)]
 

@@ -1,42 +1,42 @@
-//! The board as it is drawn: its exact outline, its holes and its heights.
+//! Geometry of a board: its exact outline, its holes and its thickness.
 
 use fabkit_geometry::{Body, Path, Profile, Segment, Solid};
 
 use crate::BoardError;
 use crate::shapes::{Point, Shape};
 
-/// How far flattened arcs may be from the exact ones, mm: a tenth of what any reader is asked for.
+/// Largest distance of flattened arcs from the exact ones, mm: a tenth of the accuracy that any reader needs.
 const CHORD_MM: f64 = 0.0005;
 
-/// A board's body.
+/// Outline, holes and thickness of a board's body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardShape {
-    /// Its name.
+    /// Name of the body.
     pub name: String,
     /// Outline and holes in the sensor's x and y, mm.
     pub profile: Profile,
-    /// mm.
+    /// Thickness, mm.
     pub thickness_mm: f64,
-    /// The outline as short lines.
+    /// Outline as a closed loop of short lines.
     pub edge: Vec<Point>,
-    /// The holes that are milled or drilled, as short lines, in the order of the profile.
+    /// Milled or drilled holes as closed loops of short lines, in the order of the profile.
     pub holes: Vec<Vec<Point>>,
-    /// Radius of the outline where it is a circle about the axis, mm.
+    /// Radius of the outline if it is a circle about the axis, mm.
     circle_mm: Option<f64>,
     round_holes: Vec<Option<RoundHole>>,
 }
 
-/// A hole that is a circle.
+/// Circular hole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundHole {
-    /// mm.
+    /// Centre, mm.
     pub at_mm: Point,
-    /// mm.
+    /// Diameter, mm.
     pub diameter_mm: f64,
 }
 
 impl BoardShape {
-    /// The outline of a plate that lies level.
+    /// Reads the outline from the body of a horizontal plate.
     ///
     /// # Errors
     /// [`BoardError::NoPlate`] for any other body.
@@ -46,6 +46,7 @@ impl BoardShape {
             match solid {
                 Solid::Placed { pose, of } => {
                     let [x, y, _] = (*pose.translation_mm()).into();
+                    // Only heights may change: no rotation and no shift in the plane.
                     let is_level = (pose.vector(fabkit_geometry::Vector3::x()).x - 1.0).abs()
                         < 1e-12
                         && (pose.vector(fabkit_geometry::Vector3::y()).y - 1.0).abs() < 1e-12;
@@ -75,12 +76,12 @@ impl BoardShape {
         }
     }
 
-    /// The hole of that number, if it is a circle.
+    /// Returns the hole with this index if it is a circle.
     pub fn round_hole(&self, index: usize) -> Option<RoundHole> {
         *self.round_holes.get(index)?
     }
 
-    /// Distance of a shape from the nearest edge, mm; less than 0 where it is not on the board.
+    /// Distance of a shape from the nearest edge, mm; negative if the shape is not wholly on the board.
     pub fn distance_inside(&self, shape: &Shape) -> f64 {
         let to_lines = |points: &[Point]| {
             lines(points).map(|edge| shape.distance_to_line(edge)).fold(f64::INFINITY, f64::min)
@@ -88,10 +89,12 @@ impl BoardShape {
         let corners = shape.corners();
         let outer = match self.circle_mm {
             Some(radius) => {
+                // Exact for a circle, where the flattened outline would cost up to `CHORD_MM`.
                 let far = corners.iter().map(|p| p[0].hypot(p[1])).fold(0.0, f64::max);
                 radius - far - shape.radius_mm()
             }
             None if corners.iter().all(|p| is_within(&self.edge, *p)) => to_lines(&self.edge),
+            // Off the board. `to_lines` is the distance less the radius, and the farthest point lies a radius beyond.
             None => -to_lines(&self.edge).abs() - 2.0 * shape.radius_mm(),
         };
         let hole = |(index, points): (usize, &Vec<Point>)| match self.round_hole(index) {
@@ -104,17 +107,17 @@ impl BoardShape {
         self.holes.iter().enumerate().map(hole).fold(outer, f64::min)
     }
 
-    /// Distance of a point from the nearest edge, mm; less than 0 where it is not on the board.
+    /// Distance of a point from the nearest edge, mm; negative if the point is not on the board.
     pub fn distance_inside_of_point(&self, p: Point) -> f64 {
         self.distance_inside(&Shape::disc(p, 0.0))
     }
 
-    /// Greatest distance of the outline from the axis, mm.
+    /// Largest distance of the outline from the axis, mm.
     pub fn reach_mm(&self) -> f64 {
         self.edge.iter().map(|p| p[0].hypot(p[1])).fold(0.0, f64::max)
     }
 
-    /// Inner and outer radius, mm, where outline and its first hole are circles about the axis.
+    /// Inner and outer radius, mm, if the outline and its first hole are circles about the axis.
     pub fn annulus_mm(&self) -> Option<[f64; 2]> {
         let bore = self.round_hole(0)?;
         let outer = self.circle_mm?;
@@ -122,7 +125,7 @@ impl BoardShape {
     }
 }
 
-/// A path of arcs about one middle.
+/// Returns the circle that a closed path describes, if all its segments are arcs about one centre.
 fn circle(path: &Path) -> Option<RoundHole> {
     let mut centres = path.segments.iter().map(|segment| match segment {
         Segment::Arc { centre, .. } => Some(*centre),
@@ -136,11 +139,12 @@ fn circle(path: &Path) -> Option<RoundHole> {
     Some(RoundHole { at_mm, diameter_mm: 2.0 * (x - at_mm[0]).hypot(y - at_mm[1]) })
 }
 
-/// The lines of a closed loop.
+/// Iterates over the lines of a closed loop.
 pub fn lines(points: &[Point]) -> impl Iterator<Item = [Point; 2]> + '_ {
     (0..points.len()).map(|i| [points[i], points[(i + 1) % points.len()]])
 }
 
+/// Returns whether a point lies inside a closed loop: a ray from it crosses the loop an odd number of times.
 fn is_within(points: &[Point], [x, y]: Point) -> bool {
     let crosses = |[a, b]: [Point; 2]| {
         (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
@@ -148,7 +152,7 @@ fn is_within(points: &[Point], [x, y]: Point) -> bool {
     lines(points).filter(|line| crosses(*line)).count() % 2 == 1
 }
 
-/// A path as a closed loop of short lines.
+/// Flattens a path to a closed loop of short lines.
 fn flat(path: &Path) -> Vec<Point> {
     let mut points = vec![path.start];
     for segment in &path.segments {
@@ -158,9 +162,11 @@ fn flat(path: &Path) -> Vec<Point> {
             let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
             let turn = std::f64::consts::TAU;
             let mut sweep = if ccw { end - start } else { start - end }.rem_euclid(turn);
+            // A sweep of 0 means a full circle in one arc.
             if sweep < 1e-9 {
                 sweep = turn;
             }
+            // The chord of an angle `step` deviates from its arc by `CHORD_MM`.
             let step = 2.0 * (1.0 - (CHORD_MM / radius).min(1.0)).acos();
             let count = (sweep / step).ceil().max(1.0) as usize;
             for i in 1..count {
@@ -170,6 +176,7 @@ fn flat(path: &Path) -> Vec<Point> {
         }
         points.push(segment.to());
     }
+    // The last point repeats the first one.
     points.pop();
     points
 }

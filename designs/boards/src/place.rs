@@ -1,4 +1,4 @@
-//! Places of what the sensor does not draw: resistors beside their LEDs, test points where there is room.
+//! Placement of the parts that the sensor does not place: resistors near their LEDs, test points where there is room.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -10,14 +10,17 @@ use crate::layout::{Drill, LARGEST_DRILL_MM, Layout, Pad, PlacedPart, land_shape
 use crate::shapes::{Point, Shape};
 use crate::{BoardError, BoardShape, Rules};
 
-/// Steps between tried places, mm.
+/// Distance between candidate places, mm.
 const STEP_MM: f64 = 0.1;
-/// Room for a track beside a part, where the board has it, mm.
+/// Preferred clearance beside a part, mm, which leaves room for a track.
 const ROOMY_MM: f64 = 0.4;
-/// Nets with more pins than this pull no part to one of them.
+/// Largest number of pins of a net that attracts parts. Larger nets attract only parts with a single land.
 const FEW_PINS: usize = 3;
 
-/// Parts in their places, without tracks.
+/// Places all parts, without tracks.
+///
+/// # Errors
+/// [`BoardError::NoRoom`] if a part other than a test point has no place.
 pub(crate) fn placed(
     circuit: &Circuit,
     board: &BoardShape,
@@ -45,6 +48,7 @@ pub(crate) fn placed(
             put(&mut layout, circuit, rules, part, place);
         }
     }
+    // Each part takes the best candidate place that is still free, in the circuit's order.
     let tried = places(board);
     for part in circuit.parts.iter().filter(|part| part.place.is_none()) {
         let is_extra = part.kind == CircuitKind::TestPoint;
@@ -52,6 +56,7 @@ pub(crate) fn placed(
             layout.left_out.push(part.designator.clone());
             continue;
         }
+        // With room for a track beside it if possible, else as close as the rules allow.
         let room = [ROOMY_MM, rules.part_mm];
         let found = room.iter().find_map(|room| find(&layout, circuit, rules, part, &tried, *room));
         match found {
@@ -76,6 +81,7 @@ fn outline_size(part: &CircuitPart) -> [f64; 2] {
     [high[0] - low[0], high[1] - low[1]]
 }
 
+/// Adds a part with its pads and mask openings to the layout.
 fn put(
     layout: &mut Layout,
     circuit: &Circuit,
@@ -107,7 +113,7 @@ fn put(
     });
 }
 
-/// All places that are tried, on the upper side: around the axis on a ring, else along the edges.
+/// Lists all candidate places on the upper side: rings about the axis on an annular board, else rows and columns.
 fn places(board: &BoardShape) -> Vec<BoardPlace> {
     let mut places = Vec::new();
     let side = BoardSide::Top;
@@ -141,7 +147,8 @@ fn places(board: &BoardShape) -> Vec<BoardPlace> {
     places
 }
 
-/// The place with the shortest way to what the part is connected to, `room_mm` beside all others.
+/// Finds the free place with the shortest connections to pads that are already placed, with `room_mm` of clearance to
+/// all other parts.
 fn find(
     layout: &Layout,
     circuit: &Circuit,
@@ -150,7 +157,7 @@ fn find(
     places: &[BoardPlace],
     room_mm: f64,
 ) -> Option<BoardPlace> {
-    // What each pin is drawn to: pads of its net that are placed already.
+    // For each pin, the pads of its net that are already placed.
     let mut pulls: Vec<(Point, Vec<Point>)> = Vec::new();
     for land in &part.lands {
         let Some(net) = circuit.net_of(&part.designator, &land.pin) else { continue };
@@ -167,9 +174,10 @@ fn find(
             let at = place.point(*at);
             there.iter().map(|to| (at[0] - to[0]).hypot(at[1] - to[1])).fold(f64::MAX, f64::min)
         });
-        // Whole micrometres, so that equal places stay equal.
+        // Rounded to whole micrometres, so that equal places stay equal on every machine.
         (far.sum::<f64>() * 1e3).round() as u64
     };
+    // The index decides between places of equal cost, so the result does not depend on the sort.
     let mut ranked: Vec<(u64, usize)> =
         places.iter().enumerate().map(|(i, place)| (cost(place), i)).collect();
     ranked.sort_unstable();
@@ -177,6 +185,8 @@ fn find(
     ranked.into_iter().map(|(_, i)| places[i]).find(is_free)
 }
 
+/// Returns whether a part fits at a place: clear of other parts and keep-out regions, and with its lands inside the
+/// edge.
 fn is_free(
     layout: &Layout,
     circuit: &Circuit,
@@ -198,7 +208,7 @@ fn is_free(
         && layout.board.distance_inside(&outline) >= 0.0
 }
 
-/// Whether a part reaches into a region: any point of its edge, a tenth of a millimetre apart.
+/// Returns whether a part reaches into a region. Points of its outline, 0.1 mm apart, are tested.
 pub(crate) fn is_in(keep: &KeepOut, outline: &Shape) -> bool {
     let corners = outline.corners();
     let n = corners.len();
@@ -216,6 +226,7 @@ fn covers(region: &KeepOutRegion, [x, y]: Point) -> bool {
     match *region {
         KeepOutRegion::Sector { inner_mm, outer_mm, middle_rad, half_rad } => {
             let radius = x.hypot(y);
+            // Difference of two angles, wrapped to -pi to pi.
             let off = (y.atan2(x) - middle_rad + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
             radius > inner_mm && radius < outer_mm && off.abs() < half_rad + 1e-12
         }

@@ -1,16 +1,17 @@
-//! From a circuit to a laid-out board: parts in their places, tracks between them, print on top.
+//! Layout of a circuit: places parts, routes tracks between them, and prints silk on top.
 
 use fabkit_geometry::Circuit;
 
 use crate::layout::Layout;
 use crate::{BoardError, BoardShape, Rules, place, route, silk};
 
-/// Lays a circuit out on its board: places, tracks, masks, silk. The same circuit gives the same board.
+/// Lays out a circuit on its board: places, tracks, mask and silk. The same circuit gives the same board.
 ///
 /// # Errors
-/// Parts or tracks that find no room, with the net and the numbers. What is laid out is not judged; see
-/// [`crate::check`].
+/// Fails if there is no room for a part or a track, and names the net and the numbers. The layout is not checked
+/// against the rules; see [`crate::check`].
 pub fn lay_out(circuit: &Circuit, board: &BoardShape, rules: &Rules) -> Result<Layout, BoardError> {
+    // Narrower tracks are tried if wide ones do not fit, and then all widths again without test points.
     let widths =
         [rules.usual_track_mm, (rules.usual_track_mm + rules.track_mm) / 2.0, rules.track_mm];
     let mut failed = None;
@@ -22,6 +23,7 @@ pub fn lay_out(circuit: &Circuit, board: &BoardShape, rules: &Rules) -> Result<L
                     silk::print(&mut layout, circuit, rules);
                     return Ok(layout);
                 }
+                // The first error is that of the preferred width with all test points.
                 Err(error) => failed = failed.or(Some(error)),
             }
         }

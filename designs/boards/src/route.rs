@@ -1,8 +1,9 @@
-//! Tracks: for each net the cheapest way from what is connected to what is not, over the grid of both sides.
+//! Routing of tracks: for each net, the cheapest path over the grid of both sides from connected pins to unconnected
+//! ones.
 //!
-//! A net that finds no way takes one through others' tracks, as few and as seldom moved ones as it can; those are
-//! laid anew. The order of the circuit alone decides, so that the same board comes out everywhere. Distances are
-//! kept for whole pieces between points, not at the points alone.
+//! A net without a free path takes one through other nets' tracks. It prefers few tracks, and nets that have rarely
+//! been moved; those nets are then routed again (rip-up and reroute). Only the order of the circuit matters, so the
+//! same board results on every machine. Clearances hold for whole pieces between points, not only at the points.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap, VecDeque};
@@ -15,24 +16,25 @@ use crate::rules::width_for_mm;
 use crate::shapes::{Point, Shape};
 use crate::{BoardError, Rules};
 
-/// Nets that are laid, again and again, at most, for each net.
+/// Maximum number of routing attempts, as a multiple of the number of nets.
 const TRIES: usize = 25;
-/// What it costs to go where another net's track is, um of track for each point, and more with the square of
-/// how often this net has moved already.
+/// Cost of a point on another net's track, in um of track length. It grows with the square of the number of times
+/// that this net has been moved.
 const MOVED_COST: u64 = 400;
-/// What a via costs, as a length of track, um.
+/// Cost of a via, as a length of track, um.
 const VIA_COST: u64 = 1_500;
-/// Between a via and an opening of the mask, mm.
+/// Minimum distance between a via and an opening of the mask, mm.
 const VIA_TO_OPENING_MM: f64 = 0.05;
 
+/// Grid of a board, with the rules to keep on it.
 struct Router<'a> {
     grid: Grid,
-    /// Of each point from the nearest edge, mm.
+    /// Distance of each point from the nearest edge, mm.
     inside_mm: Vec<f64>,
     rules: &'a Rules,
 }
 
-/// Lays all tracks, `usual_mm` wide, or as wide as a net's current needs.
+/// Routes all nets with tracks `usual_mm` wide, or wider if the net's current needs it.
 pub(crate) fn route(
     layout: &mut Layout,
     circuit: &Circuit,
@@ -41,18 +43,20 @@ pub(crate) fn route(
 ) -> Result<(), BoardError> {
     let grid = Grid::of(&layout.board);
     let inside_mm = grid.points.iter().map(|p| layout.board.distance_inside_of_point(*p)).collect();
+    // The distance from the edge is the same for all nets, so it is computed once.
     let router = Router { grid, inside_mm, rules };
     let width = |net: usize| usual_mm.max(width_for_mm(circuit.nets[net].current_a, rules));
     let pins = |net: &usize| layout.pads.iter().filter(|pad| pad.net == Some(*net)).count();
     layout.tracks.clear();
     layout.vias.clear();
     let mut order: Vec<usize> = (0..layout.nets.len()).filter(|net| pins(net) > 1).collect();
-    // Short ones first: they have no other way.
+    // Nets with few pins first, because they have the fewest alternatives.
     order.sort_by_key(|net| (pins(net), *net));
     let mut moved = vec![0; layout.nets.len()];
     let mut queue: VecDeque<usize> = order.iter().copied().collect();
     for _ in 0..TRIES * order.len() {
         let Some(net) = queue.pop_front() else { return Ok(()) };
+        // First a path that clears all other nets, then one through their tracks.
         let free = router.net(layout, net, width(net), None);
         let (tracks, vias) = match free {
             Ok(laid) => laid,
@@ -68,6 +72,7 @@ pub(crate) fn route(
                 laid.map_err(no_way)?
             }
         };
+        // Nets in the way lose all their tracks and are routed again later.
         for other in router.in_the_way(layout, net, &tracks, &vias) {
             moved[other] += 1;
             layout.tracks.retain(|track| track.net != other);
@@ -78,6 +83,7 @@ pub(crate) fn route(
         layout.vias.extend(vias);
     }
     let Some(net) = queue.front().copied() else { return Ok(()) };
+    // The attempts are used up: the nets still in the queue displace each other.
     let alone = layout.pads.iter().find(|pad| pad.net == Some(net));
     Err(BoardError::NoWay {
         board: layout.board.name.clone(),
@@ -88,23 +94,24 @@ pub(crate) fn route(
     })
 }
 
-/// What a net may not come near: everything of others, on each side.
+/// Points that a net may not use, because copper of other nets or an edge is near.
 struct Barred {
-    /// Where no track may go, by side.
+    /// Points that tracks may not use, by side.
     track: [Vec<bool>; 2],
-    /// Where no via may be.
+    /// Points that vias may not use.
     via: Vec<bool>,
-    /// What it costs more to go there, um, by side.
+    /// Additional cost of points, um, by side.
     more: [Vec<u64>; 2],
 }
 
 impl Router<'_> {
-    /// Points whose pieces of track keep the distance if the points do.
+    /// Minimum distance of grid points from copper, so that pieces of track between two such points keep `clear_mm`.
     fn apart_mm(&self, clear_mm: f64) -> f64 {
         clear_mm.hypot(self.grid.step_mm / 2.0)
     }
 
-    /// What is barred; others' tracks only cost more where it is known how often each net has moved.
+    /// Determines the barred points. If `moved` gives how often each net has been moved, other nets' tracks are not
+    /// barred but cost more.
     fn barred(&self, layout: &Layout, net: usize, width_mm: f64, moved: Option<&[u64]>) -> Barred {
         let rules = self.rules;
         let edge = self.apart_mm(rules.edge_mm + width_mm / 2.0);
@@ -129,7 +136,7 @@ impl Router<'_> {
         };
         for pad in &layout.pads {
             let is_foreign = pad.net != Some(net);
-            // A via below solder takes it away, whichever net it is of.
+            // A via below an opening of the mask would draw solder away from the pad, whichever net it belongs to.
             let open = rules.via_mm / 2.0 + rules.mask_mm + VIA_TO_OPENING_MM;
             let via_mm = if is_foreign { via_mm.max(open) } else { open };
             bar(&pad.shape, &[side(pad.side)], is_foreign, via_mm);
@@ -152,6 +159,7 @@ impl Router<'_> {
         for track in layout.tracks.iter().filter(|track| track.net != net) {
             bar(&track.shape(), &[side(track.side)], true, via_mm);
         }
+        // Two vias of the same net may touch, but their drills must stay apart.
         for via in &layout.vias {
             let holes = rules.hole_to_hole_mm + rules.via_drill_mm / 2.0 + via.drill_mm / 2.0
                 - via.diameter_mm / 2.0;
@@ -162,6 +170,7 @@ impl Router<'_> {
         barred
     }
 
+    /// Adds the cost of another net's copper to the points near it.
     fn add(&self, barred: &mut Barred, shape: &Shape, sides: &[usize], apart_mm: f64, moved: u64) {
         self.grid.near(shape, apart_mm, |i| {
             if shape.distance_to_point(self.grid.points[i]) < apart_mm {
@@ -172,7 +181,7 @@ impl Router<'_> {
         });
     }
 
-    /// Other nets that new tracks and vias come too near to.
+    /// Returns the other nets that new tracks and vias come too near to.
     fn in_the_way(
         &self,
         layout: &Layout,
@@ -197,6 +206,8 @@ impl Router<'_> {
                     let ring = |shape: &Shape, drill: f64| shape.radius_mm() - drill / 2.0;
                     let holes = match *drill_mm > 0.0 && *new_drill > 0.0 {
                         true => {
+                            // The rule holds between the drills' edges. The distance below is that of the copper,
+                            // which is wider than each drill by its ring.
                             rules.hole_to_hole_mm
                                 - ring(shape, *drill_mm)
                                 - ring(new_shape, *new_drill)
@@ -212,7 +223,7 @@ impl Router<'_> {
         near
     }
 
-    /// Tracks and vias of one net; the pin that stays alone if there is no way.
+    /// Routes one net. Returns its tracks and vias, or the pin that stays unconnected if there is no path.
     fn net(
         &self,
         layout: &Layout,
@@ -223,7 +234,7 @@ impl Router<'_> {
         let mut barred = self.barred(layout, net, width_mm, moved);
         let count = self.grid.points.len();
         let pads: Vec<_> = layout.pads.iter().filter(|pad| pad.net == Some(net)).collect();
-        // The points of each pad.
+        // Grid points on each pad.
         let mut pad_at: BTreeMap<usize, usize> = BTreeMap::new();
         for (index, pad) in pads.iter().enumerate() {
             let side = side(pad.side);
@@ -235,7 +246,7 @@ impl Router<'_> {
         }
         let mut is_joined = vec![false; pads.len()];
         is_joined[0] = true;
-        // Pads that touch each other need no track; none do on purpose.
+        // Pads that touch each other would need no track, but no pads do so on purpose.
         let mut tree: Vec<usize> =
             pad_at.iter().filter(|(_, pad)| **pad == 0).map(|(state, _)| *state).collect();
         let (mut tracks, mut vias) = (Vec::new(), Vec::new());
@@ -243,6 +254,7 @@ impl Router<'_> {
             let way = self.way(&barred, &tree, |state| {
                 pad_at.get(&state).is_some_and(|pad| !is_joined[*pad])
             });
+            // Two vias of this path would be too near to each other: bar the second and search again.
             if let Some(point) = way.as_deref().and_then(|way| self.hop(way)) {
                 barred.via[point] = true;
                 continue;
@@ -252,12 +264,14 @@ impl Router<'_> {
             };
             let reached = pad_at[way.last().expect("a way has an end")];
             is_joined[reached] = true;
+            // All points of the reached pad, and of the path, are starts for the next path.
             let more = pad_at.iter().filter(|(_, pad)| **pad == reached).map(|(state, _)| *state);
             tree.extend(more.chain(way.iter().copied()));
             tree.sort_unstable();
             tree.dedup();
             let laid = vias.len();
             self.lay(&way, net, width_mm, &mut tracks, &mut vias);
+            // Later paths of this net must not drill too near to the new vias.
             for via in &vias[laid..] {
                 let apart = self.rules.hole_to_hole_mm + self.rules.via_drill_mm;
                 self.grid.near(&Shape::disc(via.at_mm, 0.0), apart, |i| {
@@ -269,7 +283,7 @@ impl Router<'_> {
         Ok((tracks, vias))
     }
 
-    /// The cheapest way from any of `tree` to a target, as states: side x points + point.
+    /// Finds the cheapest path from any state of `tree` to a target (Dijkstra). A state is side x points + point.
     fn way(
         &self,
         barred: &Barred,
@@ -285,6 +299,7 @@ impl Router<'_> {
             open.push(Reverse((0, *state)));
         }
         while let Some(Reverse((so_far, state))) = open.pop() {
+            // An outdated entry: the state has been reached more cheaply since.
             if so_far > cost[state] {
                 continue;
             }
@@ -307,9 +322,11 @@ impl Router<'_> {
             let at = self.grid.points[point];
             for beside in self.grid.beside(point).filter(|to| !barred.track[side][*to]) {
                 let to = self.grid.points[beside];
+                // Whole micrometres, so that costs are exact and ties are the same everywhere.
                 let length = ((to[0] - at[0]).hypot(to[1] - at[1]) * 1e3).round() as u64;
                 step(side * count + beside, length + barred.more[side][beside]);
             }
+            // The other side is reached by a via at the same point.
             if !barred.via[point] && !barred.track[1 - side][point] {
                 step((1 - side) * count + point, VIA_COST + barred.more[1 - side][point]);
             }
@@ -317,7 +334,7 @@ impl Router<'_> {
         None
     }
 
-    /// The second of two vias of a way that are too near to each other.
+    /// Returns the second of two vias of a path that are too near to each other.
     fn hop(&self, way: &[usize]) -> Option<usize> {
         let count = self.grid.points.len();
         let changes = way.windows(2).filter(|pair| pair[0] / count != pair[1] / count);
@@ -330,6 +347,7 @@ impl Router<'_> {
         vias.windows(2).find(is_near).map(|pair| pair[1])
     }
 
+    /// Turns a path into tracks and vias.
     fn lay(
         &self,
         way: &[usize],
@@ -340,6 +358,7 @@ impl Router<'_> {
     ) {
         let count = self.grid.points.len();
         let at = |state: usize| self.grid.points[state % count];
+        // A run is a part of the path that stays on one side.
         for run in way.chunk_by(|a, b| a / count == b / count) {
             let points: Vec<Point> = run.iter().map(|state| at(*state)).collect();
             let side = SIDES[run[0] / count];
@@ -357,7 +376,7 @@ fn side(of: fabkit_geometry::BoardSide) -> usize {
     usize::from(of == SIDES[1])
 }
 
-/// Pieces between points, those in one direction as one.
+/// Joins points by line segments, and merges successive ones in the same direction.
 fn straightened(points: &[Point]) -> Vec<[Point; 2]> {
     let mut lines: Vec<[Point; 2]> = Vec::new();
     for pair in points.windows(2) {
@@ -365,6 +384,7 @@ fn straightened(points: &[Point]) -> Vec<[Point; 2]> {
             let [u, v] = [[last[0], last[1]], [pair[0], pair[1]]]
                 .map(|[a, b]: [Point; 2]| [b[0] - a[0], b[1] - a[1]]);
             let cross = u[0] * v[1] - u[1] * v[0];
+            // Parallel, and not reversed.
             cross.abs() < 1e-9 * u[0].hypot(u[1]) && u[0] * v[0] + u[1] * v[1] > 0.0
         });
         match lines.last_mut() {

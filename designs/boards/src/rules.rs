@@ -1,44 +1,45 @@
-//! What a fab makes and what a solderer needs.
+//! Design rules: the limits of a fab, and the needs of soldering by hand.
 
-/// Rules of a board. Lengths in mm.
+/// Design rules of a board. Lengths are in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
-    /// Between copper of two nets.
+    /// Minimum clearance between copper of two nets.
     pub clearance_mm: f64,
-    /// Narrowest track.
+    /// Minimum width of a track.
     pub track_mm: f64,
-    /// Usual track, where there is room.
+    /// Preferred width of a track, used if there is room.
     pub usual_track_mm: f64,
-    /// Between copper and a routed edge or an unplated hole.
+    /// Minimum distance between copper and a routed edge or an unplated hole.
     pub edge_mm: f64,
-    /// Drill of a via.
+    /// Drill diameter of a via.
     pub via_drill_mm: f64,
-    /// Copper disc of a via.
+    /// Copper diameter of a via.
     pub via_mm: f64,
-    /// Narrowest ring of copper around a plated hole.
+    /// Minimum width of the copper ring around a plated hole.
     pub ring_mm: f64,
-    /// Smallest drill.
+    /// Minimum drill diameter.
     pub drill_mm: f64,
-    /// Between the edges of two holes.
+    /// Minimum distance between the edges of two holes.
     pub hole_to_hole_mm: f64,
-    /// Opening of the mask beyond a pad, per side.
+    /// Margin of a mask opening beyond its pad, per side.
     pub mask_mm: f64,
-    /// Between silk and an opening of the mask.
+    /// Minimum distance between silk and an opening of the mask.
     pub silk_mm: f64,
-    /// Width of a line of silk.
+    /// Line width of silk.
     pub silk_line_mm: f64,
-    /// Between two parts' outlines.
+    /// Minimum distance between two parts' outlines.
     pub part_mm: f64,
-    /// Smallest pad that a wire is soldered to, shorter edge.
+    /// Minimum shorter edge of a pad to which a wire is soldered.
     pub wire_pad_mm: f64,
-    /// How much warmer than the board a track may become, K.
+    /// Allowed temperature rise of a track above the board, K.
     pub rise_k: f64,
     /// Thickness of the copper.
     pub copper_mm: f64,
 }
 
-/// Two layers of 35 um copper as pool services make them without surcharge: 0.15 mm tracks and gaps, 0.3 mm
-/// drills with 0.1 mm rings, 0.2 mm to a routed edge (their published tables; chosen: the wider of those known).
+/// Rules for two layers of 35 um copper as pooling services make them without surcharge: 0.15 mm tracks and gaps,
+/// 0.3 mm drills with 0.1 mm rings, 0.2 mm to a routed edge. The values are from their published tables; of those
+/// known, the wider one is chosen.
 pub const USUAL: Rules = Rules {
     clearance_mm: 0.15,
     track_mm: 0.15,
@@ -58,10 +59,11 @@ pub const USUAL: Rules = Rules {
     copper_mm: 0.035,
 };
 
-/// mm to thousandths of an inch.
+/// Thousandths of an inch (mil) per millimetre.
 const MIL_PER_MM: f64 = 1.0 / 0.0254;
 
-/// Narrowest outer track for a current, mm: IPC-2221 (6.2), `I = 0.048 dT^0.44 A^0.725`, A in square mil.
+/// Minimum width of an outer track for a current, mm: IPC-2221 (6.2), `I = 0.048 dT^0.44 A^0.725`, with A in square
+/// mil.
 ///
 /// ```
 /// use fabkit_boards::{USUAL, width_for_mm};

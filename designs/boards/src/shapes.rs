@@ -1,9 +1,9 @@
-//! Exact plane shapes and the distances between them: convex polygons, swept by a disc.
+//! Exact plane shapes and the distances between them: convex polygons, widened by a radius.
 
 /// A point in the sensor's x and y, mm.
 pub type Point = [f64; 2];
 
-/// All points within a radius of a convex polygon of one (disc), two (track) or four (pad) corners.
+/// All points within a radius of a convex polygon with one (disc), two (track) or more (pad) corners.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
     corners: Vec<Point>,
@@ -22,7 +22,7 @@ fn cross(a: Point, b: Point) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// Distance of a point from a line between two points, mm.
+/// Distance between a point and a line segment, mm.
 pub fn point_to_line(p: Point, [a, b]: [Point; 2]) -> f64 {
     let along = sub(b, a);
     let length2 = dot(along, along);
@@ -31,8 +31,9 @@ pub fn point_to_line(p: Point, [a, b]: [Point; 2]) -> f64 {
     (p[0] - foot[0]).hypot(p[1] - foot[1])
 }
 
-/// Distance between two lines, mm; 0 where they cross.
+/// Distance between two line segments, mm; 0 if they cross.
 pub fn line_to_line(one: [Point; 2], other: [Point; 2]) -> f64 {
+    // Each segment has the ends of the other on different sides: they cross.
     let side = |[a, b]: [Point; 2], p: Point| cross(sub(b, a), sub(p, a));
     let (s0, s1) = (side(one, other[0]), side(one, other[1]));
     let (t0, t1) = (side(other, one[0]), side(other, one[1]));
@@ -49,32 +50,33 @@ pub fn line_to_line(one: [Point; 2], other: [Point; 2]) -> f64 {
 }
 
 impl Shape {
-    /// A disc.
+    /// Returns a disc.
     pub fn disc(centre: Point, diameter_mm: f64) -> Self {
         Self { corners: vec![centre], radius_mm: diameter_mm / 2.0 }
     }
 
-    /// A straight track with round ends.
+    /// Returns a straight track with round ends.
     pub fn track(a: Point, b: Point, width_mm: f64) -> Self {
         Self { corners: vec![a, b], radius_mm: width_mm / 2.0 }
     }
 
-    /// A rectangle by its corners, counter-clockwise or clockwise.
+    /// Returns a convex polygon with these corners, counter-clockwise or clockwise. Its bounds are right for any
+    /// polygon.
     pub fn polygon(corners: Vec<Point>) -> Self {
         Self { corners, radius_mm: 0.0 }
     }
 
-    /// Its polygon: one corner of a disc, two of a track.
+    /// Corners of the polygon: one of a disc, two of a track.
     pub fn corners(&self) -> &[Point] {
         &self.corners
     }
 
-    /// How far it reaches beyond its polygon, mm.
+    /// Distance by which the shape extends beyond its polygon, mm.
     pub fn radius_mm(&self) -> f64 {
         self.radius_mm
     }
 
-    /// Width of a track or diameter of a disc; of a rectangle its shorter edge, mm.
+    /// Width of a track, diameter of a disc, or shorter edge of a rectangle, mm.
     pub fn width_mm(&self) -> f64 {
         match self.corners[..] {
             [a, b, c, ..] => {
@@ -85,14 +87,14 @@ impl Shape {
         }
     }
 
-    /// Its middle, mm.
+    /// Centre: the mean of the corners, mm.
     pub fn middle(&self) -> Point {
         let n = self.corners.len() as f64;
         let sum = self.corners.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
         [sum[0] / n, sum[1] / n]
     }
 
-    /// Larger on all sides; corners of a rectangle stay sharp.
+    /// Returns the shape enlarged on all sides. The corners of a rectangle stay sharp.
     #[must_use]
     pub fn grown(&self, by_mm: f64) -> Self {
         let [a, b, c, d] = self.corners[..] else {
@@ -102,6 +104,7 @@ impl Shape {
             let length = (q[0] - p[0]).hypot(q[1] - p[1]);
             [(q[0] - p[0]) / length * by_mm, (q[1] - p[1]) / length * by_mm]
         };
+        // Edges of the rectangle, scaled to the margin.
         let (u, v) = (unit(a, b), unit(b, c));
         let at =
             |p: Point, s: f64, t: f64| [p[0] + s * u[0] + t * v[0], p[1] + s * u[1] + t * v[1]];
@@ -113,11 +116,12 @@ impl Shape {
 
     fn edges(&self) -> impl Iterator<Item = [Point; 2]> + '_ {
         let n = self.corners.len();
+        // A track has one edge, not one there and one back. A disc has one of length 0.
         let count = if n == 2 { 1 } else { n };
         (0..count).map(move |i| [self.corners[i], self.corners[(i + 1) % n]])
     }
 
-    /// Whether a point lies in it or on its edge.
+    /// Returns whether a point lies inside the shape or on its edge.
     pub fn contains(&self, p: Point) -> bool {
         self.distance_to_point(p) <= 0.0
     }
@@ -127,10 +131,11 @@ impl Shape {
             return false;
         }
         let sides: Vec<f64> = self.edges().map(|[a, b]| cross(sub(b, a), sub(p, a))).collect();
+        // On the same side of all edges, whichever way round the corners are.
         sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
     }
 
-    /// Distance of a point from it, mm; negative or 0 within.
+    /// Distance of a point from the shape, mm; 0 or negative inside.
     pub fn distance_to_point(&self, p: Point) -> f64 {
         if self.polygon_contains(p) {
             return -self.radius_mm;
@@ -139,7 +144,7 @@ impl Shape {
         lines.fold(f64::INFINITY, f64::min) - self.radius_mm
     }
 
-    /// Distance of a line from it, mm; 0 or less where they touch.
+    /// Distance of a line segment from the shape, mm; 0 or negative if they touch.
     pub fn distance_to_line(&self, line: [Point; 2]) -> f64 {
         if self.polygon_contains(line[0]) {
             return -self.radius_mm;
@@ -148,8 +153,9 @@ impl Shape {
         lines.fold(f64::INFINITY, f64::min) - self.radius_mm
     }
 
-    /// Clear distance between two, mm; 0 or less where they touch.
+    /// Clear distance between two shapes, mm; 0 or negative if they touch.
     pub fn distance(&self, other: &Self) -> f64 {
+        // One within the other: their edges may be far apart.
         if self.polygon_contains(other.corners[0]) || other.polygon_contains(self.corners[0]) {
             return -self.radius_mm - other.radius_mm;
         }
@@ -157,7 +163,7 @@ impl Shape {
         lines.fold(f64::INFINITY, f64::min) - self.radius_mm
     }
 
-    /// Its box: least and greatest x and y, mm.
+    /// Bounding box: smallest and largest x and y, mm.
     pub fn bounds(&self) -> [Point; 2] {
         let start = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
         let [low, high] = self.corners.iter().fold(start, |[low, high], p| {

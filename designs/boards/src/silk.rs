@@ -1,4 +1,4 @@
-//! What is printed: designators, where cathodes and first pins are, names of nets at wires, the board's name.
+//! Silk print: designators, marks of cathodes and first pins, names of nets at wires, and the board's name.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -9,22 +9,23 @@ use crate::font;
 use crate::layout::{Layout, PlacedPart, SilkLine};
 use crate::shapes::{Point, Shape};
 
-/// Heights of letters that are tried, mm: the smaller is what fabs still print.
+/// Heights of letters that are tried, mm. The smaller one is the smallest that fabs still print.
 const HEIGHTS_MM: [f64; 2] = [1.0, 0.7];
-/// Ink stays inside the board's edge, mm.
+/// Minimum distance between ink and the board's edge, mm.
 const EDGE_MM: f64 = 0.15;
-/// How far from its part a text may be, steps of a quarter millimetre.
+/// Largest distance of a text from its part, in steps of a quarter millimetre.
 const RINGS: u32 = 10;
 
-/// Prints what finds room; nothing ever lies on solder or on other ink.
+/// Prints everything for which there is room. Nothing lies on solder or on other ink.
 pub(crate) fn print(layout: &mut Layout, circuit: &Circuit, rules: &Rules) {
     let parts = layout.parts.clone();
+    // Marks of polarity first: they must stand at their pads, while texts may move.
     for part in &parts {
         polarity(layout, part, rules);
     }
     for part in &parts {
         let text = match part.kind {
-            // What is connected there says more than a number.
+            // The net's name says more than a number.
             CircuitKind::WirePad | CircuitKind::TestPoint => {
                 circuit.net_of(&part.designator, "1").map(|net| net.name.clone())
             }
@@ -34,6 +35,7 @@ pub(crate) fn print(layout: &mut Layout, circuit: &Circuit, rules: &Rules) {
         let outline = part.outline.clone();
         letter(layout, rules, &text, part.place.side, &outline, part.place.at_mm);
     }
+    // The board's name goes near the outer edge, on the upper side if there is room.
     let far = Shape::disc([0.0, layout.board.reach_mm() * 0.8], 0.0);
     let name = layout.board.name.clone();
     for side in crate::SIDES {
@@ -43,7 +45,7 @@ pub(crate) fn print(layout: &mut Layout, circuit: &Circuit, rules: &Rules) {
     }
 }
 
-/// A line beside the cathode or the first pin, on the part's side.
+/// Prints a line beside the cathode or the first pin, on the part's side.
 fn polarity(layout: &mut Layout, part: &PlacedPart, rules: &Rules) {
     let pin = match part.kind {
         CircuitKind::Led => "K",
@@ -59,7 +61,7 @@ fn polarity(layout: &mut Layout, part: &PlacedPart, rules: &Rules) {
     let at = pad.shape.middle();
     let away = [at[0] - part.place.at_mm[0], at[1] - part.place.at_mm[1]];
     let angle = away[1].atan2(away[0]);
-    // Beyond the pad first, then to its sides.
+    // Beyond the pad first, then to its sides in steps of 15 degrees.
     let tried = (0..24).flat_map(|step| {
         let off = f64::from(step / 2) * FRAC_PI_2 / 6.0 * if step % 2 == 0 { 1.0 } else { -1.0 };
         [0.6, 0.4].into_iter().flat_map(move |length| {
@@ -79,7 +81,7 @@ fn polarity(layout: &mut Layout, part: &PlacedPart, rules: &Rules) {
     }
 }
 
-/// A text as near to `at` as it finds room.
+/// Prints a text as near to `at` as there is room. Returns whether it was printed.
 fn letter(
     layout: &mut Layout,
     rules: &Rules,
@@ -96,7 +98,7 @@ fn letter(
             for step in 0..24 {
                 let angle = f64::from(step) * FRAC_PI_2 / 6.0;
                 let middle = [at[0] + far * angle.cos(), at[1] + far * angle.sin()];
-                // Level, or along the board's edge.
+                // Level first, then along the board's edge.
                 let around = middle[1].atan2(middle[0]) - FRAC_PI_2;
                 for turn_rad in [0.0, around] {
                     let place = BoardPlace { at_mm: middle, turn_rad, side };
@@ -112,7 +114,7 @@ fn letter(
     false
 }
 
-/// The ink of a text; on the lower side it reads from below.
+/// Returns the lines of a text. On the lower side it reads from below.
 fn written(text: &str, height_mm: f64, place: &BoardPlace, rules: &Rules) -> Vec<SilkLine> {
     let ends = font::lines(text, height_mm).into_iter().map(|ends| {
         ends.map(|[x, y]| match place.side {
@@ -124,6 +126,7 @@ fn written(text: &str, height_mm: f64, place: &BoardPlace, rules: &Rules) -> Vec
     ends.map(|ends| SilkLine { side: place.side, ends, width_mm: rules.silk_line_mm }).collect()
 }
 
+/// Returns whether lines stay clear of the board's edge, other ink, mask openings and parts.
 fn is_free(layout: &Layout, rules: &Rules, lines: &[SilkLine]) -> bool {
     lines.iter().all(|line| {
         let ink = line.shape();
@@ -137,6 +140,7 @@ fn is_free(layout: &Layout, rules: &Rules, lines: &[SilkLine]) -> bool {
                 .iter()
                 .filter(|(side, _)| is_on(side))
                 .all(|(_, open)| open.distance(&ink) > rules.silk_mm)
+            // Parts cover ink below them. A test point has no body.
             && layout.parts.iter().filter(|part| is_on(&part.place.side)).all(|part| {
                 part.kind == CircuitKind::TestPoint || part.outline.distance(&ink) > 0.0
             })

@@ -1,4 +1,4 @@
-//! What is no drawing: the job file, where parts go, what they are, and the board described in full.
+//! Tables of a board: job file, placement, parts list, and the full description.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use crate::layout::{Layout, PlacedPart};
 use crate::shapes::Shape;
 use crate::{Drill, Rules};
 
-/// Millionths: what the layers say.
+/// Rounds to millionths of a millimetre, the resolution of the Gerber layers.
 fn exact(mm: f64) -> Value {
     json!((mm * 1e6).round() / 1e6)
 }
@@ -19,7 +19,7 @@ fn points(shape: &Shape) -> Vec<Value> {
     shape.corners().iter().map(|p| json!([exact(p[0]), exact(p[1])])).collect()
 }
 
-/// The job file (Ucamco's Gerber job format).
+/// Writes the job file (Ucamco's Gerber job format).
 pub(crate) fn job(
     layout: &Layout,
     rules: &Rules,
@@ -33,6 +33,7 @@ pub(crate) fn job(
             json!({ "Path": name, "FileFunction": function, "FilePolarity": polarity })
         })
         .collect();
+    // The thickness of the board includes the copper on both sides.
     let core = layout.board.thickness_mm - 2.0 * rules.copper_mm;
     let stack: Vec<Value> = [
         ("Legend", None, "Top Silk Screen"),
@@ -75,6 +76,7 @@ pub(crate) fn job(
     serde_json::to_string_pretty(&job).expect("names and numbers alone") + "\n"
 }
 
+/// Returns whether a part is bought, unlike test points and pads for wires.
 fn is_ordered(part: &&PlacedPart) -> bool {
     !matches!(part.kind, CircuitKind::TestPoint | CircuitKind::WirePad)
 }
@@ -87,17 +89,18 @@ fn side(of: BoardSide) -> &'static str {
     if of == BoardSide::Top { "top" } else { "bottom" }
 }
 
-/// From the sensor's x axis to the part's, counter-clockwise seen from above, degrees.
+/// Angle from the sensor's x axis to that of the part, counter-clockwise seen from above, degrees.
 fn rotation_deg(part: &PlacedPart) -> f64 {
     let deg = part.place.turn_rad.to_degrees().rem_euclid(360.0);
-    // No -0, and no 360 that is a rounded 359.9999.
+    // Avoids -0, and 360 as the rounding of 359.9999.
     ((deg * 1e3).round() / 1e3).rem_euclid(360.0) + 0.0
 }
 
-/// Pick and place: middle and rotation of each part, seen from above on both sides.
+/// Writes the pick-and-place table: centre and rotation of each part, seen from above on both sides.
 pub(crate) fn places(layout: &Layout) -> String {
     let mut text = String::from("Ref,Val,Package,PosX,PosY,Rot,Side\n");
     for part in layout.parts.iter().filter(is_ordered) {
+        // Adding 0 turns -0 into 0.
         let [x, y] = part.place.at_mm.map(|mm| (mm * 1e4).round() / 1e4 + 0.0);
         _ = writeln!(
             text,
@@ -112,7 +115,7 @@ pub(crate) fn places(layout: &Layout) -> String {
     text
 }
 
-/// What to order for one board.
+/// Writes the list of parts to order for one board.
 pub(crate) fn parts(layout: &Layout) -> String {
     let mut rows: Vec<(&str, &str, Vec<&str>)> = Vec::new();
     for part in layout.parts.iter().filter(is_ordered) {
@@ -129,7 +132,7 @@ pub(crate) fn parts(layout: &Layout) -> String {
     text
 }
 
-/// Everything that is drawn, drilled and connected, for whoever checks the layers.
+/// Writes everything that is drawn, drilled and connected, for checking the layers independently.
 pub(crate) fn description(layout: &Layout, circuit: &Circuit, design_hash: &str) -> String {
     let name = |net: usize| layout.nets[net].as_str();
     let pads: Vec<Value> = layout

@@ -1,4 +1,4 @@
-//! Boards that are broken on purpose, each found with what is wrong with it and nothing else.
+//! Boards that are broken on purpose: `check` must report exactly the defect that was made.
 
 use std::sync::OnceLock;
 
@@ -102,7 +102,7 @@ fn whole() -> (Layout, Circuit) {
     (LAYOUT.get_or_init(laid).clone(), circuit())
 }
 
-/// The kinds of what is found, each once.
+/// Kinds of the findings, each once.
 fn flaws(layout: &Layout, circuit: &Circuit) -> Vec<Flaw> {
     let mut flaws: Vec<Flaw> =
         check(layout, circuit, &USUAL).into_iter().map(|finding| finding.flaw).collect();

@@ -1,4 +1,4 @@
-//! How a dome-cap sensor is built, step by step.
+//! Assembly steps of a dome-cap sensor, from printing to the closed sensor.
 
 use fabkit_geometry::{FixedBy, Step, Vector3};
 
@@ -11,16 +11,16 @@ use crate::assembling::{
 use crate::blocks::LED;
 use crate::blocks::cable_way::Side;
 
-/// Every step from printing to the sensor.
+/// Returns all steps, from printing to the finished sensor.
 pub fn chain(p: &Cap, layout: &Layout) -> Vec<Step> {
     // The mold is used with its mouth up.
     let up = -Vector3::z();
     let joints = Joints::new(p, layout);
     let vents = vents(p, layout).openings();
     let gel = liquid(&p.skin.material, 0.5).curing(ROOM_24_H);
-    // Half of the mixture is solvent, and cup and brush keep some.
+    // Surplus of 10 layer masses: half of the mixture is solvent, and some stays in cup and brush.
     let paint = liquid(&p.paint.material, 10.0).curing(ROOM_24_H);
-    // The block is rigid, and its pins stand along the normals: what gives is the gel.
+    // The block is rigid and its pins stand along the normals, so the gel has to deform.
     let off_block = peeled(BLOCK, Vector3::z(), &p.skin.material);
     vec![
         make("print and cut all parts; bake the mold, so that its resin lets silicone cure")

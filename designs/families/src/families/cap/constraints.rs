@@ -1,4 +1,4 @@
-//! What the parameters must fulfil together so that things fit, hold and can be made.
+//! Constraints between parameters: parts must fit, hold, and be manufacturable.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -17,22 +17,22 @@ use crate::blocks::{APART_MM, PRINTED_WALL_MM, edge, half_chord};
 use crate::fits::Fit;
 use crate::parameters::{Report, limits};
 
-/// Least air between LEDs and plate, mm: half a layer's error of a filament printer.
+/// Minimum gap between LEDs and plate, mm: half a layer's error of a filament printer.
 const LED_GAP_MM: f64 = 0.1;
 
-/// Thinnest web of gel, or wall of resin, between two dimples, mm.
+/// Minimum thickness of gel, or of the mold's resin, between two dimples, mm.
 const WEB_MM: f64 = 0.2;
 
-/// Thinnest pin that resin printers make, mm.
+/// Minimum width of a pin that resin printers make, mm.
 const THINNEST_PIN_MM: f64 = 0.2;
 
-/// Gel that must remain between a dimple and the foot, mm: less would tear at the rim.
+/// Minimum height of gel between a dimple and the foot, mm. Less would tear at the rim.
 const RIM_MM: f64 = 0.3;
 
-/// Room that an angled USB plug needs behind the connector, mm.
+/// Height that an angled USB plug needs behind the connector, mm.
 const PLUG_MM: f64 = 8.0;
 
-/// Reports every combination that cannot be built.
+/// Reports every combination of parameters that cannot be built.
 pub(super) fn check(p: &Cap, report: &mut Report) {
     let layout = Layout::new(p);
     limits! { report, p:
@@ -42,7 +42,7 @@ pub(super) fn check(p: &Cap, report: &mut Report) {
             "an LED that touches the plate lifts it off its ledge, and lights its edge instead of the skin";
     }
     if layout.sphere_z_mm > 0.0 {
-        return; // Everything below would follow from it.
+        return; // A sphere's centre above the foot is reported already, and would break every check below.
     }
     dimples(p, &layout, report);
     optics(p, &layout, report);
@@ -52,7 +52,7 @@ pub(super) fn check(p: &Cap, report: &mut Report) {
     mold(p, &layout, report);
 }
 
-/// Distance of the nearest two dimples on the gel's surface, mm; nothing of a single one.
+/// Returns the distance of the nearest two dimples on the gel's surface, mm; `None` for a single dimple.
 pub(super) fn nearest_dimples_mm(p: &Cap, layout: &Layout) -> Option<f64> {
     if p.dimples.pattern == RoundPattern::List {
         return nearest_mm(&dimple_points(p, layout, 0.0));
@@ -61,15 +61,15 @@ pub(super) fn nearest_dimples_mm(p: &Cap, layout: &Layout) -> Option<f64> {
     Some((1..=p.dimples.rings).map(|k| layout.ring_pitch_mm(p, k)).fold(between_rings, f64::min))
 }
 
-/// Points on the dimples' axes, so deep below the gel's surface, sensor frame.
+/// Points on the dimples' axes, `depth_mm` below the gel's surface, in the sensor frame.
 fn dimple_points(p: &Cap, layout: &Layout, depth_mm: f64) -> Vec<Point3<f64>> {
     let below = Point3::new(0.0, 0.0, -depth_mm);
     let poses = dimple_poses(p, layout).unwrap_or_default();
     poses.iter().map(|pose| pose.point(below)).collect()
 }
 
-/// Height above the foot of the lowest point of a dimple whose normal makes this angle with the axis
-/// (rad), mm.
+/// Height above the foot, mm, of the lowest point of a dimple whose normal makes the angle `tilt` (rad) with the
+/// axis.
 pub(super) fn lowest_dimple_z(p: &Cap, layout: &Layout, tilt: f64) -> f64 {
     let radius = p.dimples.width.mm() / 2.0;
     let mouth = layout.sphere_radius_mm * tilt.cos() - radius * tilt.sin();
@@ -84,7 +84,7 @@ pub(super) fn lowest_dimple_z(p: &Cap, layout: &Layout, tilt: f64) -> f64 {
 
 fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
     let dimples = &p.dimples;
-    // Neighbours converge towards the sphere's centre.
+    // Neighbouring dimples converge towards the sphere's centre, so they are nearest at their deepest point.
     let depth = match dimples.direction {
         Direction::IntoGel => dimples.height.mm(),
         Direction::OutOfGel => 0.0,
@@ -115,7 +115,7 @@ fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
     }
 }
 
-/// Dimples that are listed: apart from each other down to `depth_mm` below the surface, and off the rim.
+/// Checks listed dimples: apart from each other down to `depth_mm` below the surface, visible, and clear of the rim.
 fn listed(p: &Cap, layout: &Layout, depth_mm: f64, report: &mut Report) {
     let listed = p.dimples.listed();
     listed.check_lengths(report);
@@ -123,7 +123,7 @@ fn listed(p: &Cap, layout: &Layout, depth_mm: f64, report: &mut Report) {
     let most = farthest_deg(|polar| {
         is_above_foot(polar) && hidden_mm(p, layout, polar.rad()).iter().all(|mm| *mm <= 1e-9)
     });
-    // Which of both ends it is what gives way a hair beyond.
+    // The message names the limit that is violated just beyond the largest allowed angle.
     let told = match Angle::from_deg(most + 1e-6).is_some_and(is_above_foot) {
         true => (
             "ledge and LEDs must not hide the dimple from the camera",
@@ -137,7 +137,7 @@ fn listed(p: &Cap, layout: &Layout, depth_mm: f64, report: &mut Report) {
     listed.check_apart(&dimple_points(p, layout, depth_mm), least, web, report);
 }
 
-/// Rings of dimples that end above the foot.
+/// Requires that all rings of dimples end above the foot.
 fn rings(p: &Cap, layout: &Layout, report: &mut Report) {
     let dimples = &p.dimples;
     let lowest = |ring: u32| lowest_dimple_z(p, layout, layout.ring_tilt_rad(p, ring));
@@ -159,7 +159,7 @@ fn rings(p: &Cap, layout: &Layout, report: &mut Report) {
     );
 }
 
-/// LEDs and what the camera sees.
+/// Checks the LEDs, and the camera's view of the dimples.
 fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
     let leds = &p.leds;
     let count = f64::from(leds.count);
@@ -168,7 +168,7 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
     let recess = half_chord(layout.recess_radius_mm, layout.strip_back_mm);
     let tilt = layout.outermost_tilt_rad(p);
     limits! { report, p:
-        // Strips are chords of the chamber; neighbours touch first at their inner ends.
+        // Strips are chords of the chamber. Neighbours touch first at their inner ends.
         leds.count <= PI / half.atan2(layout.chamber_radius_mm),
             "the strips must fit around the chamber without overlapping";
         leds.package_size <=
@@ -182,7 +182,7 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
             "the strips must end above the camera's housing";
     }
     if p.dimples.pattern == RoundPattern::List {
-        return; // Each dimple is looked at by itself.
+        return; // Each listed dimple has been checked by itself.
     }
     limits! { report, p:
         leds.package_height <=
@@ -199,8 +199,9 @@ fn led_top_z(p: &Cap, layout: &Layout) -> f64 {
     layout.led_z_mm + p.leds.package_size.mm() / 2.0
 }
 
-/// Distance from the axis at the height `z`, mm, of the straight line from the optical centre to where the
-/// normal makes this angle with the axis (rad); the plate only bends it inwards.
+/// Distance from the axis, mm, at height `z` of the straight line from the optical centre to the surface point whose
+/// normal makes the angle `tilt` (rad) with the axis. Refraction in the plate only bends the ray inwards, so the line
+/// is a safe bound.
 fn sight_mm(p: &Cap, layout: &Layout, tilt: f64, z: f64) -> f64 {
     let ring = layout.sphere_radius_mm * tilt.sin();
     let ring_z = layout.sphere_z_mm + layout.sphere_radius_mm * tilt.cos();
@@ -208,7 +209,8 @@ fn sight_mm(p: &Cap, layout: &Layout, tilt: f64, z: f64) -> f64 {
     ring * ((z + depth) / (ring_z + depth))
 }
 
-/// How far LEDs and ledge stand in that line, mm; below zero where they do not.
+/// Lengths, mm, by which LEDs and ledge reach into the line of sight to the surface point at `tilt`; negative if they
+/// are clear of it.
 fn hidden_mm(p: &Cap, layout: &Layout, tilt: f64) -> [f64; 2] {
     let sight = |z: f64| sight_mm(p, layout, tilt, z) + APART_MM;
     [
@@ -249,17 +251,18 @@ fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
         holder.screw_spacing >=
             2.0 * centre + SQRT_2 * (layout.pocket_corner_mm + passage + PRINTED_WALL_MM),
             "the screws need a wall beside the camera";
-        // A corner rounder than that around the screw's own centre comes nearer to its head.
+        // A larger corner radius than that of a corner around the screw's centre comes nearer to its head.
         holder.corner <= inset + (inset - head - PRINTED_WALL_MM).max(0.0) / (SQRT_2 - 1.0),
             "the screws' heads need a wall at the rounded corner";
     }
     rim(p, layout, (half_width, painted), report);
 }
 
-/// What a rounded rim leaves of the holder, whose half edge and the painted skin's radius (mm) are known.
+/// Limits the rounding of the holder's rim. `half_width` is half the holder's edge, `painted` the radius of the
+/// painted skin, mm.
 fn rim(p: &Cap, layout: &Layout, (half_width, painted): (f64, f64), report: &mut Report) {
     let (wall, pilot) = (PRINTED_WALL_MM, CASING_SCREW.pilot_hole_mm() / 2.0);
-    // A pocket reaches up to the plate; a screw's head has a wall outside, so that its hole has more.
+    // The LED pockets reach up to the plate. A screw's head has a wall outside, so its thinner hole has more.
     let pocket =
         [half_width - layout.strip_back_mm - wall, -layout.plate_bottom_z_mm - CUT_OVERLAP_MM];
     let screw = [head_mm(p) - pilot, -casing_tip_z(layout)];
@@ -284,7 +287,7 @@ fn rim(p: &Cap, layout: &Layout, (half_width, painted): (f64, f64), report: &mut
 fn camera(p: &Cap, layout: &Layout, report: &mut Report) {
     let camera = &p.camera;
     let wide = 2.0 * (layout.led_front_mm - APART_MM);
-    // Corners of the housing, beyond the chamber, are what clamps the camera.
+    // The camera is clamped by the corners of its housing, which lie outside the chamber.
     let reach = (camera.housing_size.mm() / 2.0 - camera.housing_corner.mm()) * SQRT_2
         + camera.housing_corner.mm();
     let engaged = 1.0;
@@ -330,6 +333,7 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
 
 fn mold(p: &Cap, layout: &Layout, report: &mut Report) {
     let (mold, (bolt, nut)) = (&p.mold, MOLD_BOLT);
+    // The larger of both holes decides, because the bolts pass through all three parts.
     let hole = mold.lid_hole.mm().max(mold.block_hole.mm()) / 2.0;
     let pocket = Joints::new(p, layout).mold.holes().radius_mm;
     let seen = layout.foot_radius_mm - layout.chamber_radius_mm;

@@ -1,4 +1,4 @@
-//! What is bought, how it is wired, and the ways of cables.
+//! Bought components, the LED circuit, and the routing of the cable.
 
 use fabkit_geometry::{Angle, Body, Circuit, Connection, Order, Path, Point3, Pose, Solid};
 
@@ -15,12 +15,12 @@ use crate::hardware::Lens;
 
 // ------ Components ------
 //
-// What is bought: camera with lens, LEDs, screws, bolts, nuts.
+// Bought components: camera with lens, LEDs, screws, bolts, nuts.
 
-/// Length and width of the camera's USB connector, mm: micro-B for USB 3.0.
+/// Length and width of the camera's USB connector (micro-B for USB 3.0), mm.
 pub const CONNECTOR_MM: [f64; 2] = [13.0, 6.0];
 
-/// Everything bought.
+/// Returns all bought components.
 pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
     let c = &p.camera;
     let camera_text = format!("{} with lens {}, {}", c.module.model, c.lens, *c.pictures);
@@ -52,7 +52,7 @@ pub fn components(p: &Cap, layout: &Layout) -> Vec<Body> {
     .concat()
 }
 
-/// Lens, mount, housing and connector, in the sensor frame.
+/// Returns the camera with lens, mount, housing and connector, in the sensor frame.
 fn camera(p: &Cap, layout: &Layout) -> Solid {
     let camera = &p.camera;
     let [lens_radius, mount_radius] =
@@ -80,10 +80,10 @@ fn camera(p: &Cap, layout: &Layout) -> Solid {
     }
 }
 
-/// Width of the angled plug, mm: as wide as what passes the window.
+/// Width of the angled plug, mm: the largest width that passes the window.
 const PLUG_WIDTH_MM: f64 = 13.5;
 
-/// How far the plug reaches from the axis, away from the window and towards it, mm.
+/// Reach of the plug from the axis, away from the window and towards it, mm.
 const PLUG_REACH_MM: [f64; 2] = [3.0, 9.0];
 
 /// Height of the plug below its socket, mm.
@@ -92,20 +92,22 @@ const PLUG_HEIGHT_MM: f64 = 7.0;
 /// Diameter of the camera's cable, mm: usual for USB 3.0.
 const CABLE_MM: f64 = 4.5;
 
-/// How far the cable is drawn beyond the casing, mm: straight, as long as its plug would be bent otherwise.
+/// Drawn length of the cable beyond the casing, mm. It is drawn straight, because a bend there would bend its plug.
 const CABLE_BEYOND_MM: f64 = 20.0;
 
+/// Returns the height of the plug's top, and the height of the plug as far as the base's floor leaves room for it,
+/// mm.
 fn plug_top_and_height_mm(p: &Cap, layout: &Layout) -> (f64, f64) {
     let top = layout.housing_back_z_mm - p.camera.connector_height.mm();
     (top, PLUG_HEIGHT_MM.min(top - layout.floor_z_mm - APART_MM))
 }
 
-/// Of a cable behind a plug of that height.
+/// Diameter of the drawn cable, mm: less than the plug's height.
 fn cable_mm(plug_mm: f64) -> f64 {
     CABLE_MM.min(plug_mm - APART_MM)
 }
 
-/// What a plate below the casing lets pass.
+/// Cable exit that a plate below the casing must leave free.
 pub fn exit(p: &Cap, layout: &Layout) -> Exit {
     let (top, height) = plug_top_and_height_mm(p, layout);
     let (width_mm, angle) = (cable_mm(height), p.base.cable_side.angle());
@@ -113,17 +115,17 @@ pub fn exit(p: &Cap, layout: &Layout) -> Exit {
     Exit::Aside { angle, width_mm, above_mm }
 }
 
-/// How far from the axis the cable is drawn, mm.
+/// Distance from the axis at which the drawn cable ends, mm.
 fn cable_end_mm(p: &Cap) -> f64 {
     p.holder.width.mm() / 2.0 + CABLE_BEYOND_MM
 }
 
-/// How long the cable is drawn, plug apart, mm.
+/// Drawn length of the cable without its plug, mm.
 pub fn cable_beyond_mm(p: &Cap) -> f64 {
     cable_end_mm(p) - PLUG_REACH_MM[1] + INTO_MM
 }
 
-/// The camera's cable with its angled plug, which goes in through the window.
+/// Returns the camera's cable with its angled plug, which enters through the window.
 fn camera_cable(p: &Cap, layout: &Layout) -> Body {
     let (top, height) = plug_top_and_height_mm(p, layout);
     let [back, front] = PLUG_REACH_MM;
@@ -144,7 +146,7 @@ fn camera_cable(p: &Cap, layout: &Layout) -> Body {
         .giving(GIVES_MM)
 }
 
-/// What looks at the window at the front, turned about the sensor's axis to the side where it is.
+/// Turns a pose about the sensor's axis from the front, where the window is by default, to the side that has it.
 pub fn turned(p: &Cap, pose: Pose) -> Pose {
     let quarters = (p.base.cable_side.quarters() + 4 - Side::Front.quarters()) % 4;
     let turn = Angle::from_deg(90.0 * f64::from(quarters)).expect("finite");
@@ -154,8 +156,8 @@ pub fn turned(p: &Cap, pose: Pose) -> Pose {
     }
 }
 
-/// A piece of strip with its package; origin on the back, z axis out of the package, y across the
-/// strip.
+/// Returns a piece of strip with its LED package. Its origin is on the back, z points out of the package, y across
+/// the strip.
 fn led(p: &Cap) -> Solid {
     let leds = &p.leds;
     let thickness = leds.strip_thickness.mm();
@@ -163,7 +165,7 @@ fn led(p: &Cap) -> Solid {
     Solid::union([strip, package(p)])
 }
 
-/// The package, which reaches into its strip.
+/// Returns the LED package, which overlaps its strip.
 fn package(p: &Cap) -> Solid {
     let (size, into) = (p.leds.package_size.mm(), p.leds.strip_thickness.mm() / 2.0);
     Solid::cuboid(size, size, p.leds.package_height.mm() + into).at_z(into)
@@ -171,14 +173,14 @@ fn package(p: &Cap) -> Solid {
 
 // ------ Circuit ------
 //
-// How the pieces of strip are wired: supply and ground parallel, data from one to the next.
+// Wiring of the pieces of strip: supply and ground in parallel, data from one to the next.
 
-/// An LED of such strips at full white, A (Adafruit's guide to NeoPixels: 60 mA, 20 mA a colour).
+/// Current of one LED of such strips at full white, A (Adafruit's guide to NeoPixels: 60 mA, 20 mA per colour).
 const FULL_A: f64 = 0.060;
 
-/// The wires between supply, controller and pieces of strip, and the camera's cable.
+/// Builds the circuit: wires between supply, controller and pieces of strip, and the camera's cable.
 pub fn circuit(p: &Cap) -> Circuit {
-    // What such strips are made for.
+    // Such strips are made for 5 V.
     let mut wired = Builder::wired("led-strips", 5.0);
     let mut connect = |from: String, to: String, carries: &str, color: &str| {
         let (carries, color) = (carries.to_owned(), Some(color.to_owned()));

@@ -1,4 +1,4 @@
-//! Plate, holder and base, and the skin on them.
+//! Casing parts (plate, holder and base), and the skin on them.
 
 use fabkit_geometry::{
     Angle, Body, CUT_OVERLAP_MM, Carrier, DomeSurface, InvalidPattern, Mark, Path, Pattern, Pose,
@@ -18,49 +18,50 @@ use crate::materials::glazing;
 //
 // Plate, holder and base.
 
-/// Depth and width of the groove beside the camera that the LEDs' wires go through, mm.
+/// Depth and width, mm, of the groove beside the camera for the LEDs' wires.
 pub const WIRE_GROOVE_MM: [f64; 2] = [1.2, 8.0];
 
 /// Distance of the plug's window from the floor and from the camera's seat, mm.
 const WINDOW_MARGIN_MM: f64 = 1.0;
 
-/// Widest upper edge of a window that every filament printer spans without supports, mm.
+/// Longest upper edge of a window that every filament printer bridges without supports, mm.
 const LONGEST_BRIDGE_MM: f64 = 10.0;
 
-/// Brim under a rounded rim, which touches the bed in a line, mm; chosen: as wide as the rim's edge is high.
+/// Width of the brim under a rounded rim, which touches the bed only in a line, mm. Chosen value: the height of the
+/// rim's edge.
 const RIM_BRIM_MM: f64 = 5.0;
 
-/// Poses on strips' backs: z axis towards the sensor's axis, y axis up.
+/// Poses on the backs of the LED strips: z axis towards the sensor's axis, y axis up.
 pub fn led_poses(p: &Cap, layout: &Layout) -> Vec<Pose> {
     let degrees = |deg: f64| Angle::from_deg(deg).expect("finite");
     let inwards = Pose::translation(layout.strip_back_mm, 0.0, layout.led_z_mm)
         .then_in(Pose::rotation_z(degrees(-90.0)))
         .then_in(Pose::rotation_x(degrees(90.0)));
-    // The first one stands on +y, over the middle of a side.
+    // The first LED stands on +y, in the middle of a side.
     let first = f64::from(p.leds.count) / 4.0;
     ring(p.leds.count, first, inwards)
 }
 
-/// The casing's outside seen along z.
+/// Outline of the casing seen along z.
 pub fn outside(p: &Cap) -> Rect {
     Rect { half: [p.holder.width.mm() / 2.0; 2], corner: p.holder.corner.mm() }
 }
 
-/// Room for the camera's housing between two heights.
+/// Returns the pocket for the camera's housing between two heights.
 fn pocket(layout: &Layout, heights: [f64; 2]) -> Solid {
     let edge = 2.0 * layout.pocket_half_mm;
     let path = Path::rectangle([0.0; 2], [edge; 2], layout.pocket_corner_mm);
     Solid::prism(path, heights).named("camera pocket")
 }
 
-/// A groove beside the camera's housing, from the chamber to the room behind the camera.
+/// Returns the groove beside the camera's housing, from the chamber to the room behind the camera.
 fn wire_groove(layout: &Layout, [bottom_z, top_z]: [f64; 2]) -> Solid {
     let [depth, width] = WIRE_GROOVE_MM;
     let reach = layout.pocket_half_mm + depth;
     wall_way(Side::Right, width, [0.0, reach], [bottom_z, top_z]).named("wire groove")
 }
 
-/// The clear plate.
+/// Returns the clear plate.
 pub fn plate(p: &Cap, layout: &Layout) -> Body {
     let disc = Path::circle([0.0; 2], layout.plate_radius_mm);
     PLATE
@@ -75,10 +76,10 @@ pub fn plate(p: &Cap, layout: &Layout) -> Body {
         .note("leave the protective film on until the skin is glued")
 }
 
-/// The casing's upper piece.
+/// Returns the upper part of the casing.
 pub fn holder(p: &Cap, layout: &Layout) -> Body {
     let over = CUT_OVERLAP_MM;
-    // One profile from the plate's recess down to the camera: ledge and chamber.
+    // One profile for the plate's recess, the ledge and the chamber, down to the camera.
     let (recess, chamber) = (layout.recess_radius_mm, layout.chamber_radius_mm);
     let inside = Solid::revolution(Path::polygon(&[
         [0.0, layout.housing_front_z_mm],
@@ -88,7 +89,7 @@ pub fn holder(p: &Cap, layout: &Layout) -> Body {
         [recess, over],
         [0.0, over],
     ]));
-    // Strips are pushed in from above, before the plate is glued on.
+    // The strips are pushed in from above before the plate is glued on, so their pockets are open upwards.
     let slack = p.making.gap_mm(HOLDER, Process::Fdm, Fit::Slide);
     let depth = layout.strip_back_mm - layout.led_front_mm;
     let pocket_height = p.leds.strip_width.mm() + p.leds.below_plate.mm() + over;
@@ -119,12 +120,12 @@ pub fn holder(p: &Cap, layout: &Layout) -> Body {
             "the rounded rim lies on the bed: print it on a brim and smooth its lowest layers",
         ))
         .on_brim(if is_round { RIM_BRIM_MM } else { 0.0 })
-        // The chamber goes through; everything else is open to it or blind.
+        // The chamber goes through. All other openings are blind or lead into it.
         .with_handles(1)
         .cut(Joints::new(p, layout).casing.held().unmarked())
 }
 
-/// The casing's lower piece.
+/// Returns the lower part of the casing.
 pub fn base(p: &Cap, layout: &Layout) -> Body {
     let over = CUT_OVERLAP_MM;
     let (joints, head_z, bottom) =
@@ -164,12 +165,12 @@ pub fn base(p: &Cap, layout: &Layout) -> Body {
 
 // ------ Skin ------
 //
-// The skin: a spherical cap of clear gel with dimples, and the reflective paint on it.
+// Skin: a spherical cap of clear gel with dimples, and the reflective paint on it.
 //
-// Gel, paint and mold come from the same functions with the same numbers, so that they touch
-// without gap or overlap.
+// Gel, paint and mold are made by the same functions from the same numbers, so that they touch without gap or
+// overlap.
 
-/// How many dimples there are: 1 + 6 + 12 + ..., or as many as are listed.
+/// Number of dimples: 1 + 6 + 12 + ... in rings, or as many as are listed.
 pub fn dimple_count(p: &Cap) -> usize {
     match p.dimples.pattern {
         RoundPattern::Rings => 1 + 3 * p.dimples.rings as usize * (p.dimples.rings as usize + 1),
@@ -177,11 +178,11 @@ pub fn dimple_count(p: &Cap) -> usize {
     }
 }
 
-/// Where the dimples meet the gel's surface: z axis along the outward normal, from the apex
-/// outwards or as listed, sensor frame.
+/// Poses of the dimples on the gel's surface in the sensor frame, z axis along the outward normal. Rings are ordered
+/// from the apex outwards.
 ///
 /// # Errors
-/// Rings beyond the far pole of the sphere, which the constraints refuse.
+/// Fails if rings lie beyond the far pole of the sphere, which the constraints refuse.
 pub fn dimple_poses(p: &Cap, layout: &Layout) -> Result<Vec<Pose>, InvalidPattern> {
     let surface = sphere(layout.sphere_radius_mm);
     let poses = match p.dimples.pattern {
@@ -197,8 +198,8 @@ pub fn dimple_poses(p: &Cap, layout: &Layout) -> Result<Vec<Pose>, InvalidPatter
     Ok(poses.into_iter().map(|pose| sensor_from_sphere.then_in(pose)).collect())
 }
 
-/// The gel's cap, on z = 0; a tool goes on below its foot, with a straight wall so that the
-/// spherical face stays the same.
+/// Returns the gel's cap on z = 0. As a tool it extends below its foot with a straight wall, so that the spherical
+/// face stays the same.
 fn cap(layout: &Layout, is_tool: bool) -> Solid {
     let radius_mm = layout.sphere_radius_mm;
     let foot = (radius_mm.powi(2) - layout.sphere_z_mm.powi(2)).sqrt();
@@ -211,8 +212,8 @@ fn cap(layout: &Layout, is_tool: bool) -> Solid {
     Solid::revolution(path.arc(apex, centre, true).close())
 }
 
-/// A cylinder of `width_mm` with a hemispherical tip, from beyond the surface z = 0 to its tip at
-/// `height_mm`.
+/// Returns a cylinder of `width_mm` with a hemispherical tip. It starts beyond the surface z = 0, inside or outside
+/// of the gel, and its tip is `height_mm` away from the surface.
 fn pin(width_mm: f64, height_mm: f64, direction: Direction) -> Solid {
     let (radius, root) = (width_mm / 2.0, CUT_OVERLAP_MM);
     let shoulder = height_mm - radius;
@@ -229,13 +230,14 @@ fn pin(width_mm: f64, height_mm: f64, direction: Direction) -> Solid {
     Solid::revolution(path.close())
 }
 
+/// Returns the solids of all dimples, offset outwards by `grown_mm`.
 fn dimples(p: &Cap, poses: &[Pose], grown_mm: f64) -> Vec<Solid> {
     let width = p.dimples.width.mm() + 2.0 * grown_mm;
     let feature = pin(width, p.dimples.height.mm() + grown_mm, p.dimples.direction);
     copies("dimple", poses, &feature)
 }
 
-/// The dimples' ends, which the camera follows.
+/// Returns the ends of the dimples, which are the markers that the camera tracks.
 pub fn dimple_marks(p: &Cap, poses: &[Pose]) -> Vec<Mark> {
     let (radius_mm, height_mm) = (p.dimples.width.mm() / 2.0, p.dimples.height.mm());
     let depth_mm = match p.dimples.direction {
@@ -245,7 +247,7 @@ pub fn dimple_marks(p: &Cap, poses: &[Pose]) -> Vec<Mark> {
     Mark::below("dimple", poses, depth_mm, radius_mm, |_| Carrier::Gel)
 }
 
-/// The gel with its dimples; as a tool it goes on below its foot.
+/// Returns the gel with its dimples. As a tool it extends below its foot.
 pub fn gel(p: &Cap, layout: &Layout, poses: &[Pose], is_tool: bool) -> Solid {
     let cap = cap(layout, is_tool).named("dome");
     let dimples = dimples(p, poses, 0.0);
@@ -255,7 +257,7 @@ pub fn gel(p: &Cap, layout: &Layout, poses: &[Pose], is_tool: bool) -> Solid {
     }
 }
 
-/// The paint: fills dimples in the gel, covers bumps on it.
+/// Returns the paint, which fills dimples in the gel or covers bumps on it.
 fn paint(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Solid {
     let thickness = p.paint.thickness.mm();
     let outside = touch.solid(0.0, touch.foot_z_mm).named("outside");
@@ -268,7 +270,7 @@ fn paint(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Solid
     outside.minus(gel(p, layout, poses, true))
 }
 
-/// Gel and paint, which ends in the surface that is touched.
+/// Returns gel and paint. The paint's outside is the touched surface.
 pub fn layers(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Vec<Body> {
     vec![
         Body::cast(

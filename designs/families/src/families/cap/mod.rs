@@ -1,7 +1,7 @@
-//! Dome-cap sensors: a dimpled cap of clear gel, painted outside, on a clear plate; coloured LEDs
-//! and a camera below (ShadowTac).
+//! Dome-cap sensors: a dimpled cap of clear gel, painted outside, on a clear plate, with coloured LEDs and a camera
+//! below (ShadowTac).
 //!
-//! Its layout and joints stand below, because all the rest is built from them.
+//! This file holds the layout and the screw joints, on which all other files of the family build.
 
 mod chain;
 mod constraints;
@@ -26,7 +26,7 @@ use crate::parameters::Report;
 use crate::{Built, Family, Header, layout};
 use parameters::{BASE, BLOCK, Cap, Direction, HOLDER};
 
-/// The family of ShadowTac.
+/// Dome-cap family, whose built-in example is ShadowTac.
 pub(crate) struct CapFamily;
 
 impl Family for CapFamily {
@@ -62,7 +62,7 @@ impl Family for CapFamily {
     }
 }
 
-/// What it is mounted by.
+/// Returns the face by which the sensor is mounted.
 fn face(p: &Cap, layout: &Layout) -> MountFace {
     MountFace {
         holder: parameters::BASE,
@@ -75,7 +75,7 @@ fn face(p: &Cap, layout: &Layout) -> MountFace {
     }
 }
 
-/// Everything a dome-cap sensor consists of.
+/// Builds the sensor: all bodies, the circuit, press fits, casting steps and the camera.
 fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor {
     let casing = [housing::plate(p, layout), housing::holder(p, layout), housing::base(p, layout)];
     let (touch, joints) = (touch(p, layout), Joints::new(p, layout));
@@ -93,7 +93,7 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
             .into_iter()
             .chain(joints.inserts().and_then(|mounting| mounting.press_fit(parameters::BASE)))
             .collect(),
-        // Bumps stand out of it: nothing that fits a cap fits them.
+        // Bumps stand out of the sphere, so fixtures that fit the smooth cap would not fit them.
         touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
         marks: housing::dimple_marks(p, dimples),
         lightings: vec![slopes(parameters::PAINT, None, RED_BLUE_GREEN.map(|i| RED_GREEN_BLUE[i]))],
@@ -102,10 +102,11 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
     }
 }
 
-/// The order of the LEDs' colours, counter-clockwise seen from outside: measured in the published code.
+/// Order of the LEDs' colours as indices into red, green, blue, counter-clockwise seen from outside; measured in the
+/// published code.
 const RED_BLUE_GREEN: [usize; 3] = [0, 2, 1];
 
-/// The camera, turned as its plug is.
+/// Nominal camera, turned to the side on which its plug leaves.
 fn nominal(p: &Cap) -> NominalCamera {
     let c = &p.camera;
     let camera = c.view.camera_at(-c.depth.mm(), c.pictures.size_px());
@@ -113,10 +114,11 @@ fn nominal(p: &Cap) -> NominalCamera {
     NominalCamera { sensor_from_camera, ..camera }
 }
 
-/// How much of the skin's height gives way measurably: a solid cap of gel stiffens beyond.
+/// Share of the skin's height up to which it is measurably soft. Beyond, a solid cap of gel stiffens.
 const SOFT_SHARE: f64 = 0.4;
 
-/// What is touched, and what fixtures hold on to: the whole casing, whose plug's window exists once.
+/// Returns the touched surface, and the part that fixtures grip: the whole casing. The plug's window serves as key,
+/// because only one side has it.
 fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
     let radius_mm = layout.sphere_radius_mm + p.paint.thickness.mm();
     let outside = housing::outside(p);
@@ -139,7 +141,7 @@ fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
     }
 }
 
-/// What follows from the parameters, for `fabkit show`.
+/// Lists the derived dimensions that `fabkit show` prints.
 fn derived(p: &Cap, layout: &Layout) -> Vec<(String, String)> {
     let mut figures = vec![
         mm("sphere radius", layout.sphere_radius_mm),
@@ -166,20 +168,20 @@ fn derived(p: &Cap, layout: &Layout) -> Vec<(String, String)> {
     figures
 }
 
-/// Room between the camera's connector and the base's floor, mm.
+/// Free height between the camera's connector and the base's floor, mm.
 fn plug_room_mm(p: &Cap, layout: &Layout) -> f64 {
     layout.housing_back_z_mm - p.camera.connector_height.mm() - layout.floor_z_mm
 }
 
 // ------ Layout ------
 //
-// Where things are: every radius and height that more than one part needs, derived once.
+// Radii and heights that more than one part needs, each derived once.
 
 layout! {
     /// Radii and heights in the sensor frame, mm.
     ///
-    /// The skin's foot is z = 0, the top of the plate and of the holder. Below the plate lies a
-    /// round chamber; the camera's housing is clamped between the holder's and the base's corners.
+    /// The skin's foot is at z = 0, which is the top of the plate and of the holder. Below the plate lies a round
+    /// chamber. The camera's housing is clamped between the corners of holder and base.
     pub struct Layout from p: &Cap {
         /// Radius of the skin's foot.
         foot_radius_mm = p.skin.base_diameter.mm() / 2.0;
@@ -187,19 +189,19 @@ layout! {
         // Intersecting chords: foot^2 = height (2 radius - height).
         /// Radius of the sphere that the skin is a cap of.
         sphere_radius_mm = (foot_radius_mm.powi(2) + height.powi(2)) / (2.0 * height);
-        /// Height of the sphere's centre, below the foot for less than a hemisphere.
+        /// Height of the sphere's centre. It lies below the foot if the cap is less than a hemisphere.
         sphere_z_mm = height - sphere_radius_mm;
 
-        /// Outside of the plate.
+        /// Outer radius of the plate.
         plate_radius_mm = p.plate.diameter.mm() / 2.0;
-        /// Inside of the holder around the plate.
+        /// Inner radius of the holder around the plate.
         recess_radius_mm =
             plate_radius_mm + p.making.gap_mm(HOLDER, Process::Fdm, Fit::Slide);
-        /// Inside of the holder below the plate.
+        /// Inner radius of the holder below the plate.
         chamber_radius_mm = p.holder.aperture_diameter.mm() / 2.0;
-        /// Bottom of the plate, top of the ledge.
+        /// Bottom of the plate, which is the top of the ledge that it is glued to.
         plate_bottom_z_mm = -p.plate.thickness.mm();
-        // A strip's face touches the chamber's wall in the middle.
+        // A strip is flat and the chamber round: its face touches the chamber's wall in the middle.
         /// Distance of a strip's back from the axis.
         strip_back_mm = chamber_radius_mm + p.leds.strip_thickness.mm();
         /// Distance of the LEDs' light-emitting faces from the axis.
@@ -215,43 +217,44 @@ layout! {
         housing_front_z_mm = mount_front_z_mm - p.camera.mount_height.mm();
         /// Back of the camera's housing, which rests on the base's corners.
         housing_back_z_mm = housing_front_z_mm - p.camera.housing_height.mm();
-        // One pocket in both pieces: the larger gap.
+        // Holder and base form one pocket, so the larger of their gaps applies.
         let clamping = [HOLDER, BASE].map(|part| (part, Process::Fdm));
         let slide = p.making.widest_mm(clamping, Fit::Slide);
-        /// Half the edge of the pocket around the housing.
+        /// Half the edge length of the pocket around the housing.
         pocket_half_mm = p.camera.housing_size.mm() / 2.0 + slide;
         /// Radius of the pocket's corners.
         pocket_corner_mm = p.camera.housing_corner.mm() + slide;
-        /// Bottom of the holder, top of the base.
+        /// Bottom of the holder, which is the top of the base.
         joint_z_mm = -p.holder.height.mm();
         /// Bottom of everything.
         bottom_z_mm = joint_z_mm - p.base.height.mm();
         /// Top of the base's floor.
         floor_z_mm = bottom_z_mm + p.base.floor.mm();
 
-        /// Outside of the mold.
+        /// Outer radius of the mold.
         mold_radius_mm = p.mold.diameter.mm() / 2.0;
-        /// Outside of the lid's boss.
+        /// Outer radius of the lid's boss.
         boss_radius_mm = foot_radius_mm + p.mold.land.mm();
-        /// Inside of the spacer.
+        /// Inner radius of the spacer.
         spacer_bore_mm = boss_radius_mm + p.mold.trough.mm();
-        /// Side of the lid's flange that the spacer touches.
+        /// Face of the lid's flange that touches the spacer.
         flange_z_mm = -p.mold.spacer.mm();
-        /// Outer side of the lid, where the bolts' heads bear.
+        /// Outer face of the lid, on which the bolts' heads bear.
         lid_z_mm = flange_z_mm - p.mold.lid_thickness.mm();
         // The bolt's tip ends flush with its nut.
-        /// Side of the nuts that bears on the block.
+        /// Face of the nuts that bears on the block.
         nut_z_mm = lid_z_mm + MOLD_BOLT.0.length_mm - MOLD_BOLT.1.height_mm;
     }
 }
 
 impl Layout {
-    /// Angle between the axis and the normal on ring `index` of the dimples, rad.
+    /// Angle between the axis and the normal on ring `index` of the dimples, rad. The spacing is measured along the
+    /// arc.
     pub fn ring_tilt_rad(&self, p: &Cap, index: u32) -> f64 {
         f64::from(index) * p.dimples.spacing.mm() / self.sphere_radius_mm
     }
 
-    /// Angle between the axis and the normal where the outermost dimples are, rad.
+    /// Angle between the axis and the normal at the outermost dimples, rad.
     pub fn outermost_tilt_rad(&self, p: &Cap) -> f64 {
         match p.dimples.pattern {
             RoundPattern::Rings => self.ring_tilt_rad(p, p.dimples.rings),
@@ -259,7 +262,7 @@ impl Layout {
         }
     }
 
-    /// Distance between neighbours of one ring, on the sphere as the crow flies, mm.
+    /// Straight distance between neighbouring dimples of ring `index`, mm. Ring k has 6 k dimples.
     pub fn ring_pitch_mm(&self, p: &Cap, index: u32) -> f64 {
         let half_turn = std::f64::consts::PI / f64::from(6 * index);
         2.0 * self.sphere_radius_mm * self.ring_tilt_rad(p, index).sin() * half_turn.sin()
@@ -268,32 +271,32 @@ impl Layout {
 
 // ------ Joints ------
 //
-// The screws of the sensor and of its mold: each joint is stated here, and nowhere else.
+// Screws of the sensor and of its mold. Each joint is defined here and nowhere else.
 
-/// How far a casing's screw bites into the holder, mm: two and a half times its diameter.
+/// Length of a casing screw's thread in the holder, mm: two and a half times its diameter.
 pub const BITE_MM: f64 = 5.0;
 
-/// Depth of a screw's hole beyond its tip, mm.
+/// Depth of a screw's pilot hole beyond its tip, mm.
 const PILOT_SPARE_MM: f64 = 1.0;
 
-/// The screws that join holder and base.
+/// Screws that join holder and base.
 pub const CASING_SCREW: Screw = Screw::M2X16;
 
-/// The bolts of the mold, and their nuts.
+/// Bolts of the mold, and their nuts.
 pub const MOLD_BOLT: (Screw, HexNut) = (Screw::M3X16, HexNut::M3);
 
-/// All joints, in the sensor frame.
+/// All screw joints, in the sensor frame.
 pub struct Joints {
-    /// Through the base's corners into the holder.
+    /// Screws through the base's corners into the holder.
     pub casing: Joint,
-    /// In the base's floor, for a gripper; a user's screws.
+    /// Holes in the base's floor for a gripper. The user provides the screws.
     pub mounting: Joint,
-    /// Through lid, spacer and block of the mold.
+    /// Bolts through lid, spacer and block of the mold.
     pub mold: Joint,
 }
 
 impl Joints {
-    /// Where they are; meaningful only for parameters that satisfy the family's constraints.
+    /// Places the joints. The result is meaningful only for parameters that satisfy the family's constraints.
     pub fn new(p: &Cap, layout: &Layout) -> Self {
         let half = p.holder.screw_spacing.mm() / 2.0;
         let head_z = casing_head_z(layout);
@@ -318,13 +321,13 @@ impl Joints {
         }
     }
 
-    /// The mounting holes, where nuts are melted into them.
+    /// Returns the mounting joint if its holes hold heat-set nuts.
     pub fn inserts(&self) -> Option<&Joint> {
         self.mounting.nut_name().map(|_| &self.mounting)
     }
 }
 
-/// Holes for a gripper's screws.
+/// Defines the holes for a gripper's screws.
 pub(super) fn mounting(p: &Cap) -> Mounting<'_> {
     Mounting {
         mount: &p.mount,
@@ -335,12 +338,12 @@ pub(super) fn mounting(p: &Cap) -> Mounting<'_> {
     }
 }
 
-/// Height at which the holes of the casing's screws end.
+/// Height at which the pilot holes of the casing's screws end, mm.
 pub fn casing_tip_z(layout: &Layout) -> f64 {
     casing_head_z(layout) + CASING_SCREW.length_mm + PILOT_SPARE_MM
 }
 
-/// Height at which the heads of the casing's screws bear.
+/// Height on which the heads of the casing's screws bear, mm.
 pub fn casing_head_z(layout: &Layout) -> f64 {
     layout.joint_z_mm + BITE_MM - CASING_SCREW.length_mm
 }

@@ -1,11 +1,9 @@
-//! The resin mold that casts the skin: a block with the cavity, a lid whose boss closes it, and a
-//! spacer between both.
+//! Resin mold that casts the skin: a block with the cavity, a lid whose boss closes it, and a spacer between both.
 //!
-//! It stands in the sensor frame with its mouth at z = 0, facing down: in use it is turned over.
-//! The gel is poured into the block and degassed, then the lid goes on. Its boss meets the block on
-//! a narrow land; what is too much runs over the land into the trough inside the spacer, and out
-//! through the notches. The boss is flat and wider than the gel, so that the bolts' play does not
-//! matter and no dowels are needed.
+//! The mold stands in the sensor frame with its mouth at z = 0, facing down. In use it is turned over. The gel is
+//! poured into the block and degassed, then the lid is put on. The lid's boss meets the block on a narrow land.
+//! Surplus gel flows over the land into the trough inside the spacer, and out through the notches. The boss is flat
+//! and wider than the gel, so the bolts' play does not matter and no dowels are needed.
 
 use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Cut, Path, Pose, Process, Solid};
 
@@ -18,20 +16,20 @@ use crate::hardware::tools::pry;
 
 const WASH: &str = "wash, cure and bake: uncured resin keeps platinum silicone from curing";
 
-/// The vents, between what the camera sees and the gel's edge.
+/// Vents in the lid, between the area that the camera sees and the gel's edge.
 pub fn vents(p: &Cap, layout: &Layout) -> VentedLid {
     let foot = [layout.chamber_radius_mm, layout.foot_radius_mm];
     VentedLid::over(foot, (p.mold.vents, p.mold.vent_diameter))
 }
 
-/// The bolts' holes, of another width in the block than in what lies on it.
+/// Cuts the bolts' holes with the given diameter: the block and the plates on it have different ones.
 fn bolt_holes(p: &Cap, layout: &Layout, diameter_mm: f64) -> Cut {
     let depth = p.mold.height.mm() - layout.lid_z_mm + CUT_OVERLAP_MM;
     Joints::new(p, layout).mold.passed_freely(depth, diameter_mm / 2.0).unmarked()
 }
 
-/// Two radial slots at the outside, between bolts, between two heights. `reach_mm` in from the
-/// outside.
+/// Cuts two radial slots at the outside of the mold, each between two bolts. They start at the height `bottom_z`, are
+/// `height` high, and reach `reach_mm` inwards.
 fn slots(p: &Cap, layout: &Layout, reach_mm: f64, bottom_z: f64, height: f64) -> Cut {
     holes(slot_turns(p).into_iter().zip(1..).map(|(turn, number)| {
         let slot = Solid::cuboid(2.0 * reach_mm, p.mold.pry_width.mm(), height)
@@ -41,7 +39,7 @@ fn slots(p: &Cap, layout: &Layout, reach_mm: f64, bottom_z: f64, height: f64) ->
     }))
 }
 
-/// Where the slots are: in the middle between two bolts.
+/// Angles of the slots: in the middle between two bolts.
 fn slot_turns(p: &Cap) -> [Angle; 2] {
     [0, 1].map(|i| turn(i * (p.mold.bolts / 2), p.mold.bolts, 0.5))
 }
@@ -55,12 +53,12 @@ fn tool(p: &Cap, name: Name, solid: Solid, lift_mm: f64) -> Body {
         .for_shrinkage(shrinkage(&p.skin.material))
 }
 
-/// Block, spacer and lid.
+/// Returns block, spacer and lid.
 pub fn parts(p: &Cap, layout: &Layout, dimples: &[Pose]) -> [Body; 3] {
     [block(p, layout, dimples), spacer(p, layout), lid(p, layout)]
 }
 
-/// The block: everything around the gel, so that each dimple leaves its pin.
+/// Returns the block, which is the negative of the gel: each dimple becomes a pin.
 fn block(p: &Cap, layout: &Layout, dimples: &[Pose]) -> Body {
     let solid = Solid::cylinder(layout.mold_radius_mm, p.mold.height.mm());
     let (reach, height) = (p.mold.pry_depth.mm(), p.mold.pry_gap.mm() + CUT_OVERLAP_MM);
@@ -87,7 +85,7 @@ fn spacer(p: &Cap, layout: &Layout) -> Body {
         [outside, 0.0],
         [bore, 0.0],
     ]));
-    // All the way from the trough to the outside, half the spacer deep.
+    // The notch goes from the trough to the outside and is half as deep as the spacer is thick.
     let (reach, depth) = (outside - bore + 1.0, p.mold.spacer.mm() / 2.0 + CUT_OVERLAP_MM);
     tool(p, SPACER, ring, -10.0)
         .lying(flipped())

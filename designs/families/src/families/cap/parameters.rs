@@ -26,7 +26,7 @@ parameters! {
 }
 
 choices! {
-    /// Which way the dimples point.
+    /// Direction in which the dimples point.
     pub enum Direction {
         /// Holes in the gel: the mold carries pins.
         IntoGel = "into-gel",
@@ -228,7 +228,7 @@ sections! {
 }
 
 impl Dimples {
-    /// Those that are listed.
+    /// Returns the listed dimples.
     pub fn listed(&self) -> Listed<'_, Angle> {
         Listed::new("dimple", ("dimples.polar", &self.polar), ("dimples.azimuth", &self.azimuth))
     }
@@ -236,9 +236,9 @@ impl Dimples {
 
 // ------ Bodies ------
 //
-// What the sensor consists of and is made with, and where bodies stand together.
+// Bodies of the sensor and of its mold, and the assembly in which the mold is used.
 
-/// Casting the skin.
+/// Assembly that casts the skin.
 pub const SKIN_MOLD: AssemblyName = AssemblyName("skin-mold");
 
 crate::bodies! {

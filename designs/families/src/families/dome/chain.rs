@@ -1,4 +1,4 @@
-//! How a dome sensor is built, step by step.
+//! Assembly steps of a dome sensor, from printing to the closed sensor.
 
 use fabkit_geometry::{Cure, FixedBy, Pull, Step, Vector3};
 
@@ -12,23 +12,23 @@ use crate::assembling::{
 use crate::blocks::cup_and_bridge::PUSH_HOLE_RADIUS_MM;
 use crate::blocks::{DOWEL, LED};
 
-/// What is poured or laid onto next before it sets.
+/// Cure of a material that gets its next layer while it is still wet.
 const WET: Cure = Cure { hours: 0.0, celsius: 23.0 };
-/// Of the silicone mold, from the material's data sheet.
+/// Cure of the silicone mold, from the material's data sheet.
 const ROOM_6_H: Cure = Cure { hours: 6.0, celsius: 23.0 };
 
-/// What all steps are made from.
+/// Data that all steps are built from.
 struct Chain<'a> {
     p: &'a Dome,
     layout: &'a Layout,
     joints: Joints,
-    /// Molds and tube are used tip down.
+    /// Up direction while casting: molds and tube are used tip down.
     up: Vector3<f64>,
     inner: Cavity,
     outer: Cavity,
 }
 
-/// Every step from printing to the sensor.
+/// Returns all steps, from printing to the finished sensor.
 pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
     let [inner, outer] = cavities(p, layout);
     let (joints, up) = (Joints::new(p, layout), -Vector3::z());
@@ -89,7 +89,7 @@ impl Chain<'_> {
             .source("chosen: the paper shows a cut tube and does not say how")
     }
 
-    /// Casts a seamless mold around a glass tube and takes the tube out.
+    /// Casts a seamless mold around a glass tube, then pulls the tube out.
     fn silicone(&self, cavity: &Cavity) -> [Step; 2] {
         let form = form(self.p, self.layout, cavity);
         let mut push_hole = free_surface(PUSH_HOLE_RADIUS_MM, 0.0, self.up);
@@ -126,17 +126,18 @@ impl Chain<'_> {
         ]
     }
 
-    /// Takes a cast gel out of its mold, with connector and lid.
+    /// Lists the pulls that take a cast gel out of its mold, together with connector and lid.
     fn off(&self, cavity: &Cavity) -> Vec<Pull> {
         let lid = [rigid(CONNECTOR, self.up), rigid(cavity.lid, self.up)];
         if self.is_silicone() {
-            // The gel leaves with the lid; seen from it, the mold goes.
+            // The gel leaves with the lid. In the gel's frame it is the mold that moves away, in the opposite
+            // direction.
             return [&[rigid(cavity.form.mold, -self.up)], &lid[..]].concat();
         }
         [&lid[..], &halves_apart(cavity)].concat()
     }
 
-    /// What holds a mold together while it is used.
+    /// Lists the bodies that form and hold a mold while gel is cast in it.
     fn tools(&self, cavity: &Cavity) -> Vec<Name> {
         let common = [CONNECTOR, O_RING, TUBE];
         let own = if self.is_silicone() {
@@ -179,7 +180,8 @@ impl Chain<'_> {
         ]
     }
 
-    /// Five sixths of the mixture is thinner, and most of a spray misses.
+    /// Mixes the coat with a surplus of 20 layer masses: five sixths of the mixture is thinner, and most of a spray
+    /// misses.
     fn coat(&self) -> Liquid {
         liquid(&self.p.coat.material, 20.0).curing(ROOM_24_H)
     }
@@ -230,7 +232,7 @@ impl Chain<'_> {
         steps
     }
 
-    /// For those who have no spray gun.
+    /// Steps that dip the module, for users without a spray gun.
     fn dipping(&self) -> [Step; 3] {
         [
             demold("take-out-module", TRANSLUCENT_MOLD, self.off(&self.outer))
@@ -255,6 +257,7 @@ impl Chain<'_> {
 
     fn joining(&self) -> Vec<Step> {
         let is_locked = housing::is_locked(self.p);
+        // If a locking gel follows, the filling gel is left wet until that is poured onto it; both cure together.
         let cure = if is_locked { WET } else { ROOM_24_H };
         let filling = liquid(&self.p.filling_gel.material, 0.1).curing(cure);
         let in_tube = vec![free_surface(self.layout.tube_bore_radius_mm, 0.0, self.up)];

@@ -1,4 +1,6 @@
-//! What the parameters must fulfil together so that things fit, hold and can be made.
+//! Constraints between parameters: parts must fit, hold, and be manufacturable.
+//!
+//! Many limits read `x <= x + a - b`. They state that `b <= a`, and suggest the value of `x` that would satisfy it.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -16,13 +18,13 @@ use crate::fits::Fit;
 use crate::hardware::Screw;
 use crate::parameters::{Report, limits};
 
-/// Least height of the cylinder below a countersink, mm: its edge would not print otherwise.
+/// Minimum height of the cylinder below a countersink, mm. A thinner edge would not print.
 const SINK_LAND_MM: f64 = 0.25;
 
-/// Thinnest gel that can be poured, mm.
+/// Minimum thickness of gel that can be poured, mm.
 const THINNEST_GEL_MM: f64 = 0.5;
 
-/// Reports every combination that cannot be built.
+/// Reports every combination of parameters that cannot be built.
 pub(super) fn check(p: &Dome, report: &mut Report) {
     let layout = Layout::new(p);
     contact_module(p, &layout, report);
@@ -37,7 +39,7 @@ pub(super) fn check(p: &Dome, report: &mut Report) {
 }
 
 fn contact_module(p: &Dome, layout: &Layout, report: &mut Report) {
-    // The flange lies on what its plug passes: each lid, or the slot of the holder.
+    // The connector's flange rests on whatever its plug passes through: each lid, or the holder's slot.
     let lids = [INNER_LID, OUTER_LID].map(|lid| p.making.gap_mm(lid, Process::Fdm, Fit::Slide));
     let slot = p.making.gap_mm(HOLDER, Process::Fdm, Fit::Free);
     let passed = lids.into_iter().fold(slot, f64::max);
@@ -77,12 +79,12 @@ fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
     }
 }
 
-/// What closes the diffuser, the gel and the picture between camera and gel.
+/// Checks the baffle, the locking gel and its groove.
 fn lock(p: &Dome, layout: &Layout, report: &mut Report) {
     if p.baffle.wall.mm() > 0.0 {
         let top = layout.gel_face_z_mm.min(layout.diffuser_bottom_z_mm) - p.baffle.gap.mm();
         let above = (top + p.camera.depth.mm()).max(0.0);
-        // Beside it the camera must see all of the diffuser's bore.
+        // Radius at the baffle's top of the cone through which the camera sees the whole bore of the diffuser.
         let seen = p.diffuser.bore_radius.mm() * above
             / (p.camera.depth.mm() + layout.diffuser_bottom_z_mm).max(above).max(1e-9);
         let bore = p.led_board.bore_radius.mm();
@@ -142,6 +144,7 @@ fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
         },
         || "write a divisor of `leds.count`".into(),
     );
+    // Half the angle between two LEDs; a rib stands in the middle of it.
     let step = PI / f64::from(p.leds.count);
     let outer_corner = (length / 2.0).atan2(circle + width / 2.0);
     limits! { report, p:
@@ -171,11 +174,13 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
     let head = Screw::M1_6X5.head_diameter_mm();
     let bite = Screw::M1_6X5.length_mm - camera.board_thickness.mm();
     let within = layout.base_radius_mm - PRINTED_WALL_MM;
-    // Where the board is no square, what the other edge leaves.
+    // If the board is not square, the other edge determines how long this one may be.
     let widest = match camera.board_size == camera.board_size_y {
         true => within * SQRT_2 - 2.0 * slide,
         false => 2.0 * (half_chord(within, camera.board_size_y.mm() / 2.0 + slide) - slide),
     };
+    // In a square pattern the screws lie on the diagonals of the holder. In another, their heads may clear the holder
+    // along y alone.
     let apart = head / 2.0 + APART_MM;
     let beside = ((camera.screw_spacing_y.mm() - camera.holder_size.mm()) / 2.0).max(0.0);
     let nearest = match camera.screw_spacing == camera.screw_spacing_y {
@@ -210,7 +215,7 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
         "the lens must not touch the filling gel",
     );
     limits! { report:
-        // From the board's seat on the base upwards and downwards there must be room.
+        // Room is needed above and below the board's seat on the base.
         camera.lens_height >= camera.lens_height.mm() + layout.camera_board_top_z_mm
             + Screw::M1_6X5.head_height_mm() + APART_MM - layout.base_top_z_mm,
             "the camera's screws must end below the LED board";
@@ -228,12 +233,13 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
     let nuts = joints.shell_base.holes();
     let nut_top = nuts.poses[0].translation_mm().z + nuts.radius_mm;
     let room = layout.camera_board_bottom_z_mm - nut_top - 0.5;
-    // A nut's hole ends outside of whatever else goes through the base.
+    // The hole of a nut must end before it meets any other hole through the base.
     let nut_end = layout.base_radius_mm - nuts.depth_mm - 0.1;
     let relief = relief_edges_mm(p);
     let is_square = p.camera.board.screw_spacing == p.camera.board.screw_spacing_y;
     let half = p.camera.board.screw_spacing_y.mm() / 2.0;
     let pilot_radius = joints.camera.holes().radius_mm;
+    // Radii that the camera's screws and the corners of the recess reach.
     let (pilot, corner) = match is_square {
         true => (p.camera.board.screw_spacing.mm() / SQRT_2 + pilot_radius, relief[0] / SQRT_2),
         false => (
@@ -276,13 +282,13 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
     mount_holes_clear(p, &mounting, &joints, report);
 }
 
-/// How often its diameter a wire that is bent once is bent at least.
+/// Minimum bend radius of a wire that is bent once, in wire diameters.
 const WIRE_BENDS: f64 = 1.5;
 
-/// Board around a wire hole, mm.
+/// Minimum width of the board's rim beside a wire hole, mm.
 const BOARD_EDGE_MM: f64 = 0.3;
 
-/// Wall between the cables' slit and screws or nuts, mm.
+/// Minimum wall between the cables' slit and screws or nuts, mm.
 const SLIT_WALL_MM: f64 = 0.45;
 
 fn cables(p: &Dome, layout: &Layout, report: &mut Report) {
@@ -290,6 +296,7 @@ fn cables(p: &Dome, layout: &Layout, report: &mut Report) {
         let relief = relief_edges_mm(p);
         let slot = cable_slot(p);
         let slot_half = p.base.cable_slot_width.mm() / 2.0;
+        // Half the slot's extent along x and y. 0.25 mm of the recess stay beyond each of its ends.
         let reach = [0, 1].map(|i| slot.ends()[1][i].abs() + slot_half);
         limits! { report, p:
             base.cable_slot_length <=
@@ -316,7 +323,7 @@ fn cables(p: &Dome, layout: &Layout, report: &mut Report) {
     slit_clear(p, layout, &slit, report);
 }
 
-/// Nuts, mounting holes and the camera's screws stand beside the slit.
+/// Requires nuts, mounting holes and the camera's screws to clear the slit.
 fn slit_clear(p: &Dome, layout: &Layout, slit: &Slit, report: &mut Report) {
     let joints = Joints::new(p, layout);
     let (sin, cos) = p.base.exit_angle.rad().sin_cos();
@@ -324,10 +331,11 @@ fn slit_clear(p: &Dome, layout: &Layout, slit: &Slit, report: &mut Report) {
         [&joints.shell_base, &joints.mounting, &joints.camera].map(Joint::holes);
     let beside = |[x, y]: [f64; 2], radius: f64| {
         let (along, across) = (x * cos + y * sin, (y * cos - x * sin).abs());
+        // The slit starts at the axis, so behind it the distance is that to its end.
         let off = if along > 0.0 { across } else { across.hypot(along) };
         off - radius - slit.width_mm / 2.0
     };
-    // A nut's hole is nearest at its inner end.
+    // A nut's hole comes nearest to the slit at its inner end.
     let inner = layout.base_radius_mm - nuts.depth_mm;
     let nuts = nuts.poses.iter().map(|pose| {
         let axis = pose.vector(fabkit_geometry::Vector3::z());
@@ -354,7 +362,7 @@ fn slit_clear(p: &Dome, layout: &Layout, slit: &Slit, report: &mut Report) {
     );
 }
 
-/// Mounting holes stand between the joint's nuts and the camera's screws.
+/// Requires mounting holes to clear the joint's nuts and the camera's screws.
 fn mount_holes_clear(p: &Dome, mounting: &Mounting, joints: &Joints, report: &mut Report) {
     let [mounts, nuts, screws] =
         [&joints.mounting, &joints.shell_base, &joints.camera].map(Joint::holes);
@@ -364,10 +372,11 @@ fn mount_holes_clear(p: &Dome, mounting: &Mounting, joints: &Joints, report: &mu
     for mount in mounts.poses {
         let mount = mount.translation_mm();
         for nut in nuts.poses {
-            // A nut lies along its radius, so that its distance is that to a line.
+            // A nut lies along a radius, so the distance to it is the distance to a line.
             let axis = nut.vector(fabkit_geometry::Vector3::z());
             let along = mount.dot(&axis);
             let beside = (mount.xy() - axis.xy() * along).norm();
+            // Only nuts on the mounting hole's side of the axis are near it.
             if along > 0.0 {
                 nearest_nut = nearest_nut.min(beside - nuts.radius_mm - mounts.radius_mm);
             }
@@ -426,19 +435,19 @@ fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
     let with_dowels = [INNER_A, INNER_B, INNER_LID, OUTER_A, OUTER_B, OUTER_LID, COLLAR];
     let slide = p.making.widest_mm(with_dowels.map(|part| (part, Process::Fdm)), Fit::Slide);
     crate::blocks::mold::check(&p.mold, slide, cavity, report);
-    // Vents open between what stands in the mold and the cavity's wall.
+    // The vents open between the core of the mold and the cavity's wall.
     let transparent = layout.transparent_radius_mm - layout.tube_radius_mm;
     if transparent < THINNEST_GEL_MM {
         return; // Reported already; every limit below would follow from it.
     }
     let thinnest = transparent.min(p.translucent_gel.thickness.mm());
     let foot = (thinnest, "a vent must open over the gel alone");
-    // The channel lies beside the connector's flange.
+    // The overflow channel lies beside the connector's flange.
     let flange = layout.tube_radius_mm - FLANGE_INSET_MM;
     vents(p, &cavities(p, layout)[0]).check(foot, flange, report);
 }
 
-/// Least wall of the collar, mm.
+/// Minimum wall of the collar, mm.
 const COLLAR_WALL_MM: f64 = 2.0;
 
 fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
@@ -446,7 +455,7 @@ fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
     let seat = o_ring_seat(p, layout);
     seat.check("connector.o_ring_cord", "groove", "connector.o_ring_squeeze", report);
     if p.molds.route == MoldRoute::Silicone {
-        // Around the wider tube there is less silicone.
+        // The wider tube leaves less silicone around it.
         form(p, layout, &cavities(p, layout)[1]).check(report);
         let collar = layout.shell_radius_mm + COLLAR_WALL_MM - cup(p, layout).silicone_radius;
         limits! { report, p:

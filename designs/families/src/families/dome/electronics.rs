@@ -1,4 +1,4 @@
-//! What is bought, how it is wired, and the ways of cables.
+//! Bought components, the LED circuit, and the routing of cable and wires.
 
 use std::f64::consts::{PI, TAU};
 
@@ -28,14 +28,14 @@ use crate::hardware::Dowel;
 
 // ------ Components ------
 //
-// What is bought: glass, camera, LEDs, screws, nuts, dowels, O-ring.
+// Bought components: glass tubes, camera, LEDs, screws, nuts, dowels, O-ring.
 
-/// Everything bought.
+/// Returns all bought components.
 pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     let each = |assembly: AssemblyName, poses: &[Pose], lift_mm: f64| -> Vec<Placement> {
         poses.iter().map(|&pose| assembly.at(pose).lifted(lift_mm)).collect()
     };
-    // Fasteners leave along their own axis.
+    // In the exploded view, fasteners move along their own axis.
     let drawn_out = |out_mm: f64, lift_mm: f64| {
         move |pose: &Pose| SENSOR.drawn_out(pose, out_mm).lifted(lift_mm)
     };
@@ -52,7 +52,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     let is_silicone = p.molds.route == MoldRoute::Silicone;
     let is_dipped = p.coat.method == CoatMethod::Dip;
     let in_form = |form: AssemblyName| move |pose: &Pose| form.at(*pose).lifted(-45.0);
-    // The same screws serve both forms, one after the other.
+    // Both forms use the same screws, one after the other.
     let form_screws = match is_silicone {
         true => [INNER_FORM, OUTER_FORM]
             .map(|form| joints.form.bought(in_form(form), in_form(form)))
@@ -143,7 +143,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     sensor.into_iter().chain(cables(p, layout)).chain(screws).chain(tools).collect()
 }
 
-/// Board with four holes, lens holder and barrel, connector behind.
+/// Returns the camera: a board with four holes, lens holder and barrel, and a connector behind.
 fn camera(p: &Dome, layout: &Layout) -> Body {
     let thickness = p.camera.board.board_thickness.mm();
     let holes = Joints::new(p, layout).camera.passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
@@ -161,7 +161,7 @@ fn dowel(p: &Dome) -> Dowel {
     Dowel { diameter_mm: p.mold.dowel_diameter.mm(), length_mm: p.mold.dowel_length.mm() }
 }
 
-/// The glass tube whose outside shapes the silicone mold; its rim rests on the bridge's sleeve.
+/// Returns the glass tube whose outside shapes a silicone mold. Its rim rests on the bridge's sleeve.
 fn form_tube(p: &Dome, layout: &Layout, form: &CupAndBridge<'_>, outer: f64) -> Solid {
     let wall = layout.wall_height_mm;
     let inner = outer - p.tube.wall.mm();
@@ -184,12 +184,12 @@ fn form_tube(p: &Dome, layout: &Layout, form: &CupAndBridge<'_>, outer: f64) -> 
 
 // ------ Circuit ------
 //
-// What is soldered to the LED board, and what leads to it.
+// Parts soldered to the LED board, and the wires that lead to it.
 
-/// A wire's pad along and across the way out, mm.
+/// Size of a wire's pad along and across the exit direction, mm.
 const PAD_MM: [f64; 2] = [1.5, 0.8];
 
-/// LEDs between supply and ground, each with its resistor; two wires; the camera's cable.
+/// Builds the circuit: LEDs between supply and ground, each with its resistor, two wires, and the camera's cable.
 pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
     let mut board = Builder::on(LED_BOARD, &p.leds.electric);
     let package = LedPackage::Chip([p.leds.length.mm(), p.leds.width.mm()]);
@@ -206,7 +206,7 @@ pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
     let holes = wire_hole_centres(p);
     for (at_mm, (net, color, to)) in holes.into_iter().zip(TO_SUPPLY) {
         let out = at_mm[1].atan2(at_mm[0]);
-        // Away from the LEDs' circle where the holes are outside of it.
+        // If the holes lie outside the circle of LEDs, the pads point away from that circle.
         let is_outside = at_mm[0].hypot(at_mm[1]) > p.leds.circle_radius.mm();
         let way = if drawn { p.base.exit_angle.rad() } else { out };
         board.wire(
@@ -231,7 +231,7 @@ pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
         board.keep_out(BoardSide::Top, all_around([0.0, baffle]), "the baffle's flange");
     }
     for rib in 0..p.shell.ribs {
-        // Its width is an angle at the bore; a tenth beside it.
+        // A rib is a sector of a ring. The region has a margin of 0.1 mm inwards and 0.01 rad on each side.
         let half = (p.shell.rib_width.mm() / 2.0 / layout.shell_bore_radius_mm).asin();
         let region = KeepOutRegion::Sector {
             inner_mm: layout.rib_radius_mm - 0.1,
@@ -251,40 +251,40 @@ pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
 
 // ------ Wiring ------
 //
-// How wires and cable leave: a slit in the base, from the camera's recess and from below the LED board's
-// wire holes to the side, and a notch in the shell that slides over it.
+// Routing of wires and cable: a slit in the base leads to the side from the camera's recess and from below the LED
+// board's wire holes. A notch in the shell slides over it.
 
-/// How far the cable is drawn out of the shell, up to its plug, mm.
+/// Drawn length of the cable outside the shell, up to its plug, mm.
 const CABLE_OUT_MM: f64 = 20.0;
 
-/// How far the wires are drawn out of the shell, mm: they end before the plug.
+/// Drawn length of the wires outside the shell, mm. They end before the plug.
 const WIRES_OUT_MM: f64 = 12.0;
 
-/// How much higher than the base's bottom the tongue begins, mm: less than a printer's layer.
+/// Height of the tongue's lower face above the base's bottom, mm: less than one printed layer.
 const TONGUE_LIFT_MM: f64 = 0.04;
 
-/// Between cable and wires, and between them and the walls of their slit, mm.
+/// Clearance between cable and wires, and between them and the walls of their slit, mm.
 const PLAY_MM: f64 = 0.15;
 
-/// From the connector's middle to the camera's board, mm.
+/// Gap between the camera board and the cable, mm.
 const CABLE_BELOW_BOARD_MM: f64 = 0.3;
 
-/// Width and heights of the slit and what goes through it, mm; the way out is +x.
+/// Width and heights, mm, of the slit for cable and wires. The exit direction is +x.
 pub struct Slit {
-    /// Across.
+    /// Width across the exit direction.
     pub width_mm: f64,
-    /// Of the cable's middle.
+    /// Height of the cable's centre line.
     pub cable_z: f64,
-    /// Of the wires' middles.
+    /// Height of the wires' centre lines.
     pub wire_z: f64,
-    /// Of the notch's upper end in the shell.
+    /// Height of the upper end of the shell's notch.
     pub top_z: f64,
-    /// Where the tongue below the cable ends.
+    /// Height of the upper face of the tongue below the cable.
     pub tongue_z: f64,
 }
 
 impl Slit {
-    /// Where it is.
+    /// Derives the slit from the cable, the wires and the camera board.
     pub fn new(p: &Dome, layout: &Layout) -> Self {
         let (cable, wire) = (p.cables.diameter.mm(), p.cables.wire_diameter.mm());
         let cable_z = layout.camera_board_bottom_z_mm - CABLE_BELOW_BOARD_MM - cable / 2.0;
@@ -299,18 +299,18 @@ impl Slit {
     }
 }
 
-/// Whether cable and wires leave through the side.
+/// Returns whether cable and wires leave through the side.
 pub fn leads_aside(p: &Dome) -> bool {
     p.base.cable_exit == CableExit::Side
 }
 
-/// Turns +x into the way out.
+/// Pose that turns +x into the exit direction.
 fn way(p: &Dome) -> Pose {
     Pose::rotation_z(p.base.exit_angle)
 }
 
-/// Where the wires leave the LED board, mm: beside each other above the slit, inside of the LEDs; where
-/// the cable leaves through the floor, opposite to each other over the corners of the camera's pocket.
+/// Centres of the two wire holes in the LED board, mm. For an exit at the side they lie next to each other above the
+/// slit. For an exit through the floor they lie opposite each other, over the corners of the camera's pocket.
 pub fn wire_hole_centres(p: &Dome) -> [[f64; 2]; 2] {
     if leads_aside(p) {
         let [x, y] = first_hole(p);
@@ -320,27 +320,28 @@ pub fn wire_hole_centres(p: &Dome) -> [[f64; 2]; 2] {
         });
     }
     let radius = p.led_board.bore_radius.mm() + p.led_board.wire_hole_diameter.mm();
-    // The LEDs nearest to 45 and 225 degrees stand half a step beside.
+    // The LEDs nearest to 45 and 225 degrees are half a step away from these angles.
     [0.125, 0.625].map(|turns: f64| {
         let angle = turns * TAU;
         [radius * angle.cos(), radius * angle.sin()]
     })
 }
 
-/// The first of both holes, where the way out is +x, mm.
+/// Centre of the first wire hole if the exit direction is +x, mm.
 fn first_hole(p: &Dome) -> [f64; 2] {
     let radius = hole_radius(p);
     let beside = (p.cables.wire_diameter.mm() + APART_MM) / 2.0;
     [(radius.powi(2) - beside.powi(2)).max(0.0).sqrt(), beside]
 }
 
-/// Between a wire and the edge of the camera's board, mm.
+/// Clearance between a wire and the edge of the camera board, mm.
 const BESIDE_BOARD_MM: f64 = 0.5;
 
-/// How far from the axis the wire holes are, mm: inside of the LEDs, or outside of them where the camera's
-/// board is there.
+/// Distance of the wire holes from the axis, mm. They lie inside the circle of LEDs, or outside of it if the camera
+/// board is in the way.
 fn hole_radius(p: &Dome) -> f64 {
     let hole = p.led_board.wire_hole_diameter.mm();
+    // Distance from the axis to the board's edge in the exit direction.
     let out = way(p).vector(Vector3::x());
     let edge = [p.camera.board.board_size, p.camera.board.board_size_y].map(|edge| edge.mm() / 2.0);
     let board = (edge[0] / out.x.abs().max(1e-9)).min(edge[1] / out.y.abs().max(1e-9));
@@ -352,12 +353,12 @@ fn hole_radius(p: &Dome) -> f64 {
     (p.leds.circle_radius.mm() + p.leds.width.mm() / 2.0 + hole).max(beside)
 }
 
-/// How far from the axis a wire hole ends, mm.
+/// Distance from the axis to the outer edge of a wire hole, mm.
 pub fn wire_holes_end_mm(p: &Dome) -> f64 {
     hole_radius(p) + p.led_board.wire_hole_diameter.mm() / 2.0
 }
 
-/// What the base gets: a slot in its floor, or the slit.
+/// Returns the cut in the base for the cable: a slot in its floor, or the slit to its side.
 pub fn way_out(p: &Dome, layout: &Layout) -> Cut {
     let (bottom, top) = (layout.bottom_z_mm, layout.base_top_z_mm + CUT_OVERLAP_MM);
     if !leads_aside(p) {
@@ -370,8 +371,8 @@ pub fn way_out(p: &Dome, layout: &Layout) -> Cut {
     holes([tool.placed(way(p)).named("cable slit")])
 }
 
-/// Where the slots are that a screwdriver pulls the base out by: a third of all screws to both sides of the
-/// way out, so between a screw and a mounting hole as that is.
+/// Angles of the slots by which a screwdriver pulls the base out. For an exit at the side they lie a third of the
+/// screws' ring to either side of it: between a screw and a mounting hole, as the exit does.
 pub fn pry_turns(p: &Dome) -> Vec<Angle> {
     if !leads_aside(p) {
         return vec![turn(0, 2, 0.5), turn(1, 2, 0.5)];
@@ -385,14 +386,14 @@ pub fn pry_turns(p: &Dome) -> Vec<Angle> {
     steps.into_iter().map(from_exit).collect()
 }
 
-/// What closes the shell's notch below the cable; it turns base and shell to each other.
+/// Returns the tongue on the base that closes the shell's notch below the cable. It also aligns base and shell.
 pub fn tongue(p: &Dome, layout: &Layout) -> Option<Solid> {
     if !leads_aside(p) {
         return None;
     }
     let slit = Slit::new(p, layout);
     let half = slit.width_mm / 2.0 - p.making.gap_mm(BASE, Process::Fdm, Fit::Slide);
-    // Its corners stay inside of the shell's outside.
+    // The tongue's corners must not stand out of the shell.
     let reach = half_chord(layout.shell_radius_mm - APART_MM, half);
     let inside = layout.base_radius_mm - 1.0;
     let tongue = Solid::cuboid_between(
@@ -402,7 +403,7 @@ pub fn tongue(p: &Dome, layout: &Layout) -> Option<Solid> {
     Some(tongue.placed(way(p)).named("tongue"))
 }
 
-/// What the shell's rim gets: a notch that slides over cable and wires.
+/// Returns the notch in the shell's rim that slides over cable and wires.
 pub fn shell_notch(p: &Dome, layout: &Layout) -> Option<Solid> {
     if !leads_aside(p) {
         return None;
@@ -417,11 +418,11 @@ pub fn shell_notch(p: &Dome, layout: &Layout) -> Option<Solid> {
     Some(tool.placed(way(p)).named("cable notch"))
 }
 
-/// The camera's cable, from its connector to the plug on its free end; the way out is +x.
+/// Path of the camera's cable, from its connector to the plug on its free end. The exit direction is +x.
 pub fn camera_cable(p: &Dome, layout: &Layout) -> Cable {
     let z = Slit::new(p, layout).cable_z;
     let [x, y] = relief_edges_mm(p).map(|edge| edge / 2.0 - 1.0);
-    // The connector's box is half as deep as it is wide; whichever side looks out.
+    // The connector is half as deep as it is wide. The path starts at the face that the exit direction meets.
     let out = way(p).vector(Vector3::x());
     let face = (x / out.x.abs().max(1e-9)).min(y / 2.0 / out.y.abs().max(1e-9));
     let end = layout.shell_radius_mm + CABLE_OUT_MM;
@@ -429,7 +430,7 @@ pub fn camera_cable(p: &Dome, layout: &Layout) -> Cable {
     Cable { diameter_mm: p.cables.diameter.mm(), bend_mm: p.cables.diameter.mm(), corners }
 }
 
-/// A wire from the LED board: down beside the camera's board, and out above the cable.
+/// Path of a wire from the LED board: down beside the camera board, then out above the cable.
 pub fn led_wire(p: &Dome, layout: &Layout) -> Cable {
     let slit = Slit::new(p, layout);
     let [x, _] = first_hole(p);
@@ -441,7 +442,7 @@ pub fn led_wire(p: &Dome, layout: &Layout) -> Cable {
     Cable { diameter_mm: p.cables.wire_diameter.mm(), bend_mm: p.cables.wire_bend.mm(), corners }
 }
 
-/// What a plate below the sensor lets pass.
+/// Cable exit that a plate below the sensor must leave free.
 pub fn exit(p: &Dome, layout: &Layout) -> Exit {
     if leads_aside(p) {
         let slit = Slit::new(p, layout);
@@ -454,7 +455,7 @@ pub fn exit(p: &Dome, layout: &Layout) -> Exit {
     Exit::Below { at: slot.at, half_mm, turn: slot.turn }
 }
 
-/// Both, as they lie in the sensor.
+/// Returns the cable and the wires as they lie in the sensor; empty if they leave through the floor.
 pub fn cables(p: &Dome, layout: &Layout) -> Vec<Body> {
     if !leads_aside(p) {
         return Vec::new();

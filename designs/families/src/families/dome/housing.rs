@@ -1,4 +1,4 @@
-//! Shell, base, diffuser and LED board, how they hold the contact module, and its layers.
+//! Shell, base, diffuser and LED board, the gel that locks the contact module to them, and the layers of that module.
 
 use fabkit_geometry::{
     Angle, Body, CUT_OVERLAP_MM, Color, DomeSurface, Path, Process, Profile, Solid,
@@ -18,12 +18,13 @@ use crate::materials::glazing;
 //
 // Shell, base, diffuser and LED board.
 
+/// Colour of frosted acrylic in images.
 const FROST: Color = [225, 236, 240];
 
 /// Depth, width and height of the slots for a screwdriver that pulls the base out, mm.
 const PRY_SLOT_MM: [f64; 3] = [1.2, 6.0, 1.5];
 
-/// The tube that everything slides into from below, and the gel stands on.
+/// Returns the shell: the tube that carries the gel and takes all other parts from below.
 pub fn shell(p: &Dome, layout: &Layout) -> Body {
     let wall = tube(p, layout);
     let wall =
@@ -45,7 +46,7 @@ pub fn shell(p: &Dome, layout: &Layout) -> Body {
         .cut(Joints::new(p, layout).shell_base.passed(through, gap))
 }
 
-/// The shell without ribs: a tube, unless its upper edge is round or its rim reaches inwards.
+/// Returns the shell's tube without ribs, with the rounded upper edge and the shoulder if there are any.
 fn tube(p: &Dome, layout: &Layout) -> Solid {
     let (radius, bore) = (layout.shell_radius_mm, layout.shell_bore_radius_mm);
     let (height, bottom) = (layout.shell_height(), layout.bottom_z_mm);
@@ -62,14 +63,14 @@ fn tube(p: &Dome, layout: &Layout) -> Solid {
         ([bore - shoulder, 0.0], 0.0),
     ];
     if shoulder > 0.0 {
-        // Into the ribs, which end below it.
+        // The shoulder overlaps the ribs, which end below it.
         let below = layout.diffuser_bottom_z_mm - INTO_MM;
         outline.extend([([bore - shoulder, below], 0.0), ([bore, below], 0.0)]);
     }
     Solid::revolution(edge::rounded(&outline))
 }
 
-/// The plug that carries the camera and closes the shell.
+/// Returns the plug that carries the camera and closes the shell.
 pub fn base(p: &Dome, layout: &Layout) -> Body {
     let chamfer = 0.6;
     let (r, top, bottom) = (layout.base_radius_mm, layout.base_top_z_mm, layout.bottom_z_mm);
@@ -86,7 +87,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
     let pocket_floor = layout.camera_board_bottom_z_mm;
     let pocket =
         Solid::cuboid(pocket_x, pocket_y, top - pocket_floor + CUT_OVERLAP_MM).at_z(pocket_floor);
-    // Between the camera's screws there is room for its connector.
+    // The connector fits between the camera's screws.
     let [relief_x, relief_y] = relief_edges_mm(p);
     let relief =
         Solid::cuboid(relief_x, relief_y, pocket_floor - layout.relief_z_mm + CUT_OVERLAP_MM)
@@ -98,7 +99,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
     let joints = Joints::new(p, layout);
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
     let pry_slots = electronics::pry_turns(p).into_iter().zip(1..).map(|(turn, number)| {
-        // Twice as deep as it shows: the outer half cuts air, whatever the plug's curvature.
+        // Twice as deep as visible: the outer half cuts only air, whatever the plug's curvature.
         let slot = Solid::cuboid(2.0 * pry_depth, pry_width, pry_height + CUT_OVERLAP_MM);
         let slot = slot.at(r, 0.0, bottom - CUT_OVERLAP_MM);
         slot.turned_z(turn).named(format!("pry slot {number}"))
@@ -120,7 +121,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
         .cut(holes(pry_slots))
 }
 
-/// The frosted ring.
+/// Returns the frosted ring.
 pub fn diffuser(p: &Dome, layout: &Layout) -> Body {
     let (bore, notch) = (p.diffuser.bore_radius.mm(), p.diffuser.notch_radius.mm());
     let half = p.diffuser.notch_width.mm() / 2.0;
@@ -140,7 +141,7 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Body {
         .with_handles(1)
 }
 
-/// A circle with `count` notches of half width `half` out to a larger radius.
+/// Returns a circle with `count` notches of half width `half`, which reach out to the radius `notch`.
 pub(super) fn notched_circle(radius: f64, notch: f64, half: f64, count: u32) -> Path {
     let centre = [0.0, 0.0];
     let at = |r: f64, angle: f64| [r * angle.cos(), r * angle.sin()];
@@ -160,7 +161,7 @@ pub(super) fn notched_circle(radius: f64, notch: f64, half: f64, count: u32) -> 
     path
 }
 
-/// The outline of the LED board.
+/// Returns the LED board without its parts.
 pub fn led_board(p: &Dome, layout: &Layout) -> Body {
     let profile = Profile::new(Path::circle([0.0, 0.0], layout.board_radius_mm))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
@@ -181,7 +182,7 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Body {
         .with_handles(3)
 }
 
-/// The black tube in the LED board's bore; nothing where its wall is 0.
+/// Returns the black tube in the LED board's bore, or `None` if its wall is 0.
 pub fn baffle(p: &Dome, layout: &Layout) -> Option<Body> {
     if p.baffle.wall.mm() == 0.0 {
         return None;
@@ -212,45 +213,45 @@ pub fn baffle(p: &Dome, layout: &Layout) -> Option<Body> {
     )
 }
 
-/// Radius of what stays free for the lens inside the LED board, mm.
+/// Free radius for the lens inside the LED board and baffle, mm.
 pub fn baffle_radius_mm(p: &Dome) -> f64 {
     p.led_board.bore_radius.mm() - p.baffle.wall.mm()
 }
 
 // ------ Lock ------
 //
-// How the contact module is held: gel that goes on from the filling gel through the diffuser, out to the
-// shell, around its ribs and into its groove.
+// Gel that holds the contact module: the filling gel continues through the diffuser out to the shell, around its ribs
+// and into its groove.
 //
-// It is poured through the shell, tip down, onto the filling gel: so every face that looks down then lets
-// air out, and the groove's upper flank rises inwards.
+// It is poured through the shell, tip down, onto the filling gel. Therefore every face that points down while pouring
+// must let air out, and the groove's upper flank rises inwards.
 
-/// How much gel lies between the groove and the diffuser, and between the groove and its own face, mm.
+/// Thickness of gel between the groove and the diffuser, and between the groove and the gel's own face, mm.
 const GROOVE_EDGE_MM: f64 = 0.4;
 
-/// Height of the groove's inmost face, mm.
+/// Height of the groove's innermost face, mm.
 const GROOVE_MM: f64 = 0.5;
 
-/// How far a rib reaches into the wall, or into the wall behind the groove, that carries it, mm.
+/// Overlap of a rib with the wall that carries it, or with the wall behind the groove, mm.
 const RIB_ROOT_MM: f64 = 0.5;
 
-/// How far a rib's shoulder lies below the diffuser, mm: gel closes the gap around the diffuser above it.
+/// Distance of a rib's shoulder below the diffuser, mm. Gel above the shoulder closes the gap around the diffuser.
 const RIB_STEP_MM: f64 = 0.3;
 
-/// How wide the diffuser rests on a rib at least, mm.
+/// Minimum width of the diffuser's seat on a rib, mm.
 pub const LEDGE_MM: f64 = 0.4;
 
-/// Whether there is any.
+/// Returns whether the sensor has a locking gel.
 pub fn is_locked(p: &Dome) -> bool {
     p.filling_gel.lock_depth.mm() > 0.0
 }
 
-/// How deep gel must be for the groove, mm.
+/// Minimum depth of the locking gel that covers the groove, mm.
 pub fn groove_room_mm(p: &Dome) -> f64 {
     2.0 * GROOVE_EDGE_MM + GROOVE_MM + p.shell.lock_groove.mm()
 }
 
-/// The groove's outline from the diffuser downwards, in (radius, height), mm; nothing where there is none.
+/// Returns the groove's outline from the diffuser downwards as (radius, height), mm; empty if there is no groove.
 fn groove(p: &Dome, layout: &Layout) -> Vec<[f64; 2]> {
     let depth = p.shell.lock_groove.mm();
     if depth == 0.0 {
@@ -259,23 +260,23 @@ fn groove(p: &Dome, layout: &Layout) -> Vec<[f64; 2]> {
     let bore = layout.shell_bore_radius_mm;
     let top = layout.diffuser_bottom_z_mm - GROOVE_EDGE_MM;
     let inmost = top - GROOVE_MM;
-    // The flank at 45 degrees prints without support and traps no air.
+    // The 45 degree flank prints without support and traps no air.
     vec![[bore, top], [bore + depth, top], [bore + depth, inmost], [bore, inmost - depth]]
 }
 
-/// What the shell's bore gets: the groove.
+/// Returns the solid that cuts the groove into the shell's bore.
 pub fn groove_tool(p: &Dome, layout: &Layout) -> Option<Solid> {
     let outline = groove(p, layout);
     let (first, last) = (outline.first()?, outline.last()?);
-    // It begins inside the bore.
+    // The tool starts inside the bore, so that no faces coincide.
     let inside = layout.shell_bore_radius_mm - INTO_MM;
     let outline = [&[[inside, last[1]], [inside, first[1]]], &outline[..]].concat();
     Some(Solid::revolution(Path::polygon(&outline)).named("lock groove"))
 }
 
-/// The ribs between diffuser and LED board, `up_mm` longer at the diffuser.
+/// Returns the ribs between diffuser and LED board, extended by `up_mm` at the diffuser.
 pub fn ribs(p: &Dome, layout: &Layout, up_mm: f64) -> Vec<Solid> {
-    // A rib's width is an angle at the bore.
+    // A rib is a sector of a ring, so its width becomes an angle at the bore.
     let half_width = (p.shell.rib_width.mm() / 2.0 / layout.shell_bore_radius_mm).asin();
     let half_width = Angle::from_rad(half_width).expect("ribs are narrower than the shell");
     let back = Angle::from_rad(-half_width.rad()).expect("finite");
@@ -300,7 +301,7 @@ pub fn ribs(p: &Dome, layout: &Layout, up_mm: f64) -> Vec<Solid> {
         .collect()
 }
 
-/// The gel below the diffuser, in its bore and its notches, and around its edge.
+/// Returns the gel below the diffuser, in the diffuser's bore and notches, and around its edge.
 pub fn locking_gel(p: &Dome, layout: &Layout) -> Option<Body> {
     if !is_locked(p) {
         return None;
@@ -310,7 +311,7 @@ pub fn locking_gel(p: &Dome, layout: &Layout) -> Option<Body> {
     let mut outline = vec![[0.0, face], [bore, face]];
     outline.extend(groove(p, layout).iter().rev());
     if seat < bore {
-        // Below the shoulder, which the ribs carry.
+        // The gel ends below the shoulder, which the ribs carry.
         let shoulder = under - INTO_MM;
         outline.extend([[bore, shoulder], [seat, shoulder]]);
     }
@@ -325,7 +326,7 @@ pub fn locking_gel(p: &Dome, layout: &Layout) -> Option<Body> {
     );
     let plug =
         Solid::prism(Profile::new(hole), [under - INTO_MM, 0.0]).named("through the diffuser");
-    // Ribs reach beyond the face; above them there is the diffuser.
+    // The ribs are extended beyond the gel's face. Above it is the diffuser.
     let solid = Solid::revolution(Path::polygon(&outline)).plus(plug).minus_all(ribs(
         p,
         layout,
@@ -338,20 +339,20 @@ pub fn locking_gel(p: &Dome, layout: &Layout) -> Option<Body> {
             .placed([in_sensor().lifted(8.0), JOINING.in_place().lifted(-52.0)])
             .colored([214, 226, 236])
             .opaque(0.35)
-            // It closes around each rib, over its shoulder.
+            // The gel closes around each rib, over the rib's shoulder, which makes one handle per rib.
             .with_handles(p.shell.ribs as i32),
     )
 }
 
 // ------ Layers ------
 //
-// The layers of the contact module, from the inside out.
+// Layers of the contact module, from the inside out.
 
-/// All layers, the innermost first; the coat ends in the surface that is touched.
+/// Returns all layers, innermost first. The coat's outside is the touched surface.
 pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
     let wall = layout.wall_height_mm;
-    // In every tool the layers stay together; only the sensor's picture takes them apart. A dome and
-    // a bowl have no handles.
+    // In every tool the layers stay together; only the sensor's exploded view takes them apart. A dome and a bowl
+    // have no handles.
     let placed = |layer: Body, color: Color, opacity: f64, lift_mm: f64, tools: &[AssemblyName]| {
         let in_tools = tools.iter().map(|tool| tool.in_place());
         let layer = layer.placed([in_sensor().lifted(lift_mm)]).placed(in_tools);

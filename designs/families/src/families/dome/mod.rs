@@ -1,6 +1,7 @@
-//! Dome sensors: a hemisphere of gels on a glass tube, a ring of LEDs, a camera below (R-Tac0).
+//! Dome sensors: a hemisphere of gel layers on a glass tube, a ring of LEDs and a camera below them (R-Tac0).
 //!
-//! Its layout, joints and surface stand below, because all the rest is built from them.
+//! This file holds the layout, the screw joints and the surface profile, on which all other files of the family
+//! build.
 
 mod chain;
 mod constraints;
@@ -27,7 +28,7 @@ use crate::{Built, Family, Header, layout};
 use molds::{Cavity, FormTools, cup};
 use parameters::*;
 
-/// The family of R-Tac0.
+/// Dome family, whose built-in example is R-Tac0.
 pub(crate) struct DomeFamily;
 
 impl Family for DomeFamily {
@@ -58,7 +59,7 @@ impl Family for DomeFamily {
     }
 }
 
-/// Everything a dome sensor consists of.
+/// Builds the sensor: all bodies, circuits, press fits, casting steps and the camera.
 fn sensor(p: &Dome, header: &Header) -> Sensor {
     let layout = Layout::new(p);
     let [transparent, translucent] = cavities(p, &layout);
@@ -111,14 +112,15 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
     }
 }
 
-/// What is touched, and what fixtures hold on to: the shell stands on its lower rim.
+/// Returns the touched surface, and the part of the shell that fixtures grip. The shell stands on its lower rim.
 fn touch(p: &Dome, layout: &Layout) -> DomeSurface {
     let radius_mm = layout.surface_radius_mm;
     DomeSurface {
         dome: sphere(radius_mm),
         centre_z_mm: layout.wall_height_mm,
         foot_z_mm: 0.0,
-        // What lies deeper is stiffer by an order of magnitude and shows no change of brightness.
+        // The layers below the translucent gel are stiffer by an order of magnitude, and their brightness does not
+        // change when they are pressed.
         soft_mm: p.translucent_gel.thickness.mm(),
         grip: Grip {
             outline: Path::circle([0.0, 0.0], layout.shell_radius_mm),
@@ -131,9 +133,9 @@ fn touch(p: &Dome, layout: &Layout) -> DomeSurface {
     }
 }
 
-/// The two layers that are cast in molds.
+/// Returns the mold cavities of the two cast layers: the transparent gel, then the translucent gel.
 fn cavities(p: &Dome, layout: &Layout) -> [Cavity; 2] {
-    // What is dipped gets its coat outside of the mold.
+    // A dipped coat is applied after demolding, so the mold is smaller by its thickness.
     let outer = match p.coat.method {
         CoatMethod::Spray => layout.surface_radius_mm,
         CoatMethod::Dip => layout.translucent_radius_mm,
@@ -175,7 +177,7 @@ fn cavities(p: &Dome, layout: &Layout) -> [Cavity; 2] {
     ]
 }
 
-/// The overlaps that are meant.
+/// Lists the overlaps between bodies that are intended.
 fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
     let pressed = |inner, outer, reason| {
         let overlap = -p.making.gap_mm(outer, Process::Fdm, Fit::Press);
@@ -185,7 +187,7 @@ fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
         joints.camera.press_fit(BASE),
         joints.form.press_fit(FORM_CUP).filter(|_| p.molds.route == MoldRoute::Silicone),
         joints.shell_base.press_fit(BASE),
-        // Where nuts of one kind hold both, one fit says so.
+        // If both joints use the same kind of nut, one press fit covers both.
         joints
             .inserts()
             .filter(|mounting| mounting.nut_name() != joints.shell_base.nut_name())
@@ -213,7 +215,7 @@ fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
     fits
 }
 
-/// What follows from the parameters, for `fabkit show`.
+/// Lists the derived dimensions that `fabkit show` prints.
 fn derived(p: &Dome) -> Vec<(String, String)> {
     let layout = Layout::new(p);
     vec![
@@ -232,82 +234,82 @@ fn derived(p: &Dome) -> Vec<(String, String)> {
 
 // ------ Layout ------
 //
-// Where things are: every radius and height that more than one part needs, derived once.
+// Radii and heights that more than one part needs, each derived once.
 
 layout! {
     /// Radii and heights in the sensor frame, mm.
     ///
-    /// From the tip down the sensor is a stack without play: layers and tube stand on the diffuser
-    /// at z = 0, ribs in the shell hold the diffuser and the LED board 10 mm apart, the base pushes
-    /// the board against the ribs and ends flush with the shell.
+    /// The sensor is a stack without play from the tip down. The gel layers and the tube stand on the diffuser at
+    /// z = 0. Ribs in the shell keep the diffuser and the LED board apart. The base pushes the board against the ribs
+    /// and ends flush with the shell.
     pub struct Layout from p: &Dome {
-        /// Height of the straight wall, and of all domes' centres.
+        /// Height of the straight wall, which is the height of the centres of all domes.
         wall_height_mm = p.surface.wall_height.mm();
-        /// Outside of everything: the coat.
+        /// Outer radius of the coat, which is the sensing surface.
         surface_radius_mm = p.surface.radius.mm();
-        /// Between translucent gel and coat.
+        /// Radius of the interface between translucent gel and coat.
         translucent_radius_mm = surface_radius_mm - p.coat.thickness.mm();
-        /// Between transparent and translucent gel.
+        /// Radius of the interface between transparent and translucent gel.
         transparent_radius_mm = surface_radius_mm - p.translucent_gel.thickness.mm();
-        /// Outside of the tube.
+        /// Outer radius of the tube.
         tube_radius_mm = p.tube.outer_diameter.mm() / 2.0;
-        /// Inside of the tube.
+        /// Inner radius of the tube.
         tube_bore_radius_mm = tube_radius_mm - p.tube.wall.mm();
 
-        /// Outside of shell and base.
+        /// Outer radius of shell and base.
         shell_radius_mm = p.shell.outer_diameter.mm() / 2.0;
-        /// Inside of the shell.
+        /// Inner radius of the shell.
         shell_bore_radius_mm = shell_radius_mm - p.shell.wall.mm();
         let slide = p.making.gap_mm(SHELL, Process::Fdm, Fit::Slide);
-        /// How far ribs reach inwards: their smallest radius.
+        /// Smallest radius of the ribs, which reach inwards from the shell.
         rib_radius_mm = shell_bore_radius_mm - p.shell.rib_depth.mm();
-        /// Outside of the diffuser.
+        /// Outer radius of the diffuser.
         diffuser_radius_mm =
             shell_bore_radius_mm - slide - p.shell.shoulder.mm();
-        /// Outside of the LED board.
+        /// Outer radius of the LED board.
         board_radius_mm = shell_bore_radius_mm - p.making.gap_mm(SHELL, Process::Fdm, Fit::Press);
-        /// Outside of the base's plug.
+        /// Outer radius of the base's plug.
         base_radius_mm = shell_bore_radius_mm - slide;
 
-        /// Bottom of the diffuser, top of the ribs.
+        /// Bottom of the diffuser, which is the top of the ribs.
         diffuser_bottom_z_mm = -p.diffuser.thickness.mm();
-        /// Inside of the rim around the diffuser.
+        /// Inner radius of the rim around the diffuser.
         seat_radius_mm = shell_bore_radius_mm - p.shell.shoulder.mm();
-        /// Face of the gel that looks at the camera.
+        /// Gel surface that faces the camera.
         gel_face_z_mm = match p.filling_gel.lock_depth.mm() {
             0.0 => 0.0,
             depth => diffuser_bottom_z_mm - depth,
         };
-        /// Top of the LED board, bottom of the ribs.
+        /// Top of the LED board, which is the bottom of the ribs.
         board_top_z_mm = diffuser_bottom_z_mm - p.diffuser.height_above_board.mm();
-        /// Bottom of the LED board, top of the base.
+        /// Bottom of the LED board, which is the top of the base.
         base_top_z_mm = board_top_z_mm - p.led_board.thickness.mm();
         /// Bottom of base and shell.
         bottom_z_mm = base_top_z_mm - p.base.height.mm();
 
         /// Front face of the camera's lens.
         lens_front_z_mm = -p.camera.depth.mm() + p.camera.board.pupil_behind_front.mm();
-        /// Side of the camera board that carries the lens.
+        /// Face of the camera board that carries the lens.
         camera_board_top_z_mm = lens_front_z_mm - p.camera.board.lens_height.mm();
-        /// Side of the camera board that rests on the base.
+        /// Face of the camera board that rests on the base.
         camera_board_bottom_z_mm = camera_board_top_z_mm - p.camera.board.board_thickness.mm();
         /// Floor of the pocket behind the camera board.
         relief_z_mm = camera_board_bottom_z_mm - p.camera.back_clearance.mm();
     }
 }
 
-/// Between a lens holder below the LED board and the board, mm.
+/// Least clearance between the LED board and a lens holder that ends below it, mm.
 const HOLDER_BELOW_MM: f64 = 0.5;
 
 impl Layout {
-    /// Whether the camera's lens holder ends below the LED board: only the barrel passes that.
+    /// Returns whether the camera's lens holder ends below the LED board, so that only the barrel passes through it.
     pub fn is_holder_below(&self, p: &Dome) -> bool {
         let barrel_mm = p.camera.board.lens_height.mm() - p.camera.board.holder_height.mm();
         self.lens_front_z_mm - barrel_mm <= self.base_top_z_mm - HOLDER_BELOW_MM + 1e-9
     }
 
-    /// How far from the axis what passes the LED board reaches: the barrel, and its holder's corners if
-    /// that is as high, mm.
+    /// Largest distance from the axis, mm, of the lens parts that pass through the LED board: the barrel, and the
+    /// corners of its holder if the holder reaches that high.
     pub fn passing_mm(&self, p: &Dome) -> f64 {
         let barrel = p.camera.board.barrel_diameter.mm() / 2.0;
         match self.is_holder_below(p) {
@@ -316,38 +318,39 @@ impl Layout {
         }
     }
 
-    /// Height of the shell, from the board's seat side to the sensing surface's foot.
+    /// Height of the shell, from its lower rim to the foot of the sensing surface, mm.
     pub fn shell_height(&self) -> f64 {
         -self.bottom_z_mm
     }
 
-    /// Height of the whole sensor.
+    /// Height of the whole sensor, mm.
     pub fn total_height(&self) -> f64 {
         self.wall_height_mm + self.surface_radius_mm - self.bottom_z_mm
     }
 
-    /// Height of the apex above the foot.
+    /// Height of the apex above the foot, mm.
     pub fn apex_z(&self) -> f64 {
         self.wall_height_mm + self.surface_radius_mm
     }
 }
 
-/// How far the baffle's flange reaches over the LED board, mm: the wire holes begin beyond it.
+/// Radial overlap of the baffle's flange on the LED board, mm. The wire holes begin beyond it.
 pub const BAFFLE_FLANGE_MM: f64 = 0.35;
 
-/// Where the LEDs stand on the board, z axis up, x axis outwards.
+/// Poses of the LEDs on their board: z axis up, x axis outwards.
 pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
-    // Ribs start at 0: LEDs stand half a step off, so that neither shades the other.
+    // Ribs start at angle 0. LEDs are offset by half a step, so that no rib shades one.
     led_ring!(p.leds).poses(layout.board_top_z_mm, 0.5)
 }
 
-/// The slot for the cable, below the camera's connector.
+/// Slot for the cable below the camera's connector.
 pub fn cable_slot(p: &Dome) -> FloorSlot {
     let (length, width) = (p.base.cable_slot_length, p.base.cable_slot_width);
     FloorSlot { length, width, along: 0, at: [0.0; 2], turn: p.base.cable_angle }
 }
 
-/// Edges of the recess behind the camera board along x and y, mm: up to the pads of its screws.
+/// Edge lengths along x and y of the recess behind the camera board, mm. It ends at the pads around the board's
+/// screws.
 pub fn relief_edges_mm(p: &Dome) -> [f64; 2] {
     let pad = Screw::M1_6X5.pilot_hole_mm() + 1.2;
     [p.camera.board.screw_spacing, p.camera.board.screw_spacing_y].map(|spacing| spacing.mm() - pad)
@@ -355,31 +358,31 @@ pub fn relief_edges_mm(p: &Dome) -> [f64; 2] {
 
 // ------ Joints ------
 //
-// The screws of the sensor and of its tools: each joint is stated here, and nowhere else.
+// Screws of the sensor and of its tools. Each joint is defined here and nowhere else.
 
-/// Plastic below the nuts of shell and base, mm.
+/// Thickness of plastic below the nuts that join shell and base, mm.
 const NUT_FLOOR_MM: f64 = 1.0;
 
-/// Room behind a heat-set nut, mm.
+/// Free depth behind a heat-set nut, mm.
 const NUT_SPARE_MM: f64 = 0.6;
 
-/// Floor left between a mounting hole and the camera pocket, mm.
+/// Thickness of the floor between a mounting hole and the camera pocket, mm.
 const MOUNT_FLOOR_MM: f64 = 1.0;
 
-/// All joints, in the sensor frame.
+/// All screw joints, in the sensor frame.
 pub struct Joints {
-    /// Through the shell, pointing at the axis, into nuts in the base.
+    /// Screws through the shell, pointing at the axis, into nuts in the base.
     pub shell_base: Joint,
-    /// Through the corners of the camera's board into the base.
+    /// Screws through the corners of the camera board into the base.
     pub camera: Joint,
-    /// In the base's bottom, for what the sensor is mounted on; a user's screws.
+    /// Holes in the base's bottom for mounting the sensor. The user provides the screws.
     pub mounting: Joint,
-    /// Through the bridge into the cup of the form.
+    /// Screws through the bridge into the cup of the silicone form.
     pub form: Joint,
 }
 
 impl Joints {
-    /// Where they are; meaningful only for parameters that satisfy the family's constraints.
+    /// Places the joints. The result is meaningful only for parameters that satisfy the family's constraints.
     pub fn new(p: &Dome, layout: &Layout) -> Self {
         Self {
             shell_base: shell_base(p, layout),
@@ -389,7 +392,7 @@ impl Joints {
         }
     }
 
-    /// The mounting holes, where nuts are melted into them.
+    /// Returns the mounting joint if its holes hold heat-set nuts.
     pub fn inserts(&self) -> Option<&Joint> {
         self.mounting.nut_name().map(|_| &self.mounting)
     }
@@ -397,9 +400,9 @@ impl Joints {
 
 fn shell_base(p: &Dome, layout: &Layout) -> Joint {
     let (screw, nut) = (Screw::M2X4, HeatSetNut::M2);
-    // Below the camera's pocket, which has no wall to spare for nuts.
+    // The nuts sit below the camera pocket: beside the pocket the wall is too thin for them.
     let z = layout.bottom_z_mm + NUT_FLOOR_MM + nut.diameter_mm / 2.0;
-    // A flat end lies flush with a round wall where its rim does.
+    // A flat end of this width is flush with a round wall where its rim, not its centre, meets the wall.
     let flush = |radius: f64, width: f64| {
         let radius = (radius.powi(2) - (width / 2.0).powi(2)).sqrt();
         ring(p.shell.screws, 0.0, Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, z)))
@@ -413,16 +416,16 @@ fn camera(p: &Dome, layout: &Layout) -> Joint {
     let half =
         [p.camera.board.screw_spacing, p.camera.board.screw_spacing_y].map(|mm| mm.mm() / 2.0);
     let poses = corners(half).map(|[x, y]| Pose::translation(x, y, layout.camera_board_top_z_mm));
-    // All the way through the base, so that a broken screw can be pushed out.
+    // Drilled through the whole base, so that a broken screw can be pushed out.
     let depth = layout.camera_board_top_z_mm - layout.bottom_z_mm + CUT_OVERLAP_MM;
     Joint::self_tapping("camera screw", Screw::M1_6X5, poses.to_vec(), depth)
 }
 
-/// Holes for what the sensor is mounted on.
+/// Defines the holes that the sensor is mounted by.
 pub(super) fn mounting<'a>(p: &'a Dome, layout: &Layout) -> Mounting<'a> {
     Mounting {
         mount: &p.mount,
-        // Half a step off the nuts.
+        // Offset by half a step from the nuts.
         ring: MountRing::Circle(p.base.mount_holes, p.base.mount_radius, 0.5),
         depth_mm: layout.camera_board_bottom_z_mm - MOUNT_FLOOR_MM - layout.bottom_z_mm,
         is_through: false,
@@ -435,26 +438,27 @@ pub(super) fn mounting<'a>(p: &'a Dome, layout: &Layout) -> Mounting<'a> {
 
 // ------ Surface ------
 //
-// The shape every layer of a dome sensor shares.
+// The shape that all layers of a dome sensor share.
 
-/// A hemisphere on a straight wall, standing on z = 0: everything a dome sensor encloses out to
+/// Returns a solid hemisphere on a straight wall that stands on z = 0: the sensor's contact module out to
 /// `radius_mm`.
 pub fn dome(radius_mm: f64, wall_height_mm: f64) -> Solid {
     dome_from(0.0, radius_mm, wall_height_mm)
 }
 
-/// The same dome as a cutting tool, which goes on below its foot.
+/// Returns the same dome as a cutting tool, which extends below its foot.
 pub fn dome_tool(radius_mm: f64, wall_height_mm: f64) -> Solid {
     dome_from(-CUT_OVERLAP_MM, radius_mm, wall_height_mm)
 }
 
-/// What lies between two domes of one wall height.
+/// Returns the shell between two domes of the same wall height.
 pub fn dome_shell(inner_mm: f64, outer_mm: f64, wall_height_mm: f64) -> Solid {
     dome(outer_mm, wall_height_mm).minus(dome_tool(inner_mm, wall_height_mm))
 }
 
 fn dome_from(foot_mm: f64, radius_mm: f64, wall_height_mm: f64) -> Solid {
     let path = Path::from([0.0, foot_mm]).line([radius_mm, foot_mm]);
+    // A wall of height 0 would add an edge of length 0.
     let path = if wall_height_mm > foot_mm { path.line([radius_mm, wall_height_mm]) } else { path };
     let apex = [0.0, wall_height_mm + radius_mm];
     Solid::revolution(path.arc(apex, [0.0, wall_height_mm], true).close())

@@ -1,4 +1,4 @@
-//! Molds, and the tools around them.
+//! Molds, and the tools that are used with them.
 
 use fabkit_geometry::{
     Angle, Body, CUT_OVERLAP_MM, Path, Placement, Pose, Process, Solid, Vector3,
@@ -17,49 +17,49 @@ use crate::hardware::tools::pry;
 
 // ------ Mold ------
 //
-// Molds with lid and vents, in two halves or of silicone in a cup; and the collar that joins the cured module to its
-// shell while it is still in the mold.
+// Molds with lid and vents, either in two halves or of silicone in a cup, and the collar that joins the cured module
+// to its shell while it is still in the mold.
 //
-// A mold stands in the sensor frame with its mouth at z = 0, facing down: in use it is turned
-// over, filled, and the tube pushed in from above. Air and surplus rise to the gel's foot, the
-// highest point, and leave through the lid's vents.
+// A mold stands in the sensor frame with its mouth at z = 0, facing down. In use it is turned over and filled, and
+// the tube is pushed in from above. Air and surplus rise to the gel's foot, which is then the highest point, and
+// leave through the lid's vents.
 
-/// What casts a seamless mold.
+/// Tools that cast a seamless silicone mold.
 pub struct FormTools {
-    /// Where cup, bridge, tube and silicone stand together.
+    /// Assembly of cup, bridge, tube and silicone.
     pub assembly: AssemblyName,
-    /// What hangs the tube into the cup.
+    /// Bridge that hangs the tube into the cup.
     pub bridge: Name,
-    /// The glass tube whose outside the layer gets.
+    /// Glass tube whose outside shapes the layer.
     pub tube: Name,
-    /// The mold.
+    /// Silicone mold.
     pub mold: Name,
 }
 
-/// Which layer a mold casts.
+/// Mold cavity of one cast layer.
 pub struct Cavity {
-    /// Which, in the names of steps.
+    /// Name of the layer, as used in names of steps.
     pub what: &'static str,
-    /// In what it is cast.
+    /// Kind of mold.
     pub route: MoldRoute,
-    /// What casts its mold of silicone.
+    /// Tools that cast the layer's silicone mold.
     pub form: FormTools,
-    /// The halves that cast it.
+    /// The two halves of the layer's printed mold.
     pub halves: [Name; 2],
-    /// What closes them.
+    /// Lid that closes the mold.
     pub lid: Name,
-    /// Where mold and layer stand together.
+    /// Assembly of mold and layer.
     pub assembly: AssemblyName,
-    /// Linear shrinkage of its material.
+    /// Linear shrinkage of the layer's material, as a fraction.
     pub shrinkage: f64,
     /// Outer radius of the layer, mm.
     pub radius: f64,
-    /// Outer radius of what stands inside the mold, mm.
+    /// Outer radius of the core that stands inside the mold, mm.
     pub core_radius: f64,
 }
 
 impl Cavity {
-    /// What shapes the layer's outside.
+    /// Names of the bodies that shape the layer's outside.
     pub fn walls(&self) -> Vec<Name> {
         match self.route {
             MoldRoute::Silicone => vec![self.form.mold],
@@ -68,7 +68,7 @@ impl Cavity {
     }
 }
 
-/// The two halves: `a` holds the dowels, `b` slides onto them.
+/// Returns the two mold halves: `a` holds the dowels, `b` slides onto them.
 pub fn halves(p: &Dome, layout: &Layout, cavity: &Cavity) -> [Body; 2] {
     let [a, b] = cavity.halves;
     [half(p, layout, cavity, a, Half::A), half(p, layout, cavity, b, Half::B)]
@@ -96,18 +96,19 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, name: Name, which: Half) -> 
     .for_shrinkage(cavity.shrinkage)
 }
 
+/// Returns the assemblies that use the mold. The module stays in the outer mold while the shell is joined to it.
 pub(super) fn used_in(cavity: &Cavity) -> Vec<Placement> {
     let joining = (cavity.assembly == TRANSLUCENT_MOLD).then_some(JOINING);
     std::iter::once(cavity.assembly).chain(joining).map(AssemblyName::in_place).collect()
 }
 
-/// The vents over the gel's foot.
+/// Vents in the lid, above the gel's foot.
 pub fn vents(p: &Dome, cavity: &Cavity) -> VentedLid {
     let foot = [cavity.core_radius, cavity.radius];
     VentedLid::over(foot, (p.mold.vents, p.mold.vent_diameter))
 }
 
-/// The lid: centres the connector and so the tube, lets air and surplus out.
+/// Returns the lid. It centres the connector, and with it the tube, and lets air and surplus gel out.
 pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
     let thickness = p.mold.lid_thickness.mm();
     let vents = vents(p, cavity);
@@ -137,16 +138,17 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
         .for_shrinkage(cavity.shrinkage)
 }
 
-/// How far a pry slot reaches into a round lid or collar, mm.
+/// Radial depth of a pry slot in a round lid or collar, mm.
 const DISC_PRY_MM: f64 = 2.0;
 
-/// Height of those slots, mm: the cup's notches end before the mold's mouth, and the blade goes in over that.
+/// Height of the pry slots in a round plate, mm. The cup's notches end short of the mold's mouth, and the blade
+/// enters above what stays of the rim.
 fn disc_gap_mm(p: &Dome, thickness: f64) -> f64 {
     let least = p.mold.pry_gap.mm() / 2.0;
     (least + NOTCH_DAM_MM).min(thickness - PRINTED_WALL_MM).max(least)
 }
 
-/// A round plate with the screwdrivers that lift it.
+/// Adds the screwdriver poses that lift a round plate. Plates of printed molds stay as they are.
 fn pried(p: &Dome, layout: &Layout, plate: Body, slide: f64, thickness: f64) -> Body {
     if p.molds.route == MoldRoute::Printed {
         return plate;
@@ -160,8 +162,8 @@ fn pried(p: &Dome, layout: &Layout, plate: Body, slide: f64, thickness: f64) -> 
     })
 }
 
-/// A round plate below z = 0 that the cup of a silicone mold centres, with pry slots behind the cup's
-/// notches.
+/// Returns a round plate below z = 0 that is centred by the cup of a silicone mold. Its pry slots are aligned with
+/// the cup's notches.
 fn disc(p: &Dome, layout: &Layout, slide: f64, thickness: f64) -> Solid {
     let radius = cup(p, layout).silicone_radius - slide;
     let (gap, length) = (disc_gap_mm(p, thickness), p.mold.pry_length.mm());
@@ -173,8 +175,9 @@ fn disc(p: &Dome, layout: &Layout, slide: f64, thickness: f64) -> Solid {
     Solid::rod(radius, [-thickness, 0.0]).minus_all(slots)
 }
 
-/// The ring that centres the shell over the module while the filling gel cures.
+/// Returns the ring that centres the shell over the module while the filling gel cures.
 pub fn collar(p: &Dome, layout: &Layout) -> Body {
+    // Half of each dowel is held by the mold, the other half by the collar.
     let grip = p.mold.dowel_length.mm() / 2.0;
     let floor = 1.0;
     let thickness = grip + floor;
@@ -203,36 +206,36 @@ pub fn collar(p: &Dome, layout: &Layout) -> Body {
 
 // ------ Tooling ------
 //
-// Tools around the molds: the connector that holds the tube, the form that casts a silicone mold
-// around a glass tube, the coating container and its holder.
+// Tools around the molds: the connector that holds the tube, the form that casts a silicone mold around a glass tube,
+// the coating container and its holder.
 //
-// All stand in the sensor frame; like the molds they are used tip down.
+// All stand in the sensor frame. Like the molds, they are used tip down.
 
 /// Thickness of the connector's flange, mm.
 const FLANGE_MM: f64 = 3.0;
 
-/// What of the handle stays straight, mm.
+/// Length of the handle that stays cylindrical below the cone under the flange, mm.
 const CONE_END_MM: f64 = 2.0;
 
-/// How much smaller than the tube the flange is, mm per side: it must clear the lid's channel.
+/// Radial inset of the flange from the tube's outside, mm. The flange must clear the lid's overflow channel.
 pub(super) const FLANGE_INSET_MM: f64 = 0.25;
 
 /// Gap between the holder and the foot of the gel that hangs below it, mm.
 const HOLDER_GAP_MM: f64 = 0.5;
 
-/// Radius of the connector's plug, mm: it slides into the tube.
+/// Radius of the connector's plug, which slides into the tube, mm.
 pub fn plug_radius_mm(p: &Dome, layout: &Layout) -> f64 {
     layout.tube_bore_radius_mm - p.making.gap_mm(CONNECTOR, Process::Fdm, Fit::Slide)
 }
 
-/// What the connector's O-ring is stretched over: the tube's bore squeezes it.
+/// Seat of the connector's O-ring, which is squeezed by the tube's bore.
 pub fn o_ring_seat(p: &Dome, layout: &Layout) -> ORingSeat {
     let (cord, squeeze) = (p.connector.o_ring_cord, p.connector.o_ring_squeeze);
     ORingSeat::squeezed_in(layout.tube_bore_radius_mm, cord, squeeze)
 }
 
-/// The handle that the tube hangs on while gel is cast around it: an O-ring grips the tube's
-/// inside, the neck passes the lid, the flange stops on it, a channel lets the tube's air out.
+/// Returns the handle that holds the tube while gel is cast around it. An O-ring grips the tube's inside, the neck
+/// passes through the lid, the flange stops on the lid, and a channel lets the tube's air out.
 pub fn connector(p: &Dome, layout: &Layout) -> Body {
     let plug = plug_radius_mm(p, layout);
     let groove = o_ring_seat(p, layout).groove(plug, p.connector.plug_length.mm() / 2.0);
@@ -246,7 +249,7 @@ pub fn connector(p: &Dome, layout: &Layout) -> Body {
     let flange_bottom = flange_top - FLANGE_MM;
     let handle_end = flange_bottom - p.connector.handle_length.mm();
     let plug_end = p.connector.plug_length.mm();
-    // Printed on its handle, the flange grows out of it at 45 degrees, as far as the handle is long enough.
+    // Printed standing on its handle, so the flange needs a 45 degree cone below it, as long as the handle allows.
     let cone = (flange_radius - handle).min(p.connector.handle_length.mm() - CONE_END_MM).max(0.0);
     let below = [
         [air, handle_end],
@@ -269,18 +272,18 @@ pub fn connector(p: &Dome, layout: &Layout) -> Body {
         .with_handles(1)
 }
 
-/// Places of the notches in the cup's rim that a screwdriver reaches the lid through: between the screws.
+/// Indices of the notches in the cup's rim through which a screwdriver reaches the lid. They lie between the screws.
 pub const NOTCHES: [u32; 3] = [0, 1, 2];
 
-/// How much of the cup's rim stays above the silicone at a notch, mm.
+/// Height of the cup's rim above the silicone at a notch, mm.
 pub const NOTCH_DAM_MM: f64 = 0.5;
 
-/// Turns a notch from +x to its place.
+/// Angle of notch `i` from +x.
 pub fn notch_turn(i: u32) -> Angle {
     turn(i, NOTCHES.len() as u32, 0.5)
 }
 
-/// The cup that both silicone molds are cast in, with the narrower tube.
+/// Cup in which both silicone molds are cast, dimensioned for the narrower tube.
 pub fn cup<'a>(p: &'a Dome, layout: &Layout) -> CupAndBridge<'a> {
     let tip_z = layout.wall_height_mm + layout.transparent_radius_mm;
     let bridges = [INNER_BRIDGE, OUTER_BRIDGE].map(|bridge| (bridge, Process::Fdm));
@@ -288,12 +291,12 @@ pub fn cup<'a>(p: &'a Dome, layout: &Layout) -> CupAndBridge<'a> {
     p.form.around(layout.transparent_radius_mm, tip_z, slide)
 }
 
-/// Cup and bridge around the glass tube of a layer.
+/// Cup and bridge with the glass tube of one layer.
 pub fn form<'a>(p: &'a Dome, layout: &Layout, cavity: &Cavity) -> CupAndBridge<'a> {
     cup(p, layout).with_tube(cavity.radius, layout.wall_height_mm + cavity.radius)
 }
 
-/// The cup: one for each mold, which stays in it.
+/// Returns the cup. Two are made, because each silicone mold stays in its own.
 pub fn form_cup(p: &Dome, layout: &Layout) -> Body {
     let form = cup(p, layout);
     let (rim, [inner, outer]) = form.rim();
@@ -312,7 +315,7 @@ pub fn form_cup(p: &Dome, layout: &Layout) -> Body {
         .times(2)
 }
 
-/// What hangs the glass tube of a layer into the cup.
+/// Returns the bridge that hangs a layer's glass tube into the cup.
 pub fn form_bridge(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
     form(p, layout, cavity).bridge(cavity.form.bridge).from(&p.mold.material).placed([cavity
         .form
@@ -321,7 +324,7 @@ pub fn form_bridge(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
         .lifted(-30.0)])
 }
 
-/// A silicone mold: glass-smooth and in one piece.
+/// Returns the silicone mold of a layer, smooth as glass and in one piece.
 pub fn silicone_mold(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
     let form = form(p, layout, cavity);
     let cavity_tool = dome_tool(cavity.radius, layout.wall_height_mm).named("cavity");
@@ -338,10 +341,10 @@ pub fn silicone_mold(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
         .opaque(0.6)
 }
 
-/// Thickness of the jig's wall and floor, mm.
+/// Thickness of the wall and floor of the tube-cutting jig, mm.
 const JIG_WALL_MM: f64 = 3.0;
 
-/// The sleeve that shows where the tube is cut: it stands on the sleeve's floor, tip first.
+/// Returns the sleeve whose rim shows where to cut the tube. The tube stands in it tip first, on its floor.
 pub fn tube_jig(p: &Dome, layout: &Layout) -> Body {
     let inner = layout.tube_radius_mm + p.making.gap_mm(TUBE_JIG, Process::Fdm, Fit::Slide);
     let floor = layout.wall_height_mm + layout.tube_radius_mm;
@@ -356,14 +359,14 @@ pub fn tube_jig(p: &Dome, layout: &Layout) -> Body {
         .with_supports(false)
 }
 
-/// Container for the black mixture, and the holder that hangs a module into it by its connector.
+/// Returns the container for the black mixture, and the holder that hangs a module into it by its connector.
 pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
     let wall = p.coating.wall.mm();
     let inner = layout.surface_radius_mm + p.coating.gap.mm();
     let (rim_z, floor_z) = (-HOLDER_GAP_MM, layout.apex_z() + p.coating.gap.mm());
     let container = bowl([inner, inner + wall], rim_z, [floor_z, floor_z + wall]);
 
-    // The holder takes the lid's place under the connector's flange.
+    // The holder takes the place of the lid below the connector's flange.
     let plate_z = -p.mold.lid_thickness.mm();
     let spigot_depth = wall;
     let spigot = inner - p.making.gap_mm(CONTAINER, Process::Fdm, Fit::Slide);

@@ -16,17 +16,17 @@ use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
-    /// Where cables leave.
+    /// Place where the cables leave the sensor.
     pub enum CableExit {
-        /// Through the floor, which is mounted.
+        /// Through the floor, by which the sensor is mounted.
         Floor = "floor",
-        /// By the side.
+        /// Through the side.
         Side = "side",
     }
 }
 
 choices! {
-    /// What the two gels are cast in.
+    /// Kind of mold in which the two gels are cast.
     pub enum MoldRoute {
         /// Silicone molds, cast around glass tubes: smooth and without a seam.
         Silicone = "silicone",
@@ -36,11 +36,11 @@ choices! {
 }
 
 choices! {
-    /// How the coat is put on.
+    /// Method by which the coat is applied.
     pub enum CoatMethod {
-        /// Sprayed into the mold.
+        /// The coat is sprayed into the mold.
         Spray = "spray",
-        /// The module is dipped.
+        /// The module is dipped into the mixture.
         Dip = "dip",
     }
 }
@@ -321,21 +321,21 @@ sections! {
 
 // ------ Bodies ------
 //
-// What the sensor consists of and is made with, and where bodies stand together.
+// Bodies of the sensor and of its tools, and the assemblies in which they stand together.
 
-/// Casting the transparent gel around the tube.
+/// Assembly that casts the transparent gel around the tube.
 pub const TRANSPARENT_MOLD: AssemblyName = AssemblyName("transparent-mold");
-/// Casting the translucent gel around the transparent one.
+/// Assembly that casts the translucent gel around the transparent one.
 pub const TRANSLUCENT_MOLD: AssemblyName = AssemblyName("translucent-mold");
-/// Gluing the cured module to its shell.
+/// Assembly that glues the cured module to its shell.
 pub const JOINING: AssemblyName = AssemblyName("joining");
-/// Casting the silicone mold of the transparent gel around a glass tube.
+/// Assembly that casts the silicone mold of the transparent gel around a glass tube.
 pub const INNER_FORM: AssemblyName = AssemblyName("form-transparent-gel");
-/// Casting the silicone mold of the translucent gel around a glass tube.
+/// Assembly that casts the silicone mold of the translucent gel around a glass tube.
 pub const OUTER_FORM: AssemblyName = AssemblyName("form-translucent-gel");
-/// Cutting the tube to its length.
+/// Assembly that cuts the tube to its length.
 pub const CUTTING: AssemblyName = AssemblyName("cutting");
-/// Dipping a module into black mixture.
+/// Assembly that dips a module into the black mixture.
 pub const COATING: AssemblyName = AssemblyName("coating");
 
 crate::bodies! {

@@ -1,4 +1,4 @@
-//! How a flat-gel sensor is built, step by step.
+//! Assembly steps of a flat-gel sensor, from printing to the closed sensor.
 
 use fabkit_geometry::{Action, FixedBy, Opening, Pose, Step, Vector3};
 
@@ -14,13 +14,13 @@ use crate::blocks::marker_grid::{MARKERS, STENCIL};
 use crate::blocks::{CAMERA, DOWEL, LED};
 use crate::materials::Castable;
 
-/// Surplus that is scraped off, as a part of the layer.
+/// Surplus of poured material that is scraped off, as a fraction of the layer's mass.
 const SCRAPED: f64 = 0.3;
 
-/// What is dabbed or sprayed: most of it misses.
+/// Surplus of material that is dabbed or sprayed, as a fraction of the layer's mass. Most of it misses.
 const MISSED: f64 = 5.0;
 
-/// The free surface at a height.
+/// Returns the free surface of a poured layer at the height `z`.
 fn surface(layout: &Layout, z: f64) -> Vec<Opening> {
     let [x, y] = layout.pad.half;
     vec![opening("surface", &Pose::translation(0.0, 0.0, z), x.hypot(y))]
@@ -30,10 +30,11 @@ fn pour(material: &Castable, walls: &[Name], layer: Name, openings: Vec<Opening>
     liquid(material, SCRAPED).fills(walls, layer, Vector3::z(), openings)
 }
 
-/// Every step from printing to the sensor.
+/// Returns all steps, from printing to the finished sensor.
 pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
     let up = Vector3::z();
     let off_floor = || peeled(FLOOR, -up, &p.pad.material);
+    // A sprayed coat is applied later, so its gel leaves the floor now. A poured coat is cast on the same floor.
     let is_sprayed = p.coat.by == CoatBy::Spray;
     let off_frame = [rigid(GEL_FRAME, up)].into_iter().chain(is_sprayed.then(off_floor));
     let gel = pour(&p.pad.material, &[FLOOR, GEL_FRAME], GEL, surface(layout, layout.seen_z_mm));
@@ -61,6 +62,7 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
         steps.push(dab.source("chosen"));
     }
     if !is_sprayed {
+        // The coat is poured over the ink, so the ink bounds it too.
         let inked = p.markers.exist().then_some(MARKERS);
         let walls: Vec<Name> = [FLOOR, COAT_FRAME, GEL].into_iter().chain(inked).collect();
         let coat = pour(&p.coat.material, &walls, COAT, surface(layout, layout.top_z_mm));
@@ -89,6 +91,7 @@ pub fn chain(p: &FlatGel, layout: &Layout) -> Vec<Step> {
         );
         steps.push(fill.source("chosen"));
     }
+    // Without a bed the pad lies on the plate itself.
     let below = if has_bed { BED } else { PLATE };
     steps.push(
         bond("glue-pad", SENSOR, &[GEL, below], cure(&p.bed.material))

@@ -1,5 +1,4 @@
-//! What the parameters must fulfil together so that things fit, hold and can be made. What the
-//! blocks require of themselves, they say.
+//! Constraints between parameters: parts must fit, hold, and be manufacturable. The shared blocks check their own.
 
 use super::Layout;
 use super::pad::frames;
@@ -7,28 +6,28 @@ use super::parameters::FlatGel;
 use crate::blocks::PRINTED_WALL_MM;
 use crate::parameters::{Report, limits};
 
-/// Thinnest bed that flows over a plate, mm.
+/// Minimum thickness of a bed that flows level over a plate, mm.
 const LEAST_BED_MM: f64 = 1.0;
 
-/// Widest overhang inside the shell that prints without support, mm.
+/// Largest overhang inside the shell that prints without support, mm.
 const OVERHANG_MM: f64 = 2.0;
 
-/// Least width of the chamber, mm: what a camera sees through.
+/// Minimum width of the chamber that the camera looks through, mm.
 const LEAST_CHAMBER_MM: f64 = 4.0;
 
-/// Least distance of lens and plate, mm.
+/// Minimum distance between lens and plate, mm.
 const LENS_APART_MM: f64 = 0.5;
 
-/// What the housing's edges along x and y follow from.
+/// Parameters that determine the housing's edges along x and y, for messages.
 const EDGES: [&str; 2] = ["pad.length", "pad.width"];
 
-/// Reports every combination that cannot be built.
+/// Reports every combination of parameters that cannot be built.
 pub(super) fn check(p: &FlatGel, report: &mut Report) {
     let layout = Layout::new(p);
     pad(p, &layout, report);
     plate(p, &layout, report);
     if !report.is_clean() {
-        return; // The rest would follow from it.
+        return; // Every limit below would follow from these problems.
     }
     let (housing, base_mm) = (&layout.housing, p.base.thickness.mm());
     housing.check(layout.plate_bottom_z_mm, [layout.pad, layout.opening], &p.camera, report);
@@ -58,9 +57,10 @@ fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
     }
 }
 
-/// The opening that the plate lies in, and the chamber below it.
+/// Checks the opening for the plate, and the chamber below it.
 fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
     let (plate, chamber, slide) = (&p.plate, layout.light.chamber, layout.housing.slide_mm);
+    // Walls around the opening, along x and y.
     let [x, y] = [0, 1].map(|i| layout.housing.outside.half[i] - layout.opening.half[i]);
     let front_mm = layout.plate_bottom_z_mm - layout.camera.front_z;
     let distance_mm = layout.seen_z_mm - layout.camera.pupil_z;
@@ -77,6 +77,7 @@ fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
         camera.board_size <= 2.0 * (chamber.narrow() + OVERHANG_MM - slide),
             "the shell would overhang a wider board by more than 2 mm";
     }
+    // A larger pixel pitch moves the camera away from the gel, in proportion to its distance.
     limits! { report, p:
         camera.pixel_pitch >=
             p.camera.pixel_pitch.mm() * (1.0 + (LENS_APART_MM - front_mm) / distance_mm),

@@ -1,6 +1,6 @@
 //! Flat-gel sensors: a coated pad of gel on a clear plate above a camera (9DTact, DIGIT, GelSight).
 //!
-//! Its layout stands below, because all the rest is built from it.
+//! This file holds the layout, on which all other files of the family build.
 
 mod chain;
 mod constraints;
@@ -23,7 +23,7 @@ use crate::parameters::Report;
 use crate::{Built, Family, Header};
 use parameters::{BASE, FlatGel, SHELL};
 
-/// The family of 9DTact, DIGIT and GelSight.
+/// Flat-gel family, which covers 9DTact, DIGIT and GelSight.
 pub(crate) struct FlatGelFamily;
 
 impl Family for FlatGelFamily {
@@ -55,10 +55,11 @@ impl Family for FlatGelFamily {
     }
 }
 
-/// Everything a flat-gel sensor consists of.
+/// Builds the sensor: all bodies, the circuit, press fits, casting steps and the camera.
 fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
     let (housing, board) = (&layout.housing, &layout.camera);
     let mounting = housing.mounting();
+    // Only nuts are pressed in; other mounting holes take a user's screws.
     let inserts = mounting.nut_name().and_then(|_| mounting.press_fit(BASE));
     let fits = [housing.joint().press_fit(SHELL), board.joint().press_fit(BASE), inserts];
     let bodies = housing_parts(layout)
@@ -84,7 +85,8 @@ fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
     }
 }
 
-/// What is below the coat scatters light, or lets it through to the coat.
+/// Returns the relation between indentation and intensity. A translucent gel scatters light, so intensity depends on
+/// its thickness; a clear gel lets light through to the coat, so intensity depends on the coat's slopes.
 fn lighting(p: &FlatGel, layout: &Layout) -> Lighting {
     match p.pad.material.material().figures.clarity {
         Some(Clarity::Translucent) => thickness([parameters::GEL]),
@@ -92,18 +94,19 @@ fn lighting(p: &FlatGel, layout: &Layout) -> Lighting {
     }
 }
 
-/// The camera, the long side of its picture along that of the pad.
+/// Nominal camera, turned so that the long side of its image lies along that of the pad.
 fn nominal(layout: &Layout) -> NominalCamera {
     let c = layout.camera.camera;
     let size = c.pictures.size_px();
     let camera = c.view.camera_at(layout.camera.pupil_z, size);
+    // Turned if the image is wide and the pad is long along y, or the other way round.
     let turned = layout.pad.longer() == usize::from(size[0] >= size[1]);
     let quarter = Angle::from_deg(if turned { 90.0 } else { 0.0 }).expect("finite");
     let sensor_from_camera = camera.sensor_from_camera.then_in(Pose::rotation_z(quarter));
     NominalCamera { sensor_from_camera, ..camera }
 }
 
-/// Shell and base.
+/// Returns shell and base.
 fn housing_parts(layout: &Layout) -> [Body; 2] {
     let (housing, light, over) = (&layout.housing, &layout.light, fabkit_geometry::CUT_OVERLAP_MM);
     let opening = layout.opening.prism([layout.plate_bottom_z_mm, over]).named("plate opening");
@@ -118,7 +121,7 @@ fn housing_parts(layout: &Layout) -> [Body; 2] {
     ]
 }
 
-/// What is bought for the housing.
+/// Returns the bought parts of the housing: camera, screws and nuts.
 fn camera_and_screws(layout: &Layout) -> Vec<Body> {
     let lifted = |z_mm: f64| move |pose: &Pose| SENSOR.at(*pose).lifted(z_mm);
     let camera = layout.camera.body().placed([in_sensor().lifted(-34.0)]);
@@ -130,10 +133,10 @@ fn camera_and_screws(layout: &Layout) -> Vec<Body> {
     merged([camera].into_iter().chain(screws.into_iter().flatten()))
 }
 
-/// How much of a gel gives way that lies on the plate itself: it stiffens beyond.
+/// Share of its thickness up to which a gel is measurably soft if it lies directly on the plate. Beyond, it stiffens.
 const SOFT_SHARE: f64 = 0.5;
 
-/// What is touched, and what fixtures hold on to.
+/// Returns the touched surface, and the part of the housing that fixtures grip.
 fn touch(p: &FlatGel, layout: &Layout) -> PlaneSurface {
     PlaneSurface {
         outline: layout.pad.path(),
@@ -144,7 +147,7 @@ fn touch(p: &FlatGel, layout: &Layout) -> PlaneSurface {
     }
 }
 
-/// What follows from the parameters, for `fabkit show`.
+/// Lists the derived dimensions that `fabkit show` prints.
 fn derived(sensor: &Sensor, layout: &Layout) -> Vec<(String, String)> {
     let by = |name: &str, [x, y]: [f64; 2]| {
         (name.to_owned(), format!("{:.3} x {:.3} mm", 2.0 * x, 2.0 * y))
@@ -173,35 +176,35 @@ fn derived(sensor: &Sensor, layout: &Layout) -> Vec<(String, String)> {
 
 // ------ Layout ------
 //
-// Where things are: every edge and height that more than one body needs, derived once.
+// Edges and heights that more than one body needs, each derived once.
 
-/// Refractive index of acrylic; gel has less, so that this underestimates what is seen.
+/// Refractive index of acrylic. Gel has a lower one, so using this one for both underestimates the visible area.
 const PLATE_INDEX: f64 = 1.49;
 
-/// Edges and heights in the sensor frame, mm. z = 0 is the pad's foot, the upper rim of the shell.
+/// Edges and heights in the sensor frame, mm. The pad's foot, which is the upper rim of the shell, is at z = 0.
 #[derive(Clone, Debug)]
 pub struct Layout<'a> {
-    /// The pad with its coat.
+    /// Outline of the pad with its coat.
     pub pad: Rect,
-    /// The pad's gel.
+    /// Outline of the pad's gel.
     pub gel: Rect,
-    /// The opening that plate and bed lie in.
+    /// Opening in the shell for plate and bed.
     pub opening: Rect,
-    /// The plate.
+    /// Outline of the plate.
     pub plate: Rect,
-    /// The pad's top.
+    /// Top of the pad.
     pub top_z_mm: f64,
-    /// The gel under the coat: what the camera sees.
+    /// Top of the gel, below the coat, which the camera sees.
     pub seen_z_mm: f64,
     /// Top of the plate.
     pub plate_top_z_mm: f64,
     /// Bottom of the plate.
     pub plate_bottom_z_mm: f64,
-    /// The camera.
+    /// Camera on its posts.
     pub camera: Posted<'a>,
-    /// Shell and base.
+    /// Shell and base, joined as a clamshell.
     pub housing: Clamshell<'a>,
-    /// The chamber below the plate's ledge, and its light.
+    /// Chamber below the plate's ledge, with its light sources.
     pub light: Light<'a>,
 }
 
@@ -222,7 +225,7 @@ impl<'a> Layout<'a> {
         let camera = p.camera.before(seen_z_mm, gap_mm(BASE, Fit::Slide));
 
         let chamber = opening.half.map(|half| half - p.plate.ledge.mm());
-        // The camera comes in from below; what it needs, the room below the chamber has.
+        // The camera is inserted from below, so the room below the chamber must be at least as wide as its board.
         let board = p.camera.board_mm().map(|edge| edge / 2.0 + slide);
         let room = [0, 1].map(|i| (chamber[i] + p.leds.step_mm()).max(board[i]));
         let sections = (&p.shell, &p.base, &p.mount);
@@ -251,8 +254,8 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// How far from the middle the camera sees the gel under the coat, along x and y, mm: up to the
-    /// gel's edge, its picture's edge, the plate's ledge or the LEDs, through plate and gel.
+    /// Half edges, mm, along x and y of the area of gel under the coat that the camera sees through plate and gel. It
+    /// is limited by the gel's edge, the image's edge, the plate's ledge or the LEDs.
     pub fn seen_mm(&self) -> [f64; 2] {
         let camera = self.camera.camera;
         let px = camera.pictures.size_px().map(f64::from);
@@ -260,14 +263,16 @@ impl<'a> Layout<'a> {
             (self.plate_bottom_z_mm - self.camera.pupil_z, self.seen_z_mm - self.plate_bottom_z_mm);
         let light = &self.light;
         [0, 1].map(|axis| {
-            // The picture's long side lies along the pad's.
+            // The image's long side lies along the pad's long side.
             let px = if (axis == self.pad.longer()) == (px[0] >= px[1]) { px[0] } else { px[1] };
             let ledge = light.chamber.half[axis];
+            // Below 1.5 rad, because the tangent of a wider angle would be meaningless.
             let mut slope = (px / 2.0 * camera.rad_per_px()).min(1.5).tan().min(ledge / air);
             if light.leds.out_mm() > 0.0 {
                 let above = light.strip_top_z() - self.camera.pupil_z;
                 slope = slope.min((ledge - light.leds.out_mm()) / above);
             }
+            // Snell's law for a ray with this slope in air: its slope in the medium times the length of the medium.
             let n2 = PLATE_INDEX.powi(2);
             let bent = inside * slope / (n2 + (n2 - 1.0) * slope.powi(2)).sqrt();
             (air * slope + bent).min(self.gel.half[axis])

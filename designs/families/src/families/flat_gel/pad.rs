@@ -1,4 +1,4 @@
-//! The plate, what is cast on it, and the tools for that.
+//! Plate, layers cast on it, and the tools that cast them.
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Process};
 
@@ -10,7 +10,7 @@ use crate::blocks::frame_mold::{FLOOR, Frames};
 use crate::fits::Fit;
 use crate::materials::glazing;
 
-/// The assemblies in which the molds' floor lies under the gel.
+/// Assemblies in which the gel lies on the molds' floor.
 fn molds(p: &FlatGel) -> &'static [AssemblyName] {
     match p.coat.by {
         CoatBy::Pour => &[GEL_MOLD, COAT_MOLD],
@@ -18,9 +18,9 @@ fn molds(p: &FlatGel) -> &'static [AssemblyName] {
     }
 }
 
-/// The open molds.
+/// Returns the open molds of gel and coat.
 pub fn frames<'a>(p: &'a FlatGel, layout: &Layout) -> Frames<'a> {
-    // One outline and one pair of holes for all frames: the larger gap.
+    // All frames share one outline and one pair of dowel holes, so the larger of their gaps applies.
     let framed = [GEL_FRAME, COAT_FRAME].map(|frame| (frame, Process::Sla));
     Frames {
         mold: &p.mold,
@@ -32,7 +32,7 @@ pub fn frames<'a>(p: &'a FlatGel, layout: &Layout) -> Frames<'a> {
     }
 }
 
-/// The plate.
+/// Returns the clear plate.
 pub fn plate(p: &FlatGel, layout: &Layout) -> Body {
     let solid = layout.plate.prism([layout.plate_bottom_z_mm, layout.plate_top_z_mm]);
     PLATE
@@ -45,7 +45,7 @@ pub fn plate(p: &FlatGel, layout: &Layout) -> Body {
         .note("leave the protective film on until it is glued")
 }
 
-/// Floor, frames and dowels, and the stencil if there are markers.
+/// Returns floor, frames and dowels, and the stencil if there are markers.
 pub fn tools(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let frames = frames(p, layout);
     let gel = frames.frame(GEL_FRAME, layout.gel.path(), layout.seen_z_mm, GEL_MOLD);
@@ -60,17 +60,18 @@ pub fn tools(p: &FlatGel, layout: &Layout) -> Vec<Body> {
         .collect()
 }
 
-/// How a coat of that name looks.
+/// Colour in which a coat of this trade name is drawn.
 fn coat_color(material: &str) -> Color {
     if material.contains("black") { [60, 60, 66] } else { [205, 207, 212] }
 }
 
-/// From the plate outwards.
+/// Returns the layers from the plate outwards: bed, gel, markers, coat.
 pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let over = CUT_OVERLAP_MM;
     let marking = p.markers.exist().then(|| MARKING.in_place());
     let coating = (p.coat.by == CoatBy::Pour).then(|| COAT_MOLD.in_place());
 
+    // The bed fills the gap around the plate too, so the plate's outline is cut from it.
     let plate = layout.plate.prism([layout.plate_bottom_z_mm - over, layout.plate_top_z_mm]);
     let bed = layout.opening.prism([layout.plate_bottom_z_mm, 0.0]).minus(plate);
     let bed = BED
@@ -94,6 +95,7 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let coat = layout
         .pad
         .prism([0.0, layout.top_z_mm])
+        // The coat covers the gel's sides and top, and the ink's print.
         .minus(layout.gel.prism([-over, layout.seen_z_mm]))
         .minus_all(p.markers.tools(layout.seen_z_mm));
     let coat = COAT

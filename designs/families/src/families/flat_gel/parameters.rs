@@ -30,11 +30,11 @@ parameters! {
 }
 
 choices! {
-    /// How the coat comes onto the gel.
+    /// Method by which the coat is applied to the gel.
     pub enum CoatBy {
-        /// Poured around the gel in a second, wider frame.
+        /// The coat is poured around the gel in a second, wider frame.
         Pour = "pour",
-        /// Sprayed, or brushed, when the gel is in place.
+        /// The coat is sprayed or brushed on once the gel is in place.
         Spray = "spray",
     }
 }
@@ -103,13 +103,13 @@ sections! {
 
 // ------ Bodies ------
 //
-// What the sensor consists of and is made with, and where bodies stand together.
+// Bodies of the sensor and of its tools, and the assemblies in which they stand together.
 
-/// Casting the gel.
+/// Assembly that casts the gel.
 pub const GEL_MOLD: AssemblyName = AssemblyName("gel-mold");
-/// Casting the coat around it.
+/// Assembly that casts the coat around the gel.
 pub const COAT_MOLD: AssemblyName = AssemblyName("coat-mold");
-/// Printing the markers.
+/// Assembly that prints the markers.
 pub const MARKING: AssemblyName = AssemblyName("marking");
 
 crate::bodies! {

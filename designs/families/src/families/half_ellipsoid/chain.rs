@@ -1,4 +1,4 @@
-//! How a half-ellipsoid sensor is built, step by step.
+//! Assembly steps of a half-ellipsoid sensor, from printing to the connected sensor.
 
 use fabkit_geometry::{Cure, FixedBy, Opening, Point3, Pose, Pull, Step, Vector3};
 
@@ -12,17 +12,17 @@ use crate::assembling::{
     rigid, step,
 };
 
-/// Toward the tip.
+/// Direction towards the tip.
 fn up() -> Vector3<f64> {
     Vector3::z()
 }
 
-/// A silicone tool that is peeled off.
+/// Pull that peels off a silicone tool.
 fn peel(p: &HalfEllipsoid, body: Name, direction: Vector3<f64>) -> Pull {
     peeled(body, direction, &p.tooling.silicone_material)
 }
 
-/// What the molds are cast from.
+/// Silicone of the molds, with its surplus.
 fn silicone(p: &HalfEllipsoid) -> Liquid {
     liquid(&p.tooling.silicone_material, 0.1)
 }
@@ -31,7 +31,7 @@ fn opening(name: &str, point: Point3<f64>, axis: Vector3<f64>, radius_mm: f64) -
     Opening { name: name.into(), point, axis, radius_mm }
 }
 
-/// Where a layer's foot is open: the inner elastomer's over the vents, a thin one's over the gates.
+/// Openings at a layer's foot: the inner elastomer's over the vents, a thin layer's over the gates.
 fn foot_openings(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Vec<Opening> {
     let feet = match boundary {
         Boundary::Inner => {
@@ -52,7 +52,7 @@ fn foot_openings(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Vec<
     molds::gates_rad(p).zip(1..).map(gate).collect()
 }
 
-/// Every step from printing to the sensor.
+/// Returns all steps, from printing to the finished sensor.
 pub fn chain(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
     let first = make(
         "print the negatives and the housing in resin, have the shell machined and vapor polished, \
@@ -60,7 +60,7 @@ pub fn chain(p: &HalfEllipsoid, layout: &Layout) -> Vec<Step> {
     );
     let mut steps = vec![first.source("III-C, figure 3 (i)")];
     let mut cups = Boundary::all(p).into_iter().flat_map(|one| silicone_cup(p, layout, one));
-    // The core's vessel is another one: it need not wait for the first cup.
+    // The core is cast in its own vessel, so it need not wait for the first cup.
     let [core, drawn] = silicone_core(p, layout);
     let first = cups.next();
     let core = match &first {
@@ -77,7 +77,7 @@ fn silicone_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step
     let (cup, walls, place) = (boundary.cup(), [boundary.negative(), SLEEVE], boundary.casting());
     let open = vec![free_surface(layout.silicone_radius_mm, layout.silicone_top_z_mm, up())];
     let pour = silicone(p).fills(&walls, cup, up(), open);
-    // The silicone stretches, not the negative.
+    // The silicone stretches; the negative is rigid.
     let pulls = vec![rigid(SLEEVE, up()), peel(p, cup, up())];
     [
         step(format!("pour-{}", cup.name), place, &walls, pour)
@@ -141,7 +141,7 @@ fn elastomer(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> [Step; 2
             "III-C, figure 3 (v)",
         ),
     };
-    // A few tenths of a gram cannot be weighed and mixed alone.
+    // Surplus of three layer masses: a few tenths of a gram cannot be weighed and mixed alone.
     let pour = liquid(material, 3.0).fills(walls, layer, direction, openings);
     let is_last = boundary == Boundary::Black;
     let pulls = [peel(p, cup, up())].into_iter().chain(is_last.then(|| peel(p, CORE, -up())));

@@ -1,4 +1,4 @@
-//! What the parameters must fulfil together so that things fit, hold and can be made.
+//! Constraints between parameters: parts must fit, hold, and be manufacturable.
 
 use std::f64::consts::PI;
 
@@ -22,10 +22,10 @@ use crate::blocks::{APART_MM, around, edge, half_chord, turn};
 use crate::fits::Fit;
 use crate::parameters::{Report, limits};
 
-/// How much sharper than the slightest edge parallel surfaces may curve at their tip, mm.
+/// Minimum radius of curvature of a parallel surface at its tip, mm.
 const TIP_RADIUS_MM: f64 = 0.3;
 
-/// Reports every combination that cannot be built.
+/// Reports every combination of parameters that cannot be built.
 pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
     let layout = Layout::new(p);
     layers(p, &layout, report);
@@ -41,8 +41,8 @@ pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
 }
 
 fn layers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    // Every layer of elastomer lies on a smooth parallel surface; only the shell's inside may be
-    // deeper, because a ball mill rounds it.
+    // Every layer of elastomer lies on a smooth parallel surface. Only the shell's inside may be deeper, because a
+    // ball mill rounds it.
     let reach = layout.ellipsoid.tip_curvature_radius() - TIP_RADIUS_MM;
     let inner = p.inner_elastomer.thickness.mm();
     limits! { report, p:
@@ -63,25 +63,26 @@ fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             "a slot, its round end included, must end inside its layer";
     }
     if !report.is_clean() {
-        return; // Slots that end where no surface is.
+        return; // Such slots end where there is no surface.
     }
     if markers.pattern == RoundPattern::List {
         return listed(p, layout, report);
     }
     if markers.count < 2 {
-        return; // No distances.
+        return; // A single marker has no neighbour.
     }
     let nearest = |count: u32| nearest_mm(p, layout, count);
     let needed = 2.0 * markers.radius.mm() + markers.wall.mm();
     if nearest(markers.count) >= needed {
         limits! { report, p:
-            // Slots also keep off the base circle, which matters for few and large ones.
+            // Slots must also clear the base circle, which matters if they are few and large.
             markers.radius <= lowest_mm(p, layout) - markers.wall.mm(),
                 "the base circle must cut no marker";
         }
         return;
     }
-    // Distances shrink with the root of the count; from a little above that, downwards.
+    // Distances shrink with the square root of the count. The search runs downwards from a little above that
+    // estimate.
     let scale = (nearest(markers.count) / needed).powi(2);
     let about = (1.1 * scale * f64::from(markers.count)) as u32;
     let fits = |count: &u32| *count < 2 || nearest(*count) >= needed;
@@ -106,7 +107,7 @@ fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     );
 }
 
-/// Markers that are listed: apart from each other, and off the base circle.
+/// Checks listed markers: apart from each other, and clear of the base circle.
 fn listed(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let (markers, listed) = (&p.markers, p.markers.listed());
     listed.check_lengths(report);
@@ -122,15 +123,15 @@ fn listed(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     listed.check_apart(&marker_end_centres(p, layout), least, wall, report);
 }
 
-/// Smallest distance between the round ends of any two of `count` slots, mm: slots along normals of
-/// a convex surface are nearest at their ends.
+/// Minimum distance between the round ends of any two of `count` slots, mm. Slots along normals of a convex surface
+/// are nearest at their ends.
 fn nearest_mm(p: &HalfEllipsoid, layout: &Layout, count: u32) -> f64 {
     let mut counted = p.clone();
     counted.markers.count = count;
     marks::nearest_mm(&marker_end_centres(&counted, layout)).unwrap_or(f64::INFINITY)
 }
 
-/// Height of the lowest slot's axis above the base circle, mm.
+/// Height of the lowest slot's end centre above the base circle, mm.
 fn lowest_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
     marker_end_centres(p, layout).iter().map(|end| end.z).fold(f64::INFINITY, f64::min)
 }
@@ -170,14 +171,14 @@ fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let radius = p.leds.diameter.mm() / 2.0;
     let count = f64::from(2 * p.leds.pairs);
     let circle = p.leds.circle_radius.mm();
-    // Where LEDs are wide, neighbours touch before the post in the middle is in the way.
+    // Wide LEDs touch their neighbours before they touch the diffuser's bore.
     let room = (circle * (PI / count).sin()).min(circle - diffuser_bore_mm(p, layout) - APART_MM);
     limits! { report, p:
         leds.circle_radius <= layout.diffuser_wall_radius_mm - APART_MM - radius,
             "the LEDs stand inside the diffusion ring's wall";
         leds.diameter <= 2.0 * (room - APART_MM / 2.0),
             format!("{count} LEDs on one circle around the camera must not overlap");
-        // The hole over a UV LED leaves a bridge of the plate to its neighbours and to the bore.
+        // The hole over a UV LED leaves a bridge of the plate to its neighbours.
         leds.pairs <= around(circle, 2.0 * (radius + LED_HOLE_MARGIN_MM) + RESIN_WALL_MM),
             "the holes over UV LEDs need bridges between them";
     }
@@ -252,8 +253,8 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         };
         mounting.require_all(clear, "the wall to the passage of the camera's cable lacks", report);
     }
-    // Turned back by its angle, the slot lies along y, at x > 0; its ends are rounded, its corners stand
-    // for them.
+    // In the frame turned back by the cable's angle, the slot lies along y at x > 0. It is treated as a rectangle,
+    // whose corners bound its rounded ends.
     let back = Pose::rotation_z(Angle::from_rad(-p.base.cable_angle.rad()).expect("finite"));
     let to_slot = |at: Point3<f64>| {
         let at = back.point(at);
@@ -286,7 +287,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             ),
         },
     );
-    // Mounting holes end below the bolts unless they stand well between them.
+    // Mounting holes end below the bolts, unless they are well between them.
     let between = layout.bolt_z_mm - bolts.radius_mm - RESIN_WALL_MM - layout.bottom_z_mm;
     let nearest_turn = mounting
         .places()
@@ -319,10 +320,11 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     );
 }
 
-/// Steps in which the nearest point of a bolt is looked for: each leaves two thirds.
+/// Steps of the ternary search for the nearest point of a bolt. Each keeps two thirds of the interval.
 const SEARCH_STEPS: u32 = 60;
 
-/// The wires' slot stays off the bolts, which end `bolt_end` mm from the axis and are so thick.
+/// Requires the wires' slot to clear the bolts, which have the radius `radius_mm` and end `bolt_end` mm from the
+/// axis.
 fn bolts_clear(
     p: &HalfEllipsoid,
     bolts: &[Pose],
@@ -340,7 +342,7 @@ fn bolts_clear(
             let [x, y] = [along * way.x - aside * way.y, along * way.y + aside * way.x];
             to_slot(Point3::new(x, y, 0.0))
         };
-        // Along a line the distance to what is convex has one valley.
+        // Along a line, the distance to a convex shape has a single minimum.
         let (mut low, mut high) = (bolt_end.min(out), out);
         for _ in 0..SEARCH_STEPS {
             let third = (high - low) / 3.0;
@@ -377,7 +379,7 @@ fn bolts_clear(
 
 // ------ Tooling ------
 //
-// Molds, their negatives, and what leads into them.
+// Silicone molds, their negatives, and the channels that lead into them.
 
 pub(super) fn check_tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     let tooling = &p.tooling;
@@ -402,7 +404,7 @@ pub(super) fn check_tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Rep
             "the pins that leave the vents must stand while silicone is poured around them";
         tooling.vent_diameter <= foot - 0.1, "a vent opens over the inner elastomer's foot alone";
     }
-    // Vents and gates alternate, and a vent is widest at the foot.
+    // Vents and gates alternate. A vent is widest at the foot.
     let circle = vent_circle_mm(layout);
     let step = PI / f64::from(tooling.vents);
     let gate = circle * (step - half_gate_rad(layout)).sin() - vent_radius_at(p, 0.0);

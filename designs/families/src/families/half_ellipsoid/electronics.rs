@@ -1,4 +1,4 @@
-//! What is bought, how it is wired, and the ways of cables.
+//! Bought components, the LED circuit, and the wires.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -20,18 +20,18 @@ use crate::blocks::{INTO_MM, LED_YELLOW};
 
 // ------ Components ------
 //
-// What is bought: camera, LEDs, bolts.
+// Bought components: camera, LEDs, switch, resistors, wires, bolts.
 
 const UV: Color = [170, 130, 230];
 const CAMERA_GREY: Color = [60, 62, 70];
 
-/// How far bolts are drawn out in the exploded picture, mm.
+/// Displacement of the bolts in the exploded view, mm.
 const BOLT_OUT_MM: f64 = 8.0;
 
-/// How far cable and wires are drawn below the base, mm.
+/// Drawn length of cable and wires below the base, mm.
 const CABLE_END_MM: f64 = 6.0;
 
-/// Everything bought.
+/// Returns all bought components.
 pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     let led = Solid::cylinder(p.leds.diameter.mm() / 2.0, p.leds.height.mm());
     let [white, uv] = leds_by_kind(p, layout);
@@ -82,24 +82,25 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     .concat()
 }
 
-/// Length, width and height of the switch, mm: eight leads 0.5 mm apart (JEDEC MO-187 CA, as TI's DCU0008A).
+/// Length and width of the switch, mm: eight leads 0.5 mm apart (JEDEC MO-187 CA, as TI's DCU0008A).
 pub const SWITCH_MM: [f64; 2] = [3.1, 2.0];
 
 /// Length, width and height of a resistor, mm: size 0603 (IEC 60115-8: 1608).
 const RESISTOR_MM: [f64; 3] = [1.6, 0.8, 0.45];
 
-/// Whether switch and resistors are drawn.
+/// Returns whether switch and resistors are drawn on the board's lower side.
 pub fn has_parts(p: &HalfEllipsoid) -> bool {
     p.led_board.parts_height.mm() > 0.0
 }
 
-/// Distance from the axis to the middle of what hangs into the pocket, mm.
+/// Distance from the axis to the centre of the parts that hang into the pocket, mm.
 fn parts_circle_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
     let [inner, outer] = pocket_radii_mm(p, layout);
     (inner + outer) / 2.0
 }
 
-/// How far out the switch's corners reach, mm; as far as it reaches inwards, if that is too far.
+/// Outer radius that the pocket needs for the switch, mm: that of the switch's outer corners. If the switch reaches
+/// too far inwards, the excess is added to the pocket's outer radius instead.
 pub fn switch_reach_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
     let [inner, outer] = pocket_radii_mm(p, layout);
     let circle = parts_circle_mm(p, layout);
@@ -107,15 +108,15 @@ pub fn switch_reach_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
     out.max(outer + inner - (circle - SWITCH_MM[1] / 2.0))
 }
 
-/// Where what hangs into the pocket is: origin on the board's lower side, x axis outwards.
+/// Poses of the parts that hang into the pocket: origin on the board's lower side, x axis outwards.
 pub struct BoardPartPoses {
-    /// The switch.
+    /// Pose of the switch.
     pub switch: Pose,
-    /// The resistors of the white and of the UV LEDs.
+    /// Poses of the resistors of the white and of the UV LEDs.
     pub resistors: [Pose; 2],
 }
 
-/// The switch opposite to the wires, a resistor on each side.
+/// Returns the poses: the switch opposite the wires, a resistor on each side.
 pub fn board_part_poses(p: &HalfEllipsoid, layout: &Layout) -> BoardPartPoses {
     let at = |quarters: f64| {
         let rad = p.base.cable_angle.rad() + quarters * FRAC_PI_2;
@@ -125,14 +126,14 @@ pub fn board_part_poses(p: &HalfEllipsoid, layout: &Layout) -> BoardPartPoses {
     BoardPartPoses { switch: at(2.0), resistors: [at(1.0), at(3.0)] }
 }
 
-/// Dual switch and resistors under the board: the switch opposite to the wires, a resistor on each side.
+/// Returns the dual switch and the resistors under the board; empty if they are not drawn.
 fn board_parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     if !has_parts(p) {
         return Vec::new();
     }
     let poses = board_part_poses(p, layout);
     let at = |pose: Pose| SENSOR.at(pose).lifted(-50.0);
-    // Lengthwise along the circle, hanging from the board.
+    // They lie lengthwise along the circle and hang from the board.
     let block =
         |[length, width]: [f64; 2], height: f64| Solid::cuboid(width, length, height).at_z(-height);
     let height = p.led_board.parts_height.mm();
@@ -153,16 +154,16 @@ fn board_parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     ]
 }
 
-/// Length of a wire from the board to below the base, mm.
+/// Length of a wire from the board to its drawn end below the base, mm.
 fn below_base_mm(layout: &Layout) -> f64 {
     layout.base_top_z_mm - layout.bottom_z_mm + CABLE_END_MM
 }
 
-/// The camera and the beginning of its cable: origin at the lens's front, z forward.
+/// Returns the camera and the beginning of its cable: origin at the lens's front, z forward.
 fn camera(p: &HalfEllipsoid, layout: &Layout) -> Solid {
     let length = p.camera.length.mm();
     let head = Solid::cylinder(p.camera.diameter.mm() / 2.0, length).at_z(-length);
-    // To the bottom of the base and a little further.
+    // Ends at the same height as the wires, below the base.
     let end = layout.bottom_z_mm - layout.camera_front_z_mm - CABLE_END_MM;
     let cable = Solid::cylinder(p.camera.cable_diameter.mm() / 2.0, INTO_MM - length - end);
     Solid::union([head, cable.at_z(end).named("cable")])
@@ -170,17 +171,17 @@ fn camera(p: &HalfEllipsoid, layout: &Layout) -> Solid {
 
 // ------ Circuit ------
 //
-// What is soldered to the LED board: two kinds of LEDs, a resistor and a switch for each kind.
+// Parts soldered to the LED board: two kinds of LEDs, and a resistor and a switch channel for each kind.
 
-/// A wire's pad outwards from its hole, mm.
+/// Length of a wire's pad, outwards from its hole, mm.
 const PAD_LENGTH_MM: f64 = 1.1;
-/// Between the pads of two wires, mm.
+/// Gap between the pads of two wires, mm.
 const BESIDE_PAD_MM: f64 = 0.25;
 
-/// Pins of the TS5A23166 in its package DCU (TI, SCDS196G, table 2), by number.
+/// Pins by number of the TS5A23166 in its package DCU (TI, SCDS196G, table 2).
 const SWITCH_PINS: [&str; 8] = ["1", "2", "3", "4", "5", "6", "7", "8"];
 
-/// Of the white LEDs and of the UV ones.
+/// Electrical data of the white LEDs and of the UV LEDs.
 pub fn electric(p: &HalfEllipsoid) -> [Electric; 2] {
     [p.leds.white_forward_volts, p.leds.uv_forward_volts].map(|forward_volts| Electric {
         supply_volts: p.leds.supply_volts,
@@ -192,7 +193,8 @@ pub fn electric(p: &HalfEllipsoid) -> [Electric; 2] {
     })
 }
 
-/// White and UV LEDs parallel, each kind behind one resistor; two channels of a switch turn them on.
+/// Builds the circuit: white and UV LEDs in parallel, each kind behind one resistor. Two channels of a switch turn
+/// them on.
 pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
     let kinds = electric(p);
     let mut board = Builder::on(LED_BOARD, &kinds[0]);
@@ -228,7 +230,7 @@ pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
     if is_switched {
         let switch = board.part(switch(p, below(&poses.switch)));
         let [(white, white_r), (uv, uv_r)] = &channels[..] else { unreachable!("two kinds") };
-        // By number: NO1, COM1, IN2, GND, NO2, COM2, IN1, V+.
+        // Nets in the order of the pins 1 to 8: NO1, COM1, IN2, GND, NO2, COM2, IN1, V+.
         let nets =
             [white, white_r.as_str(), "UV-ON", GROUND, uv, uv_r.as_str(), "WHITE-ON", SUPPLY];
         for (pin, net) in SWITCH_PINS.into_iter().zip(nets) {
@@ -257,6 +259,7 @@ pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
     board.done()
 }
 
+/// Adds the wires with their pads to the board.
 fn wires(p: &HalfEllipsoid, layout: &Layout, board: &mut Builder, nets: &[(&str, &str)]) {
     let hole = p.led_board.wire_hole_diameter.mm();
     let places = wire_places(p, layout);
@@ -286,7 +289,7 @@ fn wires(p: &HalfEllipsoid, layout: &Layout, board: &mut Builder, nets: &[(&str,
 fn switch(p: &HalfEllipsoid, place: BoardPlace) -> CircuitPart {
     let land = |(index, pin): (usize, &str)| {
         let row = (index % 4) as f64;
-        // Down the left side, and up the right one.
+        // Pins are numbered down the left side and up the right side.
         let at_mm = if index < 4 { [-1.55, 0.75 - 0.5 * row] } else { [1.55, 0.5 * row - 0.75] };
         Land { pin: pin.to_owned(), at_mm, size_mm: [0.85, 0.3], is_round: false }
     };

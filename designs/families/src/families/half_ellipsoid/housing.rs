@@ -25,29 +25,29 @@ const WHITE: Color = [240, 240, 236];
 /// Depth, width and height of the slots for a screwdriver that lifts the holder off the flange, mm.
 pub const PRY_SLOT_MM: [f64; 3] = [1.0, 4.0, 0.8];
 
-/// Thinnest wall of printed resin, mm.
+/// Minimum wall of printed resin, mm.
 pub const RESIN_WALL_MM: f64 = 0.5;
 
-/// Board between two holes for wires, mm.
+/// Width of board between two holes for wires, mm.
 const HOLE_WEB_MM: f64 = 0.2;
 
-/// How much wider than an LED the hole above it is, mm per side.
+/// Radial margin of the hole above an LED, mm.
 pub const LED_HOLE_MARGIN_MM: f64 = 0.05;
 
-/// The LEDs on the board, z axis up: even ones are white, odd ones UV.
+/// Poses of the LEDs on the board, z axis up. Even ones are white, odd ones UV.
 pub fn led_poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
     let out = Pose::translation(p.leds.circle_radius.mm(), 0.0, layout.board_top_z_mm);
     ring(2 * p.leds.pairs, 0.0, out)
 }
 
-/// The same, white ones and UV ones apart.
+/// Poses of the white LEDs, and of the UV LEDs.
 pub fn leds_by_kind(p: &HalfEllipsoid, layout: &Layout) -> [Vec<Pose>; 2] {
     [0, 1].map(|kind| led_poses(p, layout).into_iter().skip(kind).step_by(2).collect())
 }
 
-/// Where the pocket for the board's parts lies, mm: inner and outer radius.
+/// Inner and outer radius of the pocket for the board's parts, mm.
 pub fn pocket_radii_mm(p: &HalfEllipsoid, layout: &Layout) -> [f64; 2] {
-    // Between the socket of the post and a rim that the board rests on.
+    // It lies between the socket of the post and a rim on which the board rests.
     let inner = (layout.post_radius_mm + 1.0).max(socket_mm(p, layout) + RESIN_WALL_MM);
     [inner, layout.base_radius_mm - 1.2]
 }
@@ -64,12 +64,12 @@ fn part(name: Name, solid: Solid, material: &str, lift_mm: f64) -> Body {
         .colored(BLACK_PLASTIC)
 }
 
-/// Everything of the housing.
+/// Returns all parts of the housing.
 pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     [shell, holder, diffuser, camera_holder, led_board, base].map(|make| make(p, layout)).to_vec()
 }
 
-/// The acrylic skeleton: a dome, its foot, and the bore that a ball mill leaves.
+/// Returns the acrylic shell: a dome, its foot, and the bore that a ball mill leaves.
 fn shell(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let dome = layout.ellipsoid.whole(layout.shell_offset_mm).minus(Solid::below(0.0));
     let foot = Solid::cylinder(layout.foot_radius_mm, CUT_OVERLAP_MM - layout.foot_z_mm)
@@ -93,7 +93,7 @@ fn shell(p: &HalfEllipsoid, layout: &Layout) -> Body {
     ])
 }
 
-/// The ring that the shell is glued into; slides over the base, held by the bolts.
+/// Returns the ring into which the shell is glued. It slides over the base and is held by the bolts.
 fn holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let outline = [
         ([layout.collar_radius_mm, 0.0], 0.0),
@@ -119,7 +119,7 @@ pub fn diffuser_bore_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
     layout.post_radius_mm + p.making.gap_mm(DIFFUSER, Process::Sla, Fit::Free)
 }
 
-/// The white ring over the LEDs; UV light, which it would absorb, passes through holes.
+/// Returns the white ring over the LEDs. It would absorb UV light, which passes through holes instead.
 fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let bore = diffuser_bore_mm(p, layout);
     let outline = [
@@ -152,12 +152,12 @@ fn diffuser(p: &HalfEllipsoid, layout: &Layout) -> Body {
     .notes(["white resin; the plate on the bed, holes over the UV LEDs"])
 }
 
-/// Thin resin spreads light unless a pigment stops it.
+/// Clarity of a printed diffuser: thin resin spreads light, unless a pigment makes it opaque.
 fn spreading(material: &str) -> Clarity {
     if material.to_lowercase().contains("black") { Clarity::Opaque } else { Clarity::Translucent }
 }
 
-/// The post that carries the camera through board and diffuser; its cable leaves below.
+/// Returns the post that carries the camera through board and diffuser. The camera's cable leaves it below.
 fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let back = layout.camera_front_z_mm - p.camera.length.mm();
     let outline = [
@@ -176,7 +176,7 @@ fn camera_holder(p: &HalfEllipsoid, layout: &Layout) -> Body {
         ])
 }
 
-/// The slot for the board's wires, across the way out to it: it opens into the pocket alone.
+/// Slot for the board's wires, across the radius that points at it. It opens into the pocket alone.
 pub fn wire_slot(p: &HalfEllipsoid, layout: &Layout) -> FloorSlot {
     let (length, width) = (p.base.wire_slot_length, p.base.wire_slot_width);
     let out = pocket_radii_mm(p, layout)[0] + width.mm() / 2.0 + 0.1;
@@ -184,21 +184,21 @@ pub fn wire_slot(p: &HalfEllipsoid, layout: &Layout) -> FloorSlot {
     FloorSlot { length, width, along: 1, at: [out * cos, out * sin], turn: p.base.cable_angle }
 }
 
-/// Distance of two wires' middles in the slot, mm: the board keeps a bridge between two holes, and the
-/// wires' insulation does not rub.
+/// Distance between two wires' centres in the slot, mm. The board keeps a bridge between two holes, and the wires'
+/// insulation does not rub.
 fn wire_pitch_mm(p: &HalfEllipsoid) -> f64 {
     let board = &p.led_board;
     (board.wire_hole_diameter.mm() + HOLE_WEB_MM).max(board.wire_diameter.mm() + 0.05)
 }
 
-/// What the wires take of the slot's length, mm.
+/// Length of the slot that the wires need, mm.
 pub fn wires_mm(p: &HalfEllipsoid) -> f64 {
     let board = &p.led_board;
     let widest = board.wire_hole_diameter.mm().max(board.wire_diameter.mm());
     f64::from(board.wires - 1) * wire_pitch_mm(p) + widest
 }
 
-/// Where the wires are, mm: side by side in the middle of the slot.
+/// Positions of the wires, mm: side by side in the middle of the slot.
 pub fn wire_places(p: &HalfEllipsoid, layout: &Layout) -> Vec<[f64; 2]> {
     let slot = wire_slot(p, layout);
     let (sin, cos) = slot.turn.rad().sin_cos();
@@ -208,7 +208,7 @@ pub fn wire_places(p: &HalfEllipsoid, layout: &Layout) -> Vec<[f64; 2]> {
     (0..p.led_board.wires).map(aside).map(at).collect()
 }
 
-/// What a plate below the sensor lets pass: the camera's cable at the axis, and the wires.
+/// Cable exits that a plate below the sensor must leave free: the camera's cable at the axis, and the wires.
 pub fn exits(p: &HalfEllipsoid, layout: &Layout) -> Vec<Exit> {
     let (slot, wire) = (wire_slot(p, layout), p.led_board.wire_diameter.mm());
     let along = f64::from(p.led_board.wires - 1) * wire_pitch_mm(p) + wire;
@@ -219,9 +219,9 @@ pub fn exits(p: &HalfEllipsoid, layout: &Layout) -> Vec<Exit> {
     ]
 }
 
-/// The outline of the LED board: resistors and switch sit on its underside.
+/// Returns the LED board, whose resistors and switch are on its lower side.
 fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
-    // A circuit board stays one, however others are made.
+    // The board is a circuit board whatever process `making` sets for other parts, so its gap is fixed.
     let bore = layout.post_radius_mm + crate::gap_mm(Process::Pcb, Fit::Free);
     let wire = p.led_board.wire_hole_diameter.mm() / 2.0;
     let profile = wire_places(p, layout).into_iter().fold(
@@ -250,12 +250,12 @@ fn led_board(p: &HalfEllipsoid, layout: &Layout) -> Body {
     ])
 }
 
-/// The plug that everything electric is glued to.
+/// Returns the plug to which all electronics are glued.
 fn base(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let [pocket_inner, pocket_outer] = pocket_radii_mm(p, layout);
     let socket = socket_mm(p, layout);
     let chamfer = 0.3;
-    // One profile: passage for the cable, socket of the post, pocket, plug, flange.
+    // One profile: passage for the cable, socket of the post, pocket, plug and flange.
     let plug_top = layout.base_top_z_mm;
     let mut outline = vec![
         [layout.cable_radius_mm, layout.bottom_z_mm],
@@ -281,7 +281,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout) -> Body {
 
     let [pry_depth, pry_width, pry_height] = PRY_SLOT_MM;
     let pry_slots = [0, 1].map(|i| {
-        // Twice as deep as it shows: the outer half cuts air, whatever the curvature.
+        // Twice as deep as visible: the outer half cuts only air, whatever the curvature.
         Solid::cuboid(2.0 * pry_depth, pry_width, pry_height + CUT_OVERLAP_MM)
             .at(layout.holder_radius_mm, 0.0, layout.flange_z_mm - pry_height)
             .turned_z(turn(2 * i + 1, 4, 0.0))
@@ -303,10 +303,9 @@ fn base(p: &HalfEllipsoid, layout: &Layout) -> Body {
 
 // ------ Layers ------
 //
-// What is poured: the three elastomers, and the silicone molds they are poured in.
+// Cast bodies: the three elastomers, and the silicone molds in which they are cast.
 //
-// A solid and its negative are cut from one and the same tree, so that the chain from print to
-// silicone to elastomer closes.
+// A solid and its negative are cut from the same tree, so that the chain from print to silicone to elastomer closes.
 
 const RED_ELASTOMER: Color = [224, 170, 165];
 const BLUE_ELASTOMER: Color = [150, 180, 225];
@@ -318,7 +317,7 @@ fn layer(name: Name, solid: Solid, material: &str) -> Body {
     // Bowls with blind slots or pegs have no handles.
 }
 
-/// The elastomers, the innermost first, then the silicone molds.
+/// Returns the elastomers, innermost first, then the silicone molds.
 pub fn layers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     let mut layers = elastomers(p, layout);
     layers.push(core(p, layout));
@@ -326,13 +325,13 @@ pub fn layers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     layers
 }
 
-/// The translucent ones, from the inside out.
+/// Names of the translucent elastomers, from the inside out.
 pub fn elastomer_names(p: &HalfEllipsoid) -> Vec<Name> {
     let all = Boundary::all(p).into_iter().map(Boundary::layer);
     all.filter(|name| *name != BLACK).collect()
 }
 
-/// The molds that a layer is in, from the one that it is cast in.
+/// Molds that a layer is in, from the one in which it is cast onwards.
 fn molds_from(p: &HalfEllipsoid, boundary: Boundary) -> Vec<AssemblyName> {
     let all = Boundary::all(p).into_iter();
     all.skip_while(|other| *other != boundary).map(Boundary::mold).collect()
@@ -366,8 +365,8 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
         .placed(placed(72.0, Boundary::Outer)),
         layer(
             BLACK,
-            // Not the touched surface's own solid: OpenCascade cuts an ellipsoid from an ellipsoid, but
-            // not from the same shape as a revolved profile. A test holds both against each other.
+            // This is not the touched surface's own solid. OpenCascade cuts an ellipsoid from an ellipsoid, but not
+            // from the same shape as a revolved profile. A test compares both.
             above_base(whole(layout.black_offset_mm)).minus(whole(layout.outer_offset_mm)),
             &p.black_gel.material,
         )
@@ -380,10 +379,10 @@ fn elastomers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     all
 }
 
-/// How far elastomers are lifted off the core in pictures of molds, mm.
+/// Displacement of elastomers off the core in exploded views of the molds, mm.
 const TOOL_LIFT_MM: f64 = 45.0;
 
-/// The inner boundary of the inner elastomer, on a flange that closes all three molds.
+/// Returns the core: the inner boundary of the inner elastomer, on a flange that closes all three molds.
 fn core(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let flange = Solid::cylinder(layout.silicone_radius_mm, -layout.core_flange_z_mm)
         .at_z(layout.core_flange_z_mm);
@@ -402,12 +401,12 @@ fn core(p: &HalfEllipsoid, layout: &Layout) -> Body {
             .chain(molds_from(p, Boundary::Inner))
             .map(AssemblyName::in_place),
     )
-    // The vents, and the seat of the syringe.
+    // Handles: the vents, and the seat of the syringe.
     .with_handles(1 + p.tooling.vents as i32)
     .reached(molds::syringe(p, layout))
 }
 
-/// The outer boundary of one elastomer.
+/// Returns the silicone mold for the outer boundary of one layer.
 fn cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
     let block = Solid::cylinder(layout.silicone_radius_mm, layout.silicone_top_z_mm);
     let cavity = match boundary {

@@ -1,6 +1,6 @@
 //! Half-ellipsoid sensors: elastomers on a machined shell, LEDs and a camera below it (UVDtact).
 //!
-//! Its layout, joints and surface stand below, because all the rest is built from them.
+//! This file holds the layout, the screw joints and the ellipsoid, on which all other files of the family build.
 
 mod chain;
 mod constraints;
@@ -27,7 +27,7 @@ use crate::parameters::Report;
 use crate::{Built, Family, Header, layout};
 use parameters::{BASE, HOLDER, HalfEllipsoid, MeasuredTo, POST};
 
-/// The family of UVDtact.
+/// Half-ellipsoid family, whose built-in example is UVDtact.
 pub(crate) struct HalfEllipsoidFamily;
 
 impl Family for HalfEllipsoidFamily {
@@ -58,7 +58,7 @@ impl Family for HalfEllipsoidFamily {
     }
 }
 
-/// Everything a half-ellipsoid sensor consists of.
+/// Builds the sensor: all bodies, the circuit, press fits, casting steps, light sources and the camera.
 fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
     let layout = Layout::new(p);
     let mut parts = housing::parts(p, &layout);
@@ -101,7 +101,7 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
     }
 }
 
-/// What is touched, and what fixtures hold on to: holder and base, which are equally wide.
+/// Returns the touched surface, and the part that fixtures grip: holder and base, which are equally wide.
 fn touch(p: &HalfEllipsoid, layout: &Layout) -> DomeSurface {
     let gels = [&p.black_gel.thickness, &p.outer_elastomer.thickness, &p.inner_elastomer.thickness];
     DomeSurface {
@@ -124,7 +124,7 @@ fn touch(p: &HalfEllipsoid, layout: &Layout) -> DomeSurface {
     }
 }
 
-/// What follows from the parameters, for `fabkit show`.
+/// Lists the derived dimensions that `fabkit show` prints.
 fn derived(p: &HalfEllipsoid) -> Vec<(String, String)> {
     let layout = Layout::new(p);
     let mill = p.shell.ball_mill_diameter.mm() / 2.0;
@@ -154,10 +154,12 @@ fn derived(p: &HalfEllipsoid) -> Vec<(String, String)> {
     figures
 }
 
-/// What the inks' colours leave on the camera's red, green and blue. Chosen: fluorescent inks glow in bands of 60 to 100 nm.
+/// Response of the camera's red, green and blue channels to the glow of each ink. Chosen values: fluorescent inks
+/// glow in bands of 60 to 100 nm.
 const INKS: [Rgb; 2] = [[1.0, 0.15, 0.05], [0.05, 0.25, 1.0]];
 
-/// White for shape, ultraviolet for markers: both inks scatter white light alike, and glow in their own colours.
+/// Returns two lightings: white light for shape, in which both inks scatter alike, and ultraviolet light for markers,
+/// in which each ink glows in its own colour.
 fn lightings(p: &HalfEllipsoid) -> Vec<Lighting> {
     let layers: Vec<String> = housing::elastomer_names(p).into_iter().map(String::from).collect();
     let glowing = layers.iter().cloned().zip(INKS).collect();
@@ -169,30 +171,30 @@ fn lightings(p: &HalfEllipsoid) -> Vec<Lighting> {
 
 // ------ Layout ------
 //
-// Where things are: every radius and height that more than one part needs, derived once.
+// Radii and heights that more than one part needs, each derived once.
 
-/// Room between the shell's foot and the step of its holder, mm: glue runs in there.
+/// Gap between the shell's foot and the step of its holder, mm. Glue runs into it.
 const FOOT_SPARE_MM: f64 = 0.8;
 
-/// Gap between the holder's step and the diffuser, mm: the base stops on its flange, not here.
+/// Gap between the holder's step and the diffuser, mm. The holder rests on the base's flange, not here.
 const STEP_GAP_MM: f64 = 0.1;
 
-/// Plastic between a bolt's hole and the pocket above it, or the skirt's end below its head, mm.
+/// Wall between a bolt's hole and the pocket above it, and between a bolt's head and the skirt's end below it, mm.
 const BOLT_WALL_MM: f64 = 0.6;
 
-/// The bolts of the housing.
+/// Bolts that join holder and base.
 pub const BOLT: Screw = Screw::M1_2X3;
 
 layout! {
     /// Radii and heights in the sensor frame, mm.
     ///
-    /// Downwards from the base circle: the holder's collar around the shell's foot, a step, and the
-    /// skirt around diffuser, LEDs, board and base, which stand on each other.
+    /// Downwards from the base circle follow the holder's collar around the shell's foot, a step, and the skirt
+    /// around diffuser, LEDs, board and base, which are stacked on each other.
     pub struct Layout from p: &HalfEllipsoid {
-        /// What all layers are offset from.
+        /// Ellipsoid from which all layers are offset.
         ellipsoid: Ellipsoid =
             Ellipsoid { equatorial: p.surface.diameter.mm() / 2.0, polar: p.surface.height.mm() };
-        /// Offset of the black gel's outside: the finished surface.
+        /// Offset of the black gel's outside, which is the finished surface.
         black_offset_mm = match p.surface.measured_to {
             MeasuredTo::BlackGel => 0.0,
             MeasuredTo::OuterElastomer => p.black_gel.thickness.mm(),
@@ -200,7 +202,7 @@ layout! {
         /// Offset of the outer elastomer's outside.
         outer_offset_mm = black_offset_mm - p.black_gel.thickness.mm();
         let without_outer = outer_offset_mm - p.outer_elastomer.thickness.mm();
-        /// Offset of the inner elastomer's outside: without markers it is cast as thick as both together.
+        /// Offset of the inner elastomer's outside. Without markers, it is cast as thick as both elastomers together.
         inner_offset_mm = match p.markers.is_plain() {
             true => outer_offset_mm,
             false => without_outer,
@@ -210,74 +212,74 @@ layout! {
         /// Depth of the shell's inside below the ellipsoid.
         cavity_depth_mm = p.shell.thickness.mm() - shell_offset_mm;
 
-        /// Outside of the shell's foot.
+        /// Outer radius of the shell's foot.
         foot_radius_mm = ellipsoid.equatorial + shell_offset_mm - p.shell.shoulder.mm();
         /// Lower end of the foot.
         foot_z_mm = -p.shell.foot_height.mm();
-        /// Outside of holder and flange.
+        /// Outer radius of holder and flange.
         holder_radius_mm = p.holder.outer_diameter.mm() / 2.0;
         let snug = p.making.gap_mm(HOLDER, Process::Sla, Fit::Snug);
-        /// Inside of the holder's collar.
+        /// Inner radius of the holder's collar.
         collar_radius_mm = foot_radius_mm + snug;
-        /// Step between collar and skirt.
+        /// Height of the step between collar and skirt.
         step_z_mm = foot_z_mm - FOOT_SPARE_MM;
-        /// Inside of the skirt.
+        /// Inner radius of the skirt.
         skirt_radius_mm = holder_radius_mm - p.holder.skirt.mm();
-        /// Outside of diffuser and board.
+        /// Outer radius of diffuser and board.
         board_radius_mm = skirt_radius_mm - p.making.gap_mm(HOLDER, Process::Sla, Fit::Free);
-        /// Outside of the base's plug.
+        /// Outer radius of the base's plug.
         base_radius_mm = skirt_radius_mm - p.making.gap_mm(HOLDER, Process::Sla, Fit::Slide);
 
         /// Top of the diffuser.
         diffuser_top_z_mm = step_z_mm - STEP_GAP_MM;
-        /// Underside of the diffuser's plate.
+        /// Lower face of the diffuser's plate.
         diffuser_plate_z_mm = diffuser_top_z_mm - p.diffuser.thickness.mm();
-        /// Inside of the diffuser's wall.
+        /// Inner radius of the diffuser's wall.
         diffuser_wall_radius_mm = board_radius_mm - p.diffuser.wall.mm();
-        /// Top of the board, where the LEDs stand.
+        /// Top of the board, on which the LEDs stand.
         board_top_z_mm = diffuser_plate_z_mm - p.diffuser.gap.mm() - p.leds.height.mm();
-        /// Top of the base, where the board lies.
+        /// Top of the base, on which the board lies.
         base_top_z_mm = board_top_z_mm - p.led_board.thickness.mm();
-        /// Floor of the pocket for the board's parts.
+        /// Floor of the pocket for the parts on the board's lower side.
         pocket_z_mm = base_top_z_mm - p.base.pocket_depth.mm();
-        /// Axes of the bolts.
+        /// Height of the bolts' axes.
         bolt_z_mm = pocket_z_mm - BOLT_WALL_MM - BOLT.pilot_hole_mm() / 2.0;
-        /// End of the skirt, top of the flange.
+        /// Lower end of the skirt, which is the top of the flange.
         flange_z_mm = bolt_z_mm - BOLT.sink_diameter_mm(snug) / 2.0 - BOLT_WALL_MM;
         /// Bottom of everything.
         bottom_z_mm = flange_z_mm - p.base.flange.mm();
 
-        /// Inside of it.
+        /// Inner radius of the post that carries the camera.
         post_bore_radius_mm = p.camera.diameter.mm() / 2.0
             + p.making.gap_mm(POST, Process::Sla, Fit::Snug);
-        /// Outside of the post that carries the camera.
+        /// Outer radius of that post.
         post_radius_mm = post_bore_radius_mm + p.camera_holder.wall.mm();
         /// Front of camera and post.
         camera_front_z_mm = -p.camera.front_depth.mm();
-        /// Lower end of the post, in the base.
+        /// Lower end of the post, in its socket in the base.
         post_end_z_mm = base_top_z_mm - p.camera_holder.socket_depth.mm();
-        // One passage through both: the larger gap.
+        // The cable passes through both parts, so the larger gap applies to both.
         let passed = [POST, BASE].map(|part| (part, Process::Sla));
         /// Radius of the passage for the camera's cable.
         cable_radius_mm =
             p.camera.cable_diameter.mm() / 2.0 + p.making.widest_mm(passed, Fit::Free);
 
-        /// Outside of the silicone molds.
+        /// Outer radius of the silicone molds.
         silicone_radius_mm = p.tooling.silicone_diameter.mm() / 2.0;
-        /// Far end of the silicone molds.
+        /// Top of the silicone molds, beyond the tip.
         silicone_top_z_mm = ellipsoid.polar + black_offset_mm + p.tooling.silicone_floor.mm();
-        /// Far side of the core's flange.
+        /// Lower face of the core's flange.
         core_flange_z_mm = -p.tooling.core_flange.mm();
     }
 }
 
 impl Layout {
-    /// Radius of the base circle of the surface at an offset, mm.
+    /// Radius of the base circle of the surface at `offset`, mm.
     pub fn foot_of(&self, offset: f64) -> f64 {
         self.ellipsoid.equatorial + offset
     }
 
-    /// Inside of the shell's foot, mm.
+    /// Inner radius of the shell's foot, mm.
     pub fn bore_radius(&self) -> f64 {
         self.ellipsoid.equatorial - self.cavity_depth_mm
     }
@@ -285,9 +287,9 @@ impl Layout {
 
 // ------ Joints ------
 //
-// The screws of the sensor: each joint is stated here, and nowhere else.
+// Screws of the sensor. Each joint is defined here and nowhere else.
 
-/// Room of a bolt's hole beyond its tip, mm.
+/// Depth of a bolt's hole beyond its tip, mm.
 const BOLT_SPARE_MM: f64 = 0.4;
 
 /// Depth of the mounting holes, mm.
@@ -295,16 +297,16 @@ const MOUNT_DEPTH_MM: f64 = 3.0;
 
 /// All joints, in the sensor frame.
 pub struct Joints {
-    /// Through the shell holder's skirt into the base, pointing at the axis.
+    /// Bolts through the shell holder's skirt into the base, pointing at the axis.
     pub holder: Joint,
-    /// In the base's bottom, for what the sensor is mounted on; a user's screws.
+    /// Holes in the base's bottom for mounting the sensor. The user provides the screws.
     pub mounting: Joint,
 }
 
 impl Joints {
-    /// Where they are; meaningful only for parameters that satisfy the family's constraints.
+    /// Places the joints. The result is meaningful only for parameters that satisfy the family's constraints.
     pub fn new(p: &HalfEllipsoid, layout: &Layout) -> Self {
-        // A flat head lies flush with a round wall where its rim does.
+        // A flat head is flush with a round wall where its rim, not its centre, meets the wall.
         let head = BOLT.head_diameter_mm() / 2.0;
         let radius = (layout.holder_radius_mm.powi(2) - head.powi(2)).sqrt();
         let bolt = Pose::z_to(Vector3::x(), Point3::new(radius, 0.0, layout.bolt_z_mm));
@@ -317,11 +319,11 @@ impl Joints {
     }
 }
 
-/// Holes for what the sensor is mounted on.
+/// Defines the holes that the sensor is mounted by.
 pub(super) fn mounting(p: &HalfEllipsoid) -> Mounting<'_> {
     Mounting {
         mount: &p.mount,
-        // Half a step off the bolts.
+        // Offset by half a step from the bolts.
         ring: MountRing::Circle(p.base.mount_holes, p.base.mount_radius, 0.5),
         depth_mm: MOUNT_DEPTH_MM,
         is_through: false,
@@ -337,39 +339,39 @@ pub(super) fn mounting(p: &HalfEllipsoid) -> Mounting<'_> {
 //
 // The half ellipsoid, its parallel surfaces, and the inside of the shell.
 //
-// An ellipse of half axes a (across) and c (along z) has, at the eccentric angle t from its tip, the
-// point (a sin t, c cos t) and the outward normal along (sin t / a, cos t / c).
+// An ellipse with half axes a (across) and c (along z) has, at the eccentric angle t from its tip, the point (a sin
+// t, c cos t) and an outward normal along (sin t / a, cos t / c).
 
-/// Biarcs along the shell's inside: with these, its distance from the parallel surface stays below
-/// 0.1 um for every ellipsoid up to 1 : 4.
+/// Number of biarcs along the shell's inside. With these, its distance from the parallel surface stays below 0.1 um
+/// for every ellipsoid up to 1 : 4.
 const BIARCS: u32 = 32;
 
-/// The ellipsoid from which all layers are offset.
+/// Ellipsoid of revolution from which all layers are offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipsoid {
     /// Half axis across, mm.
     pub equatorial: f64,
-    /// Half axis along z, mm; longer.
+    /// Half axis along z, mm. It is the longer one.
     pub polar: f64,
 }
 
 impl Ellipsoid {
-    /// The smallest radius of curvature, mm, at the tip: no smooth parallel surface lies deeper.
+    /// Smallest radius of curvature, which is that at the tip, mm. Parallel surfaces deeper than this are not smooth.
     pub fn tip_curvature_radius(&self) -> f64 {
         self.equatorial.powi(2) / self.polar
     }
 
-    /// The surface at `offset` mm outside.
+    /// Parallel surface `offset` mm outside the ellipsoid.
     pub fn parallel(&self, offset: f64) -> EllipsoidOffset {
         EllipsoidOffset { equatorial_mm: self.equatorial, polar_mm: self.polar, offset_mm: offset }
     }
 
-    /// Everything within that surface, below the base circle too.
+    /// Solid within that surface, including the half below the base circle.
     pub fn whole(&self, offset: f64) -> Solid {
         Solid::EllipsoidOffset(self.parallel(offset))
     }
 
-    /// A dome within that surface that goes on below the base circle by the overlap of cuts.
+    /// Solid within that surface that ends below the base circle, by the overlap of cuts.
     pub fn dome_tool(&self, offset: f64) -> Solid {
         self.whole(offset).minus(Solid::below(-CUT_OVERLAP_MM))
     }
@@ -382,8 +384,8 @@ impl Ellipsoid {
         ([self.equatorial * s, self.polar * c], normal.map(|v| v / length))
     }
 
-    /// Where the surface at `depth` mm inside meets the axis, as an eccentric angle; 0 where it is
-    /// smooth there.
+    /// Eccentric angle at which the normal reaches the axis after `depth` mm, so that the parallel surface meets
+    /// itself there; 0 if that surface is smooth at its tip.
     ///
     /// The normal from angle t meets the axis after a^2 |(sin t / a, cos t / c)|.
     fn fold(&self, depth: f64) -> f64 {
@@ -392,7 +394,7 @@ impl Ellipsoid {
         square.clamp(0.0, 1.0).sqrt().asin()
     }
 
-    /// Height of the tip of a cavity `depth` mm inside with a tip no sharper than `tip_radius`, mm.
+    /// Height of the tip of a cavity that lies `depth` mm inside and whose tip is no sharper than `tip_radius`, mm.
     pub fn cavity_tip_z(&self, depth: f64, tip_radius: f64) -> f64 {
         let fold = self.fold(depth + tip_radius);
         if fold == 0.0 {
@@ -401,17 +403,17 @@ impl Ellipsoid {
         self.ball_centre_z(depth + tip_radius) + tip_radius
     }
 
-    /// Height of the highest ball of `radius` mm that touches the ellipsoid from inside, for radii
+    /// Height of the centre of the highest ball of `radius` mm that touches the ellipsoid from inside, for radii
     /// beyond the tip's radius of curvature.
     fn ball_centre_z(&self, radius: f64) -> f64 {
         self.fold(radius).cos() * (self.polar - self.tip_curvature_radius())
     }
 
-    /// What a ball mill of `tip_radius` mm leaves free when it stays `depth` mm away from the
-    /// ellipsoid, with a bore down to `bottom_z`: the parallel surface, rounded at the tip, where it
-    /// would fold because it lies deeper than the tip's radius of curvature.
+    /// Returns the cavity that a ball mill of `tip_radius` mm leaves if it stays `depth` mm away from the ellipsoid,
+    /// with a bore down to `bottom_z`. It is the parallel surface, rounded at the tip: deeper than the tip's radius
+    /// of curvature, the parallel surface would fold there.
     ///
-    /// The parallel surface is made of circular arcs that share its normals at 65 places (biarcs:
+    /// The parallel surface is approximated by circular arcs that share its points and normals at 33 places (biarcs:
     /// Bolton, "Biarc curves", Computer-Aided Design 7, 1975).
     pub fn cavity(&self, depth: f64, tip_radius: f64, bottom_z: f64) -> Solid {
         let fold = self.fold(depth + tip_radius);
@@ -422,10 +424,11 @@ impl Ellipsoid {
         };
         let bore = self.equatorial - depth;
         let mut path = Path::from([0.0, bottom_z]).line([bore, bottom_z]).line([bore, 0.0]);
-        // Exactly on the base circle, where rounding would leave 1e-16.
+        // The first point is set exactly on the base circle, where rounding would leave z = 1e-16.
         let (mut from, mut from_normal) = ([bore, 0.0], [1.0, 0.0]);
         for i in 1..=BIARCS {
             let (mut to, to_normal) = node(i);
+            // The last point lies on the axis, exactly.
             if i == BIARCS && fold == 0.0 {
                 to[0] = 0.0;
             }
@@ -440,8 +443,8 @@ impl Ellipsoid {
         Solid::revolution(path.close())
     }
 
-    /// Area above the base circle of the surface at `offset`, mm2, to about a thousandth: for
-    /// choosing, not for measuring.
+    /// Estimates the area above the base circle of the surface at `offset`, mm2, to about a thousandth: enough for
+    /// choosing a number of rings.
     pub fn area_estimate(&self, offset: f64) -> f64 {
         const STEPS: u32 = 100;
         let point = |i: u32| {
@@ -455,8 +458,8 @@ impl Ellipsoid {
         (0..STEPS).map(band).sum()
     }
 
-    /// Length of the meridian from the tip to the base circle on the surface at `offset`, mm: the
-    /// ellipse's own, and the offset times the quarter turn of the normal (Steiner).
+    /// Length of the meridian from the tip to the base circle on the surface at `offset`, mm: that of the ellipse,
+    /// plus the offset times the quarter turn of the normal (Steiner's formula).
     pub fn meridian_length(&self, offset: f64) -> f64 {
         // The trapezoidal rule converges geometrically on a quarter of a period.
         const PANELS: u32 = 256;
@@ -470,13 +473,13 @@ impl Ellipsoid {
     }
 }
 
-/// Two arcs from one point to another with given normals: first centre, joint, second centre. At the
-/// joint both have the normal half way between.
+/// Joins two points with given normals by two arcs. Returns the first centre, the joint and the second centre. At the
+/// joint both arcs have the normal half way between the given ones.
 fn biarc(p: [f64; 2], n: [f64; 2], q: [f64; 2], m: [f64; 2]) -> [[f64; 2]; 3] {
     let middle = [n[0] + m[0], n[1] + m[1]];
     let length = middle[0].hypot(middle[1]);
     let middle = middle.map(|v| v / length);
-    // p + r (middle - n) + s (m - middle) = q, for the radii r and s.
+    // The radii r and s solve p + r (middle - n) + s (m - middle) = q.
     let (u, v) = ([middle[0] - n[0], middle[1] - n[1]], [m[0] - middle[0], m[1] - middle[1]]);
     let d = [q[0] - p[0], q[1] - p[1]];
     let cross = |x: [f64; 2], y: [f64; 2]| x[0] * y[1] - x[1] * y[0];

@@ -1,4 +1,4 @@
-//! What the elastomers are cast with: negatives and molds, runner, slots of the markers.
+//! Molds that cast the elastomers: negatives, silicone molds, runner, and slots for the markers.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,18 +20,17 @@ use crate::materials::Castable;
 
 // ------ Tooling ------
 //
-// Printed negatives of the silicone molds, and what negatives and molds share.
+// Printed negatives of the silicone molds, and features that negatives and molds share.
 //
-// Everything stands in the sensor frame: molds close at z = 0, the plane of the elastomers' feet.
+// Everything stands in the sensor frame. Molds close at z = 0, the plane of the elastomers' feet.
 
-/// Height of the lip that centres the sleeve, and how far the core's negative rises above the
-/// silicone, mm.
+/// Height of the lip that centres the sleeve, and of the core negative's rim above the silicone, mm.
 const LIP_MM: f64 = 2.0;
 
-/// How far pins that leave vents stand out of the silicone, mm.
+/// Length by which pins that leave vents stand out of the silicone, mm.
 const PIN_SPARE_MM: f64 = 1.0;
 
-/// Which boundary a silicone mold gives.
+/// Boundary surface that a silicone mold shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Boundary {
     /// Outside of the inner elastomer.
@@ -43,7 +42,7 @@ pub enum Boundary {
 }
 
 impl Boundary {
-    /// From the inside out; without markers there is no outer elastomer.
+    /// Returns the boundaries from the inside out. Without markers there is no outer elastomer.
     pub fn all(p: &HalfEllipsoid) -> Vec<Self> {
         match p.markers.is_plain() {
             true => vec![Self::Inner, Self::Black],
@@ -51,7 +50,7 @@ impl Boundary {
         }
     }
 
-    /// Layer, silicone mold and the mold's printed negative.
+    /// Names of the layer, of its silicone mold, and of the mold's printed negative.
     fn bodies(self) -> [Name; 3] {
         match self {
             Self::Inner => [INNER, INNER_CUP, INNER_NEGATIVE],
@@ -60,22 +59,22 @@ impl Boundary {
         }
     }
 
-    /// The layer that it bounds.
+    /// Layer that the surface bounds.
     pub fn layer(self) -> Name {
         self.bodies()[0]
     }
 
-    /// The silicone mold.
+    /// Silicone mold of the layer.
     pub fn cup(self) -> Name {
         self.bodies()[1]
     }
 
-    /// The printed negative of that mold.
+    /// Printed negative of the silicone mold.
     pub fn negative(self) -> Name {
         self.bodies()[2]
     }
 
-    /// Where the silicone mold is cast.
+    /// Assembly in which the silicone mold is cast.
     pub fn casting(self) -> AssemblyName {
         match self {
             Self::Inner => CAST_INNER_CUP,
@@ -84,7 +83,7 @@ impl Boundary {
         }
     }
 
-    /// Where the layer is cast.
+    /// Assembly in which the layer is cast.
     pub fn mold(self) -> AssemblyName {
         match self {
             Self::Inner => INNER_MOLD,
@@ -94,10 +93,10 @@ impl Boundary {
     }
 }
 
-/// Cones on the core that fit the cups' sockets, reaching into the core's flange.
+/// Returns cones on the core that fit the cups' sockets. They extend into the core's flange.
 pub fn keys(p: &HalfEllipsoid, layout: &Layout) -> Vec<Solid> {
     let (radius, height) = (p.tooling.key_diameter.mm() / 2.0, p.tooling.key_height.mm());
-    // Drawn in at 20 degrees, so that it finds its socket and comes out of it.
+    // A taper of 20 degrees lets a key find its socket and come out of it.
     let slope = 20f64.to_radians().tan();
     let key = Solid::revolution(Path::polygon(&[
         [0.0, -CUT_OVERLAP_MM],
@@ -109,31 +108,31 @@ pub fn keys(p: &HalfEllipsoid, layout: &Layout) -> Vec<Solid> {
     copies("key", &ring(p.tooling.keys, 0.0, first), &key)
 }
 
-/// Radius of the circle of the keys, mm: midway between surface and side.
+/// Radius of the circle of the keys, mm: midway between the finished surface and the molds' side.
 pub fn key_circle_mm(layout: &Layout) -> f64 {
     (layout.foot_of(layout.black_offset_mm) + layout.silicone_radius_mm) / 2.0
 }
 
-/// How much a vent narrows on its way out, mm of radius per mm: its pin is thickest where it stands, the
-/// core slips off it, and what has cured in a vent comes out of it with the elastomer.
+/// Draft of a vent: decrease of its radius per mm on its way out. The vent's pin is thickest at its root, the core
+/// slips off it, and cured elastomer comes out of the vent.
 const VENT_DRAFT: f64 = 0.02;
 
-/// Radius of the circle of vents, mm: over the middle of the inner elastomer's foot.
+/// Radius of the circle of vents, mm: below the middle of the inner elastomer's foot.
 pub fn vent_circle_mm(layout: &Layout) -> f64 {
     (layout.foot_of(layout.shell_offset_mm) + layout.foot_of(layout.inner_offset_mm)) / 2.0
 }
 
-/// Where the vents meet the foot, z axis up.
+/// Poses at which the vents meet the foot, z axis up.
 pub fn vent_poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
     ring(p.tooling.vents, 0.0, Pose::translation(vent_circle_mm(layout), 0.0, 0.0))
 }
 
-/// Radius of a vent so far below the foot, mm.
+/// Radius of a vent `depth_mm` below the foot, mm.
 pub fn vent_radius_at(p: &HalfEllipsoid, depth_mm: f64) -> f64 {
     p.tooling.vent_diameter.mm() / 2.0 - VENT_DRAFT * depth_mm
 }
 
-/// The vents through the core's flange, `beyond_mm` longer on the far side.
+/// Returns the vents through the core's flange, extended by `beyond_mm` beyond its far side.
 fn vents(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
     let depth = beyond_mm - layout.core_flange_z_mm;
     let [far, near] = [depth, -CUT_OVERLAP_MM].map(|depth| vent_radius_at(p, depth));
@@ -141,21 +140,20 @@ fn vents(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
     copies("vent", &vent_poses(p, layout), &pin)
 }
 
-/// Vents, gates and sprue: what the core's flange has less, and its negative more, `beyond_mm` longer on
-/// the far side.
+/// Returns vents, gates and sprue, which are cut from the core's flange and added to its negative. They extend
+/// `beyond_mm` beyond the far side.
 pub fn ways_out(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
     [vents(p, layout, beyond_mm), runner_tools(p, layout, beyond_mm)].concat()
 }
 
-/// The vent at the tip of the mold for the outer elastomer, from within the cavity to above the
-/// silicone.
+/// Returns the vent at the tip of the mold for the outer elastomer, from within the cavity to above the silicone.
 pub fn tip_vent(p: &HalfEllipsoid, layout: &Layout) -> Solid {
     let bottom = layout.ellipsoid.polar + layout.inner_offset_mm;
     let top = layout.silicone_top_z_mm + PIN_SPARE_MM;
     Solid::rod(p.tooling.tip_vent_diameter.mm() / 2.0, [bottom, top]).named("tip vent")
 }
 
-/// All negatives and the sleeve.
+/// Returns all negatives and the sleeve.
 pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     let mut parts: Vec<Body> =
         Boundary::all(p).iter().map(|&boundary| negative_of_cup(p, layout, boundary)).collect();
@@ -175,12 +173,12 @@ fn tool(p: &HalfEllipsoid, name: Name, solid: Solid) -> Body {
         .note("a coat of clear acrylic varnish, then release agent")
 }
 
-/// What silicone mold and elastomer shrink together, for a negative whose silicone casts `layer`.
+/// Combined linear shrinkage of silicone mold and elastomer, for a negative whose silicone casts `layer`.
 fn double_shrinkage(p: &HalfEllipsoid, layer: &Castable) -> f64 {
     1.0 - (1.0 - shrinkage(&p.tooling.silicone_material)) * (1.0 - shrinkage(layer))
 }
 
-/// The dome on a plate that a silicone cup is cast around.
+/// Returns the dome on a plate around which a silicone cup is cast.
 fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
     let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
     let lip = radius + wall + p.making.gap_mm(boundary.negative(), Process::Sla, Fit::Slide);
@@ -207,7 +205,7 @@ fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Bo
         .for_shrinkage(double_shrinkage(p, material))
 }
 
-/// The vessel that the silicone core is cast in.
+/// Returns the vessel in which the silicone core is cast.
 fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
     let mouth = layout.core_flange_z_mm - LIP_MM;
@@ -230,7 +228,7 @@ fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
     .for_shrinkage(double_shrinkage(p, &p.inner_elastomer.material))
 }
 
-/// The wall around the negatives of the cups.
+/// Returns the wall around the negatives of the cups.
 fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Body {
     let inner = layout.silicone_radius_mm;
     let outer = inner + p.tooling.wall.mm();
@@ -248,46 +246,46 @@ fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Body {
 
 // ------ Runner ------
 //
-// How the thin layers' mixture gets to their feet, and what is too much away from there: gates under
-// the feet, a ring that joins them, and a seat for a syringe.
+// Channels through which the thin layers' mixture reaches their feet, and surplus leaves them: gates under the feet,
+// a ring that joins the gates, and a seat for a syringe.
 //
-// All lie in the face of the core's flange that the cups close, so that each gate opens over the whole
-// width of a foot, however thin, and what has cured there is lifted out once the cup is off.
+// All lie in the face of the core's flange that the cups close. So each gate opens over the whole width of a foot,
+// however thin the layer is, and the cured runner is lifted out once the cup is off.
 
-/// Width of a gate, mm: a ridge in the negative that is twice as wide as high.
+/// Width of a gate, mm. In the negative it is a ridge twice as wide as high.
 const GATE_MM: f64 = 2.4;
 
 /// Depth of gates and ring, mm.
 const RUNNER_MM: f64 = 1.2;
 
-/// From the outermost layer's foot to the ring, mm: what the cup closes.
+/// Width of the land between the outermost layer's foot and the ring, mm, which the cup closes.
 const LAND_MM: f64 = 0.6;
 
-/// Width of the ring, mm.
+/// Width of the ring channel, mm.
 const RING_MM: f64 = 1.0;
 
-/// From the outermost layer's foot to the ring's outside, mm.
+/// Distance from the outermost layer's foot to the outside of the ring channel, mm.
 pub const REACH_MM: f64 = LAND_MM + RING_MM;
 
-/// Silicone between a vent, a gate, a key or the seat and its neighbour, mm.
+/// Minimum silicone between a vent, a gate, a key or the seat and its neighbour, mm.
 pub const SILICONE_WALL_MM: f64 = 0.5;
 
-/// The seat in the core's flange.
+/// Seat for the syringe in the core's flange.
 pub fn syringe_seat(p: &HalfEllipsoid) -> LuerSeat {
     LuerSeat { wall_mm: p.tooling.core_flange.mm() }
 }
 
-/// Angle of the seat around the axis, rad: between two keys.
+/// Angle of the seat around the axis, rad. It lies between two keys.
 fn seat_rad(p: &HalfEllipsoid) -> f64 {
     PI / f64::from(p.tooling.keys)
 }
 
-/// Half the angle that a gate takes where the thin layers begin, rad.
+/// Half the angle, rad, that a gate covers at the inner radius of the thin layers' feet.
 pub fn half_gate_rad(layout: &Layout) -> f64 {
     (GATE_MM / 2.0 / layout.foot_of(layout.inner_offset_mm)).min(1.0).asin()
 }
 
-/// The middles of the gates, rad: half a step off the vents of the inner elastomer.
+/// Angles of the gates' middles, rad: half a step off the vents of the inner elastomer.
 pub fn gates_rad(p: &HalfEllipsoid) -> impl Iterator<Item = f64> {
     let count = p.tooling.vents;
     (0..count).map(move |i| TAU * (f64::from(i) + 0.5) / f64::from(count))
@@ -297,7 +295,7 @@ fn polar(radius: f64, rad: f64) -> [f64; 2] {
     [radius * rad.cos(), radius * rad.sin()]
 }
 
-/// Gates and ring, and the way from it to the seat, from above the flange's face to their floor.
+/// Returns gates, ring, and the channel from the ring to the seat, from above the flange's face down to their floor.
 fn channels(p: &HalfEllipsoid, layout: &Layout) -> Solid {
     let gate = layout.foot_of(layout.inner_offset_mm);
     let inner = layout.foot_of(layout.black_offset_mm) + LAND_MM;
@@ -327,20 +325,21 @@ fn first_runner(p: &HalfEllipsoid) -> f64 {
     PI / f64::from(p.tooling.vents)
 }
 
-/// What the core's flange has less, and its negative more; the seat `beyond_mm` longer on the far side.
+/// Returns the runner and the seat, which are cut from the core's flange and added to its negative. The seat extends
+/// `beyond_mm` beyond the far side.
 pub fn runner_tools(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
     let [x, y] = polar(key_circle_mm(layout), seat_rad(p));
     let mouth = Pose::translation(x, y, layout.core_flange_z_mm);
     vec![channels(p, layout), syringe_seat(p).tool(&mouth, beyond_mm)]
 }
 
-/// The syringe in its seat, in the frame of the core.
+/// Returns the space that the syringe takes in its seat, in the core's frame.
 pub fn syringe(p: &HalfEllipsoid, layout: &Layout) -> Reach {
     let at = polar(key_circle_mm(layout), seat_rad(p));
     tools::syringe(hanging(at, layout.core_flange_z_mm), syringe_seat(p).stands_out_mm())
 }
 
-/// Middle and radius of a disc that holds what one gate opens of a foot between two radii, mm.
+/// Centre and radius, mm, of a disc that contains the opening of one gate in a foot between two radii.
 pub fn open_disc(rad: f64, layout: &Layout, [inner, outer]: [f64; 2]) -> (Point3<f64>, f64) {
     let middle = (inner + outer) / 2.0;
     let [x, y] = polar(middle, rad);
@@ -352,19 +351,19 @@ pub fn open_disc(rad: f64, layout: &Layout, [inner, outer]: [f64; 2]) -> (Point3
 
 // ------ Markers ------
 //
-// The markers: where they are, and the slot that each one fills.
+// Markers: their places, and the slot that each one fills.
 
-/// Spread of the markers over rings around the tip.
+/// Distribution of the markers over rings around the tip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spread {
-    /// From ring to ring along the surface, mm.
+    /// Distance from ring to ring along the surface, mm.
     pub spacing: f64,
-    /// The places on the inner elastomer's outside.
+    /// Places of the markers on the inner elastomer's outside.
     pub pattern: Pattern,
 }
 
 impl Spread {
-    /// Markers on each ring, for people.
+    /// Numbers of markers on the rings, as text for users.
     pub fn counts(&self) -> String {
         match &self.pattern {
             Pattern::SurfaceRings { counts, .. } => {
@@ -375,21 +374,22 @@ impl Spread {
     }
 }
 
-/// One marker at the tip and the others on rings of latitude that are equally far from each other
-/// along the surface; the last one stays half a step above the base circle, so that the rim cuts no
-/// marker. Each ring gets its share by circumference (largest remainders first), and there are as
-/// many rings as make the distance along a ring most like the distance between rings. So every
-/// count can be had, and all markers stand for about the same area.
+/// Distributes `count` markers: one at the tip, the others on rings of latitude at equal distances along the surface.
+/// The last ring stays half a step above the base circle, so that the rim cuts no marker.
+///
+/// Each ring gets a share in proportion to its circumference (largest remainders first). The number of rings is
+/// chosen so that the spacing along a ring is most similar to the spacing between rings. So any count is possible,
+/// and all markers stand for about the same area.
 ///
 /// # Errors
-/// A surface without meridian; no markers at all.
+/// Fails for a surface without meridian, or without any markers.
 pub fn marker_spread(layout: &Layout, count: u32) -> Result<Spread, InvalidPattern> {
     let surface = layout.ellipsoid.parallel(layout.inner_offset_mm);
     let length = layout.ellipsoid.meridian_length(layout.inner_offset_mm);
     let others = count.checked_sub(1).ok_or(InvalidPattern::Empty)?;
     let mut best: Option<(f64, Spread)> = None;
-    // Where markers stand for equal squares, rings are as far apart as a square is wide; the best
-    // number lies beside that.
+    // If each marker stands for the same square, rings are as far apart as a square is wide. The best number of rings
+    // is close to that.
     let square = layout.ellipsoid.area_estimate(layout.inner_offset_mm) / f64::from(count);
     let about = (length / square.sqrt()) as u32;
     for rings in about.saturating_sub(2).max(1)..=about + 2 {
@@ -404,6 +404,7 @@ pub fn marker_spread(layout: &Layout, count: u32) -> Result<Spread, InvalidPatte
             .map(|pose| TAU * pose.translation_mm().xy().norm())
             .collect();
         let along = circles.iter().sum::<f64>() / f64::from(others.max(1));
+        // Deviation as a ratio, so that too wide and too narrow count alike.
         let uneven = (along / spacing).ln().abs();
         if best.as_ref().is_none_or(|(least, _)| uneven < *least) {
             let mut counts = vec![1];
@@ -416,7 +417,7 @@ pub fn marker_spread(layout: &Layout, count: u32) -> Result<Spread, InvalidPatte
     best.map(|(_, spread)| spread).ok_or(InvalidPattern::Empty)
 }
 
-/// Whole numbers in proportion to `weights` that add up to `total` (largest remainders first).
+/// Splits `total` into integers in proportion to `weights` (largest remainders first).
 fn shares(weights: &[f64], total: u32) -> Vec<u32> {
     let sum: f64 = weights.iter().sum();
     let exact: Vec<f64> = weights.iter().map(|w| w / sum * f64::from(total)).collect();
@@ -430,8 +431,8 @@ fn shares(weights: &[f64], total: u32) -> Vec<u32> {
     counts
 }
 
-/// Origin of each marker on the inner elastomer's outside, z axis outwards along the normal; none
-/// for no markers or a surface that `check` refuses.
+/// Poses of the markers on the inner elastomer's outside, z axis outwards along the normal. Empty without markers, or
+/// for a surface that `check` refuses.
 pub fn marker_poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
     if p.markers.pattern == RoundPattern::List {
         return p.markers.listed().poses(&layout.ellipsoid.parallel(layout.inner_offset_mm));
@@ -439,7 +440,7 @@ pub fn marker_poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
     marker_spread(layout, p.markers.count).and_then(|s| s.pattern.poses()).unwrap_or_default()
 }
 
-/// Depth of a slot, mm.
+/// Depth of a slot including its round end, mm.
 pub fn marker_depth(markers: &Markers) -> f64 {
     markers.straight_depth.mm() + markers.radius.mm()
 }
@@ -450,7 +451,7 @@ pub fn marker_end_centres(p: &HalfEllipsoid, layout: &Layout) -> Vec<Point3<f64>
     marker_poses(p, layout).iter().map(|pose| pose.point(end)).collect()
 }
 
-/// The slots' ends, which the camera follows.
+/// Markers that the camera tracks: the ends of the slots.
 pub fn markers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Mark> {
     let slots = &p.markers;
     Mark::below("marker", &marker_poses(p, layout), marker_depth(slots), slots.radius.mm(), |_| {
@@ -458,11 +459,11 @@ pub fn markers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Mark> {
     })
 }
 
-/// Everything within the inner elastomer's outside except the slots: what the inner elastomer and
-/// its negative are cut from, and what the outer elastomer and the silicone mold go around.
+/// Returns the solid within the inner elastomer's outside without the slots. The inner elastomer and its negative are
+/// cut from it; it is cut from the outer elastomer and the silicone mold.
 pub fn slotted(p: &HalfEllipsoid, layout: &Layout) -> Solid {
     let (radius, straight) = (p.markers.radius.mm(), p.markers.straight_depth.mm());
-    // The surface bends away from the slot's mouth, so that the overlap lies outside.
+    // The surface curves away from the slot's mouth, so the overlap lies outside.
     let slot = Solid::revolution(
         Path::from([0.0, -straight - radius])
             .arc([radius, -straight], [0.0, -straight], true)

@@ -13,11 +13,11 @@ use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
-    /// Which surface `surface.diameter` and `surface.height` are measured to.
+    /// Surface to which `surface.diameter` and `surface.height` are measured.
     pub enum MeasuredTo {
-        /// Outside of the black gel: the finished sensor.
+        /// Outside of the black gel, which is the finished sensor.
         BlackGel = "black-gel",
-        /// Outside of the outer elastomer; the black gel comes on top.
+        /// Outside of the outer elastomer; the black gel is added to it.
         OuterElastomer = "outer-elastomer",
     }
 }
@@ -263,17 +263,18 @@ sections! {
 }
 
 impl Markers {
-    /// Whether there are none: inner and outer elastomer are then one pour, as nothing tells them apart.
+    /// Returns whether there are no markers. Inner and outer elastomer are then one pour, because nothing
+    /// distinguishes them.
     pub fn is_plain(&self) -> bool {
         self.pattern == RoundPattern::Rings && self.count == 0
     }
 
-    /// Those that are listed.
+    /// Returns the listed markers.
     ///
-    /// By the angle of the normal, not by the height over the base circle: near the tip a tenth of a
-    /// millimetre is hardly a micrometre of height. It is the same for all parallel surfaces, so that a
-    /// marker lies below the place of the finished sensor that has this normal, whatever the layers
-    /// measure, and below the pin of a pin dome with the same angles.
+    /// They are given by the angle of the normal, not by the height over the base circle: near the tip a tenth of a
+    /// millimetre is hardly a micrometre of height. The angle is the same for all parallel surfaces. So a marker lies
+    /// below the point of the finished sensor that has this normal, whatever the layers measure, and below the pin of
+    /// a pin dome with the same angles.
     pub fn listed(&self) -> Listed<'_, Angle> {
         Listed::new("marker", ("markers.polar", &self.polar), ("markers.azimuth", &self.azimuth))
     }
@@ -281,14 +282,14 @@ impl Markers {
 
 // ------ Bodies ------
 //
-// What the sensor consists of and is made with, and where bodies stand together.
+// Bodies of the sensor and of its tools, and the assemblies in which they stand together.
 
-/// Casting the silicone molds on and in their negatives.
+/// Assemblies that cast the silicone molds on and in their negatives.
 pub const CAST_INNER_CUP: AssemblyName = AssemblyName("cast-cup-inner");
 pub const CAST_OUTER_CUP: AssemblyName = AssemblyName("cast-cup-outer");
 pub const CAST_BLACK_CUP: AssemblyName = AssemblyName("cast-cup-black");
 pub const CAST_CORE: AssemblyName = AssemblyName("cast-core");
-/// Casting the layers.
+/// Assemblies that cast the layers.
 pub const INNER_MOLD: AssemblyName = AssemblyName("inner-mold");
 pub const OUTER_MOLD: AssemblyName = AssemblyName("outer-mold");
 pub const BLACK_MOLD: AssemblyName = AssemblyName("black-mold");

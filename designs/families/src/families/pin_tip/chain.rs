@@ -1,4 +1,4 @@
-//! How a pin-tip sensor is built, step by step.
+//! Assembly steps of a pin-tip sensor, from printing to the sensor on its robot.
 
 use fabkit_geometry::{FixedBy, Opening, Point3, Step, Vector3};
 
@@ -10,7 +10,7 @@ use crate::assembling::{
 };
 use crate::blocks::LED;
 
-/// The lens's holes as openings of the gel, in the frame of the filling, tip down.
+/// Returns the lens's holes as openings of the gel, in the frame of the filling assembly, tip down.
 fn openings(p: &PinTip, layout: &Layout) -> Vec<Opening> {
     let turned = flipped();
     let opening = |(name, [x, y]): (&str, [f64; 2])| Opening {
@@ -22,7 +22,7 @@ fn openings(p: &PinTip, layout: &Layout) -> Vec<Opening> {
     ["filling hole", "vent"].into_iter().zip(lens_holes(p)).map(opening).collect()
 }
 
-/// Every step from printing to the sensor on its robot.
+/// Returns all steps, from printing to the sensor on its robot.
 pub fn chain(p: &PinTip, layout: &Layout) -> Vec<Step> {
     let joints = Joints::new(p, layout);
     let with_lens = [&TIP[..], &[LENS]].concat();
@@ -92,7 +92,7 @@ pub fn chain(p: &PinTip, layout: &Layout) -> Vec<Step> {
     steps
 }
 
-/// The microcontroller's board, before the sensor is on its robot.
+/// Steps that seat the microcontroller's board, before the sensor is mounted on its robot.
 fn seat_controller() -> [Step; 2] {
     [
         bond("glue-controller-holder", SENSOR, &[BODY, CONTROLLER_HOLDER], GLUED)

@@ -1,4 +1,4 @@
-//! What the parameters must fulfil together so that things fit, hold and can be made.
+//! Constraints between parameters: parts must fit, hold, and be manufacturable.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_8, PI, SQRT_2};
 
@@ -13,11 +13,10 @@ use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring};
 use crate::fits::Fit;
 use crate::parameters::{Report, limits};
 
-/// Smallest gap between neighbouring dots, mm: support must come out of it, and the camera must see
-/// it.
+/// Minimum gap between neighbouring dots, mm: support material must come out of it, and the camera must resolve it.
 const DOTS_APART_MM: f64 = 0.3;
 
-/// Reports every combination that cannot be built.
+/// Reports every combination of parameters that cannot be built.
 pub(super) fn check(p: &PinTip, report: &mut Report) {
     let layout = Layout::new(p);
     pins(p, &layout, report);
@@ -32,13 +31,13 @@ pub(super) fn check(p: &PinTip, report: &mut Report) {
 
 fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
     let half = layout.pin_diameter_mm / 2.0;
-    // The root's rim is the point of a pin that comes nearest to the outside.
+    // The rim of a pin's root is the point of the pin nearest to the skin's outside.
     let room =
         layout.outer_radius_mm.hypot(half) - (half * half + layout.skin_radius_mm.powi(2)).sqrt();
     let radius = layout.skin_radius_mm;
     let reach = radius * FRAC_PI_2 - half;
     let is_listed = p.pins.pattern == RoundPattern::List;
-    // Pins lean towards each other: distances shrink with the distance from the centre.
+    // Pins point at the centre, so the distance between neighbours shrinks in proportion to their distance from it.
     let depth = match is_listed {
         true => radius,
         false => {
@@ -60,8 +59,8 @@ fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
     }
 }
 
-/// Pins that are listed: on the skin, which ends `reach_mm` from the apex along its inside, in the picture,
-/// and apart from each other.
+/// Checks listed pins: on the skin, which ends `reach_mm` from the apex along its inside, visible, and apart from
+/// each other.
 fn listed(p: &PinTip, layout: &Layout, reach_mm: f64, report: &mut Report) {
     let listed = p.pins.listed();
     listed.check_lengths(report);
@@ -89,11 +88,11 @@ fn listed(p: &PinTip, layout: &Layout, reach_mm: f64, report: &mut Report) {
     listed.check_apart(&layout.dot_ends(p), least, apart, report);
 }
 
-/// Smallest distance of two pins at the skin's inside, mm: along the surface from circle to circle,
-/// straight on a circle.
+/// Smallest distance between two pins at the skin's inside, mm. Circles are spaced along the surface, pins of one
+/// circle by their chord.
 fn closest_pins_mm(p: &PinTip, layout: &Layout) -> f64 {
     let spacing = layout.pin_spacing_mm;
-    // The chord between two circles; pins on neighbouring circles are never nearer.
+    // Chord between two circles. Pins on neighbouring circles are never nearer than that.
     let across = 2.0 * layout.skin_radius_mm * (spacing / (2.0 * layout.skin_radius_mm)).sin();
     (1..=layout.pin_rings(p))
         .map(|k| {
@@ -144,14 +143,14 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
     }
 }
 
-/// What the camera must see, and what must not stand in its way.
+/// Checks that the camera sees all dots, and that nothing stands in its view.
 fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
     let (tangent, usable) = (Layout::half_view_tangent(p), Layout::usable_tangent(p));
     let [rim, rim_z] = layout.outermost_dot(p);
-    // Of pins that are listed, each is looked at by itself.
+    // Listed pins have been checked one by one.
     if p.pins.pattern == RoundPattern::Rings {
         limits! { report, p:
-            // A millimetre farther back, the same ray lies farther out by its slope.
+            // Moving the camera back by 1 mm moves the same ray outwards by its slope.
             camera.depth >=
                 p.camera.depth.mm() + (rim - layout.ray_radius(usable, rim_z)) / usable,
                 "the pixels must see all dots through lens and gel, within `camera.margin`";
@@ -170,15 +169,15 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
     let (camera, slide) = (&p.camera, p.making.gap_mm(BODY, Process::Fdm, Fit::Slide));
     let screws = Joints::new(p, layout).camera;
     let (pilot, head_mm) = (screws.holes(), screws.screw.head_diameter_mm());
-    // The holder's corners lie where the cone has opened as far as they reach.
+    // The corners of the lens holder must lie where the cone has opened that far.
     let corner = camera.holder_size.mm() / SQRT_2 + slide;
     let opened_z = layout.bore_bottom_z_mm - (corner - layout.shaft_bore_radius_mm).max(0.0);
     let holder_top = layout.camera_board_top_z_mm + camera.holder_height.mm();
-    // Each post ends in the cone above it, with room for the screw's tip.
+    // Each post ends in the cone above it, which must have room for the screw's tip.
     let post = p.body.post_diameter.mm() / 2.0;
     let reach = half_diagonal_mm(camera.screw_spacing, camera.screw_spacing_y) + pilot.radius_mm;
     let inside = (layout.mount_joint.bore_radius - post - APART_MM) * SQRT_2;
-    // Beside the holder in one direction is beside it.
+    // A post that clears the holder along one axis clears it altogether.
     let beside_holder = camera.holder_size.mm() + p.body.post_diameter.mm() + 2.0 * slide;
     let is_beside = camera.screw_spacing_y.mm() >= beside_holder;
     let outside_z = layout.shaft_bottom_z_mm - (reach - layout.shaft_radius_mm);
@@ -219,13 +218,13 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
     edges(p, layout, report);
 }
 
-/// Half the angle that the wall turns by where the cone ends.
+/// Half the angle, rad, by which the wall turns where the 45 degree cone ends.
 const HALF_TURN_RAD: f64 = FRAC_PI_8;
 
-/// What rounded edges leave of the housing.
+/// Limits the rounding of the housing's edges.
 fn edges(p: &PinTip, layout: &Layout, report: &mut Report) {
     if p.body.edge_fillet.mm() == 0.0 {
-        return; // A housing need not be wider than its shaft.
+        return; // Sharp edges need no room. The housing may then be as narrow as its shaft.
     }
     let outer = layout.mount_joint.outer_radius;
     let (cone, wall) = (

@@ -1,4 +1,4 @@
-//! What is bought, how it is wired, and the holder of the controller.
+//! Bought components, the LED circuit, and the holder of the microcontroller.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -21,14 +21,14 @@ use crate::parameters::{Report, limits};
 
 // ------ Components ------
 //
-// What is bought: camera, LEDs, O-ring, screws and bolts.
+// Bought components: camera, LEDs, O-ring, screws and bolts.
 
 const BOARD_BLUE: Color = [40, 70, 130];
 
 /// Free width around the plug below the camera board, mm.
 const PLUG_MARGIN_MM: f64 = 2.0;
 
-/// Everything bought.
+/// Returns all bought components.
 pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
     let (c, joints) = (&p.camera, Joints::new(p, layout));
     let seat = layout.seal_seat(p);
@@ -78,10 +78,10 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
 /// Length of the plug along x, mm.
 const PLUG_MM: f64 = 5.0;
 
-/// Diameter of eight wires in one sleeve, mm, where the slot has room for it.
+/// Diameter of eight wires in one sleeve, mm, if the slot has room for it.
 const CABLE_MM: f64 = 4.0;
 
-/// How many wires, and how long each is, mm, as they are ordered.
+/// Number of wires to order, and length of each, mm.
 const WIRES: f64 = 8.0;
 const WIRE_MM: f64 = 200.0;
 
@@ -91,17 +91,17 @@ const CABLE_PLAY_MM: f64 = 0.4;
 /// Bend radius of the cable, mm: twice its diameter, as it is not moved in use.
 const BEND_MM: f64 = 8.0;
 
-/// How far the cable goes on beyond the housing, and along it towards the controller, mm.
+/// Drawn length of the cable beyond the housing, and then along it towards the controller, mm.
 const CABLE_BEYOND_MM: [f64; 2] = [14.0, 20.0];
 
-/// The wires from the plug below the camera's board, out of the slot and around the housing: they are
-/// threaded before they are soldered, without a plug at their far end.
+/// Returns the wires from the plug below the camera board, out of the slot and around the housing. They are threaded
+/// before they are soldered, so they have no plug at their far end.
 fn camera_cable(p: &PinTip, layout: &Layout) -> Body {
     let room = p.body.wiring_room.mm();
     let diameter =
         CABLE_MM.min(p.body.cable_slot_width.mm() - CABLE_PLAY_MM).min(room / 2.0 - CABLE_PLAY_MM);
     let z = layout.camera_board_bottom_z_mm - room / 2.0;
-    // Beside the plug, whose sides do not turn with the slot.
+    // Starts beside the plug, which does not turn with the slot.
     let (sin, cos) = p.body.cable_angle.rad().sin_cos();
     let half = [PLUG_MM / 2.0, plug_width_mm(p) / 2.0];
     let beside = |half: f64, along: f64, across: f64| {
@@ -128,7 +128,7 @@ fn plug_width_mm(p: &PinTip) -> f64 {
     p.camera.screw_spacing_y.mm() - screw.head_diameter_mm() - PLUG_MARGIN_MM
 }
 
-/// Board with four holes, lens holder and barrel above it, plug below.
+/// Returns the camera: a board with four holes, lens holder and barrel above, plug below.
 fn camera(p: &PinTip, layout: &Layout) -> Solid {
     let (c, room) = (&p.camera, p.body.wiring_room.mm());
     let screws = Joints::new(p, layout).camera;
@@ -144,16 +144,16 @@ fn camera(p: &PinTip, layout: &Layout) -> Solid {
 
 // ------ Circuit ------
 //
-// What is soldered to the ring of LEDs, and what leads to it.
+// Parts soldered to the ring of LEDs, and the wires that lead to it.
 
-/// A wire's pad around the ring, mm.
+/// Size of a wire's pad along the ring, mm.
 const PAD_LENGTH_MM: f64 = 1.4;
-/// A wire's pad across the ring at most, mm: it stays off the board's inner edge and off the ledge.
+/// Largest size of a wire's pad across the ring, mm. The pad stays clear of the board's inner edge and of the ledge.
 const PAD_WIDTH_MM: f64 = 0.8;
-/// Between a pad and the board's edge or the ledge, mm.
+/// Clearance between a pad and the board's edge or the ledge, mm.
 const BESIDE_MM: f64 = 0.21;
 
-/// LEDs between supply and ground, each with its resistor; wires on the lower side.
+/// Builds the circuit: LEDs between supply and ground, each with its resistor, and wires on the lower side.
 pub fn circuit(p: &PinTip, layout: &Layout) -> Circuit {
     let mut board = Builder::on(LED_BOARD, &p.leds.electric);
     let package = LedPackage::Chip([p.leds.length.mm(), p.leds.width.mm()]);
@@ -169,7 +169,7 @@ pub fn circuit(p: &PinTip, layout: &Layout) -> Circuit {
     let width = (ledge - inner).min(PAD_WIDTH_MM);
     let radius = inner + width / 2.0;
     for (step, wire) in [0.5, -0.5].into_iter().zip(TO_SUPPLY) {
-        // Between two LEDs, one wire on each side of the one at the cable's slot.
+        // Between two LEDs, one wire on each side of the LED at angle 0.
         let angle = turn(0, p.leds.count, step).rad();
         let place = BoardPlace {
             at_mm: [radius * angle.cos(), radius * angle.sin()],
@@ -193,59 +193,60 @@ pub fn circuit(p: &PinTip, layout: &Layout) -> Circuit {
 
 // ------ Controller ------
 //
-// The microcontroller's board outside of the housing, its holder, and the ties that keep it there.
+// Microcontroller's board outside the housing, its holder, and the ties that keep it there.
 //
-// Everything is built with the radius that points at it along +x, and turned from there.
+// Everything is built with the outward radius along +x, then turned into place.
 
-/// How far inside of the ties the saddle that is glued to the housing ends, mm.
+/// Distance from the ties inwards at which the saddle glued to the housing ends, mm.
 const SADDLE_INSIDE_MM: f64 = 2.0;
 
-/// Least half of the saddle's width, and least height of the wall that it is glued to, mm.
+/// Minimum half width of the saddle, and minimum height of the wall that it is glued to, mm.
 const LEAST_SADDLE_MM: [f64; 2] = [4.0, 12.0];
 
-/// Glue between the housing and the saddle, mm: printed as polygons, equal radii would overlap.
+/// Gap for glue between housing and saddle, mm. Meshes turn circles into polygons, which would overlap at equal
+/// radii.
 const GLUE_MM: f64 = 0.1;
 
-/// From the housing to the holder's back beside the saddle, mm: ties pass.
+/// Distance from the housing to the holder's back beside the saddle, mm. The ties pass through it.
 const BACK_MM: f64 = 1.0;
 
-/// Thickness of the holder's back and of its walls, mm.
+/// Thickness of the holder's back and walls, mm.
 const SADDLE_WALL_MM: f64 = 2.0;
 
-/// Room behind the board, mm: what is soldered through it stands out there.
+/// Depth of the room behind the board for protruding solder joints, mm.
 const SOLDER_MM: f64 = 3.0;
 
-/// Depth of the ledges that the board's short edges lie on, mm.
+/// Depth of the ledges that carry the board's short edges, mm.
 const LEDGE_MM: f64 = 2.0;
 
-/// Play of the board in its holder, mm on each side.
+/// Play of the board in its holder on each side, mm.
 const PLAY_MM: f64 = 0.15;
 
-/// From the housing's lower end to the holder's, mm.
+/// Distance from the housing's lower end to the holder's lower end, mm.
 const ABOVE_END_MM: f64 = 1.0;
 
-/// How far a tie that is not closed yet gives way to what it goes around, mm.
+/// Length by which an open tie yields to what it goes around, mm.
 const OPEN_MM: f64 = 20.0;
 
-/// Width and thickness of a cable tie, and how far its middle lies inside of the board's end, mm: beside the
+/// Width and thickness of a cable tie, and distance of its centre from the board's end, mm. The tie passes beside the
 /// socket.
 const TIE_MM: [f64; 3] = [2.5, 1.1, 9.5];
 
-/// How far the board stands out of its holder, mm: the plug's socket lies on it.
+/// Height of the board above its holder's front, mm. The plug's socket lies on the board.
 const PROUD_MM: f64 = 0.4;
 
-/// Width, length, height of the plug's socket, and how far it stands out of the board, mm: mini-B.
+/// Width, length and height of the plug's socket (mini-B), and its overhang beyond the board's end, mm.
 const SOCKET_MM: [f64; 4] = [7.7, 9.2, 3.9, 1.2];
 
-/// Width and height of where chips stand on the board, between the ties, mm.
+/// Width and height of the chips on the board between the ties, mm.
 const CHIPS_MM: [f64; 2] = [11.0, 1.6];
 
-/// Distances from the axis and heights, mm.
+/// Radial distances and heights of the controller's holder and board, mm.
 struct Seat {
     housing: f64,
-    /// The holder's back beside the saddle.
+    /// Radius of the holder's back beside the saddle.
     back: f64,
-    /// What the board lies on, and its far side, where the holder ends too.
+    /// Radii of the board's back, which lies on the ledges, and of its front.
     board: [f64; 2],
     heights: [f64; 2],
     /// Half the board's length.
@@ -268,7 +269,7 @@ impl Seat {
         }
     }
 
-    /// How far from the middle a tie lies.
+    /// Distance of a tie from the board's middle.
     fn aside(&self) -> f64 {
         self.half - TIE_MM[2]
     }
@@ -278,7 +279,7 @@ impl Seat {
         self.aside() - SADDLE_INSIDE_MM
     }
 
-    /// One block as a print that grows along the axis: nothing hangs over.
+    /// Returns the holder: one block that prints along the axis without overhangs.
     fn holder(&self) -> Solid {
         let [bottom, top] = self.heights;
         let ([ledge, board], wide) = (self.board, self.saddle());
@@ -308,7 +309,7 @@ impl Seat {
             .minus_all([bed, behind.named("solder room")])
     }
 
-    /// Board with its chips and the socket of its plug.
+    /// Returns the board with its chips and the socket of its plug.
     fn board(&self, p: &PinTip) -> Solid {
         let [back, front] = self.board;
         let low = self.heights[0] + SADDLE_WALL_MM + PLAY_MM;
@@ -329,7 +330,7 @@ impl Seat {
         Solid::union([plate, socket, chips])
     }
 
-    /// A tie around board and holder, at y = 0.
+    /// Returns a tie around board and holder, at y = 0.
     fn tie(&self) -> Solid {
         let [width, thick, _] = TIE_MM;
         let ([low, high], [back, front]) = (self.heights, [self.back, self.board[1]]);
@@ -343,18 +344,18 @@ impl Seat {
     }
 }
 
-/// Where it is around the axis: a quarter turn after the cable's slot, whose wires lead to it.
+/// Pose of the controller around the axis: a quarter turn after the cable's slot, from which its wires come.
 fn controller_turn(p: &PinTip) -> Pose {
     let rad = p.body.cable_angle.rad() + FRAC_PI_2;
     Pose::rotation_z(Angle::from_rad(rad).expect("a sum of finite angles"))
 }
 
-/// Whether there is one.
+/// Returns whether a microcontroller is seated on the housing.
 pub fn has_controller(p: &PinTip) -> bool {
     p.controller.seat == ControllerSeat::Housing
 }
 
-/// Holder, board and ties, if there are any.
+/// Returns holder, board and ties; empty if there is no controller on the housing.
 pub fn controller_bodies(p: &PinTip, layout: &Layout) -> Vec<Body> {
     if !has_controller(p) {
         return Vec::new();
@@ -392,7 +393,7 @@ pub fn controller_bodies(p: &PinTip, layout: &Layout) -> Vec<Body> {
     vec![holder, board, tie]
 }
 
-/// Reports a board that its holder or the housing has no room for.
+/// Reports a board for which its holder or the housing has no room.
 pub fn check_controller(p: &PinTip, layout: &Layout, report: &mut Report) {
     if !has_controller(p) {
         return;

@@ -1,4 +1,4 @@
-//! Body and mount, the tip that is screwed on, and the gauge that its lens is focused in.
+//! Body and mount, the printed tip, and the gauge in which its lens is focused.
 
 use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, Carrier, Color, Landmark, Mark, Path, Point3, Pose, Process, Profile,
@@ -19,12 +19,12 @@ use crate::materials::glazing;
 const ABS_GREY: Color = [104, 110, 120];
 const MOUNT_GREY: Color = [150, 156, 164];
 
-/// The LEDs on their board, z axis up, x axis outwards.
+/// Poses of the LEDs on their board: z axis up, x axis outwards.
 pub fn led_poses(p: &PinTip, layout: &Layout) -> Vec<Pose> {
     led_ring!(p.leds).poses(layout.board_top_z_mm, 0.0)
 }
 
-/// Spigot, shaft, cone and housing in one print.
+/// Returns the body: spigot, shaft, cone and housing in one print.
 pub fn body(p: &PinTip, layout: &Layout) -> Body {
     let (tip, mount) = (&layout.tip_joint, &layout.mount_joint);
     let bottom = layout.body_bottom_z_mm;
@@ -54,7 +54,7 @@ pub fn body(p: &PinTip, layout: &Layout) -> Body {
         [0.0, below],
     ]))
     .named("cavity");
-    // What the cavity spares stays: posts that grow out of the cone, whatever its slope.
+    // The posts are spared from the cavity, so they grow out of the cone at any slope.
     let screws = Joints::new(p, layout).camera;
     let post = Solid::cylinder(
         p.body.post_diameter.mm() / 2.0,
@@ -69,7 +69,7 @@ pub fn body(p: &PinTip, layout: &Layout) -> Body {
         .from(&p.body.material)
         .placed([in_sensor().lifted(-30.0)])
         .colored(ABS_GREY)
-        // The spigot down: cone, posts and both bayonets then print without support.
+        // With the spigot down, cone, posts and both bayonets print without support.
         .lying(flipped())
         .note("print with the spigot down, without support")
         .with_supports(false)
@@ -79,19 +79,19 @@ pub fn body(p: &PinTip, layout: &Layout) -> Body {
         )
         .on_brim(8.0)
         .note("paint the shaft's inside matt black if the filament is bright")
-        // The bore for the light, and the slot for the cable.
+        // Two handles: the bore for the light, and the slot for the cable.
         .with_handles(2)
         .cut(screws.held())
         .cut(holes(mount.female_tools(bottom)))
         .cut(holes([cable_slot(p, layout)]))
 }
 
-/// The passage for the cable, between camera board and mount.
+/// Returns the slot for the cable, between camera board and mount.
 fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
     let (bore, outer) = (layout.mount_joint.bore_radius, layout.mount_joint.outer_radius);
     let width = p.body.cable_slot_width.mm();
     let height = p.body.wiring_room.mm() / 2.0;
-    // From well inside the wall, whose inner face curves away, to beyond its outside.
+    // It starts well inside the wall, whose inner face is curved, and ends beyond its outside.
     let inner = bore - width / 2.0;
     let bottom = layout.camera_board_bottom_z_mm - p.body.wiring_room.mm() / 2.0 - height / 2.0;
     let reach = [inner, outer + CUT_OVERLAP_MM];
@@ -99,7 +99,7 @@ fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
     if p.body.cable_angle.rad() == 0.0 { slot } else { slot.turned_z(p.body.cable_angle) }
 }
 
-/// The annular board.
+/// Returns the annular LED board.
 pub fn led_board(p: &PinTip, layout: &Layout) -> Body {
     let outline = Profile::new(Path::circle([0.0, 0.0], layout.board_radius_mm))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
@@ -117,7 +117,7 @@ pub fn led_board(p: &PinTip, layout: &Layout) -> Body {
         .with_handles(1)
 }
 
-/// The flange that the body locks onto.
+/// Returns the flange onto which the body locks.
 pub fn mount(p: &PinTip, layout: &Layout) -> Body {
     let joint = &layout.mount_joint;
     let inner = joint.spigot_radius - p.mount.spigot_wall.mm();
@@ -143,16 +143,16 @@ pub fn mount(p: &PinTip, layout: &Layout) -> Body {
 
 // ------ Tip ------
 //
-// The printed tip (skin with pins, dots, ring) and what fills and closes it.
+// Printed tip (skin with pins, dots, ring), and the gel and lens that fill and close it.
 //
-// The three printed bodies leave the printer as one piece. They are built from the same numbers
-// wherever they meet, so that their meshes share the vertices of the common faces.
+// The three printed bodies leave the printer as one piece. They are built from the same numbers wherever they meet,
+// so that their meshes share the vertices of the common faces.
 
 const SKIN_BLACK: Color = [70, 72, 78];
 const VERO_WHITE: Color = [244, 244, 240];
 const GEL_BLUE: Color = [170, 210, 235];
 
-/// How far a pin reaches into the skin, as a share of the skin's thickness.
+/// Depth of a pin's root, as a share of the skin's thickness.
 const PIN_ROOT_SHARE: f64 = 0.5;
 
 /// Depth of a pin's root in the skin, mm.
@@ -160,19 +160,19 @@ pub fn pin_root_mm(p: &PinTip) -> f64 {
     PIN_ROOT_SHARE * p.skin.thickness.mm()
 }
 
-/// Where the pins stand; `check` has refused layouts without any.
+/// Poses of the pins. `check` has already refused layouts without any.
 fn pins(p: &PinTip, layout: &Layout) -> Vec<Pose> {
     layout.pin_poses(p).unwrap_or_default()
 }
 
-/// A cylinder as thick as the pins at each of their places, between two heights above the skin's
-/// inside (positive into the tip).
+/// Returns a cylinder of a pin's diameter at each pin, between two heights above the skin's inside (positive into the
+/// tip).
 fn columns(p: &PinTip, layout: &Layout, word: &str, from_mm: f64, to_mm: f64) -> Vec<Solid> {
     let column = Solid::cylinder(layout.pin_diameter_mm / 2.0, to_mm - from_mm).at_z(-to_mm);
     copies(word, &pins(p, layout), &column)
 }
 
-/// Skin and pins, dots, ring.
+/// Returns skin with pins, dots, and ring.
 pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
     let part = |name: Name, solid: Solid, lift_mm: f64| {
         name.made(Process::PolyJet, solid)
@@ -194,7 +194,7 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
             .colored(SKIN_BLACK),
         part(DOTS, dots, 62.0)
             .marked(dot_landmarks(p, layout))
-            // Each dot is a piece of its own, without a hole.
+            // Each dot is a separate piece without a hole.
             .in_shells(Shells::pieces(dot_landmarks(p, layout).len())),
         part(RING, printed_ring(layout), 24.0)
             .marked(vec![Landmark {
@@ -237,20 +237,20 @@ fn printed_ring(layout: &Layout) -> Solid {
     Solid::revolution(outline).minus_all(layout.tip_joint.female_tools(layout.ring_bottom_z_mm))
 }
 
-/// The dots, which the camera follows: pins carry them.
+/// Markers that the camera tracks: the dots on the ends of the pins.
 pub fn dot_marks(p: &PinTip, layout: &Layout) -> Vec<Mark> {
     let depth = p.pins.length.mm() + p.pins.dot_thickness.mm();
     let pin = |pose: &Pose| Carrier::Pin { root: pose.point(Point3::origin()) };
     Mark::below("dot", &pins(p, layout), depth, layout.pin_diameter_mm / 2.0, pin)
 }
 
-/// The centre of each dot's outer face, and the direction in which the pin points.
+/// Landmarks at the centres of the dots' outer faces, along the directions of their pins.
 fn dot_landmarks(p: &PinTip, layout: &Layout) -> Vec<Landmark> {
     let landmark = |mark: Mark| Landmark { name: mark.name, point: mark.point, axis: mark.axis };
     dot_marks(p, layout).into_iter().map(landmark).collect()
 }
 
-/// The gel between skin and lens, around pins and dots.
+/// Returns the gel between skin and lens, around pins and dots.
 pub fn gel(p: &PinTip, layout: &Layout) -> Body {
     let inner = layout.skin_radius_mm;
     let core = Path::from([0.0, layout.lens_top_z_mm])
@@ -265,16 +265,16 @@ pub fn gel(p: &PinTip, layout: &Layout) -> Body {
         .placed([in_sensor().lifted(44.0), FILLING.at(flipped()).lifted(-44.0)])
         .colored(GEL_BLUE)
         .opaque(0.35)
-    // Pins make dimples, not holes.
+    // Pins leave blind dimples in the gel, so it has no handles.
 }
 
-/// Centres of the two holes in the lens: gel in at one, air out at the other.
+/// Centres of the two holes in the lens, mm: gel enters at one, air leaves at the other.
 pub fn lens_holes(p: &PinTip) -> [[f64; 2]; 2] {
     let radius = p.lens.hole_radius.mm();
     [[radius, 0.0], [-radius, 0.0]]
 }
 
-/// The window.
+/// Returns the lens, a flat window that closes the tip.
 pub fn lens(p: &PinTip, layout: &Layout) -> Body {
     let hole = p.lens.hole_diameter.mm() / 2.0;
     let outline = lens_holes(p)
@@ -294,27 +294,27 @@ pub fn lens(p: &PinTip, layout: &Layout) -> Body {
 
 // ------ Gauge ------
 //
-// The gauge that the lens is focused in: once the board is screwed in, no finger reaches the lens.
+// Gauge in which the lens is focused: once the board is screwed in, no finger reaches the lens.
 
 /// Thickness of the gauge's wall and of its target, mm.
 const GAUGE_WALL_MM: f64 = 2.0;
 
-/// Room beside lens holder and barrel, mm.
+/// Clearance beside lens holder and barrel, mm.
 const GAUGE_BESIDE_MM: f64 = 0.6;
 
-/// How far the windows for two fingers reach beyond the lens's front, mm: a fingertip's width.
+/// Reach of the finger windows beyond the lens's front, mm: the width of a fingertip.
 const FINGERS_MM: f64 = 16.0;
 
-/// Width of those windows as a share of the gauge's radius: four legs stay, over the board's corners.
+/// Width of those windows as a share of the gauge's radius. Four legs remain, over the board's corners.
 const WINDOW_SHARE: f64 = 0.9;
 
-/// Holes of the target around the one in the middle.
+/// Number of the target's holes around the one in the middle.
 const TARGETS: u32 = 6;
 
-/// Radius of their circle, mm: the middle of the picture, where the pins press first.
+/// Radius of the circle of target holes, mm: the middle of the image, where the pins are pressed first.
 const TARGET_CIRCLE_MM: f64 = 4.0;
 
-/// Outside and inside of the gauge, mm: it stands on the board, around the lens holder.
+/// Outer and inner radius of the gauge, mm. It stands on the board, around the lens holder.
 fn radii_mm(p: &PinTip) -> [f64; 2] {
     let camera = &p.camera;
     let corner = camera.holder_size.mm() * std::f64::consts::FRAC_1_SQRT_2;
@@ -324,8 +324,8 @@ fn radii_mm(p: &PinTip) -> [f64; 2] {
     [outer, outer - GAUGE_WALL_MM]
 }
 
-/// Tube on four legs with the target on top: holes against the light, as far away in air as the dots are
-/// through lens and gel.
+/// Returns the gauge: a tube on four legs with a target on top, whose holes are seen against the light. The target is
+/// as far away in air as the dots appear through lens and gel.
 pub fn gauge(p: &PinTip, layout: &Layout) -> Body {
     let [outer, inner] = radii_mm(p);
     let bottom = layout.camera_board_top_z_mm;
@@ -339,7 +339,7 @@ pub fn gauge(p: &PinTip, layout: &Layout) -> Body {
         [inner, target],
     ]));
     let (half, far) = (WINDOW_SHARE * outer / 2.0, outer + CUT_OVERLAP_MM);
-    // The tube stays closed below the target, however near that is.
+    // The tube stays closed below the target, even if that is near.
     let top = (layout.lens_front_z_mm + FINGERS_MM).min(target - GAUGE_WALL_MM);
     let bottom = bottom - CUT_OVERLAP_MM;
     let windows = [

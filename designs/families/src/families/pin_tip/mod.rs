@@ -1,7 +1,6 @@
-//! Pin-tip sensors: a soft printed hemisphere with pins inside, watched by a camera through gel
-//! (the TacTip family).
+//! Pin-tip sensors: a soft printed hemisphere with pins inside, watched by a camera through gel (the TacTip family).
 //!
-//! Its layout and joints stand below, because all the rest is built from them.
+//! This file holds the layout and the screw joints, on which all other files of the family build.
 
 mod chain;
 mod constraints;
@@ -29,7 +28,7 @@ use crate::parameters::Report;
 use crate::{Built, Family, Header, layout};
 use parameters::{BODY, LED_BOARD, PinLayout, PinTip, RING, TIP};
 
-/// The family of the TacTip.
+/// Pin-tip family, whose built-in example is the TacTip.
 pub(crate) struct PinTipFamily;
 
 impl Family for PinTipFamily {
@@ -47,12 +46,12 @@ impl Family for PinTipFamily {
 
     fn build(parameters: &PinTip, header: &Header, _report: &mut Report) -> Option<Built> {
         let sensor = sensor(parameters, header);
-        // It has a flange of its own.
+        // The sensor has a flange of its own, so it needs no face for an adapter.
         Some(Built { sensor, derived: derived(parameters), face: None })
     }
 }
 
-/// Everything a pin-tip sensor consists of.
+/// Builds the sensor: all bodies, the circuit, press fits, assembly steps and the camera.
 fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let layout = Layout::new(p);
     let made = [
@@ -71,13 +70,13 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let board = -p.making.gap_mm(BODY, Process::Fdm, Fit::Press);
     let board = press_fit(LED_BOARD, BODY, board, "the board is pressed in");
     let screws = Joints::new(p, &layout).camera.press_fit(BODY);
-    // The camera looks at the tip.
+    // The camera looks at the tip, along +z.
     let view = (Layout::diagonal_view(p), LensLaw::Equidistant);
     let camera = p.camera.optics.camera_at(layout.pupil_z_mm, [p.camera.pixels; 2], view);
     Sensor {
         marks: housing::dot_marks(p, &layout),
         lightings: vec![places(parameters::DOTS, LED)],
-        // ADNS-3080 data sheet: pixel data of six bits.
+        // The ADNS-3080's data sheet: pixel data have six bits.
         grey_bits: 6,
         contrasts: vec![[parameters::DOTS, parameters::SKIN].map(String::from)],
         chain: chain::chain(p, &layout),
@@ -92,7 +91,8 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
     }
 }
 
-/// The tip comes off its bayonet: the housing behind it is twice as wide.
+/// Describes how the tip comes off its bayonet. Fixtures need this, because the housing behind the tip is twice as
+/// wide.
 fn detachable(layout: &Layout) -> Detachable {
     let tip = [&TIP[..], &[parameters::LENS, parameters::GEL]].concat();
     Detachable {
@@ -102,10 +102,11 @@ fn detachable(layout: &Layout) -> Detachable {
     }
 }
 
-/// How far a tip is pressed in use, mm: lens and ring are stiff enough for that.
+/// Indentation in use, mm. Lens and ring are stiff enough for it.
 const PRESS_MM: f64 = 5.0;
 
-/// What is touched, and what fixtures hold on to: the tip's rigid ring, wider than the shaft below.
+/// Returns the touched surface, and the part that fixtures grip: the tip's rigid ring, which is wider than the shaft
+/// below it.
 fn touch(layout: &Layout) -> DomeSurface {
     let radius_mm = layout.outer_radius_mm;
     DomeSurface {
@@ -117,7 +118,7 @@ fn touch(layout: &Layout) -> DomeSurface {
             outline: Path::circle([0.0, 0.0], radius_mm),
             top_z_mm: layout.skirt_z_mm,
             bottom_z_mm: layout.ring_bottom_z_mm,
-            // The body comes to the tip from below, lugs first.
+            // The body approaches the tip from below, lugs first.
             clear_radius_mm: layout.shaft_radius_mm.max(layout.tip_joint.lug_radius),
             key: None,
             threads: Vec::new(),
@@ -125,7 +126,7 @@ fn touch(layout: &Layout) -> DomeSurface {
     }
 }
 
-/// What follows from the parameters, for `fabkit show`.
+/// Lists the derived dimensions that `fabkit show` prints.
 fn derived(p: &PinTip) -> Vec<(String, String)> {
     let layout = Layout::new(p);
     let pins = layout.pin_poses(p).map_or(0, |poses| poses.len());
@@ -158,17 +159,17 @@ fn derived(p: &PinTip) -> Vec<(String, String)> {
 
 // ------ Layout ------
 //
-// Where things are: every radius and height that more than one part needs, derived once.
+// Radii and heights that more than one part needs, each derived once.
 
-/// How far the O-ring's neck stands above its seat, as a share of the cord: it holds the ring while
-/// the tip is off and stays clear of the lens.
+/// Height of the O-ring's neck above its seat, in cord diameters. The neck holds the ring while the tip is off, and
+/// stays clear of the lens.
 const NECK_SHARE: f64 = 0.5;
 
-/// Width of the O-ring's groove, in cords: a squeezed cord grows wider. Stretched over the neck, it
-/// stays put.
+/// Width of the O-ring's groove, in cord diameters: a squeezed cord grows wider. The stretched ring stays on its
+/// neck.
 pub const CORD_ROOM: f64 = 1.2;
 
-/// Share of the gel's depth below the hemisphere that slopes towards the lens.
+/// Share of the gel's depth below the hemisphere along which its wall slopes towards the lens.
 const SLOPE_SHARE: f64 = 0.8;
 
 /// Refractive index of acrylic, for visible light.
@@ -177,17 +178,17 @@ const ACRYLIC_INDEX: f64 = 1.49;
 /// Refractive index of clear silicone gels.
 const GEL_INDEX: f64 = 1.41;
 
-/// Half the diagonal of a rectangle, mm; through the mean square of its edges, so that of a square no digit is
-/// lost.
+/// Half the diagonal of a rectangle, mm. It is computed from the mean square of the edges, so that a square loses no
+/// digit.
 pub fn half_diagonal_mm(x: Length, y: Length) -> f64 {
     let edge = (0.5 * (x.mm() * x.mm() + y.mm() * y.mm())).sqrt();
     edge / 2.0 * SQRT_2
 }
 
-/// Steepness of the housing's cone: 45 degrees print without support.
+/// Rise per run of the housing's cone. A slope of 45 degrees prints without support.
 const CONE_RISE_PER_RUN: f64 = 1.0;
 
-/// Play of the lens in its ring, mm: as of what is cut, until a file says how the ring is made.
+/// Play of the lens in its ring, mm. It is that of a laser-cut part, unless a file sets how the ring is made.
 pub fn lens_play_mm(p: &PinTip) -> f64 {
     p.making.gap_mm(RING, Process::Laser, Fit::Slide)
 }
@@ -195,14 +196,14 @@ pub fn lens_play_mm(p: &PinTip) -> f64 {
 layout! {
     /// Radii and heights in the sensor frame, mm.
     ///
-    /// The hemisphere's centre is the origin. Below it the ring holds the lens and locks onto the
-    /// body's spigot; LED board, shaft, camera and robot mount follow downwards.
+    /// The origin is the hemisphere's centre. Below it the ring holds the lens and locks onto the body's spigot. LED
+    /// board, shaft, camera and robot mount follow downwards.
     pub struct Layout from p: &PinTip {
-        /// Outside of skin and ring.
+        /// Outer radius of skin and ring.
         outer_radius_mm = p.tip.diameter.mm() / 2.0;
-        /// Inside of the skin, where the pins stand.
+        /// Inner radius of the skin, where the pins stand.
         skin_radius_mm = outer_radius_mm - p.skin.thickness.mm();
-        /// Between the ring's upstand and the skin's skirt.
+        /// Radius of the interface between the ring's upstand and the skin's skirt.
         upstand_radius_mm = skin_radius_mm + p.skin.upstand.mm();
         /// Lower end of the skirt.
         skirt_z_mm = -p.skin.skirt_height.mm();
@@ -214,67 +215,67 @@ layout! {
             PinLayout::D => (1.7, 4.5),
             PinLayout::Free => (p.pins.diameter.mm(), p.pins.spacing.mm()),
         };
-        /// Diameter of a pin and its dot.
+        /// Diameter of a pin and of its dot.
         pin_diameter_mm = diameter;
         /// Distance of neighbouring circles of pins along the skin's inside.
         pin_spacing_mm = spacing;
 
-        // Grooves in one, lugs on the other, each made in its own way: the larger gap.
+        // Grooves are in one part, lugs on the other, and each is made by its own process: the larger gap applies.
         let both = [(RING, Process::PolyJet), (BODY, Process::Fdm)];
         let play = p.making.widest_mm(both, Fit::Slide);
-        /// Ring and body.
+        /// Bayonet between ring and body.
         tip_joint: bayonet::Joint = bayonet::Joint::within(&p.bayonet, play, outer_radius_mm);
-        /// The opening that the lens closes.
+        /// Radius of the opening that the lens closes.
         ledge_radius_mm = tip_joint.bore_radius - p.lens.ledge.mm();
-        /// Outside of the lens.
+        /// Outer radius of the lens.
         lens_radius_mm = tip_joint.bore_radius - lens_play_mm(p);
-        /// Upper face of the lens: gel above, and the ledge.
+        /// Upper face of the lens, below gel and ledge.
         lens_top_z_mm = -p.fill.depth.mm();
         /// Lower face of the lens.
         lens_bottom_z_mm = lens_top_z_mm - p.lens.thickness.mm();
-        // Plastic above the groove as high as the hook below it, so that neither is the weaker.
+        // The plastic above the groove is as high as the hook below it, so that neither is weaker.
         let seat_to_groove = p.bayonet.hook_height.mm();
-        /// Lower end of the ring, the mouth of its bayonet.
+        /// Lower end of the ring, which is the mouth of its bayonet.
         ring_bottom_z_mm = lens_bottom_z_mm - seat_to_groove - tip_joint.groove_top;
         let cord = p.seal.cord.mm();
-        /// Outside of the neck that holds the O-ring.
+        /// Outer radius of the neck that holds the O-ring.
         neck_radius_mm = tip_joint.bore_radius - CORD_ROOM * cord;
-        /// Where the O-ring lies on the body.
+        /// Height of the O-ring's seat on the body.
         seal_z_mm = lens_bottom_z_mm - cord * (1.0 - p.seal.squeeze);
         /// Upper end of the body.
         neck_top_z_mm = seal_z_mm + NECK_SHARE * cord;
-        /// Where the ring would meet the body.
+        /// Height of the shoulder on which the ring would meet the body.
         shoulder_z_mm = ring_bottom_z_mm - HOOK_PLAY_MM;
 
-        /// The bore that it is pressed into.
+        /// Radius of the bore into which the LED board is pressed.
         board_seat_radius_mm = neck_radius_mm - p.body.neck_wall.mm();
-        /// Outside of the LED board.
+        /// Outer radius of the LED board.
         board_radius_mm = board_seat_radius_mm - p.making.gap_mm(BODY, Process::Fdm, Fit::Press);
-        /// Upper side of the LED board.
+        /// Upper face of the LED board.
         board_top_z_mm = lens_bottom_z_mm - p.leds.gap.mm() - p.leds.height.mm();
-        /// Lower side of the LED board, and its ledge in the body.
+        /// Lower face of the LED board, on its ledge in the body.
         board_bottom_z_mm = board_top_z_mm - p.led_board.thickness.mm();
 
-        /// Outside of the shaft.
+        /// Outer radius of the shaft.
         shaft_radius_mm = p.body.shaft_diameter.mm() / 2.0;
-        /// Inside of the shaft.
+        /// Inner radius of the shaft.
         shaft_bore_radius_mm = shaft_radius_mm - p.body.shaft_wall.mm();
-        /// Lower end of the shaft, where the cone begins outside.
+        /// Lower end of the shaft, where the cone begins on the outside.
         shaft_bottom_z_mm = neck_top_z_mm - p.body.shaft_length.mm();
-        // Both cones rise at 45 degrees; the wall is thinner than it measures along z by sqrt 2.
-        /// Where the cone begins inside.
+        // Both cones rise at 45 degrees, so the wall measured along z is sqrt 2 times its thickness.
+        /// Height at which the cone begins on the inside.
         bore_bottom_z_mm = shaft_bottom_z_mm
             - CONE_RISE_PER_RUN * (p.body.shaft_wall.mm() * SQRT_2 - p.body.shaft_wall.mm());
         let half_diagonal = half_diagonal_mm(p.camera.board_size, p.camera.board_size_y);
         let [slide, free] =
             [Fit::Slide, Fit::Free].map(|fit| p.making.gap_mm(BODY, Process::Fdm, fit));
         let mount_bore = half_diagonal + free;
-        /// Housing and robot mount.
+        /// Bayonet between housing and robot mount.
         mount_joint: bayonet::Joint = bayonet::Joint::in_bore(&p.bayonet, slide, mount_bore);
-        /// Where the cone ends outside.
+        /// Height at which the cone ends on the outside.
         cone_bottom_z_mm =
             shaft_bottom_z_mm - CONE_RISE_PER_RUN * (mount_joint.outer_radius - shaft_radius_mm);
-        /// Where the cone ends inside.
+        /// Height at which the cone ends on the inside.
         cavity_top_z_mm =
             bore_bottom_z_mm - CONE_RISE_PER_RUN * (mount_bore - shaft_bore_radius_mm);
 
@@ -282,37 +283,36 @@ layout! {
         pupil_z_mm = -p.camera.depth.mm();
         /// Front face of the camera's lens.
         lens_front_z_mm = pupil_z_mm + p.camera.pupil_behind_front.mm();
-        /// Side of the camera board that rests on the posts.
+        /// Face of the camera board that rests on the posts.
         camera_board_top_z_mm = lens_front_z_mm - p.camera.lens_height.mm();
-        /// Side of the camera board that the screws bear on.
+        /// Face of the camera board on which the screws bear.
         camera_board_bottom_z_mm = camera_board_top_z_mm - p.camera.board_thickness.mm();
-        /// Lower end of the body, the mouth of its bayonet.
+        /// Lower end of the body, which is the mouth of its bayonet.
         body_bottom_z_mm =
             camera_board_bottom_z_mm - p.body.wiring_room.mm() - p.mount.spigot_height.mm();
-        /// Upper side of the mount's plate.
+        /// Upper face of the mount's plate.
         plate_top_z_mm = body_bottom_z_mm - HOOK_PLAY_MM;
-        /// Lower side of the mount's plate, on the robot's flange.
+        /// Lower face of the mount's plate, on the robot's flange.
         plate_bottom_z_mm = plate_top_z_mm - p.mount.plate.mm();
     }
 }
 
 impl Layout {
-    /// What the O-ring is stretched over.
+    /// Returns the seat over which the O-ring is stretched.
     pub fn seal_seat(&self, p: &PinTip) -> ORingSeat {
         ORingSeat { cord: p.seal.cord, radius_mm: self.neck_radius_mm }
     }
 
-    /// Where the slope from the skin to the lens's opening ends. Filled with the lens on top, air
-    /// runs along it to the holes.
+    /// Height at which the slope from the skin to the lens's opening ends. While the tip is filled with the lens on
+    /// top, air runs along it to the holes.
     pub fn slope_bottom_z(&self) -> f64 {
         SLOPE_SHARE * self.lens_top_z_mm
     }
 
-    /// Where the pins stand on the skin's inside, from the apex outwards or as listed, z axes out of the
-    /// tip.
+    /// Poses of the pins on the skin's inside, z axes out of the tip, ordered from the apex outwards or as listed.
     ///
     /// # Errors
-    /// Circles beyond the skin, or too many pins.
+    /// Fails if circles lie beyond the skin, or if there are too many pins.
     pub fn pin_poses(&self, p: &PinTip) -> Result<Vec<Pose>, InvalidPattern> {
         let (surface, rings) = (sphere(self.skin_radius_mm), self.pin_rings(p));
         if p.pins.pattern == RoundPattern::List {
@@ -321,13 +321,13 @@ impl Layout {
         Pattern::even_surface_rings(surface, rings, self.pin_spacing_mm)?.poses()
     }
 
-    /// Circles of pins around the one at the apex.
+    /// Number of circles of pins around the one at the apex.
     pub fn pin_rings(&self, p: &PinTip) -> u32 {
         // Limits of both parameters keep the quotient below 200.
         (p.pins.reach.mm() / self.pin_spacing_mm + 1e-9).floor() as u32
     }
 
-    /// Where the dots' outer faces are in the middle, sensor frame.
+    /// Centres of the dots' outer faces in the sensor frame.
     pub fn dot_ends(&self, p: &PinTip) -> Vec<Point3<f64>> {
         let end = Point3::new(0.0, 0.0, -p.pins.length.mm() - p.pins.dot_thickness.mm());
         self.pin_poses(p).unwrap_or_default().iter().map(|pose| pose.point(end)).collect()
@@ -346,19 +346,19 @@ impl Layout {
         [radius * sin + half * cos, radius * cos - half * sin]
     }
 
-    /// Tangent of half the angle that a side of the pixel array sees.
+    /// Tangent of the half angle that a side of the pixel array sees.
     pub fn half_view_tangent(p: &PinTip) -> f64 {
         p.camera.array_size.mm() / 2.0 / p.camera.focal_length.mm()
     }
 
-    /// Tangent of half the angle that dots may lie in: what tolerances of lens and chip leave of it.
+    /// Tangent of the half angle within which dots may lie. The margin covers tolerances of lens and chip.
     pub fn usable_tangent(p: &PinTip) -> f64 {
         (1.0 - p.camera.margin) * Self::half_view_tangent(p)
     }
 
-    /// From the lens's front to where a target in air is as sharp as the dots are behind lens and gel, mm:
-    /// for rays near the axis a medium is as deep as its thickness over its index. Midway between the dots
-    /// at the apex and the outermost ones.
+    /// Distance, mm, in air from the lens's front at which a target is as sharp as the dots are behind lens and gel.
+    /// For rays near the axis, the apparent depth of a medium is its thickness divided by its index. It is taken
+    /// midway between the dots at the apex and the outermost ones.
     pub fn focus_mm(&self, p: &PinTip) -> f64 {
         let [_, lowest] = self.outermost_dot(p);
         let dots = 0.5 * (self.dot_sphere_radius(p) + lowest);
@@ -367,12 +367,12 @@ impl Layout {
             + (dots - self.lens_top_z_mm) / GEL_INDEX
     }
 
-    /// Full angle that a side of the pixel array sees.
+    /// Full angle of view along a side of the pixel array.
     pub fn view(p: &PinTip) -> Angle {
         Self::view_of(Self::half_view_tangent(p))
     }
 
-    /// Full angle that the diagonal of the square pixel array sees.
+    /// Full angle of view along the diagonal of the square pixel array.
     pub fn diagonal_view(p: &PinTip) -> Angle {
         Self::view_of(Self::half_view_tangent(p) * SQRT_2)
     }
@@ -393,9 +393,9 @@ impl Layout {
         )
     }
 
-    /// Distance from the axis, mm, at the height `z` of a ray that leaves the pupil with a slope
-    /// (tangent of its angle with the axis). Lens and gel bend it towards the axis (Snell), so that
-    /// the camera sees less of the tip than its angle of view suggests.
+    /// Distance from the axis, mm, at height `z` of a ray that leaves the pupil with `slope` (tangent of its angle
+    /// with the axis). Lens and gel refract the ray towards the axis (Snell's law), so the camera sees less of the
+    /// tip than its angle of view suggests.
     pub fn ray_radius(&self, slope: f64, z: f64) -> f64 {
         let sine = slope / 1.0f64.hypot(slope);
         let within = |index: f64| {
@@ -407,12 +407,13 @@ impl Layout {
             + within(GEL_INDEX) * (z - self.lens_top_z_mm).max(0.0)
     }
 
-    /// Radius at the height `z` of the cone of rays from the pupil to the outermost dots, mm.
+    /// Radius at height `z`, mm, of the cone of rays from the pupil to the outermost dots.
     pub fn sight_radius(&self, p: &PinTip, z: f64) -> f64 {
         let [rim, rim_z] = self.outermost_dot(p);
-        // Bisection on an increasing function; bent rays start steeper than straight ones, but not
-        // twice as steep.
+        // Bisection on an increasing function. Refracted rays start steeper than straight ones, but never twice as
+        // steep.
         let (mut low, mut high) = (0.0, 2.0 * rim / (rim_z - self.pupil_z_mm));
+        // 60 halvings exhaust the digits of f64.
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if self.ray_radius(middle, rim_z) < rim {
@@ -427,24 +428,24 @@ impl Layout {
 
 // ------ Joints ------
 //
-// The screws of the sensor: each joint is stated here, and nowhere else.
+// Screws of the sensor. Each joint is defined here and nowhere else.
 
-/// Below the tip of a board screw, for chips, mm.
+/// Depth of a screw's hole below its tip, for chips, mm.
 const PILOT_SPARE_MM: f64 = 1.5;
 
 /// All joints, in the sensor frame.
 pub struct Joints {
-    /// Through the corners of the camera's board, from below, into the body's posts.
+    /// Screws through the corners of the camera board, from below, into the body's posts.
     pub camera: Joint,
-    /// Through the mount's plate into the robot's flange.
+    /// Bolts through the mount's plate into the robot's flange.
     pub robot: Flange,
 }
 
 impl Joints {
-    /// The camera's screws.
+    /// Screw that holds the camera board.
     pub const SCREW: Screw = Screw { thread_mm: 3.0, length_mm: 6.0, head: Head::Pan };
 
-    /// Where they are; meaningful only for parameters that satisfy the family's constraints.
+    /// Places the joints. The result is meaningful only for parameters that satisfy the family's constraints.
     pub fn new(p: &PinTip, layout: &Layout) -> Self {
         let half = [p.camera.screw_spacing, p.camera.screw_spacing_y].map(|edge| edge.mm() / 2.0);
         let screw = Self::SCREW;

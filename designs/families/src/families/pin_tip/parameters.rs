@@ -14,7 +14,7 @@ use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
-    /// How thick the pins are and how far apart; the paper's figure 2 and section III-D.
+    /// Diameter and spacing of the pins, as in the paper's figure 2 and section III-D.
     pub enum PinLayout {
         /// Tip-A: diameter 1 mm, spacing 3 mm.
         A = "A",
@@ -24,17 +24,17 @@ choices! {
         C = "C",
         /// Tip-D: diameter 1.7 mm, spacing 4.5 mm.
         D = "D",
-        /// As `pins.diameter` and `pins.spacing` say.
+        /// Diameter and spacing given by `pins.diameter` and `pins.spacing`.
         Free = "free",
     }
 }
 
 choices! {
-    /// Where the microcontroller's board is.
+    /// Place of the microcontroller's board.
     pub enum ControllerSeat {
         /// In a holder that is glued to the outside of the housing.
         Housing = "housing",
-        /// Elsewhere, on a cable of the user's.
+        /// Elsewhere, on a cable that the user provides.
         None = "none",
     }
 }
@@ -275,7 +275,7 @@ sections! {
 }
 
 impl Pins {
-    /// Those that are listed.
+    /// Returns the listed pins.
     pub fn listed(&self) -> Listed<'_, Angle> {
         Listed::new("pin", ("pins.polar", &self.polar), ("pins.azimuth", &self.azimuth))
     }
@@ -283,15 +283,15 @@ impl Pins {
 
 // ------ Bodies ------
 //
-// What the sensor consists of and is made with, and where bodies stand together.
+// Bodies of the sensor and of its tools, and the assemblies in which they stand together.
 
-/// Filling the tip with gel, tip down: the sensor's frame turned over, so that up is +z.
+/// Assembly that fills the tip with gel, tip down. The sensor's frame is turned over, so that up is +z.
 pub const FILLING: AssemblyName = AssemblyName("filling");
 
-/// Focusing the lens, before the camera's board is screwed into the body.
+/// Assembly that focuses the lens, before the camera board is screwed into the body.
 pub const FOCUSING: AssemblyName = AssemblyName("focusing");
 
-/// The printed tip, in one piece.
+/// Bodies of the printed tip, which is one piece.
 pub const TIP: [Name; 3] = [SKIN, DOTS, RING];
 
 crate::bodies! {

@@ -1,4 +1,4 @@
-//! How the sensor is built, step by step.
+//! Assembly steps of the sensor, from the laser to the assembled sensor.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -16,16 +16,16 @@ use crate::assembling::{
 };
 use crate::blocks::cable_way::Side as CableSide;
 
-/// Openings reach this far beyond what they open, mm.
+/// Margin by which an opening's radius exceeds what it opens, mm.
 const BEYOND_MM: f64 = 0.05;
 
-/// Mixed silicone that stays in cups and is scraped off the frame, as a share of the layer.
+/// Surplus of silicone that stays in cups or is scraped off the frame, as a fraction of the layer's mass.
 const SCRAPED_WASTE: f64 = 0.3;
 
-/// How sheets and needles of the display are glued.
+/// Cure of cemented sheets and needles of the display.
 const CEMENTED: Cure = Cure { hours: 24.0, celsius: 23.0 };
 
-/// The marker layer's silicone with pigment.
+/// Returns the marker layer's silicone with pigment.
 fn dark_mix(p: &SheetMold) -> Mix {
     let mut mix = mix(&p.marker_layer.material);
     let total: f64 = mix.by_mass.iter().map(|(_, share)| share).sum();
@@ -34,7 +34,7 @@ fn dark_mix(p: &SheetMold) -> Mix {
     mix
 }
 
-/// Dyed water. It does not cure; it stands until the last bubbles have risen.
+/// Returns dyed water. It does not cure: the time is the one in which the last bubbles rise.
 fn red_water(waste: f64) -> Liquid {
     let mix = Mix {
         by_mass: vec![("water".into(), 100.0), ("red food dye".into(), 1.0)],
@@ -45,20 +45,20 @@ fn red_water(waste: f64) -> Liquid {
     Liquid { mix, waste, cure: Cure { hours: 0.5, celsius: 23.0 } }
 }
 
-/// What encloses the channels.
+/// Bodies that enclose the channels.
 const INTERFACE: [Name; 3] = [MARKER_LAYER, CHANNEL_LAYER, TUBE];
 
-/// The open top of a square stack.
+/// Opening at the top of a square stack.
 fn stack_top(side: Length, z_mm: f64) -> Opening {
     free_surface(side.mm() * FRAC_1_SQRT_2 + BEYOND_MM, z_mm, Vector3::z())
 }
 
-/// Every step from the laser to the sensor.
+/// Returns all steps, from the laser to the finished sensor.
 pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     let joints = Joints::new(p, layout);
     let mut steps = casting(p, layout);
     let cement = cement_display(p, layout);
-    // One side's glue cures as long as the display's.
+    // The glue of one side cures while the display's cement does.
     let [left, right] = Side::BOTH.map(|side| glue_tubes(p, layout, side));
     let left = left.during(&cement.name);
     steps.extend([cement, left, right]);
@@ -112,7 +112,7 @@ pub fn chain(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     steps
 }
 
-/// The two soft layers, and their joining.
+/// Steps that cast the two soft layers and join them.
 fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     let (down, up) = (-Vector3::z(), Vector3::z());
     let [of_channels, of_markers] = Joints::new(p, layout).stacks;
@@ -123,7 +123,7 @@ fn casting(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     };
     let clear = liquid(&p.channel_layer.material, SCRAPED_WASTE);
     let dark = Liquid { mix: dark_mix(p), ..liquid(&p.marker_layer.material, SCRAPED_WASTE) };
-    // Most of it stays on the roller.
+    // Surplus of 20 layer masses: most of the paint stays on the roller.
     let paint = liquid(&p.markers.paint_material, 20.0);
     let channel_top = vec![stack_top(p.channel_layer.side, layout.touch_z_mm)];
     let marker_top = vec![stack_top(p.marker_layer.side, layout.bond_z_mm)];
@@ -197,7 +197,7 @@ fn glue_tubes(p: &SheetMold, layout: &Layout, side: Side) -> Step {
             })
         })
         .collect();
-    // It is squeezed out of the channels.
+    // Surplus of one layer mass: as much glue again is squeezed out of the channels.
     let up = Vector3::new(side.sign(), 0.0, 0.0);
     let glue = liquid(&p.tubes.glue, 1.0).fills(&INTERFACE, side.glue(), up, openings);
     step(format!("glue-tubes-{}", side.word()), SENSOR, &INTERFACE, glue)
@@ -211,7 +211,7 @@ fn glue_tubes(p: &SheetMold, layout: &Layout, side: Side) -> Step {
         .source("II-A")
 }
 
-/// Filling one side's channels, with the tubes on top.
+/// Fills one side's channels, with the tubes on top.
 fn fill(p: &SheetMold, layout: &Layout, side: Side) -> Step {
     let openings = tube_poses(p, layout, side)
         .into_iter()
@@ -220,7 +220,7 @@ fn fill(p: &SheetMold, layout: &Layout, side: Side) -> Step {
             opening(format!("tube {}", k + 1), &pose, p.tubes.inner_diameter.mm() / 2.0)
         })
         .collect();
-    // What the tubes hold; the tank needs more.
+    // Surplus: the water in the tubes. The tank needs more.
     let waste = f64::from(p.channels.per_side) * tube_volume_mm3(p) / side_volume_mm3(p);
     let (walls, up) =
         ([&INTERFACE[..], &[side.glue()]].concat(), Vector3::new(side.sign(), 0.0, 0.0));
@@ -235,7 +235,7 @@ fn fill(p: &SheetMold, layout: &Layout, side: Side) -> Step {
         .source("II-A: in a tank, as channels with one end cannot be filled with a syringe")
 }
 
-/// The display's sheets.
+/// Sheets of the display.
 const DISPLAY_SHEETS: [Name; 3] = [DISPLAY_BACK, DISPLAY_CHANNELS, DISPLAY_COVER];
 
 fn cement_display(p: &SheetMold, layout: &Layout) -> Step {
@@ -292,7 +292,8 @@ fn display(p: &SheetMold, layout: &Layout) -> Vec<Step> {
     ]
 }
 
-/// Closing the vents: once the tubes are on, so that plugging them does not press the columns forward.
+/// Closes the vents. The tubes are plugged in before, because plugging them in would otherwise push the columns
+/// forward.
 fn seal_display() -> Step {
     bond("seal-display", SENSOR, &[DISPLAY_COVER, DISPLAY_SEAL], CEMENTED)
         .told(

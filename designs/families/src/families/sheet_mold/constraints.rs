@@ -1,4 +1,4 @@
-//! What the parameters must fulfil together so that things fit, hold and can be made.
+//! Constraints between parameters: parts must fit, hold, and be manufacturable.
 
 use std::f64::consts::SQRT_2;
 
@@ -17,25 +17,25 @@ use crate::fits::Fit;
 use crate::hardware::HexSpacer;
 use crate::parameters::{Report, limits};
 
-/// Thinnest web that a laser leaves in wood or acrylic, mm.
+/// Minimum width of a web that a laser leaves in wood or acrylic, mm.
 const CUT_WEB_MM: f64 = 1.0;
 
-/// Least material around a bolt hole, mm.
+/// Minimum width of material around a bolt hole, mm.
 const BOLT_WEB_MM: f64 = 2.5;
 
-/// Least room around a tube in its channel, for glue, mm per side.
+/// Minimum gap for glue around a tube in its channel, mm per side.
 const GLUE_MM: f64 = 0.15;
 
-/// Smallest overlap of the interface and what holds its rim, mm.
+/// Minimum overlap of the interface and the parts that hold its rim, mm.
 const GRIP_MM: f64 = 4.0;
 
-/// Share of the image's half angle that may be used: the rim of an image is dark and soft.
+/// Usable share of the image's half angle: the rim of an image is dark and soft.
 const USED_VIEW: f64 = 0.95;
 
-/// Smallest gap between parts that must not touch, mm.
+/// Minimum gap between parts that must not touch, mm.
 const APART_MM: f64 = 0.3;
 
-/// Reports every combination that cannot be built.
+/// Reports every combination of parameters that cannot be built.
 pub(super) fn check(p: &SheetMold, report: &mut Report) {
     let layout = Layout::new(p);
     channels(p, report);
@@ -49,7 +49,7 @@ pub(super) fn check(p: &SheetMold, report: &mut Report) {
     electronics::check_cables(p, &layout, report);
 }
 
-/// Thinnest silicone between any two channels.
+/// Minimum thickness of silicone between any two channels, mm.
 pub(super) fn thinnest_wall_mm(p: &SheetMold) -> f64 {
     let left = left_channels(p);
     let all: Vec<Channel> = Side::BOTH
@@ -70,7 +70,7 @@ fn channels(p: &SheetMold, report: &mut Report) {
         limits! { report, p:
             channels.chamber_diameter >= p.channels.width.mm(),
                 "a chamber is at least as wide as its channel";
-            // Past each chamber runs the channel of its neighbour.
+            // The neighbour's channel runs past each chamber.
             channels.chamber_diameter <=
                 2.0 * (p.channels.pitch.mm() - wall) - p.channels.width.mm(),
                 "a chamber must leave a wall to the channel beside it";
@@ -78,11 +78,11 @@ fn channels(p: &SheetMold, report: &mut Report) {
     }
     let across = f64::from(p.channels.per_side - 1) * p.channels.pitch.mm();
     let widest = if is_grid { p.channels.chamber_diameter } else { p.channels.width }.mm();
-    // Along x: tube, straight piece, and what the arrangement puts behind it.
+    // Length along x: the tube, a straight piece, and the rest that depends on the arrangement.
     let stub = p.tubes.insertion.mm() + p.channels.width.mm() / 2.0;
     let behind = match p.channels.arrangement {
         Arrangement::Straight => p.channels.width.mm() / 2.0 + wall / 2.0,
-        // Two columns of chambers, their walls, and half a wall to the middle.
+        // Two columns of chambers, their walls, and half a wall up to the middle.
         Arrangement::Grid => 1.5 * (widest + wall),
         Arrangement::Radial => {
             let middle = p.channels.per_side / 2;
@@ -167,7 +167,7 @@ fn markers(p: &SheetMold, report: &mut Report) {
     }
 }
 
-/// Markers that are listed: in the window, and apart from each other.
+/// Checks listed markers: in the window, and apart from each other.
 fn listed(p: &SheetMold, report: &mut Report) {
     let listed = p.markers.listed();
     listed.check_lengths(report);
@@ -202,7 +202,7 @@ pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
             "the bars beside the channel layer must hold 4 mm of the marker layer";
         marker_layer.side >= p.housing.window.mm() + 2.0 * GRIP_MM,
             "the marker layer rests on the rim of the window";
-        // Across the corner from the cavity's corner to the hole.
+        // Measured across the corner, from the cavity's corner to the hole.
         plate.bolt_spacing >= p.marker_layer.side.mm() + SQRT_2 * (hole + BOLT_WEB_MM),
             "bolts stand outside of the cavity's corners";
         plate.side >=
@@ -239,7 +239,7 @@ pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
     }
 }
 
-/// The M3 x 12 screws must reach their nuts and spacers, and not hit the end of the thread.
+/// Checks that the M3 x 12 screws reach their nuts and spacers, and do not hit the end of a thread.
 pub(super) fn screws(p: &SheetMold, report: &mut Report) {
     let (screw, nut) = CORNER;
     let length = screw.length_mm;
@@ -266,13 +266,13 @@ pub(super) fn screws(p: &SheetMold, report: &mut Report) {
     }
 }
 
-/// Every sheet fits the stock, either way round.
+/// Checks that every sheet fits the stock, in either orientation.
 pub fn check_sheets(p: &SheetMold, sensor: &Sensor, report: &mut Report) {
-    // Length and width of each, the longer one first.
+    // Length and width of each sheet, the longer one first.
     let sizes: Vec<(&str, [f64; 2])> = sensor
         .parts()
         .filter(|part| part.kind == Kind::Made(Process::Laser))
-        // What is printed instead need fit on a bed only.
+        // Sheets that are printed instead only have to fit on a printer's bed.
         .filter(|part| p.making.process(&part.name, Process::Laser) == Process::Laser)
         .filter_map(|part| {
             let [x, y, _] = CompiledSolid::new(&part.solid).ok()?.bounds().size_mm();
@@ -299,7 +299,7 @@ pub fn check_sheets(p: &SheetMold, sensor: &Sensor, report: &mut Report) {
 //
 // Tubes, display and the two cameras.
 
-/// Share of the picture's half sides that is used: the rest is for tolerances of lens and chip.
+/// Usable share of the image's half sides. The rest covers tolerances of lens and chip.
 const USED_SIDES: f64 = 0.96;
 
 pub(super) fn tubes(p: &SheetMold, report: &mut Report) {
@@ -354,11 +354,11 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
     let below_markers = p.housing.sheet.mm() - p.markers.height.mm();
     let beside_spacers =
         SQRT_2 * (SQRT_2 * layout.bolt_mm - HexSpacer::M3.corner_radius_mm() - APART_MM);
-    // Out to the corners, and to the sides of the picture.
+    // Distances at which the corners and the sides of the field lie within the image.
     let away_mm = |field: f64, edges| (field / half_angle.tan()).max(across_picture_mm(p, edges));
     let markers_mm = away_mm(marker_field_mm(p), marker_edges_mm(p));
     let channels_mm = away_mm(display_field_mm(p), display_edges_mm(p));
-    // Beside the holder in one direction is beside it.
+    // Nuts that clear the holder along one axis clear it altogether.
     let spacing = p.camera.hole_spacing.mm().max(p.camera.hole_spacing_y.mm());
     limits! { report, p:
         housing.height >= markers_mm + pupil - below_markers, "the camera must see every marker";
@@ -376,8 +376,8 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
     }
 }
 
-/// How far a camera must be from what has these half edges (mm), so that they lie within its picture's
-/// width and height: an equidistant lens, as the maker states its view over the diagonal.
+/// Minimum distance of a camera from a field with these half edges, mm, so that the field lies within the image's
+/// width and height. The lens is taken as equidistant, with the angle of view over the diagonal, as the maker states it.
 fn across_picture_mm(p: &SheetMold, half_mm: [f64; 2]) -> f64 {
     let mut pixels = [p.camera.width_px, p.camera.height_px].map(f64::from);
     pixels.sort_by(|a, b| b.total_cmp(a));

@@ -1,4 +1,4 @@
-//! What is bought, how it is wired, and the ways of cables.
+//! Bought components, their wiring, and the routing of cables.
 
 use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, Circuit, Order, Placement, Point3, Pose, Process, Solid, Vector3,
@@ -21,15 +21,15 @@ use crate::parameters::{Report, limits};
 
 // ------ Components ------
 //
-// What is bought: cameras, screws, spacers, tubes, needles, LEDs.
+// Bought components: cameras, screws, spacers, tubes, needles, LEDs.
 
-/// Length of tube that is shown at either end, mm.
+/// Length of tube drawn at either end, mm.
 const TUBE_STUB_MM: f64 = 20.0;
 
-/// Height of an LED strip's middle above the box's floor, mm: below the camera's lens.
+/// Height of an LED strip's centre above the box's floor, mm: below the camera's lens.
 const LED_HEIGHT_MM: f64 = 14.0;
 
-/// Screws and nuts: those of the cameras, then those of the corners.
+/// Returns screws and nuts: those of the cameras, then those of the corners.
 fn fasteners(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> Vec<Body> {
     let joints = Joints::new(p, layout);
     let on_cameras = cameras.iter().flat_map(|camera| {
@@ -55,7 +55,7 @@ fn fasteners(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> Vec<Bo
         stack.bought(|pose| mold.at(*pose).lifted(-34.0), |pose| mold.at(*pose).lifted(30.0))
     });
     let mut all = merged(on_cameras.chain(in_use.concat()).chain(in_molds));
-    // The molds borrow the sensor's screws: they are needed one after the other.
+    // The molds borrow the sensor's screws, because both are not needed at the same time.
     if let Some(screw) = all.iter_mut().find(|body| body.summary == CORNER.0.ordered()) {
         screw.quantity = needed as u32;
         screw.summary += "; the molds borrow them";
@@ -63,20 +63,20 @@ fn fasteners(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> Vec<Bo
     all
 }
 
-/// At a pose in a camera's frame, moved along its line of sight.
+/// Returns a placement at a pose in a camera's frame, moved along its line of sight in the exploded view.
 fn on(camera: &Placement, pose: Pose, out_mm: f64) -> Placement {
     let plate = camera.assembly_from_body;
     let out = plate.vector(Vector3::new(0.0, 0.0, out_mm));
     Placement { assembly_from_body: plate.then_in(pose), ..camera.clone() }.moved_apart(out)
 }
 
-/// Everything bought.
+/// Returns all bought components.
 pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let on_display = |pose: Pose| SENSOR.at(layout.sensor_from_display.then_in(pose));
     let above_display = Pose::translation(0.0, 0.0, layout.stand_z_mm).then_in(flipped());
     let cameras =
         [SENSOR.at_z(layout.floor_z_mm).lifted(-12.0), on_display(above_display).lifted(84.0)];
-    // Spacers stand below the nuts, on the plate.
+    // Spacers stand on the plate, below the nuts.
     let holes = Joints::new(p, layout).camera;
     let on_plate = holes.poses.iter().map(|pose| {
         let at = pose.translation_mm();
@@ -207,14 +207,14 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     all
 }
 
-/// Places the box's camera, and what holds it, once more: on its floor alone.
+/// Adds a placement of the box's camera, and of what holds it, on the box's floor alone.
 fn focused_apart(all: &mut [Body], held_by: &[String]) {
     let is_of_camera = |body: &Body| {
         [CAMERA, CAMERA_SPACER].iter().any(|name| name.name == body.name)
             || held_by.contains(&body.name)
     };
     for body in all.iter_mut().filter(|body| is_of_camera(body)) {
-        // The box's camera is the first of two.
+        // The first half of the placements belongs to the box's camera, the second half to the display's.
         let of_box = &body.placements[..body.placements.len() / 2];
         let apart =
             |place: &Placement| Placement { assembly: BOX_FOCUSING.assembly(), ..place.clone() };
@@ -223,13 +223,13 @@ fn focused_apart(all: &mut [Body], held_by: &[String]) {
     }
 }
 
-/// A tube standing on z = 0.
+/// Returns a tube standing on z = 0.
 fn tube(inner_mm: f64, outer_mm: f64, length_mm: f64) -> Solid {
     let bore = Solid::cylinder(inner_mm, length_mm + 2.0 * CUT_OVERLAP_MM);
     Solid::cylinder(outer_mm, length_mm).minus(bore.at_z(-CUT_OVERLAP_MM))
 }
 
-/// A strip on the inside of its wall: as the wall's frame, but with the z axis along its light.
+/// Returns a strip on the inside of its wall, in the wall's frame but with the z axis along its light.
 fn led_strip(p: &SheetMold) -> Solid {
     let (length, width, thickness) = (
         p.housing.led_strip_length.mm(),
@@ -239,7 +239,7 @@ fn led_strip(p: &SheetMold) -> Solid {
     Solid::cuboid(length, width, thickness).at(0.0, -LED_HEIGHT_MM, 0.0)
 }
 
-/// Top of the LED strips above the box's floor, mm.
+/// Height of the LED strips' upper edge above the box's floor, mm.
 pub fn led_top_mm(p: &SheetMold) -> f64 {
     LED_HEIGHT_MM + p.housing.led_strip_width.mm() / 2.0
 }
@@ -256,23 +256,23 @@ fn camera_specification(p: &SheetMold) -> String {
     )
 }
 
-/// How far the plug stays above the plate that carries the camera, mm.
+/// Clearance between the plug and the plate that carries the camera, mm.
 pub const PLUG_ABOVE_MM: f64 = 0.5;
 
-/// From where to where the plug reaches along x, mm.
+/// Limits of the plug along x, mm.
 pub fn plug_reach_mm(p: &SheetMold) -> [f64; 2] {
     [-4.0, 4.0].map(|half| p.camera.board_size.mm() / 4.0 + half)
 }
 
-/// Board with four holes, lens holder, barrel, and the plug behind; its origin lies on the plate
-/// that carries it, spacers away.
+/// Returns the camera: a board with four holes, lens holder, barrel, and the plug behind. Its origin lies on the
+/// plate that carries it, a spacer's length below the board.
 fn camera(p: &SheetMold, layout: &Layout) -> Solid {
     let (bottom, top) = (p.camera.spacer.mm(), camera_board_top_mm(p));
     let screws = Joints::new(p, layout).camera;
     let gap = gap_mm(Process::Pcb, Fit::Snug);
     let tool = screws.screw.clearance_tool(p.camera.board_thickness.mm(), gap);
     let holes = screws.holes().poses.iter().map(|pose| tool.clone().placed(*pose)).collect();
-    // The plug leaves a little air above the plate.
+    // A gap stays between the plug and the plate.
     let [from, to] = plug_reach_mm(p);
     let plug = Solid::cuboid(to - from, 5.0, bottom - PLUG_ABOVE_MM + INTO_MM)
         .at((from + to) / 2.0, 0.0, PLUG_ABOVE_MM)
@@ -282,12 +282,12 @@ fn camera(p: &SheetMold, layout: &Layout) -> Solid {
 
 // ------ Circuit ------
 //
-// How the strips of the box are wired, and both cameras.
+// Wiring of the box's LED strips, and of both cameras.
 
-/// Strips: one at each wall.
+/// Number of LED strips, one at each wall.
 const STRIPS: u32 = 4;
 
-/// Supply and ground of each strip, and the cameras' cables.
+/// Builds the circuit: supply and ground of each strip, and the cameras' cables.
 pub fn circuit(p: &SheetMold, layout: &Layout) -> Circuit {
     let mut wired = Builder::wired("led-strips", 5.0);
     wired.strips(STRIPS, "strip", "5 V of the supply");
@@ -306,36 +306,37 @@ pub fn circuit(p: &SheetMold, layout: &Layout) -> Circuit {
 
 // ------ Cables ------
 //
-// The cables of both cameras, from the plugs behind their boards to beside the sensor.
+// Cables of both cameras, from the plugs behind their boards to beside the sensor.
 //
-// Boards stand on spacers, so that a cable runs between board and plate. Each is plugged in before its
-// board is screwed down; the box's is laid into its opening before that wall is put on, so that no plug
-// has to pass it.
+// Boards stand on spacers, so a cable runs between board and plate. Each cable is plugged in before its board is
+// screwed down. That of the box is laid into its opening before that wall is put on, so no plug has to pass the
+// opening.
 
-/// Diameter of a USB cable, mm, where the room behind a board and the opening allow it.
+/// Diameter of a USB cable, mm, if the room behind a board and the opening allow it.
 const CABLE_MM: f64 = 4.0;
 
-/// Bend radius, mm: twice the diameter, as nothing moves in use.
+/// Bend radius, mm: twice the diameter, because nothing moves in use.
 const BEND_MM: f64 = 8.0;
 
-/// From a board's edge to the middle of a cable that goes around it, mm.
+/// Distance from a board's edge to the centre line of a cable that runs around it, mm.
 const BESIDE_MM: f64 = 8.0;
 
-/// How far a cable is drawn beyond what it leaves, mm.
+/// Drawn length of a cable beyond the part that it leaves, mm.
 const BEYOND_MM: f64 = 20.0;
 
-/// A cable through points in the plane of the camera's plate, mm.
+/// Returns a cable through points in the plane of the camera's plate, mm.
 fn cable(p: &SheetMold, through: &[[f64; 2]]) -> Cable {
     let behind = p.camera.spacer.mm() - PLUG_ABOVE_MM;
     let opening = p.housing.cable_height.mm().min(p.housing.cable_width.mm());
     let z = PLUG_ABOVE_MM + behind / 2.0;
-    // Symmetric in the opening's height is not needed; below its upper edge is.
+    // The cable need not be centred in the opening, but it must stay below its upper edge.
     let diameter_mm = CABLE_MM.min(behind - APART_MM).min(2.0 * (opening - z) - APART_MM);
     let corners = through.iter().map(|&[x, y]| Point3::new(x, y, z)).collect();
     Cable { diameter_mm, bend_mm: BEND_MM, corners }
 }
 
-/// The cable in the box: to its opening, around the board where that is not beside the plug.
+/// Returns the cable in the box, from the plug to its opening. It runs around the board unless the opening is on the
+/// plug's side.
 fn in_box(p: &SheetMold, layout: &Layout) -> Cable {
     let start = [plug_reach_mm(p)[1], 0.0];
     let [x, y] = [p.camera.board_size, p.camera.board_size_y].map(|e| e.mm() / 2.0 + BESIDE_MM);
@@ -348,18 +349,18 @@ fn in_box(p: &SheetMold, layout: &Layout) -> Cable {
     }
 }
 
-/// How long both are drawn, mm: that of the box first.
+/// Drawn lengths of both cables, mm, that of the box first.
 pub fn cable_lengths_mm(p: &SheetMold, layout: &Layout) -> [f64; 2] {
     both(p, layout).map(|cable| cable.length_mm())
 }
 
-/// That of the camera in the box, and that of the one above the display.
+/// Returns the cable of the camera in the box, and that of the camera above the display.
 fn both(p: &SheetMold, layout: &Layout) -> [Cable; 2] {
     let end = layout.display_size_mm[0] / 2.0 + BEYOND_MM;
     [in_box(p, layout), cable(p, &[[plug_reach_mm(p)[1], 0.0], [end, 0.0]])]
 }
 
-/// Both, each in the frame of its camera's plate.
+/// Returns both cables, each in the frame of its camera's plate.
 pub fn cables(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> [Body; 2] {
     let [below, above] = both(p, layout).map(|cable| cable.solid());
     let [box_camera, stand_camera] = cameras.clone();

@@ -1,4 +1,4 @@
-//! All that is cut from sheets: box, display and molds.
+//! All parts that are cut from sheets: box, display and molds.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -20,23 +20,23 @@ use crate::materials::glazing;
 
 // ------ Housing ------
 //
-// The rigid box: four walls between two plates, drawn together by spacers and screws in the
-// corners, without glue. Everything is cut from one sheet: the molds need the laser anyway, and a
-// dark sheet is as light-tight as a print. Edges are as a laser leaves them, square.
+// The rigid box: four walls between two plates, held together by spacers and screws in the corners, without glue.
+// Everything is cut from one sheet, because the molds need the laser anyway and a dark sheet is as light-tight as a
+// print. Edges are square, as a laser leaves them.
 
-/// Tabs end below the surface of the plate they reach into, so that nothing rocks on them, mm.
+/// Distance by which tabs end below the surface of the plate that they reach into, so that nothing rocks on them, mm.
 const TAB_SHORT_MM: f64 = 0.3;
 
-/// How far walls move out in the exploded picture, mm.
+/// Displacement of the walls in the exploded view, mm.
 const WALL_EXPLODE_MM: f64 = 34.0;
 
-/// How far a clamping bar moves in the exploded picture, its own frame, mm.
+/// Displacement of a clamping bar in the exploded view, in the bar's frame, mm.
 pub const BAR_EXPLODE_MM: Vector3<f64> = Vector3::new(0.0, 26.0, 76.0);
 
-/// Number of walls.
+/// Number of walls of the box.
 const WALLS: u32 = 4;
 
-/// Plates, walls and clamping bars.
+/// Returns plates, walls and clamping bars.
 pub fn box_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let cut = |name, profile, thickness_mm: f64| {
         sheet(name, profile, thickness_mm, &p.housing.material).colored(BLACK)
@@ -68,12 +68,13 @@ pub fn box_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     ]
 }
 
-/// A quarter turn about z, `i` times.
+/// Rotation about z by `i` quarter turns.
 fn quarter(i: u32) -> Pose {
     Pose::rotation_z(Angle::from_rad(f64::from(i) * FRAC_PI_2).expect("finite"))
 }
 
-/// Turns a wall's frame (x along it, y up, z out) to the wall at +x, standing on the floor.
+/// Pose of the wall's frame (x along the wall, y up, z outwards) for wall `i`, which stands on the floor. Wall 0 is
+/// at +x.
 pub fn sensor_from_wall(layout: &Layout, i: u32) -> Pose {
     let right_angle = Angle::from_rad(FRAC_PI_2).expect("finite");
     let upright = Pose::rotation_z(right_angle).then_in(Pose::rotation_x(right_angle));
@@ -86,29 +87,29 @@ fn wall_placement(layout: &Layout, i: u32) -> Placement {
     SENSOR.drawn_out(&sensor_from_wall(layout, i), WALL_EXPLODE_MM)
 }
 
-/// Centres of a wall's two tabs, along it.
+/// Positions of a wall's two tabs along the wall, mm.
 fn tab_centres(layout: &Layout) -> [f64; 2] {
     [-layout.wall_inner_mm / 2.0, layout.wall_inner_mm / 2.0]
 }
 
-/// A wall's outline. Its right edge has fingers where its left edge has gaps, so that four equal
-/// walls close the box.
+/// Outline of a wall. Its right edge has fingers where its left edge has gaps, so that four equal walls close the
+/// box.
 fn wall(p: &SheetMold, layout: &Layout, has_cable: bool) -> Path {
-    // Fingers of either mesh with those of the other: the larger gap.
+    // Fingers of either wall mesh with those of the other, so the larger gap applies.
     let meshing = [CABLE_WALL, BOX_WALL].map(|wall| (wall, Process::Laser));
     let (height, play) = (p.housing.height.mm(), p.making.widest_mm(meshing, Fit::Snug));
     let (finger, gap) = (layout.wall_outer_mm, layout.wall_inner_mm - play);
     let tab = p.housing.tab.mm() / 2.0;
     let reach = p.housing.sheet.mm() - TAB_SHORT_MM;
 
-    // Corners of the edge that has fingers in the intervals of that parity, from bottom to top.
+    // Corners, from bottom to top, of an edge whose fingers are the intervals of this parity.
     let edge = |parity: u32| -> Vec<[f64; 2]> {
         let is_finger = |j: u32| j % 2 == parity;
         let x = |j: u32| if is_finger(j) { finger } else { gap };
         let mut points = vec![[x(0), 0.0]];
         for j in 1..p.housing.fingers {
             let boundary = height * f64::from(j) / f64::from(p.housing.fingers);
-            // Fingers are narrower than gaps.
+            // Each finger is narrower than its gap by the play on both sides.
             let y = if is_finger(j) { boundary + play } else { boundary - play };
             points.extend([[x(j - 1), y], [x(j), y]]);
         }
@@ -149,7 +150,7 @@ fn with_tab_slots(profile: Profile, p: &SheetMold, layout: &Layout, plate: Name)
     })
 }
 
-/// The bar at +y; the other is the same, turned.
+/// Profile of the clamping bar at +y. The other bar is the same, rotated.
 fn clamp_bar(p: &SheetMold, layout: &Layout) -> Profile {
     let half = p.plate.side.mm() / 2.0;
     let inner = clamp_inner_mm(p);
@@ -165,12 +166,13 @@ fn clamp_bar(p: &SheetMold, layout: &Layout) -> Profile {
     with_holes(Profile::new(outline), &holes, bolt_hole_mm(p, CLAMP_BAR))
 }
 
-/// Inner edge of a clamping bar, from the axis.
+/// Distance of a clamping bar's inner edge from the axis, mm.
 pub fn clamp_inner_mm(p: &SheetMold) -> f64 {
     p.channel_layer.side.mm() / 2.0 + p.housing.clamp_gap.mm()
 }
 
-/// What the box is mounted by: the corner screws in its floor, which go through a plate below it too.
+/// Returns the face by which the box is mounted: the corner screws in its floor, which then pass through a plate
+/// below it too.
 pub fn face(p: &SheetMold, layout: &Layout) -> MountFace {
     let joints = Joints::new(p, layout);
     let is_below = |pose: &Pose| pose.vector(Vector3::z()).z < 0.0;
@@ -202,10 +204,10 @@ pub fn face(p: &SheetMold, layout: &Layout) -> MountFace {
 
 // ------ Sheets ------
 //
-// Laser-cut sheets: every one is a plain extrusion of one profile, standing on z = 0 of its own
-// frame; placements lift it to where it belongs.
+// Laser-cut sheets. Each is an extrusion of one profile, standing on z = 0 of its own frame; placements lift it into
+// position.
 
-/// A sheet with this profile; each of its holes is one handle.
+/// Returns a sheet with this profile. Each of its holes counts as one handle.
 pub fn sheet(name: Name, profile: Profile, thickness_mm: f64, material: &str) -> Body {
     let handles = profile.holes.len() as i32;
     name.made(Process::Laser, Solid::extrusion(profile, thickness_mm))
@@ -214,12 +216,12 @@ pub fn sheet(name: Name, profile: Profile, thickness_mm: f64, material: &str) ->
         .in_light(glazing(material))
 }
 
-/// The outline that all square plates share.
+/// Outline that all square plates share.
 pub fn square(p: &SheetMold) -> Path {
     Path::rectangle([0.0; 2], [p.plate.side.mm(); 2], corner_mm(p))
 }
 
-/// The same outline with a notch at the middle of each side along y, for a screwdriver.
+/// The same outline with a notch for a screwdriver in the middle of each of the sides at -y and +y.
 pub fn square_with_notches(p: &SheetMold) -> Path {
     let (half, r) = (p.plate.side.mm() / 2.0, corner_mm(p));
     let (w, depth) = (p.plate.pry_width.mm() / 2.0, p.plate.pry_depth.mm());
@@ -243,7 +245,7 @@ pub fn square_with_notches(p: &SheetMold) -> Path {
         .close()
 }
 
-/// A sheet with that outline, and the screwdrivers that part it from its neighbours.
+/// Adds the screwdriver poses that part a notched sheet from its neighbours.
 pub fn pried(p: &SheetMold, sheet: Body, thickness_mm: f64) -> Body {
     let turns =
         [-90.0, 90.0].map(|deg| Angle::from_deg(deg).expect("a quarter of a turn is finite"));
@@ -253,7 +255,7 @@ pub fn pried(p: &SheetMold, sheet: Body, thickness_mm: f64) -> Body {
     })
 }
 
-/// Radius of the plates' corners, mm: as far from the bolts as the straight sides.
+/// Radius of the plates' corners, mm. The rounded corner is as far from the bolt as the straight sides are.
 fn corner_mm(p: &SheetMold) -> f64 {
     (p.plate.side.mm() - p.plate.bolt_spacing.mm()) / 2.0
 }
@@ -270,8 +272,8 @@ pub fn with_holes(profile: Profile, centres: &[[f64; 2]], radius_mm: f64) -> Pro
 
 // ------ Display ------
 //
-// The display: three sheets with straight channels between them, a strip that closes their vents, and
-// a plate on spacers that holds the second camera above.
+// The display: three sheets with straight channels between them, a strip that closes their vents, and a plate on
+// spacers that holds the second camera above.
 
 const CLEAR: Color = [214, 228, 234];
 const WHITE: Color = [246, 246, 242];
@@ -279,39 +281,40 @@ const WHITE: Color = [246, 246, 242];
 /// Radius of the display's corners, mm.
 const CORNER_MM: f64 = 4.0;
 
-/// Radius of the holes that the needles are glued into.
+/// Radius of the holes into which the needles are glued, mm.
 pub fn needle_hole_mm(p: &SheetMold) -> f64 {
     p.tubes.needle_outer_diameter.mm() / 2.0
         + p.making.gap_mm(DISPLAY_COVER, Process::Laser, Fit::Snug)
 }
 
-/// Largest radius of a vent at a channel's far end, mm: air passes, and a film of cement closes it.
+/// Largest radius of a vent at a channel's far end, mm. Air passes through it, and a film of cement closes it.
 const VENT_MM: f64 = 0.6;
 
-/// How far the strip that closes the vents reaches beside their middles, along the channels, mm.
+/// Half width along the channels of the strip that closes the vents, mm.
 const SEAL_HALF_MM: f64 = 3.0;
 
-/// How far that strip reaches beyond the outermost vents, mm.
+/// Overhang of that strip beyond the outermost vents, mm.
 const SEAL_BEYOND_MM: f64 = 2.0;
 
-/// Radius of the vents, mm: they open over their channels alone.
+/// Radius of the vents, mm. Each opens over its own channel alone.
 fn vent_mm(p: &SheetMold) -> f64 {
     (p.display.channel_width.mm() / 2.0 - 0.1).min(VENT_MM)
 }
 
-/// Where the vents are, x in the display's frame: so far from the channels' ends that the strip stays
-/// beside the spacers.
+/// Position of the vents: x in the display's frame, mm. They are far enough from the channels' ends for the strip to
+/// clear the spacers.
 pub fn vent_x(p: &SheetMold) -> f64 {
     let [inlet, _] = display_inlet(p, 0.0);
     SEAL_HALF_MM - inlet
 }
 
-/// Where the strip over the vents ends towards the liquid, x in the display's frame.
+/// Edge of the strip over the vents that faces the liquid: x in the display's frame, mm.
 pub fn seal_end_x(p: &SheetMold) -> f64 {
     vent_x(p) + SEAL_HALF_MM
 }
 
-/// Air that is shut in ahead of one column of liquid at rest, mm3: in its channel, and in the vent below the strip.
+/// Volume of air enclosed ahead of one column of liquid at rest, mm3: in its channel, and in the vent below the
+/// strip.
 pub fn shut_in_air_mm3(p: &SheetMold) -> f64 {
     let ([inlet, _], rest) = (display_inlet(p, 0.0), rest_x(p));
     let radius = p.display.channel_width.mm() / 2.0;
@@ -324,14 +327,14 @@ pub fn shut_in_air_mm3(p: &SheetMold) -> f64 {
     p.display.sheet.mm() * (ahead.signed_area_mm2().abs() + vent.signed_area_mm2())
 }
 
-/// The strip that is cemented over the vents, its middle on the axis.
+/// Profile of the strip that is cemented over the vents, with its centre on the axis.
 fn seal(p: &SheetMold) -> Profile {
     let last = display_channel_y(p).into_iter().fold(0.0, f64::max);
     let half = last + vent_mm(p) + SEAL_BEYOND_MM;
     Profile::new(Path::rectangle([0.0; 2], [2.0 * SEAL_HALF_MM, 2.0 * half], 0.0))
 }
 
-/// The columns as the second camera sees them.
+/// Returns the columns of liquid as the second camera sees them.
 pub fn lighting(p: &SheetMold, layout: &Layout) -> Lighting {
     let column = |y: f64| Column {
         end: layout.sensor_from_display.point(Point3::new(
@@ -346,7 +349,7 @@ pub fn lighting(p: &SheetMold, layout: &Layout) -> Lighting {
     let size = [p.camera.width_px, p.camera.height_px];
     let view = (p.camera.field_of_view, p.camera.projection);
     let camera = p.camera.optics.camera_at(0.0, size, view);
-    // Above the display, looking down.
+    // The camera is above the display and looks down.
     let above = Pose::translation(0.0, 0.0, layout.display_pupil_z_mm).then_in(flipped());
     Lighting {
         name: "display",
@@ -359,7 +362,7 @@ pub fn lighting(p: &SheetMold, layout: &Layout) -> Lighting {
     }
 }
 
-/// The display's sheets, from below, and the camera's plate.
+/// Returns the display's sheets from below, and the plate of its camera.
 pub fn display_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let plate = |name| {
         let outline = Path::rectangle([0.0; 2], layout.display_size_mm, CORNER_MM);
@@ -411,7 +414,7 @@ pub fn display_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     ]
 }
 
-/// Where each column of liquid ends at rest, at mid height, in the channel sheet's frame.
+/// Landmarks at the ends of the liquid columns at rest, at mid height, in the channel sheet's frame.
 fn rest_landmarks(p: &SheetMold) -> Vec<Landmark> {
     let rest = |(k, y): (usize, f64)| Landmark {
         name: format!("rest {}", k + 1),
@@ -423,16 +426,16 @@ fn rest_landmarks(p: &SheetMold) -> Vec<Landmark> {
 
 // ------ Molds ------
 //
-// The two mold stacks. Bolts through the corners align and close each; every sheet is as thick as
-// what it casts is high.
+// The two mold stacks. Bolts through the corners align and close each. Every sheet is as thick as the layer that it
+// casts.
 
 const PLYWOOD: Color = [214, 180, 130];
 const SEAL: &str =
     "seal the wood with acrylic lacquer before use: bare wood can keep silicone from curing";
 
-/// All sheets of both stacks.
+/// Returns all sheets of both stacks.
 pub fn mold_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
-    // All sheets of a stack grow alike, and both stacks share their floor.
+    // All sheets of a stack are scaled alike, and both stacks share their floor, so one shrinkage serves for all.
     let shrinkage = shrinkage(&p.marker_layer.material);
     let floor_mm = p.molds.floor.mm();
     let channels = left_channels(p);
@@ -500,7 +503,7 @@ pub fn mold_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     ]
 }
 
-/// Ends of the markers, paint included, which the camera follows.
+/// Ends of the markers, paint included, which the camera tracks.
 pub fn marks(p: &SheetMold, layout: &Layout) -> Vec<Mark> {
     let end_mm = layout.marker_end_z_mm - p.markers.paint.mm();
     let poses = marker_centres(p).into_iter().map(|[x, y]| Pose::translation(x, y, end_mm));
@@ -508,7 +511,7 @@ pub fn marks(p: &SheetMold, layout: &Layout) -> Vec<Mark> {
     Mark::below("marker", &poses.collect::<Vec<_>>(), 0.0, radius_mm, |_| Carrier::Gel)
 }
 
-/// Ends of the markers, in the frame of the sheet that shapes them.
+/// Landmarks at the ends of the markers, in the frame of the sheet that shapes them.
 fn marker_landmarks(centres: &[[f64; 2]]) -> Vec<Landmark> {
     let landmark = |(i, [x, y]): (usize, &[f64; 2])| Landmark {
         name: format!("marker {}", i + 1),

@@ -1,4 +1,4 @@
-//! The soft interface: where its channels run, and its layers.
+//! The soft interface: its channels and its layers.
 
 use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, Clarity, Color, Path, Point3, Pose, Segment, Shells, Solid, Vector3,
@@ -10,31 +10,32 @@ use crate::assembling::{AssemblyName, Name, SENSOR};
 
 // ------ Channels ------
 //
-// Where the channels run, as plane figures in the sensor's xy plane.
+// Outlines of the channels in the sensor's xy plane.
 //
-// Channels enter from the sides at -x and +x; those of the right side are those of the left, turned
-// by half a turn. One outline serves all: fingers of the mold, grooves in the silicone, liquid.
+// Channels enter from the sides at -x and +x. Those of the right side are those of the left, rotated by half a turn.
+// The same outline serves for the fingers of the mold, the grooves in the silicone, and the liquid.
 
+/// A point in the xy plane, mm.
 type Point = [f64; 2];
 
-/// Where the spokes of a radial arrangement begin: height along y as a share of their entrance's.
-/// A fan that narrows evenly keeps its channels apart.
+/// Distance along y at which the spokes of a radial arrangement begin, as a share of their entrance's y. A fan that
+/// narrows evenly keeps its channels apart.
 const SPOKE_START: f64 = 0.8;
 
-/// The side that a channel enters from.
+/// Side from which a channel enters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// At -x.
+    /// Side at -x.
     Left,
-    /// At +x.
+    /// Side at +x.
     Right,
 }
 
 impl Side {
-    /// Both, in the order in which channels are numbered.
+    /// Both sides, in the order in which channels are numbered.
     pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
 
-    /// For names.
+    /// Name of the side, as used in names of steps and bodies.
     pub fn word(self) -> &'static str {
         match self {
             Self::Left => "left",
@@ -42,7 +43,7 @@ impl Side {
         }
     }
 
-    /// From a point of the left side to the same one of this side.
+    /// Maps a point of the left side to the corresponding point of this side.
     pub fn turn(self, [x, y]: Point) -> Point {
         match self {
             Self::Left => [x, y],
@@ -50,12 +51,12 @@ impl Side {
         }
     }
 
-    /// Sign of the side's x.
+    /// Sign of x on this side.
     pub fn sign(self) -> f64 {
         self.turn([-1.0, 0.0])[0]
     }
 
-    /// Around the tubes of this side.
+    /// Name of the glue around this side's tubes.
     pub fn glue(self) -> Name {
         match self {
             Self::Left => LEFT_GLUE,
@@ -63,7 +64,7 @@ impl Side {
         }
     }
 
-    /// In the channels of this side.
+    /// Name of the liquid in this side's channels.
     pub fn liquid(self) -> Name {
         match self {
             Self::Left => LEFT_LIQUID,
@@ -72,23 +73,23 @@ impl Side {
     }
 }
 
-/// One channel seen from above: all points near its centre line, and a chamber at its end.
+/// One channel seen from above: all points within the half width of its centre line, and a chamber at its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// From the layer's edge inwards, mm.
+    /// Centre line from the layer's edge inwards, mm.
     centreline: Vec<Point>,
     half_width: f64,
-    /// Radius of the round end: half the width, or more for a chamber.
+    /// Radius of the round end, mm: the half width, or more for a chamber.
     end_radius: f64,
 }
 
-/// Channels that enter from the left, from -y to +y.
+/// Returns the channels that enter from the left, from -y to +y.
 pub fn left_channels(p: &SheetMold) -> Vec<Channel> {
     let n = p.channels.per_side;
     let edge = -p.channel_layer.side.mm() / 2.0;
     let half_width = p.channels.width.mm() / 2.0;
     let wall = p.channels.wall.mm();
-    // A channel goes on straight behind its tube, far enough for any bend to begin there.
+    // A channel continues straight behind its tube until any bend may begin.
     let stub_end = edge + p.tubes.insertion.mm() + half_width;
     (0..n)
         .map(|k| {
@@ -100,12 +101,12 @@ pub fn left_channels(p: &SheetMold) -> Vec<Channel> {
                 end_radius,
             };
             match p.channels.arrangement {
-                // Half a wall stays between its end and the middle.
+                // Half a wall stays between the channel's end and the middle.
                 Arrangement::Straight => ends_at(-wall / 2.0 - half_width, half_width),
                 Arrangement::Grid => {
                     let chamber = p.channels.chamber_diameter.mm() / 2.0;
                     let outer = stub_end + chamber;
-                    // Four columns with even distances.
+                    // The four columns of chambers are evenly spaced.
                     let x = if k.is_multiple_of(2) { outer } else { outer / 3.0 };
                     ends_at(x, chamber)
                 }
@@ -124,7 +125,7 @@ pub fn left_channels(p: &SheetMold) -> Vec<Channel> {
         .collect()
 }
 
-/// Height of a left channel's entrance along y, mm.
+/// Position along y of a left channel's entrance, mm.
 pub fn port_y(p: &SheetMold, k: u32) -> f64 {
     steps_from_middle(k, p.channels.per_side) * p.channels.pitch.mm()
 }
@@ -133,40 +134,39 @@ fn steps_from_middle(k: u32, n: u32) -> f64 {
     f64::from(k) - (f64::from(n) - 1.0) / 2.0
 }
 
-/// Angle between two spokes.
+/// Angle between two spokes, rad.
 fn spoke_step_rad(n: u32) -> f64 {
     std::f64::consts::PI / f64::from(n)
 }
 
-/// Where spoke `k` begins, coming from its entrance, and where it ends: distances from the centre.
+/// Distances from the centre, mm, at which spoke `k` begins (coming from its entrance) and ends.
 pub fn spoke_radii_mm(p: &SheetMold, k: u32) -> [f64; 2] {
     let n = p.channels.per_side;
     let (step, m) = (spoke_step_rad(n), steps_from_middle(k, n));
-    // It begins at a fixed share of its entrance's y; the limit for a spoke along x.
+    // It begins at a fixed share of its entrance's y. For a spoke along x that is the limit of the quotient.
     let share = if m == 0.0 { 1.0 / step } else { m / (m * step).sin() };
     let start = SPOKE_START * p.channels.pitch.mm() * share;
     let room = p.channels.width.mm() + p.channels.wall.mm();
-    // Long spokes end where their ends have room side by side, short ones where they have room
-    // between two long ones.
+    // Long spokes end where their ends fit side by side, short ones where they fit between two long ones.
     let end = if k.is_multiple_of(2) { room / (2.0 * step.sin()) } else { room / step.sin() };
     [start, end]
 }
 
 impl Channel {
-    /// The same channel, entering from `side`.
+    /// Returns the same channel entering from `side`.
     pub fn entering(&self, side: Side) -> Self {
         Self { centreline: self.centreline.iter().map(|&p| side.turn(p)).collect(), ..self.clone() }
     }
 
-    /// Its outline from the right-hand corner of its entrance around its end to the left-hand
-    /// corner, both at `root_x`; not closed.
+    /// Outline from the right-hand corner of the entrance around the channel's end to the left-hand corner, both at
+    /// `root_x`. It is not closed.
     pub fn outline(&self, root_x: f64) -> Path {
         let mut forth = self.centreline.clone();
         forth[0][0] = root_x;
         let back: Vec<Point> = forth.iter().rev().copied().collect();
         let h = self.half_width;
 
-        // Where the sides meet the round end.
+        // Points at which the sides meet the round end.
         let (before_end, end) = (back[1], back[0]);
         let heading = unit(minus(end, before_end));
         let foot = plus(end, heading, -(self.end_radius.powi(2) - h.powi(2)).sqrt());
@@ -182,7 +182,7 @@ impl Channel {
         bends_on_the_right(path, &back, h).line(plus(forth[0], right(entrance), -h))
     }
 
-    /// Smallest distance to another channel's silicone wall, mm; negative where they overlap.
+    /// Minimum distance between the walls of two channels, mm; negative if they overlap.
     pub fn distance_to(&self, other: &Self) -> f64 {
         let mut smallest = f64::INFINITY;
         for (a, radius_a) in self.capsules() {
@@ -193,7 +193,7 @@ impl Channel {
         smallest
     }
 
-    /// Round-ended pieces that cover it: segments with radii. They reach over the entrance.
+    /// Segments with radii (capsules) that cover the channel. They extend beyond its entrance.
     fn capsules(&self) -> Vec<([Point; 2], f64)> {
         let pieces = self.centreline.windows(2).map(|w| ([w[0], w[1]], self.half_width));
         let end = *self.centreline.last().expect("a centre line has points");
@@ -201,11 +201,12 @@ impl Channel {
     }
 }
 
-/// The mold's opening: the square of `side_mm` without the channels, as one path.
+/// Opening of the channel layer's mold: the square of `side_mm` without the channels, as one path.
 pub fn comb_opening(channels: &[Channel], side_mm: f64) -> Path {
     let edge = side_mm / 2.0;
     let mut path = Path::from([-edge, -edge]).line([edge, -edge]);
-    // Up along the right side, whose channels are turned: the same order as down along the left.
+    // Channels of the right side are rotated by half a turn, so going up along it meets them in the same order as
+    // going down along the left side.
     for (side, corner) in [(Side::Right, [edge, edge]), (Side::Left, [-edge, -edge])] {
         for channel in channels.iter().rev() {
             let back = turned(reversed(channel.outline(-edge)), side);
@@ -220,14 +221,14 @@ pub fn comb_opening(channels: &[Channel], side_mm: f64) -> Path {
     path
 }
 
-/// A path that enters from `side` instead of from the left.
+/// Returns a path of a left channel as one that enters from `side`.
 pub fn turned(path: Path, side: Side) -> Path {
     let turn = |segment: &Segment| match segment {
         Segment::Line { to } => Segment::Line { to: side.turn(*to) },
         Segment::Arc { to, centre, ccw } => {
             Segment::Arc { to: side.turn(*to), centre: side.turn(*centre), ccw: *ccw }
         }
-        // No channel has any; a half turn leaves its axes alone.
+        // Channels have no elliptic arcs. A half turn would leave their axes as they are.
         Segment::EllipticArc { to, centre, semi_axes_mm, ccw } => Segment::EllipticArc {
             to: side.turn(*to),
             centre: side.turn(*centre),
@@ -238,8 +239,8 @@ pub fn turned(path: Path, side: Side) -> Path {
     Path { start: side.turn(path.start), segments: path.segments.iter().map(turn).collect() }
 }
 
-/// Area that a closed path encloses, mm^2: the polygon through its points, and the segment of the
-/// circle beyond each arc's chord.
+/// Area that a closed path of lines and circular arcs encloses, mm2: the polygon through its points, plus the
+/// circular segment beyond each arc's chord.
 pub fn area_mm2(path: &Path) -> f64 {
     let mut from = path.start;
     let mut doubled = 0.0;
@@ -258,7 +259,7 @@ pub fn area_mm2(path: &Path) -> f64 {
     (doubled / 2.0).abs()
 }
 
-/// The same curve from its end to its start.
+/// Returns the same curve from its end to its start.
 fn reversed(path: Path) -> Path {
     let mut back = Path::from(path.end());
     for (i, segment) in path.segments.iter().enumerate().rev() {
@@ -271,8 +272,8 @@ fn reversed(path: Path) -> Path {
     back
 }
 
-/// Follows the right side of a way around its bends: by an arc where the right is the outside, in a
-/// sharp corner where it is the inside.
+/// Appends the right-hand side of a way along its bends: an arc where the right side is outside, a sharp corner where
+/// it is inside.
 fn bends_on_the_right(path: Path, way: &[Point], half_width: f64) -> Path {
     way.windows(3).fold(path, |path, bend| {
         let [from, at, to] = [bend[0], bend[1], bend[2]];
@@ -282,6 +283,7 @@ fn bends_on_the_right(path: Path, way: &[Point], half_width: f64) -> Path {
             let start = path.line(plus(at, before, half_width));
             start.arc(plus(at, after, half_width), at, true)
         } else {
+            // Mitre of the inner side: along the sum of both normals.
             let sum = [before[0] + after[0], before[1] + after[1]];
             path.line(plus(at, sum, half_width / (1.0 + dot(before, after))))
         }
@@ -313,7 +315,7 @@ fn right([x, y]: Point) -> Point {
     [y, -x]
 }
 
-/// Distance between two segments of the plane; 0 where they cross.
+/// Distance between two segments in the plane; 0 if they cross.
 fn segment_distance(a: [Point; 2], b: [Point; 2]) -> f64 {
     let side = |s: [Point; 2], p: Point| cross(minus(s[1], s[0]), minus(p, s[0]));
     let crosses = |s: [Point; 2], t: [Point; 2]| side(s, t[0]) * side(s, t[1]) < 0.0;
@@ -332,14 +334,14 @@ fn segment_distance(a: [Point; 2], b: [Point; 2]) -> f64 {
 
 // ------ Layers ------
 //
-// What is cast, painted, glued and filled in.
+// Layers that are cast, painted, glued or filled in.
 
-/// How far a marker's cylinder reaches into the layer it stands on, mm.
+/// Depth to which a marker's cylinder reaches into the layer that it stands on, mm.
 const JOIN_MM: f64 = 0.5;
 
 const RED: Color = [214, 60, 60];
 
-/// All layers, from the camera to the finger, the display's liquid last.
+/// Returns all layers, from the camera to the finger, with the display's liquid last.
 pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let channels = left_channels(p);
     let layer = |name: Name, solid, material: &str, color, opacity| {
@@ -356,7 +358,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let marker_layer = if is_dyed { marker_layer.in_light(Clarity::Opaque) } else { marker_layer };
     let pigment = p.marker_layer.pigment.to_lowercase();
     let says = |word: &str| is_dyed && pigment.contains(word);
-    // Of other colours nobody knows how dark they are.
+    // The darkness of the layer is known only for black and white pigments.
     let is_dark = match (says("black"), says("white")) {
         (true, false) => Some(true),
         (false, true) => Some(false),
@@ -386,7 +388,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     for side in Side::BOTH {
         let glue =
             layer(side.glue(), tube_glue(p, layout, side), &p.tubes.glue, [200, 200, 190], 0.8)
-                // A sleeve around each tube.
+                // One sleeve around each tube.
                 .with_handles(p.channels.per_side as i32)
                 .in_shells(Shells::pieces(p.channels.per_side as usize));
         let liquid =
@@ -402,7 +404,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     all
 }
 
-/// Cylinders under every marker; the same circles as the holes of their mold.
+/// Returns a cylinder under every marker, with the circles of their mold's holes.
 fn discs(p: &SheetMold, bottom_z: f64, height_mm: f64) -> Solid {
     let radius = p.markers.diameter.mm() / 2.0;
     Solid::union(marker_centres(p).into_iter().enumerate().map(|(i, centre)| {
@@ -439,7 +441,7 @@ fn channel_layer(p: &SheetMold, layout: &Layout, channels: &[Channel]) -> Solid 
     block.minus_all(grooves)
 }
 
-/// The water behind the tubes' ends.
+/// Returns the liquid of one side, from the tubes' ends inwards.
 fn liquid(p: &SheetMold, layout: &Layout, channels: &[Channel], side: Side) -> Solid {
     Solid::union(
         channel_liquids(p, layout, channels, side)
@@ -448,7 +450,7 @@ fn liquid(p: &SheetMold, layout: &Layout, channels: &[Channel], side: Side) -> S
     )
 }
 
-/// The water of each channel of one side, by the channel's name.
+/// Returns the liquid of each channel of one side, with the channel's name.
 pub fn channel_liquids(
     p: &SheetMold,
     layout: &Layout,
@@ -464,19 +466,19 @@ pub fn channel_liquids(
     channels.iter().enumerate().map(water).collect()
 }
 
-/// Liquid in the channels of one side, behind the tubes' ends.
+/// Volume of liquid in the channels of one side, from the tubes' ends inwards, mm3.
 pub fn side_volume_mm3(p: &SheetMold) -> f64 {
     let root_x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
     let areas = left_channels(p).into_iter().map(|c| area_mm2(&c.outline(root_x).close()));
     p.channels.height.mm() * areas.sum::<f64>()
 }
 
-/// Bore of one tube.
+/// Volume of the bore of one tube, mm3.
 pub fn tube_volume_mm3(p: &SheetMold) -> f64 {
     std::f64::consts::PI * (p.tubes.inner_diameter.mm() / 2.0).powi(2) * p.tubes.length.mm()
 }
 
-/// Where the tubes of one side begin: origin at the end of the tube in its channel, z axis out.
+/// Poses of the tubes of one side: origin at the end of the tube in its channel, z axis outwards.
 pub fn tube_poses(p: &SheetMold, layout: &Layout, side: Side) -> Vec<Pose> {
     let x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
     let z = layout.bond_z_mm + p.channels.height.mm() / 2.0;
@@ -508,18 +510,19 @@ fn tube_glue(p: &SheetMold, layout: &Layout, side: Side) -> Solid {
     Solid::union(sleeves)
 }
 
-/// Where the display's channels lie, in its frame: y of each.
+/// Positions of the display's channels along y, in its frame, mm.
 pub fn display_channel_y(p: &SheetMold) -> Vec<f64> {
     let n = channel_count(p);
     (0..n).map(|k| (f64::from(k) - (f64::from(n) - 1.0) / 2.0) * p.display.pitch.mm()).collect()
 }
 
-/// Centre of the round end at which a display channel is filled; the other is its mirror image.
+/// Centre of the round end at which a display channel is filled, in the display's frame. The other end is its mirror
+/// image.
 pub fn display_inlet(p: &SheetMold, y: f64) -> [f64; 2] {
     [(p.display.channel_length.mm() - p.display.channel_width.mm()) / 2.0, y]
 }
 
-/// Where the liquid in the display ends at rest, x in the display's frame.
+/// Position at which the liquid in the display ends at rest: x in the display's frame, mm.
 pub fn rest_x(p: &SheetMold) -> f64 {
     p.display.channel_length.mm() / 2.0 - p.display.rest_length.mm()
 }

@@ -1,8 +1,8 @@
-//! Sheet-mold sensors: a soft interface with liquid channels over markers, cast between laser-cut
-//! sheets, on a box with a camera, with a display that a second camera watches (Soter et al.).
+//! Sheet-mold sensors: a soft interface with liquid channels over markers, cast between laser-cut sheets, on a box
+//! with a camera, and a display that a second camera watches (Soter et al.).
 //!
-//! Its layout and joints stand below, because all the rest is built from them; and what a press
-//! moves.
+//! This file holds the layout, the screw joints and the deformable interface, on which all other files of the family
+//! build.
 
 mod chain;
 mod constraints;
@@ -25,7 +25,7 @@ use housing::shut_in_air_mm3;
 use layers::{Side, channel_liquids, left_channels};
 use parameters::{NEEDLE, SheetMold, TUBE};
 
-/// The family of the fluidic sensor.
+/// Sheet-mold family, whose built-in example is the fluidic sensor.
 pub(crate) struct SheetMoldFamily;
 
 impl Family for SheetMoldFamily {
@@ -50,6 +50,7 @@ impl Family for SheetMoldFamily {
     }
 }
 
+/// Builds the sensor: all bodies, the circuit, press fits, casting steps, liquid channels and cameras.
 fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     let size = [p.camera.width_px, p.camera.height_px];
     // The camera looks up at the markers.
@@ -79,7 +80,7 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     }
 }
 
-/// What follows from the parameters, for `fabkit show`.
+/// Lists the derived dimensions that `fabkit show` prints.
 fn derived(p: &SheetMold, layout: &Layout) -> Vec<(String, String)> {
     let display_area_mm2 = p.display.channel_width.mm() * p.display.sheet.mm();
     vec![
@@ -101,41 +102,41 @@ fn derived(p: &SheetMold, layout: &Layout) -> Vec<(String, String)> {
 
 // ------ Layout ------
 //
-// Where things are: every height, distance and pose that more than one part needs, derived once.
+// Heights, distances and poses that more than one part needs, each derived once.
 
-/// Room between a spacer's corner and the wall beside it, mm.
+/// Clearance between a spacer's corner and the wall beside it, mm.
 const SPACER_GAP_MM: f64 = 0.3;
 
-/// Free table between box and display, mm.
+/// Free width of table between box and display, mm.
 const DISPLAY_GAP_MM: f64 = 30.0;
 
 layout! {
-    /// Heights and distances, mm, sensor frame unless stated.
+    /// Heights and distances, mm, in the sensor frame unless stated otherwise.
     ///
-    /// z = 0 is the face of the marker layer that the markers stand on. They point down, toward the
-    /// camera; the channels lie above.
+    /// z = 0 is the face of the marker layer on which the markers stand. They point down, towards the camera. The
+    /// channels lie above.
     pub struct Layout from p: &SheetMold {
-        /// Ends of the markers.
+        /// Lower ends of the markers.
         marker_end_z_mm = -p.markers.height.mm();
-        /// Between the two soft layers.
+        /// Interface between the two soft layers.
         bond_z_mm = p.marker_layer.thickness.mm();
         /// Top of the channels.
         channel_top_z_mm = bond_z_mm + p.channels.height.mm();
-        /// The surface that is touched.
+        /// Touched surface.
         touch_z_mm = channel_top_z_mm + p.channel_layer.roof.mm();
 
         /// Half the distance between two bolts.
         bolt_mm = p.plate.bolt_spacing.mm() / 2.0;
-        /// Inside of the box's walls, from its axis.
+        /// Distance of the inner faces of the box's walls from its axis.
         wall_inner_mm = bolt_mm + HexSpacer::M3.corner_radius_mm() + SPACER_GAP_MM;
         let sheet = p.housing.sheet.mm();
-        /// Outside of the box's walls.
+        /// Distance of the outer faces of the box's walls from its axis.
         wall_outer_mm = wall_inner_mm + sheet;
-        /// Underside of the plate that carries the interface.
+        /// Lower face of the plate that carries the interface.
         ceiling_z_mm = -sheet;
-        /// Top of the plate that carries the camera.
+        /// Upper face of the plate that carries the camera.
         floor_z_mm = ceiling_z_mm - p.housing.height.mm();
-        /// Underside of that plate; the display's lies at the same height.
+        /// Lower face of that plate. The display's lower face lies at the same height.
         bottom_z_mm = floor_z_mm - sheet;
         let pupil_above_seat =
             camera_board_top_mm(p) + p.camera.lens_height.mm() - p.camera.pupil_behind_front.mm();
@@ -144,43 +145,43 @@ layout! {
 
         let border = 2.0 * p.display.border.mm();
         let across = f64::from(channel_count(p) - 1) * p.display.pitch.mm();
-        /// Edges of the display's sheets, along and across its channels.
+        /// Edge lengths of the display's sheets, along and across its channels.
         display_size_mm: [f64; 2] = [
             p.display.channel_length.mm() + 2.0 * border,
             // The bolts stand beyond the channels' ends.
             across + p.display.channel_width.mm() + border,
         ];
-        /// Top of the display's cover above its underside.
+        /// Height of the display cover's upper face above the display's lower face.
         cover_top_mm = 3.0 * p.display.sheet.mm();
-        /// Underside of the plate above the display, above the display's underside.
+        /// Height of the lower face of the plate above the display, measured from the display's lower face.
         stand_z_mm = cover_top_mm + p.display.camera_spacer.mm();
-        /// Entrance pupil of the camera above the display, above the display's underside.
+        /// Height of the entrance pupil of the camera above the display, measured from the display's lower face.
         display_pupil_z_mm = stand_z_mm - pupil_above_seat;
         let y = p.plate.side.mm() / 2.0 + DISPLAY_GAP_MM + display_size_mm[1] / 2.0;
-        /// The display's frame: its centre, on its underside, x along the channels.
+        /// Pose of the display's frame: origin at its centre on its lower face, x along the channels.
         sensor_from_display: Pose = Pose::translation(0.0, y, bottom_z_mm);
     }
 }
 
 impl Layout {
-    /// Corners where bolts stand: of the square plates.
+    /// Positions of the bolts in the corners of the square plates, mm.
     pub fn bolts(&self) -> [[f64; 2]; 4] {
         corners([self.bolt_mm, self.bolt_mm])
     }
 
-    /// Corners where bolts stand, in the display's frame.
+    /// Positions of the bolts in the corners of the display, in its frame, mm.
     pub fn display_bolts(&self, p: &SheetMold) -> [[f64; 2]; 4] {
         let border = p.display.border.mm();
         corners([self.display_size_mm[0] / 2.0 - border, self.display_size_mm[1] / 2.0 - border])
     }
 }
 
-/// Number of channels, left and right together.
+/// Number of channels on both sides together.
 pub fn channel_count(p: &SheetMold) -> u32 {
     2 * p.channels.per_side
 }
 
-/// Centres of the markers, row by row or as listed.
+/// Centres of the markers, row by row or as listed, mm.
 pub fn marker_centres(p: &SheetMold) -> Vec<[f64; 2]> {
     if p.markers.pattern == FlatPattern::List {
         return p.markers.listed().points_mm();
@@ -190,7 +191,7 @@ pub fn marker_centres(p: &SheetMold) -> Vec<[f64; 2]> {
     (0..n).flat_map(|row| (0..n).map(move |column| [at(column), at(row)])).collect()
 }
 
-/// Half the diagonal of what the camera below must see, mm.
+/// Half the diagonal of the field of markers that the camera below must see, mm.
 pub fn marker_field_mm(p: &SheetMold) -> f64 {
     if p.markers.pattern == FlatPattern::List {
         let out = p.markers.listed().points_mm().into_iter().map(|[x, y]| x.hypot(y));
@@ -200,7 +201,7 @@ pub fn marker_field_mm(p: &SheetMold) -> f64 {
     half * std::f64::consts::SQRT_2 + p.markers.diameter.mm() / 2.0
 }
 
-/// Half the longer and half the shorter edge of what the camera before the markers must see, mm.
+/// Half the longer and half the shorter edge of the field of markers, mm.
 pub fn marker_edges_mm(p: &SheetMold) -> [f64; 2] {
     let edge = p.markers.diameter.mm() / 2.0;
     if p.markers.pattern == FlatPattern::List {
@@ -212,7 +213,7 @@ pub fn marker_edges_mm(p: &SheetMold) -> [f64; 2] {
     [f64::from(p.markers.per_row - 1) * p.markers.pitch.mm() / 2.0 + edge; 2]
 }
 
-/// The same of the camera above the display.
+/// Half the longer and half the shorter edge of the display's field of channels, mm.
 pub fn display_edges_mm(p: &SheetMold) -> [f64; 2] {
     let along = p.display.channel_length.mm() / 2.0;
     let across = f64::from(channel_count(p) - 1) * p.display.pitch.mm() / 2.0
@@ -220,7 +221,7 @@ pub fn display_edges_mm(p: &SheetMold) -> [f64; 2] {
     [along.max(across), along.min(across)]
 }
 
-/// Half the diagonal of what the camera above the display must see, mm.
+/// Half the diagonal of the display's field of channels that the camera above must see, mm.
 pub fn display_field_mm(p: &SheetMold) -> f64 {
     let [long, short] = display_edges_mm(p);
     long.hypot(short)
@@ -231,36 +232,36 @@ pub fn bolt_hole_mm(p: &SheetMold, sheet: Name) -> f64 {
     CORNER.0.thread_mm / 2.0 + p.making.gap_mm(sheet, Process::Laser, Fit::Slide)
 }
 
-/// From the plate that carries a camera to the far side of its board, mm.
+/// Distance from the plate that carries a camera to the far face of its board, mm.
 pub fn camera_board_top_mm(p: &SheetMold) -> f64 {
     p.camera.spacer.mm() + p.camera.board_thickness.mm()
 }
 
 // ------ Joints ------
 //
-// The screws of the sensor and of its molds: each joint is stated here, and nowhere else.
+// Screws of the sensor and of its molds. Each joint is defined here and nowhere else.
 
-/// What holds every stack of sheets in its corners; the molds borrow the sensor's screws.
+/// Screw and nut in the corners of every stack of sheets. The molds borrow the sensor's screws.
 pub const CORNER: (Screw, HexNut) = (Screw::M3X12, HexNut::M3);
 
-/// What holds the cameras.
+/// Screw and nut that hold the cameras.
 pub const CAMERA: (Screw, HexNut) = (Screw::M2X12, HexNut::M2);
 
-/// All joints.
+/// All screw joints, in the sensor frame unless stated otherwise.
 pub struct Joints {
-    /// Through the mold of the channel layer, and that of the marker layer.
+    /// Bolts through the mold of the channel layer, and through that of the marker layer.
     pub stacks: [Joint; 2],
-    /// Down and up into the spacers of the box, corner by corner.
+    /// Screws from above and below into the spacers of the box, corner by corner.
     pub housing: Joint,
-    /// Up and down into the spacers on the display, corner by corner, in its frame.
+    /// Screws from below and above into the spacers on the display, corner by corner, in its frame.
     pub display: Joint,
-    /// Through plate, spacers and board, in the camera's frame: origin on the plate that carries
-    /// it, z axis along the line of sight.
+    /// Screws through plate, spacers and camera board, in the camera's frame: origin on the plate that carries it, z
+    /// axis along the line of sight.
     pub camera: Joint,
 }
 
 impl Joints {
-    /// Where they are; meaningful only for parameters that satisfy the family's constraints.
+    /// Places the joints. The result is meaningful only for parameters that satisfy the family's constraints.
     pub fn new(p: &SheetMold, layout: &Layout) -> Self {
         let (screw, nut) = CORNER;
         let (sheet, floor) = (p.housing.sheet.mm(), p.molds.floor.mm());
@@ -299,9 +300,9 @@ impl Joints {
 
 // ------ Skin ------
 //
-// What gives way to a press: the interface over the box's window, its channels, and the columns that they move.
+// Deformable parts: the interface over the box's window, its channels, and the columns of liquid that they move.
 
-/// The interface as it is pressed.
+/// Returns the deformable interface.
 ///
 /// Channels are numbered as in the display: those of the left side, then those of the right one.
 pub fn skin(p: &SheetMold, layout: &Layout) -> LiquidSkin {

@@ -13,13 +13,13 @@ use crate::processes::Making;
 use crate::{choices, sections};
 
 choices! {
-    /// How the channels run through the interface. Half of them enter from each of two sides.
+    /// Arrangement of the channels in the interface. Half of them enter from each of two sides.
     pub enum Arrangement {
-        /// Parallel, from the side to the middle.
+        /// Parallel channels, from the side to the middle.
         Straight = "straight",
-        /// A round chamber at each end; the chambers stand in a staggered grid of four columns.
+        /// Channels with a round chamber at each end. The chambers stand in a staggered grid of four columns.
         Grid = "grid",
-        /// Like spokes toward the centre, long and short ones in turn.
+        /// Channels like spokes towards the centre, alternately long and short.
         Radial = "radial",
     }
 }
@@ -267,7 +267,7 @@ sections! {
 }
 
 impl Markers {
-    /// Those that are listed.
+    /// Returns the listed markers.
     pub fn listed(&self) -> Listed<'_, Length> {
         Listed::new("marker", ("markers.x", &self.x), ("markers.y", &self.y))
     }
@@ -275,13 +275,13 @@ impl Markers {
 
 // ------ Bodies ------
 //
-// What the sensor consists of and is made with, and where bodies stand together.
+// Bodies of the sensor and of its tools, and the assemblies in which they stand together.
 
-/// The stack that casts the layer with the channels.
+/// Assembly of the stack that casts the channel layer.
 pub const CHANNEL_MOLD: AssemblyName = AssemblyName("channel-mold");
-/// The stack that casts the layer with the markers.
+/// Assembly of the stack that casts the marker layer.
 pub const MARKER_MOLD: AssemblyName = AssemblyName("marker-mold");
-/// The box's floor with its camera, before walls are around it.
+/// Assembly of the box's floor with its camera, before the walls are around it.
 pub const BOX_FOCUSING: AssemblyName = AssemblyName("box-focusing");
 
 crate::bodies! {

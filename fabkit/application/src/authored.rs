@@ -1,8 +1,8 @@
-//! Files of one command that people go on editing: cameras, poses, profiles.
+//! Hand-editable files written by a command: cameras, poses and profiles.
 //!
-//! The rule of an export's folder holds for them too: what somebody changed since fabkit wrote it, or
-//! what fabkit did not write, is only replaced by force. There is no manifest beside them, so
-//! that each says itself what it was: its last line is a comment with the hash of all before it.
+//! The same rule as for export folders applies: a file that somebody changed since fabkit wrote it, or that fabkit did
+//! not write, is replaced only by force. These files have no manifest beside them, so each carries its own signature:
+//! its last line is a comment with the BLAKE3 hash of everything above it.
 
 use std::path::{Path, PathBuf};
 
@@ -11,22 +11,22 @@ use fabkit_files::{ErrorKind, ErrorSubject, Explained, joined};
 
 use crate::source::MAX_YAML_BYTES;
 
-/// Before and after the hash.
+/// Text before and after the hash in a signature line.
 const BEFORE: &str = "# blake3 of all above: ";
 const AFTER: &str = "\n";
 
-/// Files that may not be replaced; at least one.
+/// Error for files that may not be replaced; it holds at least one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", joined(.0))]
 pub struct NotReplaced(pub Vec<Authored>);
 
-/// A file that stands in the way.
+/// Existing file that blocks the write, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Authored {
-    /// It is not as fabkit wrote it.
+    /// The file was changed since fabkit wrote it.
     #[error("{} was changed since fabkit wrote it", .0.display())]
     Changed(PathBuf),
-    /// It is not fabkit's.
+    /// The file was not written by fabkit.
     #[error("{} is there, and fabkit did not write it", .0.display())]
     Foreign(PathBuf),
 }
@@ -45,23 +45,24 @@ impl Explained for NotReplaced {
     }
 }
 
-/// A text with its last line.
+/// Returns the text with its signature line appended.
 pub fn signed(text: &str) -> String {
     format!("{text}{BEFORE}{}{AFTER}", blake3::hash(text.as_bytes()).to_hex())
 }
 
-/// Whether that is what fabkit wrote; nothing if nothing says that fabkit wrote it at all.
+/// Returns whether the bytes match their signature line; `None` if they have no signature line.
 fn is_unchanged(bytes: &[u8]) -> Option<bool> {
     let text = String::from_utf8_lossy(bytes);
+    // The last occurrence counts: the text itself may quote a signature line.
     let at = text.rfind(BEFORE)?;
     Some(signed(&text[..at]).as_bytes() == bytes)
 }
 
-/// Refuses to replace what is not as fabkit wrote it, all at once, unless it is `forced`. What is
-/// replaced by its own content is not replaced.
+/// Refuses to replace edited or foreign files, all at once, unless `forced`. A file whose content stays the same is
+/// never refused.
 ///
 /// # Errors
-/// [`NotReplaced`] with all of them.
+/// [`NotReplaced`] with all refused files.
 pub fn may_replace(files: &[(PathBuf, Vec<u8>)], forced: bool) -> Result<(), NotReplaced> {
     let mut refused = Vec::new();
     for (place, new) in files.iter().filter(|(place, _)| !forced && is_edited(place)) {
@@ -79,7 +80,7 @@ pub fn may_replace(files: &[(PathBuf, Vec<u8>)], forced: bool) -> Result<(), Not
     if refused.is_empty() { Ok(()) } else { Err(NotReplaced(refused)) }
 }
 
-/// Reports and pictures are for looking at.
+/// Returns whether people edit this kind of file: YAML only. Reports and images are replaced freely.
 fn is_edited(place: &Path) -> bool {
     reading::has_ending(place, "yaml") || reading::has_ending(place, "yml")
 }
@@ -87,7 +88,7 @@ fn is_edited(place: &Path) -> bool {
 enum Found {
     Nothing,
     File(Vec<u8>),
-    /// A folder and the like is refused when it is written.
+    /// File larger than any that fabkit writes here.
     Other,
 }
 
@@ -96,6 +97,7 @@ fn found(place: &Path) -> Found {
     match reading::read(place, expected) {
         Ok(bytes) => Found::File(bytes),
         Err(ReadError::TooLarge { .. }) => Found::Other,
+        // Other read errors, such as a missing file or a folder: the write itself reports them.
         Err(_) => Found::Nothing,
     }
 }

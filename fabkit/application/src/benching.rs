@@ -1,5 +1,5 @@
-//! The bench is Python, because what learns there is: `fabkit_bench`, which the extra `bench` of the Python package
-//! installs. This finds an interpreter that has it, and hands over what it says.
+//! Runs the Python benchmark `fabkit_bench` (extra `bench` of the Python package): finds an interpreter that has it,
+//! starts it, and relays its messages and its result. The benchmark is Python because the learned models are.
 
 use std::env;
 use std::ffi::OsString;
@@ -13,39 +13,40 @@ use serde_json::Value;
 
 use crate::verifier::PYTHON_VARIABLE;
 
-/// The interpreter that the environment names.
+/// Returns the Python interpreter named by the environment variable, or `python3`.
 pub(crate) fn interpreter() -> PathBuf {
     let named = env::var_os(PYTHON_VARIABLE).filter(|name| !name.is_empty());
     PathBuf::from(named.unwrap_or_else(|| "python3".into()))
 }
 
-/// Starts the bench, whatever the current folder holds: `-c` looks there first.
+/// Python program that starts the benchmark. `-c` puts the current folder first in the search path, as an empty entry;
+/// it is removed so that files there cannot shadow modules.
 const START: &str = "import sys\nsys.path = [path for path in sys.path if path]\n\
     try:\n    from fabkit_bench.__main__ import main\nexcept ImportError as error:\n    \
     print(f'error: {error}', file=sys.stderr)\n    sys.exit(9)\nsys.exit(main())\n";
-/// What it ends with where the package is missing.
+/// Exit status of `START` when the package is missing.
 const MISSING: i32 = 9;
 
-/// Why there are no figures.
+/// Error of a benchmark run.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
-    /// No interpreter, or one without the package.
+    /// The interpreter or the package in it is missing.
     #[error("{} cannot run the bench: {why}", .python.display())]
     NoPackage {
-        /// The interpreter.
+        /// Interpreter that was tried.
         python: PathBuf,
-        /// What it, or the system, said.
+        /// Message of the interpreter or of the operating system.
         why: String,
     },
-    /// The bench refused what it was asked.
+    /// The benchmark rejected its input.
     #[error("{said}")]
     Refused {
-        /// What it said.
+        /// Error message of the benchmark.
         said: String,
-        /// What to do about it, if it said so.
+        /// Suggested remedy, if the benchmark gave one.
         hint: Option<String>,
     },
-    /// It ended in another way.
+    /// The benchmark ended without a readable result; holds the status or the parse error.
     #[error("the bench stopped without an answer ({0})")]
     NoAnswer(String),
 }
@@ -77,7 +78,8 @@ impl Explained for BenchError {
     }
 }
 
-/// Runs the bench with its own arguments, which ask for JSON; `tell` gets what it says on the way.
+/// Runs the benchmark with `arguments`, which must request JSON, and returns its result. `tell` receives each progress
+/// line.
 ///
 /// # Errors
 /// [`BenchError`].
@@ -91,8 +93,9 @@ pub fn run(arguments: &[OsString], tell: &(dyn Fn(&str) + Sync)) -> Result<Value
     let (out, err) = (child.stdout.take(), child.stderr.take());
     let mut answer = String::new();
     let failed = thread::scope(|scope| {
+        // Standard error is read in a second thread, so that neither pipe fills up and blocks the child.
         let told = scope.spawn(|| {
-            // What follows an error belongs to it.
+            // All lines from the first error on belong to the error message.
             let mut failed: Vec<String> = Vec::new();
             for line in err.into_iter().flat_map(|err| BufReader::new(err).lines()).flatten() {
                 match failed.is_empty() && !line.starts_with("error: ") {
@@ -103,7 +106,7 @@ pub fn run(arguments: &[OsString], tell: &(dyn Fn(&str) + Sync)) -> Result<Value
             failed
         });
         if let Some(mut out) = out {
-            // What cannot be read is no JSON.
+            // A failed read leaves incomplete JSON, which is reported below.
             let _ = out.read_to_string(&mut answer);
         }
         told.join().unwrap_or_default()

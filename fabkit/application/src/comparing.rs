@@ -1,4 +1,4 @@
-//! What changes from one design to another.
+//! Comparison of two designs.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +10,10 @@ use rayon::prelude::*;
 
 use crate::pictures::{PictureError, Shot, picture_of_body};
 
-/// Width and height of a part's picture, px.
+/// Width and height of a part's image, px.
 const PART_PX: [u32; 2] = [320, 240];
 
-/// From one design to another.
+/// Computes the difference between two designs.
 pub fn difference(from: &Design, to: &Design) -> Difference {
     let values = |design: &Design| -> Vec<(String, String)> {
         let value = |setting: &Setting| (setting.path.clone(), setting.value.clone());
@@ -26,7 +26,7 @@ pub fn difference(from: &Design, to: &Design) -> Difference {
     Difference::between(from, to)
 }
 
-/// The difference as one page, parts of another shape side by side.
+/// Writes the difference as one HTML page. Parts whose shape changed are drawn side by side.
 ///
 /// # Errors
 /// Bodies that cannot be drawn.

@@ -1,4 +1,4 @@
-//! What fabkit says of its results to programs, as JSON: the same through every door.
+//! Results as JSON documents, identical for the command, Python and other callers.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 
 use crate::sweeping::Finished;
 
-/// What a design is and consists of (`fabkit-show` version 2).
+/// Returns a design's parameters, derived values, bodies and materials (`fabkit-show` version 2).
 pub fn show(design: &Design) -> Value {
     let sensor = &design.sensor;
     let parameters: Vec<Value> = own_first(&design.parameters).map(parameter_json).collect();
@@ -40,7 +40,7 @@ pub fn show(design: &Design) -> Value {
     })
 }
 
-/// A fixture's own parameters before those of the sensor that it is made for.
+/// Lists a fixture's own parameters before those of the sensor it is made for.
 pub fn own_first(settings: &[Setting]) -> impl Iterator<Item = &Setting> {
     let is_own = |setting: &&Setting| setting.path.starts_with("fixtures.");
     settings.iter().filter(is_own).chain(settings.iter().filter(move |s| !is_own(s)))
@@ -65,7 +65,7 @@ fn parameter_json(setting: &Setting) -> Value {
     })
 }
 
-/// Numbers as such, with their unit beside them.
+/// Splits a setting into its JSON value and its unit.
 fn value_of(setting: &Setting) -> (Value, Option<String>) {
     let text = setting.value.as_str();
     match setting.kind {
@@ -82,13 +82,13 @@ fn value_of(setting: &Setting) -> (Value, Option<String>) {
     }
 }
 
-/// What gave way so that a design can be built, as it stands under `changes` of other documents.
+/// Lists the automatic changes that made a design buildable, as they stand under `changes` in other documents.
 pub fn changes(changes: &[Change]) -> Value {
     let change = |Change { path, from, to, because }: &Change| json!({ "path": path, "from": from, "to": to, "because": because });
     changes.iter().map(change).collect()
 }
 
-/// How far parameters can go (`fabkit-limits` version 1).
+/// Returns the feasible ranges of parameters (`fabkit-limits` version 1).
 pub fn limits(name: &str, limits: &[Feasible]) -> Value {
     let range = |range: &Range| {
         json!({
@@ -128,7 +128,7 @@ fn body_json(body: &Body) -> Value {
     })
 }
 
-/// What was checked and found (`fabkit-check` version 1).
+/// Returns the rules examined, the findings and the batches (`fabkit-check` version 1).
 pub fn check(design: &Design, report: &CheckReport) -> Value {
     json!({
         "format": "fabkit-check",
@@ -172,7 +172,7 @@ fn finding_json(finding: &Finding) -> Value {
     })
 }
 
-/// What a script needs to mix one batch.
+/// Returns what a script needs to mix one batch: volume, waste, masses, curing.
 pub fn batch(batch: &Batch) -> Value {
     let components = batch.components_g.iter();
     json!({
@@ -189,7 +189,7 @@ pub fn batch(batch: &Batch) -> Value {
     })
 }
 
-/// How a design is built, step by step (`fabkit-chain` version 1).
+/// Returns the build steps of a design (`fabkit-chain` version 1).
 pub fn chain(design: &Design) -> Value {
     let sensor = &design.sensor;
     let batches = checks::batches(sensor);
@@ -217,12 +217,12 @@ pub fn chain(design: &Design) -> Value {
     })
 }
 
-/// What is mixed for a step.
+/// Finds the batch that is mixed for a step.
 pub fn batch_of<'a>(batches: &'a [Batch], step: &Step) -> Option<&'a Batch> {
     batches.iter().find(|batch| batch.step == step.name)
 }
 
-/// The tools that come off in a step.
+/// Returns the tools that are removed in a step.
 pub fn removed(action: &Action) -> Vec<&str> {
     match action {
         Action::Demold(pulls) => pulls.iter().map(|pull| pull.body.as_str()).collect(),
@@ -230,7 +230,7 @@ pub fn removed(action: &Action) -> Vec<&str> {
     }
 }
 
-/// What a sweep came to (`fabkit-sweep-report` version 1).
+/// Returns the result of a sweep (`fabkit-sweep-report` version 1).
 pub fn sweep(folder: &Path, finished: &Finished) -> Value {
     let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } =
         finished;

@@ -1,4 +1,4 @@
-//! How stiff a batch of gel is, from what was read on its coupon.
+//! Young's modulus of a gel batch, fitted to readings of a gel coupon.
 
 use std::fmt::Write as _;
 
@@ -7,13 +7,13 @@ pub use fabkit_elastic::BallModulus;
 use fabkit_elastic::{BallReading, BallTest, BallTestError};
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 
-/// Standard gravity, m/s2, as scales take it (CGPM, 1901).
+/// Standard gravity, m/s2, as used by scales (CGPM, 1901).
 const GRAVITY: f64 = 9.806_65;
 
-/// Fits a modulus to a filled-in coupon.
+/// Fits a Young's modulus to the readings of a coupon.
 ///
 /// # Errors
-/// Loads that differ too little, readings that no modulus explains, or nearly any.
+/// Loads that differ too little, or readings that no modulus, or almost any, explains.
 pub fn modulus(coupon: &GelCoupon) -> Result<BallModulus, GelError> {
     let reading = |reading: &GelReading| BallReading {
         force_n: 1e-3 * reading.load_g * GRAVITY,
@@ -28,7 +28,7 @@ pub fn modulus(coupon: &GelCoupon) -> Result<BallModulus, GelError> {
     Ok(test.fit()?)
 }
 
-/// A file of materials that changes one modulus: a user's own file, or a section of a sensor's.
+/// Writes a materials file that changes one modulus: usable as a user's own file or as a section of a sensor file.
 pub fn to_yaml(coupon: &GelCoupon, modulus: &BallModulus) -> String {
     let kpa = |mpa: f64| format!("{:.1} kPa", 1e3 * mpa);
     let mut yaml = String::from("# How stiff a batch came out, by a ball on a cup of gel.\n");
@@ -60,7 +60,7 @@ pub fn to_yaml(coupon: &GelCoupon, modulus: &BallModulus) -> String {
     yaml
 }
 
-/// Why readings of a gel give no modulus.
+/// Error of a modulus fit.
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
 pub struct GelError(#[from] BallTestError);

@@ -1,4 +1,4 @@
-//! The pages to build a design from: facts, tables and pictures.
+//! Build guides: facts, tables and images of a design.
 
 mod calibrating;
 mod shots;
@@ -25,21 +25,21 @@ use crate::pictures::{PictureError, Shot, default_assembly, picture_of_assembly,
 
 pub use calibrating::calibration;
 
-/// Names of the files of a guide.
+/// File names of a guide.
 pub const FILES: [&str; 4] = ["index.html", "guide.json", "bom.csv", "parts.csv"];
 
 const COVER_PX: [u32; 2] = [560, 420];
 const PART_PX: [u32; 2] = [160, 120];
 
-/// What stands where in each step of a design.
+/// Determines the bodies and their positions at each build step of a design.
 ///
 /// # Errors
-/// A solid that is none.
+/// A solid that is invalid.
 pub fn stages(design: &Design) -> Result<Vec<Stage<'_>>, InvalidBody> {
     fabkit_checks::stages(&design.sensor)
 }
 
-/// What a design needs, with [`stages`] of the same design.
+/// Collects what building a design needs. `stages` are the [`stages`] of the same design.
 ///
 /// # Errors
 /// A part that cannot be made.
@@ -61,7 +61,7 @@ pub fn facts(
     Ok(guide)
 }
 
-/// The design's list of what may be bought.
+/// Adapter from the design's list of articles to the guide's shop.
 struct Listed<'a>(&'a Articles);
 
 impl Shop for Listed<'_> {
@@ -82,7 +82,7 @@ impl Shop for Listed<'_> {
     }
 }
 
-/// The files of a guide, all of them.
+/// Makes all files of a guide.
 ///
 /// # Errors
 /// Bodies that cannot be drawn or meshed.
@@ -112,6 +112,7 @@ fn pictures(
     let scenes: Vec<_> = stages.iter().map(|stage| (stage.step, stock.scenes(stage))).collect();
     let mut wanted: BTreeMap<&str, &shots::Scene> = BTreeMap::new();
     for scene in scenes.iter().flat_map(|(_, both)| both.iter().flatten()) {
+        // Scenes with the same key are drawn once. The total is the cover, the model, all scenes and all parts.
         wanted.insert(&scene.key, scene);
     }
     let (done, all) = (AtomicUsize::new(0), 2 + wanted.len() + guide.made.len());
@@ -152,7 +153,7 @@ fn pictures(
     })
 }
 
-/// Both sides of each circuit board, or why it cannot be laid out.
+/// Draws both sides of each circuit board, or states why it cannot be laid out.
 fn board_art(design: &Design) -> BTreeMap<String, BoardArt> {
     let circuits = design.sensor.circuits.iter();
     let etched = circuits.filter_map(|circuit| Some((circuit, circuit.board.clone()?)));

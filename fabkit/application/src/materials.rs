@@ -1,9 +1,9 @@
-//! What is known of materials, for programs.
+//! Materials of a design as JSON.
 
 use fabkit_designs::materials::{Bond, Castable, Hold, Material, Origin};
 use serde_json::{Value, json};
 
-/// Every material of a design with its figures; what nobody knows is null.
+/// Lists every material of a design with its properties; unknown ones are null.
 pub fn json(materials: &[Castable]) -> Value {
     materials.iter().map(of).collect()
 }
@@ -54,7 +54,7 @@ fn bond(Bond { to, hold }: &Bond) -> Value {
     json!({ "to": to, "sticks": *hold != Hold::Not, "primer": primer })
 }
 
-/// Who says what a material is, as one word, and in which file.
+/// Returns the origin of a material as one word, and the file it comes from.
 pub fn origin(material: &Material) -> (&'static str, Option<&str>) {
     match &material.origin {
         Origin::BuiltIn => ("built-in", None),

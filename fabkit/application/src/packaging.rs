@@ -1,5 +1,5 @@
-//! What a lab publishes beside the parts: the guide, the sensor's file, its camera, licence and citation, as one
-//! folder or one archive.
+//! Package for publication: guide, sensor file, nominal camera, licence and citation beside the parts, as one folder or
+//! one archive.
 
 mod citation;
 mod resolved;
@@ -20,24 +20,23 @@ use crate::source::NamedDesigns;
 pub use citation::{DEFAULT_LICENSE, LICENSES, License};
 pub use resolved::resolved_yaml;
 
-/// The folder of a guide, within that of its design.
+/// Folder of a guide within its design's folder.
 pub const GUIDE_FOLDER: &str = "guide";
 
-/// Who publishes a package, and on what terms.
+/// Licence and authors of a package.
 #[derive(Clone, Debug)]
 pub struct Terms {
-    /// The licence of what the package describes.
+    /// Licence of the package's content.
     pub license: License,
-    /// Who made the design; nobody is named where nobody is given.
+    /// Authors of the design; if empty, nobody is named.
     pub authors: Vec<String>,
 }
 
-/// Adds what belongs to a package besides parts: licence, citation, the nominal camera, and the sensor's file,
-/// from which the same design is made again. Whether that file is there is returned: a file whose parameters
-/// cannot be said in one text has none.
+/// Adds the other files of a package: licence, citation, nominal camera, and a sensor file that reproduces the same
+/// design. Returns whether that sensor file exists: parameters that one text cannot express have none.
 ///
 /// # Errors
-/// [`ExportFailure`] for a camera that cannot be, and for names that are there already.
+/// [`ExportFailure`] for an invalid camera, and for file names that exist already.
 pub fn complete(
     exported: &mut Exported,
     design: &Design,
@@ -64,8 +63,8 @@ pub fn complete(
     Ok(has_file)
 }
 
-/// A guide's files with a list of contents of their own, for a folder of their own; with
-/// [`guiding::calibration`] of the same design.
+/// Makes a guide's files with their own manifest, for a separate folder. `calibration` is [`guiding::calibration`] of
+/// the same design.
 ///
 /// # Errors
 /// Bodies that cannot be drawn or measured, as [`ExportFailure::Guide`].
@@ -107,7 +106,8 @@ pub fn guide(
     Ok(exported)
 }
 
-/// All files of several exports in one archive: the same bytes for the same files, with a fixed time.
+/// Packs all files of several exports in one ZIP archive. Its bytes depend only on the files: they are sorted and have
+/// a fixed time.
 ///
 /// # Errors
 /// [`ExportFailure::Write`] beyond 4 GiB or 65,535 files.
@@ -122,12 +122,12 @@ pub fn archive(name: &str, exports: &[(String, &Exported)]) -> Result<Vec<u8>, E
         .map_err(|source| ExportFailure::Write { file: name.to_owned(), source })
 }
 
-/// Whether a key of a sensor's file is of its fixtures.
+/// Returns whether a key of a sensor file belongs to its fixtures.
 fn is_of_fixtures(path: &str) -> bool {
     path.strip_prefix(fabkit_fixtures::KEY).is_some_and(|rest| rest.starts_with('.'))
 }
 
-/// BLAKE3 of a file's content, in hex.
+/// Returns the BLAKE3 hash of a file's content, in hex.
 pub fn hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }

@@ -1,4 +1,4 @@
-//! Pictures of parts and assemblies, drawn from the exact geometry.
+//! Images of parts and assemblies, rendered from the exact geometry.
 
 use std::str::FromStr;
 
@@ -12,18 +12,18 @@ use fabkit_geometry::{
 
 pub use fabkit_depth::MAX_PIXELS;
 
-/// How a picture is taken.
+/// View of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {
-    /// Width and height, px.
+    /// Width and height of the image, px.
     pub size_px: [u32; 2],
-    /// Take the half nearer to the viewer away: in front of the x-z plane where nobody says from where.
+    /// Remove the half nearer to the viewer: the half in front of the x-z plane if no viewer is given.
     pub section: bool,
-    /// From where, if not from the front, the right and above.
+    /// Viewer's position; by default front, right and above.
     pub from: Option<Viewer>,
 }
 
-/// Where the viewer of a picture stands: a side's name, or `AZ,EL` in degrees.
+/// Direction from which an image is viewed: a side's name, or `AZ,EL` in degrees.
 ///
 /// ```
 /// use fabkit_application::pictures::Viewer;
@@ -34,13 +34,13 @@ pub struct Shot {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewer {
-    /// Around z, from +x towards +y, degrees.
+    /// Angle around z, from +x towards +y, degrees.
     pub azimuth_deg: f64,
-    /// Over the x-y plane, degrees.
+    /// Angle above the x-y plane, degrees.
     pub elevation_deg: f64,
 }
 
-/// Sides by name: azimuth and elevation, degrees. The front is -y.
+/// Named sides with azimuth and elevation, degrees. The front is -y.
 pub const SIDES: [(&str, [f64; 2]); 6] = [
     ("front", [-90.0, 0.0]),
     ("back", [90.0, 0.0]),
@@ -76,32 +76,32 @@ impl FromStr for Viewer {
     }
 }
 
-/// Why there is no picture.
+/// Error of an image.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// A tree that is no solid.
+    /// Invalid solid of a body.
     #[error("{body}: {source}")]
     Solid {
-        /// Which body.
+        /// Name of the body.
         body: String,
-        /// Why.
+        /// Reason.
         source: InvalidSolid,
     },
-    /// No side to look from.
+    /// Invalid viewing direction.
     #[error("{0}")]
     Viewer(String),
-    /// No body stands in that assembly.
+    /// Unknown assembly.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
-    /// The scene cannot be drawn.
+    /// The scene cannot be rendered.
     #[error("{}", undrawn(.0))]
     Render(#[from] RenderError),
-    /// The picture could not be encoded.
+    /// The image cannot be encoded.
     #[error(transparent)]
     Encode(#[from] ExportError),
 }
 
-/// What draws knows no planes of section.
+/// Describes a rendering error. The renderer does not know section planes, which are why nothing is left to draw here.
 fn undrawn(error: &RenderError) -> String {
     match error {
         RenderError::NothingToDraw => "nothing is left behind the section plane".into(),
@@ -138,7 +138,7 @@ impl Explained for PictureError {
     }
 }
 
-/// A body alone, as it lies on the printer's bed, as PNG; what is not printed, in its own frame.
+/// Draws a single body as PNG: as placed on the printer's bed or, if not printed, in its own frame.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -151,8 +151,8 @@ pub fn picture_of_body(
     draw(&[actor], shot, progress)
 }
 
-/// All bodies of an assembly in their places as PNG, or apart as the design spreads them; what is
-/// poured in stands as it is poured.
+/// Draws all bodies of an assembly as PNG, in their places or exploded as the design defines. Molds stand upright as
+/// for pouring.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -166,7 +166,7 @@ pub fn picture_of_assembly(
     draw(&actors_of(sensor, assembly, exploded)?, shot, progress)
 }
 
-/// All bodies of an assembly in their places.
+/// Makes a renderable actor of each body in an assembly.
 pub(crate) fn actors_of(
     sensor: &Sensor,
     assembly: &str,
@@ -204,8 +204,7 @@ pub(crate) fn actors_of(
     Ok(actors)
 }
 
-/// The assembly that pictures show unless another is asked for: the sensor itself, or the first
-/// one of a fixture.
+/// Returns the assembly shown by default: the sensor itself or, for a fixture, its first assembly.
 pub fn default_assembly(sensor: &Sensor) -> String {
     let mut assemblies =
         sensor.bodies.iter().flat_map(|body| &body.placements).map(|p| &p.assembly);
@@ -215,7 +214,7 @@ pub fn default_assembly(sensor: &Sensor) -> String {
     found.unwrap_or(&sensor).0.clone()
 }
 
-/// Turns a mold as it stands while its last layer cures; the sensor itself stays as it is used.
+/// Returns the rotation that sets a mold upright as its last layer cures. The sensor itself is not rotated.
 pub(crate) fn poured_upright(sensor: &Sensor, assembly: &str) -> Pose {
     if assembly == Assembly::sensor().0 {
         return Pose::identity();
@@ -253,7 +252,8 @@ pub(crate) fn encoded(picture: &Picture) -> Result<Vec<u8>, PictureError> {
     Ok(fabkit_export::png(picture.width_px, picture.height_px, &picture.rgb)?)
 }
 
-/// What a section takes away: upright planes, unless one looks straight down or up.
+/// Returns the normal of the half that a section removes. Section planes are upright unless the view is straight down
+/// or up.
 pub(crate) fn towards_viewer(view: &View) -> Vector3<f64> {
     let across = Vector3::new(view.looking.x, view.looking.y, 0.0);
     -across.try_normalize(1e-9).unwrap_or(view.looking)

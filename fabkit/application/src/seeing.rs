@@ -1,4 +1,4 @@
-//! Pictures of what a sensor's camera sees: its rays through a section, and its own view.
+//! Images of a camera's view: its rays in a section of the sensor, and its own image.
 
 use fabkit_camera::Point2;
 use fabkit_depth::{Framing, Glimpse, Picture, View, render_framed, render_seen};
@@ -11,45 +11,45 @@ use fabkit_scene::legend::{self, Entry};
 
 use crate::pictures::{self, PictureError, Shot, Viewer, actors_of, towards_viewer};
 
-/// Rays of a section, evenly spread over the picture.
+/// Number of rays in a section, evenly spread over the image.
 pub const RAYS: usize = 41;
 
-/// Where what leaves the sensor is drawn to, mm.
+/// Length to which escaping rays are drawn, mm.
 pub(crate) const FAR_MM: f64 = 1e3;
 
-/// What the camera is there to see.
+/// Colour of rays that reach the body or surface to be seen.
 const SEEN: [u8; 3] = [18, 140, 70];
-/// Where light is totally reflected: what a mirror shows is no ground truth.
+/// Colour of total reflection. A mirror image is no ground truth.
 const MIRROR: [u8; 3] = [176, 40, 168];
-/// Out of the sensor.
+/// Colour of rays that leave the sensor.
 const OUTSIDE: [u8; 3] = [112, 116, 126];
-/// Bodies in the way, in the order in which they are met.
+/// Colours of obstructing bodies, in the order in which they are first hit.
 const IN_THE_WAY: [[u8; 3]; 6] =
     [[228, 108, 10], [204, 32, 44], [36, 98, 204], [134, 84, 40], [0, 146, 164], [150, 140, 0]];
 
-/// A ray of a camera, from the pupil to what it sees.
+/// Ray of a camera, from the pupil to its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnRay {
     /// Column and row, px.
     pub pixel: [f64; 2],
-    /// What it ends at, as `seen_by` of ground truth has it.
+    /// Body at its end, named as in `seen_by` of ground truth.
     pub seen_by: String,
-    /// Where it begins, is bent and ends, sensor frame, mm; what ends nowhere is followed for a metre.
+    /// Start, refractions and end in the sensor frame, mm. A ray without an end is followed for a metre.
     pub path_mm: Vec<[f64; 3]>,
 }
 
-/// The sensor's bodies as the camera's rays meet them.
+/// Builds the stack of the sensor's bodies for tracing the camera's rays.
 ///
 /// # Errors
-/// Bodies that no light can be followed through.
+/// Bodies through which no light can be traced.
 pub fn stack(sensor: &Sensor, viewpoint: &Viewpoint) -> Result<Stack, SceneError> {
     viewpoint.stack(sensor).map_err(SceneError::Light)
 }
 
-/// The sensor cut through the camera's pupil, with its rays in that plane, as PNG.
+/// Draws the sensor cut through the camera's pupil, with its rays in that plane, as PNG.
 ///
 /// # Errors
-/// [`PictureError`]; a side from which the camera's axis is looked along.
+/// [`PictureError`]; also if the view is along the camera's axis.
 pub fn picture_of_rays(
     sensor: &Sensor,
     viewpoint: &Viewpoint,
@@ -71,7 +71,7 @@ pub fn picture_of_rays(
     Ok((pictures::encoded(&picture)?, rays))
 }
 
-/// The rays whose plane through the camera's axis has that normal.
+/// Traces the camera's rays in the plane through its axis with the given normal.
 ///
 /// # Errors
 /// A normal along the camera's axis.
@@ -88,7 +88,7 @@ pub(crate) fn rays_in_plane(
         return Err(PictureError::Viewer(message.into()));
     };
     let size = [camera.width_px(), camera.height_px()].map(f64::from);
-    // From the picture's middle to its edge, half a pixel less.
+    // Distance from the image centre to its border along the plane, half a pixel less.
     let to_edge = |axis: usize| (0.5 * size[axis] - 0.5) / along[axis].abs();
     let most_px = to_edge(0).min(to_edge(1));
     let mut tracer = Tracer::new(stack);
@@ -98,7 +98,7 @@ pub(crate) fn rays_in_plane(
         let ray = stack.entered(&ray_of(viewpoint, &pixel)?);
         let path = tracer.follow(&ray);
         let pupil = pose.point(Point3::origin());
-        // A camera that bends its rays by itself looks from where it lets them go.
+        // A camera with its own refracting interface starts rays there; the pupil is then prepended to the path.
         let start = Some(pupil).filter(|pupil| (pupil - ray.origin).norm() > 0.0);
         let end = path.last.at(path.end_mm.min(FAR_MM));
         let corners = tracer.corners().iter().copied();
@@ -112,14 +112,14 @@ pub(crate) fn rays_in_plane(
     Ok(rays.collect())
 }
 
-/// The ray of a pixel as it leaves the camera, sensor frame; `None` where the lens does not reach.
+/// Computes the ray of a pixel as it leaves the camera, in the sensor frame; `None` outside the lens's range.
 fn ray_of(viewpoint: &Viewpoint, pixel: &Point2<f64>) -> Option<Ray> {
     let ray = viewpoint.camera().unproject(pixel).ok()?;
     let pose = &viewpoint.sensor_from_camera;
     Some(Ray { origin: pose.point(ray.origin_in_camera), direction: pose.vector(ray.direction) })
 }
 
-/// What rays end at, in the order in which it is met, with a color each.
+/// Makes the legend: the ends of the rays in the order in which they first occur, each with a colour and a count.
 fn entries(rays: &[DrawnRay], sensor: &Sensor) -> Vec<Entry> {
     let mut entries: Vec<Entry> = Vec::new();
     for name in rays.iter().map(|ray| &ray.seen_by) {
@@ -135,7 +135,7 @@ fn entries(rays: &[DrawnRay], sensor: &Sensor) -> Vec<Entry> {
     entries
 }
 
-/// The color of each ray: what it ends at.
+/// Returns a colour for each ray, by its end.
 pub(crate) fn colors(rays: &[DrawnRay], sensor: &Sensor) -> Vec<[u8; 3]> {
     let entries = entries(rays, sensor);
     let of = |ray: &DrawnRay| {
@@ -152,7 +152,7 @@ fn draw(picture: &mut Picture, framing: &Framing, rays: &[DrawnRay], sensor: &Se
         (places.collect::<Vec<_>>(), color)
     });
     let lines: Vec<(Vec<[f64; 2]>, [u8; 3])> = lines.collect();
-    // Light below all of them, so that they show on what is dark.
+    // White lines below all rays keep them visible on dark bodies.
     for (places, _) in &lines {
         picture.draw_line(places, 2.2 * width_px, [255; 3]);
     }
@@ -176,8 +176,8 @@ fn color_of(name: &str, sensor: &Sensor, bodies_before: usize) -> [u8; 3] {
     }
 }
 
-/// The picture of the camera as it is: each pixel shows the body that its ray meets behind all that is clear,
-/// shaded as in other pictures, as PNG; violet where light is totally reflected.
+/// Renders the camera's own image as PNG: each pixel shows the first opaque body or surface along its refracted ray,
+/// shaded as in other images; violet where light is totally reflected.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -192,7 +192,8 @@ pub fn picture_of_view(
     let mut shown = sensor.clone();
     shown.bodies.retain(|body| body.clarity() != Clarity::Clear);
     let mut actors = actors_of(&shown, &Assembly::sensor().0, false)?;
-    // The camera's own bodies see themselves not.
+    // Bodies around the pupil are the camera's own and would hide everything else. The nominal pupil is tested as well,
+    // because a calibrated one may lie elsewhere.
     actors.retain(|actor| {
         let own = |point: &Point3<f64>| {
             actor.body.contains(&actor.scene_from_body.inverse().point(*point))

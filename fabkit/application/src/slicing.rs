@@ -1,5 +1,5 @@
-//! Times and filament as PrusaSlicer estimates them, where it is installed: each part of filament as its 3MF file
-//! has it, in a folder of our own, with nothing of the user's configuration.
+//! Print times and filament estimated by PrusaSlicer, if it is installed. Each FDM part is sliced from its 3MF file in
+//! a temporary folder, independent of the user's configuration.
 
 use std::env;
 use std::ffi::OsString;
@@ -16,55 +16,55 @@ use rayon::prelude::*;
 
 use crate::exporting::{self, ExportFailure, ExportOptions, Format};
 
-/// Names the slicer by an absolute path, in place of the one on the search path.
+/// Environment variable with the slicer's absolute path, instead of a search in `PATH`.
 pub const SLICER_VARIABLE: &str = "FABKIT_SLICER";
 
-/// As Debian and the slicer's own builds for Linux call it.
+/// Name of the program in Debian and in the slicer's own Linux builds.
 const PROGRAM: &str = "prusa-slicer";
 
-/// Most that one part may take.
+/// Time limit for one part.
 const LIMIT: Duration = Duration::from_secs(300);
 
-/// Between looks at a slicer that works.
+/// Polling interval of a running slicer.
 const LOOK: Duration = Duration::from_millis(20);
 
 const MM3_PER_CM3: f64 = 1e3;
 
-/// Why nothing was sliced.
+/// Error of slicing.
 #[derive(Debug, thiserror::Error)]
 pub enum SlicingError {
-    /// Nothing on the search path, and none is named.
+    /// The slicer is not in `PATH`, and none was named.
     #[error("{PROGRAM} is not installed")]
     NotFound,
-    /// A path that is none.
+    /// The named path is not absolute or not a file.
     #[error("{SLICER_VARIABLE} is {}, which is no absolute path of a file", .0.display())]
     NoSuchSlicer(PathBuf),
-    /// No 3MF files to slice.
+    /// The 3MF files could not be made.
     #[error(transparent)]
     Export(#[from] ExportFailure),
-    /// The system's reasons.
+    /// Operating system error.
     #[error("cannot slice {part}: {source}")]
     Io {
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// Why.
+        /// Reason.
         source: std::io::Error,
     },
-    /// The slicer does not come to an end.
+    /// The slicer exceeded its time limit.
     #[error("slicing {part} took more than {} s", LIMIT.as_secs())]
     TooSlow {
-        /// Which part.
+        /// Name of the part.
         part: String,
     },
-    /// The slicer refuses a part, or says nothing of it.
+    /// The slicer rejected a part or gave no estimate.
     #[error("the slicer makes nothing of {part}: {said}")]
     Refused {
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// Its last line.
+        /// Last line of its log.
         said: String,
     },
-    /// Somebody wants to stop.
+    /// The caller asked to stop.
     #[error("interrupted")]
     Cancelled,
 }
@@ -103,7 +103,7 @@ impl Explained for SlicingError {
     }
 }
 
-/// Where the slicer is.
+/// Finds the slicer.
 ///
 /// # Errors
 /// [`SlicingError::NotFound`] and [`SlicingError::NoSuchSlicer`].
@@ -114,17 +114,17 @@ pub fn find() -> Result<PathBuf, SlicingError> {
         return if is_there { Ok(path) } else { Err(SlicingError::NoSuchSlicer(path)) };
     }
     let path = env::var_os("PATH").unwrap_or_default();
-    // What lies in the working folder is not looked at.
+    // Relative entries are skipped: programs in the working folder are never run.
     let folders = env::split_paths(&path).filter(|folder| folder.is_absolute());
     let mut places = folders.map(|folder| folder.join(PROGRAM));
     places.find(|place| place.is_file()).ok_or(SlicingError::NotFound)
 }
 
-/// Puts the slicer's times and filament into a guide, in place of the model's. Parts that are printed as one
-/// piece with others keep the model's.
+/// Replaces fabkit's estimates of time and filament in a guide by the slicer's. Parts that are printed in one piece
+/// with others keep fabkit's.
 ///
 /// # Errors
-/// [`SlicingError`], of the first part in the order of the guide.
+/// [`SlicingError`] of the first part in the order of the guide.
 pub fn slice(
     design: &Design,
     guide: &mut Guide,
@@ -167,7 +167,7 @@ fn one(
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Sliced, SlicingError> {
     let failed = |source| SlicingError::Io { part: part.to_owned(), source };
-    // Before there is anything to clean up: from here on somebody looks.
+    // Checked before the temporary folder exists; afterwards `wait` checks regularly.
     if cancelled() {
         return Err(SlicingError::Cancelled);
     }
@@ -211,14 +211,15 @@ fn wait(
         let failed = |source| SlicingError::Io { part: part.to_owned(), source };
         if let Some(status) = child.try_wait().map_err(failed)? {
             if !status.success() {
-                // Ctrl-C in a terminal reaches the slicer as well, perhaps a little earlier.
+                // Ctrl-C in a terminal reaches the slicer as well, perhaps slightly earlier; `cancelled` needs a moment
+                // to report it.
                 std::thread::sleep(LOOK);
             }
             return if cancelled() { Err(SlicingError::Cancelled) } else { Ok(()) };
         }
         let is_cancelled = cancelled();
         if is_cancelled || begun.elapsed() > LIMIT {
-            // Whatever it says, it is to end.
+            // Errors of `kill` are ignored: the process may have ended just now.
             let _ = child.kill();
             let _ = child.wait();
             return Err(match is_cancelled {
@@ -230,7 +231,7 @@ fn wait(
     }
 }
 
-/// What the comments of a G-code file say.
+/// Reads the estimates from the comments of a G-code file.
 fn read(gcode: &str) -> Option<Sliced> {
     let said = |key: &str| {
         let line = gcode.lines().find(|line| line.starts_with(key))?;
@@ -240,12 +241,12 @@ fn read(gcode: &str) -> Option<Sliced> {
     let minutes = minutes(said("; estimated printing time (normal mode)")?)?;
     let maker = gcode.lines().next()?.strip_prefix("; generated by ")?;
     let maker = maker.split(" on ").next().unwrap_or(maker);
-    // Builds of distributions add to the version.
+    // Builds of distributions append to the version after a plus sign.
     let slicer = maker.split('+').next().unwrap_or(maker).trim().to_owned();
     Some(Sliced { minutes, filament_mm3: cm3 * MM3_PER_CM3, slicer })
 }
 
-/// Minutes of `1d 2h 3m 4s`.
+/// Converts a time such as `1d 2h 3m 4s` to minutes.
 fn minutes(text: &str) -> Option<f64> {
     let piece = |piece: &str| {
         let (number, unit) = piece.split_at(piece.len().checked_sub(1)?);

@@ -1,4 +1,4 @@
-//! `SENSOR[/FIXTURE][/PART]`: where a design's text comes from.
+//! Targets `SENSOR[/FIXTURE][/PART]`, and the texts from which designs are read.
 
 mod user_files;
 
@@ -21,32 +21,32 @@ pub use fabkit_files::reading::MAX_YAML_BYTES;
 
 pub use self::user_files::{USER_FILE_VARIABLE, read_profile, user_file};
 
-/// A sensor or a fixture that is not there.
+/// Error of a sensor, variant or fixture that cannot be found or read.
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
 pub enum SourceError {
-    /// No built-in sensor of that name.
+    /// Unknown built-in sensor.
     Sensor(UnknownName),
-    /// No built-in variant of that name.
+    /// Unknown built-in variant.
     #[error("{unknown}")]
     Preset {
-        /// Of which sensor.
+        /// Name of the sensor.
         sensor: String,
-        /// What was asked for.
+        /// Requested variant.
         unknown: UnknownName,
     },
-    /// No such fixture, or none for this sensor.
+    /// Unknown fixture, or one that this sensor does not have.
     Fixture(FixtureError),
-    /// A file that another one extends and that cannot be read.
+    /// Base file that cannot be read.
     #[error("{file}:{line}: extends `{word}`: {why}")]
     Extended {
-        /// The one that extends it.
+        /// File that extends it.
         file: String,
-        /// Where it does.
+        /// Line of its `extends`.
         line: usize,
-        /// What stands there.
+        /// Path given there.
         word: String,
-        /// Why it cannot be read.
+        /// Reason.
         why: Box<ReadError>,
     },
 }
@@ -87,25 +87,25 @@ impl Explained for SourceError {
     }
 }
 
-/// What a command is about: a sensor or one of its fixtures, and perhaps one part of it.
+/// Target of a command: a sensor or one of its fixtures, and optionally one part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Target<'a> {
     /// Name of a built-in sensor, or a path.
     pub sensor: &'a str,
-    /// Name of a fixture.
+    /// Name of the fixture.
     pub fixture: Option<&'a str>,
     /// Name of a part, layer or component.
     pub part: Option<&'a str>,
-    /// A built-in variant of the sensor: the rest of its name after `SENSOR-`.
+    /// Built-in variant of the sensor: the part of its name after `SENSOR-`.
     pub preset: Option<&'a str>,
 }
 
-/// Fixtures by name.
+/// Fixtures with their names.
 pub type NamedDesigns = Vec<(&'static str, Design)>;
 
 impl<'a> Target<'a> {
-    /// Splits `SENSOR[/FIXTURE][/PART]`. Paths have slashes too: a name that is a file, or looks
-    /// like one, is a path as a whole.
+    /// Splits `SENSOR[/FIXTURE][/PART]`. A text that is an existing file, or ends like one, is a path as a whole,
+    /// although it contains slashes.
     pub fn new(text: &'a str) -> Self {
         let plain = Self { sensor: text, fixture: None, part: None, preset: None };
         let (rest, last) = split_last(text);
@@ -122,8 +122,8 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The sensor's file, where it is not built in, and those that it extends, as far as they can be
-    /// read.
+    /// Returns the sensor's file and the files that it extends, as far as they can be read; nothing for a built-in
+    /// sensor.
     pub fn files(&self) -> Vec<PathBuf> {
         if !is_path(self.sensor) {
             return Vec::new();
@@ -133,12 +133,12 @@ impl<'a> Target<'a> {
         std::iter::once(self.sensor.into()).chain(extended).collect()
     }
 
-    /// Whether a built-in sensor is meant.
+    /// Returns whether the sensor is built in.
     pub fn is_builtin(&self) -> bool {
         designs::builtin_yaml(self.sensor).is_some()
     }
 
-    /// The same of a built-in variant of the sensor.
+    /// Selects a built-in variant of the sensor.
     #[must_use]
     pub fn with_preset(self, preset: Option<&'a str>) -> Self {
         Self { preset, ..self }
@@ -151,15 +151,15 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The sensor itself, whatever of it is meant.
+    /// Loads the sensor as a project, ignoring fixture and part.
     ///
     /// # Errors
-    /// As for [`Target::design`].
+    /// See [`Target::design`].
     pub fn project(&self, overrides: &[String]) -> Result<Project, Error> {
         self.source()?.load(overrides)
     }
 
-    /// Reads and builds what is meant, its part aside.
+    /// Reads and builds the sensor or the fixture, ignoring the part.
     ///
     /// # Errors
     /// Unknown names, unreadable or oversized files, and all problems of the design.
@@ -172,18 +172,18 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// What has to change of what fabkit has chosen so that the sensor can be built.
+    /// Finds changes of values chosen by fabkit with which the sensor can be built.
     ///
     /// # Errors
-    /// As for [`Source::fix`].
+    /// See [`Source::fix`].
     pub fn fix(&self, overrides: &[String]) -> Result<Vec<Change>, Error> {
         self.source()?.fix(overrides)
     }
 
-    /// How far each number of the sensor can go.
+    /// Computes the feasible range of each number of the sensor.
     ///
     /// # Errors
-    /// As for [`Source::limits`].
+    /// See [`Source::limits`].
     pub fn limits(
         &self,
         overrides: &[String],
@@ -193,21 +193,20 @@ impl<'a> Target<'a> {
         self.source()?.limits(overrides, follow, progress)
     }
 
-    /// Reads the sensor and builds the fixture whose pins tell the camera's pose: its pin dome, or pin
-    /// plate.
+    /// Reads the sensor and builds the fixture whose pins determine the camera's pose: its pin dome or pin plate.
     ///
     /// # Errors
-    /// As for [`Target::design`].
+    /// See [`Target::design`].
     pub fn pins(&self, overrides: &[String]) -> Result<Design, Error> {
         let source = self.source()?;
         let project = source.load(overrides)?;
         project.fixture(project.pin_fixture_name()).map_err(|error| source.error(error))
     }
 
-    /// Reads and builds the sensor and all its fixtures, by name.
+    /// Reads and builds the sensor and all its fixtures, with their names.
     ///
     /// # Errors
-    /// As for [`Target::design`].
+    /// See [`Target::design`].
     pub fn design_with_fixtures(
         &self,
         overrides: &[String],
@@ -223,10 +222,10 @@ impl<'a> Target<'a> {
         Ok((project.design, fixtures))
     }
 
-    /// Applies all rules to it. The inner error is a solid that is none.
+    /// Applies all rules to the sensor or the fixture. The inner error is an invalid solid.
     ///
     /// # Errors
-    /// As for [`Target::design`].
+    /// See [`Target::design`].
     pub fn check(
         &self,
         overrides: &[String],
@@ -244,21 +243,21 @@ impl<'a> Target<'a> {
     }
 }
 
-/// What keeps designs from being built as described.
+/// Findings of severity error, summarised.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Faults {
-    /// How many findings are errors.
+    /// Number of errors.
     pub errors: usize,
-    /// Each design with errors, and the first of them.
+    /// Each design with errors, and its first error message.
     pub first: Vec<(String, String)>,
 }
 
 impl Target<'_> {
-    /// Applies all rules to it, and perhaps to all fixtures of the sensor, for those who want to know
-    /// no more than whether it passes. The inner error is a solid that is none.
+    /// Applies all rules to the sensor or the fixture, and optionally to all fixtures of the sensor, for callers that
+    /// only need to know whether it passes. The inner error is an invalid solid.
     ///
     /// # Errors
-    /// As for [`Target::design`].
+    /// See [`Target::design`].
     pub fn faults(
         &self,
         overrides: &[String],
@@ -273,7 +272,7 @@ impl Target<'_> {
         };
         let mut reports = Vec::new();
         if self.fixture.is_none() {
-            // Nothing is weighed: that takes a third of the time of some sensors.
+            // Masses are not computed here: they take a third of the time of some sensors.
             let report = checks::check_variant(&project.design.sensor, &checks::Memo::default());
             reports.push((project.design.sensor.name.clone(), report));
         }
@@ -311,14 +310,14 @@ fn is_path(sensor: &str) -> bool {
     yaml || (sensor.contains('/') && path.exists() && !path.is_dir())
 }
 
-/// A sensor's file as text, with the built-in files that it may refer to.
+/// Text of a sensor file, with all texts that it may refer to.
 pub struct Source {
     main: SourceText,
-    /// The user's files that it extends.
+    /// User files that it extends, directly or indirectly.
     bases: Vec<BaseFile>,
-    /// It may extend those and a built-in sensor, and problems may lie there.
+    /// All other texts in which problems may lie: the extended files, built-in sensors and defaults.
     others: Vec<SourceText>,
-    /// What the user keeps for all sensors.
+    /// User's file of materials and processes for all sensors.
     user: Option<UserFile>,
 }
 
@@ -341,12 +340,12 @@ impl Source {
         Ok(Self::of_text(main).with_user(user_file()?))
     }
 
-    /// A sensor whose text came from elsewhere; `main.file` names it in messages.
+    /// Makes a source from text. `main.file` names it in messages.
     pub fn of_text(main: SourceText) -> Self {
         Self::of_texts(main, Vec::new())
     }
 
-    /// The same of one that extends other files.
+    /// Makes a source from text that extends other files.
     pub fn of_texts(main: SourceText, bases: Vec<BaseFile>) -> Self {
         let own = bases.iter().map(|BaseFile { file, text, .. }| (file.clone(), text.clone()));
         let own: Vec<_> = own.map(|(file, text)| SourceText { file, text }).collect();
@@ -359,7 +358,7 @@ impl Source {
         Self { main, bases, others, user: None }
     }
 
-    /// The same with what the user keeps for all sensors.
+    /// Adds the user's file of materials and processes.
     #[must_use]
     pub fn with_user(mut self, user: Option<UserFile>) -> Self {
         let text =
@@ -369,12 +368,12 @@ impl Source {
         self
     }
 
-    /// What the user keeps for all sensors.
+    /// Returns the user's file of materials and processes.
     pub fn user(&self) -> Option<&UserFile> {
         self.user.as_ref()
     }
 
-    /// Finds a built-in variant of a built-in sensor: `rtac0` and `published-2025`.
+    /// Finds a built-in variant of a built-in sensor, for example `rtac0` and `published-2025`.
     ///
     /// # Errors
     /// A sensor or a preset that is not built in.
@@ -392,23 +391,23 @@ impl Source {
         Ok(Self { main, bases: Vec::new(), others, user: base.user })
     }
 
-    /// All that it is read from.
+    /// Returns all texts from which the sensor is read.
     fn sensor_text(&self) -> SensorText<'_> {
         let SourceText { file, text: yaml } = &self.main;
         SensorText { file, yaml, bases: &self.bases, user: self.user.as_ref() }
     }
 
-    /// The files that the sensor's extends.
+    /// Returns the files that the sensor file extends.
     pub fn bases(&self) -> &[BaseFile] {
         &self.bases
     }
 
-    /// The sensor's own file.
+    /// Returns the sensor's own file.
     pub fn text(&self) -> &SourceText {
         &self.main
     }
 
-    /// Every file that problems may lie in: the sensor's own first.
+    /// Returns every file in which problems may lie, the sensor's own first.
     pub fn texts(&self) -> impl Iterator<Item = &SourceText> {
         std::iter::once(&self.main).chain(&self.others)
     }
@@ -424,8 +423,8 @@ impl Source {
         })
     }
 
-    /// Builds a unit of the sensor: made parts and layers off by what is permissible, camera and lamps as it has them.
-    /// Parameters and fixtures are the drawing's.
+    /// Builds one unit of the sensor: made parts and layers deviate within their tolerances, and camera and light
+    /// sources are the unit's own. Parameters and fixtures stay nominal.
     ///
     /// # Errors
     /// All problems of the design.
@@ -439,16 +438,17 @@ impl Source {
         Ok(drawn.into_unit(unit.0, sensor, dimensions))
     }
 
-    /// The fewest and least changes of what fabkit has chosen with which the sensor can be built.
+    /// Finds the fewest and smallest changes of values chosen by fabkit with which the sensor can be built.
     ///
     /// # Errors
-    /// What cannot be read, or which rules contradict each other.
+    /// Texts that cannot be read, and rules that contradict each other.
     pub fn fix(&self, overrides: &[String]) -> Result<Vec<Change>, Error> {
         fixing::fix(self.sensor_text(), overrides, &[fixtures::KEY])
             .map_err(|invalid| self.invalid(invalid))
     }
 
-    /// How far each number of the sensor can go; with `follow` also where chosen values may follow.
+    /// Computes the feasible range of each number of the sensor; with `follow` also the range in which chosen values
+    /// may follow.
     ///
     /// # Errors
     /// All problems of the design.
@@ -466,7 +466,7 @@ impl Source {
         .map_err(|invalid| self.invalid(invalid))
     }
 
-    /// Why a fixture cannot be had, with the texts that are to blame.
+    /// Converts a fixture's error, attaching the texts that cause it.
     pub fn error(&self, error: FixtureError) -> Error {
         match error {
             FixtureError::Invalid(invalid) => self.invalid(invalid),
@@ -479,10 +479,10 @@ impl Source {
     }
 }
 
-/// Reads the files that a file extends, one through the other. A circle, or more of them than may be,
-/// ends there: what is wrong with them is told where they are read.
+/// Reads the chain of extended files. A cycle or an excessive chain ends here; it is reported where the files are
+/// interpreted.
 fn extended_files(main: &SourceText) -> Result<Vec<BaseFile>, Error> {
-    /// One more than may be.
+    /// One more than allowed, so that the excess is noticed later.
     const MOST: usize = 17;
     let mut bases: Vec<BaseFile> = Vec::new();
     let real = |file: &str| real_path(Path::new(file));
@@ -494,7 +494,7 @@ fn extended_files(main: &SourceText) -> Result<Vec<BaseFile>, Error> {
         let folder = Path::new(&last.file).parent().unwrap_or(Path::new(""));
         let file = folder.join(&word).display().to_string();
         let by = last.file.clone();
-        // Under the name that it has already, however it is spelled here.
+        // A known file is listed under its first name, however it is spelled here. The repetition marks a cycle.
         let place = real(&file);
         if let Some((_, file)) = known.iter().find(|(known, _)| *known == place) {
             bases.push(BaseFile { by, word, file: file.clone(), text: String::new() });
@@ -511,7 +511,7 @@ fn extended_files(main: &SourceText) -> Result<Vec<BaseFile>, Error> {
     Ok(bases)
 }
 
-/// Why a press of a sensor cannot be had; `sensor` is a name or a path, whose texts may be to blame.
+/// Converts the error of a press; `sensor` is a name or a path, whose texts may be the cause.
 pub fn press_error(sensor: &str, error: PressError) -> Error {
     match error {
         PressError::Fixture(error) => match Source::find(sensor) {
@@ -523,7 +523,7 @@ pub fn press_error(sensor: &str, error: PressError) -> Error {
     }
 }
 
-/// The text of a built-in sensor, named as the designs crate names it in messages.
+/// Returns the text of a built-in sensor, named as the designs crate names it in messages.
 fn builtin(name: &str) -> Option<SourceText> {
     let text = designs::builtin_yaml(name)?;
     Some(SourceText { file: format!("{name}.yaml (built-in)"), text: text.into() })

@@ -1,7 +1,7 @@
-//! The bridge to the Python package `fabkit_verify`, which asks kernels that fabkit did not write.
+//! Bridge to the Python package `fabkit_verify`, which rebuilds parts with independent geometry kernels.
 //!
-//! It gets a folder of exported files and answers with one JSON document. Nothing of OpenCascade is
-//! linked here; without the package's environment everything else works.
+//! The package receives a folder of exported files and answers with one JSON document. OpenCascade is not linked here;
+//! without the package's environment everything else works.
 
 mod interpreter;
 
@@ -28,28 +28,28 @@ use crate::exporting::{
     self, ExportFailure, ExportOptions, FolderError, ForeignFile, Format, Overwriting,
 };
 
-/// What a kernel may leave.
+/// Limits for reading a kernel's STEP file.
 const STEP: Expected =
     Expected { what: "a STEP file", max_bytes: 1 << 29, hint: "export fewer parts at once" };
 
-/// Why there is no answer.
+/// Error of a verification.
 #[derive(Debug, thiserror::Error)]
 pub enum VerifierError {
-    /// No interpreter with the package.
+    /// No interpreter with the package was found.
     #[error(
         "the verifier's Python environment is not here: `cargo xtask verify-env` makes it as `.venv` \
          of fabkit's checkout, where programs of its `target` folder find it; for all others set \
          {PYTHON_VARIABLE} to the absolute path of its interpreter"
     )]
     NoEnvironment,
-    /// The interpreter that was named lacks the package.
+    /// The named interpreter lacks the package.
     #[error(
         "{PYTHON_VARIABLE} names {}, which cannot import fabkit_verify; `cargo xtask verify-env` \
          makes an environment that can",
         .0.display()
     )]
     NoPackage(PathBuf),
-    /// A relative path would be another interpreter in every folder.
+    /// The named interpreter's path is relative: it would be another one in every folder.
     #[error(
         "{PYTHON_VARIABLE} is {}, which is no absolute path; interpreters are not searched for in \
          the current folder",
@@ -59,21 +59,21 @@ pub enum VerifierError {
     /// The design could not be exported.
     #[error(transparent)]
     Export(#[from] ExportFailure),
-    /// The files for the verifier could not be written, or would replace what is not fabkit's.
+    /// The files for the verifier could not be written, or would replace files that fabkit did not write.
     #[error(transparent)]
     Folder(#[from] FolderError),
-    /// The system refused.
+    /// Operating system error.
     #[error("cannot {action}: {source}")]
     Io {
-        /// For example `run python`.
+        /// Attempted action, for example `run python`.
         action: String,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
-    /// A file that a kernel left cannot be read.
+    /// A kernel's output file cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The package did not answer as it should.
+    /// The package ended without a valid answer.
     #[error("the verifier stopped without an answer ({0})")]
     NoAnswer(String),
     /// Parts that OpenCascade could not write.
@@ -119,44 +119,43 @@ impl Explained for VerifierError {
     }
 }
 
-/// A Python interpreter that has the package.
+/// Python interpreter with the package.
 #[derive(Clone, Debug)]
 pub struct Verifier {
     python: Interpreter,
 }
 
-/// What to verify.
+/// Options of a verification.
 #[derive(Clone, Debug, Default)]
 pub struct VerifyOptions {
-    /// Bodies by name; empty for all parts, layers and components.
+    /// Names of bodies; empty for all parts, layers and components.
     pub parts: Vec<String>,
-    /// Kernels by name; empty for all.
+    /// Names of kernels; empty for all.
     pub kernels: Vec<String>,
-    /// Most that one kernel may take for one part, s.
+    /// Time limit of one kernel for one part, s.
     pub limit_s: Option<f64>,
-    /// Keeps what was exported in this folder.
+    /// Folder in which the exported files are kept.
     pub keep: Option<PathBuf>,
-    /// An HTML file to write.
+    /// HTML report to write.
     pub report: Option<PathBuf>,
 }
 
 impl Verifier {
-    /// The interpreter that `FABKIT_PYTHON` names by an absolute path, or else that of `.venv` in
-    /// fabkit's checkout, for a program in its `target` folder. Nothing of the current folder is run.
+    /// Finds the interpreter: the absolute path in `FABKIT_PYTHON`, or else that of `.venv` in fabkit's checkout, for a
+    /// program in its `target` folder. Nothing in the current folder is run.
     ///
     /// # Errors
-    /// [`VerifierError::NoEnvironment`], [`VerifierError::NoPackage`],
-    /// [`VerifierError::RelativePython`].
+    /// [`VerifierError::NoEnvironment`], [`VerifierError::NoPackage`], [`VerifierError::RelativePython`].
     pub fn find() -> Result<Self, VerifierError> {
         let folder = temporary_folder()?;
         Ok(Self { python: Interpreter::find(folder.path())? })
     }
 
-    /// Exports a design and has it rebuilt and compared; the package's document
-    /// (`fabkit-verification` version 1).
+    /// Exports a design, has it rebuilt and compared, and returns the package's document (`fabkit-verification` version
+    /// 1).
     ///
     /// # Errors
-    /// [`VerifierError`]. Disagreement is no error.
+    /// [`VerifierError`]. Disagreement is not an error.
     pub fn verify(
         &self,
         design: &Design,
@@ -182,8 +181,8 @@ impl Verifier {
         self.answer(&arguments, progress)
     }
 
-    /// STEP files of the parts (of all, if none are named, and then of the whole sensor too) through
-    /// the OpenCascade rebuild.
+    /// Makes STEP files of the parts with OpenCascade. An empty `parts` means all parts and, in addition, the whole
+    /// sensor as one assembly.
     ///
     /// # Errors
     /// [`VerifierError`].
@@ -256,7 +255,7 @@ impl Verifier {
             let sender = sender.clone();
             thread::spawn(move || {
                 let mut bytes = Vec::new();
-                // Half an answer is none.
+                // An incomplete answer fails to parse below.
                 let _ = answer.read_to_end(&mut bytes);
                 sender.send(Said::Answer(bytes))
             });
@@ -269,7 +268,8 @@ impl Verifier {
             Said::Step { done, all, last } => progress(Step { done, found: 0, all, last: &last }),
             Said::Answer(bytes) => answer = bytes,
         };
-        // Kernels' processes may outlive the package if it is killed, and hold the other pipe open.
+        // If the package is killed, processes of its kernels may survive and hold the error pipe open. Reading
+        // therefore ends with the answer instead of the pipe.
         let until_answer = said.iter().map(|said| (matches!(said, Said::Answer(_)), said));
         for (is_last, said) in until_answer {
             tell(said);
@@ -285,25 +285,25 @@ impl Verifier {
     }
 }
 
-/// How long the package may go on explaining itself after its answer.
+/// Time that the package has for further messages after its answer.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
-/// What comes from the package.
+/// Message from the package.
 enum Said {
-    /// How far it is.
+    /// Progress.
     Step { done: usize, all: usize, last: String },
-    /// All that it printed.
+    /// Complete standard output.
     Answer(Vec<u8>),
 }
 
-/// How the package begins a line that says how far it is: `DONE ALL NAME` follows.
+/// Prefix of a progress line; `DONE ALL NAME` follows.
 const PROGRESS: &[u8] = b"fabkit-progress ";
 
-/// Sends how far the package is, and passes on what else it and its kernels say.
+/// Sends progress to `sender`, and passes all other lines on to standard error.
 fn follow(stderr: impl Read, sender: &Sender<Said>) {
     let mut stderr = BufReader::new(stderr);
     let mut line = Vec::new();
-    // What cannot be read or passed on is no reason to stop.
+    // Failures to read or pass on a message must not stop the verification.
     while stderr.read_until(b'\n', &mut line).is_ok_and(|count| count > 0) {
         match step_of(&line) {
             Some((done, all, last)) => {
@@ -326,7 +326,7 @@ fn text(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
 
-/// The package runs in another folder than this process.
+/// Makes a path absolute, because the package runs in another folder than this process.
 fn absolute(path: &Path) -> Result<OsString, VerifierError> {
     let failed = |source| VerifierError::Io { action: format!("find {}", path.display()), source };
     Ok(path::absolute(path).map_err(failed)?.into())
@@ -337,7 +337,7 @@ fn temporary_folder() -> Result<TempDir, VerifierError> {
     TempDir::with_prefix("fabkit-").map_err(|source| VerifierError::Io { action, source })
 }
 
-/// Nominal files: what is compared is the design, not what is made of it.
+/// Exports nominal files: the design is compared, not its compensated copies.
 fn write_exports(
     design: &Design,
     parts: &[String],

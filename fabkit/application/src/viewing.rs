@@ -1,4 +1,4 @@
-//! A model to turn in a page: all bodies where they stand, and what lies over them.
+//! Interactive model for a web page: all bodies of the assemblies, the camera's rays, and a pressed surface.
 
 use fabkit_depth::truth::scale_color;
 use fabkit_designs::{Design, design_hash};
@@ -12,28 +12,30 @@ use crate::exporting::{ExportFailure, shown_glb};
 use crate::pictures::default_assembly;
 use crate::seeing::{self, DrawnRay};
 
-/// What presses: a ball of this radius, mm. Chosen: it fits on every built-in surface.
+/// Radius of the pressing ball, mm. Chosen: it fits on every built-in surface.
 const BALL_MM: f64 = 3.0;
-/// How deep: this share of what gives way. Chosen: the dent shows, and stays within the gel.
+/// Indentation as a share of the soft thickness. Chosen: the dent is visible and stays within the gel.
 const DEEP: f64 = 0.6;
-/// Deepest press, mm, where a surface gives way for longer. Chosen.
+/// Largest indentation, mm, for thick soft layers. Chosen.
 const DEEPEST_MM: f64 = 2.0;
-/// Where on a dome: from the tip towards the viewer of the first picture. Chosen: the dent is in sight.
+/// Polar angle and azimuth of the press on a dome, degrees, from the tip towards the initial viewer. Chosen: the dent
+/// is in sight.
 const PRESSED_DEG: [f64; 2] = [30.0, -45.0];
-/// How far triangles of the pressed surface may be off, mm: fine enough for colours to follow the ball.
+/// Chord tolerance of the pressed surface, mm: fine enough for its colours to follow the ball.
 const PRESSED_CHORD_MM: f64 = 0.01;
-/// How far a ray is drawn behind its last corner where it meets nothing, mm.
+/// Length to which an escaping ray is drawn beyond its last corner, mm.
 const BEYOND_MM: f64 = 20.0;
-/// Most assemblies in a page: of a hundred halves of a dome, which differ in their protrusions alone, a few do.
+/// Largest number of assemblies in a page. A dome may have a hundred halves that differ only in their protrusions; a
+/// few suffice.
 const MOST_ASSEMBLIES: usize = 8;
-/// Places between surface and deepest point that are asked for bodies.
+/// Number of steps between the surface and the deepest point at which bodies are looked up.
 const ASKED: u32 = 20;
 
-/// Up to `MOST_ASSEMBLIES` assemblies of a design, the one of pictures first, then in the order of the chain, with the rays of its
-/// camera and its surface pressed in, where it has them.
+/// Makes the model of a design: up to `MOST_ASSEMBLIES` assemblies, the default one first, then in the order of the
+/// chain; where available, with the camera's rays and the pressed surface.
 ///
 /// # Errors
-/// Bodies that no mesh can be made of.
+/// Bodies that cannot be meshed.
 pub fn model(design: &Design) -> Result<Model, ExportFailure> {
     let sensor = &design.sensor;
     let assemblies = assemblies(sensor);
@@ -51,7 +53,7 @@ fn assemblies(sensor: &Sensor) -> Vec<String> {
     let of_bodies = sensor.bodies.iter().flat_map(|body| &body.placements).map(|p| &p.assembly);
     let placed: Vec<&str> = of_bodies.map(|assembly| assembly.0.as_str()).collect();
     for name in of_chain.map(|assembly| assembly.0.as_str()).chain(placed.iter().copied()) {
-        // A step may name a place where nothing is drawn.
+        // A step may name an assembly without bodies.
         if placed.contains(&name) && !found.iter().any(|known| known == name) {
             found.push(name.to_owned());
         }
@@ -60,8 +62,8 @@ fn assemblies(sensor: &Sensor) -> Vec<String> {
     found
 }
 
-/// In the two upright planes through the camera's axis; nothing without a camera, or where no light can be followed:
-/// `check` says why.
+/// Traces rays in the two upright planes through the camera's axis. Returns `None` without a camera, or where no light
+/// can be traced, which `check` explains.
 fn rays(sensor: &Sensor) -> Option<Rays> {
     if sensor.sight.is_empty() {
         return None;
@@ -70,7 +72,7 @@ fn rays(sensor: &Sensor) -> Option<Rays> {
     let stack = seeing::stack(sensor, &viewpoint).ok()?;
     let mut rays: Vec<DrawnRay> = Vec::new();
     for normal in [Vector3::y(), Vector3::x()] {
-        // A camera that lies has one such plane alone.
+        // A horizontal camera has only one such plane; the other direction is along its axis and fails.
         rays.extend(seeing::rays_in_plane(&viewpoint, &stack, &normal).unwrap_or_default());
     }
     let colors = seeing::colors(&rays, sensor);
@@ -90,7 +92,7 @@ fn shorten(path_mm: &mut [[f64; 3]]) {
     }
 }
 
-/// The surface as a rigid ball leaves it, as ground truth has it; nothing where the surface is smaller than the ball.
+/// Computes the surface pressed by a rigid ball, as in ground truth; `None` where the surface is smaller than the ball.
 fn pressed(sensor: &Sensor, touch: &TouchSurface) -> Option<Pressed> {
     let (place, outward) = match SurfacePoints::new(touch).ok()? {
         SurfacePoints::Dome(dome) => {
@@ -109,7 +111,7 @@ fn pressed(sensor: &Sensor, touch: &TouchSurface) -> Option<Pressed> {
     let mesh = mesh.shaded(&solid);
     let color = |at: &[f32; 3]| {
         let point: Point3<f64> = at.map(f64::from).into();
-        // What the ball does not touch rests; below the foot there is no surface at all.
+        // Parts without contact are at rest; below its foot, the surface is not defined.
         let is_pressed = (point - middle).norm() < BALL_MM + PRESSED_CHORD_MM;
         let depth_mm = if is_pressed { touch.depth_mm(&point).0 } else { 0.0 };
         scale_color(depth_mm, [0.0, deep_mm])

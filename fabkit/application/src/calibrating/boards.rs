@@ -1,4 +1,4 @@
-//! Views of a board: from pictures, or from a list of corners.
+//! Board views, detected in images or read from a list of corners.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -17,31 +17,31 @@ use rayon::prelude::*;
 use super::CalibratingError;
 use super::error::{BOARD_HINT, CORNERS_HINT};
 
-/// What looking for the board takes for each pixel, the picture itself included, bytes.
+/// Memory for board detection, the image itself included, bytes per pixel.
 const BOARD_BYTES: u64 = 40;
 
-/// Who finds a board's corners.
+/// Detector of a board's corners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detector {
-    /// Our own: any board, any lens.
+    /// Fabkit's own detector: any board, any lens.
     Fabkit,
-    /// OpenCV, where fabkit was built with it: checkerboards.
+    /// OpenCV's detector, if fabkit was built with it: checkerboards only.
     Opencv,
 }
 
-/// What was looked at, and what can be used of it.
+/// Board views with the record of every image examined.
 #[derive(Clone, Debug, Default)]
 pub struct Views {
-    /// Everything that was given.
+    /// Record of every image or listed view, used or not.
     pub records: Vec<PictureRecord>,
-    /// With at least [`MIN_CORNERS`] corners.
+    /// Views with at least [`MIN_CORNERS`] corners.
     pub usable: Vec<BoardView>,
 }
 
-/// Reads a board's file.
+/// Reads a board file.
 ///
 /// # Errors
-/// A file that cannot be read or holds no board.
+/// The file cannot be read or holds no valid board.
 pub fn read_board(path: &Path) -> Result<Board, Error> {
     let hint = BOARD_HINT;
     let max_bytes = board::MAX_BYTES as u64;
@@ -49,20 +49,20 @@ pub fn read_board(path: &Path) -> Result<Board, Error> {
     board(&text, Some(path))
 }
 
-/// A board's file from its text, which came from `file`.
+/// Parses the text of a board file. `file` is named in errors.
 ///
 /// # Errors
-/// Everything that is wrong with it.
+/// All problems of the text.
 pub fn board(text: &str, file: Option<&Path>) -> Result<Board, Error> {
     Board::from_json(text)
         .map_err(|invalid| CalibratingError::board(file, &invalid.problems).into())
 }
 
-/// Finds the board in every picture. Pictures without it are recorded; those that cannot be
-/// pictures of this camera are refused, all at once.
+/// Detects the board in every image file. Images without the board are recorded as unused; unusable files are refused,
+/// all at once.
 ///
 /// # Errors
-/// Pictures that cannot be read, have another size, or were given twice.
+/// Images that cannot be read, that differ in size from the camera's, or that were given twice.
 pub fn from_pictures(
     paths: &[PathBuf],
     board: &Board,
@@ -80,10 +80,10 @@ pub fn from_pictures(
     })
 }
 
-/// The same with pictures by their names, from wherever `read` has the i-th.
+/// Detects the board in named images; `read(i)` returns the i-th image.
 ///
 /// # Errors
-/// As [`from_pictures`].
+/// See [`from_pictures`].
 pub fn from_images<'a>(
     names: &[String],
     read: &(dyn Fn(usize) -> Result<Cow<'a, GreyImage>, Error> + Sync),
@@ -101,6 +101,7 @@ pub fn from_images<'a>(
     };
     let results: Vec<Result<_, Error>> = names.par_iter().enumerate().map(one).collect();
     let mut wrong = Vec::new();
+    // Identical images would count as independent evidence, so their pixels are compared by hash.
     let mut seen: BTreeMap<[u8; 32], &str> = BTreeMap::new();
     let mut views = Views::default();
     for (here, result) in names.iter().zip(results) {
@@ -118,7 +119,7 @@ pub fn from_images<'a>(
     Error::all(wrong).map_or(Ok(views), Err)
 }
 
-/// Finds a board's corners, or says why not.
+/// Function that finds a board's corners, or returns the reason why it cannot.
 type Finder = fn(&GreyImage, &Board) -> Result<Vec<FoundCorner>, String>;
 
 fn finder(detector: Detector, board: &Board) -> Result<Finder, CalibratingError> {
@@ -141,10 +142,10 @@ fn opencv_finder() -> Result<Finder, CalibratingError> {
     Err(CalibratingError::NoOpencv)
 }
 
-/// Reads a list of corners.
+/// Reads views from a list of corners.
 ///
 /// # Errors
-/// A file that cannot be read, and rows that are wrong.
+/// The file cannot be read, or rows of it are invalid.
 pub fn from_list(path: &Path, board: &Board) -> Result<Views, Error> {
     let hint = CORNERS_HINT;
     let max_bytes = board::MAX_LIST_BYTES as u64;
@@ -158,10 +159,10 @@ pub fn from_list(path: &Path, board: &Board) -> Result<Views, Error> {
     Ok(views)
 }
 
-/// Views from corners that were found elsewhere, each by its name.
+/// Makes views from corners that were detected elsewhere, each view with its name.
 ///
 /// # Errors
-/// Corners that the board does not have, or twice, of all views.
+/// Corners that the board does not have or that occur twice, for all views at once.
 pub fn from_corners(given: Vec<(String, Vec<FoundCorner>)>, board: &Board) -> Result<Views, Error> {
     let mut views = Views::default();
     let mut wrong: Vec<Error> = Vec::new();
@@ -186,7 +187,8 @@ pub fn from_corners(given: Vec<(String, Vec<FoundCorner>)>, board: &Board) -> Re
 }
 
 impl Views {
-    /// Adds a view by its corners, sorted by id, or why there are none.
+    /// Adds a view with its corners, sorted by id, or with the reason why it has none. A view with fewer than
+    /// [`MIN_CORNERS`] corners is recorded as unused.
     fn add(&mut self, file: String, found: Result<Vec<FoundCorner>, String>, board: &Board) {
         let corners_found = found.as_ref().map_or(0, Vec::len);
         let enough = found.and_then(|corners| match corners.len() {
@@ -221,7 +223,7 @@ fn check_size(
     Err(CalibratingError::OtherSize { file, size_px, expected_px: [width, height] })
 }
 
-/// Of what is seen, whatever the file says besides.
+/// Hashes the pixel values of an image, independent of its file format and metadata.
 fn digest(image: &GreyImage) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
     for value in image.values() {

@@ -1,4 +1,4 @@
-//! Why a calibration does not come about.
+//! Errors of the calibrations.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -15,116 +15,116 @@ pub(super) const BOARD_HINT: &str = "`fabkit export SENSOR/boards` writes one be
 pub(super) const CORNERS_HINT: &str =
     "the columns are view,corner,x_px,y_px and, if known, sigma_px";
 
-/// Why a calibration does not come about.
+/// Error of a camera or pose calibration.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibratingError {
-    /// A board's file with problems, each with the file it is in.
+    /// Problems of a board file, each with the file's name.
     #[error("{}", joined(.0))]
     Board(Vec<String>),
-    /// A list of corners with problems, each with the file it is in.
+    /// Problems of a list of corners, each with the file's name.
     #[error("{}", joined(.0))]
     Corners(Vec<String>),
-    /// Bodies that no light can be followed through.
+    /// Bodies through which no light can be traced.
     #[error(transparent)]
     Light(#[from] InvalidStack),
-    /// A picture of another size than the sensor's camera takes.
+    /// Image whose size differs from the sensor camera's.
     #[error(
         "{file}: {} x {} px; the sensor's camera has {} x {} px",
         .size_px[0], .size_px[1], .expected_px[0], .expected_px[1]
     )]
     OtherSize {
-        /// Which.
+        /// Image file.
         file: String,
-        /// Its width and height, px.
+        /// Width and height of the image, px.
         size_px: [u32; 2],
-        /// The camera's, px.
+        /// Width and height of the camera's images, px.
         expected_px: [u32; 2],
     },
-    /// A picture that was given twice.
+    /// Image that was given twice.
     #[error("{here} and {there} are the same picture")]
     SamePicture {
-        /// The later one.
+        /// Later of the two names.
         here: String,
-        /// The earlier one.
+        /// Earlier of the two names.
         there: String,
     },
-    /// A camera that is none.
+    /// Sensor camera for which no forecast can be computed.
     #[error("{why}")]
     NoForecast {
-        /// Why.
+        /// Reason.
         why: String,
     },
-    /// OpenCV's detector and a board that it is not for.
+    /// OpenCV's detector was requested for a ChArUco board.
     #[error("OpenCV's detector finds checkerboards, and this is a ChArUco board")]
     Charuco,
-    /// OpenCV's detector, which is not there.
+    /// OpenCV's detector was requested, but fabkit was built without it.
     #[error("this fabkit was built without OpenCV")]
     NoOpencv,
-    /// A view with a corner that the board does not have.
+    /// View with a corner that the board does not have.
     #[error("{view}: the board has no corner {corner}; its last is {last}")]
     NoCorner {
-        /// Which view.
+        /// Name of the view.
         view: String,
-        /// As given.
+        /// Corner id as given.
         corner: u32,
-        /// The largest there is.
+        /// Largest corner id of the board.
         last: usize,
     },
-    /// A view with two places for one corner.
+    /// View that gives two positions for one corner.
     #[error("{view} has corner {corner} twice")]
     CornerTwice {
-        /// Which view.
+        /// Name of the view.
         view: String,
-        /// Which corner.
+        /// Corner id.
         corner: u32,
     },
-    /// A camera's file with faults.
+    /// Camera file with faults.
     #[error("{}", faults(.file, .source))]
     Camera {
-        /// Which.
+        /// Camera file.
         file: PathBuf,
-        /// What is wrong.
+        /// Faults of its content.
         source: InvalidCameraFile,
     },
-    /// Landmarks that are none.
+    /// Invalid landmarks document.
     #[error("{}{source}", .file.iter().map(|f| format!("{}: ", f.display())).collect::<String>())]
     Landmarks {
-        /// Where they were read.
+        /// File that was read, if any.
         file: Option<PathBuf>,
-        /// What is wrong.
+        /// Fault of its content.
         source: InvalidDocument,
     },
-    /// A fixture that holds no pins.
+    /// Fixture without pins.
     #[error("{fixture} has no pins, and so no landmarks")]
     NoPins {
-        /// Which.
+        /// Name of the fixture.
         fixture: String,
     },
-    /// Marks that are at no hole that a label names.
+    /// Too many marks that lie at none of the holes named by the labels.
     #[error("{doubtful} of {marks} marks are at no labelled hole:\n  {}", .discrepancies.join("\n  "))]
     Doubtful {
-        /// How many.
+        /// Number of such marks.
         doubtful: usize,
-        /// Of how many.
+        /// Number of all marks.
         marks: usize,
-        /// Each as a sentence.
+        /// One sentence for each discrepancy.
         discrepancies: Vec<String>,
     },
-    /// Pins that do not tell the pose.
+    /// Pins that do not determine the pose.
     #[error(transparent)]
     Pose(#[from] CalibrationError),
-    /// Views that do not tell the lens.
+    /// Views that do not determine the lens.
     #[error("{source}{}", unused.iter().map(|(f, why)| format!("\n  {f}: {why}")).collect::<String>())]
     Lens {
-        /// Why.
+        /// Error of the lens calibration.
         source: CalibrateError,
-        /// Pictures that could not be used, and why not.
+        /// Unusable images, each with the reason.
         unused: Vec<(String, String)>,
     },
-    /// An output that is no file's name.
+    /// Output path that does not name a file.
     #[error("{} does not name a file", .0.display())]
     NoFile(PathBuf),
-    /// A pose whose camera could not be named in it.
+    /// Output path that is not UTF-8, so that the pose file cannot name its camera file.
     #[error("{} is no name in UTF-8", .0.display())]
     NotUtf8(PathBuf),
 }
@@ -173,7 +173,7 @@ impl Explained for CalibratingError {
             Self::NoOpencv => "build fabkit with its feature `opencv`, or give what OpenCV found",
             Self::Doubtful { .. } => "check the labels and the landmarks",
             Self::Pose(error) => match error {
-                // What was computed from the file's is no covariance, because the file's hardly is one.
+                // The reported covariance was derived from the file's, so the file's is most likely not a valid one.
                 CalibrationError::Covariance(_) => "look at the covariance in the camera's file",
                 CalibrationError::OnePlane { .. } => {
                     "press pins in holes of at least two rings, or pins of two lengths"

@@ -1,4 +1,4 @@
-//! The pose of a camera, from pins.
+//! Calibration of the camera's pose from presses of pins.
 
 use std::path::Path;
 
@@ -24,47 +24,49 @@ use fabkit_geometry::{Point3, Pose};
 use super::CalibratingError;
 use super::marks::{PinMarks, SeenFrom, Shapes};
 
-/// Above this part of all marks without a hole, the labels or the camera are wrong, not the pins.
+/// Largest share of marks without a hole. Above it, the labels or the camera are wrong rather than single pins.
 const MAX_DOUBTFUL: f64 = 0.2;
 
-/// Farther from where the design has it no camera looks at rendered pins, mm: it would stand in what is drawn.
+/// Largest distance of the fitted camera from its designed position at which pins are still rendered, mm. A camera
+/// farther off may stand inside a drawn body.
 const RENDERED_MM: f64 = 3.0;
 
-/// So many times pins are rendered again, each time nearer to where and in which light they were seen.
+/// Number of times the pins are rendered again, each time from the pose and light of the last fit.
 const ROUNDS: usize = 2;
 
-/// So many times as far from where it is expected as most, and at least so far, px, the mark that is taken for a
-/// protrusion's is another's.
+/// Outlier limit for marks of protrusions: this many times the median residual, and at least `ASTRAY_PX` pixels. A mark
+/// beyond it belongs to something else.
 const ASTRAY: f64 = 5.0;
 const ASTRAY_PX: f64 = 4.0;
 
-/// Most pictures of pins that are far off, and their sides, px: the least that a picture has.
+/// Largest number of image crops of outlying pins, and side of each crop, px. The side equals the smallest side that an
+/// image may have.
 const CROPS: usize = 8;
 const CROP_PX: usize = 64;
 
-/// What a pose is solved from.
+/// Inputs of the pose calibration.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
-    /// Its sensor's nominal camera is where the solver begins; its halves may be what presses.
+    /// Project whose nominal camera is the solver's start. Its semi-domes may be the pressed fixtures.
     pub project: &'a Project,
-    /// The calibrated lens; its covariance is handed on.
+    /// Calibrated lens; its covariance is propagated.
     pub camera: &'a CameraEstimate,
-    /// What reports call it.
+    /// Name of the camera file in reports.
     pub camera_file: &'a str,
-    /// The pins that were to be had.
+    /// Landmarks of the fixture.
     pub landmarks: &'a PinLandmarks,
-    /// What was seen.
+    /// Captures with the detected marks.
     pub captures: &'a PinCaptures<'a>,
-    /// Radius of the pins' tips, mm; 0 where nobody says it, and for protrusions of halves.
+    /// Radius of the pins' tips, mm; 0 if unknown, and for protrusions of halves.
     pub tip_radius_mm: f64,
-    /// Refractive index of the gel behind an interface that is tried.
+    /// Refractive index of the gel for the candidate model with a refracting interface.
     pub gel_index: f64,
 }
 
-/// Solves for the pose, and gives the account of it.
+/// Solves for the camera's pose and hands the report to `look`, whose result it returns.
 ///
 /// # Errors
-/// Marks that do not tell the pose, labels that do not fit, and what `look` says.
+/// Marks that do not determine the pose, labels that do not fit, and errors of `look`.
 pub fn solve<R, E: From<Error>>(
     inputs: &Inputs,
     look: impl FnOnce(&ExtrinsicsReport) -> Result<R, E>,
@@ -78,8 +80,8 @@ pub fn solve<R, E: From<Error>>(
     };
     let of_halves = are_of_halves(landmarks);
     if of_halves {
-        // Protrusions are cut by the picture's edge, too large for a pin, or many dots: marks that are missing, or more
-        // of them, are no mistakes.
+        // A protrusion may be cut by the image border, be too large for a pin, or carry several dots. Missing and
+        // additional marks are therefore no errors.
         assignment.discrepancies.clear();
     }
     let marks: usize = captures.records.iter().map(|record| record.pins_found).sum();
@@ -116,7 +118,8 @@ pub fn solve<R, E: From<Error>>(
     };
     let calibration = match &rendered {
         Ok(Some(rendered)) => {
-            // Turned as it is, where the design has it; then where the drawn bodies say it is, in the light that marks tell of.
+            // The first rendering combines the rotation of the assignment with the designed position. Later ones use
+            // the pose that was fitted through the drawn bodies, and the light estimated from the marks.
             let turned = Pose::new(*start.rotation(), *nominal.translation_mm()).unwrap_or(nominal);
             let from = SeenFrom::in_assumed_light(turned);
             let mut offsets = rendered.all(&from, &observations, None);
@@ -133,6 +136,7 @@ pub fn solve<R, E: From<Error>>(
                 }
                 let from = SeenFrom::of(&fit.model);
                 let off = from.camera_from_sensor.translation_mm() - turned.translation_mm();
+                // Too far from the design: the rendered offsets would be meaningless, so the last good ones are kept.
                 if off.norm() > RENDERED_MM {
                     break;
                 }
@@ -163,6 +167,7 @@ pub fn solve<R, E: From<Error>>(
         saturated: captures.saturated,
         crops: &crops(&calibration, captures),
     };
+    // Checked after the report is built, because the error quotes its sentences.
     if doubtful as f64 > MAX_DOUBTFUL * marks as f64 {
         let discrepancies = report.doubt_sentences();
         let doubtful = CalibratingError::Doubtful { doubtful, marks, discrepancies };
@@ -171,8 +176,8 @@ pub fn solve<R, E: From<Error>>(
     look(&report)
 }
 
-/// Those that are not so far off that their marks are of something else: a dot beside a protrusion whose own mark is not
-/// found.
+/// Removes observations with a large residual, whose mark belongs to something else: for example a dot beside a
+/// protrusion whose own mark was not detected.
 fn not_astray(
     observations: Vec<Observation>,
     residuals: &[Option<Vector2<f64>>],
@@ -181,13 +186,14 @@ fn not_astray(
     let off_px: Vec<f64> = off_px.collect();
     let mut sorted = off_px.clone();
     sorted.sort_by(f64::total_cmp);
+    // The median is robust: the outliers in question do not move it.
     let typical_px = sorted.get(sorted.len() / 2).copied().unwrap_or_default();
     let most_px = (ASTRAY * typical_px).max(ASTRAY_PX);
     let kept = observations.into_iter().zip(off_px).filter(|(_, off_px)| *off_px <= most_px);
     kept.map(|(observation, _)| observation).collect()
 }
 
-/// The pictures of pins that are far off; those that cannot be read again are left out.
+/// Crops the images around outlying pins. Images that cannot be read again are skipped.
 fn crops(calibration: &PoseCalibration, captures: &PinCaptures<'_>) -> Vec<Crop> {
     let Some(folder) = &captures.folder else { return Vec::new() };
     let crop = |observation: usize| {
@@ -196,7 +202,7 @@ fn crops(calibration: &PoseCalibration, captures: &PinCaptures<'_>) -> Vec<Crop>
         let picture = read_grey(&folder.join(&record.file)).ok()?;
         let size = [picture.width_px(), picture.height_px()];
         let [columns, rows] = [0, 1].map(|axis| {
-            // No picture is smaller.
+            // No image has a side below `CROP_PX`, so the subtraction cannot underflow.
             let from = pin.pixel[axis].round().max(0.0) as usize;
             let from = from.saturating_sub(CROP_PX / 2).min(size[axis] - CROP_PX);
             from..from + CROP_PX
@@ -218,10 +224,10 @@ fn crops(calibration: &PoseCalibration, captures: &PinCaptures<'_>) -> Vec<Crop>
     calibration.checks.far.iter().take(CROPS).filter_map(|(pin, _)| crop(*pin)).collect()
 }
 
-/// Reads a camera's file.
+/// Reads a camera file.
 ///
 /// # Errors
-/// A file that cannot be read, or holds no camera.
+/// The file cannot be read or holds no valid camera.
 pub fn read_camera(path: &Path) -> Result<CameraEstimate, Error> {
     let hint = "fabkit reads its own camera files and those of OpenCV, ROS and Kalibr";
     let text =
@@ -230,10 +236,10 @@ pub fn read_camera(path: &Path) -> Result<CameraEstimate, Error> {
     Ok(files::read(&text).map_err(wrong)?)
 }
 
-/// Reads a dome's landmarks.
+/// Reads the landmarks of a fixture.
 ///
 /// # Errors
-/// A file that cannot be read, or holds none.
+/// The file cannot be read or holds no valid landmarks.
 pub fn read_landmarks(path: &Path) -> Result<PinLandmarks, Error> {
     let expected = Expected {
         what: "a list of landmarks",
@@ -244,20 +250,20 @@ pub fn read_landmarks(path: &Path) -> Result<PinLandmarks, Error> {
     landmarks(&text, Some(path))
 }
 
-/// A dome's landmarks from their text, which came from `file`.
+/// Parses landmarks. `file` is named in errors.
 ///
 /// # Errors
-/// What is wrong with them.
+/// Faults of the text.
 pub fn landmarks(text: &str, file: Option<&Path>) -> Result<PinLandmarks, Error> {
     PinLandmarks::from_json(text).map_err(|source| {
         CalibratingError::Landmarks { file: file.map(Path::to_owned), source }.into()
     })
 }
 
-/// Those that a dome comes with.
+/// Returns the landmarks of a fixture's design.
 ///
 /// # Errors
-/// A fixture without pins.
+/// The fixture has no pins.
 pub fn landmarks_of(dome: &Design) -> Result<&PinLandmarks, CalibratingError> {
     let fixture = || dome.sensor.name.clone();
     dome.documents().next().ok_or_else(|| CalibratingError::NoPins { fixture: fixture() })

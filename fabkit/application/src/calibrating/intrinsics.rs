@@ -1,4 +1,4 @@
-//! The lens of a camera, from views of a board.
+//! Calibration of the camera's lens from views of a board.
 
 use fabkit_calibration::intrinsics::{LensCalibration, LensModel, calibrate};
 use fabkit_calibration::report::PictureRecord;
@@ -9,10 +9,10 @@ use fabkit_geometry::NominalCamera;
 use super::CalibratingError;
 use super::boards::Views;
 
-/// Solves for the camera, beginning with the sensor's nominal one; no models are all of them.
+/// Fits lens models to the views, starting at the sensor's nominal camera. An empty `models` tries all models.
 ///
 /// # Errors
-/// Views that do not tell the camera.
+/// Views that do not determine the lens.
 pub fn solve(
     views: &Views,
     nominal: &NominalCamera,
@@ -23,7 +23,7 @@ pub fn solve(
     let nominal = Camera::nominal(*width_px, *height_px, view_rad, terms).map_err(Error::bug)?;
     let models = if models.is_empty() { &LensModel::ALL[..] } else { models };
     calibrate(&views.usable, &nominal, models).map_err(|source| {
-        // Most often pictures that could not be used are why.
+        // Unusable images are the most frequent cause, so the error lists them.
         let of = |record: &PictureRecord| Some((record.file.clone(), record.unused.clone()?));
         let unused = views.records.iter().filter_map(of).collect();
         CalibratingError::Lens { source, unused }.into()

@@ -1,9 +1,9 @@
-//! Where the mark of a pin is found, beside the pixel of its tip.
+//! Rendered offset between the mark of a pin and the pixel of its tip.
 //!
-//! A pin darkens what its flanks press in as well as what its tip does, a slanted ray meets one flank before the other, and
-//! layers are darker along longer paths: the middle of what is dark lies off the tip, outwards, by pixels where the surface
-//! is steep. How far is no unknown: the press of that pin is rendered from the drawn layers, and the same detector finds its
-//! mark.
+//! A pin darkens the image along its flanks as well as at its tip, a slanted ray meets one flank before the other, and
+//! layers are darker along longer paths. The centroid of the dark mark therefore lies outwards from the tip, by pixels
+//! where the surface is steep. This offset is not an unknown of the calibration: the press of that pin is rendered
+//! through the drawn layers, and the same detector finds its mark.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -24,54 +24,54 @@ use fabkit_optics::{Sights, Stack, Viewer};
 use fabkit_scene::pressing::{Ready, threads};
 use rayon::prelude::*;
 
-/// Half the side of the part of a picture that is rendered around a tip, as a part of the picture's shorter side: beyond the
-/// widest mark that the detector takes for one.
+/// Half the side of the window rendered around a tip, as a share of the image's shorter side. It exceeds the widest
+/// mark that the detector accepts.
 const HALF: f64 = 0.12;
-/// How far out a pin reaches, mm.
+/// Length of the modelled pin, mm.
 const PIN_MM: f64 = 8.0;
-/// What stands for all that is not rendered: a lit surface that nothing touches, grey.
+/// Intensity of the pixels outside the window: a lit surface without contact.
 const ELSEWHERE: f64 = 128.0;
-/// So far around a part of a picture the detector looks, px: beyond the reach of its background. It is no less than a picture's
-/// least side.
+/// Margin around the window that the detector uses, px: more than the reach of its background filter. It is at least an
+/// image's smallest side.
 const BESIDE_PX: u32 = 64;
-/// A grey value of 255 is this bright in a picture.
+/// Intensity that the detector's images represent as 1.
 const WHITE: f64 = 255.0;
 
-/// How well an offset is known, as a part of it: pins press together instead of each by itself, and light differs from what is
-/// assumed by more than two numbers.
+/// Relative standard deviation of an offset. In reality pins press together, not one by one, and the light differs from
+/// the assumed one in more than the two fitted parameters.
 const SHARE_KNOWN: f64 = 0.06;
 
-/// So much less deep a pin is pressed in to see what depth does, mm.
+/// Step in indentation for the finite difference of the offset, mm.
 const LESS_MM: f64 = 0.15;
-/// So many times as much a layer scatters, and so much farther light goes in it, mm, to see what light does.
+/// Steps for the finite differences in light: factor of the layer's scattering, and additional lateral spread, mm.
 const MORE_SCATTER: f64 = 2.0;
 const WIDER_MM: f64 = 0.15;
-/// Light that is farther from what is assumed is not rendered.
+/// Largest deviation from the assumed light that is rendered, in prior standard deviations.
 const MOST_SIGMAS: f64 = 2.0;
-/// Without noise the faintest marks are found.
+/// Smallest contrast that the detector accepts. It can be low, because rendered images have no noise.
 const FAINTEST: f64 = 0.01;
 
-/// A pin that is pressed in, or a protrusion among those of its half.
+/// Pressed pin, or one protrusion pressed together with the others of its half.
 struct Pin {
-    /// Where its tip is, mm.
+    /// Position of the tip in the sensor frame, mm.
     tip: Point3<f64>,
-    /// Which way it is pushed.
+    /// Unit direction of the press, into the sensor.
     inwards: Vector3<f64>,
-    /// What is pressed in with it, and which of that it is.
+    /// All bodies pressed together, and the index of this one.
     bodies: Vec<PressBody>,
     own: usize,
 }
 
-/// What presses where a landmark is.
+/// Shapes that press at the landmarks.
 pub(super) enum Shapes<'a> {
-    /// Pins with round tips of one radius, mm, each by itself.
+    /// Single pins with round tips of one radius, mm.
     Pins { radius_mm: f64 },
-    /// Halves: landmarks are of their protrusions, and halves press as a whole.
+    /// Halves: the landmarks are their protrusions, and each half presses as a whole.
     Halves { landmarks: &'a PinLandmarks, presses: BTreeMap<String, Vec<PressBody>> },
 }
 
 impl<'a> Shapes<'a> {
-    /// Of what stands in captures; `None` where nobody says how large tips are.
+    /// Finds the shapes that occur in the captures; `None` if the tip radius is unknown.
     pub(super) fn of(
         project: &Project,
         landmarks: &'a PinLandmarks,
@@ -89,18 +89,20 @@ impl<'a> Shapes<'a> {
         Some(Self::Halves { landmarks, presses })
     }
 
-    /// What presses at a place; `None` where nobody knows.
+    /// Returns the pin or protrusion at a contact; `None` if no shape is known for it.
     fn at(&self, tip: Point3<f64>, inwards: Vector3<f64>) -> Option<Pin> {
         match self {
             Self::Pins { radius_mm } => {
                 let radius_mm = *radius_mm;
                 let solid =
+                    // The sphere is centred one radius above the tip, and the cylinder continues it outwards.
                     Solid::union([Solid::sphere(radius_mm), Solid::cylinder(radius_mm, PIN_MM)]);
                 let sensor_from_body = Pose::z_to(-inwards, tip - radius_mm * inwards);
                 let body = PressBody { name: "pin".to_owned(), solid, sensor_from_body };
                 Some(Pin { tip, inwards, bodies: vec![body], own: 0 })
             }
             Self::Halves { landmarks, presses } => {
+                // Exact comparison: the contact was copied from the same landmark.
                 let is_here = |pin: &&PinLandmark| pin.contact_in_sensor_mm == tip;
                 let landmark = landmarks.pins.iter().find(is_here)?;
                 let bodies = presses.get(&landmark.kind)?.clone();
@@ -112,7 +114,7 @@ impl<'a> Shapes<'a> {
 }
 
 impl Pin {
-    /// The same less deep.
+    /// Returns the same press with its indentation reduced by `by_mm`.
     fn shallower(&self, by_mm: f64) -> Self {
         let out = -by_mm * self.inwards;
         let mut bodies = self.bodies.clone();
@@ -122,7 +124,7 @@ impl Pin {
     }
 }
 
-/// Renders pins through a sensor's drawn bodies and layers.
+/// Renderer of pin marks through a sensor's drawn bodies and layers.
 pub(super) struct PinMarks<'a> {
     touch: &'a TouchSurface,
     camera: Camera,
@@ -133,21 +135,23 @@ pub(super) struct PinMarks<'a> {
     shapes: Shapes<'a>,
 }
 
-/// Where marks are rendered from, and in which light.
+/// Camera pose and light for which marks are rendered.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SeenFrom {
     pub(super) camera_from_sensor: Pose,
-    /// How much more than assumed the layer scatters, as a logarithm, and how much farther light goes sideways in it, mm.
+    /// Logarithm of the layer's scattering relative to the assumed value, and additional lateral spread of light in it,
+    /// mm.
     pub(super) layer: [f64; 2],
 }
 
 impl SeenFrom {
-    /// As is assumed of the light.
+    /// Uses the assumed light.
     pub(super) fn in_assumed_light(camera_from_sensor: Pose) -> Self {
         Self { camera_from_sensor, layer: [0.0; 2] }
     }
 
-    /// As a model has it; light farther from what is assumed than `MOST_SIGMAS` is as good as not known.
+    /// Takes pose and light from a model. Light parameters are clamped to `MOST_SIGMAS`: beyond that, the fit does not
+    /// know them.
     pub(super) fn of(model: &Model) -> Self {
         let held = |value: f64, of: FitParameter| {
             let most = MOST_SIGMAS * of.prior_sigma();
@@ -160,10 +164,11 @@ impl SeenFrom {
 }
 
 impl<'a> PinMarks<'a> {
-    /// Of a sensor that shows pins by the thickness of layers; `None` where it shows them otherwise, or nobody says how.
+    /// Makes the renderer for a sensor that shows contact by the thickness of its layers; `None` for other sensors, or
+    /// without shapes.
     ///
     /// # Errors
-    /// Layers that cannot be pressed, bodies that no light can be followed through.
+    /// Layers that cannot be pressed, bodies through which no light can be traced.
     pub(super) fn of(
         sensor: &'a Sensor,
         camera: &Camera,
@@ -186,6 +191,8 @@ impl<'a> PinMarks<'a> {
             touch,
             camera,
             sights,
+            // Brightness is normalised by the whole resting image, because the windows rendered later are only parts of
+            // it.
             layers: layers.for_parts_of(&whole.untouched()),
             ready: Ready::for_all(sensor, None, false, threads())?,
             constants,
@@ -193,9 +200,9 @@ impl<'a> PinMarks<'a> {
         }))
     }
 
-    /// How far from the pixels of their tips marks are found, and what changes that. Pins without a mark that is found, or a
-    /// tip that is seen, are left out.
-    /// What depth changes is taken from `known`, where that was rendered before.
+    /// Computes, for each distinct contact, the offset of the mark from the pixel of the tip, and its derivatives. Pins
+    /// without a detected mark or a visible tip are left out. The derivative by indentation is taken from `known` where
+    /// it was rendered before, because it hardly changes.
     pub(super) fn all(
         &self,
         from: &SeenFrom,
@@ -212,6 +219,7 @@ impl<'a> PinMarks<'a> {
             }
         }
         let [scatter, spread] = from.layer;
+        // The assumed light, then one light with a step in each parameter, for finite differences.
         let lights = [[0.0; 2], [MORE_SCATTER.ln(), 0.0], [0.0, WIDER_MM]];
         let lights = lights.map(|[more, wider]| self.light([scatter + more, spread + wider]));
         let of_pin = |pin: &Pin| {
@@ -222,17 +230,18 @@ impl<'a> PinMarks<'a> {
         MarkOffsets::new(pins.par_iter().filter_map(of_pin).collect::<Vec<_>>())
     }
 
-    /// The light of a layer.
+    /// Returns the light constants with changed scattering (logarithm of the factor) and additional spread.
     fn light(&self, [scatter_log, wider_mm]: [f64; 2]) -> LightConstants {
         let mut light = self.constants.clone();
-        // As bright at rest, about: nothing is to become white.
+        // Keeps the brightness at rest about constant, so that nothing saturates.
         light.scatter_per_mm.value *= scatter_log.exp();
         light.layer_grey.value /= scatter_log.exp();
         light.spread_mm.value = (light.spread_mm.value + wider_mm).max(0.0);
         light
     }
 
-    /// An offset with its derivatives, the line through what is rendered.
+    /// Computes an offset with its derivatives by finite differences, and extrapolates it linearly to the assumed
+    /// light.
     fn offset(
         &self,
         from: &SeenFrom,
@@ -248,11 +257,12 @@ impl<'a> PinMarks<'a> {
         });
         let by_light = [(more - here) / MORE_SCATTER.ln(), (wider - here) / WIDER_MM];
         let by_px = here - from.layer[0] * by_light[0] - from.layer[1] * by_light[1];
+        // Divided by the square root of 2, so that the two coordinates together have the relative standard deviation.
         let sigma_px = SHARE_KNOWN * here.norm() / std::f64::consts::SQRT_2;
         Some(MarkOffset { by_px, by_depth, by_light, sigma_px })
     }
 
-    /// For several constants of the layer.
+    /// Computes the offset of a pin's mark from its tip, px, for several sets of light constants.
     fn offsets<const N: usize>(
         &self,
         camera_from_sensor: &Pose,
@@ -278,23 +288,24 @@ impl<'a> PinMarks<'a> {
         let mut found = [Vector2::zeros(); N];
         for (found, (rest, pressed)) in found.iter_mut().zip(rest.iter().zip(&pressed)) {
             let marks = window.marks(rest, pressed)?.into_iter().map(|mark| mark - tip);
+            // A half leaves several marks in the window; the one nearest to the tip is taken.
             *found = marks.min_by(|a, b| a.norm().total_cmp(&b.norm()))?;
         }
         Some(found)
     }
 }
 
-/// A part of a picture.
+/// Rectangular part of an image, around a tip.
 struct Window {
-    /// A camera that sees that part alone.
+    /// Camera that images this part alone.
     camera: Camera,
-    /// Its first column and row, px.
+    /// First column and row of the part, px.
     first: [u32; 2],
-    /// Shorter side of the whole picture, px.
+    /// Shorter side of the whole image, px.
     shorter_px: u32,
-    /// What is beside the part, columns left of it and rows above: what the detector looks at around a mark.
+    /// Columns left of the part and rows above it that are added for the detector's background.
     before: [usize; 2],
-    /// Size of the part with what is beside it, px.
+    /// Width and height of the part with its margins, px.
     size: [usize; 2],
 }
 
@@ -316,7 +327,8 @@ impl Window {
         let camera = camera.part(first, ends.map(|[from, to]| to - from)).ok()?;
         let around = [0, 1].map(|axis| {
             let [from, to] = ends[axis];
-            // As the whole picture is divided for its background.
+            // The margin starts at a cell border of the whole image's background grid, so that the detector divides
+            // both alike.
             let cell_px = background_cell_px(shorter_px as usize) as u32;
             let beside = from.saturating_sub(BESIDE_PX) / cell_px * cell_px;
             [from - beside, (to + BESIDE_PX).min(whole[axis]) - beside].map(|px| px as usize)
@@ -325,7 +337,7 @@ impl Window {
         Some(Self { camera, first, shorter_px, before, size })
     }
 
-    /// Where marks are found in this part at rest and pressed, from its first pixel, px.
+    /// Detects marks between the images at rest and pressed. Returns positions relative to the part's first pixel, px.
     fn marks(&self, rest: &[f64], pressed: &[f64]) -> Option<Vec<Vector2<f64>>> {
         let options = DetectionOptions {
             polarity: Polarity::Darker,
@@ -338,8 +350,8 @@ impl Window {
         Some(found.marks.iter().map(|mark| mark.pixel.coords - before).collect())
     }
 
-    /// This part with what is beside it: neither rounded nor as JPEG, which moves each mark by up to 0.2 px its own way and
-    /// would pose as a change with light.
+    /// Pads the part with its margins. The values are neither rounded nor JPEG-compressed: compression moves each mark
+    /// by up to 0.2 px in its own direction, which would pass for an effect of the light.
     fn padded(&self, part: &[f64]) -> Option<GreyImage> {
         let [width, height] = self.size;
         let mut values = vec![(ELSEWHERE / WHITE) as f32; width * height];

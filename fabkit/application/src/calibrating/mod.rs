@@ -1,4 +1,4 @@
-//! From pictures to cameras and poses.
+//! Camera and pose calibration from images.
 
 pub mod boards;
 mod error;

@@ -1,4 +1,4 @@
-//! What captures of pins will tell, and which to take next.
+//! Forecast of a pin calibration's accuracy, and choice of the next captures.
 
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Contact, FitParameter, Observation};
@@ -13,74 +13,74 @@ use super::CalibratingError;
 use super::marks::{PinMarks, SeenFrom, Shapes};
 use crate::source::Source;
 
-/// Marks of pins nearer to each other than this many of their diameters run into one another.
+/// Smallest distance between two pins of one capture, in pin diameters. Marks of closer pins merge.
 const APART_DIAMETERS: f64 = 3.0;
-/// Numbers of captures, and of pins in each, that are looked at.
+/// Numbers of captures, and of pins in each, for which the accuracy is tabulated.
 const CAPTURES: [usize; 6] = [3, 5, 10, 20, 40, 80];
 const PINS: [usize; 3] = [3, 5, 8];
 
-/// What is planned.
+/// Request for a capture plan.
 #[derive(Clone, Copy, Debug)]
 pub struct Wanted<'a> {
-    /// The calibrated lens; without, the design's, of which nothing is known to err.
+    /// Calibrated lens; without it, the design's lens is used and taken as exact.
     pub lens: Option<&'a CameraEstimate>,
-    /// Pins of the captures that there are, by their places among the landmarks.
+    /// Pins of the captures already taken, as indices into the landmarks.
     pub done: &'a [Vec<usize>],
-    /// How many more to take; without, what the design plans in all.
+    /// Number of additional captures; without it, the rest of what the design plans.
     pub captures: Option<usize>,
-    /// Pins in each; without, as many as the design plans.
+    /// Pins in each capture; without it, as many as the design plans.
     pub pins: Option<usize>,
 }
 
-/// What to press next.
+/// Recommended capture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NextCapture {
-    /// The kind of all its pins.
+    /// Kind of all its pins.
     pub kind: String,
-    /// Their holes, ascending.
+    /// Hole numbers, ascending.
     pub holes: Vec<u32>,
-    /// What is then expected; `None` as long as the pins do not tell the pose.
+    /// Expected accuracy after this capture; `None` as long as the pins do not determine the pose.
     pub expected: Option<Expectation>,
 }
 
-/// What captures come to.
+/// Expected accuracy of captures, and the recommended next ones.
 #[derive(Clone, Debug)]
 pub struct CapturePlan {
-    /// Captures, pins in each, what they come to; all pins in turn.
+    /// Number of captures, pins in each, and expected accuracy, with all pins used in turn.
     pub efforts: Vec<(usize, usize, Option<Expectation>)>,
-    /// The same number of captures, with all kinds of pin and with each alone.
+    /// Expected accuracy of the same number of captures with all kinds of pin, and with each kind alone.
     pub kinds: Vec<(String, Option<Expectation>)>,
-    /// What the captures that there are come to.
+    /// Expected accuracy of the captures already taken.
     pub done: Option<Expectation>,
-    /// Which to take.
+    /// Recommended captures, in order.
     pub next: Vec<NextCapture>,
-    /// How many of the pins have marks that were rendered.
+    /// Number of pins whose marks were rendered.
     pub marks_rendered: usize,
-    /// Why none were.
+    /// Reason why no marks were rendered.
     pub not_marked: Option<String>,
-    /// Pins that the camera sees, of all.
+    /// Number of visible pins, and of all pins.
     pub pins_seen: [usize; 2],
-    /// How far pins and dome are from where they should be.
+    /// Tolerances of pins and dome.
     pub looseness: Looseness,
-    /// Standard deviation of a mark's place along each coordinate, px.
+    /// Standard deviation of a mark's position along each coordinate, px.
     pub noise_px: f64,
-    /// How many captures, and pins in each, kinds are compared with.
+    /// Number of captures, and pins in each, at which kinds are compared.
     pub compared: [usize; 2],
 }
 
-/// The pins of a sensor's dome or plate, and what they tell.
+/// Builds the forecast for the pins of a sensor's dome or plate.
 ///
 /// # Errors
-/// A sensor without one, dimensions that make none, a camera that is none.
+/// A sensor without such a fixture, dimensions that cannot be built, or an invalid camera.
 pub fn forecast(source: &Source, project: &Project) -> Result<Forecast, Error> {
     let forecast = project.pin_forecast().map_err(|error| source.error(error))?;
     forecast.map_err(|why| CalibratingError::NoForecast { why }.into())
 }
 
-/// Plans.
+/// Computes the expected accuracy of captures and chooses the next ones.
 ///
 /// # Errors
-/// Layers that cannot be pressed; a camera that is none.
+/// Layers that cannot be pressed, or an invalid camera.
 pub fn plan(
     project: &Project,
     forecast: &Forecast,
@@ -110,7 +110,7 @@ pub fn plan(
         let offsets =
             rendered.all(&SeenFrom::in_assumed_light(model.camera_from_sensor), &contacts, None);
         for (pin, is_seen) in forecast.landmarks.pins.iter().zip(&mut is_seen) {
-            // A pin whose mark is not found tells nothing.
+            // A pin whose mark cannot be detected gives no information.
             *is_seen &= offsets.of(&pin.contact_in_sensor_mm).is_some();
         }
         model.mark_offsets = offsets;
@@ -119,6 +119,7 @@ pub fn plan(
     let marks_rendered = match model.mark_offsets.is_empty() {
         true => 0,
         false => {
+            // Rendered offsets depend on the light, so its parameters become unknowns of the fit.
             parameters.extend(FitParameter::LIGHT);
             is_seen.iter().filter(|is_seen| **is_seen).count()
         }
@@ -151,7 +152,7 @@ pub fn plan(
     })
 }
 
-/// What the mark of a pin is asked for with.
+/// Makes a placeholder observation of a pin, for rendering its mark.
 fn unseen(pin: &PinLandmark) -> Observation {
     Observation {
         contact: Contact {
@@ -165,7 +166,7 @@ fn unseen(pin: &PinLandmark) -> Observation {
     }
 }
 
-/// The kinds of pin, in the order in which they are listed.
+/// Returns the kinds of pin in the order of the landmarks.
 fn kinds_of(forecast: &Forecast) -> Vec<&str> {
     let mut kinds: Vec<&str> = Vec::new();
     for pin in &forecast.landmarks.pins {
@@ -176,7 +177,7 @@ fn kinds_of(forecast: &Forecast) -> Vec<&str> {
     kinds
 }
 
-/// All kinds together, and each alone.
+/// Computes the expected accuracy with all kinds together, and with each kind alone.
 fn kinds(
     forecast: &Forecast,
     setup: Setup<'_>,
@@ -199,7 +200,7 @@ fn kinds(
     all.chain(kinds.iter().map(|kind| ((*kind).to_owned(), alone(Some(kind))))).collect()
 }
 
-/// One capture after the other, of pins of one kind, whose marks do not run into one another.
+/// Chooses captures greedily, one after the other. Each uses pins of one kind whose marks do not merge.
 fn next(
     forecast: &Forecast,
     plan: &Plan,
@@ -234,7 +235,7 @@ fn next(
 }
 
 impl CapturePlan {
-    /// For programs.
+    /// Returns the plan as JSON (`fabkit-capture-plan` version 1).
     pub fn to_json(&self, sensor: &str, camera: Option<&str>) -> Value {
         let Looseness { across_mm, along_mm, seating_mm, dome_mm, dome_rad } = self.looseness;
         let expected = |expected: &Option<Expectation>| {

@@ -1,4 +1,4 @@
-//! The files that a calibrated pose is kept in.
+//! Files of a calibrated pose.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,13 @@ use fabkit_files::Error;
 use super::CalibratingError;
 use crate::authored::signed;
 
-/// `pose.yaml` and the camera that belongs to it.
+/// Returns `pose.yaml` and the camera file that belongs to it, with their contents.
 ///
-/// A pose is only good with the camera it was solved with, and that may have got an interface or
-/// other radial terms on the way: it is written beside the pose, which names it.
+/// A pose is valid only with the camera it was solved with, which may have gained an interface or other radial terms.
+/// That camera is therefore written beside the pose, which names it.
 ///
 /// # Errors
-/// As [`camera_of`].
+/// See [`camera_of`].
 pub fn files(
     output: &Path,
     report: &ExtrinsicsReport<'_>,
@@ -31,17 +31,17 @@ pub fn files(
     Ok(vec![camera, (output.to_owned(), signed(&text).into_bytes())])
 }
 
-/// Where the camera of a pose goes: `pose.camera.yaml` for `pose.yaml`.
+/// Returns the path of a pose's camera file: `pose.camera.yaml` for `pose.yaml`.
 ///
 /// # Errors
-/// A name that is none, or that the pose's file cannot hold, because it is no text.
+/// A path without a file name, or a name that is not UTF-8, which the pose file cannot hold.
 pub fn camera_of(output: &Path) -> Result<PathBuf, CalibratingError> {
     let stem = output.file_stem().ok_or_else(|| CalibratingError::NoFile(output.into()))?;
     let stem = stem.to_str().ok_or_else(|| CalibratingError::NotUtf8(output.into()))?;
     Ok(output.with_file_name(format!("{stem}.camera.yaml")))
 }
 
-/// What a pose file says.
+/// Formats the text of a pose file.
 pub fn text(report: &ExtrinsicsReport<'_>, camera_name: &str) -> String {
     let chosen = report.calibration.chosen();
     let quoted = |text: &str| serde_json::Value::from(text).to_string();

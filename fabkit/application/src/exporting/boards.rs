@@ -1,4 +1,4 @@
-//! A folder of fabrication files for each circuit board of a design.
+//! Fabrication files of a design's circuit boards, one folder for each board.
 
 use fabkit_boards::{BoardError, BoardShape, Layout, USUAL, check, files, lay_out};
 use fabkit_designs::Design;
@@ -7,19 +7,19 @@ use fabkit_geometry::{Circuit, Sensor};
 
 use super::{ExportFailure, Made};
 
-/// A circuit with its finished board, which keeps all rules.
+/// Circuit with its routed board, which keeps all design rules.
 pub struct FinishedBoard<'a> {
-    /// What is soldered.
+    /// Circuit that is soldered.
     pub circuit: &'a Circuit,
-    /// What is etched.
+    /// Board layout that is etched.
     pub layout: Layout,
 }
 
-/// Lays the board of a circuit out, and looks whether it is what the circuit says; nothing for a circuit
+/// Lays out the board of a circuit and checks it against the circuit and the design rules. Returns `None` for a circuit
 /// without a board of its own.
 ///
 /// # Errors
-/// [`BoardError`] for parts or tracks that find no room, and for what breaks a rule.
+/// [`BoardError`] for parts or tracks that find no room, and for broken rules.
 pub fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Option<Layout>, BoardError> {
     let Some(body) = circuit.board.as_deref().and_then(|name| sensor.body(name)) else {
         return Ok(None);
@@ -36,10 +36,10 @@ pub fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Option<Layout>, Board
     }
 }
 
-/// All boards of a sensor.
+/// Lays out all boards of a sensor.
 ///
 /// # Errors
-/// As for [`board`].
+/// See [`board`].
 pub fn boards(sensor: &Sensor) -> Result<Vec<FinishedBoard<'_>>, BoardError> {
     let finished = sensor
         .circuits
@@ -48,7 +48,7 @@ pub fn boards(sensor: &Sensor) -> Result<Vec<FinishedBoard<'_>>, BoardError> {
     finished.filter_map(Result::transpose).collect()
 }
 
-/// The files of all boards, each board's in a folder of its name.
+/// Makes the files of all boards, each board's in a folder with its name.
 pub(super) fn made(design: &Design, design_hash: &str) -> Result<Vec<Made>, ExportFailure> {
     let boards = boards(&design.sensor)?;
     if boards.is_empty() {

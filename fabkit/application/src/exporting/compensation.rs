@@ -1,4 +1,4 @@
-//! How exported copies differ from the nominal geometry.
+//! Compensation: differences between exported files and the nominal geometry.
 
 use fabkit_designs::kerf_mm;
 use fabkit_designs::profile::{ProcessProfile, Suits};
@@ -7,7 +7,7 @@ use fabkit_geometry::{Body, Pose, Solid};
 
 use super::ExportOptions;
 
-/// What the files of a body make up for. `is_drawn` says whether outlines are among them.
+/// Computes the compensation of a body's files. `is_drawn` is true if laser outlines are among them.
 pub(super) fn compensation(body: &Body, options: &ExportOptions, is_drawn: bool) -> Compensation {
     let mut found = Compensation { scale: 1.0, kerf_mm: 0.0, print: None, note: "none".into() };
     if !options.compensates() {
@@ -15,6 +15,7 @@ pub(super) fn compensation(body: &Body, options: &ExportOptions, is_drawn: bool)
     }
     let mut notes = Vec::new();
     if body.shrinkage != 0.0 {
+        // What is cast shrinks by this share, so that its mold must be larger by the reciprocal.
         found.scale = 1.0 / (1.0 - body.shrinkage);
         notes.push(format!(
             "scaled by {:.6} for {} % shrinkage of what is cast in it",
@@ -23,7 +24,7 @@ pub(super) fn compensation(body: &Body, options: &ExportOptions, is_drawn: bool)
         ));
     }
     let by_process = body.process().map_or(0.0, |process| kerf_mm(process, &body.material));
-    // A width asked for goes for everything that has a kerf at all.
+    // A requested kerf width replaces that of every process with a kerf; other processes stay without one.
     let kerf = if by_process > 0.0 { options.kerf_mm.unwrap_or(by_process) } else { 0.0 };
     if is_drawn && kerf > 0.0 {
         found.kerf_mm = kerf;
@@ -53,7 +54,7 @@ pub(super) fn compensation(body: &Body, options: &ExportOptions, is_drawn: bool)
     found
 }
 
-/// The profile that a body's files make up for.
+/// Returns the printer profile that applies to a body's files, if any.
 fn applied<'a>(body: &Body, options: &'a ExportOptions) -> Option<&'a ProcessProfile> {
     let profile = options.profile.as_ref().filter(|_| options.prints())?;
     match profile.suits(body.process()?, &body.material) {
@@ -75,8 +76,8 @@ fn print_compensation(profile: &ProcessProfile) -> PrintCompensation {
     }
 }
 
-/// The solid with its holes as the body's printer needs them, which the compensation then counts;
-/// `None` where nothing is known of the printer.
+/// Returns the solid with its holes resized for the body's printer and records their counts in `compensation`; `None`
+/// without a printer profile for the body.
 pub(super) fn fitted(
     body: &Body,
     bed_from_body: &Pose,
@@ -91,7 +92,7 @@ pub(super) fn fitted(
     Some(solid)
 }
 
-/// Without the digits that rounding adds.
+/// Converts a share to percent, rounded to six decimals.
 fn percent(share: f64) -> f64 {
     (share * 1e8).round() / 1e6
 }

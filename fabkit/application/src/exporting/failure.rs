@@ -1,4 +1,4 @@
-//! Why there is nothing to write.
+//! Errors of an export.
 
 use fabkit_boards::BoardError;
 use fabkit_checks::InvalidBody;
@@ -14,37 +14,37 @@ use fabkit_tetra::TetraError;
 use super::topology::places;
 use crate::pictures::PictureError;
 
-/// Why there is nothing to write.
+/// Error that prevents an export.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportFailure {
-    /// No body of that name.
+    /// A requested body does not exist.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
-    /// Nothing soft that tetrahedra could be made of.
+    /// The sensor has no soft layers to divide into tetrahedra.
     #[error(transparent)]
     Soft(#[from] SoftError),
-    /// Layers that tetrahedra cannot be made of.
+    /// Layers that cannot be divided into tetrahedra.
     #[error(transparent)]
     Tetra(#[from] TetraError),
-    /// The solid could not be turned into triangles.
+    /// The solid could not be meshed.
     #[error("{part}: {source}")]
     Mesh {
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// Why.
+        /// Reason.
         source: MeshError,
     },
-    /// The mesh has other holes than the design counts.
+    /// The mesh has a different genus (number of through holes and handles) than the design.
     #[error("{part}: the mesh has {found} holes and handles, the design counts {counted}")]
     Genus {
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// In the mesh.
+        /// Genus of the mesh.
         found: i32,
-        /// In the design.
+        /// Genus counted in the design.
         counted: i32,
     },
-    /// The mesh is in other pieces, or has other cavities, than the design counts.
+    /// The mesh has different numbers of pieces or closed cavities than the design.
     #[error(
         "{part}: the mesh has {} and {}, the design counts {} and {}{}",
         many(.found.pieces, "piece", "pieces"),
@@ -54,62 +54,62 @@ pub enum ExportFailure {
         places(.unexpected)
     )]
     Shells {
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// In the mesh.
+        /// Shells of the mesh.
         found: Shells,
-        /// In the design.
+        /// Shells counted in the design.
         counted: Shells,
-        /// The smallest of those that are too many, in the frame of the part's files.
+        /// Smallest of the surplus shells, in the frame of the part's files.
         unexpected: Vec<Shell>,
     },
-    /// Parts whose holes, pieces or cavities are not those of the design, with values that are not the
-    /// built-in design's.
+    /// Parts whose holes, pieces or cavities differ from the design's counts, in a design whose values differ from the
+    /// built-in one's. The values are then the likely cause.
     #[error("{reason}: with these values it cannot be made")]
     CannotBeMade {
-        /// Which part, and what is wrong with it.
+        /// Name of the part and its fault.
         reason: String,
         /// Parameters that differ from the built-in design's, with their values.
         changed: Vec<String>,
     },
-    /// Holes as wide as the printer needs them leave the part elsewhere.
+    /// Holes that break out of the part or into each other once the printer's profile has widened them.
     #[error("{part}: holes fitted for {profile} break out of the part or into each other")]
     HolesBreakOut {
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// Name of the printer's profile.
+        /// Name of the printer profile.
         profile: String,
     },
-    /// A printer's profile, but no file that could make up for what it says.
+    /// A printer profile was given, but no requested file can apply it.
     #[error("the profile {profile} is for STL and 3MF files, and none are asked for")]
     ProfileWithoutFiles {
-        /// Name of the printer's profile.
+        /// Name of the printer profile.
         profile: String,
     },
-    /// A printer's profile that says nothing of any part.
+    /// A printer profile that applies to none of the parts.
     #[error(
         "the profile {profile} is for {process} of {material}, and no part of this export is made \
          so: {}",
         .made.join("; ")
     )]
     ProfileUnused {
-        /// Name of the printer's profile.
+        /// Name of the printer profile.
         profile: String,
-        /// How its coupon was made.
+        /// Process of the coupon from which the profile was measured.
         process: String,
-        /// From what.
+        /// Material of that coupon.
         material: String,
-        /// How the parts are made, for example `sla of tough resin`, each once.
+        /// Process and material of the parts, for example `sla of tough resin`, each once.
         made: Vec<String>,
-        /// Whether parts of its process are among them.
+        /// True if some parts are made by the profile's process.
         has_process: bool,
     },
-    /// More triangles than a slicer can be expected to load.
+    /// More triangles than slicers can be expected to load.
     #[error(
         "the export has more than {most} triangles, which is as many as slicers and memory take"
     )]
     TooManyTriangles {
-        /// How many there may be.
+        /// Largest allowed number.
         most: usize,
     },
     /// Two bodies would have the same file name.
@@ -118,82 +118,82 @@ pub enum ExportFailure {
     /// The part could not be drawn.
     #[error("{source}")]
     Picture {
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// Why.
+        /// Reason.
         source: PictureError,
     },
-    /// A format could not hold it.
+    /// A file could not be encoded in its format.
     #[error("{file}: {source}")]
     Write {
-        /// Which file.
+        /// Name of the file.
         file: String,
-        /// Why.
+        /// Reason.
         source: ExportError,
     },
-    /// A part that the printer cannot hold.
+    /// A part larger than the printer's bed.
     #[error(transparent)]
     Plate(#[from] ExportError),
-    /// A part that the stock cannot hold.
+    /// A part larger than the stock sheet.
     #[error(transparent)]
     Stock(ExportError),
-    /// A part that is said to be cut from a sheet, but is not flat.
+    /// A part with a sheet process that is not flat.
     #[error("{part} cannot be made by {process}: {source}")]
     NotASheet {
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// How it is said to be made.
+        /// Process given for it.
         process: String,
-        /// Why not.
+        /// Reason why it is not a sheet.
         source: NotASheet,
     },
     /// Outlines that cannot be cut.
     #[error("{part}: {source}")]
     Outline {
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// Why.
+        /// Reason.
         source: ExportError,
     },
-    /// No guide can be made.
+    /// The build guide cannot be made.
     #[error("the guide: {reason}")]
     Guide {
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// A solid that no rule can be applied to.
+    /// A solid that cannot be examined by rules.
     #[error(transparent)]
     Examined(#[from] InvalidBody),
-    /// Bodies that no light can be followed through.
+    /// Bodies through which no light can be traced.
     #[error(transparent)]
     Light(#[from] InvalidStack),
-    /// A design whose camera cannot be.
+    /// A design with an invalid camera.
     #[error(transparent)]
     Camera(#[from] InvalidViewpoint),
-    /// Drawings of parts that have none.
+    /// Outlines were requested of parts that are not cut from sheets.
     #[error("none of these parts is cut from a sheet: {}", .parts.join(", "))]
     NoOutlines {
-        /// The parts asked for.
+        /// Names of the requested parts.
         parts: Vec<String>,
     },
-    /// A circuit board that cannot be made as it is drawn.
+    /// A circuit board that cannot be made as designed.
     #[error(transparent)]
     Board(#[from] BoardError),
-    /// Boards of a design that has none.
+    /// Boards were requested of a design without any.
     #[error(
         "{design} has no circuit board of its own{}",
         if .wired.is_empty() { String::new() } else { format!(": {} are bought and wired", .wired.join(", ")) }
     )]
     NoBoards {
-        /// The design.
+        /// Name of the design.
         design: String,
-        /// What is wired instead.
+        /// Circuits that are bought and wired instead.
         wired: Vec<String>,
     },
 }
 
 impl ExportFailure {
-    /// Whether triangles that stray less may do better.
+    /// Returns whether a smaller chord tolerance may remove the failure.
     pub(super) fn is_of_topology(&self) -> bool {
         matches!(
             self,
@@ -228,6 +228,7 @@ impl Explained for ExportFailure {
             | Self::Soft(_)
             | Self::Tetra(TetraError::Edge { .. })
             | Self::NoOutlines { .. } => ErrorKind::BadInput,
+            // All other failures contradict what the design itself guarantees.
             _ => ErrorKind::Bug,
         }
     }
@@ -305,7 +306,7 @@ impl Explained for ExportFailure {
     }
 }
 
-/// `1 piece`, `2 pieces`.
+/// Returns the count with its noun: `1 piece`, `2 pieces`.
 fn many(count: usize, one: &str, more: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { more })
 }

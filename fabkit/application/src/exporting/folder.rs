@@ -1,8 +1,8 @@
-//! The folder of an export: what lies there already, and what becomes of it.
+//! Export folders: comparison with an earlier export, and transactional writing.
 //!
-//! A manifest tells the truth about its folder. What an earlier export of the same design with the
-//! same options wrote, and nobody has changed, stays listed; everything else is named as what it is.
-//! Nothing is written over that fabkit did not write.
+//! The manifest always describes its folder correctly. Files that an earlier export of the same design with the same
+//! options wrote, and that nobody has changed, stay listed. All other files are listed separately with the reason. A
+//! file that fabkit did not write is never overwritten unless forced.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -18,65 +18,65 @@ use fabkit_files::{ErrorKind, ErrorSubject, Explained, joined};
 use super::{Exported, MANIFEST_NAME, manifest_file};
 use crate::exporting::ExportFailure;
 
-/// A list of contents.
+/// Limits for reading a manifest.
 const MANIFEST: Expected =
     Expected { what: "a manifest", max_bytes: MAX_DOCUMENT_BYTES, hint: "it is none of fabkit's" };
 
-/// What may be done to files that are there already.
+/// Permissions for existing files.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Overwriting {
-    /// Remove what the manifest lists and this export does not write.
+    /// Remove files that the old manifest lists and this export does not write.
     pub clean: bool,
-    /// Write also over files that somebody changed or that are not fabkit's.
+    /// Overwrite changed files and files that fabkit did not write.
     pub force: bool,
 }
 
-/// What became of one folder.
+/// Result of writing one export folder.
 #[derive(Clone, Debug)]
 pub struct WrittenExport {
-    /// The list of contents as written: with what an earlier export left there.
+    /// Manifest as written, including files that an earlier export left there.
     pub manifest: Manifest,
-    /// Files of an earlier export that are gone now.
+    /// Files of an earlier export that were removed.
     pub removed: Vec<String>,
 }
 
-/// Why an export was not written.
+/// Error that prevents an export from being written.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// Something there may not be replaced.
+    /// Existing files or folders that may not be replaced.
     #[error("{}", joined(.0))]
     Refused(Vec<FolderRefusal>),
     /// A manifest that cannot be encoded.
     #[error(transparent)]
     Export(#[from] ExportFailure),
-    /// The system's reasons.
+    /// File system errors.
     #[error(transparent)]
     Staging(#[from] StagingError),
 }
 
-/// Something that stands in the way.
+/// Existing file or folder that blocks the export.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FolderRefusal {
-    /// The folder is another design's.
+    /// The folder holds another design's export.
     #[error("{} holds the export of {found}, not of {wanted}", .folder.display())]
     OtherDesign {
-        /// Where.
+        /// Folder.
         folder: PathBuf,
-        /// Whose it is.
+        /// Design whose export it holds.
         found: String,
-        /// Whose it was to be.
+        /// Design to be exported.
         wanted: String,
     },
-    /// A file is not as fabkit wrote it.
+    /// The file was changed since fabkit wrote it.
     #[error("{} was changed since fabkit wrote it", .0.display())]
     Changed(PathBuf),
-    /// A file is not fabkit's.
+    /// The file was not written by fabkit.
     #[error("{} is there, and no manifest says that fabkit wrote it", .0.display())]
     Foreign(PathBuf),
 }
 
 impl FolderError {
-    /// Whether the folder is another design's, which no force replaces.
+    /// Returns whether a folder holds another design's export; `force` does not replace that, only `clean` does.
     pub fn is_of_another_design(&self) -> bool {
         let Self::Refused(refusals) = self else { return false };
         refusals.iter().any(|refusal| matches!(refusal, FolderRefusal::OtherDesign { .. }))
@@ -113,10 +113,10 @@ impl Explained for FolderError {
     }
 }
 
-/// Writes exports, each into its folder: all files of all of them, or none.
+/// Writes all exports into their folders in one transaction: all files of all of them, or none.
 ///
 /// # Errors
-/// [`FolderError`]; everything is then as it was.
+/// [`FolderError`]; the folders are then unchanged.
 pub fn write(
     exports: &[(PathBuf, &Exported)],
     how: Overwriting,
@@ -125,7 +125,7 @@ pub fn write(
     let stop = || if cancelled() { Err(StagingError::Cancelled) } else { Ok(()) };
     let manifests: Vec<PathBuf> =
         exports.iter().map(|(folder, _)| folder.join(MANIFEST_NAME)).collect();
-    // Nobody else writes there from here on.
+    // The transaction locks its folders: nobody else writes there from here on. Subfolders (of boards) need locks too.
     let below: Vec<PathBuf> = exports
         .iter()
         .flat_map(|(folder, exported)| files(exported).map(|file| folder.join(&file.name)))
@@ -157,7 +157,7 @@ pub fn write(
     Ok(merged.into_iter().map(written).collect())
 }
 
-/// All but the manifest.
+/// Lists all files but the manifest, which is written anew from the merged one.
 fn files(exported: &Exported) -> impl Iterator<Item = &OutputFile> {
     exported.files.iter().filter(|file| file.name != MANIFEST_NAME)
 }
@@ -167,11 +167,11 @@ struct Merged {
     removed: Vec<String>,
 }
 
-/// What an earlier manifest says of a file.
+/// Entry of a file in an earlier manifest.
 enum Earlier {
-    /// Listed, by an export of the same design and options.
+    /// Listed by an export of the same design and options, which still describes the file correctly.
     Same(FileEntry),
-    /// By another one.
+    /// Listed by an export of another design or options; holds the BLAKE3 hash.
     Stale(String),
 }
 
@@ -203,6 +203,7 @@ impl Merged {
         }
         let old = if let Old::Ours(old) = old { Some(*old) } else { None };
         if let Some(old) = old.as_ref().filter(|old| old.sensor != manifest.sensor && !how.clean) {
+            // Nothing is merged with another design's folder: its refusal ends the export anyway.
             let (found, wanted) = (old.sensor.clone(), manifest.sensor.clone());
             refusals.push(FolderRefusal::OtherDesign { folder: folder.into(), found, wanted });
             return Ok(Self { manifest, removed: Vec::new() });
@@ -225,8 +226,9 @@ impl Merged {
         for file in files(exported) {
             let place = folder.join(&file.name);
             let listed = earlier.remove(&file.name);
-            // What is no file is refused when it is written.
+            // A folder or other non-file in its place is refused when it is written.
             let Some(found) = hash_of(&place)? else { continue };
+            // A file with the new content needs no permission, whoever wrote it.
             let is_ours = blake3::hash(&file.bytes).to_hex().as_str() == found
                 || listed.as_ref().is_some_and(|listed| listed.blake3() == found);
             if !is_ours && !how.force {
@@ -253,7 +255,7 @@ impl Merged {
             .chain(earlier.keys().map(String::as_str))
             .chain([MANIFEST_NAME])
             .collect();
-        // Boards have folders of their own below.
+        // Boards have subfolders of their own, which are searched as well.
         let own = known.iter().filter_map(|name| Some(name.rsplit_once('/')?.0));
         let mut there = visible_files(folder, "")?;
         for below in own.collect::<BTreeSet<&str>>() {
@@ -273,7 +275,7 @@ impl Merged {
     }
 }
 
-/// Adds what files that stay listed were made of.
+/// Adds the parts of files that stay listed, in the order of the design.
 fn add_parts(manifest: &mut Manifest, old: Vec<PartEntry>, order: &[String]) {
     let mut is_complete = true;
     for part in old {
@@ -286,7 +288,7 @@ fn add_parts(manifest: &mut Manifest, old: Vec<PartEntry>, order: &[String]) {
                 manifest.parts.push(part);
                 is_complete = false;
             }
-            // Its outlines were not asked for now, and are still there.
+            // The earlier export included this part's outlines, which are still there.
             Some(there) if there.sheet.is_none() && part.sheet.is_some() => *there = part,
             Some(_) => {}
         }
@@ -297,8 +299,7 @@ fn add_parts(manifest: &mut Manifest, old: Vec<PartEntry>, order: &[String]) {
     }
 }
 
-/// Adds what the printer's profile did to parts that stay listed. Options are the same, so that it
-/// is the same profile.
+/// Adds the earlier profile entries of parts that stay listed. The options are the same, so it is the same profile.
 fn add_profiled(manifest: &mut Manifest, old: Option<ProfileEntry>, order: &[String]) {
     let (Some(profile), Some(old)) = (&mut manifest.profile, old) else { return };
     let is_known = |name: &String| {
@@ -321,7 +322,7 @@ fn add_profiled(manifest: &mut Manifest, old: Option<ProfileEntry>, order: &[Str
 enum Old {
     Nothing,
     Ours(Box<Manifest>),
-    /// Fabkit wrote it, and it is not what fabkit wrote.
+    /// Manifest of fabkit whose seal does not match its content.
     Changed,
     NotOurs,
 }
@@ -340,14 +341,15 @@ fn old_manifest(folder: &Path) -> Result<Old, StagingError> {
     };
     Ok(match unseal(&bytes) {
         Err(SealError::Other) => Old::Changed,
-        // Without a seal, old versions wrote it.
+        // Manifests of old versions have no seal.
         Ok(_) | Err(SealError::None) => {
             Manifest::from_json(&bytes).map_or(Old::NotOurs, |manifest| Old::Ours(manifest.into()))
         }
     })
 }
 
-/// A manifest that somebody wrote by hand reaches no folder that is not below its own.
+/// Returns whether a listed name is a plain file below the folder. A manifest edited by hand could otherwise lead to
+/// removals elsewhere.
 fn is_plain(name: &str) -> bool {
     fabkit_files::resumable::is_plain(name) && name != MANIFEST_NAME
 }

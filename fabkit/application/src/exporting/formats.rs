@@ -1,4 +1,4 @@
-//! All kinds of files: a row for each, which everything else that is known of it follows from.
+//! Table of the export formats. Each row holds all that the code needs to know of a format.
 
 use fabkit_designs::Design;
 use fabkit_export::{
@@ -12,33 +12,33 @@ use self::Trait::{Compensated, Published};
 use super::{ExportFailure, ExportOptions, Made, Meshed, boards, glb, light, object};
 use crate::pictures::{self, Shot};
 
-/// How pictures of single parts are taken.
+/// View of a single part's image.
 const PART_SHOT: Shot = Shot { size_px: [800, 600], section: false, from: None };
 
-/// What holds for some formats.
+/// Property of some formats.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Trait {
-    /// A package has it: what somebody builds from or looks at. The guide has pictures, and the rest is for whoever
-    /// checks fabkit. Boards are in it where there are some: [`ExportOptions::for_sensor`].
+    /// Included in packages: files to build from or to look at. Images are part of the guide instead, and the remaining
+    /// formats serve to verify fabkit. Boards are included where a design has some, see [`ExportOptions::for_sensor`].
     Published,
-    /// It makes up for what making does to sizes. The others show the design.
+    /// Compensated for shrinkage, kerf and printer errors. The other formats show the nominal design.
     Compensated,
 }
 
-/// How the files of a format are made.
+/// Function that makes the files of a format, by their number.
 #[derive(Clone, Copy)]
 pub(super) enum Making {
-    /// One of each part.
+    /// One file for each part.
     Part(fn(&PartFile) -> Result<Vec<u8>, ExportFailure>),
-    /// One of each part that is cut from a sheet, and one of each stock sheet.
+    /// One file for each part cut from a sheet, and one for each stock sheet.
     Outlines(fn(Document, &Drawing) -> Result<Vec<u8>, ExportError>),
-    /// Those of the whole design with this hash, whichever parts are asked for.
+    /// Files of the whole design, independent of the requested parts. The second argument is the design hash.
     Whole(fn(&Design, &str, &ExportOptions) -> Result<Vec<Made>, ExportFailure>),
-    /// One of the soft layers, whichever parts are asked for.
+    /// One file of the soft layers, independent of the requested parts.
     Tetrahedra(fn(&TetraMesh) -> Vec<u8>),
 }
 
-/// What is known of a format.
+/// Properties of a format.
 struct Facts {
     word: &'static str,
     ending: &'static str,
@@ -47,18 +47,18 @@ struct Facts {
     summary: &'static str,
 }
 
-/// Declares all formats, in the order of the command's help: the word of each, what names of its files end in, what
-/// holds for it, how it is made, and a line for people without a full stop.
+/// Declares all formats in the order of the command's help: word, file name ending, traits, maker, and a summary
+/// without a full stop.
 macro_rules! formats {
     ($($name:ident: $word:literal, $ending:literal, $traits:expr, $making:expr, $summary:literal;)+) => {
-        /// A kind of file.
+        /// Export file format.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
         pub enum Format {
             $(#[doc = concat!($summary, ".")] $name,)+
         }
 
         impl Format {
-            /// All of them.
+            /// All formats, in the order of the command's help.
             pub const ALL: [Self; [$($word),+].len()] = [$(Self::$name,)+];
 
             fn facts(self) -> Facts {
@@ -111,17 +111,17 @@ formats! {
 }
 
 impl Format {
-    /// What a package holds: what somebody builds from or looks at.
+    /// Returns the formats of a package: files to build from or to look at.
     pub fn published() -> Vec<Self> {
         Self::ALL.into_iter().filter(|format| format.facts().traits.contains(&Published)).collect()
     }
 
-    /// The word used in the manifest and on the command line.
+    /// Returns the format's word in the manifest and on the command line.
     pub fn word(self) -> &'static str {
         self.facts().word
     }
 
-    /// One line for people, without a full stop.
+    /// Returns a one-line summary without a full stop.
     pub fn summary(self) -> &'static str {
         self.facts().summary
     }
@@ -130,12 +130,12 @@ impl Format {
         self.facts().making
     }
 
-    /// Whether it holds outlines, which only parts cut from sheets have.
+    /// Returns whether the format holds outlines, which only parts cut from sheets have.
     pub(super) fn is_drawing(self) -> bool {
         matches!(self.making(), Outlines(_))
     }
 
-    /// Whether it makes up for what making does to sizes.
+    /// Returns whether the format is compensated for shrinkage, kerf and printer errors.
     pub(super) fn is_compensated(self) -> bool {
         self.facts().traits.contains(&Compensated)
     }
@@ -145,7 +145,7 @@ impl Format {
     }
 }
 
-/// A file of one part, to be written.
+/// Input of the writer of one part's file.
 pub(super) struct PartFile<'a> {
     pub name: String,
     pub document: Document<'a>,
@@ -155,7 +155,7 @@ pub(super) struct PartFile<'a> {
 }
 
 impl PartFile<'_> {
-    /// What a writer made of it; its refusal names the file.
+    /// Wraps a writer's result; errors name the file.
     pub(super) fn written(
         &self,
         bytes: Result<Vec<u8>, ExportError>,

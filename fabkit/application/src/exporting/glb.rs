@@ -1,4 +1,4 @@
-//! A design as one file for viewers: every body of the sensor, or of the fixture, where it stands.
+//! GLB files for viewers: all bodies of a sensor or fixture, placed in their assembly.
 
 use fabkit_designs::Design;
 use fabkit_export::{GlbBody, GlbPlace, GlbScene};
@@ -16,19 +16,19 @@ use crate::pictures;
 
 const MM3_PER_CM3: f64 = 1e3;
 
-/// How far triangles may be off in a file that a page shows, mm: less than a pixel, in a third of the bytes.
+/// Chord tolerance of the GLB shown on web pages, mm: less than a pixel, and a third of the bytes.
 const SHOWN_MM: f64 = 0.05;
-/// Lines for a volume that is shown: good to a ten-thousandth.
+/// Number of rays for a displayed volume; its relative error is about 1e-4.
 const LINES: u32 = 20_000;
 
-/// A body with its mesh in its own frame.
+/// Body with its mesh in its own frame.
 struct Standing<'a> {
     body: &'a Body,
     mesh: ShadedMesh,
     extras: Value,
 }
 
-/// The file of all bodies of the assembly that pictures show, whichever parts are exported besides.
+/// Makes the GLB of the default assembly's bodies, independent of the requested parts.
 pub(super) fn made(
     design: &Design,
     design_hash: &str,
@@ -52,11 +52,11 @@ pub(super) fn made(
     Ok(Made { file: OutputFile { name, bytes }, format: Format::Glb.word(), parts, stock: None })
 }
 
-/// A file for pages: a scene for each of some assemblies, the one that pictures show first. Figures are those of the
-/// exact solids, and each body says which parameters have its name.
+/// Makes a GLB for web pages, with one scene for each assembly, in the given order; the first is shown first. Volumes
+/// and sizes are those of the exact solids, and each body lists the parameters of its section.
 ///
 /// # Errors
-/// Bodies that no mesh can be made of.
+/// Bodies that cannot be meshed.
 pub(crate) fn shown(
     design: &Design,
     design_hash: &str,
@@ -85,7 +85,7 @@ pub(crate) fn shown(
     fabkit_export::glb(&scenes).map_err(|source| ExportFailure::Write { file, source })
 }
 
-/// All bodies that stand in some assembly, each meshed once.
+/// Meshes all bodies placed in any of the assemblies, each once.
 fn standing<'a>(
     design: &'a Design,
     assemblies: &[String],
@@ -103,7 +103,7 @@ fn standing<'a>(
             Ok(Standing { body, mesh: print.shaded(&body.solid), extras })
         })
         .collect();
-    // One after the other, so that the first error is the same on any number of threads.
+    // Results are collected in order, so that the first error is the same for any number of threads.
     let standing = standing.into_iter().collect::<Result<Vec<_>, _>>()?;
     limit_triangles(standing.iter().map(|one| one.mesh.triangles.len()).sum())?;
     Ok(standing)
@@ -134,14 +134,14 @@ fn scene<'a>(
     }
 }
 
-/// The box's sides in a body's own frame.
+/// Returns the sides of the mesh's bounding box in the body's frame, mm.
 fn size_mm(print: &PrintMesh) -> [f64; 3] {
     let bounds = print.bounds();
     [0, 1, 2].map(|axis| bounds.max[axis] - bounds.min[axis])
 }
 
-/// The same of the exact solid: the box that is known of it may be larger where something is cut off, which the mesh
-/// tells.
+/// Returns the sides of the exact solid's bounding box, mm. The compiled bounds are conservative where something is cut
+/// off; a side on which they exceed the mesh is therefore taken from the mesh.
 fn exact_size_mm(print: &PrintMesh, solid: Option<&CompiledSolid>) -> [f64; 3] {
     let meshed = print.bounds();
     let Some(known) = solid.map(CompiledSolid::bounds) else { return size_mm(print) };
@@ -153,7 +153,7 @@ fn exact_size_mm(print: &PrintMesh, solid: Option<&CompiledSolid>) -> [f64; 3] {
     })
 }
 
-/// The parameters whose section is called as a body is.
+/// Returns the parameters whose section is named like the body, in singular or plural.
 fn parameters(design: &Design, body: &str) -> Vec<Value> {
     let is_own = |path: &str| {
         let section = path.split_once('.').map(|(section, _)| section.replace('_', "-"));
@@ -164,7 +164,7 @@ fn parameters(design: &Design, body: &str) -> Vec<Value> {
 }
 
 impl Standing<'_> {
-    /// As it stands in an assembly; `None` if it does not.
+    /// Returns the body as placed in an assembly; `None` if it does not occur there.
     fn shown(&self, assembly: &str) -> Option<GlbBody<'_>> {
         let Body { name, material, color, opacity, substance, .. } = self.body;
         let places = self.body.placements.iter().filter(|place| place.assembly.0 == assembly);
@@ -175,7 +175,7 @@ impl Standing<'_> {
         let places: Vec<GlbPlace> = places.collect();
         (!places.is_empty()).then(|| GlbBody {
             name,
-            // What is bought has none: it looks as it does.
+            // Bought components have no material; their name stands for their appearance.
             material: if material.is_empty() { name } else { material },
             color: *color,
             opacity: *opacity,
@@ -187,7 +187,7 @@ impl Standing<'_> {
     }
 }
 
-/// The nominal solid, finer where its topology is not the design's, as parts' files are.
+/// Meshes the nominal solid. The tolerance is halved while the topology is wrong, as for parts' files.
 fn meshed(body: &Body, mut tolerance_mm: f64) -> Result<PrintMesh, ExportFailure> {
     let counted = Counted::of(body, tolerance_mm);
     loop {
@@ -214,8 +214,8 @@ fn meshed_at(
     }
 }
 
-/// What a viewer can tell of a body. Sizes are those of the box around it in its own frame; a mass is that of
-/// one, without hollows that a slicer leaves.
+/// Collects the body's properties for viewers. Sizes are of the bounding box in the body's frame. The mass is of one
+/// body, printed solid.
 fn extras(
     body: &Body,
     size_mm: [f64; 3],
@@ -251,7 +251,7 @@ fn extras(
     extras
 }
 
-/// To as many parts of a unit as say something, at a chord tolerance.
+/// Rounds to multiples of 1/`parts`: the digits that a chord tolerance justifies.
 fn rounded(value: f64, parts: f64) -> f64 {
     (value * parts).round() / parts
 }

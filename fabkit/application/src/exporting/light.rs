@@ -1,4 +1,4 @@
-//! What a sensor is to light, for whoever wants to follow rays without fabkit.
+//! Optical description of a sensor, for ray tracing without fabkit.
 
 use fabkit_designs::Design;
 use fabkit_export::{
@@ -18,14 +18,14 @@ use super::{ExportFailure, Made};
 /// Name of the file.
 pub const LIGHT_NAME: &str = "light.json";
 
-/// How far below its foot a surface's solid goes on, mm: farther than any camera.
+/// Length by which the surface's solid is extended below its foot, mm: farther than any camera.
 const DOWN_MM: f64 = 1_000.0;
 
-/// The document of all bodies of the finished sensor, whichever are exported besides.
+/// Makes the document of all bodies of the finished sensor, independent of the requested parts.
 pub(super) fn made(design: &Design, design_hash: &str) -> Result<Made, ExportFailure> {
     let sensor = &design.sensor;
     let viewpoint = Viewpoint::new(&sensor.camera, None, None)?;
-    // What it says of overlaps and of cameras inside of parts is an error here as for ground truth.
+    // Overlaps, and cameras inside of parts, are errors here as for ground truth.
     let stack = viewpoint.stack(sensor)?;
     let words = ["nothing", "surface"].map(str::to_owned).into_iter();
     let last = "total reflection".to_owned();
@@ -63,7 +63,7 @@ fn camera(viewpoint: &Viewpoint) -> LightCamera {
     }
 }
 
-/// A body as it stands in the sensor; nothing for a tool.
+/// Describes a body as placed in the sensor; `None` for bodies that are not, such as tools.
 fn entry<'a>(
     sensor: &Sensor,
     body: &'a Body,
@@ -76,6 +76,7 @@ fn entry<'a>(
         let pose = placed.assembly_from_body;
         let of_body = |source| InvalidStack::Solid { body: body.name.clone(), source };
         let solid = CompiledSolid::new(&body.solid.clone().placed(pose)).map_err(of_body)?;
+        // An opaque part around the pupil is the camera's own housing: rays must start inside it.
         let is_cameras_own =
             part.as_ref().is_ok_and(|part| part.is_stop()) && solid.contains(pupil);
         placements.push(LightPlacement { sensor_from_body: pose, is_cameras_own });

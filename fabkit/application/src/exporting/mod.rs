@@ -1,4 +1,4 @@
-//! From a design to the bytes of all its files.
+//! Export: makes all files of a design.
 
 mod boards;
 mod compensation;
@@ -50,43 +50,44 @@ use fabkit_files::{UnknownName, memory};
 use self::topology::Counted;
 use crate::bodies;
 
-/// Most triangles that one export may have, copies on plates included.
+/// Largest number of triangles in one export, including copies on plates.
 pub const MAX_TRIANGLES: usize = 5_000_000;
-/// What a triangle takes in meshes and files, bytes: measured at small tolerances.
+/// Memory of one triangle in meshes and files, bytes; measured at small tolerances.
 const TRIANGLE_BYTES: u64 = 380;
 
-/// Name of the list of contents.
+/// File name of the manifest.
 pub const MANIFEST_NAME: &str = fabkit_files::staging::CONTENTS;
 
-/// Told each part's name as soon as its files are ready, from many threads.
+/// Callback with the name of each part whose files are ready; called from many threads.
 pub type OnFinished<'a> = &'a (dyn Fn(&str) + Sync);
 
-/// All files of an export, in memory.
+/// Files of an export, in memory.
 #[derive(Clone, Debug)]
 pub struct Exported {
-    /// Sorted by name, the manifest last.
+    /// All files, sorted by name, the manifest last.
     pub files: Vec<OutputFile>,
-    /// What the manifest says.
+    /// Manifest of the export.
     pub manifest: Manifest,
-    /// All bodies that the design has, in its order.
+    /// Names of all bodies of the design, in its order.
     pub bodies: Vec<String>,
 }
 
 impl Exported {
-    /// A folder that holds nothing but its list of contents yet.
+    /// Makes an export that holds nothing but its manifest.
     ///
     /// # Errors
-    /// [`ExportFailure::Write`] if the encoder refuses.
+    /// [`ExportFailure::Write`] if the manifest cannot be encoded.
     pub fn empty(manifest: Manifest) -> Result<Self, ExportFailure> {
         let files = vec![manifest_file(&manifest)?];
         Ok(Self { files, manifest, bodies: Vec::new() })
     }
 
-    /// Adds files, and lists them in the manifest.
+    /// Adds files and lists them in the manifest.
     ///
     /// # Errors
-    /// [`ExportFailure::DuplicateFile`] for a name that is there already.
+    /// [`ExportFailure::DuplicateFile`] for a name that exists already.
     pub fn add(&mut self, files: Vec<ForeignFile>) -> Result<(), ExportFailure> {
+        // Drops the old manifest, which is the last file; it is encoded anew below.
         self.files.pop();
         for ForeignFile { file, format, parts } in files {
             if self.files.iter().any(|there| there.name == file.name) {
@@ -125,17 +126,17 @@ fn manifest_file(manifest: &Manifest) -> Result<OutputFile, ExportFailure> {
     Ok(OutputFile { name: MANIFEST_NAME.to_owned(), bytes: manifest_bytes(manifest)? })
 }
 
-/// The content of `manifest.json`: the document, and the hash of all of it as its last key.
+/// Encodes `manifest.json`: the document with its own hash as the last key.
 ///
 /// # Errors
-/// [`ExportFailure::Write`] if the encoder refuses.
+/// [`ExportFailure::Write`] if the manifest cannot be encoded.
 pub fn manifest_bytes(manifest: &Manifest) -> Result<Vec<u8>, ExportFailure> {
     let failed = |source| ExportFailure::Write { file: MANIFEST_NAME.to_owned(), source };
     let text = manifest.to_json().map_err(failed)?;
     Ok(seal_text(&String::from_utf8_lossy(&text)))
 }
 
-/// A body with its mesh as it lies in its files: on z = 0, in the corner of the positive octant,
+/// Body with its mesh as placed in its files: on z = 0, with its bounding box in the corner of the positive octant,
 /// where the 3MF specification (section 3.3) wants it.
 struct Meshed<'a> {
     body: &'a Body,
@@ -145,26 +146,26 @@ struct Meshed<'a> {
     figures: MeshFigures,
     compensation: Compensation,
     sheet: Option<CutSheet>,
-    /// What its slicer is told, where a 3MF file is asked for.
+    /// Slicer settings, if a 3MF file is requested.
     told: printing::Told,
 }
 
-/// A file and what the manifest says about it besides its content.
+/// File with its entries for the manifest.
 struct Made {
     file: OutputFile,
     format: &'static str,
     parts: Vec<String>,
-    /// How and from what, where several pieces are made together.
+    /// Process and material, where several pieces are made together.
     stock: Option<(Process, String)>,
 }
 
-/// Makes all files of a design in memory, on as many threads as the current rayon pool has.
+/// Makes all files of a design in memory, in parallel on the current rayon pool.
 ///
-/// A piece whose triangles have other holes, pieces or cavities than its design counts is meshed again,
-/// finer; the manifest tells at which tolerance.
+/// A piece whose mesh differs from the design in holes, pieces or cavities is meshed again with a finer tolerance,
+/// which the manifest records.
 ///
-/// The bytes depend on the design and the options alone. Plates are made when 3MF is asked for and
-/// all parts are exported; they hold each printed part as often as a lab needs it.
+/// The bytes depend only on the design and the options. Plates are made if 3MF is requested and all parts are exported;
+/// they hold each printed part in the quantity that one unit needs.
 ///
 /// # Errors
 /// The first failure in the order of the design.
@@ -182,7 +183,7 @@ pub fn export(
     let results: Vec<Result<OnePiece, ExportFailure>> = pieces::pieces(sensor, chosen)?
         .into_par_iter()
         .map(|piece| {
-            // Not after others have made too many already.
+            // Stops early if the pieces finished so far already exceed the limit.
             limit_triangles(triangles.load(Ordering::Relaxed))?;
             let mut meshed =
                 piece.meshed(options).map_err(|failure| topology::by_values(failure, design))?;
@@ -195,7 +196,7 @@ pub fn export(
             limit_triangles(more + triangles.fetch_add(more, Ordering::Relaxed))?;
             let mut files = Vec::new();
             for body in &meshed {
-                // A part of a group has its 3MF in common with the others.
+                // A group's parts share one 3MF file, which is made below.
                 let alone = |format: &&Format| piece.group.is_none() || **format != Format::ThreeMf;
                 let formats = options.formats.iter().filter(alone);
                 files.extend(part_files(design, &hash, options, formats, body)?);
@@ -207,7 +208,7 @@ pub fn export(
             Ok((meshed, files))
         })
         .collect();
-    // One after the other, so that the first error is the same on any number of threads.
+    // Results are collected in order, so that the first error is the same for any number of threads.
     let (meshed, files): (Vec<_>, Vec<_>) =
         results.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
 
@@ -226,18 +227,18 @@ pub fn export(
     }
     made.extend(tetra::made(design, &hash, options)?);
     if made.is_empty() && !meshed.is_empty() && !options.formats.is_empty() {
-        // Files were asked for that none of these parts has.
+        // Only outlines were requested, and none of these parts is cut from a sheet.
         let parts = meshed.iter().map(|m| m.body.name.to_owned()).collect();
         return Err(ExportFailure::NoOutlines { parts });
     }
     if options.parts.is_empty() {
-        // Some have to be worked out first.
+        // Some companions are computed only now, so they are made in parallel.
         made.par_extend(design.companions.par_iter().map(companion));
     }
     assemble(design, options, hash, &meshed, made)
 }
 
-/// The bodies that are asked for, in the design's order and each once; all parts if none is named.
+/// Returns the requested bodies in the design's order, each once; all parts if none is named.
 fn chosen<'a>(sensor: &'a Sensor, parts: &[String]) -> Result<Vec<&'a Body>, UnknownName> {
     for name in parts {
         bodies::find(sensor, name)?;
@@ -250,7 +251,7 @@ fn chosen<'a>(sensor: &'a Sensor, parts: &[String]) -> Result<Vec<&'a Body>, Unk
     Ok(sensor.bodies.iter().filter(is_asked).collect())
 }
 
-/// A file that comes with the design; its format is the end of its name.
+/// Wraps a file that comes with the design. Its format is its file extension.
 fn companion(companion: &Companion) -> Made {
     let (name, bytes) = (companion.name.clone(), companion.bytes().to_vec());
     let format = match name.rsplit_once('.') {
@@ -265,7 +266,7 @@ fn companion(companion: &Companion) -> Made {
     Made { file: OutputFile { name, bytes }, format, parts: Vec::new(), stock: None }
 }
 
-/// A body that is compensated and turned, but not yet shifted to where it lies in its files.
+/// Mesh of a body, compensated and rotated, but not yet shifted to its place in the files.
 struct Turned<'a> {
     body: &'a Body,
     mesh: TriMesh,
@@ -285,7 +286,7 @@ fn turned<'a>(
 
     let fitted = fitted(body, bed_from_body, options, &mut compensation);
     let stretch = compensation.print.as_ref().map_or([1.0; 3], |print| print.scale);
-    // Finer by as much as scaling coarsens it.
+    // Scaling enlarges mesh errors by the same factor.
     let coarser = compensation.scale * stretch.into_iter().fold(1.0, f64::max);
     let mut mesh =
         fabkit_mesh::mesh(fitted.as_ref().unwrap_or(&body.solid), tolerance_mm / coarser)
@@ -300,7 +301,7 @@ fn turned<'a>(
     Ok(Turned { body, mesh, compensation, sheet })
 }
 
-/// A body whose mesh lies as it should, rounded to its files' precision, proven, counted and measured.
+/// Shifts the mesh to its place, rounds it to the files' precision, checks its topology, and measures it.
 fn measured<'a>(
     turned: Turned<'a>,
     counted: Option<Counted>,
@@ -313,6 +314,7 @@ fn measured<'a>(
     let failed = |source| ExportFailure::Mesh { part: body.name.clone(), source };
     let print = lying.to_print().map_err(failed)?;
     if let Some(failure) = counted.and_then(|counted| counted.failure(body, &print)) {
+        // With a profile, the fitted holes are the likely cause.
         let Some(print) = &compensation.print else { return Err(failure) };
         let (part, profile) = (body.name.clone(), print.profile.clone());
         return Err(ExportFailure::HolesBreakOut { part, profile });
@@ -321,7 +323,8 @@ fn measured<'a>(
     limit_triangles(figures.triangles)?;
     let file_from_part = shift.then_in(match &compensation.print {
         None => *bed_from_body,
-        // Only where the part's origin lies is stretched along with the rest.
+        // The mesh was stretched about the bed's origin. A rigid pose can only follow the stretched position of the
+        // part's origin.
         Some(print) => {
             let [x, y, z] = [0, 1, 2].map(|i| {
                 let at_mm = bed_from_body.translation_mm()[i];
@@ -335,10 +338,11 @@ fn measured<'a>(
 }
 
 impl Meshed<'_> {
-    /// Figures of the nominal solid's mesh, for those who rebuild it.
+    /// Returns the figures of the nominal solid's mesh, for readers who rebuild it.
     fn nominal_figures(&self, options: &ExportOptions) -> Result<MeshFigures, ExportFailure> {
         if self.compensation.print.is_some() {
-            // As exported without a profile, to the last digit.
+            // The mesh without a profile is made again, so that its figures agree with a plain export to the last
+            // digit.
             let plain = ExportOptions { profile: None, ..options.clone() };
             let piece = pieces::Piece { group: None, bodies: vec![self.body] };
             return piece.meshed(&plain)?[0].nominal_figures(&plain);
@@ -363,7 +367,8 @@ fn figures(print: &PrintMesh, chord_tolerance_mm: f64) -> MeshFigures {
     }
 }
 
-/// All triangles are in memory until the last file is made.
+/// Fails if the triangles exceed [`MAX_TRIANGLES`] or the free memory: all of them are in memory until the last file is
+/// made.
 fn limit_triangles(found: usize) -> Result<(), ExportFailure> {
     let room = usize::try_from(memory::room() / TRIANGLE_BYTES).unwrap_or(usize::MAX);
     let most = room.min(MAX_TRIANGLES);

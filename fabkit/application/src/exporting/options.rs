@@ -1,4 +1,4 @@
-//! What to export.
+//! Options of an export.
 
 use fabkit_designs::profile::ProcessProfile;
 use fabkit_export::{Bed, GivenProfile, OptionsEntry};
@@ -6,35 +6,34 @@ use fabkit_geometry::Sensor;
 
 use super::Format;
 
-/// What to export.
+/// Options of an export.
 #[derive(Clone, Debug)]
 pub struct ExportOptions {
-    /// Bodies by name, layers and components too; empty for all parts.
+    /// Names of bodies, layers and components included; empty for all parts.
     pub parts: Vec<String>,
-    /// Which files; sorted, each once.
+    /// File formats, sorted, each once.
     pub formats: Vec<Format>,
-    /// Largest distance between triangles and the exact surface, mm.
+    /// Chord tolerance: largest distance between triangles and the exact surface, mm.
     pub tolerance_mm: f64,
-    /// Length of the edges of tetrahedra, mm; [`DEFAULT_EDGE_MM`](super::DEFAULT_EDGE_MM) where nothing is said.
+    /// Edge length of tetrahedra, mm; [`DEFAULT_EDGE_MM`](super::DEFAULT_EDGE_MM) if absent.
     pub edge_mm: Option<f64>,
-    /// Where plates are laid out.
+    /// Printer bed on which plates are laid out.
     pub bed: Bed,
-    /// Sheets from which flat parts are cut.
+    /// Stock sheet from which flat parts are cut.
     pub stock: Bed,
-    /// Width of the laser's cut, mm; by material where nothing is said.
+    /// Kerf of the laser, mm; by material if absent.
     pub kerf_mm: Option<f64>,
-    /// What the printer does to sizes; files of parts of its process and material make up for it.
+    /// Printer profile; it is compensated in files of parts of its process and material.
     pub profile: Option<ProcessProfile>,
-    /// Apply the profile to parts of its process that are of another material too.
+    /// Apply the profile also to parts of its process in another material.
     pub profile_for_any_material: bool,
-    /// Write the geometry as designed: no scaling against shrinkage, no room for the kerf, and no
-    /// profile.
+    /// Write the nominal geometry: no compensation of shrinkage, kerf or printer errors.
     pub nominal: bool,
 }
 
 impl ExportOptions {
-    /// The same without boards for a sensor that has none of its own: a package of many designs holds what each
-    /// of them has, while boards that are asked for by name and are not there are an error.
+    /// Returns the options without boards for a sensor that has none. A package of many designs holds the boards that
+    /// exist, while boards requested by name that do not exist are an error.
     pub fn for_sensor(&self, sensor: &Sensor) -> Self {
         let has_boards = sensor.circuits.iter().any(|circuit| circuit.board.is_some());
         let mut options = self.clone();
@@ -42,7 +41,7 @@ impl ExportOptions {
         options
     }
 
-    /// What the manifest says of them: all that the content of files depends on.
+    /// Returns the manifest's entry of the options: everything that the files' content depends on.
     pub(super) fn entry(&self) -> OptionsEntry {
         let profile = self.profile.as_ref().map(|profile| GivenProfile {
             name: profile.name.as_str().to_owned(),
@@ -60,19 +59,19 @@ impl ExportOptions {
         }
     }
 
-    /// Whether any file may differ from the design.
+    /// Returns whether any requested file may differ from the nominal design.
     pub(super) fn compensates(&self) -> bool {
         !self.nominal && self.formats.iter().any(|format| format.is_compensated())
     }
 
-    /// Whether any file may make up for what a printer does.
+    /// Returns whether any requested file may compensate a printer's errors.
     pub(super) fn prints(&self) -> bool {
         !self.nominal
             && self.formats.iter().any(|format| format.is_compensated() && !format.is_drawing())
     }
 }
 
-/// The 600 x 300 mm of a common desktop laser, pieces 3 mm apart.
+/// Default stock sheet: the 600 x 300 mm of a common desktop laser, pieces 3 mm apart.
 pub const DEFAULT_STOCK: Bed = Bed { size_mm: [600.0, 300.0], spacing_mm: 3.0 };
 
 impl Default for ExportOptions {

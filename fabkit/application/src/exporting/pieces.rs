@@ -1,4 +1,4 @@
-//! What leaves the printer as one piece lies as one piece in its files.
+//! Pieces: parts that are printed together share one placement and one tolerance.
 
 use fabkit_export::Document;
 use fabkit_files::UnknownName;
@@ -10,19 +10,20 @@ use super::topology::Counted;
 use super::{ExportFailure, ExportOptions, Format, Made, Meshed, measured, object, turned};
 use crate::bodies;
 
-/// A topology that is wrong at this tolerance, mm, is no matter of the tolerance.
+/// Smallest chord tolerance that is tried against a wrong topology, mm. A topology that is wrong at this tolerance has
+/// another cause.
 pub(super) const FINEST_MM: f64 = DEFAULT_TOLERANCE_MM / 2.0;
 
-/// A body alone, or all bodies of a print group.
+/// Single body, or all bodies of a print group.
 pub(super) struct Piece<'a> {
-    /// The group, if it is one.
+    /// Print group, if it is one.
     pub group: Option<&'a PrintGroup>,
-    /// At least one.
+    /// Bodies of the piece; at least one.
     pub bodies: Vec<&'a Body>,
 }
 
-/// The pieces that the chosen bodies belong to, in their order. One part of a group brings the
-/// others with it: they are of no use alone.
+/// Groups the chosen bodies into pieces, in their order. A part of a print group brings the others with it, because
+/// they are useless alone.
 pub(super) fn pieces<'a>(
     sensor: &'a Sensor,
     chosen: Vec<&'a Body>,
@@ -43,11 +44,10 @@ pub(super) fn pieces<'a>(
 }
 
 impl<'a> Piece<'a> {
-    /// Meshes its bodies as they lie in their files: turned as the first of them says, and moved
-    /// together.
+    /// Meshes the bodies as placed in their files: rotated like the first body, and shifted together.
     ///
-    /// Where a wall is thinner than what triangles may stray, or a hole narrower, the tolerance is
-    /// halved until the topology is the design's: for all bodies, since they share faces.
+    /// Where a wall or a hole is narrower than the tolerance, the tolerance is halved until the topology matches the
+    /// design; for all bodies, because they share faces.
     pub(super) fn meshed(&self, options: &ExportOptions) -> Result<Vec<Meshed<'a>>, ExportFailure> {
         let mut tolerance_mm = options.tolerance_mm;
         let counted: Vec<_> =
@@ -74,7 +74,7 @@ impl<'a> Piece<'a> {
             .iter()
             .map(|body| turned(body, &bed_from_body, options, tolerance_mm))
             .collect::<Result<_, ExportFailure>>()?;
-        // Turned first and shifted after, so that the lowest vertices are at zero exactly.
+        // Rotated first and shifted afterwards, so that the lowest coordinates are exactly zero.
         let corners = bodies.iter().map(|body| body.mesh.bounds().min);
         let min = corners.reduce(|a, b| a.inf(&b)).unwrap_or_default();
         let shift = Pose::translation(-min.x, -min.y, -min.z);
@@ -85,7 +85,7 @@ impl<'a> Piece<'a> {
             .collect()
     }
 
-    /// The 3MF file of a group, which holds one object made of all its parts.
+    /// Makes the 3MF file of a print group, one object made of all its parts; `None` for a single body.
     pub(super) fn group_file(
         &self,
         title: &str,

@@ -1,4 +1,4 @@
-//! All printed parts, as often as a lab needs them, laid out on beds.
+//! Build plates: all printed parts in the quantity that one unit needs, laid out on beds.
 
 use std::collections::BTreeMap;
 
@@ -14,15 +14,15 @@ use super::{ExportFailure, ExportOptions, Format, Made, Meshed, limit_triangles,
 /// Processes whose parts lie on a bed.
 const BED_PROCESSES: [Process; 2] = [Process::Fdm, Process::Sla];
 
-/// One 3MF file per plate: `plate-fdm-black-pla-1.3mf` and so on. A printer holds one material at a
-/// time, so that parts share a plate only where both process and material are the same.
+/// Makes one 3MF file for each plate: `plate-fdm-black-pla-1.3mf` and so on. A printer holds one material at a time, so
+/// parts share a plate only if process, machine and material agree.
 pub(super) fn plates(
     design: &Design,
     hash: &str,
     options: &ExportOptions,
     meshed: &[Meshed],
 ) -> Result<Vec<Made>, ExportFailure> {
-    // The parts of a group would be laid out apart.
+    // Parts of a print group are left out: the packing would separate them.
     let groups = &design.sensor.print_groups;
     let in_group = |name: &str| groups.iter().any(|g| g.parts.iter().any(|part| part == name));
     let mut copies: BTreeMap<(usize, &str, &str), Vec<&Meshed>> = BTreeMap::new();
@@ -39,7 +39,7 @@ pub(super) fn plates(
     let mut made = Vec::new();
     for ((process, machine, material), copies) in &copies {
         let stock = (BED_PROCESSES[*process], *material);
-        // A process of one's own goes by its own name.
+        // A user-defined process has its own name, which need not be repeated as the machine's.
         let made_on = match (stock.0.to_string(), *machine) {
             (process, "") => process,
             (process, machine) if machine.eq_ignore_ascii_case(&process) => process,
@@ -51,7 +51,7 @@ pub(super) fn plates(
     Ok(made)
 }
 
-/// The plates of one process and material.
+/// Makes the plates of one process, machine and material.
 fn plates_of(
     design: &Design,
     hash: &str,
@@ -93,7 +93,7 @@ fn plates_of(
     (0..plates).map(plate).collect()
 }
 
-/// The bed of the machine that the copies are made on; where nobody says, the one that was asked for.
+/// Returns the bed of the machine on which the copies are made; the requested bed if the machine has none.
 fn bed_of(copies: &[&Meshed], options: &ExportOptions) -> Bed {
     let machine = copies.first().and_then(|m| m.body.machine.as_ref());
     match machine.map(|machine| machine.bed_mm) {
@@ -104,7 +104,8 @@ fn bed_of(copies: &[&Meshed], options: &ExportOptions) -> Bed {
     }
 }
 
-/// Moved before rounding to `f32`, and checked again after it: rounding depends on the place.
+/// Places a copy on its plate. The mesh is moved before it is rounded to `f32` and checked again afterwards, because
+/// rounding depends on the position.
 fn place(meshed: &Meshed, spot: &Spot) -> Result<PrintMesh, ExportFailure> {
     let [x_mm, y_mm] = spot.corner_mm;
     let moved = meshed.lying.placed(&Pose::translation(x_mm, y_mm, 0.0));

@@ -1,4 +1,4 @@
-//! What slicers are told of parts.
+//! Slicer settings of parts.
 
 use fabkit_checks::{Chosen, PrintSettings, print_settings};
 use fabkit_export::SlicerSettings;
@@ -6,17 +6,17 @@ use fabkit_geometry::{Body, Process, Sensor};
 
 use super::ExportFailure;
 
-/// Settings of a part, and their reasons for people.
+/// Slicer settings of a part, with their reasons as text.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Told {
     pub settings: Option<SlicerSettings>,
     pub about: String,
 }
 
-/// What the slicer of a part is told.
+/// Chooses the slicer settings of a part.
 ///
 /// # Errors
-/// [`ExportFailure::Examined`] if its solid is none.
+/// [`ExportFailure::Examined`] if its solid is invalid.
 pub(super) fn told(sensor: &Sensor, body: &Body) -> Result<Told, ExportFailure> {
     let about = match (print_settings(sensor, body)?, body.process()) {
         (Some(settings), _) => {
@@ -44,7 +44,7 @@ fn slicer(settings: &PrintSettings) -> SlicerSettings {
     }
 }
 
-/// All settings, each with its reason.
+/// Joins all settings with their reasons in one sentence.
 fn reasons(settings: &PrintSettings) -> String {
     fn because<T>(what: String, chosen: &Chosen<T>) -> String {
         format!("{what} ({})", chosen.why)

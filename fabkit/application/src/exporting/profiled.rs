@@ -1,4 +1,4 @@
-//! Which parts a printer's profile is for, and which it says nothing of.
+//! Parts to which a printer profile applies.
 
 use std::collections::BTreeSet;
 
@@ -9,13 +9,12 @@ use fabkit_geometry::Body;
 
 use super::{ExportFailure, ExportOptions, chosen, pieces};
 
-/// A profile must change something: one that was given for other parts is a slip, not a wish.
-/// Several designs may be exported with one profile, of which some have no part that it is for.
+/// Checks that the profile applies to a part of at least one design. A profile without effect is most likely a mistake;
+/// of several designs, some may have no matching part.
 ///
 /// # Errors
-/// [`ExportFailure::ProfileUnused`] if it is for none of the parts,
-/// [`ExportFailure::ProfileWithoutFiles`] if no file is asked for that could make up for it, and
-/// names that no body has.
+/// [`ExportFailure::ProfileUnused`] if it applies to no part, [`ExportFailure::ProfileWithoutFiles`] if no requested
+/// file can apply it, and names that no body has.
 pub fn require_profile_applies<'a>(
     designs: impl IntoIterator<Item = &'a Design>,
     options: &ExportOptions,
@@ -53,7 +52,7 @@ pub fn require_profile_applies<'a>(
     })
 }
 
-/// What the manifest says; nothing where no profile was given or none is wanted.
+/// Returns the manifest's entry of the profile; `None` without a profile or for nominal files.
 pub(super) fn entry<'a>(
     bodies: impl Iterator<Item = &'a Body>,
     options: &ExportOptions,

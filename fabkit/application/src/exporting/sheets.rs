@@ -1,4 +1,4 @@
-//! Parts that are cut from sheets: their outlines, and the stock sheets that hold all of them.
+//! Outlines of parts cut from sheets, and their nesting on stock sheets.
 
 use std::collections::BTreeMap;
 
@@ -15,21 +15,21 @@ use super::compensation::compensation;
 use super::formats::Making;
 use super::{ExportFailure, ExportOptions, Made, Meshed, stock};
 
-/// A part's outlines as they are cut.
+/// Outlines of a part as they are cut, kerf included.
 pub(super) struct CutSheet {
     profile: Profile,
     thickness_mm: f64,
 }
 
-/// Whether parts of this process have drawings.
+/// Returns whether parts of this process have outlines.
 fn is_flat(process: Process) -> bool {
     matches!(process, Process::Laser | Process::Pcb)
 }
 
-/// The outlines of a part that is cut from a sheet; nothing for all others.
+/// Returns the outlines of a part cut from a sheet; `None` for other parts.
 ///
 /// # Errors
-/// [`ExportFailure::NotASheet`] if it has none, [`ExportFailure::Outline`] if the kerf closes one.
+/// [`ExportFailure::NotASheet`] if the solid is not flat, [`ExportFailure::Outline`] if the kerf closes an outline.
 pub(super) fn cut_sheet(
     body: &Body,
     compensation: &Compensation,
@@ -42,7 +42,8 @@ pub(super) fn cut_sheet(
         process: body.process_word(),
         source,
     })?;
-    // What is cast between sheets shrinks along them; their thickness is what the stock has.
+    // Only the outlines are scaled against the shrinkage of what is cast between sheets. Their thickness is the
+    // stock's.
     let scaled = match compensation.scale {
         1.0 => sheet.profile,
         scale => sheet.profile.scaled(scale),
@@ -53,7 +54,7 @@ pub(super) fn cut_sheet(
 }
 
 impl CutSheet {
-    /// What the manifest says.
+    /// Returns the manifest's figures.
     pub(super) fn figures(&self) -> SheetFigures {
         let [min, max] = self.profile.bounds_mm();
         SheetFigures {
@@ -64,17 +65,17 @@ impl CutSheet {
         }
     }
 
-    /// The part alone.
+    /// Returns the drawing of this part alone.
     pub(super) fn drawing(&self) -> Drawing {
         Drawing::of_piece(&self.profile)
     }
 }
 
-/// One drawing per stock sheet: `sheet-acrylic-3mm-1.dxf` and so on, each with all pieces of one
-/// material and thickness that fit. Boards are ordered one by one and have none.
+/// Makes one drawing for each stock sheet: `sheet-acrylic-3mm-1.dxf` and so on, each with as many pieces of one
+/// material and thickness as fit. Circuit boards are ordered singly and are not nested.
 ///
 /// # Errors
-/// [`ExportFailure::Stock`] for a piece that is larger than the stock.
+/// [`ExportFailure::Stock`] for a piece larger than the stock.
 pub(super) fn nested(
     design: &Design,
     hash: &str,
@@ -107,9 +108,9 @@ pub(super) fn nested(
     Ok(made)
 }
 
-/// The stock sheets of one material and thickness, with everything that is cut from them.
+/// Stock sheets of one material and thickness, with all pieces cut from them.
 struct Stocked {
-    /// `sheet-acrylic-3mm`.
+    /// Name, for example `sheet-acrylic-3mm`.
     name: String,
     material: String,
     thickness_mm: f64,
@@ -118,7 +119,7 @@ struct Stocked {
     sheets: Vec<NestedSheet>,
 }
 
-/// Everything that is cut for so many units, nested by material and thickness.
+/// Nests all pieces for `units` units, by material and thickness.
 fn stocked(
     cut: &[(&Body, &CutSheet)],
     units: u32,
@@ -159,13 +160,13 @@ fn stocked(
     stocks.into_iter().map(stock).collect()
 }
 
-/// What is cut, and each sheet as SVG by its title.
+/// Sheet plans, and an SVG drawing of each sheet by its title.
 pub(crate) type Planned = (Vec<SheetPlan>, BTreeMap<String, Vec<u8>>);
 
-/// What is cut for so many units as `export` would cut it, and a drawing of each sheet by its title.
+/// Nests the pieces of `units` units as `export` does, and draws each sheet.
 ///
 /// # Errors
-/// As of the export itself.
+/// Errors of the export itself.
 pub(crate) fn plan(design: &Design, units: u32) -> Result<Planned, ExportFailure> {
     let options = ExportOptions::default();
     let mut cut = Vec::new();
@@ -202,7 +203,7 @@ pub(crate) fn plan(design: &Design, units: u32) -> Result<Planned, ExportFailure
     Ok((plans, drawings))
 }
 
-/// Rounded to a micrometre, which no sheet is true to.
+/// Formats a thickness rounded to a micrometre, which is finer than any sheet's tolerance.
 fn thickness(mm: f64) -> String {
     format!("{}mm", (mm * 1000.0).round() / 1000.0)
 }

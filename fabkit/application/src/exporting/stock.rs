@@ -1,9 +1,9 @@
-//! Materials in names of files, so that what lies on one plate or sheet is made of one material.
+//! File-name words for materials. They are unique, so that a plate or sheet holds one material only.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A word for each material, each its own, in names of files: `black-pla`, `tough-resin-blue`.
-/// Materials whose names differ in their punctuation alone are numbered in alphabetical order.
+/// Returns a unique word for each material, for use in file names: `black-pla`, `tough-resin-blue`. Materials that
+/// differ only in punctuation are numbered in alphabetical order.
 pub(super) fn words<'a>(materials: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a str, String> {
     let materials: BTreeSet<&str> = materials.into_iter().collect();
     let mut taken = BTreeSet::new();
@@ -21,7 +21,7 @@ pub(super) fn words<'a>(materials: impl IntoIterator<Item = &'a str>) -> BTreeMa
     materials.into_iter().map(word).collect()
 }
 
-/// Letters, digits and single hyphens.
+/// Reduces a name to lower-case letters, digits and single hyphens.
 fn slug(material: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { ' ' };
     let words: String = material.chars().map(plain).collect();

@@ -1,4 +1,4 @@
-//! Soft layers as tetrahedra, for other solvers, and what there is to know of them.
+//! Tetrahedral meshes of the soft layers, for other solvers, with a JSON description.
 
 use fabkit_designs::Design;
 use fabkit_elastic::{SoftError, SoftStack};
@@ -11,10 +11,10 @@ use serde_json::json;
 use super::formats::Making;
 use super::{ExportFailure, ExportOptions, Format, Made};
 
-/// Length of edges, where nothing is said, mm.
+/// Default edge length of tetrahedra, mm.
 pub const DEFAULT_EDGE_MM: f64 = 0.5;
 
-/// The files asked for, if any, and `NAME.tetrahedra.json` beside them.
+/// Makes the requested tetrahedra files and `NAME.tetrahedra.json` beside them; nothing if none is requested.
 pub(super) fn made(
     design: &Design,
     hash: &str,

@@ -1,5 +1,4 @@
-//! Whether a mesh has the holes, pieces and cavities that its design counts, and what it means if it has
-//! others.
+//! Comparison of a mesh's topology with the design: genus, pieces and closed cavities.
 
 use fabkit_designs::parameters::SourceKind;
 use fabkit_designs::{Design, builtin_names, builtin_yaml};
@@ -8,10 +7,10 @@ use fabkit_mesh::{DEFAULT_TOLERANCE_MM, PrintMesh, Shell};
 
 use super::ExportFailure;
 
-/// Chips and cavities that a message names.
+/// Largest number of surplus pieces and cavities named in a message.
 const MOST_NAMED: usize = 3;
 
-/// What a body is made of, as far as counting goes.
+/// Topological counts of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Counted {
     genus: i32,
@@ -19,8 +18,8 @@ pub(super) struct Counted {
 }
 
 impl Counted {
-    /// By the design; for what the design does not count, as a mesh at the usual tolerance has it.
-    /// `None` if nothing is known.
+    /// Returns the design's counts. What the design does not count is taken from a mesh at the default tolerance;
+    /// `None` if the requested tolerance is as fine, so that nothing is known.
     pub fn of(body: &Body, tolerance_mm: f64) -> Option<Self> {
         if let (Some(genus), Some(shells)) = (body.genus, body.shells) {
             return Some(Self { genus, shells });
@@ -38,7 +37,7 @@ impl Counted {
         Self { genus: mesh.genus(), shells: Shells { pieces: shells.len() - voids, voids } }
     }
 
-    /// What is wrong with a mesh that should have been so.
+    /// Compares a mesh with the counts; returns the failure if they differ.
     pub fn failure(self, body: &Body, mesh: &PrintMesh) -> Option<ExportFailure> {
         let (part, found) = (body.name.to_owned(), Self::in_mesh(mesh));
         if found.shells != self.shells {
@@ -51,7 +50,8 @@ impl Counted {
     }
 }
 
-/// The smallest pieces and cavities of those that are too many.
+/// Returns the smallest of the surplus pieces and cavities, at most `MOST_NAMED`: chips are more likely wrong than the
+/// main piece.
 fn unexpected(mut shells: Vec<Shell>, counted: Shells) -> Vec<Shell> {
     shells.sort_by(|a, b| a.volume_mm3.abs().total_cmp(&b.volume_mm3.abs()));
     let (voids, pieces): (Vec<Shell>, Vec<Shell>) = shells.into_iter().partition(Shell::is_void);
@@ -65,7 +65,7 @@ fn unexpected(mut shells: Vec<Shell>, counted: Shells) -> Vec<Shell> {
         .collect()
 }
 
-/// For people: `; a piece of 0.009 mm3 at (1.0, 2.0, 3.0) mm, a cavity of ...`.
+/// Formats shells for a message: `: a piece of 9.000e-3 mm3 at (1.00, 2.00, 3.00) mm, a cavity of ...`.
 pub(super) fn places(shells: &[Shell]) -> String {
     let place = |shell: &Shell| {
         let what = if shell.is_void() { "cavity" } else { "piece" };
@@ -76,8 +76,7 @@ pub(super) fn places(shells: &[Shell]) -> String {
     if all.is_empty() { String::new() } else { format!(": {}", all.join(", ")) }
 }
 
-/// A mesh that is not as counted is a fault of fabkit's if the design is built in, and of the values
-/// if they are somebody else's.
+/// Attributes a wrong topology: to fabkit if the design is built in and unchanged, otherwise to the changed values.
 pub(super) fn by_values(failure: ExportFailure, design: &Design) -> ExportFailure {
     let (ExportFailure::Genus { .. } | ExportFailure::Shells { .. }) = &failure else {
         return failure;
@@ -88,8 +87,8 @@ pub(super) fn by_values(failure: ExportFailure, design: &Design) -> ExportFailur
     }
 }
 
-/// The parameters that differ from the built-in design of that name, or that somebody gave where there
-/// is none; `None` for a built-in design as it is.
+/// Returns the parameters that differ from the built-in design of that name; if there is none, those that the user
+/// gave. `None` for an unchanged built-in design.
 fn changed(design: &Design) -> Option<Vec<String>> {
     if design.parameters.is_empty() {
         return None; // Made by a program.
@@ -99,7 +98,7 @@ fn changed(design: &Design) -> Option<Vec<String>> {
         name.strip_prefix(builtin).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
     });
     let shown = |path: &str, value: &str| format!("{path} = {value}");
-    // The longest: one name may begin with another.
+    // One name may begin with another, so the longest match counts.
     let Some(builtin) = builtin.max_by_key(|builtin| builtin.len()) else {
         let given = design.parameters.iter().filter(|s| s.source.kind == SourceKind::User);
         return Some(given.map(|s| shown(&s.path, &s.value)).collect());
@@ -108,7 +107,7 @@ fn changed(design: &Design) -> Option<Vec<String>> {
     let is_same = |path: &str, value: &str| {
         project.settings().any(|setting| setting.path == path && setting.value == value)
     };
-    // What follows from what was changed nobody changed.
+    // Values computed from expressions follow from other changes and are not listed.
     let own = design.parameters.iter().filter(|setting| setting.expression.is_none());
     let other = own.filter(|s| !is_same(&s.path, &s.value));
     let other: Vec<String> = other.map(|s| shown(&s.path, &s.value)).collect();

@@ -1,4 +1,4 @@
-//! What a guide says of calibration: what the sensor's fixtures are, and a plan for their pins.
+//! Calibration chapter of a guide: the sensor's fixtures, and a capture plan for their pins.
 
 use std::collections::BTreeSet;
 
@@ -9,12 +9,13 @@ use fabkit_guide::{Calibration, Capture, FixtureNote, Typed};
 
 use crate::source::Target;
 
-/// What is typed for some fixtures, and for the one whose pins tell the camera's place.
+/// Function that returns the command lines for the given fixtures and, if any, the fixture whose pins determine the
+/// camera pose.
 pub type Lines<'a> = &'a dyn Fn(&[&str], Option<&str>) -> Vec<Typed>;
 
-/// How the sensor is calibrated; of a fixture, its own part in it, if it has one. Where pins cannot be placed there
-/// is no plan for them, and the command that checks the fixture says why. What is typed is
-/// up to who knows the command.
+/// Describes the calibration of a sensor; for a fixture, only its own role, if it has one. If its pins cannot be
+/// placed, there is no capture plan, and `check` of the fixture explains why. The command lines come from the caller,
+/// which knows the command.
 pub fn calibration(project: &Project, target: Target, typed: Lines) -> Option<Calibration> {
     let names = project.fixture_names();
     let pins_in = project.pin_fixture_name();
@@ -47,8 +48,8 @@ pub fn calibration(project: &Project, target: Target, typed: Lines) -> Option<Ca
     })
 }
 
-/// As many pictures with as many pins as the fixture's own forecast counts on, each hole about as often as any
-/// other, in each picture far from each other, with lengths taking turns.
+/// Plans as many images with as many pins as the fixture's forecast assumes. Each hole is used about equally often, the
+/// holes of one image are far apart, and pin lengths alternate.
 fn captures(project: &Project, fixture: &Design, name: &str) -> Vec<Capture> {
     let Some(landmarks) = fixture.documents::<PinLandmarks>().next() else { return Vec::new() };
     let key = format!("fixtures.{}.captures.", name.replace('-', "_"));
@@ -71,6 +72,7 @@ fn captures(project: &Project, fixture: &Design, name: &str) -> Vec<Capture> {
         return Vec::new();
     }
     let pins = (pins as usize).min(holes.len());
+    // A constant stride over the sorted holes spreads the pins; the start advances by one hole with each image.
     let stride = holes.len() / pins.max(1);
     let capture = |index: usize| {
         let mut of: Vec<u32> =

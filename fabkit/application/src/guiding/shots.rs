@@ -1,4 +1,4 @@
-//! What a step looks like: what is on its way with arrows, and what stands there afterwards.
+//! Images of a build step: incoming or outgoing pieces with arrows, and the state afterwards.
 
 use std::collections::BTreeMap;
 
@@ -8,20 +8,20 @@ use fabkit_geometry::{Aabb, Action, CompiledSolid, Point3, Pose, Sensor, Solid, 
 
 use crate::pictures::{PictureError, encoded, poured_upright, prepared};
 
-/// Width and height of a step's picture, px.
+/// Width and height of a step's image, px.
 const STEP_PX: [u32; 2] = [340, 255];
 
-/// Air between what is on its way and what it goes to, over the size of all of it.
+/// Gap between a moving piece and its place, relative to the size of the whole scene.
 const GAP: f64 = 0.22;
 
-/// Radius of an arrow's shaft and of its head, and length of the head, over the gap.
+/// Radius of an arrow's shaft, radius of its head, and length of the head, relative to the arrow's length.
 const ARROW: [f64; 3] = [0.055, 0.14, 0.35];
 
 const ARROW_COLOR: [u8; 3] = [192, 57, 43];
 
-/// A picture to draw.
+/// Scene of a step's image.
 pub(super) struct Scene {
-    /// The same for the same picture.
+    /// Key that is equal for scenes with the same image.
     pub(super) key: String,
     actors: Vec<Actor>,
     is_cut: bool,
@@ -29,7 +29,7 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    /// As PNG.
+    /// Draws the scene as PNG.
     pub(super) fn draw(&self) -> Result<Vec<u8>, PictureError> {
         let [width, height] = STEP_PX;
         let cut = View::section(width, height, Point3::origin(), -Vector3::y());
@@ -38,7 +38,7 @@ impl Scene {
             false => View::isometric(width, height),
         };
         let picture = match render(&self.actors, if self.is_cut { &cut } else { &whole }) {
-            // All of it may stand in front of the plane.
+            // All bodies may lie in front of the section plane; then they are drawn whole.
             Err(RenderError::NothingToDraw) if self.is_cut => render(&self.actors, &whole),
             other => other,
         };
@@ -46,13 +46,13 @@ impl Scene {
     }
 }
 
-/// Every body of a sensor, prepared once.
+/// All bodies of a sensor, compiled once.
 pub(super) struct Stock<'a> {
     sensor: &'a Sensor,
     solids: BTreeMap<&'a str, CompiledSolid>,
 }
 
-/// Something in its place, or away from it.
+/// Body at its place, shifted for display.
 #[derive(Clone, Copy)]
 struct Set<'a> {
     stand: Stand<'a>,
@@ -71,14 +71,15 @@ impl<'a> Stock<'a> {
         Ok(Self { sensor, solids })
     }
 
-    /// Before a step, with what is on its way, and after it.
+    /// Makes the scenes of a step: before it, with the moving pieces apart, and after it.
     pub(super) fn scenes(&self, stage: &Stage<'a>) -> [Option<Scene>; 2] {
         let action = &self.sensor.chain[stage.step].action;
-        // Molds show what is in them; what is put together is seen from outside.
+        // Molds are cut open to show their inside; assemblies are seen from outside.
         let is_cut = matches!(action, Action::Pour(_) | Action::Spray(_) | Action::Demold(_));
         let before = match stage.going.is_empty() {
             true => self.moving(stage, &stage.before, &stage.coming, false, is_cut),
             false => {
+                // Pieces leave in the given order; reversed, so that the first one to leave ends up outermost.
                 let leaving: Vec<Came> = stage.going.iter().rev().cloned().collect();
                 self.moving(stage, &stage.after, &leaving, true, is_cut)
             }
@@ -112,8 +113,8 @@ impl<'a> Stock<'a> {
         self.scene(stage, sets, arrows, [is_cut, is_from_below])
     }
 
-    /// Sets pieces away from what stands there, each behind those that come before it; what is put together
-    /// outside stands apart there.
+    /// Places moving pieces away from the standing ones, each beyond those before it. Pieces that are assembled outside
+    /// are spread there first.
     fn spread(
         &self,
         sets: &mut Vec<Set<'a>>,
@@ -145,8 +146,10 @@ impl<'a> Stock<'a> {
         }
     }
 
-    /// How far a piece goes until all that lies ahead of it is behind, mm.
+    /// Computes how far a piece must move along `out` to clear everything ahead of it, mm. Bodies that do not overlap
+    /// it seen along `out` do not block it.
     fn clearing_mm(&self, piece: &Aabb, out: &Vector3<f64>, sets: &[Set]) -> f64 {
+        // A helper axis that is not nearly parallel to `out`, for two directions across it.
         let aside = if out.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
         let u = out.cross(&aside).normalize();
         let across = [u, out.cross(&u)];
@@ -168,6 +171,7 @@ impl<'a> Stock<'a> {
     fn bounds(&self, set: &Set) -> Aabb {
         let (bounds, pose) =
             (self.solids[set.stand.body.name.as_str()].bounds(), set.stand.assembly_from_body);
+        // Axis-aligned bounds of a rotated box: absolute rotation times the half sides.
         let half = pose.rotation().abs() * (0.5 * (bounds.max - bounds.min));
         let centre = pose.point(bounds.centre()) + set.shift;
         Aabb { min: centre - half, max: centre + half }
@@ -207,9 +211,9 @@ impl<'a> Stock<'a> {
     }
 }
 
-/// An arrow in the assembly's frame.
+/// Arrow in the assembly's frame.
 struct Arrow {
-    /// Away from where it belongs.
+    /// Direction from the piece's place outwards.
     out: Vector3<f64>,
     tail: Point3<f64>,
     along: Vector3<f64>,
@@ -217,7 +221,7 @@ struct Arrow {
 }
 
 impl Arrow {
-    /// In the air behind a piece that has gone out of its place.
+    /// Places an arrow in the gap behind a piece that was moved away from its place.
     fn in_gap(
         piece: &Aabb,
         out: &Vector3<f64>,
@@ -232,13 +236,13 @@ impl Arrow {
         Self { out: *out, tail, along, length_mm: 0.8 * gap_mm }
     }
 
-    /// As a body and its place in the scene.
+    /// Returns the arrow's solid and its pose in the scene.
     fn placed(&self, upright: &Pose, is_cut: bool) -> Option<(CompiledSolid, Pose)> {
         let [shaft, head, tip] = ARROW.map(|share| share * self.length_mm);
         let neck = self.length_mm - tip;
         let solid = Solid::cylinder(shaft, neck).plus(Solid::cone(head, 0.0, tip).at_z(neck));
         let (mut tail, along) = (upright.point(self.tail), upright.vector(self.along));
-        // What a section would halve stands behind its plane.
+        // A section would cut the arrow in half, so it is moved behind the plane.
         if is_cut && tail.y.abs() < head && along.y.abs() < 0.5 {
             tail.y = 1.05 * head;
         }

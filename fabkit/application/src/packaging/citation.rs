@@ -1,4 +1,4 @@
-//! On what terms a package may be used, and whom to cite.
+//! Licence and citation of a package.
 
 use std::fmt::Write as _;
 
@@ -7,16 +7,16 @@ use serde_json::json;
 
 use super::Terms;
 
-/// A licence by its SPDX identifier.
+/// Licence with its SPDX identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct License {
-    /// As SPDX calls it.
+    /// SPDX identifier.
     pub id: &'static str,
-    /// Where its text is.
+    /// Address of the licence text.
     pub url: &'static str,
 }
 
-/// Those that designs are published under; identifiers and places of SPDX's list.
+/// Licences offered for designs. Identifiers and addresses are from SPDX's list.
 pub const LICENSES: [License; 9] = [
     License { id: "CC-BY-4.0", url: "https://creativecommons.org/licenses/by/4.0/legalcode" },
     License { id: "CC-BY-SA-4.0", url: "https://creativecommons.org/licenses/by-sa/4.0/legalcode" },
@@ -29,11 +29,11 @@ pub const LICENSES: [License; 9] = [
     License { id: "Apache-2.0", url: "https://www.apache.org/licenses/LICENSE-2.0" },
 ];
 
-/// What most labs publish drawings under: use, change and sell, and name who made it. Chosen.
+/// Default licence: use, change and sell with attribution. Chosen, because most labs publish drawings under it.
 pub const DEFAULT_LICENSE: License = LICENSES[0];
 
 impl License {
-    /// By its identifier, in any case.
+    /// Finds a licence by its identifier, ignoring case.
     pub fn of(id: &str) -> Option<Self> {
         LICENSES.into_iter().find(|license| license.id.eq_ignore_ascii_case(id.trim()))
     }
@@ -54,10 +54,10 @@ impl Terms {
         )
     }
 
-    /// In the Citation File Format 1.2.0.
+    /// Writes the citation in the Citation File Format 1.2.0.
     pub(super) fn citation(&self, design: &Design) -> String {
         let sensor = &design.sensor;
-        // JSON's strings are YAML's.
+        // A JSON string is a valid YAML string.
         let quoted = |text: &str| json!(text).to_string();
         let mut text = String::from("cff-version: 1.2.0\n");
         let mut line = |key: &str, value: &str| {
@@ -96,8 +96,8 @@ impl Terms {
     }
 }
 
-/// Names as the format takes them: no two entries may be equal, and two people of one surname are known by the
-/// whole list.
+/// Prepares a list of authors for the format. It forbids equal entries; if two people share a surname, the whole list
+/// is therefore written as one entry.
 fn in_list<S: AsRef<str>>(names: &[S]) -> Vec<String> {
     let mut list: Vec<String> = names.iter().map(|name| name.as_ref().to_owned()).collect();
     let repeats = (1..list.len()).any(|i| list[..i].contains(&list[i]));
@@ -107,7 +107,7 @@ fn in_list<S: AsRef<str>>(names: &[S]) -> Vec<String> {
     list
 }
 
-/// What can be told apart in `after A, B et al.: TITLE, JOURNAL YEAR, arXiv NUMBER`.
+/// Parts of a reference text `after A, B et al.: TITLE, JOURNAL YEAR, arXiv NUMBER`.
 struct Reference<'a> {
     authors: Vec<&'a str>,
     title: &'a str,

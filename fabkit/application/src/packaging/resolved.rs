@@ -1,4 +1,4 @@
-//! A sensor's file with every value as it is used, whatever files and options it came from.
+//! Resolved sensor file: all values as used, from whatever files and options.
 
 use std::fmt::Write as _;
 
@@ -10,10 +10,8 @@ use serde_json::json;
 use super::is_of_fixtures;
 use crate::source::{NamedDesigns, Source};
 
-/// One text that stands for a sensor and its fixtures; nothing where the text, read again, would be another
-/// design: names with dots in them cannot be told from sections.
-///
-/// What a family does by itself is left to it.
+/// Writes one text that represents a sensor and its fixtures. Returns `None` if reading the text again would give
+/// another design: for example, names that contain dots are read as sections. Defaults of the family are not written.
 pub fn resolved_yaml(design: &Design, fixtures: &NamedDesigns) -> Option<String> {
     let sensor = &design.sensor;
     let mut text = String::from(
@@ -39,6 +37,7 @@ pub fn resolved_yaml(design: &Design, fixtures: &NamedDesigns) -> Option<String>
     }
     tree.write(&mut text, 0);
 
+    // The text is loaded again and its hashes compared, because not every set of values can be expressed.
     let main = SourceText { file: format!("{}.yaml", sensor.name), text: text.clone() };
     let project = Source::of_text(main).load(&[]).ok()?;
     let is_same = |name: &str, was: &Design| {
@@ -49,7 +48,7 @@ pub fn resolved_yaml(design: &Design, fixtures: &NamedDesigns) -> Option<String>
     same.then_some(text)
 }
 
-/// Keys in their order, with values or sections.
+/// Keys in their order, with values or nested sections.
 #[derive(Default)]
 struct Section(Vec<(String, Content)>);
 
@@ -59,7 +58,7 @@ enum Content {
 }
 
 impl Section {
-    /// The first value of a path stays.
+    /// Inserts a value at a path; if the path exists, the first value stays.
     fn put(&mut self, path: &str, value: &str) {
         let (key, rest) = match path.split_once('.') {
             Some((key, rest)) => (key, Some(rest)),

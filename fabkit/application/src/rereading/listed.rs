@@ -1,4 +1,4 @@
-//! What a folder's list of contents says of it.
+//! Lists of contents, read for the verification of a folder.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -15,26 +15,26 @@ use super::{Kind, RereadError};
 use crate::exporting::MANIFEST_NAME;
 use crate::sweeping;
 
-/// Lists without a checksum.
+/// Note on manifests without a checksum.
 const UNSEALED: &str = "manifest.json has no checksum, because an older fabkit wrote it: whether it \
                         was damaged itself cannot be known; export again to have one";
 
-/// A list that is not damaged.
+/// List of contents that is itself undamaged.
 pub(super) struct Listed {
-    /// What must be there.
+    /// Files that must be there.
     pub files: Files,
-    /// What is known to lie there besides, and may have gone.
+    /// Other files known to lie there; they may be gone.
     pub others: BTreeSet<String>,
-    /// Entries that no file can be as.
+    /// Invalid entries: the name and what is wrong with it.
     pub impossible: Vec<(String, String)>,
     pub note: Option<&'static str>,
 }
 
 impl Listed {
-    /// The list, or what is wrong with it.
+    /// Reads the list, or returns the damage that makes it unusable.
     ///
     /// # Errors
-    /// A list of another version; the system's reasons.
+    /// A list of another format version, and errors of the file system.
     pub(super) fn read(folder: &Path, kind: Kind) -> Result<Result<Self, String>, RereadError> {
         let path = folder.join(kind.document());
         if listing::is_no_file(&path) {
@@ -76,7 +76,7 @@ fn manifest(path: &Path) -> Result<Listed, FolderError> {
         Ok(document) => (document, None),
         Err(error @ SealError::Other) => return damaged(error.to_string()),
         Err(SealError::None) => match serde_json::from_slice::<Value>(&bytes) {
-            // What has a seal, but not at its end, somebody wrote who is not fabkit.
+            // A seal that is not at the end was not written by fabkit.
             Ok(document) if document["blake3"].is_null() => (document, Some(UNSEALED)),
             _ => return damaged(SealError::None.to_string()),
         },
@@ -111,11 +111,11 @@ fn manifest(path: &Path) -> Result<Listed, FolderError> {
 }
 
 impl Listed {
-    /// What an earlier export left is compared as well, where it still is.
+    /// Adds leftovers of an earlier export, so that they are compared as well where they still exist.
     fn add_stale(&mut self, folder: &Path, others: &[OtherFile]) {
         for OtherFile { name, blake3, .. } in others.iter().filter(|other| is_plain(&other.name)) {
             let Some(blake3) = blake3 else { continue };
-            // Its size is not listed, and it may have been removed.
+            // Their sizes are not listed, and they may have been removed.
             let Some(bytes) = listing::size_bytes(&folder.join(name)) else { continue };
             if let Some(piece) = Piece::listed(bytes, blake3) {
                 self.files.insert(name.clone(), piece);

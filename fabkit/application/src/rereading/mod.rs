@@ -1,9 +1,8 @@
-//! Folders that fabkit wrote, read again: is everything still what was written?
+//! Verification of folders that fabkit wrote: every file is compared with what was written.
 //!
-//! Exports, data sets and sweeps list their files with size and hash in a document that carries its own
-//! hash. Each file is compared with that, each chunk of a data set with its own checksum, and whatever
-//! differs is named. Nothing is written, no link is followed, and what a list names outside of its
-//! folder is not looked at.
+//! Exports, data sets and sweeps list their files with size and hash in a document that carries its own hash. Each file
+//! is compared with that list, each chunk of a data set with its own checksum, and every difference is reported.
+//! Nothing is written, no link is followed, and listed names outside the folder are ignored.
 
 mod listed;
 
@@ -21,24 +20,24 @@ use self::listed::Listed;
 use crate::exporting::MANIFEST_NAME;
 use crate::sweeping;
 
-/// Files that no list names, beyond which they are only counted.
+/// Largest number of foreign files that are named; further ones are only counted.
 const MOST_NAMED: usize = 1000;
-/// What begins the names of files that are nobody's business.
+/// First character of hidden files, which are ignored.
 const HIDDEN: char = '.';
 
-/// What became of a file.
+/// Kind of difference of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
-    /// It is not what was written, or cannot be read.
+    /// The file differs from what was written, or cannot be read.
     Damaged,
-    /// It is gone.
+    /// The file is missing.
     Missing,
-    /// The list does not name it.
+    /// The file is not in the list.
     Foreign,
 }
 
 impl What {
-    /// For people and scripts.
+    /// Returns the word for people and scripts.
     pub fn word(self) -> &'static str {
         match self {
             Self::Damaged => "damaged",
@@ -48,68 +47,68 @@ impl What {
     }
 }
 
-/// A file that is not as it should be.
+/// Difference of one file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FolderFinding {
-    /// Its path below the folder.
+    /// Path relative to the folder.
     pub file: String,
-    /// What became of it.
+    /// Kind of difference.
     pub what: What,
-    /// How that shows.
+    /// Evidence for it.
     pub why: String,
 }
 
-/// A folder that was read again.
+/// Result of verifying one folder.
 #[derive(Clone, Debug)]
 pub struct Reread {
-    /// Where.
+    /// Verified folder.
     pub folder: PathBuf,
-    /// `export`, `data set`, `sweep`.
+    /// Kind of folder: `export`, `data set` or `sweep`.
     pub what: &'static str,
-    /// Files that the list names.
+    /// Number of listed files.
     pub files: usize,
-    /// Their size, as listed.
+    /// Total listed size, bytes.
     pub bytes: u64,
-    /// What is wrong, by path.
+    /// Differences, sorted by path.
     pub findings: Vec<FolderFinding>,
-    /// Foreign files besides those that are named.
+    /// Number of foreign files beyond the named ones.
     pub more_foreign: usize,
-    /// What cannot be known.
+    /// Limitation of the verification, if any.
     pub note: Option<&'static str>,
 }
 
 impl Reread {
-    /// Whether all is as it was written.
+    /// Returns whether the folder is as it was written.
     pub fn passed(&self) -> bool {
         self.findings.is_empty()
     }
 }
 
-/// Why a folder cannot be read again.
+/// Error that prevents a verification.
 #[derive(Debug, thiserror::Error)]
 pub enum RereadError {
-    /// Nothing there says what it holds.
+    /// The folder holds no list of contents.
     #[error("{} holds no {}, {} or {}", .folder.display(), .documents[0], .documents[1], .documents[2])]
     NoList {
-        /// Where.
+        /// Folder.
         folder: PathBuf,
-        /// Names of the lists that there could be.
+        /// File names of the possible lists.
         documents: [String; 3],
-        /// Whether something was begun there.
+        /// True if an unfinished data set or sweep lies there.
         is_begun: bool,
     },
-    /// A list of another version of its format.
+    /// List of another version of its format.
     #[error(transparent)]
     OtherVersion(FolderError),
-    /// A list that cannot be read.
+    /// List that cannot be read.
     #[error(transparent)]
     List(#[from] FolderError),
-    /// The operating system said no.
+    /// Operating system error.
     #[error("cannot read the folder {}: {source}", .folder.display())]
     Io {
-        /// Which.
+        /// Folder.
         folder: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
 }
@@ -143,7 +142,7 @@ impl Explained for RereadError {
     }
 }
 
-/// What a folder is filled with.
+/// Kind of folder content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Export,
@@ -170,17 +169,18 @@ impl Kind {
         }
     }
 
-    /// Whatever is there has that name, also what is no file: then it is damaged.
+    /// Determines the kind by the name of the list. Anything with that name counts, even if it is not a file: it is
+    /// then reported as damaged.
     fn of(folder: &Path) -> Option<Self> {
         let is_there = |kind: &Self| listing::is_there(&folder.join(kind.document()));
         Self::ALL.into_iter().find(is_there)
     }
 }
 
-/// Reads a folder again, and the exports in folders below an export, where fixtures and guides lie.
+/// Verifies a folder and, for an export, the exports of fixtures and guides in its subfolders.
 ///
 /// # Errors
-/// A folder that holds no list of contents, or one of another version; damage is none.
+/// A folder without a list of contents, or with one of another version. Damage is not an error.
 pub fn reread(folder: &Path) -> Result<Vec<Reread>, Error> {
     let Some(kind) = Kind::of(folder) else {
         listing::look_at(folder).map_err(|error| cannot_list(folder, error))?;
@@ -198,7 +198,7 @@ pub fn reread(folder: &Path) -> Result<Vec<Reread>, Error> {
     Ok(all)
 }
 
-/// Exports in folders directly below another one, sorted.
+/// Finds exports in the direct subfolders of a folder, sorted.
 fn exports_below(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let mut below: Vec<PathBuf> = listing::entries(folder)
         .map_err(|e| cannot_list(folder, e))?
@@ -228,7 +228,7 @@ fn one(folder: &Path, kind: Kind) -> Result<Reread, Error> {
     let listed = match Listed::read(folder, kind)? {
         Ok(listed) => listed,
         Err(why) => {
-            // Whatever it lists cannot be relied on.
+            // A damaged list cannot be relied on, so nothing else is compared.
             let findings = vec![FolderFinding { file: document, what: What::Damaged, why }];
             let folder = folder.into();
             let what = kind.what();
@@ -254,7 +254,7 @@ fn one(folder: &Path, kind: Kind) -> Result<Reread, Error> {
     let is_known = |name: &str| {
         name == document || listed.files.contains_key(name) || listed.others.contains(name)
     };
-    // Boards of an export have folders of their own; other folders below it are exports or somebody else's.
+    // Boards of an export lie in its own subfolders. Other subfolders hold other exports or foreign files.
     let is_ours = |below: &str| {
         let mut names = listed.files.keys();
         kind != Kind::Export
@@ -278,7 +278,7 @@ fn one(folder: &Path, kind: Kind) -> Result<Reread, Error> {
 
 type Findings = BTreeMap<String, FolderFinding>;
 
-/// Every file with its size and hash.
+/// Compares every file with its listed size and hash.
 fn compare(folder: &Path, files: &Files) -> Findings {
     let look = |name: &String| {
         let (what, why) = match files[name].state(folder, name) {
@@ -293,9 +293,9 @@ fn compare(folder: &Path, files: &Files) -> Findings {
     names.into_par_iter().filter_map(look).collect()
 }
 
-/// Says which chunk is damaged, and finds chunks that were so before they were hashed.
+/// Names damaged chunks, and finds chunks that were damaged before their file was hashed.
 fn add_chunks(folder: &Path, findings: &mut Findings) -> Result<(), Error> {
-    // Its document was just read.
+    // The list was just read without error; if it has changed since, there is nothing to add.
     let Ok(reader) = DatasetReader::open(folder) else { return Ok(()) };
     for (file, why) in reader.damaged_chunks()? {
         match findings.get_mut(&file) {
@@ -312,8 +312,7 @@ fn add_chunks(folder: &Path, findings: &mut Findings) -> Result<(), Error> {
     Ok(())
 }
 
-/// Names of files that nobody lists, and how many there are besides, in the folder and in those below it that
-/// are its own.
+/// Finds unlisted files in the folder and its own subfolders. Returns their names, and the number of further ones.
 fn foreign(
     folder: &Path,
     kind: Kind,
@@ -344,7 +343,7 @@ fn foreign(
     Ok((named, more))
 }
 
-/// What a run leaves that was killed in its last moment; going on removes it.
+/// Returns whether a name is the working folder left by a run that was killed at its very end; resuming removes it.
 fn is_partial(kind: Kind, name: &str) -> bool {
     let kind = match kind {
         Kind::Export => return false,

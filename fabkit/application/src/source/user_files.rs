@@ -1,4 +1,4 @@
-//! Files that a user keeps beside sensors: materials and processes for all of them, profiles of printers.
+//! Files that a user keeps beside sensors: materials and processes, and printer profiles.
 
 use std::path::Path;
 
@@ -8,13 +8,13 @@ use fabkit_files::Error;
 use fabkit_files::diagnostics::{Diagnosed, SourceText};
 use fabkit_files::reading::{self, Expected, MAX_YAML_BYTES};
 
-/// Names the file with what a user keeps for all sensors: materials and processes.
+/// Environment variable with the path of the user's file of materials and processes for all sensors.
 pub const USER_FILE_VARIABLE: &str = "FABKIT_MATERIALS";
 
-/// Reads the user's own file, where the environment names one.
+/// Reads the user's file, if the environment names one.
 ///
 /// # Errors
-/// A file that cannot be read; what is wrong in it is told with the sensor's problems.
+/// A file that cannot be read. Problems in it are reported with the sensor's.
 pub fn user_file() -> Result<Option<UserFile>, Error> {
     let Some(name) = std::env::var_os(USER_FILE_VARIABLE).filter(|name| !name.is_empty()) else {
         return Ok(None);
@@ -26,7 +26,7 @@ pub fn user_file() -> Result<Option<UserFile>, Error> {
     Ok(Some(UserFile { file: path.display().to_string(), text }))
 }
 
-/// Reads what a printer does to sizes.
+/// Reads a printer profile.
 ///
 /// # Errors
 /// A file that cannot be read, and all problems of the profile.

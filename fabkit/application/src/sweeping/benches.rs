@@ -1,5 +1,5 @@
-//! Rows whose figures come from the bench: interpreters, one for each thread, that are given numbers of variants and
-//! answer whole rows. They live as long as the sweep, because starting one takes longer than many a row.
+//! Sweep rows computed by the Python benchmark. Each thread has an interpreter that receives variant numbers and
+//! returns complete rows. Interpreters live as long as the sweep, because starting one takes longer than many rows.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
@@ -12,12 +12,13 @@ use serde_json::Value;
 use super::SweepError;
 use crate::benching::{self, BenchError};
 
-/// Starts a worker, whatever the current folder holds: `-c` looks there first.
+/// Python program that starts a worker. `-c` puts the current folder first in the search path, as an empty entry; it is
+/// removed so that files there cannot shadow modules.
 const START: &str = "import sys\nsys.path = [path for path in sys.path if path]\n\
     try:\n    from fabkit_bench._worker import main\nexcept ImportError as error:\n    \
     import json\n    print(json.dumps({'missing': str(error)}))\n    sys.exit(9)\nmain()\n";
 
-/// Workers that wait for something to do, and how to start others.
+/// Pool of idle workers, with what starting another one needs.
 pub(super) struct Benches<'a> {
     source: String,
     python: PathBuf,
@@ -26,7 +27,8 @@ pub(super) struct Benches<'a> {
 }
 
 impl<'a> Benches<'a> {
-    /// Starts the first worker, so that what is missing is said at once. `python` is the interpreter, if it is known.
+    /// Starts the first worker, so that a missing package is reported at once. Without `python`, the interpreter is
+    /// taken from the environment.
     pub(super) fn new(
         plan: &Plan,
         python: Option<&Path>,
@@ -38,10 +40,10 @@ impl<'a> Benches<'a> {
         Ok(Self { source, python, idle, cancelled })
     }
 
-    /// The row of a variant.
+    /// Computes the row of a variant.
     ///
     /// # Errors
-    /// [`SweepError::Cancelled`]; a worker that cannot be started, or ended.
+    /// [`SweepError::Cancelled`]; a worker that cannot be started, or that ended.
     pub(super) fn row(&self, number: usize) -> Result<Row, SweepError> {
         let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
         let mut worker = match idle {
@@ -49,7 +51,7 @@ impl<'a> Benches<'a> {
             None => Worker::start(&self.python, &self.source)?,
         };
         let answer = match worker.ask(&number.to_string()) {
-            // A signal reaches workers too.
+            // A signal reaches the workers too, so that their end may be the cancellation.
             Err(_) if (self.cancelled)() => return Err(SweepError::Cancelled),
             answer => answer?,
         };
@@ -61,7 +63,7 @@ impl<'a> Benches<'a> {
     }
 }
 
-/// One interpreter.
+/// One Python interpreter.
 struct Worker {
     python: PathBuf,
     child: Child,
@@ -76,7 +78,7 @@ impl Worker {
             why: why.to_string(),
         };
         let mut command = Command::new(python);
-        // Threads of the sweep have one each.
+        // The sweep already runs one worker for each thread.
         command.args(["-c", START]).env("RAYON_NUM_THREADS", "1");
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut child = command.spawn().map_err(|error| missing(&error))?;
@@ -96,9 +98,9 @@ impl Worker {
         Ok(worker)
     }
 
-    /// Writes a line and reads one.
+    /// Writes one line and reads the answer.
     fn ask(&mut self, line: &str) -> Result<Value, BenchError> {
-        // One that has ended says why in what it wrote before.
+        // A failed write means that the worker has ended; its reason is in the answer it wrote before.
         let _ = writeln!(self.ask, "{line}").and_then(|()| self.ask.flush());
         let mut answer = String::new();
         let read = self.answers.read_line(&mut answer);
@@ -120,7 +122,7 @@ impl Worker {
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        // It may have ended by itself.
+        // Errors are ignored: the process may have ended by itself.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

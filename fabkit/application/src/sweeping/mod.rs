@@ -1,4 +1,4 @@
-//! Sweeps as folders: rows as they are finished, then tables and a report.
+//! Sweep folders: rows are stored as they are finished, then tables and a report are written.
 //!
 //! | path | holds |
 //! |---|---|
@@ -7,9 +7,9 @@
 //! | `sweep.json` | which plan it was, how many variants became what, and hashes of the above |
 //! | `sweep.partial/` | until the above are there: the plan, and rows in files that appear whole |
 //!
-//! One process writes at a time ([`resumable`](fabkit_files::resumable)). A variant that makes fabkit panic
-//! is a row that says where. Rows are pure functions of the plan, so that it does not matter which run, process or machine
-//! computed them: killed and resumed, a sweep ends with the same bytes as an undisturbed one.
+//! One process writes at a time ([`resumable`](fabkit_files::resumable)). A variant that makes fabkit panic becomes a
+//! row with the location of the panic. Rows are pure functions of the plan, independent of the run, process or machine
+//! that computed them: killed and resumed, a sweep ends with the same bytes as an undisturbed one.
 
 mod benches;
 mod store;
@@ -32,20 +32,20 @@ use self::benches::Benches;
 pub use self::store::{Finished, KIND, Store, SweepError};
 use crate::source::{MAX_YAML_BYTES, Source};
 
-/// What a row takes in memory, in the tables and in the report, bytes.
+/// Memory of one row, in the tables and in the report, bytes.
 const ROW_BYTES: u64 = 6000;
-/// What a variant takes while it is computed, its meshes included, bytes.
+/// Memory of one variant while it is computed, its meshes included, bytes.
 const VARIANT_BYTES: u64 = 40 * memory::MB;
-/// The same where an interpreter runs the bench on it, bytes.
+/// Memory of one variant whose benchmark runs in an interpreter, bytes.
 const BENCH_BYTES: u64 = 500 * memory::MB;
-/// Most rows that a run that is killed loses, for each thread.
+/// Largest number of rows that each thread loses when the run is killed.
 const MOST_TOGETHER: usize = 16;
 
-/// Reads a plan and the sensor that it names; a sensor's path is relative to the plan's folder.
-/// `custom` are metrics that the caller computes.
+/// Reads a plan and the sensor that it names. A sensor's path is relative to the plan's folder. `custom` names metrics
+/// that the caller computes.
 ///
 /// # Errors
-/// Files that cannot be read; everything that is wrong with the plan, or with its sensor.
+/// Files that cannot be read, and all problems of the plan or its sensor.
 pub fn read_plan(path: &Path, custom: &[String]) -> Result<Plan, Error> {
     let hint = "is it the right file? It names a sensor and its axes";
     let expected = Expected { what: "a plan of a sweep", max_bytes: MAX_YAML_BYTES, hint };
@@ -53,10 +53,10 @@ pub fn read_plan(path: &Path, custom: &[String]) -> Result<Plan, Error> {
     plan(&path.display().to_string(), &text, path.parent().unwrap_or(Path::new("")), custom)
 }
 
-/// The same from text; `file` names it in messages.
+/// Reads a plan from text; `file` names it in messages.
 ///
 /// # Errors
-/// As [`read_plan`].
+/// See [`read_plan`].
 pub fn plan(file: &str, text: &str, folder: &Path, custom: &[String]) -> Result<Plan, Error> {
     let of_plan = || SourceText { file: file.into(), text: text.into() };
     let invalid = |invalid: InvalidDesign| Diagnosed::new(invalid, [of_plan()]);
@@ -84,23 +84,24 @@ pub fn plan(file: &str, text: &str, folder: &Path, custom: &[String]) -> Result<
     })
 }
 
-/// What is to be carried out.
+/// Sweep to be run.
 #[derive(Clone, Copy, Debug)]
 pub struct Sweep<'a> {
-    /// Which variants, and what to know of each.
+    /// Plan with its variants and metrics.
     pub plan: &'a Plan,
-    /// Whether to go on where an earlier run of the same plan was stopped.
+    /// Resume an earlier run of the same plan.
     pub resume: bool,
-    /// The interpreter that benches run in; else the one that the environment names.
+    /// Interpreter for benchmarks; by default the one named by the environment.
     pub python: Option<&'a Path>,
 }
 
-/// Computes what is missing on all threads, and writes the tables.
+/// Computes the missing rows on all threads, and writes the tables.
 ///
-/// `cancelled` is asked before each row; rows that are finished by then stay for `resume`.
+/// `cancelled` is called before each row; rows finished by then are kept for `resume`.
 ///
 /// # Errors
-/// [`SweepError`]: no room; a folder that is not empty, or holds another sweep; no files; stopped.
+/// [`SweepError`]: too little memory, a folder that is not empty or holds another sweep, files that cannot be written,
+/// cancellation.
 pub fn run(
     folder: &Path,
     sweep: Sweep,
@@ -114,7 +115,7 @@ pub fn run(
     })
 }
 
-/// As [`run`], on the threads that there is room for.
+/// Runs the sweep on the threads for which there is memory.
 fn fill(
     folder: &Path,
     sweep: Sweep,
@@ -122,14 +123,14 @@ fn fill(
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Finished, SweepError> {
     let Sweep { plan, resume, python } = sweep;
-    // Before the folder is made: without an interpreter nothing has begun that would have to be gone on with.
+    // Started before the folder is made: without an interpreter, no unfinished sweep is left behind.
     let is_benched = plan.bench().next().is_some();
     let benches = is_benched.then(|| Benches::new(plan, python, cancelled)).transpose()?;
     let store = Store::open(folder, plan, resume)?;
     let found = store.found();
     let done = Mutex::new(found);
     let missing = store.missing();
-    // Small enough that all threads have work to the end.
+    // Rows per file: few enough that all threads have work until the end.
     let share = missing.len() / (4 * rayon::current_num_threads()).max(1);
     let together = if benches.is_some() { 1 } else { share.clamp(1, MOST_TOGETHER) };
     missing.par_chunks(together).try_for_each(|numbers| {
@@ -154,10 +155,10 @@ fn fill(
     store.finish(plan, cancelled)
 }
 
-/// Writes the tables and the report of rows that somebody else chose, in a folder of their own.
+/// Writes the tables and the report for rows chosen by the caller, in a new folder.
 ///
 /// # Errors
-/// A folder that is not empty; no files.
+/// A folder that is not empty, or files that cannot be written.
 pub fn save(folder: &Path, plan: &Plan, rows: Vec<Row>) -> Result<Finished, SweepError> {
     if folder.read_dir().is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(FolderError::NotEmpty { folder: folder.into() }.into());
@@ -167,15 +168,15 @@ pub fn save(folder: &Path, plan: &Plan, rows: Vec<Row>) -> Result<Finished, Swee
     Ok(finished)
 }
 
-/// Rows that somebody else computed, from their lines.
+/// Parses rows that other processes computed.
 ///
 /// # Errors
-/// [`SweepError::NoRow`]: workers may send anything.
+/// [`SweepError::NoRow`] for a line that is not a row.
 pub fn rows_from(lines: &[String]) -> Result<Vec<Row>, SweepError> {
     lines.iter().map(|line| Row::from_line(line).map_err(SweepError::NoRow)).collect()
 }
 
-/// How many variants became what, in the order of [`Status::ALL`].
+/// Counts the rows of each status, in the order of [`Status::ALL`].
 fn counts(rows: &[Row]) -> [usize; 4] {
     Status::ALL.map(|status| rows.iter().filter(|row| row.status == status).count())
 }

@@ -1,4 +1,4 @@
-//! The folder of a sweep.
+//! Folder of a sweep: stored rows, tables and report.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -14,49 +14,49 @@ use serde_json::{Map, Value, json};
 use super::counts;
 use crate::benching::BenchError;
 
-/// A sweep's folder. Version 1 had no checksums.
+/// Kind of a sweep's folder. Version 1 had no checksums.
 pub const KIND: FolderKind = FolderKind { what: "sweep", name: "sweep", version: 2 };
-/// What the names of rows' files begin with.
+/// Prefix of the names of row files.
 const ROWS: &str = "rows-";
 
-/// Why there is no sweep.
+/// Error of a sweep.
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
-    /// There is no room for it.
+    /// Too little memory.
     #[error(transparent)]
     Memory(#[from] MemoryError),
-    /// The folder is another's, in use, or cannot be written to.
+    /// The folder holds something else, is in use, or cannot be written to.
     #[error(transparent)]
     Folder(#[from] FolderError),
-    /// A row that cannot be written down.
+    /// A row that cannot be stored.
     #[error(transparent)]
     Row(#[from] InvalidRow),
-    /// Somebody else sent what is no row.
+    /// A line from another process that is not a row.
     #[error(transparent)]
     NoRow(InvalidRow),
-    /// Somebody else sent a row that is none of this plan's.
+    /// A row from another process that does not belong to this plan.
     #[error("a worker sent a row of variant {variant}, {what}")]
     Stranger {
-        /// As sent.
+        /// Number of the variant as received.
         variant: usize,
-        /// What is wrong with it.
+        /// Contradiction to the plan.
         what: String,
     },
-    /// A table that cannot be written down.
+    /// A table that cannot be encoded.
     #[error(transparent)]
     Export(#[from] ExportError),
-    /// The tables cannot be put in their places.
+    /// The tables cannot be moved into place.
     #[error(transparent)]
     Staging(#[from] StagingError),
     /// Rows are missing.
     #[error("{missing} of {all} rows are missing")]
     Unfinished {
-        /// How many.
+        /// Number of missing rows.
         missing: usize,
-        /// Of how many.
+        /// Number of all rows.
         all: usize,
     },
-    /// An interpreter that cannot run the bench, or gave up.
+    /// An interpreter that cannot run the benchmark, or gave up.
     #[error(transparent)]
     Bench(#[from] BenchError),
     /// The caller asked to stop.
@@ -100,27 +100,27 @@ impl Explained for SweepError {
     }
 }
 
-/// What a finished sweep came to.
+/// Result of a finished sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finished {
-    /// How many variants there are.
+    /// Number of variants.
     pub variants: usize,
-    /// Rows that an earlier run had finished.
+    /// Number of rows that an earlier run had finished.
     pub found: usize,
-    /// How many variants became what, in the order of [`Status::ALL`].
+    /// Number of variants of each status, in the order of [`Status::ALL`].
     pub counts: [usize; 4],
-    /// How many of the failed ones made fabkit panic.
+    /// Number of failed variants that made fabkit panic.
     pub panicked: usize,
-    /// How many are on the Pareto front.
+    /// Number of variants on the Pareto front.
     pub on_front: usize,
-    /// Why no variant is left, if none is.
+    /// Reason why no variant is feasible, if none is.
     pub none_left: Option<String>,
-    /// Metrics that no variant has.
+    /// Metrics without a value in any variant.
     pub empty_metrics: Vec<String>,
 }
 
 impl Finished {
-    /// What `sweep.json` says.
+    /// Reads the result from `sweep.json`.
     fn read(document: &Value) -> Option<Self> {
         let count = |value: &Value| value.as_u64().map(|count| count as usize);
         let mut counts = [0; 4];
@@ -140,22 +140,22 @@ impl Finished {
     }
 }
 
-/// An open sweep: nobody else writes there until it is dropped.
+/// Open sweep. Its folder is locked until it is dropped.
 #[derive(Debug)]
 pub struct Store {
     folder: Folder,
     all: usize,
     /// Variants whose rows an earlier run left.
     found: BTreeSet<usize>,
-    /// What an earlier run came to, if it came to its end.
+    /// Result of an earlier run, if it finished.
     finished: Option<Finished>,
 }
 
 impl Store {
-    /// Makes the folder and leaves the plan in it, or finds the same plan there.
+    /// Creates the folder with the plan in it, or opens a folder with the same plan.
     ///
     /// # Errors
-    /// A folder that is not empty, is in use, or, to resume, holds another sweep.
+    /// A folder that is not empty, is in use or, to resume, holds another sweep.
     pub fn open(folder: &Path, plan: &Plan, resume: bool) -> Result<Self, SweepError> {
         let folder = Folder::open(KIND, folder, document(plan), resume)?;
         let finished = folder.whole().and_then(Finished::read);
@@ -166,12 +166,12 @@ impl Store {
         Ok(store)
     }
 
-    /// How many rows an earlier run had finished.
+    /// Returns the number of rows that an earlier run had finished.
     pub fn found(&self) -> usize {
         if self.finished.is_some() { self.all } else { self.found.len() }
     }
 
-    /// The variants whose rows are missing, in order.
+    /// Returns the variants whose rows are missing, in order.
     pub fn missing(&self) -> Vec<usize> {
         match self.finished {
             Some(_) => Vec::new(),
@@ -179,10 +179,10 @@ impl Store {
         }
     }
 
-    /// Keeps rows. Each variant's row is kept by one call.
+    /// Stores rows in one file. Each variant's row must be stored by exactly one call.
     ///
     /// # Errors
-    /// Rows that are none of the plan's; files that cannot be written.
+    /// Rows that do not belong to the plan, or files that cannot be written.
     pub fn put(&self, plan: &Plan, rows: &[Row]) -> Result<(), SweepError> {
         let Some(first) = rows.first() else { return Ok(()) };
         let mut text = String::new();
@@ -196,13 +196,13 @@ impl Store {
         Ok(self.folder.put(&name, text.as_bytes())?)
     }
 
-    /// Writes the tables and the report, and removes the rows' own files.
+    /// Writes the tables and the report, and removes the row files.
     ///
     /// # Errors
-    /// Rows that are missing; files that cannot be written.
+    /// Missing rows, or files that cannot be written.
     pub fn finish(self, plan: &Plan, cancelled: &dyn Fn() -> bool) -> Result<Finished, SweepError> {
         if let Some(finished) = self.finished {
-            // Killed after the tables were there, a run leaves the rows' own files.
+            // A run that was killed after writing the tables leaves the row files; they are removed now.
             self.folder.finish(Map::new())?;
             return Ok(Finished { found: self.all, ..finished });
         }
@@ -218,12 +218,12 @@ impl Store {
             }
             self.folder.put(&file.name, &file.bytes)?;
         }
-        // The list of contents comes last, and says that the others are there.
+        // The list of contents comes last: its existence proves that the other files are complete.
         self.folder.finish(results)?;
         Ok(Finished { found: self.found.len(), ..finished })
     }
 
-    /// All rows that are there. A line that is no row of this plan is as good as none.
+    /// Reads all stored rows. Lines that are not rows of this plan are ignored, so that they are computed again.
     fn read_rows(&self, plan: &Plan) -> Result<BTreeMap<usize, Row>, SweepError> {
         let mut rows = BTreeMap::new();
         for name in self.folder.names(&KIND.partial(ROWS)) {
@@ -236,7 +236,7 @@ impl Store {
     }
 }
 
-/// What is wrong with a row that somebody else computed.
+/// Checks a row against the plan; the error says what contradicts it.
 fn check(plan: &Plan, row: &Row) -> Result<(), String> {
     if row.variant >= plan.len() {
         return Err(format!("but there are {}", plan.len()));
@@ -250,7 +250,7 @@ fn check(plan: &Plan, row: &Row) -> Result<(), String> {
     }
 }
 
-/// What a plan is, for those who want to resume it.
+/// Describes the plan, for comparison when it is resumed.
 fn document(plan: &Plan) -> Value {
     let PlanSource { text, sensor_yaml, custom_metrics, .. } = plan.source();
     json!({
@@ -265,15 +265,15 @@ fn document(plan: &Plan) -> Value {
     })
 }
 
-/// A sweep's last files.
+/// Final files of a sweep.
 struct Tables {
     finished: Finished,
-    /// What `sweep.json` says besides the plan and its files.
+    /// Entries of `sweep.json` besides the plan and its files.
     results: Map<String, Value>,
     files: [OutputFile; 3],
 }
 
-/// The tables and the report of rows, whichever variants they are of, and what they come to.
+/// Makes tables, report and result from rows of any variants.
 fn tables(plan: &Plan, rows: Vec<Row>) -> Result<Tables, SweepError> {
     let table = Table::new(plan, rows);
     let rows = table.rows();
@@ -311,7 +311,7 @@ fn tables(plan: &Plan, rows: Vec<Row>) -> Result<Tables, SweepError> {
     Ok(Tables { finished, results, files })
 }
 
-/// All files of a sweep whose rows are known at once, the list of contents last.
+/// Makes all files of a sweep whose rows are known at once, the list of contents last.
 pub(super) fn whole(
     plan: &Plan,
     rows: Vec<Row>,
@@ -324,14 +324,14 @@ pub(super) fn whole(
     Ok((finished, files))
 }
 
-/// Why no variant is left, if none is: the constraints that exclude most, or an example of why others
+/// Explains why no variant is feasible, if none is: the constraints that exclude most, and an example of a variant that
 /// cannot be built.
 fn none_left(rows: &[Row]) -> Option<String> {
     if rows.iter().any(|row| row.status == Status::Ok) {
         return None;
     }
     let all = rows.len();
-    // The reasons begin with the constraint's own text.
+    // A reason begins with the text of its constraint, followed by one of these endings.
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     let excluded = rows.iter().filter(|row| row.status == Status::Excluded);
     for reason in excluded.flat_map(|row| row.reason.as_deref().unwrap_or_default().split("; ")) {

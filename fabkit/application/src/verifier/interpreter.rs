@@ -1,8 +1,8 @@
-//! Which Python is asked, and how it is kept from running what lies about.
+//! Selection and isolation of the Python interpreter.
 //!
-//! One rule finds it: [`PYTHON_VARIABLE`] names it by an absolute path, or else it is that of `.venv`
-//! in fabkit's checkout, for a program that cargo built there. The working folder, the search path
-//! and the folders above them are never looked at: they may hold anything.
+//! One rule finds it: [`PYTHON_VARIABLE`] names it by an absolute path, or else it is that of `.venv` in fabkit's
+//! checkout, for a program that cargo built there. The working folder, the search path and the folders above them are
+//! never searched, because they may hold anything.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -10,17 +10,17 @@ use std::process::{Command, Stdio};
 
 use super::VerifierError;
 
-/// Names the interpreter of the verifier's environment.
+/// Environment variable with the path of the verifier's interpreter.
 pub const PYTHON_VARIABLE: &str = "FABKIT_PYTHON";
 
-/// A Python that has the package.
+/// Python interpreter with the package.
 #[derive(Clone, Debug)]
 pub(super) struct Interpreter {
     path: PathBuf,
 }
 
 impl Interpreter {
-    /// The one that the rule finds.
+    /// Finds the interpreter by the rule above.
     pub(super) fn find(folder: &Path) -> Result<Self, VerifierError> {
         let named = env::var_os(PYTHON_VARIABLE).filter(|name| !name.is_empty());
         let Some(path) = named.map(PathBuf::from) else {
@@ -44,14 +44,14 @@ impl Interpreter {
         }
     }
 
-    /// Its path.
+    /// Returns its path.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// A command of it in a folder of our own. Isolated (`-I`): neither the folder nor a script's nor
-    /// the user's own packages are searched, and no variable tells it otherwise; those are removed
-    /// too, because what it starts would read them.
+    /// Makes a command of the interpreter that runs in `folder`. It is isolated (`-I`): neither the folder nor a
+    /// script's folder nor the user's packages are searched, and `PYTHON` variables are ignored. They are also removed,
+    /// because child processes would read them.
     pub(super) fn command(&self, folder: &Path) -> Command {
         let mut command = Command::new(&self.path);
         command.arg("-I").current_dir(folder).stdin(Stdio::null());
@@ -76,8 +76,8 @@ fn in_environment() -> PathBuf {
     Path::new(".venv").join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })
 }
 
-/// The checkout whose `target` folder holds the program. Whoever can write there could as well have
-/// written the program.
+/// Finds the checkout whose `target` folder holds the program. Trusting it is safe: whoever can write there could also
+/// have replaced the program.
 fn checkout_of(program: &Path) -> Option<&Path> {
     let target =
         program.ancestors().find(|folder| folder.file_name() == Some("target".as_ref()))?;

@@ -202,7 +202,7 @@ impl<'a> PinMarks<'a> {
 
     /// Computes, for each distinct contact, the offset of the mark from the pixel of the tip, and its derivatives. Pins
     /// without a detected mark or a visible tip are left out. The derivative by indentation is taken from `known` where
-    /// it was rendered before, because it hardly changes.
+    /// it was rendered before.
     pub(super) fn all(
         &self,
         from: &SeenFrom,

@@ -50,8 +50,7 @@ impl Counted {
     }
 }
 
-/// Returns the smallest of the surplus pieces and cavities, at most `MOST_NAMED`: chips are more likely wrong than the
-/// main piece.
+/// Returns the smallest of the surplus pieces and cavities, at most `MOST_NAMED`.
 fn unexpected(mut shells: Vec<Shell>, counted: Shells) -> Vec<Shell> {
     shells.sort_by(|a, b| a.volume_mm3.abs().total_cmp(&b.volume_mm3.abs()));
     let (voids, pieces): (Vec<Shell>, Vec<Shell>) = shells.into_iter().partition(Shell::is_void);

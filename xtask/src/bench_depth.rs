@@ -5,13 +5,13 @@ use std::process::Command;
 
 use crate::run::{built, cargo, check, root};
 
-/// Casters of triangles, in an environment of their own: nothing else needs them.
+/// Ray casters for triangle meshes, in a separate environment: nothing else needs them.
 const PEERS: [&str; 3] = ["numpy==2.4.6", "trimesh==5.2.0", "embreex==4.4.0.post1"];
-/// Large, and not made for every Python: left out where it cannot be had, and said to be.
+/// Large, and not available for every Python version. It is left out, with a message, where it cannot be installed.
 const OPEN3D: &str = "open3d-cpu==0.20.0";
 
-/// Casts the same scene exactly and as meshes beside trimesh, Embree and Open3D, prints rates,
-/// errors and their ratios, and writes them into `docs/benchmarks_depth.md`.
+/// Casts the same scene exactly, and as meshes with trimesh, Embree and Open3D. Prints rates, errors and their ratios,
+/// and writes them into `docs/benchmarks_depth.md`.
 pub fn run() -> Result<(), String> {
     let python = environment()?;
     let release = ["build", "--release", "--package"];
@@ -26,7 +26,7 @@ pub fn run() -> Result<(), String> {
     )
 }
 
-/// The interpreter of `.tools/bench-depth`, which is made first where it is missing.
+/// Returns the interpreter of `.tools/bench-depth`, which is created if it is missing.
 fn environment() -> Result<PathBuf, String> {
     let folder = root().join(".tools/bench-depth");
     let python = crate::python::interpreter(&folder);

@@ -6,8 +6,8 @@ use std::process::Command;
 
 use crate::run::{built, cargo, check, root};
 
-/// Times fabkit beside manifold3d, cadquery and build123d on the same trees at the same chord
-/// tolerance, prints the table and writes it into `docs/benchmarks.md`.
+/// Times fabkit beside manifold3d, cadquery and build123d on the same trees at the same chord tolerance, prints the
+/// table and writes it into `docs/benchmarks.md`.
 pub fn run() -> Result<(), String> {
     let python = crate::python::environment()?;
     let release = ["build", "--release", "--package"];
@@ -22,7 +22,7 @@ pub fn run() -> Result<(), String> {
         let mut command = Command::new(built("release", "fabkit"));
         command.args(["export", sensor, "--quiet", "--format", "tree", "-o"]);
         if sensor == "rtac0" {
-            // Its halves of molds.
+            // This route has printed mold halves.
             command.arg("--set=molds.route=printed");
         }
         command.arg(trees.join(sensor)).args(parts.iter().map(|part| format!("--part={part}")));
@@ -51,7 +51,7 @@ pub fn run() -> Result<(), String> {
         group("rtac0: two-piece mold", &rtac0, &halves),
         group("rtac0: all printed parts", &rtac0, &trees_in(&rtac0)?),
     ];
-    // Parts on which nothing was tuned: one of each kind that sensors and fixtures have.
+    // Parts for which nothing was tuned: one of each kind that sensors and fixtures have.
     let untuned = [
         ("rtac0: pin dome", "rtac0/pin-dome/dome"),
         ("rtac0: pin dome's surround", "rtac0/pin-dome/surround"),
@@ -86,7 +86,7 @@ fn group(title: &str, folder: &Path, files: &[String]) -> String {
     format!("{title}={}", paths.join(","))
 }
 
-/// File names, sorted.
+/// Lists the names of tree files in a folder, sorted.
 fn trees_in(folder: &Path) -> Result<Vec<String>, String> {
     let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
     let mut names = Vec::new();

@@ -1,4 +1,4 @@
-//! `cargo xtask book`: the reference is what the command says, and every block of the book runs.
+//! `cargo xtask book`: generates the reference from the command's output, and runs every block of the book.
 
 mod command;
 mod expected;
@@ -18,25 +18,24 @@ use std::time::Instant;
 use crate::run::{built, check, exists, in_ci, root, skip, tool};
 use pages::Runner;
 
-/// What generated pages say of themselves.
+/// First lines of generated pages.
 const GENERATED: &str = "<!-- Made by `cargo xtask book`; do not edit. -->";
 
 /// Folders of the Python packages, in the order of their reference.
 const PACKAGES: [&str; 2] = ["fabkit/python/fabkit", "simulation/bench/fabkit_bench"];
 
-/// A page as it should be.
+/// Generated page.
 pub struct Output {
-    /// Below `docs/`.
+    /// Path relative to `docs/`.
     path: PathBuf,
     text: String,
 }
 
-/// Writes the reference, checks contents and links, runs every block, and makes the HTML pages.
-///
-/// With a word, only pages with it in their path run.
+/// Writes the reference, checks contents and links, runs every block, and makes the HTML pages. With `only`, only pages
+/// whose path contains that word run.
 ///
 /// # Errors
-/// Everything that is not as the book says.
+/// Everything that differs from the book.
 pub fn run(only: Option<&str>) -> Result<(), String> {
     let fabkit = crate::run::fabkit()?;
     let chosen = env::var_os("FABKIT_PYTHON").map(|python| Ok(python.into()));
@@ -82,7 +81,7 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
     html(&docs)
 }
 
-/// Runs pages two at a time, as they come, each in a folder of its own; faults are in the order of the pages.
+/// Runs pages two at a time, each in its own folder. Faults are returned in the order of the pages.
 fn run_pages(
     mut runners: [Runner; 2],
     pages: &[(PathBuf, &markdown::Page)],
@@ -94,7 +93,7 @@ fn run_pages(
             let (waiting, faults) = (&waiting, &faults);
             scope.spawn(move || {
                 loop {
-                    // Not in the loop's head: there the lock would be held while the page runs.
+                    // Taken in a separate statement: in the loop's head, the lock would be held while the page runs.
                     let next = waiting.lock().ok().and_then(|mut waiting| waiting.next());
                     let Some((place, (path, page))) = next else { return };
                     if let Err(fault) = run_page(runner, path, page)
@@ -126,7 +125,7 @@ fn run_page(runner: &mut Runner, path: &Path, page: &markdown::Page) -> Result<(
     fs::remove_dir_all(&folder).map_err(failed)
 }
 
-/// Brings the generated pages up to date; in continuous integration they must be.
+/// Updates the generated pages; in continuous integration they must be up to date.
 fn reference(fabkit: &Path, python: Option<&Path>) -> Result<(), String> {
     let schema = output(Command::new(fabkit).arg("schema"))?;
     let mut outputs = yaml::pages(&schema)?;
@@ -158,8 +157,8 @@ fn python_page(python: &Path) -> Result<Output, String> {
     Ok(Output { path: PathBuf::from("reference/python.md"), text })
 }
 
-/// Refuses docstrings that the book's page does not show yet: it needs no more than an interpreter, so
-/// that nobody waits for the whole book to hear of it.
+/// Updates the book's page on Python from the docstrings. It needs only an interpreter, so that an outdated page is
+/// reported without running the whole book.
 pub fn compare_python_page() -> Result<(), String> {
     let python = Path::new("python3");
     if Command::new(python).arg("--version").output().is_err() {
@@ -178,7 +177,7 @@ pub fn compare_python_page() -> Result<(), String> {
     Ok(())
 }
 
-/// The book as HTML pages in `target/book`, if mdBook is here: the pages read as well without.
+/// Makes the book's HTML pages in `target/book`, if mdBook is installed. The Markdown pages are readable without it.
 fn html(docs: &Path) -> Result<(), String> {
     let Some(mdbook) = ["mdbook".into(), tool("mdbook")].into_iter().find(|p| exists(p)) else {
         return skip(
@@ -189,19 +188,20 @@ fn html(docs: &Path) -> Result<(), String> {
     check(Command::new(mdbook).arg("build").arg(docs).arg("--dest-dir").arg(built("book", "")))
 }
 
-/// Imports a module, but nothing that happens to lie in the folder in which the interpreter starts.
+/// Returns Python code that imports a module, but not from the folder in which the interpreter starts.
 fn import_of(module: &str) -> String {
     format!("import sys; del sys.path[0]; import {module}")
 }
 
-/// Whether an interpreter has a module, wherever it runs: a folder of that name is none.
+/// Returns whether an interpreter can import a module, independent of the current folder, which may have a subfolder of
+/// that name.
 fn importable(python: &Path, module: &str) -> bool {
     let mut import = Command::new(python);
     import.args(["-c", &import_of(module)]).current_dir(env::temp_dir());
     import.output().is_ok_and(|output| output.status.success())
 }
 
-/// What a program prints.
+/// Runs a program and returns its standard output.
 fn output(command: &mut Command) -> Result<String, String> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command.output().map_err(|e| format!("{name}: {e}"))?;

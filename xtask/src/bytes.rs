@@ -1,4 +1,4 @@
-//! `cargo xtask bytes`: whether a change kept every byte that it should have kept.
+//! `cargo xtask bytes`: checks that a change kept the exported bytes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,22 +9,23 @@ use crate::run::{built, cargo, check, fabkit, root};
 
 const USAGE: &str = "usage: cargo xtask bytes [--accept | --debug]";
 
-/// One line for each file: its hash, then design and name.
+/// List of hashes: one line for each file, with its hash, design and name.
 ///
-/// Sine and cosine come from the system's library, and their last bit from the processor's
-/// instructions: on another kind of machine some hashes differ though nothing is wrong. So the list
-/// is compared where it was written, before and after a change, and not in continuous integration.
+/// Sine and cosine come from the system's library, and their last bit depends on the processor's instructions: on
+/// another kind of machine some hashes differ without a fault. The list is therefore compared on the machine that wrote
+/// it, before and after a change, and not in continuous integration.
 const LIST: &str = "xtask/bytes.txt";
 
-/// Formats whose bytes follow from geometry alone, or from geometry and meshes.
+/// Formats whose bytes depend only on geometry and meshes.
 const FORMATS: &str = "stl,3mf,dxf,svg,tree";
 
-/// The pattern of the data sets: two halves, so that camera, presses and stitching take part.
+/// Pattern of the data sets: two halves, so that camera, presses and stitching take part.
 const PATTERN: &str = "pair = HALF-001 + HALF-044\n";
-/// Fixtures that have halves, and what a half is called.
+/// Fixtures with halves, and the name prefix of their halves.
 const HALVES: [(&str, &str); 2] = [("semi-domes", "semi-dome"), ("half-plates", "half-plate")];
 
-/// Pictures of every kind of light: their names, sensors and what takes them. Layers answer on few nodes, which is quick.
+/// Simulated captures with every kind of light: name, sensor and options. The coarse spacing keeps the contact solver
+/// quick.
 const PICTURES: [(&str, &str, &str); 7] = [
     ("rtac0", "rtac0", "--press ball@24deg,120deg,0.5mm --spacing 1mm"),
     ("9dtact", "9dtact", "--press ball@0mm,0mm,1mm --spacing 1mm"),
@@ -35,8 +36,7 @@ const PICTURES: [(&str, &str, &str); 7] = [
     ("fluidic", "fluidic", "--press ball@20mm,3mm,2mm --spacing 2mm"),
 ];
 
-/// Compares with the list or, where debug builds could differ, with a debug build; or writes the list
-/// anew.
+/// Compares the hashes with the list, or with a debug build, or writes the list anew.
 pub fn run(arguments: &[String]) -> Result<(), String> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let (accept, debug) = match *words {
@@ -48,7 +48,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     let now = hashes(&fabkit()?, None)?;
     if debug {
         check(cargo().args(["build", "--package", "fabkit"]))?;
-        // On one thread, so that what hangs on their number shows as well.
+        // On one thread, so that dependences on the number of threads show as well.
         let debug = hashes(&built("debug", "fabkit"), Some("1"))?;
         return compared("the release build", &now, &debug);
     }
@@ -66,7 +66,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     compared(LIST, &before, &now)
 }
 
-/// The hashes of everything that a command exports, and of pictures, which may be told how many threads to use.
+/// Hashes everything that the command exports, and captures computed on the given number of threads.
 fn hashes(fabkit: &Path, threads: Option<&str>) -> Result<BTreeMap<String, String>, String> {
     let mut hashes = BTreeMap::new();
     for sensor in sensors(fabkit)? {
@@ -129,12 +129,12 @@ fn compared(
     Ok(())
 }
 
-/// Names of all built-in sensors.
+/// Lists the names of all built-in sensors.
 fn sensors(fabkit: &Path) -> Result<Vec<String>, String> {
     Ok(sensors_and_fixtures(fabkit)?.into_iter().map(|(sensor, _)| sensor).collect())
 }
 
-/// All built-in sensors with the names of their fixtures.
+/// Lists all built-in sensors with the names of their fixtures.
 pub fn sensors_and_fixtures(fabkit: &Path) -> Result<Vec<(String, Vec<String>)>, String> {
     let output = Command::new(fabkit).args(["list", "--json"]).output();
     let output = output.map_err(|e| format!("cannot run fabkit: {e}"))?;
@@ -148,7 +148,7 @@ pub fn sensors_and_fixtures(fabkit: &Path) -> Result<Vec<(String, Vec<String>)>,
     Ok(sensors.iter().filter_map(|s| Some((word(&s["name"])?, fixtures(s)))).collect())
 }
 
-/// A sensor and all its fixtures; and a data set, where it is pressed by halves.
+/// Hashes the exports of a sensor and all its fixtures and, if it has halves, a data set.
 fn hash_exports(
     fabkit: &Path,
     sensor: &str,
@@ -178,7 +178,7 @@ fn hash_exports(
     fs::remove_dir_all(&folder).map_err(|e| e.to_string())
 }
 
-/// Adds every file below a folder but manifests, which name versions and times.
+/// Adds every file below a folder except manifests, which contain versions and times.
 fn hash_folder(
     folder: &Path,
     name: &str,
@@ -195,7 +195,7 @@ fn hash_folder(
         } else if file != "manifest.json" && file != "pattern.txt" {
             let bytes = fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
             let hash = short(&bytes);
-            // Of a hundred halves one line is enough.
+            // Numbered halves are combined in one line.
             let set = hashes.entry(unnumbered(&name)).or_default();
             *set =
                 if set.is_empty() { hash } else { short(format!("{set}{name}{hash}").as_bytes()) };
@@ -208,7 +208,7 @@ fn short(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex()[..16].to_owned()
 }
 
-/// `semi-dome-044.stl` to `semi-dome-*.stl`.
+/// Replaces the number of a half: `semi-dome-044.stl` becomes `semi-dome-*.stl`.
 fn unnumbered(name: &str) -> String {
     let number = |word: &str| word.len() == 3 && word.bytes().all(|b| b.is_ascii_digit());
     let starred = |part: &str| match part.split_once('.') {

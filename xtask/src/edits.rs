@@ -1,9 +1,9 @@
-//! `cargo xtask edits`: how far the built-in sensors follow their users.
+//! `cargo xtask edits`: how well the built-in sensors tolerate changes of single parameters.
 
 use crate::run::{cargo, check};
 use crate::samples::FULL;
 
-/// Runs the test that counts what is refused, for every parameter, and lets it tell.
+/// Runs the test that counts refused changes, for every parameter, and shows its output.
 pub fn run() -> Result<(), String> {
     let test =
         ["test", "--release", "--package", "fabkit-designs", "--test", "families", "edits::"];

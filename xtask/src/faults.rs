@@ -1,10 +1,9 @@
-//! `cargo xtask faults [--rounds N] [--seed N]`: what is on disk after anything that can go wrong.
+//! `cargo xtask faults [--rounds N] [--seed N]`: state of the disk after injected faults.
 //!
-//! A small library that is loaded before the C library ([`shim`]) fails or kills the command at each
-//! of its calls of open, write, rename, link and fsync; others are killed at random moments, run at
-//! the same time in the same folder, or out of memory. After each of them the old files are whole or
-//! the new ones are, a list of contents that is there tells the truth, and the next run leaves
-//! nothing but its files.
+//! A small library that is loaded before the C library ([`shim`]) fails, or kills the command, at each of its calls of
+//! open, write, rename, link and fsync. Other runs are killed at random moments, run simultaneously in the same folder,
+//! or run out of memory. After each trial the old files are complete or the new ones are, an existing list of contents
+//! is correct, and the next run leaves nothing but its files.
 
 mod inputs;
 mod judge;
@@ -21,23 +20,23 @@ use self::random::Random;
 use self::scenarios::Scenario;
 use crate::run::{built, root, skip};
 
-/// Of one round. The gate does one; a thorough search some twenty.
+/// Numbers of trials in one round. The gate does one round; a thorough search about twenty.
 const FAULTS: usize = 220;
 const KILLS: usize = 50;
 const CROWDS: usize = 10;
 const STARVED: usize = 12;
 
-/// One thing that goes wrong.
+/// Single trial.
 #[derive(Clone, Debug)]
 enum Trial {
-    /// A call fails, or kills.
+    /// A system call fails, or kills the process.
     Call(shim::Fault),
-    /// Killed after this part of the usual time.
+    /// The process is killed after this share of its usual time.
     Kill(f64),
-    /// Several runs at once; in a folder that is filled piece by piece, after one that was killed after
-    /// this part of the usual time.
+    /// Several processes run at once; in a resumable folder, after one that was killed after this share of its usual
+    /// time.
     Crowd(f64),
-    /// At most so many MiB.
+    /// The address space is limited to this number of MiB.
     Memory(u64),
 }
 
@@ -93,7 +92,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     }
 }
 
-/// Every call of every kind in turn, until there are enough; the rest at random.
+/// Draws the trials: every call of every kind in turn until the number is reached, the rest at random.
 fn draw(scenarios: &[Scenario], rounds: usize, random: &mut Random) -> Vec<(usize, Trial)> {
     let mut trials = Vec::new();
     let mut calls: Vec<(usize, shim::Fault)> = scenarios
@@ -101,7 +100,7 @@ fn draw(scenarios: &[Scenario], rounds: usize, random: &mut Random) -> Vec<(usiz
         .enumerate()
         .flat_map(|(i, scenario)| scenario.faults().into_iter().map(move |fault| (i, fault)))
         .collect();
-    // In another order with each seed, so that a short run looks everywhere in the end.
+    // The order depends on the seed, so that short runs with different seeds cover everything.
     random.shuffle(&mut calls);
     let (kills, fails): (Vec<_>, Vec<_>) = calls.into_iter().partition(|(_, f)| f.kills());
     let some = |of: Vec<(usize, shim::Fault)>, count: usize| {
@@ -128,7 +127,7 @@ fn draw(scenarios: &[Scenario], rounds: usize, random: &mut Random) -> Vec<(usiz
     for (_, trial) in &mut trials {
         match trial {
             Trial::Kill(part) => *part = random.unit(),
-            // Half of them begin with nothing.
+            // Negative values are set to 0: half of the crowds start in an empty folder.
             Trial::Crowd(part) => *part = (2.0 * random.unit() - 1.0).max(0.0),
             Trial::Memory(mib) => *mib = 60 + random.below(400) as u64,
             _ => {}
@@ -137,7 +136,7 @@ fn draw(scenarios: &[Scenario], rounds: usize, random: &mut Random) -> Vec<(usiz
     trials
 }
 
-/// A folder for all of it that goes away again.
+/// Temporary folder of all trials, removed when dropped.
 struct Scratch(PathBuf);
 
 impl Scratch {

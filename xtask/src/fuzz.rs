@@ -4,16 +4,16 @@ use std::process::Command;
 
 use crate::run::{check, fabkit, program, root};
 
-/// In the gate; together with starting all processes, well below a minute.
+/// Time in the gate, s; together with starting all processes, it stays well below a minute.
 const SECONDS: &str = "20";
-/// More than that time allows.
+/// More runs than that time allows.
 const RUNS: &str = "1000000";
-/// The gate looks at the same inputs each time; another seed looks at others.
+/// Default seed: the gate uses the same inputs each time; other seeds give other inputs.
 const SEED: &str = "1";
 
-/// Feeds files that are nearly right to everything that reads files, and to the command.
+/// Feeds nearly valid files to everything that reads files, and to the command.
 ///
-/// `--seconds S`, `--runs N`, `--seed K`, then names of targets: `camera`, or `command` for the
+/// Options: `--seconds S`, `--runs N`, `--seed K`, then names of targets: for example `camera`, or `command` for the
 /// command itself.
 pub fn run(arguments: impl Iterator<Item = String>) -> Result<(), String> {
     let (mut seconds, mut runs, mut seed) = (SECONDS.to_owned(), RUNS.to_owned(), SEED.to_owned());
@@ -22,7 +22,7 @@ pub fn run(arguments: impl Iterator<Item = String>) -> Result<(), String> {
     while let Some(word) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{word} needs a number"));
         match word.as_str() {
-            // As many inputs as were asked for, however long that takes.
+            // The number of runs alone decides, however long they take.
             "--runs" => (runs, seconds) = (value()?, "86400".into()),
             "--seconds" => seconds = value()?,
             "--seed" => seed = value()?,

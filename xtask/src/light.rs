@@ -1,4 +1,4 @@
-//! `cargo xtask light`: rays that others follow through the drawn bodies.
+//! `cargo xtask light`: independent ray tracing through the drawn bodies, for comparison.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,12 +9,12 @@ use crate::samples::Samples;
 
 /// Pixels of each sensor in `cargo xtask test`: half a minute in all, most of it for depth maps.
 const SAMPLE: usize = 500;
-/// All of them.
+/// Pixels of each sensor in full.
 const ALL: usize = 50_000;
 
 const REQUIREMENTS: &str = "tests/oracles/requirements-mitsuba.txt";
 
-/// All pixels that are compared, of all sensors or those that are named; or Mitsuba's part of them.
+/// Compares all pixels, of all sensors or of the named ones; with `--mitsuba`, Mitsuba's part of them.
 pub fn run(args: &[String]) -> Result<(), String> {
     build_workspace()?;
     let fabkit = fabkit()?;
@@ -29,7 +29,7 @@ pub fn run(args: &[String]) -> Result<(), String> {
     check(script(&environment()?, &fabkit).args(args))
 }
 
-/// Few pixels of each sensor.
+/// Makes the command that compares a sample of each sensor's pixels.
 pub fn sample(python: &Path, fabkit: &Path, samples: Samples) -> Command {
     let mut script = script(python, fabkit);
     script.args(["--sample", &samples.count(ALL, SAMPLE).to_string()]);
@@ -42,7 +42,7 @@ fn script(python: &Path, fabkit: &Path) -> Command {
     command
 }
 
-/// The interpreter of an environment that is made when it is asked for first: few need it.
+/// Returns the interpreter of Mitsuba's environment, which is created on first use: few need it.
 fn mitsuba() -> Result<std::path::PathBuf, String> {
     let venv = built("mitsuba", "");
     let python = interpreter(&venv);

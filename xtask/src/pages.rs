@@ -1,4 +1,4 @@
-//! `cargo xtask pages`: the pages of `fabkit guide` in a real browser, and the viewer's bundle.
+//! `cargo xtask pages`: tests the pages of `fabkit guide` in a real browser, and the viewer's bundle.
 
 use std::env;
 use std::fs;
@@ -8,16 +8,16 @@ use std::process::Command;
 use crate::bytes::sensors_and_fixtures;
 use crate::run::{built, check, exists, fabkit, root};
 
-/// What is opened in `cargo xtask test`: the page of a sensor.
+/// Page opened in `cargo xtask test`: that of one sensor.
 const SAMPLE: &str = "rtac0";
-/// As a word of the command.
+/// Argument that selects the sample.
 pub const SAMPLED: &str = "--sample";
 
-/// How long the first frame may take there, ms, beside whatever else runs on the machine and without a graphics
-/// card; `cargo xtask pages` asks for a second.
+/// Time limit of the first frame in the sample, ms: other work may run on the machine, without a graphics card. `cargo
+/// xtask pages` itself allows a second.
 const SAMPLE_FRAME_MS: &str = "10000";
 
-/// The pages of all designs, or of those that are named, or the sample.
+/// Tests the pages of all designs, of the named ones, or of the sample.
 pub fn run(designs: &[String]) -> Result<(), String> {
     let tools = Tools::find()?;
     if designs == [SAMPLED] {
@@ -34,7 +34,7 @@ pub fn run(designs: &[String]) -> Result<(), String> {
     tools.judge(designs, &[])
 }
 
-/// Where a program is: what drives the browser looks for none.
+/// Finds a program in `PATH`: the browser driver does not search itself.
 fn place(program: &str) -> Option<PathBuf> {
     let folders = env::var_os("PATH")?;
     env::split_paths(&folders).map(|folder| folder.join(program)).find(|path| path.is_file())
@@ -46,7 +46,7 @@ pub struct Tools {
 }
 
 impl Tools {
-    /// Installs what the lock names, unless it is there.
+    /// Finds the browser, and installs the locked packages unless they are up to date.
     pub fn find() -> Result<Self, String> {
         let chromium =
             ["chromium", "chromium-browser", "google-chrome"].into_iter().find_map(place);
@@ -67,12 +67,12 @@ impl Tools {
         Ok(Self { chromium })
     }
 
-    /// Where gltf-validator is.
+    /// Returns the folder with gltf-validator.
     pub fn modules(&self) -> PathBuf {
         viewer().join("node_modules")
     }
 
-    /// The viewer that pages carry is what its sources make, byte by byte.
+    /// Checks that the viewer in the repository is what its sources build, byte by byte.
     pub fn bundle(&self) -> Result<(), String> {
         let folder = built("pages", "bundle");
         check(Command::new("node").arg(viewer().join("build.js")).arg(&folder))?;

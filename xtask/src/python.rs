@@ -1,7 +1,7 @@
-//! `cargo xtask verify-env`: the Python environment of the verifier and of all outside oracles.
+//! `cargo xtask verify-env`: creates the Python environment of the verifier and of all independent oracles.
 //!
-//! cadquery's and build123d's wheels of OpenCascade write the same folder; only uv can leave one of
-//! them out (`export/verify/pyproject.toml`), so that uv itself comes from PyPI first, into `.tools/uv`.
+//! The OpenCascade wheels of cadquery and build123d write the same folder. Only uv can leave one of them out
+//! (`export/verify/pyproject.toml`), so uv itself is first installed from PyPI into `.tools/uv`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,22 +9,22 @@ use std::process::Command;
 
 use crate::run::{check, exists, root};
 
-/// What the environment is made from; a change in any of them remakes it.
+/// Inputs of the environment; a change in any of them rebuilds it.
 const SOURCES: [&str; 3] =
     ["export/verify/pyproject.toml", "export/verify/uv.lock", "tests/oracles/requirements.txt"];
 const UV: &str = "uv==0.13.9";
 
-/// Makes the environment and says which kernels it holds.
+/// Creates the environment and prints the kernels in it.
 pub fn run() -> Result<(), String> {
     let python = environment()?;
     check(Command::new(python).args(["-I", "-m", "fabkit_verify", "versions"]))
 }
 
-/// The interpreter of `.venv`, which is made or brought up to date first.
+/// Returns the interpreter of `.venv`, which is created or updated first.
 pub fn environment() -> Result<PathBuf, String> {
     let venv = root().join(".venv");
     let python = interpreter(&venv);
-    // The verifier is installed where it lies: a checkout that was moved needs it anew.
+    // The verifier is installed in place, so a moved checkout needs a new environment.
     let mut wanted = format!("{UV}\n{}\n", root().display());
     for source in SOURCES {
         wanted += &fs::read_to_string(root().join(source)).map_err(|e| format!("{source}: {e}"))?;
@@ -48,13 +48,13 @@ pub fn environment() -> Result<PathBuf, String> {
             .arg("--requirements")
             .arg(root().join(SOURCES[2])),
     )?;
-    // All kernels side by side, or no environment.
+    // All kernels must work side by side.
     check(Command::new(&python).args(["-I", "-m", "fabkit_verify", "versions"]))?;
     fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
     Ok(python)
 }
 
-/// The `uv` of `.tools`, which is installed first if it is missing.
+/// Returns the `uv` in `.tools`, which is installed first if it is missing.
 pub fn uv() -> Result<PathBuf, String> {
     let folder = root().join(".tools/uv");
     let uv = folder.join(if cfg!(windows) { "Scripts/uv.exe" } else { "bin/uv" });
@@ -76,7 +76,7 @@ pub fn uv() -> Result<PathBuf, String> {
     Ok(uv)
 }
 
-/// Where a virtual environment keeps its interpreter.
+/// Returns the path of a virtual environment's interpreter.
 pub fn interpreter(venv: &Path) -> PathBuf {
     venv.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })
 }

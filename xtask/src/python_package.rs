@@ -1,5 +1,5 @@
-//! `cargo xtask python`: the Python packages as their users get them, from wheels: fabkit-cad, and fabkit-bench, which its
-//! extra `bench` installs.
+//! `cargo xtask python`: tests the Python packages as their users get them, from wheels: fabkit-cad, and fabkit-bench,
+//! which its extra `bench` installs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,12 @@ use crate::run::{built, check, exists, root};
 const REQUIREMENTS: &str = "fabkit/python/requirements-dev.txt";
 const BENCH: &str = "simulation/bench";
 
-/// Builds the wheels, installs them into an environment of its own, runs tests and examples, and checks
-/// types and style.
+/// Builds the wheels, installs them into a separate environment, runs tests and examples, and checks types and style.
 pub fn run() -> Result<(), String> {
     checks()?.iter_mut().try_for_each(check)
 }
 
-/// Installs the packages, and says what judges them.
+/// Installs the packages and returns the commands that test them.
 pub fn checks() -> Result<Vec<Command>, String> {
     let folder = folder();
     let python = environment(&folder)?;
@@ -39,9 +38,10 @@ pub fn checks() -> Result<Vec<Command>, String> {
     )?;
     let mut pyright = tool("pyright");
     pyright.arg("--pythonpath").arg(&python);
-    // Tests, and the examples in the docstrings of what is installed.
+    // Tests, and the examples in the docstrings of the installed packages.
     let mut pytest = Command::new(&python);
-    // Modules of tests are named from the root on: from the checkout's, one of them would be `fabkit`.
+    // Modules of tests are named from the root directory on; with the checkout as root, one of them would be called
+    // `fabkit`.
     pytest.args(["-m", "pytest", "-q", "-c", "pyproject.toml", "--rootdir", "fabkit/python"]);
     pytest.args(["--pyargs", "fabkit", "fabkit/python/tests"]);
     pytest.args(["fabkit_bench", "simulation/bench/tests"]);
@@ -49,7 +49,7 @@ pub fn checks() -> Result<Vec<Command>, String> {
     Ok(vec![pytest, pyright])
 }
 
-/// A folder with the packages alone, for the `PYTHONPATH` of any interpreter.
+/// Installs the packages alone into a folder, for the `PYTHONPATH` of any interpreter.
 pub fn unpacked() -> Result<PathBuf, String> {
     let folder = folder();
     let python = environment(&folder)?;
@@ -70,24 +70,24 @@ fn folder() -> PathBuf {
     built("python", "").components().collect()
 }
 
-/// Builds both wheels, alone in their folder.
+/// Builds both wheels into an empty folder.
 fn wheels(folder: &Path, python: &Path) -> Result<Vec<PathBuf>, String> {
     let wheels = folder.join("wheels");
     if wheels.is_dir() {
         fs::remove_dir_all(&wheels).map_err(|e| format!("{}: {e}", wheels.display()))?;
     }
-    // Release, as always with wheels: what the workspace's release build has made is used.
+    // Wheels are always release builds, so the artefacts of the workspace's release build are reused.
     let mut maturin = Command::new(python.with_file_name("maturin"));
     maturin.args(["build", "--release", "--locked", "--quiet", "--out"]).arg(&wheels);
     check(maturin.current_dir(root()))?;
-    // What builds it is in the environment already.
+    // The build backend is in the environment already.
     let mut bench = Command::new(uv()?);
     bench.args(["build", "--quiet", "--wheel", "--no-build-isolation", "--python"]).arg(python);
     check(bench.arg("--out-dir").arg(&wheels).arg(BENCH).current_dir(root()))?;
     wheels_in(&wheels)
 }
 
-/// The interpreter of the package's environment, which is made or brought up to date first.
+/// Returns the interpreter of the packages' environment, which is created or updated first.
 fn environment(folder: &Path) -> Result<PathBuf, String> {
     let venv = folder.join("venv");
     let python = interpreter(&venv);
@@ -109,7 +109,7 @@ fn wheels_in(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
     let entries = fs::read_dir(folder).map_err(failed)?;
     let paths = entries.map(|entry| Ok(entry.map_err(failed)?.path()));
-    // What builds wheels may leave a list of what to ignore beside them.
+    // Build tools may leave a `.gitignore` beside the wheels.
     paths
         .filter(|path| path.as_ref().map_or(true, |path| path.extension() == Some("whl".as_ref())))
         .collect()

@@ -1,4 +1,4 @@
-//! Running other programs.
+//! Running of other programs.
 
 use std::env;
 use std::ffi::OsString;
@@ -8,17 +8,17 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// The workspace's root.
+/// Returns the workspace's root.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
 }
 
-/// Whether this is continuous integration, where nothing may be skipped.
+/// Returns whether this is continuous integration, where nothing may be skipped.
 pub fn in_ci() -> bool {
     env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "false")
 }
 
-/// Skips an optional step aloud, or fails in continuous integration.
+/// Skips an optional step with a message; fails in continuous integration.
 pub fn skip(step: &str, why: &str) -> Result<(), String> {
     if in_ci() {
         return Err(format!("{step} must not be skipped here: {why}"));
@@ -32,19 +32,19 @@ pub fn skip(step: &str, why: &str) -> Result<(), String> {
 
 static SKIPPED: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
-/// Everything that was skipped so far, and why.
+/// Lists everything skipped so far, with the reasons.
 pub fn skipped() -> Vec<String> {
     SKIPPED.lock().map(|steps| steps.clone()).unwrap_or_default()
 }
 
-/// Another task, as a program of its own that others can stand beside.
+/// Makes the command of another task, as a separate process that can run beside others.
 pub fn task(name: &str) -> Result<Command, String> {
     let mut command = Command::new(env::current_exe().map_err(|e| format!("xtask: {e}"))?);
     command.arg(name);
     Ok(command)
 }
 
-/// The cargo that runs this task.
+/// Makes a command of the cargo that runs this task.
 pub fn cargo() -> Command {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
     let mut command = Command::new(cargo);
@@ -52,7 +52,7 @@ pub fn cargo() -> Command {
     command
 }
 
-/// Runs a program, showing what and letting it print; and how long it took, so that one sees what makes the
+/// Runs a program with its output shown, and prints the command and the time that it took, which shows what makes the
 /// gate slow.
 pub fn check(command: &mut Command) -> Result<(), String> {
     let shown = shown(command);
@@ -63,9 +63,8 @@ pub fn check(command: &mut Command) -> Result<(), String> {
     if status.success() { Ok(()) } else { Err(format!("{shown}: {status}")) }
 }
 
-/// Runs a few programs at a time, the first ones first: most of them keep one core busy, and leave the other idle.
-/// What each prints is shown when it has ended, so that lines of two do not mix. All are run, and all that fail
-/// are named.
+/// Runs several programs at a time, in the given order: most of them keep one core busy and leave the other idle. The
+/// output of each is printed when it has ended, so that lines do not mix. All are run, and all failures are listed.
 pub fn check_side_by_side(commands: Vec<Command>) -> Result<(), String> {
     let waiting = Mutex::new(commands.into_iter());
     let failures = Mutex::new(Vec::new());
@@ -73,7 +72,7 @@ pub fn check_side_by_side(commands: Vec<Command>) -> Result<(), String> {
         for _ in 0..AT_A_TIME {
             scope.spawn(|| {
                 loop {
-                    // Not in the loop's head: there the lock would be held while the program runs.
+                    // Taken in a separate statement: in the loop's head, the lock would be held while the program runs.
                     let next = waiting.lock().ok().and_then(|mut waiting| waiting.next());
                     let Some(mut command) = next else { return };
                     if let Err(why) = captured(&mut command)
@@ -90,10 +89,11 @@ pub fn check_side_by_side(commands: Vec<Command>) -> Result<(), String> {
     if failures.is_empty() { Ok(()) } else { Err(failures.join("\n")) }
 }
 
-/// Programs that run side by side: the machine of the gate has two cores, and some wait for a disk or a browser.
+/// Number of programs that run side by side: the machine of the gate has two cores, and some programs wait for a disk
+/// or a browser.
 const AT_A_TIME: usize = 3;
 
-/// As [`check`], and what the program prints is printed in one piece when it has ended.
+/// Runs a program like [`check`], but prints its output in one piece when it has ended.
 fn captured(command: &mut Command) -> Result<(), String> {
     let shown = shown(command);
     let start = Instant::now();
@@ -107,21 +107,21 @@ fn captured(command: &mut Command) -> Result<(), String> {
     if output.status.success() { Ok(()) } else { Err(format!("{shown}: {}", output.status)) }
 }
 
-/// Whether a program can be run at all.
+/// Returns whether a program can be run.
 pub fn exists(program: &Path) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// Where `cargo install --root .tools` puts a program.
+/// Returns the path at which `cargo install --root .tools` installs a program.
 pub fn tool(name: &str) -> PathBuf {
     root().join(".tools/bin").join(format!("{name}{}", env::consts::EXE_SUFFIX))
 }
 
-/// Whose tests are run. The Python package has neither tests nor examples in Rust, and its wheel is built
-/// with PyO3 set up another way: each of two builds would undo what the other has built.
+/// Packages whose tests are run. The Python package has neither tests nor examples in Rust, and its wheel configures
+/// PyO3 differently: the two builds would invalidate each other.
 pub const WORKSPACE: [&str; 3] = ["--workspace", "--exclude", "fabkit-python"];
 
-/// What is built of it: of the examples, those that outside oracles ask. Clippy looks at all of them.
+/// Build targets: of the examples, only those that oracles use. Clippy examines all of them.
 const TARGETS: [&str; 9] = [
     "--lib",
     "--bins",
@@ -134,21 +134,21 @@ const TARGETS: [&str; 9] = [
     "models_json",
 ];
 
-/// Everything was built by [`build_workspace`].
+/// True once [`build_workspace`] has built everything.
 static ALL_BUILT: AtomicBool = AtomicBool::new(false);
 
-/// Builds all that the tests need in one go.
+/// Builds everything that the tests need in one call.
 ///
-/// Cargo joins the features that the packages of one call ask of their dependencies: with one call for
-/// the command, one for the fuzz targets and one for the tests, every crate would be compiled three times.
+/// Cargo unifies the features that the packages of one call request of their dependencies: with separate calls for the
+/// command, the fuzz targets and the tests, every crate would be compiled three times.
 pub fn build_workspace() -> Result<(), String> {
     check(cargo().args(["build", "--release"]).args(TARGETS).args(WORKSPACE))?;
     ALL_BUILT.store(true, Ordering::Relaxed);
     Ok(())
 }
 
-/// A program of one of the workspace's packages, built first: in release, or where `FABKIT` says that
-/// the command is.
+/// Builds a program of a workspace package in release, and returns its path; with `FABKIT` set, returns its path beside
+/// that command.
 pub fn program(package: &str, name: &str) -> Result<PathBuf, String> {
     if let Some(fabkit) = env::var_os("FABKIT") {
         return Ok(Path::new(&fabkit).with_file_name(format!("{name}{}", env::consts::EXE_SUFFIX)));
@@ -159,12 +159,12 @@ pub fn program(package: &str, name: &str) -> Result<PathBuf, String> {
     Ok(built("release", name))
 }
 
-/// The command.
+/// Builds the command and returns its path.
 pub fn fabkit() -> Result<PathBuf, String> {
     program("fabkit", "fabkit")
 }
 
-/// Where cargo puts what it builds in a profile, `debug` or `release`.
+/// Returns the path at which cargo builds a program in a profile, `debug` or `release`.
 pub fn built(profile: &str, name: &str) -> PathBuf {
     let target =
         env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);

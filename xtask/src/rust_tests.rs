@@ -1,5 +1,5 @@
-//! The workspace's Rust tests as programs, which other work can stand beside: `cargo test` runs them one after the other,
-//! and the end of each keeps one core busy.
+//! The workspace's Rust tests as separate programs that can run beside other work. `cargo test` runs them one after the
+//! other, and the end of each keeps only one core busy.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -8,22 +8,22 @@ use serde_json::Value;
 
 use crate::run::{WORKSPACE, cargo, fabkit};
 
-/// Started first, the longest before the others.
+/// Test programs started first, the longest before the others.
 const LONG: [&str; 8] =
     ["truth", "reality", "designs", "calibration", "guide", "export", "datasets", "families"];
 
-/// It measures time and memory, and interrupts: it wants the machine for itself, one test at a time.
+/// Test program that measures time and memory, and sends interrupts: it runs without others, one test at a time.
 const ALONE: &str = "alone";
 
-/// Programs of tests.
+/// Test programs.
 pub struct Tests {
-    /// The longest first.
+    /// Programs that can run beside others, the longest first.
     pub beside_others: Vec<Command>,
-    /// With nothing else running.
+    /// Programs that must run alone.
     pub alone: Vec<Command>,
 }
 
-/// Builds all of them.
+/// Builds all test programs.
 pub fn build() -> Result<Tests, String> {
     let mut build = cargo();
     build.args(["test", "--release", "--no-run", "--lib", "--bins", "--tests"]);
@@ -50,7 +50,7 @@ pub fn build() -> Result<Tests, String> {
     Ok(Tests { beside_others, alone })
 }
 
-/// The examples in what is documented; cargo alone can run them.
+/// Makes the command of the documentation examples, which only cargo can run.
 pub fn documented() -> Result<Command, String> {
     let mut command = cargo();
     command.args(["test", "--release", "--doc"]).args(WORKSPACE).env("FABKIT", fabkit()?);
@@ -59,13 +59,13 @@ pub fn documented() -> Result<Command, String> {
 
 struct Program {
     name: String,
-    /// Where cargo would start it.
+    /// Folder in which cargo would start it.
     folder: PathBuf,
     path: PathBuf,
 }
 
 impl Program {
-    /// From one of cargo's messages, if it is about a program of tests.
+    /// Parses one of cargo's messages; `None` if it is not about a test program.
     fn of(line: &str) -> Option<Self> {
         let message: Value = serde_json::from_str(line).ok()?;
         let is_test = message["profile"]["test"].as_bool()?;

@@ -1,39 +1,40 @@
-//! How much of what takes minutes `cargo xtask test` looks at: chosen before it begins, by how quick the machine is, and
-//! never by a clock that runs out.
+//! Sample sizes of the slow checks of `cargo xtask test`. They are chosen before the tests begin, by the machine's
+//! speed, and never by a time limit.
 
 use std::env;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-/// Set to 1, tests, oracles and the Python package's tests look at everything; the tests themselves read it, too.
+/// Environment variable: with 1, tests, oracles and the Python package's tests cover everything. The tests read it
+/// themselves.
 pub const FULL: &str = "FABKIT_FULL";
 
-/// What [`work`] takes on the gate's quick machine, in the debug build that `cargo xtask` runs; in release it is 85 ms.
+/// Duration of [`work`] on the gate's fast machine, in the debug build that `cargo xtask` runs; in release it is 85 ms.
 const QUICK: Duration = Duration::from_millis(150);
 
-/// Sizes of samples.
+/// Sample sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Samples {
     /// Everything.
     Full,
-    /// The usual sample, or on a slow machine a half or a quarter of it.
+    /// The usual sample, or a half or a quarter of it on a slow machine.
     Part { slowness: usize },
 }
 
 impl Samples {
-    /// Looks at the environment and measures the machine, which should have nothing else to do.
+    /// Reads the environment variable, or measures the machine, which should be idle.
     pub fn choose() -> Self {
         if env::var_os(FULL).is_some_and(|value| value == "1") {
             return Self::Full;
         }
-        // On a machine with other work, the quickest of several says how long it takes.
+        // Other work may slow single measurements down, so the shortest counts.
         let took = (0..5).map(|_| work()).min().unwrap_or(QUICK);
         let times = took.as_secs_f64() / QUICK.as_secs_f64();
         println!("xtask: this machine takes {times:.1} times as long as a quick one");
         Self::Part { slowness: slowness(times) }
     }
 
-    /// Every so many-th of many, for outside programs; the usual step is for a quick machine.
+    /// Returns the step between sampled items for external programs; `usual` is the step on a fast machine.
     pub fn step(self, usual: usize) -> usize {
         match self {
             Self::Full => 1,
@@ -41,7 +42,7 @@ impl Samples {
         }
     }
 
-    /// So many of as many as one likes.
+    /// Returns the number of samples where any number is possible.
     pub fn count(self, full: usize, usual: usize) -> usize {
         match self {
             Self::Full => full,
@@ -49,13 +50,14 @@ impl Samples {
         }
     }
 
-    /// The names that are looked at in part; none, which stands for all, in full.
+    /// Returns the names of the sample; an empty list, which stands for all, in full.
     pub fn names<'a>(self, usual: &'a [&'a str]) -> &'a [&'a str] {
         if self == Self::Full { &[] } else { usual }
     }
 }
 
-/// Two sizes of steps are enough, and a machine that is as quick as before gets the samples that it had.
+/// Returns the divisor of the sample sizes. Two reduced sizes suffice, and a machine of unchanged speed keeps its
+/// samples.
 fn slowness(times: f64) -> usize {
     match times {
         ..1.7 => 1,
@@ -64,12 +66,12 @@ fn slowness(times: f64) -> usize {
     }
 }
 
-/// Sorts the same four million numbers: what it takes depends on the core alone.
+/// Measures the time to sort the same four million numbers, which depends on the core alone.
 fn work() -> Duration {
     let start = Instant::now();
     let mut state = 1u64;
     let mut numbers: Vec<u64> = std::iter::repeat_with(|| {
-        // Knuth's constants.
+        // Constants of Knuth's linear congruential generator.
         state =
             state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         state >> 11

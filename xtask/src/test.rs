@@ -11,7 +11,7 @@ use crate::run::{
 };
 use crate::samples::{FULL, Samples};
 
-/// The tests and what they leave out, for `cargo xtask test --help`.
+/// Help of `cargo xtask test`: the tests and what they leave out.
 const HELP: &str = "\
 Usage: cargo xtask test [--full]
 
@@ -32,9 +32,10 @@ variants and rays are given, and nothing else. With --full, or FABKIT_FULL=1, al
 hours on two cores.
 ";
 
-/// What other kernels rebuild: every so many-th of a design's bodies, and fewer features where OpenCascade takes minutes
-/// for them: 469 dimples, 85 slots, 29 holes. A dome, a flat sensor, one sensor of each other family and the fixture with the
-/// most kinds of parts; built-in variants differ from them in numbers alone. All of them with `fabkit verify SENSOR`.
+/// Designs rebuilt by other kernels: step between sampled bodies, and options that reduce features for which
+/// OpenCascade takes minutes: 469 dimples, 85 slots, 29 holes. A dome, a flat sensor, one sensor of each other family,
+/// and the fixture with the most kinds of parts; built-in variants differ from them in numbers only. `fabkit verify
+/// SENSOR` rebuilds everything.
 const VERIFIED: [(&str, usize, &[&str]); 7] = [
     ("rtac0", 2, &[]),
     (
@@ -52,16 +53,16 @@ const VERIFIED: [(&str, usize, &[&str]); 7] = [
     ("9dtact", 1, &[]),
 ];
 
-/// Of a hundred halves, which differ in their protrusions alone; no more of them in full.
+/// Halves rebuilt out of a hundred, which differ only in their protrusions; the same ones in full.
 const SEMI_DOMES: (&str, [&str; 2]) = ("rtac0/semi-domes", ["semi-dome-044", "semi-dome-099"]);
 
-/// Sensors and fixtures whose GLB files trimesh reads; all of them without naming any.
+/// Sensors and fixtures whose GLB files trimesh reads; in full, all of them.
 const VIEWED: [&str; 5] = ["rtac0", "rtac0/pin-dome", "9dtact", "fluidic", "tactip/semi-domes"];
 
-/// Whose files for robots are read, with a mount; those of all families without naming any.
+/// Sensors whose robot files are read, with a mount; in full, those of all families.
 const ROBOTS: [&str; 1] = ["rtac0"];
 
-/// Random variants that are made every time, always the same ones, and in full; more with `cargo xtask variants`.
+/// Numbers of random variants, by default and in full, always the same ones; `cargo xtask variants` makes more.
 const VARIANTS: usize = 6;
 const VARIANTS_IN_FULL: usize = 200;
 const SEED: u64 = 13;
@@ -69,27 +70,27 @@ const SEED: u64 = 13;
 /// Sensors whose files lib3mf, ezdxf and OpenCV read: one with sheets, one with a mold of slots, one with channels.
 const READ: [&str; 3] = ["rtac0", "uvdtact", "fluidic"];
 
-/// Pictures that are read as papers read theirs: dimples by their shadows, dots by 30 x 30 pixels.
+/// Simulated captures analysed as in the papers: dimples by their shadows, dots by 30 x 30 pixels.
 const SEEN: [&str; 2] = ["shadows", "dots"];
 
-/// Whose optics pack is read as simulators read it.
+/// Sensors whose optics pack is read as simulators read it.
 const PACKED: [&str; 1] = ["digit-like"];
 
-/// Of all parts of all sensors the slicer slices every so many-th.
+/// Step between the parts that the slicer slices, of all parts of all sensors.
 const SLICED_EVERY: usize = 5;
 
 /// Parts whose 3MF files are sliced twice, with their settings and as told: small ones of several kinds.
 const SLICED: [&str; 3] = ["rtac0/baffle", "9dtact/base", "tactip/controller-holder"];
 
-/// Programs that read what fabkit writes, from the system's packages.
+/// Programs from the system's packages that read fabkit's files.
 const CONSUMERS: [&str; 2] = ["admesh", "prusa-slicer"];
 
-/// Builds, lets the outside oracles read what the command writes, and runs all tests.
+/// Builds everything, runs the independent oracles on the command's files, and runs all tests.
 pub fn run(arguments: &[String]) -> Result<(), String> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match *words {
         [] => {}
-        // The tests themselves read the variable, too.
+        // As a child process, because the tests read the variable themselves.
         ["--full"] => return check(task("test")?.env(FULL, "1")),
         ["-h" | "--help"] => {
             print!("{HELP}");
@@ -117,7 +118,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     let mut failed = Vec::new();
     let mut note = |result: Result<(), String>| failed.extend(result.err());
     note(check_side_by_side(side_by_side));
-    // These measure, or do harm: nothing else runs beside them.
+    // These measure time, or inject faults: nothing else may run beside them.
     for mut test in tests.alone {
         note(check(&mut test));
     }
@@ -130,7 +131,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     if failed.is_empty() { Ok(()) } else { Err(failed.join("\n")) }
 }
 
-/// What outside programs say of samples: what takes minutes, then what takes seconds.
+/// Makes the commands of the independent oracles: those that take minutes first, then those that take seconds.
 fn oracles(python: &Path, samples: Samples) -> Result<Vec<Command>, String> {
     let fabkit = fabkit()?;
     let script = |path: &str| {
@@ -204,7 +205,7 @@ fn oracles(python: &Path, samples: Samples) -> Result<Vec<Command>, String> {
     Ok(all)
 }
 
-/// What other kernels rebuild.
+/// Makes the commands that rebuild bodies with other kernels.
 fn verified(python: &Path, fabkit: &Path, samples: Samples) -> Result<Vec<Command>, String> {
     let verify = |design: &str, parts: &[&str], options: &[&str]| {
         let mut command = Command::new(fabkit);
@@ -225,7 +226,7 @@ fn verified(python: &Path, fabkit: &Path, samples: Samples) -> Result<Vec<Comman
     Ok(all)
 }
 
-/// Names of a sensor's bodies.
+/// Lists the names of a sensor's bodies.
 fn bodies(fabkit: &Path, design: &str) -> Result<Vec<String>, String> {
     let shown = Command::new(fabkit).args(["show", design, "--json"]).output();
     let shown = shown.map_err(|e| format!("cannot show {design}: {e}"))?;
@@ -235,18 +236,19 @@ fn bodies(fabkit: &Path, design: &str) -> Result<Vec<String>, String> {
     Ok(bodies.filter_map(|body| Some(body["name"].as_str()?.to_owned())).collect())
 }
 
-/// `cargo xtask opencv`: the corner detector that is there only with the `opencv` feature, on the same pictures
-/// as ours. Not part of the tests, because OpenCV's headers and bindings take longer than all other oracles.
+/// `cargo xtask opencv`: compares the corner detector of the `opencv` feature with fabkit's on the same images. It is
+/// not part of the tests, because OpenCV's headers and bindings take longer than all other oracles.
 pub fn opencv_detector() -> Result<(), String> {
     let package = ["--package", "fabkit-calibration", "--features", "opencv"];
     let tests = ["--test", "solver", "opencv", "--", "--nocapture"];
-    // In release as well: the bindings are made once.
+    // In release as well, so that the bindings are built once.
     let clippy = ["--release", "--all-targets", "--", "-D", "warnings"];
     check(cargo().args(["clippy"]).args(package).args(clippy))?;
     check(cargo().args(["test", "--release"]).args(package).args(tests))
 }
 
-/// Whether a program can be started; neither of the consumers exits with 0 for `--version`.
+/// Returns whether a program can be started. Neither consumer exits with 0 for `--version`, so the exit code is
+/// ignored.
 fn installed(program: &str) -> bool {
     Command::new(program).arg("--help").output().is_ok()
 }

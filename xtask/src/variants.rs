@@ -7,7 +7,7 @@ use crate::run::{check, fabkit, root};
 
 const USAGE: &str = "usage: cargo xtask variants N [--seed S], with N at least 1";
 
-/// Makes random variants of every sensor and fixture and lets trimesh judge every file.
+/// Makes random variants of every sensor and fixture, and lets trimesh check every file.
 pub fn run(arguments: &[String]) -> Result<(), String> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let (count, seed) = match *words {
@@ -21,7 +21,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     check(&mut judge(&python, &fabkit()?, count, seed))
 }
 
-/// The same with an environment and a binary that are there.
+/// Makes the command that checks variants, with an existing environment and binary.
 pub fn judge(python: &Path, fabkit: &Path, count: usize, seed: u64) -> Command {
     let mut command = Command::new(python);
     command.arg(root().join("xtask/variants/run.py")).arg(fabkit);

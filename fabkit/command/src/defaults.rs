@@ -1,4 +1,4 @@
-//! `fabkit.yaml` in the working folder: what commands do where their options do not say otherwise.
+//! Defaults file `fabkit.yaml` in the working folder: settings for options that are not given.
 
 use std::path::{Path, PathBuf};
 
@@ -12,10 +12,10 @@ use fabkit_application::text::{
 use crate::cli;
 use crate::failure::Failure;
 
-/// Where defaults are looked for, in the working folder.
+/// Name of the defaults file.
 pub(crate) const FILE: &str = "fabkit.yaml";
 
-/// A key of the file, the option that it stands for, and an example.
+/// Keys of the file, with the option that each stands for, and an example.
 const KEYS: [(&str, &str, &str); 6] = [
     ("bed", "--bed", "prusa-mk4"),
     ("stock", "--stock", "600x300mm"),
@@ -27,28 +27,28 @@ const KEYS: [(&str, &str, &str); 6] = [
 
 const DEFAULTS: Dialect = Dialect::new("file of defaults", 1, "");
 
-/// What the working folder's file says.
+/// Content of the defaults file.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Defaults {
     /// Width and depth of the printer's bed, mm.
     pub(crate) bed_mm: Option<[f64; 2]>,
-    /// Width and depth of sheets to cut from, mm.
+    /// Width and depth of stock sheets, mm.
     pub(crate) stock_mm: Option<[f64; 2]>,
-    /// The printer's profile.
+    /// Path of the printer's profile.
     pub(crate) profile: Option<PathBuf>,
     /// Largest distance between triangles and the exact surface, mm.
     pub(crate) tolerance_mm: Option<f64>,
-    /// Width of the laser's cut, mm.
+    /// Kerf of the laser, mm.
     pub(crate) kerf_mm: Option<f64>,
-    /// The folder that folders of exports are made in.
+    /// Folder in which folders of exports are made.
     pub(crate) output: Option<PathBuf>,
 }
 
 impl Defaults {
-    /// Reads the file of the working folder; nothing is set where there is none.
+    /// Reads the defaults file of the working folder; without a file, nothing is set.
     ///
     /// # Errors
-    /// A file that cannot be read, and everything that is wrong with it, with its lines.
+    /// A file that cannot be read, and all problems in it, with their lines.
     pub(crate) fn read() -> Result<Self, Failure> {
         let path = Path::new(FILE);
         if std::fs::symlink_metadata(path).is_err() {

@@ -1,4 +1,4 @@
-//! How a command fails, as its user sees it: code, message and hint; and panics.
+//! Failures of a command as the user sees them: exit code, message and hint. Also handles panics.
 
 use std::any::Any;
 use std::io::{self, Write};
@@ -15,18 +15,18 @@ use serde_json::{Value, json};
 
 use crate::hints::{self, REPORT};
 
-/// The exit codes that scripts can rely on; see `fabkit --help`.
+/// Exit codes on which scripts can rely; see `fabkit --help`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Exit {
-    /// Unknown names, values out of range, designs that cannot be.
+    /// Unknown names, values out of range, designs that cannot be built.
     BadInput = 2,
-    /// Input or output beyond what fabkit is willing to handle.
+    /// Input or output beyond fabkit's limits.
     Limit = 3,
     /// Files that cannot be read or written.
     Io = 4,
     /// A bug in fabkit (`EX_SOFTWARE` of BSD's sysexits).
     Bug = 70,
-    /// Stopped by a signal, as shells number it: 128 + SIGINT.
+    /// Stopped by a signal, numbered as in shells: 128 + SIGINT.
     Interrupted = 130,
 }
 
@@ -42,20 +42,20 @@ impl From<ErrorKind> for Exit {
     }
 }
 
-/// Why a command did not do what it was asked to.
+/// Failure of a command.
 #[derive(Debug)]
 pub(crate) enum Failure {
-    /// What it called failed.
+    /// Error of a called function.
     Application(Error),
-    /// Something is wrong with the command line itself.
+    /// Problem of the command line itself.
     Command {
-        /// What it means for the caller.
+        /// Kind of error, which determines the exit code.
         kind: ErrorKind,
-        /// What is wrong.
+        /// Description of the problem.
         message: String,
-        /// What to do about it.
+        /// Suggested remedy.
         hint: Option<String>,
-        /// The same for programs, where more is known than the kind.
+        /// Subject for programs, if more is known than the kind.
         about: Option<Box<ErrorSubject>>,
     },
 }
@@ -67,12 +67,12 @@ impl<E: Into<Error>> From<E> for Failure {
 }
 
 impl Failure {
-    /// A failure with a hint.
+    /// Makes a failure with a hint.
     pub(crate) fn new(kind: ErrorKind, message: impl ToString, hint: impl Into<String>) -> Self {
         Self::Command { kind, message: message.to_string(), hint: Some(hint.into()), about: None }
     }
 
-    /// The same, with what programs want to know.
+    /// Adds a subject for programs.
     #[must_use]
     pub(crate) fn about(mut self, known: ErrorSubject) -> Self {
         if let Self::Command { about, .. } = &mut self {
@@ -81,17 +81,17 @@ impl Failure {
         self
     }
 
-    /// A failure that speaks for itself.
+    /// Makes a failure without a hint.
     pub(crate) fn plain(kind: ErrorKind, message: impl ToString) -> Self {
         Self::Command { kind, message: message.to_string(), hint: None, about: None }
     }
 
-    /// A text with problems.
+    /// Makes the failure of an invalid text.
     pub(crate) fn invalid(invalid: InvalidDesign, file: String, text: String) -> Self {
         Diagnosed::new(invalid, [SourceText { file, text }]).into()
     }
 
-    /// Something that must not happen.
+    /// Makes the failure of a violated invariant.
     pub(crate) fn bug(message: impl ToString) -> Self {
         Error::bug(message).into()
     }
@@ -103,7 +103,7 @@ impl Failure {
         }
     }
 
-    /// The code to leave with.
+    /// Returns the exit code.
     pub(crate) fn exit(&self) -> Exit {
         self.kind().into()
     }
@@ -127,7 +127,7 @@ impl Failure {
         }
     }
 
-    /// For people, with a final newline.
+    /// Formats the failure for people, with a final newline.
     pub(crate) fn to_text(&self) -> String {
         if let Self::Application(error) = self
             && let Some(found) = error.downcast_ref::<Diagnosed>()
@@ -138,10 +138,10 @@ impl Failure {
         format!("error: {}\n{hint}", self.message())
     }
 
-    /// For scripts (`fabkit-error` version 2).
+    /// Formats the failure for scripts (`fabkit-error` version 2).
     pub(crate) fn to_json(&self) -> Value {
         let problems = match self {
-            // Said in the words of the command line, where there is one failure.
+            // A single failure is reported in the words of the command line.
             Self::Application(error)
                 if error.parts().is_empty() && error.downcast_ref::<Diagnosed>().is_none() =>
             {
@@ -169,7 +169,7 @@ fn document(kind: ErrorKind, problems: Vec<Value>) -> Value {
     })
 }
 
-/// Each for itself, where there are several.
+/// Lists the problems of an error; several parts are listed separately.
 fn problems_of(error: &Error) -> Vec<Value> {
     if !error.parts().is_empty() {
         return error.parts().iter().flat_map(problems_of).collect();
@@ -183,9 +183,9 @@ fn problems_of(error: &Error) -> Vec<Value> {
     }
 }
 
-/// Runs the command; a panic becomes a message, with `json` on standard output too, and [`Exit::Bug`].
+/// Runs the command. A panic becomes a message (with `json`, also a document on standard output) and [`Exit::Bug`].
 ///
-/// Variants of sweeps that panic are rows, and nothing is said of them here.
+/// Panics of sweep variants become rows and are not reported here.
 pub(crate) fn guard(json: bool, command: impl FnOnce() -> u8 + panic::UnwindSafe) -> u8 {
     static TOLD: AtomicBool = AtomicBool::new(false);
     panic::set_hook(Box::new(|info| {
@@ -195,10 +195,11 @@ pub(crate) fn guard(json: bool, command: impl FnOnce() -> u8 + panic::UnwindSafe
         TOLD.store(true, Ordering::Relaxed);
         let place = info.location().map(|l| format!(" at {l}")).unwrap_or_default();
         let text = text_of(info.payload());
-        // If nobody can be told, the exit code still says it.
+        // If standard error is closed, the exit code still tells.
         let _ = write!(io::stderr(), "error: {text}{place}\n  = help: {REPORT}\n");
     }));
     panic::catch_unwind(command).unwrap_or_else(|payload| {
+        // A panic that did not call the hook, such as a resumed one, is reported here.
         if !TOLD.load(Ordering::Relaxed) {
             let text = text_of(&*payload);
             let _ = write!(io::stderr(), "error: {text}\n  = help: {REPORT}\n");

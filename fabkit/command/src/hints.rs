@@ -1,5 +1,4 @@
-//! What to do about a failure at the command line: hints that name options. Whatever needs none is said by
-//! the error itself.
+//! Hints of failures at the command line, which name options. Errors without an entry here use their own hint.
 
 use std::io;
 
@@ -20,12 +19,12 @@ use fabkit_application::sweeping::SweepError;
 use fabkit_application::verifier::VerifierError;
 use fabkit_application::{Error, ErrorKind, Explained};
 
-/// For what must not happen.
+/// Hint of a violated invariant.
 pub(crate) const REPORT: &str = "this is a bug in fabkit; please report it with the command line and, if \
                                  there is one, the sensor's file";
 const GOES_ON: &str = "--resume goes on from here";
 
-/// What to do, where that is known.
+/// Returns the hint of an error, if there is one.
 pub(crate) fn hint(error: &Error) -> Option<String> {
     if error.kind() == ErrorKind::Bug {
         return Some(REPORT.into());
@@ -33,7 +32,7 @@ pub(crate) fn hint(error: &Error) -> Option<String> {
     if let Some(first) = error.parts().first() {
         return hint(first);
     }
-    // Each topic's own type says which function words its hint.
+    // The type to which `error` is downcast follows from the function that is called with it.
     if let Some(error) = error.downcast_ref() {
         return memory(error);
     }
@@ -129,7 +128,8 @@ fn staging(error: &StagingError) -> Option<String> {
     })
 }
 
-/// Where to put things is what most of the system's refusals are about.
+/// Adds `-o` to the hint: most refusals of the system concern the place of the output. A file that is too large would
+/// be so anywhere.
 fn with_output(hint: String, error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::FileTooLarge => hint,

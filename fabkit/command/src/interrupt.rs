@@ -1,8 +1,8 @@
-//! Ctrl-C.
+//! Handling of Ctrl-C.
 //!
-//! While nothing is on disk, an interrupt ends the process at once. Once temporary files are being
-//! written, it only asks for a stop: the writer sees that between two files, removes what it
-//! wrote, and the process leaves with the same code. A second interrupt does not wait.
+//! While nothing is on disk, an interrupt ends the process at once. Once temporary files are being written, it only
+//! requests a stop: the writer notices it between two files, removes what it wrote, and the process ends with the same
+//! exit code. A second interrupt ends the process at once.
 
 use std::io::{self, Write};
 #[cfg(unix)]
@@ -19,32 +19,32 @@ const STOPPING: u8 = 2;
 
 static STATE: AtomicU8 = AtomicU8::new(COMPUTING);
 
-/// Listens for interrupts. Without it they end the process with the system's own code.
+/// Installs the handler for interrupts. Without it they end the process with the system's own code.
 pub fn listen() {
     fail_beyond_file_limits();
-    // Fails only if somebody else listens already.
+    // Fails only if a handler is installed already.
     let _ = ctrlc::set_handler(|| {
         if STATE.swap(STOPPING, Ordering::SeqCst) != WRITING {
-            // If nobody can be told, the exit code still says it.
+            // If standard error is closed, the exit code still tells.
             let _ = writeln!(io::stderr(), "error: interrupted");
             std::process::exit(Exit::Interrupted as i32);
         }
     });
 }
 
-/// A file that outgrows `ulimit -f` ends the process, unless somebody listens to the signal: then the
-/// write fails, like any other.
+/// Turns exceeding `ulimit -f` into a write error. By default the signal ends the process; with a handler, the write
+/// fails like any other.
 #[cfg(unix)]
 fn fail_beyond_file_limits() {
     let heard = Arc::new(AtomicBool::new(false));
-    // Where it cannot be listened to, temporary files stay until the next run.
+    // If the signal cannot be handled, temporary files stay until the next run.
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, heard);
 }
 
 #[cfg(not(unix))]
 fn fail_beyond_file_limits() {}
 
-/// From here on there may be temporary files to clean up.
+/// Marks the beginning of writing: from now on there may be temporary files to clean up.
 ///
 /// # Errors
 /// An interrupt that came just before.
@@ -55,17 +55,17 @@ pub fn begin_writing() -> Result<(), Failure> {
         .map_err(|_| Failure::plain(ErrorKind::Interrupted, "interrupted"))
 }
 
-/// As [`requested`], and from the first time on that it is asked, an interrupt waits until it is asked again: for
-/// work that has processes and temporary files of its own, until [`finish_watching`].
+/// Returns [`requested`], and delays interrupts from the first call on until the caller polls again: for work with its
+/// own processes and temporary files. Ends with [`finish_watching`].
 pub fn watched() -> bool {
     let _ = STATE.compare_exchange(COMPUTING, WRITING, Ordering::SeqCst, Ordering::SeqCst);
     requested()
 }
 
-/// An interrupt ends the process at once again.
+/// Ends the delay: an interrupt ends the process at once again.
 ///
 /// # Errors
-/// An interrupt that came too late for the work to see it.
+/// An interrupt that came too late for the work to notice it.
 pub fn finish_watching() -> Result<(), Failure> {
     let before = STATE.compare_exchange(WRITING, COMPUTING, Ordering::SeqCst, Ordering::SeqCst);
     match before {
@@ -74,7 +74,7 @@ pub fn finish_watching() -> Result<(), Failure> {
     }
 }
 
-/// Whether an interrupt asked the writer to stop.
+/// Returns whether an interrupt requested a stop.
 pub fn requested() -> bool {
     STATE.load(Ordering::SeqCst) == STOPPING
 }

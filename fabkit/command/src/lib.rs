@@ -1,4 +1,4 @@
-//! The `fabkit` command: arguments in, texts and exit codes out. What it does is `fabkit_application`'s.
+//! The `fabkit` command: from arguments to texts and exit codes. The work itself is done by `fabkit_application`.
 
 use std::ffi::OsString;
 
@@ -13,11 +13,10 @@ mod table;
 
 pub use cli::{CaptureOptions, CastOptions, ContactOptions, DatasetOptions, Named, PressOptions};
 
-/// Does what a command line says, whose first word is the command's name, and says how it went on
-/// standard output and standard error; the exit code.
+/// Runs a command line, whose first word is the command's name, prints results and errors, and returns the exit code.
 ///
-/// It takes the process for its own: it handles interrupts and panics, `--threads` sizes the global
-/// thread pool, and `--help` and a command line that says nothing end the process.
+/// The function assumes that it owns the process: it handles interrupts and panics, `--threads` sizes the global thread
+/// pool, and `--help` or an empty command line ends the process.
 #[must_use]
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     commands::main(arguments)

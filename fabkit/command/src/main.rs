@@ -1,4 +1,4 @@
-//! The fabkit command: one description of a tactile sensor to parts, molds and ground truth.
+//! The `fabkit` command: from the description of a tactile sensor to parts, molds and ground truth.
 
 use std::process::ExitCode;
 

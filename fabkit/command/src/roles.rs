@@ -1,8 +1,8 @@
-//! Which files a command reads and which it writes.
+//! Input and output files of a command.
 //!
-//! A command says so before it begins. Files count as the same however they are spelled: as `./x`,
-//! through symbolic links, hard links, or in another case where the file system does not tell cases
-//! apart. What would replace its own input, or another output, is refused.
+//! A command declares them before it begins. Files are compared by identity, not by spelling: `./x`, symbolic links,
+//! hard links, and another case where the file system ignores case, are recognised. An output that would replace an
+//! input or another output is refused.
 
 use std::ffi::OsString;
 use std::fs;
@@ -12,7 +12,7 @@ use fabkit_application::ErrorSubject;
 
 use crate::failure::{ErrorKind, Failure};
 
-/// The files of one run of a command.
+/// Input and output files of one run of a command.
 #[derive(Debug, Default)]
 pub(crate) struct Roles {
     inputs: Vec<Role>,
@@ -21,7 +21,7 @@ pub(crate) struct Roles {
 
 #[derive(Debug)]
 struct Role {
-    /// `--camera`, `SENSOR`.
+    /// Option, for example `--camera` or `SENSOR`.
     option: String,
     path: PathBuf,
     identity: Identity,
@@ -34,7 +34,7 @@ impl Role {
 }
 
 impl Roles {
-    /// A file that is read; nothing for an option that was not given.
+    /// Adds input files; an option that was not given adds none.
     pub(crate) fn reads<P: AsRef<Path>>(
         mut self,
         option: &str,
@@ -44,8 +44,8 @@ impl Roles {
         self
     }
 
-    /// The files in a folder, or the file itself, and if that is a list the files it names, of which
-    /// `is_read` says that they are read.
+    /// Adds all input files of a place: the files in a folder, or a file and, if it is a list, the files named in it.
+    /// `is_read` selects the files that the command reads.
     pub(crate) fn reads_all(
         self,
         option: &str,
@@ -57,6 +57,7 @@ impl Roles {
         if let Ok(entries) = place.read_dir() {
             let paths = entries.flatten().map(|entry| entry.path());
             files = paths.filter(|path| is_read(&path.to_string_lossy())).collect();
+        // Larger files are not lists; they are not searched for names.
         } else if fs::metadata(place).is_ok_and(|found| found.is_file() && found.len() < 1 << 24) {
             let text = fs::read_to_string(place).unwrap_or_default();
             let folder = place.parent().unwrap_or(Path::new(""));
@@ -67,7 +68,7 @@ impl Roles {
         self.reads(option, files)
     }
 
-    /// A file that is written; nothing for an option that was not given.
+    /// Adds output files; an option that was not given adds none.
     pub(crate) fn writes<P: AsRef<Path>>(
         mut self,
         option: &str,
@@ -77,7 +78,7 @@ impl Roles {
         self
     }
 
-    /// Refuses outputs that are inputs or other outputs, all at once.
+    /// Refuses outputs that are also inputs or other outputs, all at once.
     ///
     /// # Errors
     /// Bad input that names both options.
@@ -105,13 +106,13 @@ impl Roles {
     }
 }
 
-/// What a name stands for.
+/// Identity of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Identity {
-    /// A file that is there: device and number on it, or the path without any detour.
+    /// Existing file: device and inode or, on other systems, the canonical path.
     There(u64, u64, Option<PathBuf>),
-    /// One that is not: the folder without any detour, and the name. Some systems take names that
-    /// differ in case alone for the same.
+    /// Missing file: canonical folder and name. Names that differ only in case count as the same, because some systems
+    /// do not distinguish them.
     Missing(PathBuf, OsString),
 }
 
@@ -156,7 +157,7 @@ fn split(path: &Path) -> (PathBuf, OsString) {
     }
 }
 
-/// The path without links and detours, as far as it exists; the rest as it is written.
+/// Resolves links and `..` as far as the path exists; the rest stays as written.
 fn real(path: &Path) -> PathBuf {
     if let Ok(real) = fs::canonicalize(path) {
         return real;

@@ -1,27 +1,25 @@
-//! Columns of text.
+//! Tables and paragraphs of text.
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 
-/// A cell's place in its column.
+/// Alignment of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
-    /// Words.
+    /// Alignment of words.
     Left,
-    /// Numbers.
+    /// Alignment of numbers.
     Right,
 }
 
-/// Columns of a terminal that tables fit, also in a file or a pipe: the same everywhere.
+/// Width that tables fit, in columns of a terminal; the same in files and pipes.
 pub const WIDTH: u16 = 100;
 
-/// Sets rows in columns two spaces apart; the first row is the heading. Lines have no blanks at
-/// their end.
+/// Formats rows in columns two spaces apart; the first row is the heading. Lines have no trailing blanks.
 pub fn table(columns: &[Align], rows: &[Vec<String>]) -> String {
     laid_out(Table::new(), columns, rows)
 }
 
-/// The same within [`WIDTH`]: what is too long goes on below, but for the first column, by which rows
-/// are looked for.
+/// Formats a table within [`WIDTH`]: long cells are wrapped, except in the first column, by which rows are found.
 pub fn fitted(columns: &[Align], rows: &[Vec<String>]) -> String {
     let mut table = Table::new();
     table.set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
@@ -44,7 +42,7 @@ fn laid_out(mut table: Table, columns: &[Align], rows: &[Vec<String>]) -> String
     table.trim_fmt() + "\n"
 }
 
-/// One paragraph within [`WIDTH`], its lines behind the first with so many blanks before them.
+/// Wraps a paragraph at [`WIDTH`]; all lines but the first are indented by `indent` blanks.
 pub fn wrapped(text: &str, indent: usize) -> String {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
@@ -62,7 +60,7 @@ pub fn wrapped(text: &str, indent: usize) -> String {
     lines.join("\n")
 }
 
-/// A number with a blank between groups of three digits.
+/// Formats a number with blanks between groups of three digits.
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -75,7 +73,7 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
-/// A file size for people.
+/// Formats a file size for people.
 pub fn size(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} B"),

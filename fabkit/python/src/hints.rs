@@ -1,5 +1,5 @@
-//! What to do about a failure in Python: hints that name arguments. Whatever needs none is said by the error
-//! itself.
+//! Hints of failures in Python, which name arguments instead of options. Errors without an entry here use their own
+//! hint.
 
 use fabkit_application::calibrating::PinCaptureError;
 use fabkit_application::dataset::{DatasetError, DatasetRequestError, SampleError};
@@ -12,7 +12,7 @@ use fabkit_application::sweeping::SweepError;
 use fabkit_application::verifier::VerifierError;
 use fabkit_application::{Error, ErrorKind, Explained};
 
-/// What to do, where that is known.
+/// Returns the hint of an error, if there is one.
 pub fn hint(error: &Error) -> Option<String> {
     if error.kind() == ErrorKind::Bug {
         return Some(REPORT.into());
@@ -20,7 +20,7 @@ pub fn hint(error: &Error) -> Option<String> {
     if let Some(first) = error.parts().first() {
         return hint(first);
     }
-    // Each topic's own type says which function words its hint.
+    // The type to which `error` is downcast follows from the function that is called with it.
     if let Some(error) = error.downcast_ref() {
         return folder(error);
     }

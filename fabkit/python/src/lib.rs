@@ -1,7 +1,8 @@
-//! fabkit for Python: thin bindings, one file a topic.
+//! Python bindings of fabkit, one file for each topic.
 //!
-//! What is here is private to the package (`fabkit._fabkit`): its classes and functions take and give
-//! what is cheap to hand over, numpy arrays and JSON documents. Names, defaults, docstrings and types
+//! This module (`fabkit._fabkit`) is private to the package: its classes and functions exchange only what is cheap to
+//! pass, numpy arrays and JSON documents. The public names, defaults, docstrings and types are in
+//! `fabkit/python/fabkit/`.
 //! that people see are in `fabkit/python/fabkit/`.
 
 mod arrays;
@@ -22,7 +23,7 @@ mod running;
 mod scene;
 mod sweep;
 
-/// `fabkit._fabkit`.
+/// Extension module `fabkit._fabkit`.
 #[pyo3::pymodule]
 mod _fabkit {
     #[pymodule_export]

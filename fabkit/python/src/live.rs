@@ -1,4 +1,4 @@
-//! A sensor that is kept ready for presses.
+//! Sensors kept ready for many presses.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,12 +20,12 @@ use crate::errors::Failure;
 use crate::running::{Interrupted, run};
 use crate::scene::Scene;
 
-/// Kind, sizes in mm, and `sensor_from_body`, (4, 4).
+/// Indenter: kind, sizes in mm, and `sensor_from_body`, (4, 4).
 type Body = (String, Vec<f64>, [[f64; 4]; 4]);
-/// Presses by name, bodies, a way along the surface, mm, friction, and a seed of noise.
+/// Press request: names of presses, further bodies, shear along the surface in mm, friction, and seed of the noise.
 type Asked = (Vec<String>, Vec<Body>, [f64; 2], Option<f64>, Option<u64>);
 
-/// See [`live::Live`].
+/// Sensor ready for presses, see [`live::Live`].
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Live {
     sensor: String,
@@ -52,12 +52,12 @@ impl Live {
         Ok(Self { sensor, scene: Arc::clone(&scene.scene), live: Arc::new(live) })
     }
 
-    /// How it is lit, what its layers are and what is left out, as JSON.
+    /// Lighting, layers, and what is left out, as JSON.
     fn document(&self) -> String {
         self.live.about().document.to_string()
     }
 
-    /// Where the middle of what is touched is, z out of the sensor: rows of (4, 4), mm.
+    /// Pose of the middle of the touched surface, z pointing out of the sensor: rows of (4, 4), mm.
     fn sensor_from_touch(&self) -> [[f64; 4]; 4] {
         let pose = self.live.about().sensor_from_touch;
         let (turn, at) = (pose.rotation(), pose.translation_mm());
@@ -65,12 +65,12 @@ impl Live {
         [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
     }
 
-    /// Names of what the camera follows, and where it is at rest, mm.
+    /// Names of the markers, and their positions at rest, mm.
     fn marks(&self) -> Vec<(String, [f64; 3])> {
         marks_of(&self.scene.project)
     }
 
-    /// What presses do, each on a surface at rest: arrays by name, the first axis is the press.
+    /// Computes presses, each on a surface at rest: arrays by name, whose first axis is the press.
     fn press<'py>(&self, py: Python<'py>, asked: Vec<Asked>) -> PyResult<Bound<'py, PyDict>> {
         let (live, scene) = (Arc::clone(&self.live), Arc::clone(&self.scene));
         let sensor = self.sensor.clone();
@@ -97,7 +97,7 @@ impl Live {
     }
 }
 
-/// A body of a kind at its place; its middle is its origin.
+/// Makes a body of a kind at a pose. Its centre is its origin.
 fn placed(i: usize, (kind, sizes, pose): Body) -> Result<PressBody, Failure> {
     let solid = match (kind.as_str(), &sizes[..]) {
         ("ball", &[radius_mm]) => Solid::sphere(radius_mm),
@@ -113,7 +113,7 @@ fn placed(i: usize, (kind, sizes, pose): Body) -> Result<PressBody, Failure> {
                 Solid::sphere(radius_mm).at_z(half_mm),
             ])
         }
-        // Lower and upper corner of what surrounds it, then a point and an outward direction of each face.
+        // Sizes: lower and upper corner of the bounding box, then a point and an outward normal for each face.
         ("convex", [min_x, min_y, min_z, max_x, max_y, max_z, faces @ ..]) => {
             let (faces, _) = faces.as_chunks::<6>();
             let behind = |[x, y, z, nx, ny, nz]: &[f64; 6]| {
@@ -132,7 +132,7 @@ fn placed(i: usize, (kind, sizes, pose): Body) -> Result<PressBody, Failure> {
     Ok(PressBody { name: format!("{kind} {i}"), solid, sensor_from_body: pose })
 }
 
-/// All presses as arrays.
+/// Stacks the results of all presses in arrays.
 fn together([width, height]: [usize; 2], channels: usize, shown: &[LiveShown]) -> Vec<Array> {
     let count = shown.len();
     let array = |name: &str, of_each: &[usize], values: Values| Array {
@@ -148,6 +148,7 @@ fn together([width, height]: [usize; 2], channels: usize, shown: &[LiveShown]) -
         Values::F64(shown.iter().flat_map(of_one).collect())
     };
     let marks = shown.first().map_or(0, |one| one.marks.len());
+    // Markers that the solution does not cover are NaN.
     let unknown = [f64::NAN; 3];
     let moved = shown
         .iter()
@@ -176,7 +177,7 @@ fn together([width, height]: [usize; 2], channels: usize, shown: &[LiveShown]) -
     ]
 }
 
-/// See [`live::LiveSkin`].
+/// Skin with liquid channels ready for presses, see [`live::LiveSkin`].
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct LiveSkin {
     sensor: String,
@@ -207,13 +208,13 @@ impl LiveSkin {
         self.live.channels().map(str::to_owned).collect()
     }
 
-    /// Names of what the camera follows, and where it is at rest, mm.
+    /// Names of the markers, and their positions at rest, mm.
     fn marks(&self) -> Vec<(String, [f64; 3])> {
         marks_of(&self.project)
     }
 
-    /// What presses do, each on a skin at rest: arrays by name, the first axis is the press. Pictures have the names of their
-    /// lights, with a space before.
+    /// Computes presses, each on a skin at rest: arrays by name, whose first axis is the press. The name of an image is
+    /// that of its light, preceded by a space.
     fn press<'py>(
         &self,
         py: Python<'py>,

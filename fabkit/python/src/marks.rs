@@ -1,4 +1,4 @@
-//! Marks that are followed from picture to picture.
+//! Markers followed from image to image.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use crate::errors::{Failure, OrRaise};
 use crate::running::short;
 use crate::scene::{Scene, taken};
 
-/// See [`reconstructing::MarkFollower`].
+/// Follower of markers, see [`reconstructing::MarkFollower`].
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct MarkFollower {
     known: Arc<reconstructing::MarkFollower>,
@@ -24,8 +24,8 @@ pub struct MarkFollower {
 
 #[pymethods]
 impl MarkFollower {
-    /// From the picture at rest, values from 0 to 1, rows x columns x channels; through the camera of a scene, or the one
-    /// that is drawn for this light, in as many pixels as the picture has.
+    /// Makes a follower from the image at rest, values from 0 to 1, rows x columns x channels. The camera is the
+    /// scene's, or else the one drawn for this light, resized to the image.
     #[new]
     fn new(
         py: Python<'_>,
@@ -63,7 +63,7 @@ impl MarkFollower {
         self.known.names().to_vec()
     }
 
-    /// The arrays that `fabkit reconstruct` writes of marks, by their names.
+    /// Follows the markers in an image: the marker arrays that `fabkit reconstruct` writes, by name.
     fn follow<'py>(
         &self,
         py: Python<'py>,

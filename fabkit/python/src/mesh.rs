@@ -9,7 +9,7 @@ use pyo3::types::PyBytes;
 use crate::errors::{Failure, OrRaise};
 use crate::running::short;
 
-/// A closed mesh in the frame of its part, mm. Its arrays are numpy's: moved there, not copied.
+/// Closed mesh in the frame of its part, mm. Its arrays belong to numpy: moved there, not copied.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Mesh {
     name: String,
@@ -46,12 +46,12 @@ impl Mesh {
         self.triangles.bind(py).clone()
     }
 
-    /// For each triangle, the index of the primitive of the part that it lies on.
+    /// For each triangle, the index of the primitive of the part on which it lies.
     fn leaves<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
         PyArray1::from_iter(py, self.faces.iter().map(|face| face.leaf))
     }
 
-    /// A binary STL file, in the frame of the part.
+    /// Encodes the mesh as binary STL, in the frame of the part.
     fn stl<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let rows = |flat: Vec<f64>| flat.chunks_exact(3).map(|v| [v[0], v[1], v[2]]).collect();
         let vertices = rows(self.vertices.bind(py).readonly().as_slice()?.to_vec());

@@ -1,4 +1,4 @@
-//! Presses of soft layers: forces by depth, and the moved surface.
+//! Presses of soft layers: forces by indentation, and the displaced surface.
 
 use std::sync::Arc;
 
@@ -15,8 +15,8 @@ use crate::errors::Failure;
 use crate::keywords::Keywords;
 use crate::running::{Interrupted, run};
 
-/// What `fabkit press --json` says, as JSON, and the arrays of `fabkit press -o FILE.npz` by name. Options are those of
-/// [`PressOptions`], by name.
+/// Computes a press: the JSON of `fabkit press --json`, and the arrays of `fabkit press -o FILE.npz` by name. Options
+/// are those of [`PressOptions`], by name.
 #[pyfunction]
 pub fn press<'py>(
     py: Python<'py>,

@@ -1,7 +1,7 @@
-//! Long work: on a thread of its own, without the interpreter's lock, with an eye on Ctrl-C.
+//! Long work on a separate thread, without the interpreter's lock, interruptible by Ctrl-C.
 //!
-//! The thread never touches Python. The caller's thread waits for it, and between short waits lets
-//! Python handle signals and tells the caller's `progress(done, all)` how far the work is.
+//! The worker thread never touches Python. The caller's thread waits for it; between short waits it lets Python handle
+//! signals and calls `progress(done, all)`.
 
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
@@ -14,10 +14,10 @@ use pyo3::prelude::*;
 
 use crate::errors::{Failure, exception};
 
-/// Often enough for people, rarely enough to cost nothing.
+/// Polling interval: short enough for people, long enough to cost nothing.
 const POLL: Duration = Duration::from_millis(25);
 
-/// What the thread that works and the one that waits tell each other.
+/// State shared by the worker and the waiting thread.
 #[derive(Debug, Default)]
 pub struct Link {
     cancelled: AtomicBool,
@@ -26,61 +26,61 @@ pub struct Link {
 }
 
 impl Link {
-    /// Whether the work should stop where it can.
+    /// Returns whether the work should stop as soon as it can.
     pub fn is_cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
     }
 
-    /// `done` of `all` pieces.
+    /// Reports `done` of `all` pieces.
     pub fn show(&self, done: usize, all: usize) {
         self.all.store(all, Ordering::Relaxed);
         self.done.store(done, Ordering::Relaxed);
     }
 
-    /// One more piece.
+    /// Reports one more piece.
     pub fn step(&self) {
         self.done.fetch_add(1, Ordering::Relaxed);
     }
 }
 
-/// Short work, without the interpreter's lock.
+/// Runs short work without the interpreter's lock.
 ///
 /// # Errors
-/// What panics, as an exception: Python's users know no panics.
+/// A panic, as an exception: it must not unwind into Python.
 pub fn short<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     let result = py.detach(|| panic::catch_unwind(AssertUnwindSafe(work)));
     result.map_err(|_| exception(py, Failure::bug("fabkit stopped")))
 }
 
-/// Panics on purpose, so that tests see what becomes of it.
+/// Panics on purpose, for tests of its conversion.
 #[pyfunction]
 pub fn fall(py: Python<'_>) -> PyResult<()> {
     short(py, || panic!("on purpose"))
 }
 
-/// Short work that may use Python.
+/// Runs short work that may use Python.
 ///
 /// # Errors
-/// Its own, and what panics as [`short`] has it.
+/// Errors of the work, and panics as in [`short`].
 pub fn guarded<T>(py: Python<'_>, work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
     panic::catch_unwind(AssertUnwindSafe(work))
         .unwrap_or_else(|_| Err(exception(py, Failure::bug("fabkit stopped"))))
 }
 
-/// What to do with work that is interrupted.
+/// Treatment of interrupted work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interrupted {
-    /// Leave it: it stops where it looks at the link, and its result is dropped.
+    /// Abandon it: it stops where it checks the link, and its result is dropped.
     Leave,
-    /// Wait until it has stopped: it writes files, and cleans up after itself.
+    /// Wait until it has stopped, because it writes files and cleans up after itself.
     Wait,
 }
 
-/// Does the work, and gives its result.
+/// Runs the work on a separate thread and returns its result.
 ///
 /// # Errors
-/// What the work fails with, as an exception; `KeyboardInterrupt`, or whatever else a signal's
-/// handler or `progress` raises.
+/// The failure of the work as an exception; `KeyboardInterrupt`, or any exception raised by a signal handler or by
+/// `progress`.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
     interrupted: Interrupted,
@@ -92,14 +92,14 @@ pub fn run<T: Send + 'static>(
     let shared = Arc::clone(&link);
     thread::spawn(move || {
         let result = panic::catch_unwind(AssertUnwindSafe(|| work(&shared)));
-        // Nobody listens any more if the caller was interrupted.
+        // After an interruption, nobody receives the result.
         let _ = sender.send(result.unwrap_or_else(|_| Err(Failure::bug("fabkit stopped"))));
     });
     let mut raised = None;
     let mut shown = (0, 0);
     loop {
         let received;
-        // A receiver cannot be shared between threads, but handed over.
+        // A receiver cannot be shared with the detached closure, so it is moved in and out.
         (received, receiver) = py.detach(move || (receiver.recv_timeout(POLL), receiver));
         match received {
             Ok(result) => {
@@ -114,6 +114,7 @@ pub fn run<T: Send + 'static>(
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(exception(py, Failure::bug("fabkit stopped")));
             }
+            // Already interrupted: only the end of the work is awaited.
             Err(RecvTimeoutError::Timeout) if raised.is_some() => {}
             Err(RecvTimeoutError::Timeout) => {
                 let fine = report(progress, &link, &mut shown).and_then(|()| py.check_signals());

@@ -1,4 +1,4 @@
-//! Ground truth: what a camera sees of a sensor's surface.
+//! Ground truth: a camera's view of a sensor's surface.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,7 +25,7 @@ use crate::errors::{Failure, OrRaise, exception};
 use crate::keywords::Keywords;
 use crate::running::{Interrupted, run, short};
 
-/// A PNG picture of a map, with a colour for each value and a scale.
+/// Draws a map as a PNG image with a colour for each value and a scale.
 #[pyfunction]
 pub fn false_color<'py>(
     py: Python<'py>,
@@ -44,7 +44,7 @@ pub fn false_color<'py>(
     Ok(PyBytes::new(py, &bytes.or_raise(py)?))
 }
 
-/// A camera at its place, and the surface that it sees.
+/// Camera at its pose, and the surface that it sees.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Scene {
     pub sensor: String,
@@ -53,8 +53,8 @@ pub struct Scene {
 
 #[pymethods]
 impl Scene {
-    /// Camera and pose are the design's, or what files say, or what is given: a camera, and the
-    /// content of a pose file or a matrix with its covariance.
+    /// Makes a scene. Camera and pose are the nominal ones, or read from files, or given: a camera, and the content of
+    /// a pose file or a matrix with its covariance.
     #[new]
     #[pyo3(signature = (project, sensor, camera_file, pose_file, camera, pose_text, camera_from_sensor, covariance, unit))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
@@ -81,7 +81,7 @@ impl Scene {
             let bad = |error| SceneError::viewpoint(None, error);
             let mut files =
                 ViewpointFiles::read(&project, camera_file.as_deref(), pose_file.as_deref())?;
-            // One of the two may still be a file's.
+            // Given texts replace the files' one by one; camera and pose may have different origins.
             if text.is_some() {
                 files.camera = text;
             }
@@ -109,7 +109,7 @@ impl Scene {
         Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?) })
     }
 
-    /// The same view in another number of pixels.
+    /// Returns the same view at another resolution.
     fn resized(&self, py: Python<'_>, width_px: u32, height_px: u32) -> PyResult<Self> {
         let view = Arc::clone(&self.scene);
         let scene = short(py, || {
@@ -121,12 +121,12 @@ impl Scene {
         Ok(Self { sensor: self.sensor.clone(), scene })
     }
 
-    /// What `sigma_mm` contains.
+    /// Description of the contributions to `sigma_mm`.
     fn sigma_of(&self) -> String {
         self.scene.viewpoint.sigma_of()
     }
 
-    /// Names of the parameters whose variances are in it.
+    /// Names of the parameters whose variances `sigma_mm` includes.
     fn sigma_parameters(&self) -> Vec<&'static str> {
         self.scene.viewpoint.sigma_parameters()
     }
@@ -134,7 +134,7 @@ impl Scene {
     fn camera(&self) -> Camera {
         let viewpoint = &self.scene.viewpoint;
         let estimate = viewpoint.estimate.camera_estimate();
-        // Given to another scene it shall see the same.
+        // Passed to another scene, the camera must give the same view: the drawn bodies refract its rays.
         let is_drawn = viewpoint.is_drawn();
         Camera { estimate: if is_drawn { estimate.behind_drawing() } else { estimate } }
     }
@@ -143,13 +143,13 @@ impl Scene {
         arrays::pose(py, &self.scene.viewpoint.sensor_from_camera)
     }
 
-    /// Share of the surface that is seen, and the area of all of it, mm2.
+    /// Share of the surface that the camera sees, and the area of the whole surface, mm2.
     fn coverage(&self) -> (f64, f64) {
         (self.scene.coverage.area, self.scene.coverage.area_mm2)
     }
 
-    /// Casts a press; the arrays of `fabkit depth -o FILE.npz`, by name, and what the soft layers answer, as JSON. Options
-    /// are those of [`CastOptions`] and [`ContactOptions`], by name.
+    /// Casts a press: the arrays of `fabkit depth -o FILE.npz` by name, and the solution of the soft layers, as JSON.
+    /// Options are those of [`CastOptions`] and [`ContactOptions`], by name.
     fn cast<'py>(
         &self,
         py: Python<'py>,
@@ -170,8 +170,8 @@ impl Scene {
         Ok((arrays::dictionary(py, seen)?, elastic))
     }
 
-    /// Takes the picture of a press: its grey values as `grey`, what it shows as the arrays of [`Scene::cast`], and what
-    /// `fabkit capture --json` says, as JSON. Options are those of [`CaptureOptions`], by name.
+    /// Simulates the capture of a press: intensities as `grey`, ground truth as the arrays of [`Scene::cast`], and the
+    /// JSON of `fabkit capture --json`. Options are those of [`CaptureOptions`], by name.
     fn capture<'py>(
         &self,
         py: Python<'py>,
@@ -206,14 +206,14 @@ impl Scene {
     }
 }
 
-/// Presses by their names.
+/// Finds presses by name.
 fn found(scene: &scene::SensorView, sensor: &str, presses: &[String]) -> Result<Vec<Press>, Error> {
     let finder = scene.project.press_finder();
     let press = |id: &String| finder.press(id).map_err(|error| press_error(sensor, error));
     presses.iter().map(press).collect()
 }
 
-/// See [`reconstructing::Reconstructor`].
+/// Reconstructor of depth, see [`reconstructing::Reconstructor`].
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Reconstructor {
     known: Arc<reconstructing::Reconstructor>,
@@ -221,7 +221,8 @@ pub struct Reconstructor {
 
 #[pymethods]
 impl Reconstructor {
-    /// From the picture at rest, values from 0 to 1, rows x columns x channels; by the network of a file, if one is given.
+    /// Makes a reconstructor from the image at rest, values from 0 to 1, rows x columns x channels; with the network of
+    /// a file, if one is given.
     #[new]
     fn new(
         py: Python<'_>,
@@ -247,7 +248,7 @@ impl Reconstructor {
         Ok(Self { known: Arc::new(known) })
     }
 
-    /// Depth, mm, contact, and how much brighter the picture is as a whole than the one at rest.
+    /// Reconstructs an image: depth, mm, contact, and its overall brightness relative to the image at rest.
     fn depth<'py>(
         &self,
         py: Python<'py>,
@@ -266,7 +267,7 @@ impl Reconstructor {
 
 type Map<'py, T> = Bound<'py, PyArrayDyn<T>>;
 
-/// A picture that came as an array.
+/// Converts an array to an image.
 pub fn taken(picture: &PyReadonlyArray3<'_, f32>) -> Taken {
     let &[height, width, channels] = picture.shape() else { unreachable!("three axes") };
     let values = picture.as_array().iter().copied().collect();

@@ -1,4 +1,4 @@
-//! Design sweeps: plans, rows as lines of JSON, and the folder they end up in.
+//! Design sweeps: plans, rows as lines of JSON, and the folder that stores them.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -16,11 +16,11 @@ use crate::design::Project;
 use crate::errors::{Failure, OrRaise, exception};
 use crate::running::{Interrupted, run, short};
 
-/// A plan that can be carried out.
+/// Valid plan of a sweep.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct SweepPlan {
     plan: Arc<Plan>,
-    /// The sensor that is varied, for those who are handed one.
+    /// Sensor that is varied, for callers that receive its projects.
     sensor: Arc<Source>,
 }
 
@@ -50,7 +50,7 @@ impl SweepPlan {
         Ok(Self::new(plan.or_raise(py)?))
     }
 
-    /// A path of a sensor is relative to `folder`.
+    /// Reads a plan from text. A sensor's path is relative to `folder`.
     #[staticmethod]
     fn of_text(
         py: Python<'_>,
@@ -63,7 +63,7 @@ impl SweepPlan {
         Ok(Self::new(plan.or_raise(py)?))
     }
 
-    /// The plan of [`SweepPlan::source`], on any machine.
+    /// Restores the plan from [`SweepPlan::source`], on any machine.
     #[staticmethod]
     fn of_source(py: Python<'_>, source: &str) -> PyResult<Self> {
         let plan = short(py, || {
@@ -77,7 +77,7 @@ impl SweepPlan {
         self.plan.source().to_json().map_err(|error| exception(py, Failure::bug(error)))
     }
 
-    /// As the plan names it.
+    /// The sensor's name or path as written in the plan.
     fn sensor(&self) -> &str {
         self.plan.sensor()
     }
@@ -86,17 +86,17 @@ impl SweepPlan {
         self.plan.len()
     }
 
-    /// What may be asked of each axis, as JSON.
+    /// The search space of each axis, as JSON.
     fn space(&self) -> Vec<String> {
         self.plan.axes().iter().map(|axis| axis.space().to_string()).collect()
     }
 
-    /// The column of each axis.
+    /// The column name of each axis.
     fn columns(&self) -> Vec<String> {
         self.plan.axes().iter().map(|axis| axis.column()).collect()
     }
 
-    /// Metric and `min` or `max`.
+    /// Objectives: metric, and `min` or `max`.
     fn objectives(&self) -> Vec<(String, &'static str)> {
         let objectives = self.plan.objectives().iter();
         objectives.map(|o| (o.metric.clone(), o.direction.word())).collect()
@@ -106,7 +106,7 @@ impl SweepPlan {
         Ok(self.variant(number).or_raise(py)?.overrides)
     }
 
-    /// Rows of variants, as lines of JSON.
+    /// Computes rows of variants, as lines of JSON.
     fn rows(&self, py: Python<'_>, numbers: Vec<usize>) -> PyResult<Vec<String>> {
         let plan = Arc::clone(&self.plan);
         for number in &numbers {
@@ -124,18 +124,18 @@ impl SweepPlan {
         })
     }
 
-    /// Figures of the bench that rows need; `custom` has to give them.
+    /// Benchmark metrics that rows need; `custom` has to provide them.
     fn bench(&self) -> Vec<&'static str> {
         self.plan.bench().collect()
     }
 
-    /// Which sample is drawn, and what the bench draws.
+    /// The seed of the sampling and of the benchmark.
     fn seed(&self) -> u64 {
         self.plan.seed()
     }
 
-    /// The row of a variant, or of the values of the axes as `texts`; `custom` is given the variant and
-    /// answers names and values, and why some are missing.
+    /// Computes the row of a variant, or of the values `texts` of the axes. `custom` receives the variant's project and
+    /// returns metrics by name, and notes on missing ones.
     fn row(
         &self,
         py: Python<'_>,
@@ -165,12 +165,12 @@ impl SweepPlan {
     }
 }
 
-/// The folder of a sweep.
+/// Folder of a sweep.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct SweepStore {
     plan: Arc<Plan>,
     folder: String,
-    /// Empty once it is finished.
+    /// `None` once it is finished.
     store: Mutex<Option<Store>>,
 }
 
@@ -216,7 +216,7 @@ impl SweepStore {
         })
     }
 
-    /// Lets others write there.
+    /// Releases the folder's lock.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, |store| {
             *store = None;
@@ -224,7 +224,7 @@ impl SweepStore {
         })
     }
 
-    /// Writes the tables; a `fabkit-sweep-report` document.
+    /// Writes the tables. Returns a `fabkit-sweep-report` document.
     fn finish(&self, py: Python<'_>) -> PyResult<String> {
         self.with(py, |store| {
             let store = store.take().ok_or_else(finished)?;
@@ -234,8 +234,8 @@ impl SweepStore {
     }
 }
 
-/// Computes and writes a sweep on all threads; a `fabkit-sweep-report` document. `python` is the interpreter that
-/// benches run in.
+/// Computes and writes a sweep on all threads. `python` is the interpreter for benchmarks. Returns a
+/// `fabkit-sweep-report` document.
 #[pyfunction]
 #[pyo3(signature = (folder, plan, resume, python, progress))]
 pub fn run_sweep(
@@ -256,7 +256,7 @@ pub fn run_sweep(
     })
 }
 
-/// Writes the tables of rows that an optimiser chose; a `fabkit-sweep-report` document.
+/// Writes the tables of rows that an optimiser chose. Returns a `fabkit-sweep-report` document.
 #[pyfunction]
 pub fn save_sweep(
     py: Python<'_>,

@@ -1,4 +1,4 @@
-//! Finding and running the real binary.
+//! Locating and running the real binary.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -9,14 +9,14 @@ use std::sync::OnceLock;
 
 use crate::contract::faults;
 
-/// How one run ended.
+/// Result of one run.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// Exit code; none if a signal ended it.
+    /// Exit code; `None` if a signal ended the run.
     pub code: Option<i32>,
-    /// What it said.
+    /// Standard output.
     pub stdout: String,
-    /// What it complained about.
+    /// Standard error.
     pub stderr: String,
 }
 
@@ -29,10 +29,10 @@ impl From<Output> for Run {
 }
 
 impl Run {
-    /// The one JSON document on standard output, which is as its schema says.
+    /// Parses the JSON document on standard output and validates it against its schema.
     ///
     /// # Panics
-    /// If there is none, or another one.
+    /// If there is no such document, or it violates the schema.
     pub fn json(&self) -> serde_json::Value {
         let document: serde_json::Value =
             serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}: {self:?}"));
@@ -41,17 +41,17 @@ impl Run {
         document
     }
 
-    /// The run itself, if it succeeded.
+    /// Returns the run if it succeeded.
     ///
     /// # Panics
-    /// If it did not.
+    /// If it failed.
     pub fn ok(self) -> Self {
         assert_eq!(self.code, Some(0), "{self:?}");
         self
     }
 }
 
-/// The command: what `FABKIT` names, or the binary in the profile of the tests, built if it is out of
+/// Returns the command: the one that `FABKIT` names, or the binary in the tests' build profile, built if it is out of
 /// date.
 pub fn binary() -> &'static Path {
     static BINARY: OnceLock<PathBuf> = OnceLock::new();
@@ -61,7 +61,7 @@ pub fn binary() -> &'static Path {
     })
 }
 
-/// Asks cargo, because only cargo knows where the binary is and whether it is up to date.
+/// Builds the binary with cargo, which alone knows its location and whether it is up to date.
 fn build(release: bool) -> PathBuf {
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../../Cargo.toml");
     let output = Command::new(env!("CARGO"))
@@ -78,10 +78,10 @@ fn build(release: bool) -> PathBuf {
         .expect("cargo names the binary it built")
 }
 
-/// The command, not yet run, in a folder.
+/// Prepares the command in a folder, without running it.
 pub fn command(folder: &Path) -> Command {
     let mut command = Command::new(binary());
-    // Nothing of whoever runs the tests.
+    // The environment of the person who runs the tests must not matter.
     command.current_dir(folder).env_remove("FABKIT_MATERIALS");
     command
 }
@@ -94,7 +94,7 @@ pub fn fabkit(folder: &Path, arguments: &[&str]) -> Run {
     command(folder).args(arguments).output().expect("fabkit starts").into()
 }
 
-/// All files directly in a folder, hidden ones too, with their content; empty if it is not there.
+/// Reads all files directly in a folder, hidden ones included; empty if the folder does not exist.
 ///
 /// # Panics
 /// If one cannot be read.

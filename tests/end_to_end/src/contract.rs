@@ -1,5 +1,5 @@
-//! Documents of `--json` held to the schemas that `fabkit schema --output` prints: by the few words of JSON
-//! Schema that those use. `tests/oracles/check_contracts.py` asks somebody else's validator too.
+//! Validation of `--json` documents against the schemas that `fabkit schema --output` prints, with the few keywords of
+//! JSON Schema that those use. `tests/oracles/check_contracts.py` uses an independent validator as well.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,8 @@ use std::sync::OnceLock;
 
 use serde_json::{Map, Value};
 
-/// What is wrong with a document. Keys that its schema does not name are, unless it leaves that open.
+/// Returns the faults of a document. Keys without an entry in the schema are faults, unless the schema allows
+/// additional ones.
 pub fn faults(document: &Value) -> Vec<String> {
     let format = document["format"].as_str().unwrap_or_default();
     let mut faults = Vec::new();
@@ -19,7 +20,7 @@ pub fn faults(document: &Value) -> Vec<String> {
     faults
 }
 
-/// By what stands behind `format`.
+/// Returns the schemas by their value of `format`.
 pub fn schemas() -> &'static BTreeMap<String, Value> {
     static SCHEMAS: OnceLock<BTreeMap<String, Value>> = OnceLock::new();
     SCHEMAS.get_or_init(|| {
@@ -55,6 +56,7 @@ fn compare(schema: &Value, value: &Value, at: &str, faults: &mut Vec<String>) {
             "minItems" => value.as_array().is_none_or(|v| v.len() >= count(wanted)),
             "maxItems" => value.as_array().is_none_or(|v| v.len() <= count(wanted)),
             "pattern" => {
+                // Only this pattern is implemented; another one must not pass unnoticed.
                 assert_eq!(wanted, "^[a-z0-9_]+$", "the one pattern that is known here");
                 let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
                 value.as_str().is_none_or(|text| !text.is_empty() && text.chars().all(is_plain))

@@ -1,4 +1,4 @@
-//! The built-in sensors as the library builds them.
+//! Built-in sensors as built by the library.
 
 use std::collections::BTreeSet;
 use std::env;
@@ -6,24 +6,24 @@ use std::env;
 use fabkit_designs::{Design, builtin_names, builtin_yaml, load};
 use fabkit_geometry::{Body, Solid};
 
-/// Whose fixtures are looked at unless all are: one of each kind of surface.
+/// Sensors whose fixtures are tested by default: one of each kind of surface.
 const WITH_FIXTURES: [&str; 3] = ["rtac0", "9dtact", "fluidic"];
 
-/// Whether tests look at everything, as `cargo xtask test --full` has them: with `FABKIT_FULL=1`. Without it they look at
-/// a sample where many things differ little, which is the same on every machine.
+/// Returns whether tests cover everything, as in `cargo xtask test --full`: with `FABKIT_FULL=1`. Without it they cover
+/// a sample where many cases are similar; the sample is the same on every machine.
 pub fn is_full() -> bool {
     env::var_os("FABKIT_FULL").is_some_and(|value| value == "1")
 }
 
-/// Names of the built-in sensors that tests look at: the first of each family, or all with [`is_full`]. The others differ
-/// from it in numbers, and the rules of `fabkit check` are asked of all of them always.
+/// Returns the names of the built-in sensors under test: the first of each family, or all with [`is_full`]. The others
+/// differ from it in numbers only, and `fabkit check` is always run on all of them.
 pub fn looked_at() -> Vec<&'static str> {
     let mut families = BTreeSet::new();
     let is_new = |name: &&str| is_full() || families.insert(built(name, &[]).family);
     builtin_names().into_iter().filter(is_new).collect()
 }
 
-/// The built-in sensors of [`looked_at`] with their own values.
+/// Builds the sensors of [`looked_at`] with their own values.
 ///
 /// # Panics
 /// If one does not load.
@@ -31,7 +31,8 @@ pub fn builtin_designs() -> Vec<Design> {
     looked_at().into_iter().map(|name| built(name, &[])).collect()
 }
 
-/// A built-in sensor with settings as after `--set`, without what others keep in its file.
+/// Builds a built-in sensor with settings as after `--set`. The sections of other crates in its file (`fixtures`) are
+/// skipped.
 ///
 /// # Panics
 /// If it does not load.
@@ -42,8 +43,8 @@ pub fn built(name: &str, settings: &[&str]) -> Design {
         .unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
 }
 
-/// The fixtures of three built-in sensors with their own values, or of every sensor with [`is_full`]; once where two
-/// sensors share one.
+/// Builds the fixtures of three built-in sensors with their own values, or of every sensor with [`is_full`]. A fixture
+/// that several sensors share is returned once.
 ///
 /// # Panics
 /// If one cannot be built.
@@ -64,13 +65,13 @@ pub fn builtin_fixtures() -> Vec<Design> {
     fixtures
 }
 
-/// The cases that a test of many looks at: the first and every third after it, or all with [`is_full`].
+/// Returns the cases that a test covers: the first and every third after it, or all with [`is_full`].
 pub fn some<T>(cases: &[T]) -> Vec<&T> {
     cases.iter().step_by(if is_full() { 1 } else { 3 }).collect()
 }
 
-/// The bodies that tests look at: all of them, but of the hundred halves of a fixture, which differ in their
-/// protrusions alone, every tenth, unless [`is_full`].
+/// Returns the bodies under test: all of them, except that of the hundred halves of a fixture, which differ only in
+/// their protrusions, every tenth is taken, unless [`is_full`].
 pub fn sampled(design: &Design) -> impl Iterator<Item = &Body> {
     let all = is_full();
     let number = |body: &Body| body.name.rsplit_once('-').and_then(|(_, n)| n.parse::<u32>().ok());

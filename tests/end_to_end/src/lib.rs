@@ -1,4 +1,4 @@
-//! What the end-to-end tests share: the real binary, and the built-in designs and their fixtures.
+//! Shared code of the end-to-end tests: the real binary, and the built-in designs and their fixtures.
 
 mod command;
 pub mod contract;
@@ -9,5 +9,5 @@ pub use command::{Run, binary, command, contents, fabkit};
 pub use designs::{built, builtin_designs, builtin_fixtures, is_full, looked_at, sampled, some};
 pub use rules::{check, found, motions};
 
-/// A camera's file as OpenCV writes it: that of R-Tac0's published unit, calibrated in air, as its authors state it.
+/// Camera file in OpenCV's format: R-Tac0's published unit, calibrated in air, as stated by its authors.
 pub const OPENCV_CAMERA: &str = include_str!("../data/rtac0_opencv_camera.yaml");

@@ -1,34 +1,34 @@
-//! The rules, for programs that look at many variants of few sensors.
+//! Design rules, for test programs that check many variants of few sensors.
 
 use std::sync::LazyLock;
 
 use fabkit_checks::{CheckReport, Finding, InvalidBody, Memo, Rule, check_rules};
 use fabkit_geometry::Sensor;
 
-/// What the tests of one program found clean: most differ from each other in one body, and look at all the others.
-/// Findings are the same without it, which a test of the rules holds.
+/// Memo of clean bodies in one test program. Most variants differ in one body, so the rest is not examined again. A
+/// test of the rules ensures that findings are the same without it.
 static CLEAN: LazyLock<Memo> = LazyLock::new(Memo::default);
 
-/// [`fabkit_checks::check`].
+/// Applies all rules, see [`fabkit_checks::check`].
 ///
 /// # Errors
-/// As there.
+/// See there.
 pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
     check_rules(sensor, &Rule::ALL, &CLEAN)
 }
 
-/// What some of its rules find.
+/// Applies some rules and returns their findings.
 ///
 /// # Errors
-/// As there.
+/// See [`check`].
 pub fn found(sensor: &Sensor, rules: &[Rule]) -> Result<Vec<Finding>, InvalidBody> {
     Ok(check_rules(sensor, rules, &CLEAN)?.findings)
 }
 
-/// [`fabkit_checks::motions`].
+/// Applies the rule on motions, see [`fabkit_checks::motions`].
 ///
 /// # Errors
-/// As there.
+/// See there.
 pub fn motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     found(sensor, &[Rule::Motion])
 }

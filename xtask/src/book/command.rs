@@ -1,4 +1,4 @@
-//! The reference of the command, from its own help.
+//! Reference of the command, generated from its help.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -6,10 +6,10 @@ use std::process::Command;
 
 use super::{GENERATED, Output};
 
-/// Narrower than a page, so that nothing scrolls.
+/// Width of the help texts: narrower than a page, so that nothing scrolls.
 const COLUMNS: &str = "88";
 
-/// One page with the help of every command.
+/// Makes one page with the help of every command.
 ///
 /// # Errors
 /// A command that does not print its help.
@@ -19,7 +19,7 @@ pub fn page(fabkit: &Path) -> Result<Output, String> {
     Ok(Output { path: PathBuf::from("reference/command.md"), text })
 }
 
-/// A command, then those below it.
+/// Appends the help of a command, then of its subcommands.
 fn describe(fabkit: &Path, words: &[&str], text: &mut String) -> Result<(), String> {
     let name = [&["fabkit"], words].concat().join(" ");
     let help =
@@ -32,11 +32,11 @@ fn describe(fabkit: &Path, words: &[&str], text: &mut String) -> Result<(), Stri
     Ok(())
 }
 
-/// The names below `Commands:`, without `help`.
+/// Lists the names below `Commands:`, without `help`.
 fn commands(help: &str) -> impl Iterator<Item = &str> {
     let list = help.lines().skip_while(|line| *line != "Commands:").skip(1);
     list.take_while(|line| !line.is_empty())
-        // Descriptions continue deeper.
+        // Continued descriptions have a deeper indentation.
         .filter_map(|line| line.strip_prefix("  ").filter(|name| !name.starts_with(' ')))
         .filter_map(|line| line.split_whitespace().next())
         .filter(|name| *name != "help")

@@ -1,17 +1,17 @@
-//! Commands with the output that a page shows below them.
+//! Commands with the output shown below them on a page.
 
-/// A command of a `console` block.
+/// Command of a `console` block.
 #[derive(Debug, PartialEq)]
 pub struct Step {
     /// Line in the block, from 0.
     pub line: usize,
-    /// What the shell runs.
+    /// Command for the shell.
     pub command: String,
-    /// What the page shows; nothing if it shows nothing.
+    /// Lines of output shown; empty if none is shown.
     pub shown: Vec<String>,
 }
 
-/// Reads a `console` block: commands after `$ `, continued after a backslash, and their output.
+/// Parses a `console` block: commands after `$ `, continued after a backslash, and their output.
 ///
 /// # Errors
 /// Output before the first command.
@@ -32,8 +32,8 @@ pub fn steps(text: &str) -> Result<Vec<Step>, String> {
     Ok(steps)
 }
 
-/// Whether output is what a page shows, where a line `...` stands for any lines, and `...` within a
-/// line for any text. Otherwise the first line that the output lacks.
+/// Compares output with the lines shown, where a line `...` stands for any lines, and `...` within a line for any text.
+/// The error names the first line that the output lacks.
 pub fn compare(shown: &[String], output: &str) -> Result<(), String> {
     let output: Vec<&str> = output.trim_end().lines().map(str::trim_end).collect();
     match unmatched(shown, &output) {
@@ -43,9 +43,10 @@ pub fn compare(shown: &[String], output: &str) -> Result<(), String> {
     }
 }
 
-/// Nothing if all is matched; else the first line that no way of matching reaches.
+/// Returns `None` if all lines match; otherwise the first line that cannot be matched in any way, or an empty text for
+/// surplus output.
 fn unmatched<'a>(shown: &'a [String], output: &[&str]) -> Option<&'a str> {
-    // All numbers of output lines that the lines shown so far may stand for.
+    // All positions in the output that the lines so far may reach, as in a simulation of a nondeterministic automaton.
     let mut reached = vec![0];
     for line in shown {
         let next: Vec<usize> = if line == "..." {
@@ -62,7 +63,7 @@ fn unmatched<'a>(shown: &'a [String], output: &[&str]) -> Option<&'a str> {
     (!reached.contains(&output.len())).then_some("")
 }
 
-/// Whether a line is what is shown, `...` being any text.
+/// Returns whether a line matches a shown one, in which `...` stands for any text.
 fn fits(shown: &str, have: &str) -> bool {
     let mut parts = shown.split("...");
     let Some(mut rest) = parts.next().and_then(|first| have.strip_prefix(first)) else {

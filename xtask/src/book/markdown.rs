@@ -1,51 +1,51 @@
-//! As much of Markdown as the book uses: fenced blocks, headings and links.
+//! Parser for the Markdown that the book uses: fenced blocks, headings and links.
 
-/// A page, read.
+/// Parsed page.
 #[derive(Debug, Default, PartialEq)]
 pub struct Page {
-    /// Fenced blocks in order.
+    /// Fenced blocks, in order.
     pub blocks: Vec<Block>,
     /// Anchors of headings, as mdBook and GitHub name them.
     pub anchors: Vec<String>,
-    /// Links and pictures.
+    /// Links and images.
     pub links: Vec<Link>,
 }
 
-/// A fenced block.
+/// Fenced block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Line of its fence, from 1.
+    /// Line of its opening fence, from 1.
     pub line: usize,
     /// First word after the fence; empty without one.
     pub language: String,
-    /// The other words: `fails=2`, `needs=torch`, `file=soft.yaml`, `output`.
+    /// Other words after the fence: `fails=2`, `needs=torch`, `file=soft.yaml`, `output`.
     pub options: Vec<String>,
-    /// What stands in it, with line ends.
+    /// Content, with line ends.
     pub text: String,
 }
 
 impl Block {
-    /// The value of an option `name=value`.
+    /// Returns the value of an option `name=value`.
     pub fn option(&self, name: &str) -> Option<&str> {
         self.options.iter().find_map(|option| option.strip_prefix(name)?.strip_prefix('='))
     }
 
-    /// Whether a word without value stands after the language.
+    /// Returns whether an option without a value is given.
     pub fn has(&self, word: &str) -> bool {
         self.options.iter().any(|option| option == word)
     }
 }
 
-/// Where a link leads.
+/// Target of a link.
 #[derive(Debug, PartialEq)]
 pub struct Link {
     /// Line of the link, from 1.
     pub line: usize,
-    /// As written.
+    /// Target as written.
     pub target: String,
 }
 
-/// Reads a page.
+/// Parses a page.
 ///
 /// # Errors
 /// A fence that is not closed.
@@ -79,7 +79,8 @@ pub fn read(text: &str) -> Result<Page, String> {
     }
 }
 
-/// What mdBook and GitHub make of a heading: letters in lower case, spaces as hyphens, the rest gone.
+/// Derives the anchor of a heading as mdBook and GitHub do: lower case, spaces as hyphens, only letters, digits, `-`
+/// and `_`.
 pub fn anchor(heading: &str) -> String {
     let kept = |c: char| match c {
         ' ' => Some('-'),
@@ -89,7 +90,7 @@ pub fn anchor(heading: &str) -> String {
     heading.trim().to_lowercase().chars().filter_map(kept).collect()
 }
 
-/// Targets of `[words](target)` and of `src="target"`, outside of `code`.
+/// Finds the targets of `[words](target)`, `src="target"` and `href="target"` outside of inline code.
 fn links(line: &str) -> impl Iterator<Item = String> {
     let prose: String = line.split('`').step_by(2).collect();
     let mut found = Vec::new();

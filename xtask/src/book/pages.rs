@@ -1,4 +1,4 @@
-//! Runs what stands on a page, as a reader would: top to bottom, in one fresh folder.
+//! Runs the blocks of a page as a reader would: top to bottom, in one fresh folder.
 //!
 //! | block | what happens |
 //! |---|---|
@@ -8,7 +8,7 @@
 //! | any with `from=PATH` | must stand in that file of the repository, line by line |
 //! | `text output` | must be what the `python` block before it printed |
 //!
-//! `fails=N` asks for that exit code, `needs=MODULE` leaves a block out where Python lacks it.
+//! `fails=N` expects that exit code; `needs=MODULE` skips a block if Python lacks the module.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -22,11 +22,11 @@ use super::expected;
 use super::markdown::{Block, Page};
 use crate::run::{in_ci, root};
 
-/// Languages of blocks that look as if they ran, and would not.
+/// Languages of blocks that look runnable but are not run.
 const SHELLS: [&str; 4] = ["sh", "bash", "shell", "zsh"];
 
-/// Commands that set fabkit up. They may stand in such blocks, because the gate runs them or what they do elsewhere: they
-/// build everything anew, or install into the reader's home.
+/// Commands that install fabkit. They may stand in such blocks, because the gate runs them or their equivalents
+/// elsewhere: they build everything anew, or install into the reader's home.
 const SET_UP: [&str; 4] = [
     "cargo run --release -- export rtac0",
     "cargo xtask test",
@@ -37,23 +37,23 @@ const SET_UP: [&str; 4] = [
 /// Modules that continuous integration may lack.
 const TOO_LARGE: [&str; 1] = ["torch"];
 
-/// Where commands and modules come from.
+/// Runner of blocks, with the search paths of commands and modules.
 pub struct Runner {
     python: PathBuf,
     path: OsString,
     python_path: OsString,
     modules: BTreeMap<String, bool>,
-    /// Blocks that were left out, with why.
+    /// Skipped blocks, with the reasons.
     pub skipped: Vec<String>,
-    /// Commands and programs that ran.
+    /// Number of commands and programs that ran.
     pub ran: usize,
 }
 
 impl Runner {
-    /// With the command that was built, an interpreter, and a folder of modules for it.
+    /// Makes a runner with the built command, an interpreter, and optionally a folder of modules for it.
     ///
     /// # Errors
-    /// Paths that cannot stand in `PATH`.
+    /// Paths that cannot be part of `PATH`.
     pub fn new(fabkit: &Path, python: &Path, modules: Option<&Path>) -> Result<Self, String> {
         let folders = [fabkit.parent(), python.parent()].into_iter().flatten().map(Path::to_owned);
         let system = env::var_os("PATH").unwrap_or_default();
@@ -71,7 +71,7 @@ impl Runner {
     /// Runs a page in a folder.
     ///
     /// # Errors
-    /// The first block that does not do what the page says.
+    /// The first block that does not behave as the page says.
     pub fn page(&mut self, name: &Path, page: &Page, folder: &Path) -> Result<(), String> {
         let mut printed = None;
         for block in &page.blocks {
@@ -82,6 +82,7 @@ impl Runner {
                     return Err(skipped);
                 }
                 self.skipped.push(skipped);
+                // A skipped program printed nothing, so the output block after it is skipped too.
                 printed = None;
                 continue;
             }
@@ -133,7 +134,7 @@ impl Runner {
                 format!("{}: $ {}\n{output}{why}", place(1 + step.line), step.command)
             };
             let mut bash = self.command(Path::new("bash"), folder);
-            // One pipe for both, so that lines keep their order.
+            // Standard error goes to the same pipe, so that lines keep their order.
             bash.args(["-c", &format!("exec 2>&1; set -eo pipefail; {}", step.command)]);
             let (code, output) = output_of(&mut bash, "").map_err(|e| failed(&e, ""))?;
             self.ran += 1;
@@ -180,7 +181,7 @@ impl Runner {
     }
 }
 
-/// Whether lines stand in a file of the repository, whatever their indentation.
+/// Checks that lines occur consecutively in a file of the repository, ignoring indentation.
 fn quoted(source: &str, text: &str) -> Result<(), String> {
     let have = fs::read_to_string(root().join(source)).map_err(|e| format!("{source}: {e}"))?;
     let trimmed = |text: &str| text.lines().map(|l| l.trim().to_owned()).collect::<Vec<_>>();
@@ -196,13 +197,13 @@ fn right_code(block: &Block, code: Option<i32>) -> Result<(), String> {
     if have == wanted { Ok(()) } else { Err(format!("exit code {have} instead of {wanted}")) }
 }
 
-/// Exit code and what was printed, standard error last.
+/// Runs a command. Returns the exit code, and standard output followed by standard error.
 fn output_of(command: &mut Command, input: &str) -> Result<(Option<i32>, String), String> {
     let failed = |e: std::io::Error| format!("cannot run it: {e}");
     let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = pipes.spawn().map_err(failed)?;
     if let Some(mut stdin) = child.stdin.take() {
-        // A program that does not read ends the pipe; its exit code says whether that is right.
+        // A program that ends without reading closes the pipe; its exit code shows whether that is right.
         let _ = stdin.write_all(input.as_bytes());
     }
     let output = child.wait_with_output().map_err(failed)?;

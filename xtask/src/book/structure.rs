@@ -1,4 +1,4 @@
-//! The book hangs together: every page is in `SUMMARY.md`, and every link leads somewhere.
+//! Structure of the book: every page is in `SUMMARY.md`, and every link has a target.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -6,13 +6,13 @@ use std::path::{Component, Path, PathBuf};
 
 use super::markdown::{self, Page};
 
-/// The table of contents.
+/// File name of the table of contents.
 pub const SUMMARY: &str = "SUMMARY.md";
 
-/// Reads all pages below a folder, by their paths in it.
+/// Reads all pages below a folder, by their relative paths.
 ///
 /// # Errors
-/// What cannot be read.
+/// Files that cannot be read or parsed.
 pub fn pages(docs: &Path) -> Result<BTreeMap<PathBuf, Page>, String> {
     let mut pages = BTreeMap::new();
     for file in files(docs)? {
@@ -59,7 +59,7 @@ pub fn dead_links(root: &Path, pages: &BTreeMap<PathBuf, Page>) -> Vec<String> {
     faults
 }
 
-/// Everything that is wrong with contents and links; empty if nothing is.
+/// Finds all faults of contents and links.
 ///
 /// # Errors
 /// A folder that cannot be read.
@@ -77,7 +77,7 @@ pub fn faults(docs: &Path, pages: &BTreeMap<PathBuf, Page>) -> Result<Vec<String
         .get(Path::new(SUMMARY))
         .map(|summary| summary.links.iter().map(|link| PathBuf::from(&link.target)).collect())
         .unwrap_or_default();
-    // The folder's README is for those who look into the folder, not for the book's readers.
+    // `README.md` describes the folder, and is not part of the book.
     let is_apart = |path: &Path| [SUMMARY, "README.md"].map(Path::new).contains(&path);
     let missing = pages.keys().filter(|path| !is_apart(path) && !listed.contains(*path));
     faults.extend(missing.map(|path| format!("docs/{}: not in {SUMMARY}", path.display())));
@@ -113,7 +113,7 @@ fn fault(
     }
 }
 
-/// A path without `.` and `..`; nothing if it leads out.
+/// Resolves `.` and `..` in a relative path; `None` if it leads outside.
 fn within(path: &Path) -> Option<PathBuf> {
     let mut inside = PathBuf::new();
     for component in path.components() {
@@ -127,7 +127,7 @@ fn within(path: &Path) -> Option<PathBuf> {
     Some(inside)
 }
 
-/// All files below a folder, by their paths in it.
+/// Lists all files below a folder, by their relative paths.
 fn files(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let failed = |e| format!("{}: {e}", folder.display());
     let mut found = Vec::new();

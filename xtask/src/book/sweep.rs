@@ -1,4 +1,4 @@
-//! The reference of sweep plans, from `fabkit schema --sweep`.
+//! Reference of sweep plans, generated from `fabkit schema --sweep`.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -7,10 +7,10 @@ use serde_json::Value;
 
 use super::{GENERATED, Output};
 
-/// One page with the keys of a plan, and all metrics.
+/// Makes one page with the keys of a plan and all metrics.
 ///
 /// # Errors
-/// A schema that does not look as expected.
+/// A schema with an unexpected structure.
 pub fn page(schema: &str) -> Result<Output, String> {
     let schema: Value =
         serde_json::from_str(schema).map_err(|e| format!("fabkit schema --sweep: {e}"))?;
@@ -29,7 +29,7 @@ pub fn page(schema: &str) -> Result<Output, String> {
     let metrics = properties["metrics"]["items"]["anyOf"].as_array();
     for metric in metrics.ok_or("the schema of plans has no metrics")? {
         let (name, description) = (words(&metric["const"])?, words(&metric["description"])?);
-        // Groups are described without one.
+        // Names of groups have descriptions without a group prefix.
         if let Some((group, what)) = description.split_once(": ") {
             let _ = writeln!(text, "| `{name}` | `{group}` | {what} |");
         }

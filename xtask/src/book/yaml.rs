@@ -1,4 +1,4 @@
-//! The reference of sensor files, from `fabkit schema`.
+//! Reference of sensor files, generated from `fabkit schema`.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -11,10 +11,10 @@ use super::{GENERATED, Output};
 const COMMON: [&str; 8] =
     ["format", "family", "extends", "fixtures", "materials", "processes", "parts", "buy"];
 
-/// One page for each family, and one for the fixtures, which are the same for all.
+/// Makes one page for each family, and one for the fixtures, which are the same for all.
 ///
 /// # Errors
-/// A schema that does not look as expected.
+/// A schema with an unexpected structure.
 pub fn pages(schema: &str) -> Result<Vec<Output>, String> {
     let schema: Value = serde_json::from_str(schema).map_err(|e| format!("fabkit schema: {e}"))?;
     let definitions = schema["definitions"].as_object().ok_or("the schema has no definitions")?;
@@ -22,7 +22,7 @@ pub fn pages(schema: &str) -> Result<Vec<Output>, String> {
     let mut fixtures = None;
     for (family, definition) in definitions {
         if family.ends_with("-variant") {
-            // The same keys, none of them required.
+            // A variant has the same keys, none of them required.
             continue;
         }
         let summary = text(definition, "description")?;
@@ -49,7 +49,7 @@ fn path(name: &str) -> PathBuf {
     PathBuf::from(format!("reference/yaml-{name}.md"))
 }
 
-/// The names that a file of this family may extend.
+/// Lists the built-in sensors that a file of this family may extend.
 fn sensors(schema: &Value, family: &str) -> Result<String, String> {
     let variant = format!("#/definitions/{family}-variant");
     let cases = schema["allOf"].as_array().ok_or("the schema has no cases")?;
@@ -62,7 +62,7 @@ fn sensors(schema: &Value, family: &str) -> Result<String, String> {
     Ok(names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "))
 }
 
-/// One table for each section, deeper sections below.
+/// Appends one table for each section, subsections below it.
 fn tables(page: &mut String, path: &str, section: &Value, without: &[&str]) -> Result<(), String> {
     let properties = section["properties"]
         .as_object()
@@ -95,7 +95,7 @@ fn text<'a>(value: &'a Value, key: &str) -> Result<&'a str, String> {
     value[key].as_str().ok_or_else(|| format!("the schema has a place without `{key}`"))
 }
 
-/// For a table.
+/// Escapes a text for a table cell.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|").replace('<', "&lt;")
 }

@@ -1,4 +1,4 @@
-//! What the disturbed commands read.
+//! Input files of the disturbed commands.
 
 use std::fmt::Write;
 
@@ -8,8 +8,8 @@ pub const CAMERA: &str = "fabkit_camera: 1\nwidth_px: 96\nheight_px: 72\nlens:\n
 pub const SWEEP: &str = "format: 1\nsensor: rtac0\naxes:\n  camera.depth: {from: 6 mm, to: 8 mm, \
                      steps: 3}\nmetrics: [marker_count]\n";
 
-/// What an equidistant lens of 286 px sees from six sides of some corners of that board: 25 in a row,
-/// 10 mm apart, the first at (10, 10) mm.
+/// Simulates corners of the exported board, which has 25 corners in a row, 10 mm apart, the first at (10, 10) mm: six
+/// views by an equidistant lens with a focal length of 286 px.
 pub fn corners() -> String {
     let mut text = String::from("view,corner,x_px,y_px\n");
     for view in 0..6 {
@@ -26,7 +26,7 @@ pub fn corners() -> String {
     text
 }
 
-/// A camera of 640 x 480 px whose lens is equidistant.
+/// Formats a camera file of 640 x 480 px with an equidistant lens.
 pub fn lens_of(focal_px: f64) -> String {
     format!(
         "fabkit_camera: 1\nwidth_px: 640\nheight_px: 480\nlens:\n  model: kannala-brandt\n  \
@@ -35,8 +35,9 @@ pub fn lens_of(focal_px: f64) -> String {
     )
 }
 
-/// Ends of 29 pins on a dome as a map, and where [`lens_of`] 229.18 px sees five of them in each of six
-/// captures, some tenths of a pixel off.
+/// Simulates captures of 29 pins on a dome: their ends as a JSON map, and a list of marks. The camera is that of
+/// [`lens_of`] with 229.18 px, five pins are visible in each of six captures, and marks are off by some tenths of a
+/// pixel.
 pub fn captures() -> (String, String) {
     let holes = [
         [1, 2, 6, 14, 22],

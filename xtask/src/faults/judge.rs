@@ -1,17 +1,17 @@
-//! What a folder must look like after a fault.
+//! Judgement of a folder after a fault.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// What fabkit calls its own in a folder.
+/// Prefix of fabkit's own temporary files.
 const HIDDEN: &str = ".fabkit-";
 const CONTENTS: &str = "manifest.json";
 
-/// All files below a folder with their content.
+/// All files below a folder, with their contents.
 pub type Files = BTreeMap<String, Vec<u8>>;
 
-/// Reads a tree.
+/// Reads all files below a folder.
 pub fn files(folder: &Path) -> Files {
     let mut found = Files::new();
     let mut open = vec![folder.to_path_buf()];
@@ -36,7 +36,7 @@ fn visible(files: &Files) -> Files {
     files.iter().filter(|(name, _)| !is_hidden(name)).map(|(n, b)| (n.clone(), b.clone())).collect()
 }
 
-/// After a run that could end by itself: the old files or the new ones, and nothing else.
+/// Judges a run that ended by itself: exactly the old files or exactly the new ones.
 pub fn whole(after: &Files, old: &Files, new: &Files) -> Result<(), String> {
     if after == old || after == new {
         return Ok(());
@@ -44,8 +44,8 @@ pub fn whole(after: &Files, old: &Files, new: &Files) -> Result<(), String> {
     Err(format!("neither the old nor the new files: {}", difference(after, old, new)))
 }
 
-/// After a run that was killed: a mixture has no list of contents, and of each file there is the old or
-/// the new one, whole; every old one is still there under some name.
+/// Judges a run that was killed: a mixture has no list of contents, each file is a complete old or new one, and every
+/// old one still exists under some name.
 pub fn recoverable(after: &Files, old: &Files, new: &Files) -> Result<(), String> {
     let seen = visible(after);
     if seen == *old || seen == *new {
@@ -67,7 +67,7 @@ pub fn recoverable(after: &Files, old: &Files, new: &Files) -> Result<(), String
     Ok(())
 }
 
-/// After a run in which nothing goes wrong.
+/// Judges an undisturbed run: exactly the new files.
 pub fn exactly(after: &Files, new: &Files) -> Result<(), String> {
     match after == new {
         true => Ok(()),

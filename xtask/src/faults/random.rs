@@ -1,6 +1,6 @@
-//! The same numbers for the same seed.
+//! Reproducible random numbers.
 
-/// SplitMix64.
+/// SplitMix64 generator.
 pub struct Random(pub u64);
 
 impl Random {
@@ -12,12 +12,12 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// 0 to `count`, which is above 0.
+    /// Returns a random integer from 0 to `count` - 1; `count` is above 0.
     pub fn below(&mut self, count: usize) -> usize {
         (self.next() % count.max(1) as u64) as usize
     }
 
-    /// 0 to 1.
+    /// Returns a random number in [0, 1).
     pub fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }

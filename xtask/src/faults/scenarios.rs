@@ -1,4 +1,4 @@
-//! The commands that are disturbed, and how each is tried out.
+//! Scenarios: the disturbed commands, and the execution of trials.
 
 use std::fs;
 use std::os::unix::process::ExitStatusExt;
@@ -13,22 +13,22 @@ use super::inputs::{CAMERA, SWEEP, captures, corners, lens_of};
 use super::judge::{self, Files};
 use super::shim::{self, Fault, KINDS};
 
-/// Longest that a run may take: beyond, it hangs.
+/// Time limit of a run; a longer one counts as hanging.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Done, a limit, a file that cannot be read as what it should be, files.
+/// Documented exit codes: success, bad input, limit, input or output failure.
 const DOCUMENTED: [i32; 4] = [0, 2, 3, 4];
 
-/// What a command does with its folder.
+/// Way in which a command writes its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    /// Replaces a set of files.
+    /// Replaces a set of files in one transaction.
     Set,
-    /// Begins a folder, and goes on with it.
+    /// Begins a folder, and resumes it.
     Resumable,
 }
 
-/// One command, its inputs, and what it is to end with.
+/// Command with its inputs and expected outputs.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     pub name: &'static str,
@@ -36,15 +36,15 @@ pub struct Scenario {
     fabkit: PathBuf,
     scratch: PathBuf,
     inputs: Vec<(String, String)>,
-    /// What makes the old files.
+    /// Arguments of the run that makes the old files.
     before: Vec<String>,
-    /// What is disturbed.
+    /// Arguments of the disturbed run.
     arguments: Vec<String>,
-    /// Other arguments for runs at once.
+    /// Arguments of the simultaneous runs.
     rivals: Vec<Vec<String>>,
     old: Files,
     new: Files,
-    /// What each rival alone ends with.
+    /// Files that each rival writes when it runs alone.
     rival_files: Vec<Files>,
     counts: Vec<usize>,
     usual: Duration,
@@ -54,7 +54,7 @@ fn words(line: &str) -> Vec<String> {
     line.split_whitespace().map(str::to_owned).collect()
 }
 
-/// All of them.
+/// Makes all scenarios.
 pub fn all(fabkit: &Path, scratch: &Path) -> Result<Vec<Scenario>, String> {
     let make = |name, kind, inputs: &[(&str, &str)], before: &str, arguments: &str| Scenario {
         name,
@@ -136,12 +136,12 @@ pub fn all(fabkit: &Path, scratch: &Path) -> Result<Vec<Scenario>, String> {
     ])
 }
 
-/// Three that want the same, and one that wants something else.
+/// Makes the arguments of four simultaneous runs: three with the same input, and one with another.
 fn rivals(command: &str, same: &str, other: &str) -> Vec<Vec<String>> {
     [same, same, other, same].iter().map(|input| words(&format!("{command} {input}"))).collect()
 }
 
-/// The board that the corners are of, as fabkit writes it.
+/// Exports the board to which the corners belong.
 fn board(fabkit: &Path, scratch: &Path) -> Result<String, String> {
     let out = scratch.join("boards");
     let mut command = Command::new(fabkit);
@@ -163,13 +163,14 @@ impl Scenario {
         !self.rivals.is_empty()
     }
 
-    /// Every call that can go wrong, in every way.
+    /// Lists every fault: each call of each kind with each error.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
         for ((call, errors), count) in KINDS.iter().zip(&self.counts) {
             for k in 1..=*count {
                 for &error in *errors {
                     faults.push(Fault { call, k, error, on: false });
+                    // A full disk (28) and missing permissions (13) persist, so all later calls fail as well.
                     if [28, 13].contains(&error) {
                         faults.push(Fault { call, k, error, on: true });
                     }
@@ -179,7 +180,7 @@ impl Scenario {
         faults
     }
 
-    /// Runs it undisturbed, to know what it is to end with.
+    /// Runs the scenario undisturbed, to learn its old and new files, its numbers of calls and its usual time.
     pub fn prepare(&mut self, shim: &Path) -> Result<(), String> {
         let place = self.place()?;
         self.run_well(&place, &self.before)?;
@@ -201,7 +202,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Lets it go wrong in one way, and looks at what is left.
+    /// Runs one trial and judges the remaining files.
     pub fn try_out(&self, trial: &Trial, shim: &Path) -> Result<(), String> {
         let place = self.place()?;
         for (name, bytes) in &self.old {
@@ -232,7 +233,7 @@ impl Scenario {
             _ => PATIENCE,
         };
         let status = wait_for(child, wait, matches!(trial, Trial::Kill(_)))?;
-        // Out of memory, the allocator aborts.
+        // Without memory the allocator aborts, which is a signal as well.
         let died = status.code().is_none();
         if died && matches!(trial, Trial::Call(fault) if !fault.kills()) {
             return Err(format!("ended by a signal: {status}"));
@@ -244,7 +245,7 @@ impl Scenario {
         if status.success() {
             judge::exactly(&after, &self.new)?;
         }
-        // Where nothing can be renamed any more, nothing can be put back: that is for the next run.
+        // If renaming fails persistently, nothing can be put back; the next run does that.
         let is_stuck = matches!(trial, Trial::Call(Fault { call: "rename", on: true, .. }));
         if self.kind == Kind::Set {
             match died || is_stuck {
@@ -265,7 +266,7 @@ impl Scenario {
             wait_for(spawn(&self.arguments)?, self.usual.mul_f64(part), true)?;
         }
         let children: Vec<Child> = self.rivals.iter().map(spawn).collect::<Result<_, _>>()?;
-        // The folder is in use; where pieces are added, it may also be another's.
+        // Exit code 4: the folder is in use. Code 2, for resumable folders only: it holds another plan.
         let usual: &[i32] = if self.kind == Kind::Set { &[0, 4] } else { &[0, 2, 4] };
         let mut has_finished = false;
         for child in children {
@@ -282,8 +283,8 @@ impl Scenario {
         if has_finished || self.kind == Kind::Set {
             return Err("a mixture of several runs".into());
         }
-        // Each may have been kept out by one that then found the folder to be another's. Alone, one
-        // of them goes on with what is there.
+        // Each run may have been refused because of one that in turn found another's folder. Alone, one of them must be
+        // able to resume.
         let mut refusals = Vec::new();
         for rival in &self.rivals {
             match self.run_well(place, rival) {
@@ -295,7 +296,7 @@ impl Scenario {
         Err(format!("nobody can go on after several runs at once: {}", refusals.join("; ")))
     }
 
-    /// A folder of its own with the inputs.
+    /// Makes a new folder with the inputs.
     fn place(&self) -> Result<PathBuf, String> {
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let place = self.scratch.join(format!("{}-{number}", self.name));
@@ -308,7 +309,7 @@ impl Scenario {
         Ok(place)
     }
 
-    /// One thread, so that the k-th call is the same one each time.
+    /// Makes the command with one thread, so that the k-th call is the same each time.
     fn command(&self, place: &Path, arguments: &[String]) -> Command {
         let mut command = Command::new(&self.fabkit);
         command.current_dir(place).args(arguments).args(["--quiet", "--threads", "1"]);
@@ -342,7 +343,7 @@ fn text(error: std::io::Error) -> String {
     error.to_string()
 }
 
-/// Waits until it ends; at the latest then it is killed.
+/// Waits for the end of a process, and kills it after `latest`. Being killed is an error unless `may_last`.
 fn wait_for(mut child: Child, latest: Duration, may_last: bool) -> Result<ExitStatus, String> {
     let start = Instant::now();
     loop {

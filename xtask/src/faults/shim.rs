@@ -1,24 +1,24 @@
-//! The library that stands before the C library (`xtask/faults/shim.c`).
+//! Fault injection library that is loaded before the C library (`xtask/faults/shim.c`).
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::run::root;
 
-/// Which call goes wrong, and how.
+/// Injected fault.
 #[derive(Clone, Debug)]
 pub struct Fault {
     pub call: &'static str,
-    /// From 1.
+    /// Ordinal of the failing call, from 1.
     pub k: usize,
-    /// The system's number; 0 kills.
+    /// Error number of the system; 0 kills the process.
     pub error: i32,
-    /// All later ones fail too.
+    /// True if all later calls fail as well.
     pub on: bool,
 }
 
-/// What each kind of call may fail with: EACCES, EDQUOT, EINTR, EIO, EMFILE, ENOSPC, EPERM, EXDEV; and
-/// 0, which kills.
+/// Kinds of calls with their possible errors (EACCES 13, EDQUOT 122, EINTR 4, EIO 5, EMFILE 24, ENOSPC 28, EPERM 1,
+/// EXDEV 18), and 0 for being killed.
 pub const KINDS: [(&str, &[i32]); 5] = [
     ("open", &[13, 5, 24, 28, 0]),
     ("write", &[28, 122, 5, 4, 0]),
@@ -32,7 +32,7 @@ impl Fault {
         self.error == 0
     }
 
-    /// Puts it into a command that runs in `folder`.
+    /// Injects the fault into a command that runs in `folder`.
     pub fn put(&self, command: &mut Command, shim: &Path, folder: &Path) {
         command
             .env("LD_PRELOAD", shim)
@@ -44,7 +44,7 @@ impl Fault {
     }
 }
 
-/// Compiles it.
+/// Compiles the library.
 pub fn build(folder: &Path) -> Result<PathBuf, String> {
     if !cfg!(all(target_os = "linux", target_env = "gnu")) {
         return Err("it is for Linux with the GNU C library".into());
@@ -63,7 +63,7 @@ pub fn build(folder: &Path) -> Result<PathBuf, String> {
     }
 }
 
-/// How often a command calls each kind in its folder when nothing goes wrong.
+/// Counts the calls of each kind in `folder` during an undisturbed run.
 pub fn count(command: &mut Command, shim: &Path, folder: &Path) -> Result<Vec<usize>, String> {
     let counts = folder.with_extension("counts");
     command.env("LD_PRELOAD", shim).env("FAULT_DIR", folder).env("FAULT_COUNT", &counts);

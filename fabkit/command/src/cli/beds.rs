@@ -2,7 +2,7 @@
 
 use fabkit_application::text::suggestion;
 
-/// Name, width and depth in mm.
+/// Printers: name, width and depth of the bed in mm.
 const BEDS: [(&str, [f64; 2]); 21] = [
     ("bambu-a1", [256.0, 256.0]),
     ("bambu-a1-mini", [180.0, 180.0]),
@@ -27,12 +27,12 @@ const BEDS: [(&str, [f64; 2]); 21] = [
     ("ultimaker-s5", [330.0, 240.0]),
 ];
 
-/// A printer's bed, mm.
+/// Finds a printer's bed, mm.
 pub(super) fn of(name: &str) -> Option<[f64; 2]> {
     BEDS.iter().find(|(known, _)| name.eq_ignore_ascii_case(known)).map(|(_, size_mm)| *size_mm)
 }
 
-/// What to say of a name that stands for none.
+/// Formats the message for an unknown printer.
 pub(super) fn unknown(name: &str) -> String {
     let names = BEDS.map(|(known, _)| known);
     format!("no printer of that name is known; {}", suggestion(name, names, "known are"))

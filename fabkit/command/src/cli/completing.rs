@@ -1,4 +1,4 @@
-//! What shells offer behind a word that was begun: designs, their parts, parameters.
+//! Shell completions of arguments: designs, their parts, parameters.
 
 use std::ffi::OsStr;
 
@@ -8,7 +8,7 @@ use clap_complete::engine::{
 use fabkit_application::designs;
 use fabkit_application::source::Source;
 
-/// Those that begin as the word does.
+/// Keeps the names that begin with the current word.
 fn beginning<'a>(
     names: impl IntoIterator<Item = String> + 'a,
     current: &'a str,
@@ -22,7 +22,7 @@ fn yaml_files(current: &OsStr) -> Vec<CompletionCandidate> {
         .complete(current)
 }
 
-/// Built-in sensors, and YAML files.
+/// Completes built-in sensors and YAML files.
 fn named(current: &OsStr) -> Vec<CompletionCandidate> {
     let names = designs::builtin_names().into_iter().map(str::to_owned);
     let mut found: Vec<_> = beginning(names, &current.to_string_lossy()).collect();
@@ -30,7 +30,7 @@ fn named(current: &OsStr) -> Vec<CompletionCandidate> {
     found
 }
 
-/// The same, then `/` with fixtures, or with parts as well.
+/// Completes sensors and, behind `/`, their fixtures, optionally also their parts.
 fn behind_slash(current: &OsStr, with_parts: bool) -> Vec<CompletionCandidate> {
     let text = current.to_string_lossy();
     let Some((sensor, _)) = text.split_once('/') else { return named(current) };
@@ -47,27 +47,27 @@ fn behind_slash(current: &OsStr, with_parts: bool) -> Vec<CompletionCandidate> {
     found
 }
 
-/// `SENSOR`.
+/// Completes `SENSOR`.
 pub(super) fn sensors() -> ArgValueCompleter {
     ArgValueCompleter::new(named)
 }
 
-/// `SENSOR` or `SENSOR/FIXTURE`.
+/// Completes `SENSOR` or `SENSOR/FIXTURE`.
 pub(super) fn designs() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| behind_slash(current, false))
 }
 
-/// `SENSOR`, `SENSOR/FIXTURE` or `SENSOR/PART`.
+/// Completes `SENSOR`, `SENSOR/FIXTURE` or `SENSOR/PART`.
 pub(super) fn parts() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| behind_slash(current, true))
 }
 
-/// `PATH=VALUE`.
+/// Completes `PATH=VALUE`.
 pub(super) fn settings() -> ArgValueCompleter {
     ArgValueCompleter::new(paths)
 }
 
-/// The paths of all families, because the sensor is not known here.
+/// Completes parameter paths of all families, because the sensor is not known here.
 fn paths(current: &OsStr) -> Vec<CompletionCandidate> {
     let families = designs::REGISTRY.families();
     let mut paths: Vec<String> = families

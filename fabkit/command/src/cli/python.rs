@@ -1,5 +1,5 @@
-//! Python's side of options: signatures, docstrings and what is passed on, from what `clap` knows of each. A test holds
-//! the package to it, and writes what is not up to date unless this is continuous integration.
+//! Generator of Python signatures and docstrings from the `clap` options of a command. A test compares the package with
+//! the generated modules, and updates them except in continuous integration.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -8,21 +8,22 @@ use clap::{Arg, ArgAction, Args as _, Command, CommandFactory as _};
 
 use super::{CaptureOptions, CastOptions, Cli, ContactOptions, DatasetOptions, PressOptions};
 
-/// A module of the package, and the options that it takes.
+/// Generated Python module.
 struct Module {
-    /// In the package's folder.
+    /// File name in the package's folder.
     file: &'static str,
-    /// The command whose options they are.
+    /// Command that has the options.
     command: &'static str,
-    /// The module, with comments in capitals for what is filled in: of the options that follow such a word, or of all that
-    /// follow it nowhere; what it says of an argument itself stays.
+    /// Template of the module. A comment with a word in capitals is replaced by lines for the options named after it,
+    /// or for all options that are named nowhere. Descriptions of arguments in the template are kept.
     template: &'static str,
     options: fn(Command) -> Command,
-    /// Those that come first in Python; the others follow as they are declared, so that new ones come last.
+    /// Options that come first in Python. The others follow in the order of their declaration, so that new ones come
+    /// last.
     first: &'static str,
-    /// Options that Python says in another place: with the scene, for example.
+    /// Options that Python takes elsewhere, for example with the scene.
     elsewhere: &'static [&'static str],
-    /// A flag, and the option that is `None` in Python where the command has the flag.
+    /// Pairs of a flag and an option: the flag is expressed in Python by `None` for the option.
     switches: &'static [(&'static str, &'static str)],
 }
 
@@ -65,22 +66,22 @@ const MODULES: [Module; 4] = [
     },
 ];
 
-/// Widest line of the package.
+/// Largest line length of the package.
 const WIDEST: usize = 100;
 
-/// An option as a keyword argument.
+/// Option as a keyword argument.
 struct Keyword {
     id: String,
     name: String,
     annotation: &'static str,
     default: String,
-    /// For `help()`.
+    /// Description in the docstring.
     text: String,
     /// Lines of the dictionary that is passed on.
     values: Vec<String>,
 }
 
-/// What stands for a value in help: `flag` where there is none.
+/// Returns the name of the value in the help text, or `flag` for an option without a value.
 fn kind(arg: &Arg) -> &str {
     if matches!(arg.get_action(), ArgAction::SetTrue) {
         return "flag";
@@ -88,7 +89,7 @@ fn kind(arg: &Arg) -> &str {
     arg.get_value_names().and_then(<[_]>::first).map_or("", |name| name.as_str())
 }
 
-/// What an option is called in Python.
+/// Returns the option's name in Python.
 fn name(arg: &Arg) -> String {
     let id = arg.get_id();
     if kind(arg).starts_with("LENGTH") { format!("{id}_mm") } else { id.to_string() }
@@ -150,7 +151,7 @@ impl Keyword {
         Self { id: id.to_owned(), name, annotation, default, text, values }
     }
 
-    /// What the template's word in capitals asks for.
+    /// Returns the lines for a word of the template; `None` for an unknown word.
     fn lines(&self, what: &str, indent: usize) -> Option<Vec<String>> {
         let Self { name, annotation, default, text, values, .. } = self;
         Some(match what {
@@ -166,7 +167,7 @@ impl Keyword {
     }
 }
 
-/// Help as prose: sentences, with code in double backquotes.
+/// Converts a help text to prose: sentences, with code in double backquotes.
 fn help(arg: &Arg) -> String {
     let text = arg.get_help().expect("every option has help").to_string();
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ").replace('`', "``");
@@ -176,13 +177,13 @@ fn help(arg: &Arg) -> String {
     }
 }
 
-/// A sentence as the end of another one.
+/// Makes the first letter lower case, to append a sentence to another one.
 fn uncapitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map(|first| first.to_lowercase().chain(letters).collect()).unwrap_or_default()
 }
 
-/// The module as it should be.
+/// Generates the module.
 fn module(module: &Module) -> String {
     let cli = Cli::command();
     let command = cli.find_subcommand(module.command).expect("a command");
@@ -203,7 +204,7 @@ fn module(module: &Module) -> String {
     text
 }
 
-/// The lines in place of a template's comment, if it asks for any.
+/// Returns the lines that replace a template's comment; `None` for an ordinary comment.
 fn filled(template: &str, asked: &str, keywords: &[Keyword], indent: &str) -> Option<Vec<String>> {
     let (what, ids) = asked.split_once(' ').unwrap_or((asked, ""));
     if !what.chars().all(char::is_uppercase) {
@@ -217,7 +218,7 @@ fn filled(template: &str, asked: &str, keywords: &[Keyword], indent: &str) -> Op
         "" => !others.clone().any(|ids| is_among(ids, &k.id)),
         ids => is_among(ids, &k.id),
     };
-    // Python may say of an argument what is true there.
+    // Descriptions written in the template take precedence.
     let is_written =
         |k: &Keyword| what == "PARAMETERS" && template.lines().any(|line| line.trim() == k.name);
     let chosen = keywords.iter().filter(is_chosen).filter(|k| !is_written(k));
@@ -225,7 +226,7 @@ fn filled(template: &str, asked: &str, keywords: &[Keyword], indent: &str) -> Op
     lines.map(|lines| lines.concat())
 }
 
-/// The options in Python's order.
+/// Lists the options in Python's order.
 fn keywords(module: &Module, command: &Command) -> Vec<Keyword> {
     let find = |id: &str| command.get_arguments().find(|arg| arg.get_id() == id);
     let is_switch = |id: &str| module.switches.iter().any(|(switch, _)| *switch == id);
@@ -247,12 +248,12 @@ fn keywords(module: &Module, command: &Command) -> Vec<Keyword> {
     ids.into_iter().map(keyword).collect()
 }
 
-/// A text that calls an option by its name in Python.
+/// Replaces an option in a text by its name in Python.
 fn with_name(text: &str, option: &str, name: &str) -> String {
     let mut parts = text.split(option);
     let mut named = parts.next().unwrap_or_default().to_owned();
     for part in parts {
-        // Not the beginning of a longer one.
+        // The option may be the beginning of a longer one, which is kept.
         let is_whole = !part.starts_with(|c: char| c.is_alphanumeric() || c == '-');
         named += &if is_whole { format!("``{name}``") } else { option.to_owned() };
         named += part;
@@ -260,7 +261,7 @@ fn with_name(text: &str, option: &str, name: &str) -> String {
     named
 }
 
-/// Lines of at most so many characters.
+/// Wraps a text into lines of at most `width` characters.
 fn wrapped(text: &str, width: usize) -> impl Iterator<Item = String> {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {

@@ -12,14 +12,14 @@ use crate::failure::Failure;
 use crate::roles::Roles;
 use crate::table::{Align::Left, Align::Right, fitted};
 
-/// What is written into the folder, besides networks.
+/// Files that are always written into the folder; networks may be added.
 const FILES: [&str; 2] = ["bench.json", "bench.html"];
 
 pub(super) fn run(args: &Bench, global: &Global) -> Result<Outcome, Failure> {
     let target = Target::new(&args.design.sensor).with_preset(args.design.preset.as_deref());
     let files = FILES.map(|name| args.output.join(name));
     Roles::default().reads("SENSOR", target.files()).writes("-o", &files).check()?;
-    // A slip is told before Python starts.
+    // Errors of the design are reported before Python starts.
     target.design(&args.design.set)?;
     let mut words: Vec<OsString> = vec![target.sensor.into(), "--json".into()];
     if let Some(preset) = &args.design.preset {
@@ -72,7 +72,7 @@ fn text(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
 
-/// To three digits behind the point, fewer where there are many before it.
+/// Formats a number with three decimals, or with one if it is large.
 fn rounded(value: f64) -> String {
     if value.abs() >= 100.0 { format!("{value:.1}") } else { format!("{value:.3}") }
 }

@@ -62,7 +62,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
     write(args, &captured, &words, json, &mut truth)
 }
 
-/// What a skin with channels of liquid has not.
+/// Refuses options that do not exist for a skin with liquid channels.
 fn refuse_on_skin(args: &Capture) -> Result<(), Failure> {
     let problem = if args.truth.is_some() {
         "there is no truth of depth of a skin with channels of liquid"

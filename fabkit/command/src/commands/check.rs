@@ -19,7 +19,7 @@ pub(super) fn run(args: &cli::Design, global: &cli::Global) -> Result<Outcome, F
         return Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about));
     }
     let design = target.design(&args.set)?;
-    // The design's own checks have passed, so that its solids are valid.
+    // The design has been built and checked above, so its solids are valid, and an invalid one is a bug.
     let progress = Progress::new(global, format!("checking {}", args.sensor));
     let report = target.check(&args.set, &|step| progress.show(step))?.map_err(Failure::bug)?;
     drop(progress);
@@ -79,13 +79,13 @@ fn finding_text(finding: &Finding) -> String {
     text + &format!("  = help: {}\n", finding.fix)
 }
 
-/// Four digits; the document has all of them.
+/// Formats a measured value with four decimals; the JSON document has all digits.
 fn rounded(value: f64) -> String {
     let small = value != 0.0 && value.abs() < 1e-3;
     if small { format!("{value:.3e}") } else { format!("{value:.4}") }
 }
 
-/// As the rule has it, unless it goes on like a third does.
+/// Formats a limit exactly as in the rule, or rounded if it has many decimals, such as a third.
 fn shortest(limit: f64) -> String {
     let all = limit.to_string();
     if all.len() > 8 { rounded(limit) } else { all }
@@ -105,7 +105,7 @@ fn batches_text(batches: &[Batch]) -> String {
     table(&[Left, Right, Right, Left], &rows)
 }
 
-/// For example `1.32 g Part A, 1.32 g Part B`.
+/// Lists the masses of a batch, for example `1.32 g Part A, 1.32 g Part B`.
 pub(super) fn components(batch: &Batch) -> String {
     let weighed = batch.components_g.iter().map(|(name, grams)| format!("{grams:.2} g {name}"));
     weighed.collect::<Vec<_>>().join(", ")

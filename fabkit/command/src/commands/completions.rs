@@ -8,7 +8,7 @@ use crate::failure::Failure;
 
 pub(super) fn run(shell: clap_complete::Shell) -> Result<Outcome, Failure> {
     let mut script = Vec::new();
-    // The script asks the command itself, so that it knows the files, sensors and parts of the moment.
+    // The script calls the command for each completion, so that it knows the current files, sensors and parts.
     let name = shell.to_string();
     let shells = Shells::builtins();
     let completer =

@@ -1,11 +1,11 @@
-//! What the documents of `--json` hold, for programs that read them.
+//! JSON Schemas of the `--json` documents, for programs that read them.
 
 use fabkit_application::{Explained, UnknownName};
 use serde_json::Value;
 
 use crate::failure::{ErrorKind, Failure};
 
-/// Each document with its JSON Schema, by the name behind `fabkit schema --output`.
+/// Schema of each document, by its name in `fabkit schema --output`.
 const CONTRACTS: &[(&str, &str)] = &[
     ("archive", include_str!("../../schemas/archive.json")),
     ("bench", include_str!("../../schemas/bench.json")),
@@ -41,7 +41,7 @@ const CONTRACTS: &[(&str, &str)] = &[
     ("verify", include_str!("../../schemas/verify.json")),
 ];
 
-/// The JSON Schema of one document.
+/// Returns the JSON Schema of one document.
 pub(super) fn schema(name: &str) -> Result<Value, Failure> {
     let names = CONTRACTS.iter().map(|(name, _)| *name);
     match CONTRACTS.iter().find(|(known, _)| *known == name) {

@@ -51,7 +51,7 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
             });
             drop(progress);
             let written = written?;
-            // Nothing is replaced for a data set that does not come about.
+            // A contact sheet is replaced only once the data set is complete.
             if let Some((path, bytes)) = sheet {
                 write_each([(path.to_owned(), &bytes[..])], &|| false)?;
             }

@@ -57,7 +57,7 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
             all.join(here);
             elastic = Some(pressing::seen(answer, Some(all)));
         }
-        // Of equals, the last one, as within a band.
+        // The last one of equals is taken, as within a band.
         let before = collected.deepest.map_or(f64::NEG_INFINITY, |deepest| deepest.depth_mm);
         let deeper = seen.deepest.filter(|deepest| deepest.depth_mm.total_cmp(&before).is_ge());
         collected.deepest = deeper.or(collected.deepest);
@@ -126,7 +126,7 @@ fn write(
     Ok(Outcome { text, json, failed: false })
 }
 
-/// What elastic layers answer, and how far rigid contact is from it.
+/// Formats the solution of the elastic layers, and the error of the rigid contact model against it.
 fn elastic_text(level: &str, elastic: &Value) -> String {
     let mut text = String::new();
     if let Some(force_n) = elastic["force_n"].as_array() {
@@ -157,7 +157,7 @@ fn presses(scene: &SensorView, args: &Depth) -> Result<Vec<Press>, Failure> {
     args.press.iter().map(press).collect()
 }
 
-/// Formats have limits of their own.
+/// Converts an encoding error: some file formats limit the number of pixels.
 fn unwritable(error: ExportError) -> Failure {
     match error {
         ExportError::TooLarge { .. } => {
@@ -167,7 +167,7 @@ fn unwritable(error: ExportError) -> Failure {
     }
 }
 
-/// Every file asked for with its bytes.
+/// Encodes all requested files.
 fn files(args: &Depth, collected: &mut Collected) -> Result<Files, Failure> {
     type Bytes<'a> = &'a dyn Fn(&mut Collected) -> Result<Vec<u8>, ExportError>;
     let mut files = Files::default();

@@ -25,10 +25,10 @@ use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::{Align::Left, Align::Right, grouped, size, table};
 
-/// How far triangles are from the exact surface unless somebody says otherwise, mm.
+/// Default chord tolerance, mm.
 const TOLERANCE_MM: f64 = 0.01;
 
-/// Files that are named in one line.
+/// Largest number of file names in one line.
 const MOST_NAMED: usize = 8;
 
 pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
@@ -83,7 +83,7 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     Ok(Outcome { text, json, failed: false })
 }
 
-/// Refuses options that a part or fixture alone has no use for.
+/// Refuses options that apply only to a whole sensor, if a part or fixture is exported.
 fn require_whole_sensor(args: &Export, target: &Target) -> Result<(), Failure> {
     if target.fixture.is_none() && target.part.is_none() {
         return Ok(());
@@ -102,7 +102,7 @@ fn require_whole_sensor(args: &Export, target: &Target) -> Result<(), Failure> {
     Err(Failure::new(ErrorKind::BadInput, message, hint))
 }
 
-/// What to export, and how.
+/// Designs and options of the export.
 struct Order<'a> {
     args: &'a Export,
     global: &'a Global,
@@ -114,7 +114,7 @@ struct Order<'a> {
 }
 
 impl<'a> Order<'a> {
-    /// Builds the designs. A slip is told before anything takes time.
+    /// Builds the designs and checks the options, before anything takes time.
     fn new(
         args: &'a Export,
         global: &'a Global,
@@ -156,7 +156,7 @@ impl<'a> Order<'a> {
         Ok(Self { args, global, target, with_fixtures, design, fixtures, options })
     }
 
-    /// Makes all files, in memory.
+    /// Makes all files in memory.
     fn make(&self) -> Result<Made, Failure> {
         let mut made = self.make_parts()?;
         if self.args.format.iter().any(|format| format.own().is_none()) {
@@ -179,7 +179,7 @@ impl<'a> Order<'a> {
         Ok(made)
     }
 
-    /// Files of parts in fabkit's own formats, and meanwhile what `check` finds.
+    /// Makes the files in fabkit's own formats, and in parallel applies the rules of `check`.
     fn make_parts(&self) -> Result<Made, Failure> {
         let progress = Progress::new(self.global, format!("exporting {}", self.args.sensor));
         let export = |design: &Design| {
@@ -196,7 +196,7 @@ impl<'a> Order<'a> {
                 of_fixtures.collect::<Result<Vec<_>, ExportFailure>>()?,
             ))
         };
-        // Where nobody would read the answer, or whoever asks knows it, nobody looks.
+        // The check is skipped if its result would not be shown, or if `--force` says that it is known.
         let is_told = !self.args.force && (self.global.json || !self.global.quiet);
         let look = || is_told.then(|| self.target.faults(&self.args.set, self.with_fixtures));
         let (exported, faults) = rayon::join(make, look);
@@ -223,7 +223,7 @@ impl<'a> Order<'a> {
         Ok(())
     }
 
-    /// Guides of the sensor and of its fixtures, by their folders.
+    /// Makes the guides of the sensor and its fixtures, with their folders.
     fn make_guides(&self) -> Result<Vec<(PathBuf, Exported)>, Failure> {
         let set = &self.args.set;
         let doing = format!("drawing the guide of {}", self.args.sensor);
@@ -244,14 +244,14 @@ impl<'a> Order<'a> {
     }
 }
 
-/// Files that have been made, each list with the folder below the sensor's that it goes into.
+/// Files that were made, with their folders relative to the sensor's.
 struct Made {
     own: Exported,
     of_fixtures: Vec<(&'static str, Exported)>,
     guides: Vec<(PathBuf, Exported)>,
-    /// Whether the package has the sensor's file.
+    /// True if the package contains a sensor file.
     has_file: bool,
-    /// What `check` finds, if somebody looked.
+    /// Findings of `check`, if it was run.
     faults: Option<Faults>,
 }
 
@@ -265,7 +265,7 @@ impl Made {
     }
 }
 
-/// What has been written: the sensor's own folder, and those of its fixtures.
+/// Result of writing: the sensor's folder and those of its fixtures.
 struct Written {
     own: WrittenExport,
     of_fixtures: Vec<WrittenExport>,
@@ -281,7 +281,7 @@ fn write(
     made: &Made,
     folder: &Path,
 ) -> Result<Written, Failure> {
-    // Fixtures lie in folders below; the sensor's own list of contents comes last.
+    // Fixtures lie in subfolders. The sensor's own manifest comes last.
     let below = made.fixtures().chain(made.guides());
     let below = below.map(|(name, exported)| (folder.join(name), exported));
     let exports: Vec<_> = below.chain([(folder.to_owned(), &made.own)]).collect();
@@ -299,22 +299,22 @@ fn write(
     let how = Overwriting { clean: args.clean, force: args.force };
     let mut written = exporting::write(&exports, how, &interrupt::requested)?;
     let own = written.pop().ok_or_else(|| Failure::bug("an export without a folder"))?;
-    // Guides follow the fixtures.
+    // The guides' entries follow those of the fixtures and are not reported.
     written.truncate(made.of_fixtures.len());
     let bytes = files.iter().map(|(_, bytes)| bytes).sum();
     Ok(Written { own, of_fixtures: written, files: files.len(), bytes })
 }
 
-/// What options say; where they are not given, what the working folder's file says, else fabkit.
+/// Effective settings: from options, else from the defaults file of the working folder, else fabkit's own.
 struct Chosen {
     tolerance_mm: f64,
     bed: Bed,
     stock: Bed,
     kerf_mm: Option<f64>,
     process: Option<PathBuf>,
-    /// The folder that folders are made in.
+    /// Folder in which the export's folders are made.
     output: PathBuf,
-    /// Which of them come from the file.
+    /// Keys that were taken from the defaults file.
     from_file: Vec<&'static str>,
 }
 
@@ -329,7 +329,7 @@ impl Chosen {
         or("tolerance", args.tolerance.is_some(), defaults.tolerance_mm.is_some());
         or("bed", args.bed.is_some(), defaults.bed_mm.is_some());
         or("stock", args.stock.is_some(), defaults.stock_mm.is_some());
-        // What `--nominal` rules out counts as given.
+        // `--nominal` excludes these settings, so that the file's are not used either.
         or("kerf", args.nominal || args.kerf.is_some(), defaults.kerf_mm.is_some());
         or("profile", args.nominal || args.process.is_some(), defaults.profile.is_some());
         or("output", args.output.is_some(), defaults.output.is_some());
@@ -357,7 +357,7 @@ impl Chosen {
     }
 }
 
-/// `out/rtac0`, `out/rtac0/pin-dome`.
+/// Returns the default folder, for example `out/rtac0` or `out/rtac0/pin-dome`.
 fn default_folder(out: PathBuf, target: &Target, design: &Design) -> PathBuf {
     let name = &design.sensor.name;
     let sensor = target
@@ -369,7 +369,7 @@ fn default_folder(out: PathBuf, target: &Target, design: &Design) -> PathBuf {
     }
 }
 
-/// What lies in the folder besides what was written now, and what no longer does.
+/// Lists other files in the folder, and files that were removed.
 fn remains(exported: &Exported, written: &WrittenExport) -> String {
     let kept = written.manifest.files.len().saturating_sub(exported.manifest.files.len());
     let mut text = String::new();
@@ -396,7 +396,7 @@ fn remains(exported: &Exported, written: &WrittenExport) -> String {
     text
 }
 
-/// Parts with their files, and in what these differ from the design.
+/// Formats the table of parts with their files, and the compensations.
 fn table_of(manifest: &Manifest) -> String {
     let mut rows =
         vec![["part", "n", "made", "triangles", "cm3", "files"].map(str::to_owned).to_vec()];
@@ -413,10 +413,10 @@ fn table_of(manifest: &Manifest) -> String {
         ]);
     }
     let mut text = table(&[Left, Right, Left, Right, Right, Left], &rows);
-    // Plates, stock sheets and documents.
+    // Files without a part of their own: plates, stock sheets and documents.
     let is_layout = |file: &&FileEntry| !manifest.parts.iter().any(|part| is_of(file, &part.name));
     for file in manifest.files.iter().filter(is_layout) {
-        // Landmarks and boards' artwork hold no pieces.
+        // Landmarks and the artwork of boards contain no pieces.
         let pieces = match file.parts.len() {
             0 => String::new(),
             1 => "1 piece, ".to_owned(),
@@ -427,13 +427,12 @@ fn table_of(manifest: &Manifest) -> String {
     text + &compensations(manifest) + &profiled::lines(manifest)
 }
 
-/// Whether a file holds that part and nothing else; a plate may do so too, but has its own name.
+/// Returns whether a file holds exactly that part. A plate may hold only one part, but has its own name.
 fn is_of(file: &FileEntry, part: &str) -> bool {
     file.name.strip_prefix(part).is_some_and(|rest| rest.starts_with('.'))
 }
 
-/// One line for each way in which files differ from the nominal geometry, with the parts it is
-/// about.
+/// Formats one line for each kind of compensation, with the parts concerned.
 fn compensations(manifest: &Manifest) -> String {
     let mut parts_by_note: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for part in &manifest.parts {
@@ -444,7 +443,7 @@ fn compensations(manifest: &Manifest) -> String {
     parts_by_note.into_iter().map(line).collect()
 }
 
-/// The first line: what follows can be printed, and not be built as it is described.
+/// Formats the warning in the first line: the exported parts can be printed, but not be assembled as described.
 fn warning(faults: &Faults) -> String {
     let [(name, first), others @ ..] = &faults.first[..] else { return String::new() };
     let errors =

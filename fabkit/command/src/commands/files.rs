@@ -1,4 +1,4 @@
-//! Files that a command writes, wherever they lie.
+//! Output files of a command, at any place.
 
 use std::path::Path;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use super::Failure;
 use crate::interrupt;
 use crate::table::size;
 
-/// Files with their contents, which appear together.
+/// Files with their contents, written together.
 #[derive(Default)]
 pub(super) struct Files(Vec<(PathBuf, Vec<u8>)>);
 
@@ -19,14 +19,14 @@ impl Files {
         self.0.push((path.to_owned(), bytes));
     }
 
-    /// Writes all of them, or none.
+    /// Writes all files or none.
     pub(super) fn write(&self) -> Result<(), Failure> {
         interrupt::begin_writing()?;
         let files = self.0.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
         Ok(write_each(files, &interrupt::requested)?)
     }
 
-    /// A line for each.
+    /// Lists the files, one line for each.
     pub(super) fn text(&self) -> String {
         let lines = self
             .0
@@ -35,7 +35,7 @@ impl Files {
         lines.collect()
     }
 
-    /// Each by its path, and how large it is.
+    /// Lists the files with their sizes.
     pub(super) fn json(&self) -> Value {
         let files = self.0.iter().map(
             |(path, bytes)| json!({ "file": path.display().to_string(), "bytes": bytes.len() }),

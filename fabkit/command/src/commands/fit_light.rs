@@ -1,4 +1,5 @@
-//! `fabkit fit-light SENSOR --camera camera.yaml --captures DIR`: of pins on a dome, of a ball on a pad.
+//! `fabkit fit-light SENSOR --camera camera.yaml --captures DIR`: from presses of pins on a dome, or of a ball on a
+//! pad.
 
 mod domes;
 mod pads;
@@ -36,7 +37,7 @@ pub(super) fn run(args: &FitLight) -> Result<Outcome, Failure> {
     }
 }
 
-/// Options of this kind of sensor's sibling, whether each was given, and what to do instead.
+/// Refuses options of the other kind of sensor. Each has its name, whether it was given, and a hint.
 fn refuse(options: &[(&str, bool, &str)], why: &str) -> Result<(), Failure> {
     match options.iter().find(|(_, is_given, _)| *is_given) {
         Some((option, _, hint)) => {
@@ -46,7 +47,7 @@ fn refuse(options: &[(&str, bool, &str)], why: &str) -> Result<(), Failure> {
     }
 }
 
-/// Says what is not explained, and writes the file.
+/// Appends the unexplained effects and writes the file.
 fn ended(args: &FitLight, mut text: String, json: Value) -> Result<Outcome, Failure> {
     for sentence in json["unexplained"].as_array().into_iter().flatten() {
         text += &format!("not explained: {}\n", sentence.as_str().unwrap_or_default());

@@ -1,4 +1,4 @@
-//! `--fix`: what fabkit has chosen gives way, and says so.
+//! Option `--fix`: automatic changes of values chosen by fabkit.
 
 use fabkit_application::designs::fixing::Change;
 use fabkit_application::documents;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::cli::{Command, Design, Export, Global, Render, Verify};
 use crate::failure::Failure;
 
-/// Adds to what the command line sets what else has to change; nothing where nobody asked for it.
+/// Adds the automatic changes to the command's overrides and returns them; `None` without `--fix`.
 pub(super) fn fix(command: &mut Command) -> Result<Option<Vec<Change>>, Failure> {
     let (sensor, preset, set, is_wanted) = match command {
         Command::Show(args) => of(&mut args.design),
@@ -41,14 +41,14 @@ fn of(design: &mut Design) -> (&mut String, Option<&str>, &mut Vec<String>, bool
     (&mut design.sensor, design.preset.as_deref(), &mut design.set, design.fix)
 }
 
-/// Tells people what has changed, before the work begins.
+/// Prints the changes for people, before the work begins.
 pub(super) fn tell(changes: &[Change], global: &Global) {
     if !global.quiet && !global.json {
         changes.iter().for_each(|change| eprintln!("fixed: {change}"));
     }
 }
 
-/// Tells programs.
+/// Adds the changes to a JSON document.
 pub(super) fn add_to(document: &mut Value, changes: &[Change]) {
     if let Some(document) = document.as_object_mut() {
         document.insert("changes".into(), documents::changes(changes));

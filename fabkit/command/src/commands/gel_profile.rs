@@ -1,4 +1,4 @@
-//! `fabkit profile GEL.yaml -o FILE.yaml`: how stiff a batch of gel came out.
+//! `fabkit profile GEL.yaml -o FILE.yaml`: stiffness of a gel batch.
 
 use fabkit_application::designs::profile::GelCoupon;
 use fabkit_application::gel_profile::{self, BallModulus};
@@ -9,7 +9,7 @@ use crate::cli::Profile;
 use crate::failure::Failure;
 use crate::table::{Align::Right, table};
 
-/// What is written, and what is said of it.
+/// Fits the modulus. Returns the materials file and the outcome.
 pub(super) fn measured(
     args: &Profile,
     file: &str,

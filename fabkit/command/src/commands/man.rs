@@ -32,11 +32,11 @@ pub(super) fn run(output: Option<&Path>) -> Result<Outcome, Failure> {
 }
 
 fn page(command: &Command) -> Result<OutputFile, Failure> {
-    // No date: the page of one version is the same on every day.
+    // Without a date, the page of one version is the same on every day.
     let man = clap_mangen::Man::new(command.clone()).date("");
     let mut bytes = Vec::new();
     man.render(&mut bytes).map_err(|e| Failure::plain(ErrorKind::Bug, e))?;
-    // `fabkit-export`, as set by `build`.
+    // Display name set by `build`, for example `fabkit-export`.
     let name = command.get_display_name().unwrap_or(command.get_name());
     Ok(OutputFile { name: format!("{name}.1"), bytes })
 }

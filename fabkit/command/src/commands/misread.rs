@@ -1,11 +1,12 @@
-//! Command lines that cannot be read, for scripts: what clap says, as one of fabkit's failures.
+//! Invalid command lines as JSON failures: conversion of clap's errors.
 
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind as Slip};
 use fabkit_application::ErrorSubject;
 
 use crate::failure::{ErrorKind, Failure};
 
-/// The same as a failure; people get clap's own text.
+/// Converts clap's error to a failure with its first paragraph as the message and the rest as the hint. Without
+/// `--json`, clap prints its own text.
 pub(super) fn failure(error: &Error) -> Failure {
     let text = error.render().to_string();
     let (message, rest) = text.split_once("\n\n").unwrap_or((&text, ""));
@@ -15,7 +16,7 @@ pub(super) fn failure(error: &Error) -> Failure {
 
 fn about(error: &Error) -> ErrorSubject {
     let first = |kind| words(error, kind).into_iter().next();
-    // `--tolerance <LENGTH>`
+    // The context has the form `--tolerance <LENGTH>`.
     let name = |text: String| text.split(' ').next().unwrap_or_default().to_owned();
     let option = first(ContextKind::InvalidArg).map(name);
     let of = |code: &str| ErrorSubject { path: option.clone(), ..ErrorSubject::new(code) };
@@ -27,7 +28,7 @@ fn about(error: &Error) -> ErrorSubject {
         },
         Slip::InvalidSubcommand => ErrorSubject {
             written: first(ContextKind::InvalidSubcommand),
-            // The nearest stands last.
+            // clap sorts suggestions by similarity, the best last.
             suggestion: words(error, ContextKind::SuggestedSubcommand).pop(),
             ..ErrorSubject::new("unknown_command")
         },

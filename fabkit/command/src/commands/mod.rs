@@ -1,5 +1,5 @@
-//! The `fabkit` command: one file per subcommand. A command returns what goes to standard output as text; this module
-//! alone prints.
+//! The `fabkit` command: one file for each subcommand. A command returns the text for standard output; only this module
+//! prints.
 
 mod bench;
 mod calibrate;
@@ -50,10 +50,10 @@ use crate::failure::{self, ErrorKind, Exit, Failure};
 use crate::interrupt;
 use outcome::Outcome;
 
-/// The command did its work, and what it examined is not in order.
+/// Exit code of a command that worked, but found errors in what it examined.
 const CHECK_FAILED: u8 = 1;
 
-/// See [`run`](crate::run).
+/// Runs a command line, see [`run`](crate::run).
 pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     if completed(&arguments) {
@@ -62,7 +62,7 @@ pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let json = arguments.iter().any(|word| word == "--json");
     failure::guard(json, || match Cli::try_parse_from(&arguments) {
         Ok(cli) => answer(cli),
-        // Help and version are no failures, and people get clap's own texts.
+        // Help and version are not failures, and people get clap's own texts.
         Err(error) if error.use_stderr() && json => {
             let failure = misread::failure(&error);
             said(&line(&failure.to_json()), failure.exit() as u8)
@@ -71,7 +71,8 @@ pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     })
 }
 
-/// Whether a shell asked what may stand behind a word, by the variable that `fabkit completions` sets.
+/// Returns whether this call was a shell's request for completions, recognised by the variable that the script of
+/// `fabkit completions` sets.
 fn completed(arguments: &[OsString]) -> bool {
     let folder = std::env::current_dir().ok();
     let shell = CompleteEnv::with_factory(Cli::command);
@@ -85,14 +86,14 @@ fn answer(mut cli: Cli) -> u8 {
     let (text, code) = match &result {
         Ok(report) if json => (line(&report.json), exit_code(report)),
         Ok(report) => {
-            // What was asked for as text is not chatter.
+            // `--quiet` suppresses reports, but not text that is the command's result.
             let wanted = !quiet || report.failed || prints_its_result(&cli.command);
             (if wanted { report.text.clone() } else { String::new() }, exit_code(report))
         }
         Err(failure) => {
             let code = failure.exit() as u8;
             if !json {
-                // If nobody can be told, the exit code still says it.
+                // If standard error is closed, the exit code still tells.
                 let _ = io::stderr().write_all(failure.to_text().as_bytes());
             }
             (if json { line(&failure.to_json()) } else { String::new() }, code)
@@ -101,10 +102,10 @@ fn answer(mut cli: Cli) -> u8 {
     said(&text, code)
 }
 
-/// Writes to standard output; the code, unless that fails.
+/// Writes to standard output. Returns the exit code, or that of an output error.
 fn said(text: &str, code: u8) -> u8 {
     match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
-        // The reader has seen enough, as in `fabkit show rtac0 | head`.
+        // The reader has closed the pipe, as in `fabkit show rtac0 | head`.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => code,
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: cannot write to standard output: {error}");
@@ -118,7 +119,7 @@ fn exit_code(report: &Outcome) -> u8 {
     if report.failed { CHECK_FAILED } else { 0 }
 }
 
-/// Runs the command with what `--fix` changes.
+/// Runs the command with the changes of `--fix`.
 fn run_fixed(cli: &mut Cli) -> Result<Outcome, Failure> {
     let Some(changes) = fixing::fix(&mut cli.command)? else { return run(cli) };
     fixing::tell(&changes, &cli.global);
@@ -162,7 +163,7 @@ fn run(cli: &Cli) -> Result<Outcome, Failure> {
     }
 }
 
-/// Whether the text is what was asked for, rather than an account of what was done.
+/// Returns whether the command's text is its result, instead of a report on its work.
 fn prints_its_result(command: &Command) -> bool {
     !matches!(
         command,

@@ -14,7 +14,7 @@ use crate::cli::New;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 
-/// What fixtures keep in sensors' files.
+/// Sections of other crates in sensor files: those of fixtures.
 const OTHERS: [&str; 1] = ["fixtures"];
 
 pub(super) fn run(args: &New) -> Result<Outcome, Failure> {
@@ -57,7 +57,7 @@ fn sensor_name(text: &str) -> Result<Name, Failure> {
     })
 }
 
-/// There is no such family or sensor.
+/// Makes the failure for an unknown family or sensor.
 fn unknown(start: Start) -> Failure {
     let families = REGISTRY.families().iter().map(FamilyEntry::name);
     let (unknown, all) = match start {
@@ -72,7 +72,8 @@ fn unknown(start: Start) -> Failure {
     Failure::new(ErrorKind::BadInput, &unknown, hint).about(unknown.subject())
 }
 
-/// Sensors' files are known by their ending. People write into them, so that none is replaced unasked.
+/// Checks the path of a new sensor file: it must end in `.yaml`. Existing files are replaced only by force, because
+/// people edit them.
 fn check_place(place: &Path, forced: bool) -> Result<(), Failure> {
     let shown = place.display();
     if !place.extension().is_some_and(|ending| ending == "yaml" || ending == "yml") {

@@ -1,13 +1,13 @@
-//! What commands answer.
+//! Results of commands.
 
 use serde_json::Value;
 
-/// What a command has to say.
+/// Result of a command.
 pub(super) struct Outcome {
-    /// For people; empty for nothing.
+    /// Text for people; may be empty.
     pub(super) text: String,
-    /// For scripts.
+    /// JSON document for scripts.
     pub(super) json: Value,
-    /// A check found errors.
+    /// True if a check found errors.
     pub(super) failed: bool,
 }

@@ -1,4 +1,4 @@
-//! What `fabkit export --all` and `--zip` say and write besides.
+//! Archives and messages of `fabkit export --all` and `--zip`.
 
 use std::fs;
 use std::path::PathBuf;
@@ -17,7 +17,7 @@ use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::size;
 
-/// One archive of all folders. A file that is there is replaced only by force: nothing tells whose it is.
+/// Writes one archive of all folders. An existing file is replaced only by force, because nothing tells whose it is.
 pub(super) fn zipped(
     args: &Export,
     target: &Target,
@@ -63,7 +63,7 @@ pub(super) fn zipped(
     })
 }
 
-/// Why a package has no file of the sensor.
+/// Formats the warning about a package without a sensor file.
 pub(super) fn no_file(design: &Design) -> String {
     let name = &design.sensor.name;
     format!(

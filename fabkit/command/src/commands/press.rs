@@ -50,7 +50,7 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
     Ok(Outcome { text: told.text + &files.text(), json, failed: false })
 }
 
-/// All that a press can be written as.
+/// All representations of a press.
 struct Told {
     arrays: Vec<Array>,
     csv: String,
@@ -83,7 +83,7 @@ impl Told {
         }
     }
 
-    /// What of it was asked for.
+    /// Encodes the requested files.
     fn files(&self, args: &PressArgs) -> Result<Files, Failure> {
         let mut files = Files::default();
         if let Some(path) = &args.output {
@@ -108,7 +108,7 @@ impl Told {
     }
 }
 
-/// What was pressed, and what was simplified.
+/// Formats the press, its layers and the simplifications.
 fn heading(id: &str, level: Level, layers: &[SoftLayer], left_out: &[String]) -> String {
     let mut text = format!("{id}, {} (simulated)\n", level.name());
     for SoftLayer { name, material, thickness_mm, elasticity } in layers {
@@ -124,7 +124,7 @@ fn heading(id: &str, level: Level, layers: &[SoftLayer], left_out: &[String]) ->
     text
 }
 
-/// What the camera follows.
+/// Formats the movement of the markers.
 fn marks_text(marks: &[Moved]) -> String {
     let Some((name, mm)) = farthest(marks) else { return String::new() };
     let unknown = marks.iter().filter(|moved| moved.displacement_mm.is_none()).count();

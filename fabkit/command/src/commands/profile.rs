@@ -1,4 +1,4 @@
-//! `fabkit profile COUPON.yaml -o FILE.yaml`: a printer, or a batch of gel.
+//! `fabkit profile COUPON.yaml -o FILE.yaml`: profile of a printer, or of a gel batch.
 
 use std::path::Path;
 
@@ -39,7 +39,7 @@ pub(super) fn run(args: &Profile) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
-/// What is written of a printer, and what is said of it.
+/// Evaluates a printed coupon. Returns the profile's file and the outcome.
 fn printed(args: &Profile, file: String, text: String) -> Result<(String, Outcome), Failure> {
     let name = printer(&args.output)?;
     let measured = MeasuredProfile::read(&file, &text, &name)
@@ -56,7 +56,7 @@ fn bad(message: String, hint: &str) -> Failure {
     Failure::new(ErrorKind::BadInput, message, hint)
 }
 
-/// What the file is called without its ending, which must be that of YAML.
+/// Returns the output's name without its ending, which must be that of YAML.
 fn stem(output: &Path) -> Result<&str, Failure> {
     let shown = output.display();
     let hint = "write for example `-o my-printer.yaml`";
@@ -72,7 +72,7 @@ fn stem(output: &Path) -> Result<&str, Failure> {
     Ok(stem)
 }
 
-/// The printer's name.
+/// Returns the printer's name, which is the output's name.
 fn printer(output: &Path) -> Result<Name, Failure> {
     let stem = stem(output)?;
     Name::parse(stem).map_err(|refusal| {
@@ -81,7 +81,7 @@ fn printer(output: &Path) -> Result<Name, Failure> {
     })
 }
 
-/// What else was measured, for people.
+/// Lists the other measurements as comments of the file.
 fn comments(measured: &MeasuredProfile) -> Vec<String> {
     let mut comments = vec![
         "What a printer does to sizes: printed = gain * designed + offset.".to_owned(),
@@ -134,7 +134,7 @@ fn text_of(measured: &MeasuredProfile, output: &Path) -> String {
     text + &format!("{}: {} on {}\n", output.display(), profile.material, profile.name.as_str())
 }
 
-/// Only lengths have shrinkage alone as their slope.
+/// Formats the shrinkage of a group. Only for lengths is the slope due to shrinkage alone.
 fn shrinkage(group: CouponGroup, fit: &LinearFit) -> String {
     use CouponGroup::{LengthsX, LengthsY, LengthsZ};
     match group {

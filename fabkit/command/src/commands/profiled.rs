@@ -1,11 +1,11 @@
-//! What an export says of a printer's profile besides what it changed.
+//! Report on a printer profile's application in an export.
 
 use std::collections::BTreeMap;
 
 use fabkit_application::export::{Manifest, NotApplied};
 
-/// Which parts a profile is applied to although they are of another material, and which it is not
-/// applied to; each part by its name. Empty where no profile was given.
+/// Lists the parts to which the profile is applied despite another material, and those to which it is not applied.
+/// Empty without a profile.
 pub(super) fn lines(manifest: &Manifest) -> String {
     let Some(profile) = &manifest.profile else { return String::new() };
     let mut text = String::new();

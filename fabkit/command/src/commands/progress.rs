@@ -1,6 +1,6 @@
-//! One line on a terminal that says what is under way and how far it is.
+//! Progress display: one line on a terminal with the current work and its progress.
 //!
-//! Nothing where standard error is no terminal, and nothing with `--json` and `--quiet`.
+//! Nothing is shown if standard error is not a terminal, or with `--json` or `--quiet`.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -10,24 +10,24 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::Global;
 
-/// Whoever waits sees that it goes on although nothing is finished.
+/// Interval of the spinner, which moves even while nothing is finished.
 const TICK: Duration = Duration::from_millis(200);
 
-/// No faster than the eye, in pictures per second.
+/// Largest refresh rate, Hz: no faster than the eye.
 const PACE: u8 = 10;
 
 const UNCOUNTED: &str = "{spinner} {prefix} {elapsed} {msg}";
 const COUNTED: &str = "{spinner} {prefix} [{bar:24}] {pos} of {len}, {elapsed}, {eta} left {msg}";
 
-/// A line that is gone when this is dropped.
+/// Progress line, removed when dropped.
 pub(super) struct Progress {
     bar: ProgressBar,
-    /// How many were there before, and one more; 0 until that is known.
+    /// One more than the number of pieces that existed before; 0 until that is known.
     found: AtomicUsize,
 }
 
 impl Progress {
-    /// `doing` is what is under way: `checking rtac0`.
+    /// Starts a progress line. `doing` describes the work, for example `checking rtac0`.
     pub(super) fn new(global: &Global, doing: impl Into<String>) -> Self {
         let target = if global.quiet || global.json {
             ProgressDrawTarget::hidden()
@@ -47,7 +47,7 @@ impl Progress {
     }
 
     pub(super) fn show(&self, step: Step) {
-        // Once: what was there before takes no time.
+        // Once, at the first step: pieces that existed before took no time, so they must not enter the estimate.
         if self.found.swap(step.found + 1, Ordering::Relaxed) == 0 {
             self.bar.set_length(step.all as u64);
             self.bar.set_style(style(COUNTED));
@@ -60,7 +60,7 @@ impl Progress {
         }
     }
 
-    /// One more of nobody knows how many.
+    /// Counts one more finished piece of an unknown total.
     pub(super) fn finished(&self, name: &str) {
         self.bar.inc(1);
         self.bar.set_message(format!("{}, {name}", self.bar.position()));
@@ -73,7 +73,7 @@ impl Drop for Progress {
     }
 }
 
-/// The templates are constants, and a test tries them.
+/// Makes a style. The templates are constants, and a test checks them.
 fn style(template: &str) -> ProgressStyle {
     let style = ProgressStyle::with_template(template);
     style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("#..")

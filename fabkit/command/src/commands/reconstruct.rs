@@ -19,7 +19,7 @@ use crate::cli::Reconstruct;
 use crate::failure::Failure;
 use crate::table::size;
 
-/// Of what is written.
+/// Size of the results, bytes for each pixel.
 const BYTES_A_PIXEL: usize = 5;
 
 pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
@@ -78,7 +78,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     files.write()?;
     let rate = rates.map_or(f64::NAN, |rates| rates.pictures_per_s);
     text += &format!("{rate:.0} pictures a second on one core, read and written apart\n");
-    // A network knows nothing of how light behaves, and marks need not.
+    // A network does not use light constants, and marker tracking alone needs none.
     let constants = if reader.scene.is_some() && network.is_none() {
         json!(constants.document(&lighting.shows))
     } else {
@@ -106,7 +106,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     Ok(Outcome { text, json, failed: false })
 }
 
-/// What is read, and by what.
+/// Formats what is reconstructed, and with which model.
 fn heading(sensor: &Sensor, reader: &PictureReader, network: Option<&DepthNetwork>) -> String {
     let mut text = String::new();
     if let Some((network, scene)) = network.zip(reader.scene.as_ref()) {
@@ -115,7 +115,7 @@ fn heading(sensor: &Sensor, reader: &PictureReader, network: Option<&DepthNetwor
         }
         text += &format!("{}\n", network.words());
     }
-    // Who has a sensor without marks knows it.
+    // Users of a sensor without markers know that it has none.
     let told = reader.left_out.iter().filter(|_| !sensor.marks.is_empty());
     text.extend(told.map(|left_out| format!("{left_out}\n")));
     if let Some(marks) = &reader.marks {
@@ -126,7 +126,7 @@ fn heading(sensor: &Sensor, reader: &PictureReader, network: Option<&DepthNetwor
     text
 }
 
-/// What one picture shows.
+/// Formats the result of one image.
 fn words(read: &PictureRead, farthest_px: Option<f64>) -> String {
     let mut words = Vec::new();
     if let Some((shown, contact_px)) = read.shown.as_ref().zip(read.contact_px()) {
@@ -145,13 +145,14 @@ fn known(px: &[Option<[f64; 2]>]) -> usize {
     px.iter().flatten().count()
 }
 
-/// The file of each picture.
+/// Lists the output file of each image.
 fn outputs(args: &Reconstruct) -> Result<Vec<(PathBuf, &Path)>, Failure> {
     let mut seen: BTreeMap<String, &Path> = BTreeMap::new();
     let mut outputs = Vec::new();
     for picture in &args.pictures {
         let stem = picture.file_stem().unwrap_or_default().to_string_lossy();
         let name = format!("{stem}.npz");
+        // Images from different folders may share a name; one would overwrite the other.
         if let Some(first) = seen.insert(name.clone(), picture) {
             let (first, second) = (first.to_owned(), picture.clone());
             return Err(Error::from(ReconstructError::SameName { first, second, name }).into());

@@ -21,11 +21,11 @@ use crate::interrupt;
 use crate::roles::Roles;
 use crate::table::size;
 
-/// A picture, the same filtered, and a file of at most that, bytes for each pixel; of the camera's view, what
-/// each pixel met besides.
+/// Largest memory of an image, its filtered copy and its file, bytes for each pixel; for the camera's view, additional
+/// memory for what each pixel saw.
 const PIXEL_BYTES: u64 = 9;
 const SEEN_BYTES: u64 = 28;
-/// Tiles that threads are drawing.
+/// Memory of the tiles that threads are rendering.
 const TILES_BYTES: u64 = 200 * memory::MB;
 
 pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
@@ -73,7 +73,7 @@ pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
     written(args, args.size, &bytes)
 }
 
-/// What the camera sees: its rays through a section, or its picture.
+/// Draws the camera's view: its rays in a section, or its image.
 fn look(
     args: &Render,
     global: &Global,

@@ -59,7 +59,7 @@ fn text_of(reread: &Reread) -> String {
     let folder = reread.folder.display();
     let mut text = String::new();
     for FolderFinding { file, what, why } in &reread.findings {
-        // Names of files may hold anything.
+        // File names may contain control characters, which must not reach the terminal.
         let file: String = file.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
         text += &format!("{}  {file}: {why}\n", what.word());
     }

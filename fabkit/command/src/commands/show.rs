@@ -87,11 +87,11 @@ fn text(design: &Design) -> String {
     text + &reasons(design)
 }
 
-/// What each value follows from, and why it is what it is: last, because it is long.
+/// Lists for each value its expression, note and tolerance. Printed last, because it is long.
 fn reasons(design: &Design) -> String {
     let mut rows = vec![row(["parameter", "where its value comes from"])];
     for Setting { path, expression, source, .. } in documents::own_first(&design.parameters) {
-        // The whole text stands in the file, and in `--json`.
+        // The whole text is in the file, and in `--json`.
         let formula = expression.iter().map(|expression| format!("`{}`", shown(expression)));
         let note = Some(source.note.clone()).filter(|note| !note.is_empty());
         let within =
@@ -104,7 +104,7 @@ fn reasons(design: &Design) -> String {
     if rows.len() > 1 { format!("\n{}", fitted(&[Left, Left], &rows)) } else { String::new() }
 }
 
-/// The notes of each part. What many parts share, as a hundred semi-domes do, is said once.
+/// Lists the notes of the parts. A note shared by many parts, such as a hundred semi-domes, is printed once.
 fn notes(bodies: &[Body]) -> Vec<Vec<String>> {
     const MANY: usize = 5;
     let mut rows = Vec::new();

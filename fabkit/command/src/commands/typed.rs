@@ -1,9 +1,10 @@
-//! What is typed to calibrate a sensor, for its guide.
+//! Command lines for calibrating a sensor, for its guide.
 
 use fabkit_application::guide::Typed;
 use fabkit_application::source::Target;
 
-/// The lines for a design's fixtures, in their order; `pins_in` is the fixture whose pins tell the camera's place.
+/// Lists the command lines for a design's fixtures, in their order. `pins_in` is the fixture whose pins determine the
+/// camera pose.
 pub(super) fn typed(
     names: &[&str],
     pins_in: Option<&str>,
@@ -62,7 +63,7 @@ pub(super) fn typed(
     lines
 }
 
-/// As a shell takes it for one word.
+/// Quotes a word for a shell, where necessary.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:%+@".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::roles::Roles;
 use crate::table::{Align::Left, table};
 
-/// Unless a kernel is told otherwise, seconds.
+/// Default time limit of a kernel for one part, s.
 const USUAL_LIMIT_S: u32 = 600;
 
 pub(super) fn run(args: &Verify, global: &Global) -> Result<Outcome, Failure> {
@@ -48,11 +48,11 @@ pub(super) fn run(args: &Verify, global: &Global) -> Result<Outcome, Failure> {
     Ok(Outcome { text, json, failed: !passed })
 }
 
-/// The folder that is meant. A built-in sensor's name means the sensor; nobody writes a separator behind
-/// that.
+/// Returns the folder to be verified, if the argument means one. The name of a built-in sensor means the sensor, unless
+/// it ends in a separator.
 fn folder(text: &str) -> Option<&Path> {
     let is_meant = text.ends_with(is_separator) || !Target::new(text).is_builtin();
-    // With a separator behind it, nothing but a folder can be meant.
+    // With a trailing separator, only a folder can be meant, even if it does not exist.
     Some(Path::new(text)).filter(|path| text.ends_with(is_separator) || is_meant && path.is_dir())
 }
 
@@ -98,7 +98,7 @@ fn text(name: &str, answer: &Value) -> String {
     text
 }
 
-/// For example `2e-12  0.001`, with the verdict where it is none to be glad about.
+/// Formats a comparison, for example `2e-12 0.001`; with the verdict unless the kernels agree.
 fn cell(result: &Value) -> String {
     let verdict = result["verdict"].as_str().unwrap_or_default();
     let (volume, distance) = (result["volume"].as_f64(), result["distance_mm"].as_f64());

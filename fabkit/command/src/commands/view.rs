@@ -1,4 +1,4 @@
-//! The scene that a command line means.
+//! Scene described by the options of a command line.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use super::{ErrorKind, Failure};
 use crate::cli::{CameraArgs, Design, LightArgs};
 use crate::roles::Roles;
 
-/// The files that say what is seen, and from where.
+/// Lists the files from which design, camera and pose are read.
 pub(super) fn roles(design: &Design, camera: &CameraArgs) -> Roles {
     Roles::default()
         .reads("SENSOR", Target::new(&design.sensor).files())
@@ -25,7 +25,7 @@ pub(super) fn scene(design: &Design, camera: &CameraArgs) -> Result<SensorView, 
     scene_of(design, camera, None)
 }
 
-/// The same of another unit.
+/// Builds the scene of one unit.
 pub(super) fn scene_of(
     design: &Design,
     camera: &CameraArgs,
@@ -35,7 +35,7 @@ pub(super) fn scene_of(
     Ok(SensorView::new(project, viewpoint)?)
 }
 
-/// A sensor, and the camera that looks at it.
+/// Loads the sensor, or one unit of it, and its camera's viewpoint.
 pub(super) fn seen_from(
     design: &Design,
     camera: &CameraArgs,
@@ -57,7 +57,7 @@ pub(super) fn seen_from(
     Ok((Arc::new(project), viewpoint))
 }
 
-/// What lights a sensor, and the constants of that light.
+/// Finds the selected lighting and its constants.
 pub(super) fn lit<'a>(
     project: &'a Project,
     args: &LightArgs,
@@ -65,7 +65,7 @@ pub(super) fn lit<'a>(
     Ok(lit_by(project, args.light.as_deref(), args.constants.as_deref())?)
 }
 
-/// Where a light's own camera is, unless another one was named.
+/// Returns the viewpoint of a lighting's own camera, unless another camera was named.
 pub(super) fn of_light(
     lighting: &Lighting,
     args: &CameraArgs,
@@ -79,10 +79,10 @@ pub(super) fn of_light(
     }
 }
 
-/// Below this share of the surface a camera is taken for misplaced, and said to be.
+/// Share of the surface below which a camera is probably misplaced, which is then stated.
 const LITTLE: f64 = 0.5;
 
-/// With what keeps it from the rest; more of it where something may be wrong.
+/// Formats the visible share of the surface, and the reasons for the rest; with more details below [`LITTLE`].
 pub(super) fn coverage_text(coverage: &SurfaceCoverage) -> String {
     let SurfaceCoverage { area, lost, area_mm2, angles_rad, lens_rad } = coverage;
     let rest = if lost.is_empty() { String::new() } else { format!("; {}", words(lost)) };

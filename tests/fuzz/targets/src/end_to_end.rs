@@ -1,5 +1,5 @@
-//! The command itself, with files that are nearly right: it must end in time, with a code that it
-//! documents, within its memory.
+//! Fuzzing of the command itself with nearly valid files: it must end in time, with a documented exit code, within its
+//! memory.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -14,21 +14,21 @@ use crate::mutation::mutated;
 use crate::running::{MOST_SECONDS, bounded};
 use fabkit_application::geometry::sequences::Random;
 
-/// Codes that `fabkit --help` promises for inputs, whatever they are.
+/// Exit codes that `fabkit --help` documents for any input.
 const DOCUMENTED: std::ops::RangeInclusive<i32> = 0..=4;
 
-/// A camera that is cast at once.
+/// Settings of a camera small enough to be cast at once.
 const SMALL: [&str; 4] = ["--set", "camera.width_px=64", "--set", "camera.height_px=48"];
-/// For inputs that say how much is to be done themselves.
+/// Memory limit for inputs that determine the amount of work themselves.
 const LITTLE: [&str; 2] = ["--memory", "200MB"];
 
-/// A command line with an input in it.
+/// Command line with an input.
 struct Case {
-    /// Its corpus.
+    /// Name of its corpus.
     corpus: &'static str,
-    /// Where the input is written, in the command's folder.
+    /// File to which the input is written, in the command's folder.
     file: &'static str,
-    /// `{}` stands for the input itself.
+    /// Arguments; `{}` stands for the input itself.
     arguments: &'static [&'static str],
     camera: &'static [&'static str],
 }
@@ -77,14 +77,13 @@ const CASES: [Case; 17] = [
     case("picture", "in.png", BOARD, &["in.png"]),
     case("board", "board.json", BOARD, &["--corners", "corners.csv"]),
     case("corners", "corners.csv", BOARD, &["--corners", "corners.csv"]),
-    // The folder is not empty: the plan is read, and nothing is begun.
+    // The folder is not empty: the plan is read, and no sweep is begun.
     case("plan", "in.yaml", &["sweep", "in.yaml", "-o", "."], &[]),
     case("profile", "in.yaml", &["export", "rtac0/base", "--process", "in.yaml", "-o", "out"], &[]),
     case("coupon", "in.yaml", &["profile", "in.yaml", "-o", "printer.yaml"], &[]),
 ];
 
-/// Files that command lines refer to besides their input: their names, and where in the corpus they
-/// come from.
+/// Further files to which command lines refer: their names, and their origins in the corpus.
 const BESIDE: [(&str, &str); 5] = [
     ("camera.yaml", "camera/fabkit.yaml"),
     ("board.json", "board/charuco.json"),
@@ -93,19 +92,19 @@ const BESIDE: [(&str, &str); 5] = [
     ("picture.png", "picture/grey.png"),
 ];
 
-/// What went wrong with an input.
+/// Input with which the command misbehaved.
 #[derive(Clone, Debug)]
 pub struct Wrong {
-    /// For people.
+    /// Description for people.
     pub what: String,
     /// The input.
     pub input: Vec<u8>,
 }
 
-/// Runs the command once, with an input that the seed decides.
+/// Runs the command once, with an input determined by the seed. Returns what went wrong, if anything.
 ///
 /// # Errors
-/// Files that cannot be read or written; a command that cannot be started.
+/// Files that cannot be read or written, or a command that cannot be started.
 pub fn once(command: &Path, corpus: &Path, seed: u64) -> io::Result<Option<Wrong>> {
     let mut random = Random::new(seed);
     let Case { corpus: kind, file, arguments, camera } = random.one_of(&CASES);
@@ -119,7 +118,7 @@ pub fn once(command: &Path, corpus: &Path, seed: u64) -> io::Result<Option<Wrong
         fs::copy(corpus.join(from), folder.path().join(name))?;
     }
     fs::write(folder.path().join(file), &input)?;
-    // No argument holds a zero, or is longer than the system allows.
+    // An argument cannot contain a zero byte, nor exceed the system's limit on its length.
     let mut word: Vec<u8> = input.iter().copied().filter(|byte| *byte != 0).collect();
     word.truncate(100_000);
     let word = OsString::from_vec(word);
@@ -141,7 +140,7 @@ pub fn once(command: &Path, corpus: &Path, seed: u64) -> io::Result<Option<Wrong
     }))
 }
 
-/// What is wrong with how it ended; `None` for nothing.
+/// Runs the command and judges its end; `None` if it is as documented.
 fn verdict(command: &mut Command, said: &Path) -> io::Result<Option<String>> {
     let said = File::create(said)?;
     let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(said).spawn()?;

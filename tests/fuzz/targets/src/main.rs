@@ -1,7 +1,7 @@
-//! Runs all targets, each in a process of its own, then the command itself.
+//! Runs all targets, each in its own process, then the command itself.
 //!
-//! `fabkit-fuzz CORPUS KEPT COMMAND RUNS SECONDS SEED [NAME...]`: `cargo xtask fuzz` calls it. RUNS and
-//! SECONDS are for all together, whichever is up first.
+//! `fabkit-fuzz CORPUS KEPT COMMAND RUNS SECONDS SEED [NAME...]`: `cargo xtask fuzz` calls it. RUNS and SECONDS limit
+//! all targets together; whichever is reached first ends the run.
 
 use std::env;
 use std::error::Error;
@@ -14,11 +14,11 @@ use fabkit_fuzz_targets::end_to_end;
 use fabkit_fuzz_targets::running::{self, Budget, blame, bounded, corpus, feed, keep};
 use fabkit_fuzz_targets::targets::{TARGETS, Target};
 
-/// The word before a target that a process of its own is to feed.
+/// Argument that makes this process feed a single target.
 const FEED: &str = "feed";
-/// The name of the command's part.
+/// Name under which the command itself is selected.
 const COMMAND: &str = "command";
-/// The command's part of time; its part of the inputs is what it gets done.
+/// Share of the time and of the inputs that the command gets.
 const COMMAND_SHARE: f64 = 0.4;
 
 type Failed = Box<dyn Error>;
@@ -57,7 +57,7 @@ impl Arguments {
         Ok(Self {
             corpus: corpus.into(),
             kept: kept.into(),
-            // It is started in folders of its own.
+            // Absolute, because it is started in other folders.
             command: fs::canonicalize(command)?,
             budget: Budget { runs: runs.parse()?, time },
             seed: seed.parse()?,
@@ -66,7 +66,7 @@ impl Arguments {
     }
 }
 
-/// Feeds one target.
+/// Feeds one target in this process.
 fn child(words: &[String]) -> Result<bool, Failed> {
     let Arguments { corpus: folder, kept, budget, seed, names, .. } = Arguments::read(words)?;
     let name = names.first().ok_or("which target?")?;
@@ -102,7 +102,7 @@ fn parent(words: &[String]) -> Result<bool, Failed> {
     let start = Instant::now();
     let (mut done, most) = (0, (all.budget.runs as f64 * for_command) as u64);
     while done < most && start.elapsed() < all.budget.time.mul_f64(for_command) {
-        // Each run has a seed of its own, by which it can be had again alone.
+        // Each run has its own seed, with which it can be repeated alone.
         let found = end_to_end::once(&all.command, &all.corpus, all.seed + done)?;
         if let Some(end_to_end::Wrong { what, input }) = found {
             let kept = keep(&all.kept, &input)?;
@@ -118,8 +118,7 @@ fn parent(words: &[String]) -> Result<bool, Failed> {
     Ok(wrong == 0)
 }
 
-/// Feeds a target in a process of its own: how many inputs there were, and whether one was too much
-/// for it.
+/// Feeds a target in a separate process. Returns the number of inputs, and whether one made the process fail.
 fn one(all: &Arguments, target: Target, budget: Budget) -> Result<(u64, bool), Failed> {
     let current = all.kept.join(format!("{}.current", target.name));
     let program = env::current_exe()?;

@@ -1,14 +1,14 @@
-//! Inputs that are nearly right: bytes flipped, pieces gone, doubled or from elsewhere, numbers beyond
-//! what anybody means, text that is deeper, longer or stranger than expected.
+//! Mutations of valid inputs: bits flipped; pieces removed, repeated or inserted from another file; extreme numbers;
+//! text that is unusually deep, long or strange.
 
 use std::ops::Range;
 
 use fabkit_application::geometry::sequences::Random;
 
-/// Longest input, bytes: what is above most limits is tried by repetition, not by chance.
+/// Largest input, bytes. Most limits lie below; inputs beyond them result from repetition.
 const MOST_BYTES: usize = 1 << 18;
 
-/// Numbers that are at the end of something.
+/// Boundary values of number types and ranges.
 const NUMBERS: [&str; 24] = [
     "0",
     "-0",
@@ -35,7 +35,7 @@ const NUMBERS: [&str; 24] = [
     "255",
     "65537",
 ];
-/// What text may hold that nobody types.
+/// Unusual pieces of text.
 const WORDS: [&str; 22] = [
     "\u{feff}",
     "\u{202e}",
@@ -60,10 +60,10 @@ const WORDS: [&str; 22] = [
     "&a *a",
     "!!binary |",
 ];
-/// What opens, and what closes it.
+/// Opening and closing brackets.
 const BRACKETS: [(&str, &str); 4] = [("[", "]"), ("{\"a\":", "}"), ("- ", ""), ("(", ")")];
 
-/// A seed's variant of an input; `other` gives pieces.
+/// Mutates an input up to four times; `other` provides pieces.
 pub fn mutated(input: &[u8], other: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = input.to_vec();
     for _ in 0..=random.below(4) {
@@ -115,7 +115,7 @@ fn once(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
             insert(bytes, bomb.as_bytes(), random);
         }
         _ => {
-            // Lines end otherwise, or swap.
+            // Swaps two lines, and may change the line endings.
             let mut lines: Vec<&[u8]> = bytes.split(|byte| *byte == b'\n').collect();
             let (a, b) = (random.below(lines.len()), random.below(lines.len()));
             lines.swap(a, b);
@@ -124,7 +124,7 @@ fn once(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
     }
 }
 
-/// Some place, usually short.
+/// Chooses a random range, usually a short one.
 fn piece(bytes: &[u8], random: &mut Random) -> Range<usize> {
     let start = random.below(bytes.len());
     let most = bytes.len() - start;
@@ -137,7 +137,7 @@ fn insert(bytes: &mut Vec<u8>, what: &[u8], random: &mut Random) {
     bytes.splice(at..at, what.iter().copied());
 }
 
-/// Where digits are.
+/// Finds the ranges of digits.
 fn numbers(bytes: &[u8]) -> Vec<Range<usize>> {
     let is_part = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
     let (mut found, mut at) = (Vec::new(), 0);

@@ -1,4 +1,4 @@
-//! Targets with inputs, one after the other, until time or their number is up.
+//! Feeding of targets with inputs, until the time or the number of runs is used up.
 
 use std::fs;
 use std::io;
@@ -12,23 +12,23 @@ use crate::mutation::mutated;
 use crate::targets::Target;
 use fabkit_application::geometry::sequences::Random;
 
-/// Longest time for one input.
+/// Time limit for one input, s.
 pub const MOST_SECONDS: u64 = 10;
-/// Most memory of a process, KiB: 1 GB, and what only its address space takes: stacks, the program.
+/// Memory limit of a process, KiB: 1 GB, and the address space of stacks and the program.
 pub const MOST_KIB: u64 = 1_200_000;
-/// The process stopped because an input took too long.
+/// Exit code of a process whose input took too long.
 const TOO_LONG: i32 = 124;
 
-/// How long to go on.
+/// Limits of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
-    /// Inputs.
+    /// Number of inputs.
     pub runs: u64,
     /// Time.
     pub time: Duration,
 }
 
-/// The files of a corpus, by their names.
+/// Reads the files of a corpus, with their names.
 ///
 /// # Errors
 /// A folder that cannot be read, or has no files.
@@ -46,8 +46,8 @@ pub fn corpus(folder: &Path) -> io::Result<Vec<(String, Vec<u8>)>> {
     }
 }
 
-/// Feeds a corpus as it is, then what mutation makes of it. Whatever input is being read stands in
-/// `current`, so that it is there when the process is gone.
+/// Feeds a corpus unchanged, then mutations of it. Each input is first written to `current`, so that it survives a
+/// crash of the process. Returns the number of inputs.
 ///
 /// # Errors
 /// Files that cannot be read or written.
@@ -61,6 +61,7 @@ pub fn feed(
     static STARTED_MS: AtomicU64 = AtomicU64::new(0);
     let start = Instant::now();
     let now_ms = move || start.elapsed().as_millis() as u64;
+    // A watchdog: a hanging input never returns to this function.
     thread::spawn(move || {
         loop {
             thread::sleep(Duration::from_millis(250));
@@ -92,16 +93,16 @@ pub fn feed(
     Ok(done)
 }
 
-/// A program whose address space is bounded, so that it fails where it would take too much.
+/// Makes a command whose address space is limited, so that excessive allocations fail.
 pub fn bounded(program: &Path) -> Command {
     let mut command = Command::new("sh");
     command.args(["-c", &format!("ulimit -v {MOST_KIB} && exec \"$0\" \"$@\"")]).arg(program);
-    // Each arena would reserve more than most inputs ever take.
+    // Each arena would reserve more address space than most inputs need.
     command.env("MALLOC_ARENA_MAX", "1").env("RUST_BACKTRACE", "0");
     command
 }
 
-/// Why a process that fed a target is gone, if it was the target's fault.
+/// Explains the end of a process that fed a target; `None` if it succeeded.
 pub fn blame(status: ExitStatus) -> Option<String> {
     match status.code() {
         Some(0) => None,
@@ -112,7 +113,7 @@ pub fn blame(status: ExitStatus) -> Option<String> {
     }
 }
 
-/// Keeps an input under a name that its content decides.
+/// Stores an input under a name derived from its content (a 64-bit FNV-1a hash).
 ///
 /// # Errors
 /// A folder that cannot be written to.

@@ -1,5 +1,5 @@
-//! What is fuzzed: each reads bytes of one kind and does a little with what comes of them. None may
-//! panic, hang, or take more memory than its runner allows.
+//! Fuzz targets. Each reads bytes of one kind and uses the result a little. None may panic, hang, or exceed the memory
+//! limit of its runner.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -20,16 +20,16 @@ use fabkit_application::network::Network;
 use fabkit_application::sweeping;
 use fabkit_application::text::{Name, Scalar};
 
-/// A function with the name of its corpus, `tests/fuzz/corpus/NAME/`.
+/// Function with the name of its corpus, `tests/fuzz/corpus/NAME/`.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// Of the function too.
+    /// Name of the corpus, and of the function.
     pub name: &'static str,
-    /// Reads.
+    /// Function that reads the bytes.
     pub run: fn(&[u8]),
 }
 
-/// All of them.
+/// All targets.
 pub const TARGETS: [Target; 15] = [
     Target { name: "sensor", run: sensor },
     Target { name: "override", run: r#override },
@@ -48,7 +48,7 @@ pub const TARGETS: [Target; 15] = [
     Target { name: "network", run: network },
 ];
 
-/// The sensor that others refer to.
+/// Sensor to which the other inputs refer.
 const SENSOR: &str = "rtac0";
 
 fn project() -> Option<&'static Project> {
@@ -56,7 +56,7 @@ fn project() -> Option<&'static Project> {
     PROJECT.get_or_init(|| load(SENSOR, builtin_yaml(SENSOR)?, &[]).ok()).as_ref()
 }
 
-/// A sensor's file, with the section of its fixtures; one of them is made.
+/// Reads a sensor file with its fixtures section, and builds one of the fixtures.
 pub fn sensor(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     match load("fuzz.yaml", text, &[]) {
@@ -65,14 +65,14 @@ pub fn sensor(data: &[u8]) {
     }
 }
 
-/// What stands after `--set`, one a line.
+/// Reads arguments of `--set`, one per line.
 pub fn r#override(data: &[u8]) {
     let (Ok(text), Some(yaml)) = (std::str::from_utf8(data), builtin_yaml(SENSOR)) else { return };
     let overrides: Vec<String> = text.lines().take(8).map(str::to_owned).collect();
     let _ = load(SENSOR, yaml, &overrides);
 }
 
-/// A camera's file in any of the four formats.
+/// Reads a camera file in any of the four formats.
 pub fn camera(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     let Ok(estimate) = files::read(text) else { return };
@@ -91,7 +91,7 @@ pub fn camera(data: &[u8]) {
     }
 }
 
-/// A pose's file.
+/// Reads a pose file.
 pub fn pose(data: &[u8]) {
     let (Ok(text), Some(project)) = (std::str::from_utf8(data), project()) else { return };
     if let Ok(pose) = files::read_pose(text) {
@@ -99,7 +99,7 @@ pub fn pose(data: &[u8]) {
     }
 }
 
-/// A list of landmarks.
+/// Reads a list of landmarks.
 pub fn landmarks(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     if let Ok(landmarks) = PinLandmarks::from_json(text) {
@@ -107,7 +107,7 @@ pub fn landmarks(data: &[u8]) {
     }
 }
 
-/// A list of presses; a line of it is what stands after `--press`.
+/// Reads a list of presses; each line is also an argument of `--press`.
 pub fn press(data: &[u8]) {
     let (Ok(text), Some(project)) = (std::str::from_utf8(data), project()) else { return };
     let _ = read_patterns(text, project);
@@ -115,8 +115,9 @@ pub fn press(data: &[u8]) {
     text.lines().take(4).for_each(|id| drop(finder.press(id)));
 }
 
-/// A picture: of pins, of a board, or a capture.
+/// Reads an image: of pins, of a board, or a capture.
 pub fn picture(data: &[u8]) {
+    // Larger images are skipped: detection would take too long.
     let _ = GreyImage::size_px(data).ok().filter(|px| px.iter().all(|px| *px <= 256)).map(|_| {
         let Ok(image) = GreyImage::read(data) else { return };
         let _ = find_corners(&image, a_board());
@@ -124,7 +125,7 @@ pub fn picture(data: &[u8]) {
     });
 }
 
-/// A depth network; what is one is evaluated on a little picture.
+/// Reads a depth network; a valid one is evaluated on a small image.
 pub fn network(data: &[u8]) {
     if let Ok(network) = Network::read(data) {
         let _ = network.run(&[0.5; 12], 4);
@@ -132,14 +133,14 @@ pub fn network(data: &[u8]) {
     }
 }
 
-/// The list in a folder of captures of pins.
+/// Reads the list in a folder of pin captures.
 pub fn marks(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     let _ = captures::read_list(text);
     text.lines().take(4).for_each(|name| drop(captures::holes_from_name(name)));
 }
 
-/// A board's file.
+/// Reads a board file.
 pub fn board(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     if let Ok(board) = Board::from_json(text) {
@@ -147,22 +148,22 @@ pub fn board(data: &[u8]) {
     }
 }
 
-/// A list of a board's corners.
+/// Reads a list of a board's corners.
 pub fn corners(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     let _ = read_corners(text, a_board());
 }
 
-/// A plan of a sweep of built-in sensors, and its last variant.
+/// Reads a plan of a sweep of built-in sensors, and loads its last variant.
 pub fn plan(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
-    // A sensor beside it is another target's.
+    // The folder does not exist: sensor files have their own target.
     if let Ok(plan) = sweeping::plan("fuzz.yaml", text, Path::new("/nonexistent"), &[]) {
         let _ = plan.load(&plan.variant(plan.len() - 1));
     }
 }
 
-/// What an array of a data set says of itself, and one file of it, after a line of `---`.
+/// Reads the metadata of an array in a data set and one shard of it, separated by a line `---`.
 pub fn zarr(data: &[u8]) {
     const BETWEEN: &[u8] = b"\n---\n";
     let at = data.windows(BETWEEN.len()).position(|window| window == BETWEEN);
@@ -180,7 +181,7 @@ pub fn zarr(data: &[u8]) {
     }
 }
 
-/// A printer's profile.
+/// Reads a printer profile.
 pub fn profile(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     if let Ok(profile) = ProcessProfile::read("fuzz.yaml", text) {
@@ -188,7 +189,7 @@ pub fn profile(data: &[u8]) {
     }
 }
 
-/// A coupon with what was measured.
+/// Reads a coupon with measurements.
 pub fn coupon(data: &[u8]) {
     let (Ok(text), Ok(name)) = (std::str::from_utf8(data), Name::parse("printer")) else { return };
     if let Ok(measured) = MeasuredProfile::read("fuzz.yaml", text, &name) {
@@ -196,7 +197,7 @@ pub fn coupon(data: &[u8]) {
     }
 }
 
-/// As small as a board can be.
+/// Returns the board of the corpus.
 fn a_board() -> &'static Board {
     static BOARD: OnceLock<Board> = OnceLock::new();
     BOARD.get_or_init(|| {

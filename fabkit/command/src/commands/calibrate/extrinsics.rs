@@ -36,7 +36,7 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
     let kind = args.pin.as_deref();
     let captures = captures::read(&args.captures, args.reference.as_deref(), &landmarks, kind)?;
     let tip_radius_mm = match landmarks.tip_radius_mm {
-        // A list from elsewhere: the pins of this sensor's own dome.
+        // A foreign list does not state the tip radius; then the pins are taken to be those of this sensor's own dome.
         0.0 => own_landmarks(args).map_or(0.0, |own| own.tip_radius_mm),
         told => told,
     };
@@ -56,7 +56,7 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
 }
 
 fn write(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> Result<(), Failure> {
-    // The report first: a pose that is there has its report.
+    // The report is written first, so that an existing pose always has its report.
     let html = args.report.clone().map(|path| (path, report.to_html().into_bytes()));
     let files: Vec<_> = html.into_iter().chain(pose_file::files(&args.output, report)?).collect();
     may_replace(&files, args.force)?;
@@ -79,7 +79,7 @@ fn roles(args: &CalibrateExtrinsics) -> Result<Roles, Failure> {
         .writes("-o (the camera of the pose)", [pose_file::camera_of(&args.output)?]))
 }
 
-/// Those of the dome or plate that `fabkit export SENSOR/pin-dome` (or `pin-plate`) writes, with the
+/// Returns the landmarks of the dome or plate that `fabkit export SENSOR/pin-dome` (or `pin-plate`) writes with the
 /// same overrides.
 fn own_landmarks(args: &CalibrateExtrinsics) -> Result<PinLandmarks, Failure> {
     let target = Target { sensor: &args.sensor, fixture: None, part: None, preset: None };

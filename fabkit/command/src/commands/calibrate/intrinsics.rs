@@ -46,7 +46,7 @@ pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Outcome, Failure> {
 fn write(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> Result<(), Failure> {
     let camera =
         files::write(&report.calibration.estimate, CameraFormat::Fabkit).map_err(Failure::bug)?;
-    // The report first: a camera that is there has its report.
+    // The report is written first, so that an existing camera file always has its report.
     let html = args.report.clone().map(|path| (path, report.to_html().into_bytes()));
     let camera = (args.output.clone(), signed(&camera).into_bytes());
     let files: Vec<_> = html.into_iter().chain([camera]).collect();
@@ -66,7 +66,7 @@ fn summary(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> String 
         report.pictures.len()
     );
     let mut row = |name: &str, value: String| {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "  {name:<15} {value}");
     };
     row("lens model", calibration.model.name().into());

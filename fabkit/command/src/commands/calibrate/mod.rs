@@ -1,4 +1,4 @@
-//! `fabkit calibrate ...`: from pictures to cameras and poses.
+//! `fabkit calibrate ...`: cameras and poses from images.
 
 mod extrinsics;
 mod intrinsics;

@@ -12,7 +12,7 @@ use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::table::{grouped, size};
 
-/// UVDtact's.
+/// Default largest indentation of probes, mm: UVDtact's.
 const DEEPEST_MM: f64 = 1.6;
 
 pub(super) fn run(args: &Dataset, scene: &SensorView) -> Result<Outcome, Failure> {

@@ -1,4 +1,4 @@
-//! Of a dome, from pictures of pins.
+//! Light of a dome, fitted to images of pins.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Of a flat gel, from pictures of a ball.
+//! Light of a flat gel, fitted to images of a ball.
 
 use std::path::{Path, PathBuf};
 

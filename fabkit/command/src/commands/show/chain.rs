@@ -8,7 +8,7 @@ use fabkit_application::geometry::Cure;
 use crate::commands::check::components;
 use crate::table::wrapped;
 
-/// Every step in order, for the person at the bench.
+/// Lists all steps in order, for the person at the bench.
 pub(super) fn text(design: &Design) -> String {
     let sensor = &design.sensor;
     let batches = batches(sensor);
@@ -18,7 +18,7 @@ pub(super) fn text(design: &Design) -> String {
         text += &format!("\n{}\n", wrapped(&step_text, 3));
         let mut line = |label: &str, value: String| {
             if !value.is_empty() {
-                // Something as wide as the label, which has blanks at its ends.
+                // A placeholder as wide as the label, because wrapping would remove the label's trailing blanks.
                 let line = wrapped(&format!("{} {value}", "_".repeat(12)), 13);
                 text += &format!("   {label:<9}{}\n", &line[12..]);
             }

@@ -1,11 +1,11 @@
-//! The materials of a design in `fabkit show`.
+//! Materials of a design, for `fabkit show`.
 
 use fabkit_application::designs::materials::{Castable, Origin};
 
 use super::row;
 use crate::table::{Align::Left, fitted};
 
-/// One line for each material; nothing where none is cast.
+/// Formats one line for each cast material; empty if there is none.
 pub(super) fn text(materials: &[Castable]) -> String {
     if materials.is_empty() {
         return String::new();

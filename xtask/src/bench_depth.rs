@@ -35,6 +35,7 @@ fn environment() -> Result<PathBuf, String> {
     }
     let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
     check(Command::new(&python).args(install).args(PEERS))?;
+    // A separate installation, so that its failure does not affect the others.
     if let Err(why) = check(Command::new(&python).args(install).arg(OPEN3D)) {
         println!("xtask: bench-depth goes on WITHOUT Open3D: {why}");
     }

@@ -103,6 +103,7 @@ fn draw(scenarios: &[Scenario], rounds: usize, random: &mut Random) -> Vec<(usiz
     // The order depends on the seed, so that short runs with different seeds cover everything.
     random.shuffle(&mut calls);
     let (kills, fails): (Vec<_>, Vec<_>) = calls.into_iter().partition(|(_, f)| f.kills());
+    // Each call at most once in every round, even if there are few of them.
     let some = |of: Vec<(usize, shim::Fault)>, count: usize| {
         let all = of.len().max(1);
         let of = of.into_iter().cycle().take(count.min(all * rounds));
@@ -115,6 +116,7 @@ fn draw(scenarios: &[Scenario], rounds: usize, random: &mut Random) -> Vec<(usiz
         fit[random.below(fit.len())]
     };
     for _ in 0..rounds * KILLS / 2 {
+        // The values are drawn below, after all trials are chosen.
         let at = any(&|_| true);
         trials.push((at, Trial::Kill(0.0)));
     }

@@ -59,6 +59,7 @@ impl Tools {
         }
         let written =
             |path: &str| fs::metadata(viewer().join(path)).and_then(|m| m.modified()).ok();
+        // npm writes this copy of the lock at the end of an installation; a missing file is older than any.
         if written("node_modules/.package-lock.json") < written("package-lock.json") {
             let mut npm = Command::new("npm");
             npm.args(["ci", "--ignore-scripts", "--no-audit", "--no-fund"]);

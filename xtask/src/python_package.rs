@@ -74,6 +74,7 @@ fn folder() -> PathBuf {
 fn wheels(folder: &Path, python: &Path) -> Result<Vec<PathBuf>, String> {
     let wheels = folder.join("wheels");
     if wheels.is_dir() {
+        // Wheels of older versions would be installed as well.
         fs::remove_dir_all(&wheels).map_err(|e| format!("{}: {e}", wheels.display()))?;
     }
     // Wheels are always release builds, so the artefacts of the workspace's release build are reused.

@@ -35,6 +35,7 @@ pub fn build() -> Result<Tests, String> {
     }
     let messages = String::from_utf8_lossy(&output.stdout);
     let mut programs: Vec<Program> = messages.lines().filter_map(Program::of).collect();
+    // A stable sort: programs that are not listed keep cargo's order, after the long ones.
     programs.sort_by_key(Program::rank);
     let fabkit = fabkit()?;
     let (mut alone, mut beside_others) = (Vec::new(), Vec::new());

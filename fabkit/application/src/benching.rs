@@ -112,6 +112,7 @@ pub fn run(arguments: &[OsString], tell: &(dyn Fn(&str) + Sync)) -> Result<Value
         told.join().unwrap_or_default()
     });
     let status = child.wait().map_err(|error| BenchError::NoAnswer(error.to_string()))?;
+    // Python's commands print hints on lines of their own, after the message.
     let (hints, said): (Vec<String>, Vec<String>) =
         failed.into_iter().partition(|line| line.trim_start().starts_with("= help: "));
     let said = said.join("\n");

@@ -77,6 +77,7 @@ fn value_of(setting: &Setting) -> (Value, Option<String>) {
             let inner = text.trim_start_matches('[').trim_end_matches(']');
             let items = inner.split(", ").filter(|item| !item.is_empty()).map(amount);
             let (values, units): (Vec<Value>, Vec<Option<String>>) = items.unzip();
+            // All items of a list have the same unit.
             (json!(values), units.into_iter().next().flatten())
         }
     }

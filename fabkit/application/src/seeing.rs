@@ -81,6 +81,7 @@ pub(crate) fn rays_in_plane(
     normal: &Vector3<f64>,
 ) -> Result<Vec<DrawnRay>, PictureError> {
     let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
+    // The plane contains the camera's axis and this direction, whose projection is the line of sampled pixels.
     let across = normal.cross(&pose.vector(Vector3::z()));
     let in_picture = pose.inverse().vector(across).xy();
     let Some(along) = in_picture.try_normalize(1e-6) else {
@@ -146,6 +147,7 @@ pub(crate) fn colors(rays: &[DrawnRay], sensor: &Sensor) -> Vec<[u8; 3]> {
 
 fn draw(picture: &mut Picture, framing: &Framing, rays: &[DrawnRay], sensor: &Sensor) {
     let entries = entries(rays, sensor);
+    // Lines are one pixel wide up to a height of 700 px, and grow with larger images.
     let width_px = (f64::from(picture.height_px) / 700.0).max(1.0);
     let lines = rays.iter().zip(colors(rays, sensor)).map(|(ray, color)| {
         let places = ray.path_mm.iter().map(|point| framing.place(&Point3::from(*point)));

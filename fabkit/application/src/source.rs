@@ -307,6 +307,7 @@ fn split_last(text: &str) -> (&str, Option<&str>) {
 fn is_path(sensor: &str) -> bool {
     let path = Path::new(sensor);
     let yaml = path.extension().is_some_and(|e| e == "yaml" || e == "yml");
+    // A folder does not count: `SENSOR/FIXTURE` may have the name of one, for example in the output of an export.
     yaml || (sensor.contains('/') && path.exists() && !path.is_dir())
 }
 

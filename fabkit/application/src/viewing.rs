@@ -86,6 +86,7 @@ fn rays(sensor: &Sensor) -> Option<Rays> {
 fn shorten(path_mm: &mut [[f64; 3]]) {
     if let [.., before, last] = path_mm {
         let way = Vector3::from(*last) - Vector3::from(*before);
+        // Only the last segment of an escaped ray is that long; all others lie within the sensor.
         if way.norm() > BEYOND_MM && way.norm() > 0.5 * seeing::FAR_MM {
             *last = (Vector3::from(*before) + BEYOND_MM * way.normalize()).into();
         }
@@ -97,6 +98,7 @@ fn pressed(sensor: &Sensor, touch: &TouchSurface) -> Option<Pressed> {
     let (place, outward) = match SurfacePoints::new(touch).ok()? {
         SurfacePoints::Dome(dome) => {
             let [polar, azimuth] = PRESSED_DEG.map(|degrees| degrees.to_radians());
+            // At most halfway to the rim, so that the ball stays on the dome.
             dome.towards(polar.min(0.5 * dome.last_polar_rad()), azimuth)?
         }
         SurfacePoints::Plane(plane) => {

@@ -121,6 +121,7 @@ impl Identity {
         match fs::metadata(path) {
             Ok(found) => Self::there(path, &found),
             Err(_) => {
+                // A missing file has no identity of its own, but its folder has.
                 let (folder, name) = split(path);
                 Self::Missing(real(&folder), name)
             }

@@ -47,6 +47,7 @@ pub fn wrapped(text: &str, indent: usize) -> String {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
         let line = lines.last().map_or(0, |line| line.chars().count());
+        // A word longer than a line still gets a line of its own.
         if line > indent && line + 1 + word.chars().count() > WIDTH.into() {
             lines.push(" ".repeat(indent));
         }

@@ -138,9 +138,11 @@ impl BegunDataset {
     /// Computes and writes the missing shards.
     #[pyo3(signature = (progress))]
     fn write(&self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
+        // Taken out of the lock: writing takes long, and closes the data set in the end.
         let begun = self.with(py, |begun| begun.take().ok_or_else(closed))?;
         let order = self.order.clone_ref(py);
         let written: WrittenDataset = run(py, Interrupted::Wait, progress, move |link| {
+            // The folder has been begun, so that writing resumes it in any case.
             order.get().prepare(true, |job| {
                 let show = |step: Step| link.show(step.done, step.all);
                 begun.write(job, &show, &|| link.is_cancelled())

@@ -42,6 +42,7 @@ pub fn load(
             Some(preset) => Source::preset(sensor, preset)?,
         };
         let changes = if fix { source.fix(&overrides)? } else { Vec::new() };
+        // The changes become overrides, so that sensors derived from this one keep them.
         overrides.extend(changes.iter().map(Change::as_override));
         let project = source.load(&overrides)?;
         Ok::<_, Error>((source, project, changes))

@@ -94,6 +94,7 @@ fn made(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
     arguments.set_item("text", text)?;
     arguments.set_item("code", failure.kind().word())?;
     arguments.set_item("problems", Json::from(problems).to_string())?;
+    // The Python side chooses the class of the exception by the code.
     let exception = py.import("fabkit.errors")?.getattr("_of")?.call((), Some(&arguments))?;
     Ok(PyErr::from_value(exception))
 }

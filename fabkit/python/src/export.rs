@@ -53,6 +53,7 @@ impl Wish {
         let of_robots = || RobotFormat::ALL.iter().map(|format| format.word());
         let known =
             || Format::ALL.iter().map(|format| format.word()).chain([STEP]).chain(of_robots());
+        // Words for STEP and robots have other makers; all remaining ones must be known formats.
         let is_own = |word: &&String| *word != STEP && of_robots().all(|robot| robot != *word);
         let mut formats = Vec::new();
         for word in self.formats.iter().filter(is_own) {

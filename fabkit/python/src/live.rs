@@ -104,6 +104,7 @@ fn placed(i: usize, (kind, sizes, pose): Body) -> Result<PressBody, Failure> {
         ("cylinder", &[radius_mm, height_mm]) => {
             Solid::rod(radius_mm, [-0.5 * height_mm, 0.5 * height_mm])
         }
+        // A cuboid stands on z = 0; shifted down, its centre is the origin.
         ("box", &[x_mm, y_mm, z_mm]) => Solid::cuboid(x_mm, y_mm, z_mm).at_z(-0.5 * z_mm),
         ("capsule", &[radius_mm, height_mm]) => {
             let half_mm = 0.5 * height_mm;
@@ -141,6 +142,7 @@ fn together([width, height]: [usize; 2], channels: usize, shown: &[LiveShown]) -
         values,
     };
     let grey = shown.iter().flat_map(|one| one.grey.iter().map(|grey| grey.round() as u8));
+    // Monochrome images have no axis of channels.
     let colors: &[usize] = if channels == 1 { &[] } else { &[channels] };
     let map = [height, width];
     let step = |of: fn(&fabkit_application::pressing::Step) -> Vec<f64>, size: usize| {

@@ -53,6 +53,7 @@ impl Mesh {
 
     /// Encodes the mesh as binary STL, in the frame of the part.
     fn stl<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        // The arrays belong to numpy and may have been changed there, so they are read back.
         let rows = |flat: Vec<f64>| flat.chunks_exact(3).map(|v| [v[0], v[1], v[2]]).collect();
         let vertices = rows(self.vertices.bind(py).readonly().as_slice()?.to_vec());
         let triangles = self.triangles.bind(py).readonly();

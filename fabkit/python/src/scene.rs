@@ -99,6 +99,7 @@ impl Scene {
             }
             if let Some((pose, given)) = files.pose.as_mut().zip(covariance) {
                 pose.covariance = Some(given);
+                // A joint covariance would contradict the given one.
                 pose.joint = None;
             }
             let nominal = &project.design.sensor.camera;

@@ -150,6 +150,7 @@ impl SweepPlan {
         let (plan, sensor) = (Arc::clone(&self.plan), Arc::clone(&self.sensor));
         let row = short(py, move || {
             let mut ask = |variant: &Variant, project: &fixtures::Project| {
+                // Called without the interpreter's lock, which is taken only for the caller's function.
                 let Some(custom) = &custom else { return Ok::<_, PyErr>(More::default()) };
                 Python::attach(|py| {
                     let project = Arc::new(project.clone());

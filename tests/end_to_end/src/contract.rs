@@ -52,6 +52,7 @@ fn compare(schema: &Value, value: &Value, at: &str, faults: &mut Vec<String>) {
                 compare(one, value, at, &mut wrong);
                 wrong.is_empty()
             }),
+            // A keyword applies only to values of its type; others satisfy it, as JSON Schema defines.
             "minimum" => value.as_f64().is_none_or(|v| v >= wanted.as_f64().unwrap_or(f64::NAN)),
             "minItems" => value.as_array().is_none_or(|v| v.len() >= count(wanted)),
             "maxItems" => value.as_array().is_none_or(|v| v.len() <= count(wanted)),

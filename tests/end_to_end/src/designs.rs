@@ -58,6 +58,7 @@ pub fn builtin_fixtures() -> Vec<Design> {
         for fixture in project.fixture_names() {
             let design = project.fixture(fixture);
             let design = design.unwrap_or_else(|e| panic!("{name}/{fixture}: {e:#?}"));
+            // Fixtures of several sensors may be the same solids.
             let is_new = !fixtures.iter().any(|known| solids(known).eq(solids(&design)));
             fixtures.extend(is_new.then_some(design));
         }

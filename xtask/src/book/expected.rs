@@ -69,6 +69,7 @@ fn fits(shown: &str, have: &str) -> bool {
     let Some(mut rest) = parts.next().and_then(|first| have.strip_prefix(first)) else {
         return false;
     };
+    // Parts in the middle are matched greedily from the left; only the last one must reach the end.
     let mut parts = parts.peekable();
     if parts.peek().is_none() {
         return rest.is_empty();

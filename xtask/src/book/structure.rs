@@ -120,6 +120,7 @@ fn within(path: &Path) -> Option<PathBuf> {
         match component {
             Component::Normal(name) => inside.push(name),
             Component::CurDir => {}
+            // `pop` is false at the top: the path then leads outside.
             Component::ParentDir if inside.pop() => {}
             _ => return None,
         }

@@ -262,6 +262,7 @@ impl Scenario {
 
     fn crowd(&self, place: &Path, part: f64) -> Result<(), String> {
         let spawn = |rival: &Vec<String>| self.command(place, rival).spawn().map_err(text);
+        // The crowd then meets a folder that is begun but not finished.
         if self.kind == Kind::Resumable && part > 0.0 {
             wait_for(spawn(&self.arguments)?, self.usual.mul_f64(part), true)?;
         }

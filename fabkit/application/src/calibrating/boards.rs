@@ -99,6 +99,7 @@ pub fn from_images<'a>(
         let digest = digest(&image);
         Ok((digest, find(&image, board)))
     };
+    // Collected before they are joined, so that the later of two equal images is reported, on any number of threads.
     let results: Vec<Result<_, Error>> = names.par_iter().enumerate().map(one).collect();
     let mut wrong = Vec::new();
     // Identical images would count as independent evidence, so their pixels are compared by hash.
@@ -167,6 +168,7 @@ pub fn from_corners(given: Vec<(String, Vec<FoundCorner>)>, board: &Board) -> Re
     let mut views = Views::default();
     let mut wrong: Vec<Error> = Vec::new();
     for (view, mut corners) in given {
+        // Sorted, so that repeated ids are neighbours.
         corners.sort_by_key(|corner| corner.id);
         let count = board.corners.len();
         let unknown = corners.iter().find(|corner| corner.id as usize >= count);

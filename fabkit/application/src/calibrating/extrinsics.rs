@@ -109,6 +109,7 @@ pub fn solve<R, E: From<Error>>(
         calibrate(camera, observations, start, Some(&nominal), &options)
     };
     let constants = LightConstants::of(sensor);
+    // Only marks found by fabkit's detector have its offset. Pixels from elsewhere are taken as tips.
     let rendered = match captures.is_detected {
         true => {
             let shapes = Shapes::of(project, landmarks, captures, inputs.tip_radius_mm);
@@ -129,7 +130,9 @@ pub fn solve<R, E: From<Error>>(
                 model.mark_offsets = offsets.clone();
                 let loss = CalibrationOptions::default().loss;
                 let through = |drawing| solve_drawn(&observations, &model, &drawing, loss).ok();
+                // Without a fit through the drawn bodies, the offsets stay as they are.
                 let Some(fit) = drawn.and_then(through) else { break };
+                // Residuals are meaningful only now that the rendered offsets are included.
                 if of_halves {
                     let residuals = fit.residuals_px(&observations);
                     observations = not_astray(observations, &residuals);

@@ -212,8 +212,10 @@ impl<'a> PinMarks<'a> {
         let mut pins: Vec<Pin> = Vec::new();
         for contact in observations.iter().map(|observation| &observation.contact) {
             let place = contact.contact_in_sensor_mm;
+            // Several captures may press the same pin, which is rendered once.
             if !pins.iter().any(|known| known.tip == place) {
                 let inwards = contact.axis_in_sensor;
+                // Without an axis of its own, a pin presses along the surface normal.
                 let inwards = inwards.unwrap_or_else(|| -self.touch.depth_mm(&place).1);
                 pins.extend(self.shapes.at(place, inwards));
             }
@@ -319,6 +321,7 @@ impl Window {
             let to = (middle[axis] + half).round().min(f64::from(whole[axis]));
             [from, to]
         });
+        // The tip lies outside the image.
         if ends.iter().any(|[from, to]| to - from < 2.0) {
             return None;
         }

@@ -193,6 +193,7 @@ fn kinds(
             .map(|(pin, is_seen)| *is_seen && kind.is_none_or(|kind| pin.kind == kind))
             .collect();
         let forecast = Forecast { is_seen, ..forecast.clone() };
+        // Pins of other kinds count as invisible.
         Plan::new(&Setup { is_seen: &forecast.is_seen, ..setup })
             .expect(&forecast.in_turn(captures, pins))
     };

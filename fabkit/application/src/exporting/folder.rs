@@ -212,6 +212,7 @@ impl Merged {
         let (mut old_parts, mut old_profile) = (Vec::new(), None);
         if let Some(old) = old {
             let key = |m: &Manifest| (m.sensor.clone(), m.design_hash.clone(), m.options.clone());
+            // Entries of other options would describe the file wrongly, so only their hashes are kept.
             let is_same = key(&old) == key(&manifest);
             for entry in old.files.into_iter().filter(|entry| is_plain(&entry.name)) {
                 let (name, hash) = (entry.name.clone(), entry.blake3.clone());
@@ -242,6 +243,7 @@ impl Merged {
             let Some(found) = hash_of(&folder.join(name))? else { continue };
             let other = |why, blake3| OtherFile { name: name.clone(), why, blake3 };
             match earlier {
+                // This arm comes first: a changed file is kept even with `clean`.
                 _ if found != earlier.blake3() => {
                     manifest.others.push(other(Otherness::Changed, None));
                 }

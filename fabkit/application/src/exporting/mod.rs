@@ -418,6 +418,7 @@ fn assemble(
     let mut by_name: BTreeMap<String, (FileEntry, OutputFile)> = BTreeMap::new();
     for Made { file, format, parts, stock } in made {
         let entry = file_entry(&file, format, parts, stock);
+        // The map also sorts the files by name.
         if let Some((earlier, _)) = by_name.insert(file.name.clone(), (entry, file)) {
             return Err(ExportFailure::DuplicateFile(earlier.name));
         }

@@ -33,6 +33,7 @@ pub(super) fn plates(
         let plate = copies.entry((process, machine, m.body.material.as_str())).or_default();
         plate.extend(std::iter::repeat_n(m, m.body.quantity as usize));
     }
+    // Every copy on a plate is a mesh of its own, rounded at its own position.
     limit_triangles(copies.values().flatten().map(|m| m.figures.triangles).sum())?;
     let words = stock::words(copies.keys().map(|(_, _, material)| *material));
     let machines = stock::words(copies.keys().map(|(_, machine, _)| *machine));

@@ -149,6 +149,7 @@ fn stocked(
                 .sum::<f64>()
         };
         Ok(Stocked {
+            // All pieces here share material and thickness, which the name contains.
             material: cut[0].0.material.clone(),
             thickness_mm: cut[0].1.thickness_mm,
             cut_mm: sum(&|figures| figures.cut_mm),

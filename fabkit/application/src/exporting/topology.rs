@@ -24,6 +24,7 @@ impl Counted {
         if let (Some(genus), Some(shells)) = (body.genus, body.shells) {
             return Some(Self { genus, shells });
         }
+        // A reference mesh would be no finer than the mesh itself.
         if tolerance_mm <= DEFAULT_TOLERANCE_MM {
             return None;
         }
@@ -93,6 +94,7 @@ fn changed(design: &Design) -> Option<Vec<String>> {
         return None; // Made by a program.
     }
     let name = &design.sensor.name;
+    // The name of a variant or fixture continues the sensor's after a hyphen.
     let builtin = builtin_names().into_iter().filter(|builtin| {
         name.strip_prefix(builtin).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
     });

@@ -129,6 +129,7 @@ impl<'a> Stock<'a> {
                 let here = |stand: &Stand<'a>| Set { stand: *stand, shift: Vector3::zeros() };
                 piece.extend(came.bodies.iter().map(here));
             } else {
+                // The members of a sub-assembly are spread by half the gap, so that they still appear as a group.
                 self.spread(&mut piece, &came.apart, gap_mm / 2.0, is_leaving, &mut inner);
             }
             let mut shift = Vector3::zeros();
@@ -231,6 +232,7 @@ impl Arrow {
     ) -> Self {
         let half = 0.5 * out.abs().dot(&(piece.max - piece.min));
         let near = piece.centre() + out * (way_mm - half);
+        // The arrow occupies the gap from 10 % to 90 %.
         let at = |share: f64| near - out * (share * gap_mm);
         let (tail, along) = if is_leaving { (at(0.9), *out) } else { (at(0.1), -out) };
         Self { out: *out, tail, along, length_mm: 0.8 * gap_mm }

@@ -65,6 +65,7 @@ impl Terms {
         };
         line("message", "If you build this sensor, please cite the publication it follows.");
         text += "type: dataset\n";
+        // A new closure, because the first one borrowed the text that was extended in between.
         let mut line = |key: &str, value: &str| {
             let _ = writeln!(text, "{key}: {}", quoted(value));
         };

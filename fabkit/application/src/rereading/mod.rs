@@ -303,6 +303,7 @@ fn add_chunks(folder: &Path, findings: &mut Findings) -> Result<(), Error> {
                 let what = What::Damaged;
                 findings.insert(file.clone(), FolderFinding { file, what, why });
             }
+            // The name of the chunk is more precise than the mismatch of the file's hash.
             Some(found) if found.what == What::Damaged && why.starts_with("chunk ") => {
                 found.why = why;
             }

@@ -132,6 +132,7 @@ impl Keyword {
                 let value = format!("None if {id} is None else os.fspath({id})");
                 ("str | PathLike[str] | None", none(), value)
             }
+            // A new kind of value fails the test until its Python type is decided here.
             (other, _) => panic!("{id}: what is {other} in Python?"),
         };
         let mut values = vec![format!("\"{id}\": {value},")];
@@ -234,6 +235,7 @@ fn keywords(module: &Module, command: &Command) -> Vec<Keyword> {
     let mut ids: Vec<&str> = declared.get_arguments().map(|arg| arg.get_id().as_str()).collect();
     ids.retain(|id| !module.elsewhere.contains(id) && !is_switch(id));
     let place = |id: &str| module.first.split(' ').position(|first| first == id);
+    // The sort is stable: options that are not listed keep the order of their declaration.
     ids.sort_by_key(|id| place(id).unwrap_or(usize::MAX));
     let keyword = |id: &str| {
         let switch = module.switches.iter().find(|(_, option)| *option == id);

@@ -23,6 +23,7 @@ pub(super) fn run(args: &Bench, global: &Global) -> Result<Outcome, Failure> {
     target.design(&args.design.set)?;
     let mut words: Vec<OsString> = vec![target.sensor.into(), "--json".into()];
     if let Some(preset) = &args.design.preset {
+        // The benchmark knows presets by their full names.
         words[0] = format!("{}-{preset}", target.sensor).into();
     }
     if args.full {

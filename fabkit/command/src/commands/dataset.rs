@@ -71,6 +71,7 @@ fn roles(args: &Dataset) -> Roles {
         .reads("--presses", &args.options.presses)
         .reads("--constants", &args.options.constants)
         .reads_all("--captures", captures, |n| if is_folder { is_half(n) } else { is_picture(n) })
+        // Only probes are one file; the folder of a data set is checked when it is opened.
         .writes("-o", args.probes.then_some(&args.output))
         .writes("--contact-sheet", &args.contact_sheet)
 }

@@ -166,6 +166,7 @@ impl<'a> Order<'a> {
             let mut formats: Vec<_> = self.args.robot.iter().map(|robot| robot.format()).collect();
             formats.sort();
             formats.dedup();
+            // Robot files describe the whole sensor, so they belong to its own folder.
             made.own.add(robot_files(&self.design, &formats)?)?;
         }
         if self.args.all || self.args.guide {

@@ -35,6 +35,7 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     if let Some(slicer) = slicer {
         let show = |step: Step| progress.show(step);
         slicing::slice(&design, &mut guide, &slicer, &interrupt::watched, &show)?;
+        // The slicer's processes and temporary files are gone, so an interrupt may end the process at once again.
         interrupt::finish_watching()?;
     }
     let files = guiding::files(&design, &stages, &guide, &|step: Step| progress.show(step))?;

@@ -89,6 +89,7 @@ fn look(
     let viewpoint = viewpoint_from_files(&project, camera, args.pose.as_deref())?;
     let sensor = &project.design.sensor;
     let lens = viewpoint.camera();
+    // The camera's own image has the camera's resolution.
     let size = if args.rays { args.size } else { [lens.width_px(), lens.height_px()] };
     admit(size, PIXEL_BYTES + SEEN_BYTES)?;
     let stack = seeing::stack(sensor, &viewpoint).map_err(Error::from)?;

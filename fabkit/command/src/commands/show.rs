@@ -112,6 +112,7 @@ fn notes(bodies: &[Body]) -> Vec<Vec<String>> {
         for note in &body.notes {
             let also = |others: &[Body]| others.iter().filter(|o| o.notes.contains(note)).count();
             match (also(&bodies[..index]), 1 + also(&bodies[index + 1..])) {
+                // Printed at the first of the parts; the others are only counted.
                 (0, from_here) if from_here >= MANY => {
                     let others = from_here - 1;
                     rows.push(vec![format!("{} and {others} more", body.name), note.clone()]);

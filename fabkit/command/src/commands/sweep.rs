@@ -43,6 +43,7 @@ fn report(folder: &Path, finished: &Finished, start: Instant) -> Outcome {
         grouped(*variants as u64),
         became.join(", "),
         if *found > 0 { format!("; {found} rows found") } else { String::new() },
+        // Rows of earlier runs took no time in this one.
         (variants - found) as f64 / seconds.max(1e-3),
     );
     if *on_front > 0 {

@@ -82,6 +82,7 @@ fn parent(words: &[String]) -> Result<bool, Failed> {
     let targets: Vec<Target> =
         TARGETS.into_iter().filter(|target| is_wanted(target.name)).collect();
     let with_command = is_wanted(COMMAND);
+    // Without the other, either part gets the whole budget.
     let for_command = match (with_command, targets.is_empty()) {
         (false, _) => 0.0,
         (true, true) => 1.0,

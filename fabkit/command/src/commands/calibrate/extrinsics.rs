@@ -25,6 +25,7 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
     let camera = read_camera(&args.camera)?;
     let landmarks = match &args.landmarks {
         Some(path) => read_landmarks(path)?,
+        // A named fixture may have other pins than the sensor's dome or plate.
         None => match args.fixture.as_deref() {
             None => own_landmarks(args)?,
             fixture => {

@@ -35,6 +35,7 @@ pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<
         Some(path) => read_landmarks(path)?,
         None => own()?,
     };
+    // In order of precedence: the option, the landmarks, the sensor's own fixture.
     let told = args.pin_radius.or(Some(landmarks.tip_radius_mm).filter(|radius| *radius > 0.0));
     let pin_radius_mm = match told {
         Some(radius_mm) => radius_mm,

@@ -97,7 +97,7 @@ fn found(place: &Path) -> Found {
     match reading::read(place, expected) {
         Ok(bytes) => Found::File(bytes),
         Err(ReadError::TooLarge { .. }) => Found::Other,
-        // Other read errors, such as a missing file or a folder: the write itself reports them.
+        // A missing file is no obstacle. Other errors, such as a folder in its place, are reported by the write itself.
         Err(_) => Found::Nothing,
     }
 }

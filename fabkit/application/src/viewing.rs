@@ -153,7 +153,7 @@ mod tests {
             assert_eq!(rays(sensor).is_some(), !sensor.sight.is_empty(), "{name}");
             let Some(touch) = &sensor.touch else { continue };
             let pressed = pressed(sensor, touch).unwrap();
-            // In the colors of the scale: the deepest place has the last one, what rests has the first.
+            // The deepest point has the last colour of the scale, and the surface at rest the first.
             let has = |value: f64| {
                 let color = scale_color(value, [0.0, pressed.deep_mm]);
                 let near = |c: &[u8; 3]| c.iter().zip(color).all(|(a, b)| a.abs_diff(b) <= 12);

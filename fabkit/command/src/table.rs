@@ -92,7 +92,7 @@ mod tests {
         let row = |a: &str, b: &str| vec![a.to_owned(), b.to_owned()];
         let text = table(&[Align::Left, Align::Right], &[row("part", "n"), row("µ", "12")]);
         assert_eq!(text, "part   n\nµ     12\n");
-        // Characters as wide as two.
+        // Characters that are two columns wide.
         let text = table(&[Align::Left, Align::Right], &[row("外殻", "1"), row("base", "12")]);
         assert_eq!(text, "外殻   1\nbase  12\n");
     }

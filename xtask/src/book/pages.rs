@@ -216,7 +216,7 @@ mod tests {
     use super::*;
     use crate::book::markdown;
 
-    /// Runs a page in an empty folder; `true` and `false` stand in for the command.
+    /// Runs a page in an empty folder, with `true` and `false` in place of the command.
     fn run(text: &str) -> Result<usize, String> {
         let folder =
             env::temp_dir().join(format!("fabkit-book-{}-{:p}", std::process::id(), text.as_ptr()));

@@ -376,7 +376,8 @@ mod tests {
     use crate::calibrating::extrinsics::landmarks_of;
     use crate::fixtures;
 
-    /// R-Tac0's dome is round, its camera looks along the axis: pins at one height have one mark, and what light changes of it.
+    /// R-Tac0 is rotationally symmetric about the camera's axis, so pins at one height have equal offsets, with equal
+    /// derivatives by light.
     #[test]
     fn pins_at_one_height_have_one_mark() {
         let project = fixtures::load("rtac0", builtin_yaml("rtac0").unwrap(), &[]).unwrap();
@@ -416,7 +417,8 @@ mod tests {
             assert!(most > 0.0, "{values:?}");
             most - least
         };
-        // A mark is cut at half its contrast by whole pixels: some hundredths of a pixel, in each of the two that are compared.
+        // Marks are thresholded at half their contrast in whole pixels, which costs some hundredths of a pixel in each of
+        // the two compared values.
         const PIXELS: f64 = 0.06;
         assert!(spread(&|offset| offset.by_px.norm()) < PIXELS);
         assert!(spread(&|offset| offset.by_light[0].norm() * MORE_SCATTER.ln()) < PIXELS);

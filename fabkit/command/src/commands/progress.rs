@@ -86,7 +86,7 @@ mod tests {
     use std::io;
     use std::sync::{Arc, Mutex};
 
-    /// A terminal that remembers what was written since its line was cleared.
+    /// Terminal that records what was written since its line was last cleared.
     #[derive(Clone, Debug, Default)]
     struct Screen(Arc<Mutex<String>>);
 

@@ -417,8 +417,8 @@ mod tests {
             assert!(most > 0.0, "{values:?}");
             most - least
         };
-        // Marks are thresholded at half their contrast in whole pixels, which costs some hundredths of a pixel in each of
-        // the two compared values.
+        // Marks are thresholded at half their contrast in whole pixels, which costs some hundredths of a pixel in each
+        // of the two compared values.
         const PIXELS: f64 = 0.06;
         assert!(spread(&|offset| offset.by_px.norm()) < PIXELS);
         assert!(spread(&|offset| offset.by_light[0].norm() * MORE_SCATTER.ln()) < PIXELS);

@@ -1,12 +1,12 @@
 //! Application layer of fabkit: from the description of a sensor to files.
 //!
 //! The `fabkit` command, the Python package and other programs use fabkit through this crate. It loads designs
-//! ([`source`]), makes all their files ([`exporting`], [`pictures`]), casts ground truth ([`scene`], [`ground_truth`]),
-//! presses soft layers ([`pressing`]), makes data sets and sweeps ([`dataset`], [`sweeping`]; their folders survive a
-//! killed process: [`resumable`]), calibrates ([`calibrating`]), compares with other geometry kernels ([`verifier`])
-//! and verifies its own folders ([`rereading`]). [`staging`] is the only place that writes files, [`reading`] the only one
-//! that reads files of other origin. Failures are an [`Error`], typed down to their values. Options, exit codes and
-//! terminals are unknown here. The crates below are re-exported.
+//! ([`source`]), makes all their files ([`exporting`], [`pictures`]), casts ground truth ([`scene`],
+//! [`ground_truth`]), presses soft layers ([`pressing`]), makes data sets and sweeps ([`dataset`], [`sweeping`]; their
+//! folders survive a killed process: [`resumable`]), calibrates ([`calibrating`]), compares with other geometry
+//! kernels ([`verifier`]) and verifies its own folders ([`rereading`]). [`staging`] is the only place that writes
+//! files, [`reading`] the only one that reads files of other origin. Failures are an [`Error`], typed down to their
+//! values. Options, exit codes and terminals are unknown here. The crates below are re-exported.
 //!
 //! ```
 //! use fabkit_application::exporting::{ExportOptions, Format, export};

@@ -1,4 +1,4 @@
-//! How deep a grey value is, where light shows how thick layers are: as with a ball on a real unit.
+//! Tables of depth by intensity for lightings that show thickness, as measured with a ball on a real unit.
 
 use fabkit_export::{Values, npy};
 use fabkit_files::Error;
@@ -11,7 +11,7 @@ use super::super::layers::LayerScene;
 use super::super::thins::{BALL_MM, Place, Thins};
 use super::{OpticsPack, array, at_rest, background_png, file, npz_file};
 
-/// So much brighter than at rest the table begins, grey.
+/// Gain of intensity over rest at which the table begins.
 const BRIGHTER: i32 = 32;
 
 pub(super) fn pack(
@@ -68,8 +68,8 @@ pub(super) fn pack(
 }
 
 impl LayerScene<'_> {
-    /// By how much thinner layers are, mm, where they are [`BRIGHTER`] grey brighter than at rest, one less, and so on, to
-    /// where nothing is left of them.
+    /// Returns the loss of the layers' thickness, mm, by loss of intensity in steps of 1: from [`BRIGHTER`] above the
+    /// intensity at rest down to where no layer is left.
     fn thinner_mm(&self, (point, outward): &Place) -> Vec<f64> {
         let (law, layer_grey) = (self.constants.layer(), self.constants.layer_grey.value);
         let [path_mm, _] = self.scene.paths_mm(point, outward, 0.0);

@@ -93,6 +93,7 @@ impl Dent {
         let mut deepest_mm = [0.0; RINGS];
         for (far_mm, depth_mm) in feet() {
             let within = ((far_mm / ring_mm) as usize).min(RINGS - 1);
+            // A depth counts for its ring and all inner ones, which makes each entry a maximum outwards.
             deepest_mm[..=within].iter_mut().for_each(|known| *known = depth_mm.max(*known));
         }
         Some(Self { centre: Point3::from(centre), radius_mm, ring_mm, deepest_mm })
@@ -302,6 +303,7 @@ impl<'a> CoatScene<'a> {
             for (at, share) in &around {
                 for (beam, part) in at[block].iter().zip([1.0 - share_deep, share_deep]) {
                     let share = share * part;
+                    // On the surface at rest the deep half of the table is skipped.
                     if share == 0.0 {
                         continue;
                     }
@@ -313,6 +315,7 @@ impl<'a> CoatScene<'a> {
             for (lane, color) in colors.iter().enumerate() {
                 let [x, y, z] = &arrives;
                 let arrives = Vector3::new(x[lane], y[lane], z[lane]);
+                // Light from behind the surface, or none at all.
                 if facing.dot(&arrives) >= 0.0 {
                     continue;
                 }
@@ -373,6 +376,7 @@ impl<'a> CoatScene<'a> {
                     |peg: &Peg| (peg.centre + peg.radius_mm * peg.axis - at).norm() < peg.radius_mm;
                 if pegs.near(&at).any(is_in) {
                     let [_, dark] = &self.constants.marks;
+                    // The shading below uses the coat's diffuse reflectance, so the dark one is set relative to it.
                     send = dark.value / self.coat.diffuse;
                 }
             } else {

@@ -192,8 +192,10 @@ impl LightConstants {
             Shows::Marks { .. } => self.marks.iter().chain([&self.bounce]).collect(),
             Shows::Columns { .. } => self.marks.iter().chain([&self.dye_per_mm]).collect(),
         };
+        // These matter whatever the lighting shows.
         all.extend([&self.beside_grey, &self.read_noise, &self.shot_noise, &self.drift]);
         match shows {
+            // Marker lightings are exposed for the brightest marker, others for the middle of the surface.
             Shows::Marks { .. } | Shows::Columns { .. } => all.push(&self.mark_grey),
             _ => all.extend(&self.middle_grey),
         }
@@ -207,6 +209,7 @@ impl LightConstants {
             * (self.ground_grey.value + self.layer_grey.value * self.layer().reflectance(path_mm));
         match &self.middle_grey {
             Some(middle) if sent > 0.0 => middle.value / sent,
+            // Constants of a unit already contain its exposure.
             _ => 1.0,
         }
     }

@@ -43,6 +43,7 @@ pub fn document(
     capturing: &Capturing<'_>,
     captured: &Captured,
 ) -> Value {
+    // Rays that meet no layer have NaN.
     let known = captured.thickness_mm.iter().filter(|mm| mm.is_finite());
     let ends = |[low, high]: [f64; 2], mm: &f64| [low.min(*mm), high.max(*mm)];
     let thickness = known.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
@@ -69,6 +70,7 @@ pub fn document(
         "jpeg_quality": capturing.jpeg_quality(&project.design.sensor),
         "range_grey": captured.range_grey(),
         "shown": captured.shown,
+        // Without any finite thickness the range is still inverted, and null is written.
         "thickness_mm": (thickness[0] <= thickness[1]).then_some(thickness),
         "lamps": captured.lamps,
         "marks": marks(captured),

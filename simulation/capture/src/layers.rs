@@ -76,6 +76,7 @@ impl<'a> LayerScene<'a> {
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
         let scene = Scene::of(sensor, lighting, constants)?;
+        // The middle gets its intensity first; then everything is dimmed if another place would be white.
         let exposure = scene.middle().map_or(1.0, |[lit, mm]| constants.exposure(lit, mm))
             * constants.dimmer(scene.brightest());
         Ok(Self { scene, constants, exposure, ray_mm: None, at_rest: None })

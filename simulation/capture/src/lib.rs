@@ -424,6 +424,7 @@ impl Capturing<'_> {
             let rows = (0..samples).map(|row| first + row * width * samples);
             let all = rows.flat_map(|begin| &light[begin..begin + samples]);
             let mean = all.map(|light| light[channel]).sum::<f64>() / (samples * samples) as f64;
+            // The index makes the noise of each value independent of threads and order.
             stepped(chip.records(mean + drift_grey, seed, i as u64))
         };
         (0..width * height * channels).into_par_iter().map(value).collect()
@@ -471,6 +472,7 @@ pub fn ray_mm(map: &DepthMap<'_>) -> f64 {
     use fabkit_depth::truth::NO_LABEL;
     let places: Vec<_> = map.point_in_sensor().collect();
     let width = map.width_px() as usize;
+    // Pairs across the surface's outline have no distance on it.
     let both = |pair: &[usize; 2]| pair.iter().all(|i| map.label()[*i] != NO_LABEL);
     let beside = (1..places.len()).filter(|i| i % width != 0).map(|i| [i - 1, i]).filter(both);
     let mut apart: Vec<f64> = beside.map(|[a, b]| (places[b] - places[a]).norm()).collect();

@@ -65,6 +65,7 @@ impl<'a> Scene<'a> {
         let points = SurfacePoints::new(touch).map_err(Error::bug)?;
         let inner_mm = |point: &Point3<f64>, outward: &Vector3<f64>| {
             let extent = solids.extent((point, outward), &mut Scratch::default(), &mut Vec::new());
+            // Light arrives from inside, so irradiance is computed at the innermost face.
             extent.map_or(0.0, |[_, to]| to)
         };
         let lit = Lit::new(&points, &emitters, inner_mm, constants.bounce.value, slanted_in);
@@ -177,6 +178,7 @@ impl Solids {
         for (from, to, _) in self.stretches(&ray, scratch) {
             match &mut extent {
                 None => extent = Some([from, to]),
+                // Touching or overlapping layers continue the extent; the first gap ends it.
                 Some([_, last]) if from - *last < TOUCHING_MM => *last = last.max(to),
                 Some(_) => break,
             }

@@ -142,6 +142,7 @@ impl Capturing<'_> {
         }
         let spacing_mm = match self.cast.contact {
             Contact::Linear(Linear { spacing_mm, .. }) => spacing_mm,
+            // Other contact models carry no spacing; the default applies.
             _ => None,
         };
         let stack = LiquidStack::of(sensor, spacing_mm.unwrap_or(SPACING_MM));

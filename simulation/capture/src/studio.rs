@@ -36,15 +36,18 @@ impl<'a> Studio<'a> {
         contact: Contact,
     ) -> Result<Self, Error> {
         let sensor = &scene.project.design.sensor;
+        // The surface was cast with several rays per pixel; their number follows from the sizes.
         let samples = surface.rays().width_px() / scene.viewpoint.camera().width_px();
         let cast = Cast { samples, ..Cast::at_rest(contact) };
         let capturing = Capturing { cast, lighting, constants, seed: None };
+        // Checked as if pressed: captures of presses will follow.
         capturing.check(sensor, false, contact)?;
         let mut painter = Painter::of(sensor, lighting, constants)?;
         match &mut painter {
             Painter::Layers(layers) => layers.prepare(&surface.untouched()),
             Painter::Coat(coat) => coat.prepare(&surface.untouched()),
             Painter::Marks(marks) => marks.prepare(&scene.viewpoint, samples)?,
+            // Glow is rendered anew each time.
             Painter::Glow(_) => {}
         }
         let lens = LensEffects::of(sensor, lighting, &scene.viewpoint, samples)?;

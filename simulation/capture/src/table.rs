@@ -83,9 +83,11 @@ impl Plan {
             }
         };
         let row = row.clamp(0.0, rows as f64 - 1e-9);
+        // Just below the last index, so that the upper neighbour exists.
         let column = column.clamp(0.0, last as f64 - 1e-9);
         let (i, j) = (row as usize, column as usize);
         let (by_row, by_column) = (row - i as f64, column - j as f64);
+        // On a dome the last column's neighbour is the first one.
         let at = |i: usize, j: usize| i * columns + j % columns;
         [
             (at(i, j), (1.0 - by_row) * (1.0 - by_column)),

@@ -70,12 +70,14 @@ impl Taken {
     /// Returns an error for a file that cannot be read, or holds no usable image.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let bytes = reading::read(path, PICTURE)?;
+        // Images of captures report the same errors as those of calibrations.
         let wrong = |error: PictureError| {
             let source = error.into();
             Error::from(PinCaptureError::Picture { file: path.display().to_string(), source })
         };
         let Picture { width_px, height_px, channels, values } =
             fabkit_picture::read(&bytes, MAX_PIXELS).map_err(wrong)?;
+        // `get` scales 8-bit and 16-bit values alike to 0 to 1.
         let values = (0..values.len()).filter_map(|i| values.get(i)).collect();
         let size_px = [width_px, height_px].map(|px| px as usize);
         Ok(Self { size_px, channels: channels as usize, values })
@@ -88,6 +90,7 @@ impl Taken {
             3 => {
                 colors.iter().map(|color| (0..3).map(|k| BRIGHTNESS[k] * color[k]).sum()).collect()
             }
+            // A greyscale image is its own luminance.
             _ => self.values,
         }
     }

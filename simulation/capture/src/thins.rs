@@ -55,6 +55,7 @@ impl Thins {
                 (middle_of(touch).map(|place| (0.0, place)).into_iter().collect(), None)
             }
         };
+        // One setup serves all places.
         let ready = Ready::for_all(sensor, None, false, threads())?;
         let pressed = |(polar_deg, at): (f64, Place)| {
             let thins = thins(layers, touch, &ready, &at)?;
@@ -93,6 +94,7 @@ fn thins(
     (point, outward): &Place,
 ) -> Result<f64, Error> {
     let depth_mm = PRESSED * touch.soft_mm();
+    // The ball's lowest point then lies `depth_mm` below the surface.
     let centre = point + (BALL_MM - depth_mm) * outward;
     let ball = PressBody {
         name: "ball".to_owned(),
@@ -103,5 +105,6 @@ fn thins(
     let outwards_mm = answer.outwards_mm(point, outward);
     let lower = answer.lower_face(layers.scene.innermost());
     let lower_mm = lower.map_or(0.0, |lower| lower.outwards_mm(point));
+    // Both displacements are along the normal: the layer loses the surface's minus the lower face's.
     Ok(1.0 - lower_mm / outwards_mm)
 }

@@ -78,6 +78,7 @@ impl Grid {
     fn add_pairs(&self, normals: &[Vector3<f64>], known: &[bool], equations: &mut Equations) {
         for (i, node) in self.nodes.iter().enumerate() {
             let Some(node) = node else { continue };
+            // Each pair is visited once, from its left or upper node.
             let right = (i % self.columns + 1 < self.columns).then_some(i + 1);
             for j in right.into_iter().chain([i + self.columns]) {
                 let Some(Some(other)) = self.nodes.get(j) else { continue };

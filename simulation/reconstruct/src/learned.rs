@@ -124,6 +124,7 @@ impl DepthNetwork {
         };
         let network = Network::read(&bytes).map_err(wrong)?;
         let path = Self::card_of(file);
+        // A network named `.json` cannot have a card of the same name.
         let card = match path.exists() && path != file {
             true => Some(read_card(&path)?),
             false => None,
@@ -184,6 +185,7 @@ fn read_card(path: &Path) -> Result<Card, Error> {
     }
     let card: Card =
         serde_json::from_value(value).map_err(|error| wrong(format!("has {error}")))?;
+    // Unusable values are refused here, so that errors name the card's file.
     let Normalisation { blur_px, blur_sigma_px, offset_grey, maximum_grey, .. } = card.input;
     if blur_px % 2 == 0 || blur_px > MOST_BLUR_PX {
         return Err(wrong(format!(
@@ -231,10 +233,12 @@ impl Learned {
     pub fn new(known: &DepthNetwork, scene: &SensorView, reference: &[f32]) -> Result<Self, Error> {
         let DepthNetwork { network, card, .. } = known;
         let threads = rayon::current_num_threads() as u64;
+        // Each thread has buffers of its own.
         memory::admit("this network", threads * network.bytes_a_thread(), Less::Network)?;
         let columns = scene.viewpoint.camera().width_px() as usize;
         let input = card.as_ref().map_or(Normalisation::PUBLISHED, |card| card.input);
         let published = Some(Circle { center_px: None, radius_px: PUBLISHED_MASK_PX });
+        // A card without a mask means the whole image; only without a card the published mask applies.
         let mask = card.as_ref().map_or(published, |card| card.mask);
         let blur = weights(input.blur_px, input.blur_sigma_px);
         let mut at_rest = blurred(reference, columns, &blur);
@@ -265,12 +269,14 @@ impl Learned {
         let Normalisation { offset_grey, maximum_grey, .. } = self.input;
         let compared = self.compared.as_ref();
         let brighter = compared.map_or(1.0, |compared| brighter(compared, picture));
+        // The image is divided by its relative brightness.
         let scale = brighter.recip();
         let mut input = blurred(picture, self.columns, &self.blur);
         for (grey, at_rest) in input.iter_mut().zip(&self.at_rest) {
             *grey =
                 (at_rest - scale * *grey - offset_grey).max(0.0).min(maximum_grey) / maximum_grey;
         }
+        // The network is only run there.
         let contact = input.iter().map(|input| *input > 0.0).collect();
         let mut depth_mm = self.network.run_touched(&input, self.columns).map_err(Error::bug)?;
         depth_mm.iter_mut().for_each(|depth| *depth *= self.output_mm);

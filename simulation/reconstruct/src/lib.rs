@@ -74,6 +74,7 @@ impl Reconstructed {
         let pressed = self.depth_mm.iter().zip(&self.contact).filter(|(_, contact)| **contact);
         let mut pressed: Vec<f32> = pressed.map(|(mm, _)| *mm).collect();
         pressed.sort_by(f32::total_cmp);
+        // The subtraction fails for an empty list alone.
         let last = pressed.len().checked_sub(1 + pressed.len() / 1000)?;
         Some(pressed[last])
     }
@@ -180,11 +181,13 @@ impl Reconstructor {
     /// Returns the errors of [`Self::reconstruct`].
     pub fn pictures_per_s(&self, file: &Path, picture: &Taken) -> Result<f64, Error> {
         const RUNS: usize = 5;
+        // Reconstruction is parallel otherwise.
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(Error::bug)?;
         let mut fastest_s = f64::INFINITY;
         for _ in 0..RUNS {
             let picture = picture.clone();
             let start = Instant::now();
+            // The result must not be optimised away.
             std::hint::black_box(one.install(|| self.reconstruct(file, picture))?);
             fastest_s = fastest_s.min(start.elapsed().as_secs_f64());
         }
@@ -211,6 +214,7 @@ pub fn npz_of(
 ) -> Result<Vec<u8>, Error> {
     let array = |name: &str, values| Array {
         name: name.to_owned(),
+        // NumPy counts rows first.
         shape: vec![size_px[1], size_px[0]],
         values,
     };

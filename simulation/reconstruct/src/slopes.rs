@@ -134,6 +134,7 @@ impl Slopes {
             soft_mm: touch.soft_mm(),
             grid,
         };
+        // `own` must exist before its light, since predictions use its coat and grid.
         let grey = own.grey(reference);
         let nodes = own.grid.nodes.clone();
         let first = nodes.iter().flatten().next();
@@ -210,6 +211,7 @@ impl Slopes {
         let depth_mm = self.of_pixels(&nearer_mm);
         let contact = depth_mm.iter().map(|mm| *mm > CONTACT_MM as f32).collect();
         let middle = median(self.lit.iter().flatten().map(|lit| lit.grey[1]).collect());
+        // The offset counts relative to the median green intensity.
         let brighter = (times + plus / middle) as f32;
         Reconstructed { depth_mm, contact, brighter }
     }
@@ -217,6 +219,7 @@ impl Slopes {
     /// Returns the predicted light of a node with the normal `facing`, at `nearer_mm` towards the camera.
     fn sent(&self, node: &Node, lit: &Lit, facing: &Vector3<f64>, nearer_mm: f64) -> Rgb {
         let place = node.place - nearer_mm * node.direction;
+        // Irradiance is interpolated between the surface at rest and the depth of the soft layers.
         let deep = (self.touch.depth_mm(&place).0 / self.soft_mm).clamp(0.0, 1.0);
         let mut sum = self.bounced;
         for ([at_rest, lower], color) in lit.arrives.iter().zip(&self.colors) {
@@ -249,6 +252,7 @@ impl Slopes {
         let mut at = rest;
         for _ in 0..STEPS {
             let off = miss(&at);
+            // The Jacobian, by forward differences.
             let by = |k: usize| (miss(&(at + NUDGE * Vector3::ith(k, 1.0))) - off) / NUDGE;
             let slopes = Matrix3::from_columns(&[by(0), by(1), by(2)]);
             let square = slopes.transpose() * slopes + Matrix3::from_diagonal(&hold);
@@ -256,6 +260,7 @@ impl Slopes {
             let Some(step) = square.cholesky().map(|square| square.solve(&towards)) else { break };
             at -= step;
             let steep = at[0].hypot(at[1]);
+            // Keeps the direction of the slope and limits its steepness.
             if steep > STEEPEST {
                 at[0] *= STEEPEST / steep;
                 at[1] *= STEEPEST / steep;
@@ -274,10 +279,12 @@ impl Slopes {
         let both = lit.filter_map(|(lit, grey)| Some((lit.as_ref()?.grey, grey)));
         let pairs: Vec<[f64; 2]> =
             both.flat_map(|(rest, now)| [0, 1, 2].map(|k| [rest[k], now[k]])).collect();
+        // The median difference is a start that a press does not disturb.
         let mut drift = [1.0, median(pairs.iter().map(|[rest, now]| now - rest).collect())];
         for _ in 0..DRIFT_STEPS {
             let weigh = |[rest, now]: &[f64; 2]| {
                 let off = (now - drift[0] * rest - drift[1]) / STILL_GREY;
+                // The square root of the Cauchy weight, since rows are squared.
                 let root = (1.0 + off * off).sqrt().recip();
                 ([root * rest, root], root * now)
             };
@@ -293,6 +300,7 @@ impl Slopes {
     fn around(&self, still: &[bool]) -> Vec<bool> {
         let columns = self.grid.columns;
         let is_one = |i: usize| still[i] && self.grid.nodes[i].is_some();
+        // Flood fill; region 0 means none.
         let mut region = vec![0usize; still.len()];
         let mut sizes = vec![0usize];
         for first in 0..still.len() {

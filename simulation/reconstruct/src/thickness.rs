@@ -74,6 +74,7 @@ impl Thickness {
             let mut laws = Laws::default();
             for ((seen, cosine), value) in at_rest.iter().zip(cosines).zip(reference) {
                 let grey = f64::from(WHITE * value);
+                // Too dark pixels and those without a layer get the neutral entry.
                 laws.push(seen.filter(|_| grey >= LEAST_GREY).map(|seen| {
                     let back = law.reflectance(seen.path_mm);
                     let most_mm = seen.thick_mm / thins.at(&seen.place) / cosine;
@@ -122,6 +123,7 @@ impl Thickness {
                     *sum += value;
                 }
             }
+            // The square around `middle` is complete once its last row has been summed.
             let Some(middle) = row.checked_sub(AROUND).filter(|middle| *middle >= AROUND) else {
                 continue;
             };

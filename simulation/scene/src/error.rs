@@ -127,6 +127,7 @@ impl Explained for SceneError {
             Self::Hidden { lost } => {
                 let pose =
                     "is the pose `camera_from_sensor`, and from the camera's place in this design?";
+                // Refraction cannot be cured by a clear material or a wider opening.
                 let by = lost.first().map(|(by, _)| by).filter(|by| *by != REFRACTION);
                 return Some(by.map_or(pose.to_owned(), |by| {
                     format!(
@@ -182,6 +183,7 @@ pub fn unknown_hint(id: &str, known: &[String], place: &str) -> String {
         |tool: &str| format!("an indenter and its place are written like `{tool}{place}`");
     let unknown = UnknownName::new("press", id, known.iter().map(String::as_str));
     match &unknown.closest {
+        // A known name that ends with `@` is an indenter that still needs a place.
         Some(closest) if closest.ends_with('@') => written(closest),
         Some(_) => unknown.hint(),
         None => {

@@ -215,6 +215,7 @@ impl SensorView {
         // The transition of a membrane couples rows at any distance, so all rows are cast at once.
         let is_whole = cast.contact.membrane_mm() > 0.0;
         // Bands end where tiles do, so that rays are bundled exactly as in a cast of the whole image.
+        // Wide images still get one row of tiles per band.
         let band = (BAND_RAYS / width / TILE * TILE).max(TILE);
         let rows = if is_whole { height } else { band.min(height) };
         let at_once = u64::from(width) * u64::from(rows);
@@ -226,6 +227,7 @@ impl SensorView {
         let per_ray = per_ray + if self.is_unsure_behind_bends() { BENT_BYTES } else { 0 };
         memory::admit(
             &format!("casting {width} x {height} rays for these files"),
+            // `look` keeps its data of all rays, but only one band is cast at a time.
             kept * rays + per_ray * at_once,
             Less::Rays,
         )
@@ -255,6 +257,7 @@ impl SensorView {
     /// Returns the solver of the soft layers, or `None` if nothing presses or contact is not elastic. Solvers for
     /// several bodies are kept for later casts; a single body gets a mesh refined at its contact.
     fn ready(&self, cast: &Cast) -> Result<Option<Arc<Ready>>, Error> {
+        // Rigid and membrane contact have no tangential degrees of freedom, so a shear would be ignored silently.
         let Contact::Linear(linear) = cast.contact else {
             return match cast.shear_mm == [0.0; 2] {
                 true => Ok(None),
@@ -268,9 +271,11 @@ impl SensorView {
         }
         let sensor = &self.project.design.sensor;
         let spacing_mm = linear.spacing_mm;
+        // A single body gets a mesh for its own contact, which no other press can reuse.
         if let [_] = &bodies[..] {
             return Ok(Some(Arc::new(Ready::for_press(sensor, &bodies, spacing_mm, threads())?)));
         }
+        // The lock is held during setup: concurrent casts wait for one solver instead of each building its own.
         let mut kept = self.layers.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((of_mm, ready)) = &*kept
             && *of_mm == spacing_mm
@@ -292,6 +297,7 @@ impl SensorView {
                     presses.iter().flat_map(|press| press.bodies.clone()).collect();
                 let touch = self.touch()?;
                 match ready.answer(touch, &bodies, cast.shear_mm, linear.friction) {
+                    // Without contact the surface stays at rest, as in a cast without presses.
                     Err(error) if error.is_no_contact() && cast.allow_no_contact => None,
                     answer => Some(answer?),
                 }
@@ -299,6 +305,7 @@ impl SensorView {
             _ => None,
         };
         if let Some(answer) = &answer {
+            // The map must show the indenters where the solution left them.
             let way = Pose::translation(answer.way_mm.x, answer.way_mm.y, answer.way_mm.z);
             for body in presses.iter_mut().flat_map(|press| &mut press.bodies) {
                 body.sensor_from_body = way.then_in(body.sensor_from_body);
@@ -322,6 +329,7 @@ impl SensorView {
             Some(answer) => surface.yielded(pressers, answer, true),
             None => surface.pressed(pressers),
         };
+        // Rigid contact of the same final poses is the reference.
         let gap = answer.as_ref().map(|_| ContactGap::of(&contact, &surface.pressed(pressers)));
         let deepest = deepest(&contact, touch);
         let map = contact.with_membrane(cast.contact.membrane_mm());
@@ -378,6 +386,7 @@ impl SensorView {
 /// Returns an error for a value outside its limits, and for NaN.
 pub fn within(name: &'static str, value_mm: f64, limits_mm: [f64; 2]) -> Result<(), SceneError> {
     let [least, most] = limits_mm;
+    // NaN is in no range and is refused as well.
     if (least..=most).contains(&value_mm) {
         return Ok(());
     }

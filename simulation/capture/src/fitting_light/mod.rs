@@ -280,6 +280,7 @@ impl FittingLight<'_> {
             let patch = |ring: &RingPlace| {
                 let (point, _) = dome.towards(ring.polar_rad, 0.0).ok_or(FitLightError::NoFit)?;
                 let [least, most] = DEPTH_LIMITS.map(|part| part * soft_mm);
+                // All rings are shifted by the same difference, within what the soft layers allow.
                 let depth_mm = (ring.stated_mm + deeper_mm).clamp(least, most);
                 let paths_mm =
                     |rest: &_, outward: &_, gains_mm| scene.paths_mm(rest, outward, gains_mm);
@@ -288,6 +289,7 @@ impl FittingLight<'_> {
             };
             let patches = rings.iter().map(patch).collect::<Result<Vec<_>, Error>>()?;
             let fit = Fit { profiles: &profiles, ring_of: &ring_of, patches, rest: &rest };
+            // A depth without a converging fit is skipped.
             let Some(values) = fit.solve() else { continue };
             fits.push(OfDepth { depth_mm, values, fit });
         }

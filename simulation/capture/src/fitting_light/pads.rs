@@ -92,6 +92,7 @@ impl Shape {
     /// Finds the features in means over bins of `bin_mm`.
     fn of(darker: &[f64], bin_mm: f64) -> Self {
         let at = |bin: f64| (bin + 0.5) * bin_mm;
+        // The contact's edge is the first change of sign from darker to brighter, interpolated between two bins.
         let crossing = darker.windows(2).position(|pair| pair[0] > 0.0 && pair[1] <= 0.0);
         let edge = crossing.map(|k| k as f64 + darker[k] / (darker[k] - darker[k + 1]));
         let beyond = crossing.map_or(darker.len() - 1, |k| k + 1);
@@ -293,6 +294,7 @@ impl Fit<'_> {
         let step_mm = depths[1] - depths[0];
         let at = ((depth_mm - depths[0]) / step_mm).clamp(0.0, (depths.len() - 1) as f64);
         let from = (at as usize).min(depths.len() - 2);
+        // Two-stream reflectance depends on scattering times path, so a slanted path acts like stronger scattering.
         let law = TwoStream { scatter_per_mm: scatter_per_mm * profile.slant };
         // The patches were simulated with the irradiance in the pad's middle.
         let layer_grey = layer_grey * self.lit[capture] / self.model.lit;

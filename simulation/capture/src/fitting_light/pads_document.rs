@@ -91,6 +91,7 @@ fn unexplained(fitted: &FittedPads) -> Vec<String> {
             fitted.reference_rms_grey
         ));
     }
+    // An intensity from elsewhere at its lower limit means that the model explains all light by the layer.
     if fitted.values[1] < 1.0 {
         found.push("the picture at rest is no brighter than the layer makes it: nothing comes from elsewhere".to_owned());
     }

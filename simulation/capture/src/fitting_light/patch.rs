@@ -89,6 +89,8 @@ impl Patch {
             let rest = beside + depth_mm * outward;
             let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&rest));
             let outwards_mm = answer.outwards_mm(&rest, &outward);
+            // A place that is pressed in (negative outwards displacement) is closer to the rays' origin and looks
+            // larger.
             let larger = 1.0 - outwards_mm * raster.nearer_per_mm;
             (paths_mm(&rest, &outward, outwards_mm - lower_mm), larger)
         });
@@ -106,6 +108,7 @@ impl Patch {
         let weights: Vec<f64> = (0..=MOST_SPREAD)
             .map(|k| (-0.5 * (k as f64 * step_mm / spread_mm.max(1e-3)).powi(2)).exp())
             .collect();
+        // The sum of the truncated kernel normalises it.
         let all = 2.0 * weights[1..].iter().sum::<f64>() + weights[0];
         // The Gaussian is separable: rows are filtered first, then columns. Places beyond the border repeat the last
         // one.

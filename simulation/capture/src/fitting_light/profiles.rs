@@ -56,6 +56,7 @@ impl Profile {
             u.hypot(v)
         };
         let reach_mm = BINS as f64 * BIN_MM;
+        // An upper bound of the profile's extent in pixels limits the loops below.
         let reach_px = reach_mm * a.norm().max(b.norm());
         let (mut sums, mut counts) = ([0.0; BINS], [0; BINS]);
         let at = observation.pixel;
@@ -75,6 +76,7 @@ impl Profile {
             }
         }
         let darker = std::array::from_fn(|bin| sums[bin] / counts[bin] as f64);
+        // Bins with too few pixels mean that the image ends within the profile.
         let is_whole = counts.iter().all(|count| *count >= LEAST_PIXELS);
         is_whole.then_some(Self {
             capture: observation.contact.capture,

@@ -103,6 +103,7 @@ impl Live {
     /// Returns an error for an unknown lighting, a sensor without soft layers, and rays or nodes beyond their limits.
     pub fn new(scene: Arc<SensorView>, options: LiveOptions) -> Result<Self, Error> {
         let (asks, asked) = mpsc::channel();
+        // The thread reports its data or the error of its setup once, before it serves presses.
         let (begin, begun) = mpsc::sync_channel(1);
         thread::spawn(move || {
             let kept = keep(&scene, &options, |about, kept| {
@@ -171,6 +172,7 @@ fn keep(
     let size_px = scene.size_rays(samples)?.map(|side| (side / samples) as usize);
     let rays = scene.rays_of_rows(samples, 0..u32::MAX);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
+    // Presses may come anywhere and with shear.
     let ready = Ready::for_all(sensor, options.spacing_mm, true, threads())?;
     let studio = Studio::new(scene, &surface, lighting, &constants, contact)?;
     let mut document = studio.document();
@@ -209,6 +211,7 @@ impl Kept<'_> {
             body.sensor_from_body = way.then_in(body.sensor_from_body);
         }
         let pressers = pressers(&[moved]).map_err(Error::bug)?;
+        // Normals cost time and only shading by slopes needs them.
         let normals = self.studio.wants_normals();
         let map = self.surface.yielded_beyond(STILL_MM, &pressers, &answer, normals);
         self.shown(&map, Some(&answer), *seed)

@@ -83,6 +83,7 @@ impl LiveSkin {
         let stack = LiquidStack::of(sensor, spacing_mm.unwrap_or(SPACING_MM));
         let stack = stack.map_err(PressingError::from)?;
         let views = sensor.lightings.iter().map(|lighting| {
+            // Each lighting may have a camera of its own.
             let mut seen = sensor.clone();
             seen.camera = lighting.camera.clone().unwrap_or(seen.camera);
             let wrong = |error| SceneError::viewpoint(None, error);
@@ -143,6 +144,7 @@ impl LiveSkin {
             let is_of_columns = matches!(lighting.shows, Shows::Columns { .. });
             let presses = shown.iter().enumerate().map(|(i, one)| {
                 let moved = if is_of_columns { &one.columns } else { &one.marks };
+                // Presses get different noise.
                 (moved.clone(), wanted.seed.map(|seed| seed.wrapping_add(i as u64)))
             });
             let presses = presses.collect();

@@ -28,9 +28,11 @@ pub(super) fn pack(
     let curves: Vec<Vec<f64>> = places.iter().map(|place| layers.thinner_mm(&place.at)).collect();
     let longest = curves.iter().map(Vec::len).max().unwrap_or(0);
     let grey: Vec<f64> = (0..longest as i32).map(|k| f64::from(k - BRIGHTER)).collect();
+    // Curves end where no layer is left; NaN fills the rest of the rectangular table.
     let at = |curve: &[f64], k: usize| curve.get(k).copied().unwrap_or(f64::NAN);
     let rows = || curves.iter().map(|curve| (0..longest).map(|k| at(curve, k)));
     let thinner_mm: Vec<f64> = rows().flatten().collect();
+    // Depth is the loss of thickness divided by the loss per millimetre of indentation.
     let depth_mm = rows().zip(places).flat_map(|(row, place)| row.map(move |mm| mm / place.thins));
     let depth_mm: Vec<f64> = depth_mm.collect();
     let arrays = [
@@ -47,6 +49,7 @@ pub(super) fn pack(
         file("background.png", background_png(&picture)?),
         npz_file("grey_to_depth.npz", &arrays)?,
     ];
+    // 9DTact's own table starts at the intensity at rest and knows a single curve, so it only exists for pads.
     if let (TouchSurface::Plane(_), [curve]) = (touch, &curves[..]) {
         let deeper = curve[BRIGHTER as usize..].iter().map(|mm| mm / places[0].thins).collect();
         let table =

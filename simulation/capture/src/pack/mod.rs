@@ -74,6 +74,7 @@ fn at_rest(
 /// Converts an image to 8-bit red, green and blue.
 fn colors(picture: &Captured) -> Vec<u8> {
     let all = picture.grey.chunks(picture.channels);
+    // A greyscale pixel is repeated for the three colours.
     all.flat_map(|pixel| std::array::from_fn::<_, 3, _>(|k| pixel[k % pixel.len()]))
         .map(|value| value.round().clamp(0.0, 255.0) as u8)
         .collect()

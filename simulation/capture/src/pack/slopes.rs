@@ -89,6 +89,7 @@ pub(super) fn pack(
         Ok(())
     })?;
     let middle = picture.size_px.map(|px| f64::from(px) / 2.0);
+    // Shadows are rendered at the place nearest to the image's centre.
     let off = |spot: &&Spot| {
         let [x, y] = [0, 1].map(|k| spot.pixel[k] - middle[k]);
         x.hypot(y)

@@ -61,6 +61,7 @@ impl Evened {
             let mean = looks[begin..].iter().sum::<f32>() / (side * side) as f32;
             looks[begin..].iter_mut().for_each(|value| *value -= mean);
         }
+        // One norm for all colours keeps their relative contrast.
         let norm = looks.iter().map(|value| value * value).sum::<f32>().sqrt();
         (norm > 0.0).then(|| {
             looks.iter_mut().for_each(|value| *value /= norm);
@@ -89,6 +90,7 @@ impl Likeness {
         let middle = [0, 1].map(|k| self.at[k] + (by_px[k] * per_px).round() as isize);
         let reach = (BESIDE * pitch_px * per_px).round() as isize;
         let alike = |at: [isize; 2]| {
+            // Places without a full patch get the lowest correlation.
             evened.looks(at, self.half).map_or(-1.0, |looks| {
                 looks.iter().zip(&self.looks).map(|(a, b)| a * b).sum::<f32>()
             })

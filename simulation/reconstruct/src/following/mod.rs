@@ -131,6 +131,7 @@ impl MarkFollower {
             check_colors(file, reference)?;
         }
         let mut seen = sensor.clone();
+        // Refraction must be that of the camera of this lighting.
         seen.camera = lighting.camera.clone().unwrap_or(seen.camera);
         let sights = Sights::new(viewpoint.stack(&seen).map_err(SceneError::Light)?);
         let look = |places: &[_]| pixels_of(viewpoint, &sights, places);
@@ -163,6 +164,7 @@ impl MarkFollower {
         }
         let own = Self { size_px, is_colored, names, drawn_px, rest_px, mm_per_px, by };
         let [found, of] = [&own.rest_px, &own.drawn_px].map(|px| px.iter().flatten().count());
+        // Without expected markers the share is undefined; finding none is an error in any case.
         if found == 0 || (found as f64) < LEAST_FOUND * of as f64 {
             return Err(ReconstructError::FewMarks { file: file.to_owned(), found, of }.into());
         }
@@ -364,9 +366,11 @@ impl Spots {
         size_px: [usize; 2],
         reference: &Taken,
     ) -> Self {
+        // A marker without neighbours may move by a quarter of the image.
         let alone_px = 0.25 * size_px[0].min(size_px[1]) as f64;
         let drawn = Pattern::new(drawn_px.to_vec(), alone_px);
         let known = || drawn_px.iter().enumerate().filter_map(|(i, px)| Some((i, (*px)?)));
+        // The narrowest marker decides the resolution of the whole image.
         let narrowest_px = known().map(|(i, _)| radii_px[i]).fold(f64::INFINITY, f64::min);
         let scaling = Scaling::new(size_px, narrowest_px, sensor.grey_bits);
         let values = scaling.values(reference);
@@ -421,6 +425,7 @@ impl Spots {
             }
             _ => Vec::new(),
         };
+        // From now on the measured places replace the expected ones.
         let rest = Pattern::new(rest_px, alone_px);
         Self { looks, scaling, tells, sizes, rest, strengths }
     }

@@ -29,6 +29,7 @@ impl Scaling {
     pub(super) fn new(size_px: [usize; 2], narrowest_px: f64, grey_bits: u32) -> Self {
         let binned = ((narrowest_px / RADIUS_PX) as usize).clamp(1, MOST_BINNED);
         let finer = if narrowest_px < NARROW_PX { FINER } else { 1 };
+        // Incomplete bins at the right and lower border are dropped.
         let [columns, rows] = size_px.map(|px| px / binned * finer);
         // Stored images have eight bits, even if the chip has more.
         let grey_step = 1.0 / f64::from((1u32 << grey_bits.min(8)) - 1);
@@ -91,6 +92,7 @@ impl Scaling {
         }
         let [columns, rows] = [self.columns, self.rows].map(|count| count / self.finer);
         let between = |i: usize, count: usize| {
+            // Positions refer to pixel centres; the border repeats its outermost pixels.
             let at = ((i as f64 + 0.5) / self.finer as f64 - 0.5).clamp(0.0, (count - 1) as f64);
             (at as usize, (at as usize + 1).min(count - 1), at.fract() as f32)
         };

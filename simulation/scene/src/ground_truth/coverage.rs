@@ -67,6 +67,7 @@ pub fn coverage(
         let look = |number: &u32| {
             let point = point(*number)?;
             let in_camera = camera_from_sensor.point(point);
+            // Straight through all bodies: refraction is ignored for this diagnostic.
             let angle_rad = in_camera.coords.xy().norm().atan2(in_camera.z);
             Some((looking.look(&point).err(), angle_rad))
         };

@@ -126,6 +126,8 @@ impl Viewpoint {
     fn behind_interface(&self, sensor: &Sensor) -> Result<Stack, InvalidStack> {
         let stack = Stack::of(sensor)?;
         let nominal = &sensor.camera.sensor_from_camera;
+        // The camera's model contains the first interface of this window, so only the bodies behind it are left to the
+        // stack.
         let window = Window::of(&self.camera().in_air(), nominal, &Sights::new(stack.clone()));
         stack.behind(&window, nominal)
     }
@@ -191,6 +193,7 @@ impl Viewpoint {
 /// twice, or not at all. Poses that do not name the parameters they were solved with are accepted.
 fn refuse_mixed(pose: &PoseFile, camera: &Camera) -> Result<(), InvalidViewpoint> {
     let Some(joint) = &pose.joint else { return Ok(()) };
+    // Interface parameters in the joint estimate show which camera model the pose was solved with.
     let contains = joint.names.iter().any(|name| name.starts_with("interface_"));
     let given = match camera.interface() {
         Interface::None if !contains => return Ok(()),

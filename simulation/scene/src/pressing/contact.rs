@@ -206,6 +206,8 @@ impl Ready {
         shear_mm: [f64; 2],
         friction: Option<f64>,
     ) -> Result<Answer<'_>, PressingError> {
+        // The straight press is the result without shear; with shear, the deformed surface is built from both
+        // solutions.
         let straight = self.press(bodies, &Press::in_place())?;
         let depth_mm = straight.depth_mm;
         if shear_mm == [0.0; 2] {
@@ -220,6 +222,7 @@ impl Ready {
         }
         let friction = self.friction(friction)?;
         let way_mm = self.along_surface(touch, &deepest_place(touch, bodies)?, shear_mm);
+        // The solver works in the frame of the stack.
         let way_in_stack = self.soft.sensor_from_stack.inverse().vector(way_mm);
         let press = Press::in_place().sheared(friction, way_in_stack, SHEAR_STEPS)?;
         let sheared = self.press(bodies, &press)?;
@@ -252,6 +255,7 @@ impl Ready {
         [first, second]: [f64; 2],
     ) -> Vector3<f64> {
         let [x, y] = match touch {
+            // On a pad the sensor's axes are the directions, on a dome meridian and parallel.
             TouchSurface::Plane(_) => [Vector3::x(), Vector3::y()],
             TouchSurface::Dome(_) => self.soft.along(point, outward),
         };
@@ -273,6 +277,7 @@ pub(super) fn deepest_place(
             (a, b) => a.or(b),
         };
     }
+    // Bodies that lie below the surface's foot have no deepest point; the origin stands in.
     let point = deepest.map_or_else(Point3::origin, |deepest| deepest.point_in_sensor);
     let (depth_mm, outward) = touch.depth_mm(&point);
     Ok((point + depth_mm * outward, outward))

@@ -80,6 +80,7 @@ impl Pressed {
     pub fn stiffness_n_mm(&self) -> f64 {
         let straight: Vec<&Step> = self.steps.iter().filter(|step| step.shear_mm == 0.0).collect();
         let at = |i: usize| straight.get(i).map(|step| (step.depth_mm, step.force_n.norm()));
+        // With a single state, the undeformed surface (no depth, no force) is the other point.
         let [before, last] = [2, 1].map(|back| straight.len().checked_sub(back).and_then(at));
         let (depth_mm, force_n) = before.unwrap_or((0.0, 0.0));
         last.map_or(f64::NAN, |(last_mm, last_n)| (last_n - force_n) / (last_mm - depth_mm))
@@ -89,6 +90,7 @@ impl Pressed {
     pub fn warning(&self) -> Option<String> {
         let (limit_mm, strain) = self.soft.small_strain_mm();
         let depth_mm = self.last().map_or(0.0, |step| step.depth_mm);
+        // Large strain has no such limit.
         (self.level == Level::Linear && depth_mm > limit_mm).then(|| {
             format!(
                 "{depth_mm} mm is more than {:.0} % of what gives way, {limit_mm:.2} mm: at large strain forces may be \
@@ -102,6 +104,7 @@ impl Pressed {
     /// the force scales with them.
     pub fn force_range_n(&self) -> [f64; 2] {
         let force_n = self.last().map_or(f64::NAN, |step| step.force_n.norm());
+        // The widest relative range over all layers bounds the force.
         let shares = self.soft.layers.iter().map(|layer| {
             layer.elasticity.young_range_mpa.map(|young_mpa| young_mpa / layer.elasticity.young_mpa)
         });

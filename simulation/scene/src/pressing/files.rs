@@ -51,8 +51,10 @@ pub fn curve_svg(pressed: &Pressed) -> String {
 pub(super) fn force_svg(id: &str, level: Level, steps: impl Iterator<Item = [f64; 2]>) -> String {
     let [width, height, margin] = PLOT;
     let points: Vec<[f64; 2]> = std::iter::once([0.0, 0.0]).chain(steps).collect();
+    // Forces grow with depth, so the last point sets both scales. The minimum avoids division by 0.
     let most = points.last().copied().unwrap_or([1.0, 1.0]).map(|most| most.max(1e-9));
     let x = |mm: f64| margin + mm / most[0] * (width - margin - 16.0);
+    // SVG's y axis points down. 28 px remain above for the label.
     let y = |n: f64| height - margin + n / most[1] * (margin + 28.0 - height);
     let line: Vec<String> =
         points.iter().map(|[mm, n]| format!("{:.2},{:.2}", x(*mm), y(*n))).collect();

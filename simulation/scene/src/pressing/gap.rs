@@ -17,6 +17,7 @@ struct Differences {
 impl Differences {
     fn add(&mut self, off_mm: f64) {
         self.pixels += 1;
+        // Sums instead of means, so that bands of an image can be merged exactly.
         self.squares_mm2 += off_mm * off_mm;
         self.max_mm = self.max_mm.max(off_mm.abs());
     }
@@ -52,7 +53,9 @@ impl ContactGap {
         let labels = elastic.label().iter().zip(rigid.label());
         let ranges = elastic.range_mm().iter().zip(rigid.range_mm());
         for ((label, rigid_label), (range_mm, rigid_mm)) in labels.zip(ranges) {
+            // NaN where no surface is seen. Such pixels have no indenter's label, and NaN exceeds no threshold.
             let off_mm = range_mm - rigid_mm;
+            // Labels above the surface's are indenters.
             if *label.max(rigid_label) > SURFACE_LABEL {
                 gap.touched.add(off_mm);
             } else if off_mm.abs() > MOVED_MM {

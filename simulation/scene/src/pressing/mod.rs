@@ -76,6 +76,7 @@ impl Pressing<'_> {
         // The mesh is made for the full depth and serves all smaller depths as well.
         let ready = Ready::for_press(sensor, &last.bodies, self.spacing_mm, self.threads)?;
         let soft = &ready.soft;
+        // Each depth is solved from scratch, so a step does not depend on earlier ones.
         let mut steps = Vec::new();
         let mut outcome = None;
         for i in 1..=self.steps {
@@ -90,6 +91,7 @@ impl Pressing<'_> {
             let coefficient = ready.friction(self.friction)?;
             let place = contact::deepest_place(touch, &last.bodies)?;
             let way_mm = ready.along_surface(touch, &place, self.shear_mm);
+            // The solver works in the frame of the stack.
             let way_mm = soft.sensor_from_stack.inverse().vector(way_mm);
             let press = Press::in_place().sheared(coefficient, way_mm, SHEAR_STEPS)?;
             friction = Some(coefficient);

@@ -60,6 +60,7 @@ impl Pressing<'_> {
     /// pressed shut, contact that does not converge.
     pub fn run_on_skin(&self, project: &Project) -> Result<PressedSkin, PressingError> {
         self.check()?;
+        // The skin's solver has no tangential tractions.
         if self.shear_mm != [0.0; 2] || self.friction.is_some() {
             let problem =
                 "a skin with channels of liquid is pressed straight down, without friction";
@@ -72,6 +73,7 @@ impl Pressing<'_> {
         let last = finder.press(&self.id(self.depth_mm))?;
         let spacing_mm = self.spacing_mm.unwrap_or(SPACING_MM);
         let stack = LiquidStack::of(&project.design.sensor, spacing_mm)?;
+        // The setup for the full depth covers all smaller depths as well.
         let ready = on_solids(&last.bodies, |pressers| Ok(stack.ready(pressers)?))?;
         let mut steps = Vec::new();
         for i in 1..=self.steps {

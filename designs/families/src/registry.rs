@@ -217,7 +217,7 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     if let Some(known) = &known {
         check_kinds(&settings, &known.materials, &mut report);
     }
-    if let Some(parameters) = &parameters {
+    if let Some(parameters) = parameters.as_ref().filter(|_| !report.has_unknown_names()) {
         F::check(parameters, &mut report);
         report.trace("", parameters, F::check);
     }

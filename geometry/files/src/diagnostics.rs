@@ -52,10 +52,13 @@ pub fn list(problems: &[Problem], sources: &[SourceText]) -> String {
     let mut out = String::new();
     for problem in problems {
         one(&mut out, problem, sources);
-        out.push('\n');
+        if problems.len() > 1 {
+            out.push('\n');
+        }
     }
-    let count = problems.len();
-    let _ = writeln!(out, "{count} problem{}", if count == 1 { "" } else { "s" });
+    if problems.len() > 1 {
+        let _ = writeln!(out, "{} problems", problems.len());
+    }
     out
 }
 
@@ -69,7 +72,11 @@ fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
         let snippet = snippet.line_start(problem.line.unwrap_or(1)).annotation(annotation);
         let group = Group::with_title(Level::ERROR.primary_title(message)).element(snippet);
         let group = group.elements(hint.map(|hint| Level::HELP.message(hint)));
-        let _ = writeln!(out, "{}", Renderer::plain().term_width(LINE_COLUMNS).render(&[group]));
+        let picture = Renderer::plain().term_width(LINE_COLUMNS).render(&[group]);
+        // Lines with nothing but the gutter's bar only make a single fault fill a screen.
+        for line in picture.lines().filter(|line| line.trim() != "|") {
+            let _ = writeln!(out, "{line}");
+        }
         return;
     }
     let _ = writeln!(out, "error: {message}");
@@ -140,13 +147,9 @@ mod tests {
         let expected = "\
 error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
  --> my.yaml:2:11
-  |
 2 |   radius: 900 mm
   |           ^^^^^^
-  |
   = help: 60 mm is the largest
-
-1 problem
 ";
         assert_eq!(list(&[problem(Some(2), Some(11), "900 mm")], &text), expected);
     }
@@ -168,8 +171,8 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
         assert!(shown.len() < 600 && !shown.contains('\u{1b}'), "{shown}");
         let lines: Vec<&str> = shown.lines().collect();
         // `900 mm` stands right above its carets.
-        let at = lines[4].find('^').unwrap();
-        let above: String = lines[3].chars().skip(at).take(6).collect();
+        let at = lines[3].find('^').unwrap();
+        let above: String = lines[2].chars().skip(at).take(6).collect();
         assert_eq!(above, "900 mm");
     }
 
@@ -178,6 +181,6 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
         let shown = list(&[problem(Some(1), Some(7), "900 mm")], &source("注意, x:900 mm\n"));
         let lines: Vec<&str> = shown.lines().collect();
         // Behind the gutter of four columns come four for two characters, and four more.
-        assert_eq!(lines[4].find('^'), Some(4 + 4 + 4), "{shown}");
+        assert_eq!(lines[3].find('^'), Some(4 + 4 + 4), "{shown}");
     }
 }

@@ -33,7 +33,10 @@ impl UnknownName {
     pub fn hint(&self) -> String {
         match &self.closest {
             Some(closest) => fabkit_text::did_you_mean(&[closest]),
-            None => format!("known: {}", self.known.join(", ")),
+            None => {
+                let known: Vec<&str> = self.known.iter().map(String::as_str).collect();
+                format!("known: {}", fabkit_text::list_names(&known))
+            }
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::tree::{Content, Entry, Node};
 use crate::unknown::{instead, meant};
 use crate::{
     Field, Kind, Refusal, Scalar, Shape, Source, SourceKind, TextLayer, did_you_mean, join, shown,
-    similar,
+    similar, UNKNOWN_PARAMETER,
 };
 
 /// All values that were written, whichever layer they come from.
@@ -290,7 +290,7 @@ impl Document {
         };
         let path = join(section, &shown(key));
         let found = place.problem(&path, &shown(key), message).hint(hint);
-        let found = found.code("unknown_parameter");
+        let found = found.code(UNKNOWN_PARAMETER);
         self.found.push(match other {
             Some(other) if !value.is_empty() => found.suggest(&other, &shown(value)),
             _ => found,
@@ -374,7 +374,7 @@ impl Document {
                         format!("`{}` is not known; {path} is a single value", shown(&key));
                     let path = join(path, &shown(&key));
                     let found = place.at(key_position).problem(&path, &shown(&key), message);
-                    self.found.push(found.hint(known).code("unknown_parameter"));
+                    self.found.push(found.hint(known).code(UNKNOWN_PARAMETER));
                 }
             }
         }

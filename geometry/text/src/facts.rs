@@ -1,5 +1,8 @@
 //! What programs need to know of a problem, besides what people read.
 
+/// Code of a name that no parameter, key or section has.
+pub const UNKNOWN_PARAMETER: &str = "unknown_parameter";
+
 /// What programs need to know of a problem. Values are as they would be written, with their units.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Facts {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::document::{Document, plain};
 use crate::parse::parse;
 use crate::place::{Found, Place, Written, WrittenText};
-use crate::{Shape, Source, TextLayer, shown};
+use crate::{Shape, Source, TextLayer, UNKNOWN_PARAMETER, shown};
 
 /// What problems with overrides give as their file: the command's word for them.
 pub const OVERRIDES: &str = "--set";
@@ -58,7 +58,7 @@ fn written(
         }
         None => {
             let message = format!("`{}` is not a parameter", shown(path));
-            let found = problem("unknown_parameter", message, suggest(document, path));
+            let found = problem(UNKNOWN_PARAMETER, message, suggest(document, path));
             return Err(match document.mistyped(path) {
                 Some(meant) if !value.is_empty() => Box::new(found.suggest(&meant, &shown(value))),
                 _ => found,

@@ -293,8 +293,15 @@ pub(crate) fn read<T: Scalar>(
             let must_be = T::must_be(limits);
             let message = format!("{path} is `{written}`, which {says}; it must be {must_be}");
             // What lacks its unit may be out of its limits too.
-            let works = |text: &String| T::parse(text).is_ok_and(|value| value.is_within(limits));
-            (message, hint, code, instead.filter(works))
+            let meant = instead.as_ref().and_then(|text| T::parse(text).ok());
+            match meant.filter(|value| !value.is_within(limits)) {
+                Some(outside) => {
+                    let nearest = outside.nearest(limits).map(|value| value.show());
+                    let hint = nearest.as_ref().map(|value| format!("write for example `{value}`"));
+                    (message, hint.or(Some("write a number and its unit".into())), code, nearest)
+                }
+                None => (message, hint, code, instead),
+            }
         }
     };
     let mut found = place.problem(path, &crate::shown(text), message).code(code);

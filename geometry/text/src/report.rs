@@ -9,7 +9,7 @@ use fabkit_geometry::{Angle, Length};
 use crate::document::changed_above;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::suggest::either;
-use crate::{Facts, InvalidDesign, Parameter, SourceKind, shown};
+use crate::{Facts, InvalidDesign, Parameter, SourceKind, UNKNOWN_PARAMETER, shown};
 
 /// Values that differ by less are the same: rounding in what a limit is computed from.
 const SAME: f64 = 1e-9;
@@ -125,6 +125,12 @@ macro_rules! limits {
     )+};
 }
 
+/// Most parameters that a message and its hint name.
+const MOST_NAMED: usize = 3;
+
+/// Characters of a message, beyond which it names no further parameter.
+const MESSAGE_LENGTH: usize = 190;
+
 /// Collects impossible combinations, each at the place where a value was written.
 #[derive(Clone, Debug)]
 pub struct Report {
@@ -211,6 +217,12 @@ impl Report {
     /// Whether nothing is wrong so far.
     pub fn is_clean(&self) -> bool {
         self.found.is_empty()
+    }
+
+    /// Whether a name was not known. A default then stands in for what its author meant, so that limits between values
+    /// would be computed from something that nobody wrote.
+    pub fn has_unknown_names(&self) -> bool {
+        self.found.iter().any(|found| found.problem.facts.code == UNKNOWN_PARAMETER)
     }
 
     /// Whether all values could be read, so that what they must keep together was looked at.
@@ -477,21 +489,14 @@ impl Report {
     fn say(&mut self, broken: usize, from: &[String]) {
         let BrokenLimit { constraint: (_, path, _), value, limit, because, found, .. } =
             &self.broken[broken];
-        let related: Vec<String> = from.iter().map(|path| self.related(path)).collect();
-        let follows = match related.is_empty() {
-            true => String::new(),
-            false => format!(" ({})", related.join(", ")),
-        };
         let must = match limit {
             Some(limit) => format!("it must be {limit}"),
             None => "no value works".into(),
         };
-        let formula = match &self.written(path).formula {
-            Some(formula) => format!(" (`{}`)", shown(&formula.text)),
-            None => String::new(),
-        };
-        let message = format!("{path} is {value}{formula}; {must}, because {because}{follows}");
-        let paths: Vec<String> = from.iter().map(|path| format!("`{path}`")).collect();
+        let sentence = format!("{path} is {value}; {must}, because {because}");
+        let message = self.with_inputs(sentence, from);
+        let paths: Vec<String> =
+            from.iter().take(MOST_NAMED).map(|path| format!("`{path}`")).collect();
         let change = either(&paths, "or");
         let hint = match (limit, paths.is_empty()) {
             (Some(limit), true) => format!("write {limit}"),
@@ -504,18 +509,29 @@ impl Report {
         (problem.message, problem.hint, problem.facts) = (message, hint, facts);
     }
 
-    /// `surface.radius is 15.0 mm in rtac0.yaml:9`.
+    /// Appends the values that a limit follows from, as many as a line has room for.
+    fn with_inputs(&self, sentence: String, from: &[String]) -> String {
+        let mut inputs = String::new();
+        for path in from.iter().take(MOST_NAMED) {
+            let input = self.related(path);
+            if !inputs.is_empty() && sentence.len() + inputs.len() + input.len() > MESSAGE_LENGTH {
+                break;
+            }
+            inputs += if inputs.is_empty() { "" } else { ", " };
+            inputs += &input;
+        }
+        if inputs.is_empty() { sentence } else { format!("{sentence} ({inputs})") }
+    }
+
+    /// `surface.radius is 15.0 mm`, with file and line where its user wrote it.
     fn related(&self, path: &str) -> String {
         let written = self.written(path);
-        let line = written.place.position.map(|p| format!(":{}", p.line)).unwrap_or_default();
-        let file = &written.place.file;
-        match &written.formula {
-            Some(formula) => {
-                let (value, text) = (written.text.shown(), shown(&formula.text));
-                format!("{path} is {value}, from `{text}` in {file}{line}")
-            }
-            None => format!("{path} is {} in {file}{line}", written.text.shown()),
+        let value = written.text.shown();
+        if written.source.kind != SourceKind::User {
+            return format!("{path} is {value}");
         }
+        let line = written.place.position.map(|p| format!(":{}", p.line)).unwrap_or_default();
+        format!("{path} is {value} in {}{line}", written.place.file)
     }
 
     /// Where a value stands, or an item of a list, and its text on one line.

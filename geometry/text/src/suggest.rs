@@ -30,12 +30,27 @@ fn similar_of<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
     scored.into_iter().take(MOST).map(|(_, name)| name).collect()
 }
 
+/// Characters that a list of names may take in a hint.
+const LIST_LENGTH: usize = 120;
+
+/// Lists names separated by commas, cut after [`LIST_LENGTH`] characters with the number of the others.
+pub fn list_names(names: &[&str]) -> String {
+    let mut list = String::new();
+    for (i, name) in names.iter().enumerate() {
+        if !list.is_empty() && list.len() + name.len() > LIST_LENGTH {
+            return format!("{list} and {} more", names.len() - i);
+        }
+        list += if list.is_empty() { "" } else { ", " };
+        list += name;
+    }
+    list
+}
+
 /// `did you mean ...?`, or the list of what is known.
 pub fn hint<'a>(written: &str, known: impl IntoIterator<Item = &'a str>, what: &str) -> String {
     let known: Vec<&str> = known.into_iter().collect();
-    let list = || format!("{what}: {}", known.join(", "));
     match similar_of(written, known.clone()) {
-        similar if similar.is_empty() => list(),
+        similar if similar.is_empty() => format!("{what}: {}", list_names(&known)),
         similar => did_you_mean(&similar),
     }
 }
@@ -67,5 +82,15 @@ mod tests {
         assert!(similar("pitch", known).is_empty());
         assert!(similar(&"r".repeat(1 << 20), known).is_empty());
         assert_eq!(hint("pitch", known, "known"), "known: radius, wall_height, field_of_view");
+    }
+
+    #[test]
+    fn long_lists_end_with_the_number_of_the_others() {
+        let names: Vec<String> = (10..40).map(|i| format!("screw-m{i}")).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let list = list_names(&names);
+        assert!(list.starts_with("screw-m10, screw-m11, ") && list.ends_with(" more"), "{list}");
+        assert!(list.len() < LIST_LENGTH + 20);
+        assert_eq!(list_names(&names[..2]), "screw-m10, screw-m11");
     }
 }

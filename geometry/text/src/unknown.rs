@@ -27,8 +27,10 @@ pub(crate) fn meant<'a>(path: &str, known: &'a [String]) -> Vec<&'a str> {
             return near;
         }
     }
-    let same: Vec<&str> =
-        known.iter().map(String::as_str).filter(|path| split(path).1 == word).take(MOST).collect();
+    // Fixtures have a `count` and a `depth` of nearly everything.
+    let is_fixture = |path: &str| path.starts_with("fixtures.");
+    let is_same = |other: &&str| split(other).1 == word && is_fixture(other) == is_fixture(path);
+    let same: Vec<&str> = known.iter().map(String::as_str).filter(is_same).take(MOST).collect();
     if !same.is_empty() || path.contains('.') {
         return same;
     }

@@ -1,6 +1,6 @@
 //! Hints that were tried: what is suggested leads to a design that can be built.
 
-use fabkit_text::{Broken, InvalidDesign, Problem, Suggestion};
+use fabkit_text::{Broken, InvalidDesign, Problem, Suggestion, UNKNOWN_PARAMETER};
 
 use super::bought::is_bought;
 use super::search::{Search, search};
@@ -21,7 +21,7 @@ const READABLE: [&str; 6] = [
     "rule_broken",
     "unknown_choice",
     "unknown_material",
-    "unknown_parameter",
+    UNKNOWN_PARAMETER,
 ];
 
 /// Writes hints at a design's problems that were tried, all of them together, where there are such: what

@@ -232,10 +232,10 @@ pub(crate) fn taken(entries: &mut Vec<Entry>, key: &str) -> Option<Node> {
 /// What to write for a name that is not known.
 pub(crate) fn unknown_hint(written: &str, names: &[&str]) -> String {
     let near = near(written, names.iter().copied());
-    let list = format!("known are {}", names.join("; "));
-    match near.is_empty() {
-        true => list,
-        false => format!("{} {list}", fabkit_text::did_you_mean(&near)),
+    if near.is_empty() {
+        format!("known are {}", fabkit_text::list_names(names))
+    } else {
+        fabkit_text::did_you_mean(&near)
     }
 }
 

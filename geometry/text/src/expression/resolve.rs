@@ -6,7 +6,7 @@ use super::quantity::{Dimension, Quantity};
 use super::{Failure, Formula, Lookup, Term, Wrong, parse, text_of};
 use crate::document::Document;
 use crate::place::{Found, Place, WrittenText};
-use crate::{Kind, Scalar, Shape, TextLayer, shown};
+use crate::{Kind, Scalar, Shape, TextLayer, UNKNOWN_PARAMETER, shown};
 
 /// How near a whole number a count must come out.
 const SAME: f64 = 1e-9;
@@ -187,7 +187,7 @@ impl Resolver<'_> {
             None => {
                 let says = format!("uses `{}`, which is not a parameter", shown(name));
                 let wrong = Wrong::new(says, self.document.suggest(name));
-                return Err(Failure::Wrong(wrong.code("unknown_parameter")));
+                return Err(Failure::Wrong(wrong.code(UNKNOWN_PARAMETER)));
             }
         };
         match Dimension::of(kind) {

@@ -98,6 +98,7 @@ pub(crate) fn conform(
 ) -> Option<(Facets, Vec<usize>)> {
     let reach = |f: &Feature| moved(&f.pin.facets.bounds(), &f.base_from_tool).grown(tolerance_mm);
     let boxes: Vec<Aabb> = features.iter().map(reach).collect();
+    // Only features of operands deeper in the tree can meet surfaces that the base hides.
     let obstacles = match effect {
         Effect::AsIn(whole) => whole.nearby(boxes.clone()),
         _ => Nearby::new(Vec::new()),
@@ -149,6 +150,7 @@ impl Work<'_> {
         let taken = |c: &Candidate| {
             patches.iter().any(|p| self.sheet.stamps[c.triangle as usize] == p.cavity.stamp)
         };
+        // A triangle taken by two curves counts twice here, but only once among the candidates.
         let total: usize = patches.iter().map(|p| p.cavity.triangles.len()).sum();
         if candidates.iter().filter(|c| taken(c)).count() != total {
             return None; // Two curves took the same triangle.
@@ -209,6 +211,7 @@ impl Work<'_> {
             }
         }
         let tool = &feature.pin.facets;
+        // Vertices of the tool are added on first use, so that none of its removed part remains.
         let mut new_index = vec![NONE; tool.vertices.len()];
         wall(&feature.pin, curves, !adding, |corners, face| {
             let mut corners = corners.map(|corner| match corner {

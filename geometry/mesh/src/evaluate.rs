@@ -256,6 +256,7 @@ impl Evaluator {
     /// Meshes the whole tree as it is written.
     fn plain(&mut self, root: &Item) -> Result<Facets, MeshError> {
         let body = self.body(root, &Aabb::everything())?;
+        // Empty intermediate results are fine; only the whole must not be empty.
         if body.shape.is_empty() {
             return Err(MeshError::Empty);
         }
@@ -311,6 +312,7 @@ impl Evaluator {
     fn union(&mut self, of: &[Solid], context: &Aabb) -> Result<Rc<Shape>, MeshError> {
         let items = flattened(Item::list(Pose::identity(), of, 0));
         let sizes = items.iter().map(|item| diagonal_mm(extent(item.core).size_mm()));
+        // The largest operand counts as the base that features are compared with.
         let largest_mm = sizes.fold(0.0, f64::max);
         let mut split = self.split(items, largest_mm)?;
         let exact = Exact::union(&split.others);
@@ -357,6 +359,7 @@ impl Evaluator {
         let bounds = base.bounds();
         let base_box = OrientedBox::new(&bounds, &Pose::identity());
         let mut tools = self.bodies(items, &bounds)?;
+        // Tools that do not reach the base would only cost time.
         tools.retain(|tool| !tool.oriented_box().is_apart_from(&base_box));
         let mut tools = grouped(&tools)?;
         if tools.len() > MOST_CUTS {
@@ -376,6 +379,7 @@ impl Evaluator {
         let mut common: Option<Rc<Shape>> = None;
         for (i, item) in items.iter().enumerate() {
             let others = extents.iter().enumerate().filter(|(j, _)| *j != i);
+            // An operand matters only within the boxes of all others, which also bounds half spaces.
             let within = others.fold(*context, |all, (_, other)| all.common(other));
             let shape = self.body(item, &within)?.settled()?;
             common = Some(match common {

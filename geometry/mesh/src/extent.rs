@@ -56,6 +56,7 @@ pub(crate) fn moved(bounds: &Aabb, pose: &Pose) -> Aabb {
     }
     let half = Vector3::from(bounds.size_mm()) / 2.0;
     let centre = pose.point(bounds.centre());
+    // Half edges of the box around a rotated box.
     let reach = pose.rotation().abs() * half;
     Aabb { min: centre - reach, max: centre + reach }
 }
@@ -111,6 +112,7 @@ impl OrientedBox {
     /// Returns whether a plane parallel to a face of either box separates them. Boxes that can be separated only by
     /// planes along an edge of each count as touching.
     pub fn is_apart_from(&self, other: &Self) -> bool {
+        // Cheap test first.
         if self.around.common(&other.around).is_empty() {
             return true;
         }

@@ -58,6 +58,7 @@ impl RevolvedSurface {
             Some(bend) => (bend.centre[1], [bend.centre[0], bend.axes[0], bend.axes[1]]),
             None => {
                 let [r, z] = [0, 1].map(|i| seg.to[i] - seg.from[i]);
+                // Planes and cylinders may be divided freely.
                 if r == 0.0 || z == 0.0 {
                     return None;
                 }
@@ -169,6 +170,7 @@ impl Fuser {
                 match self.combined(&done[i], &part, Rule::Add, pose) {
                     Some(both) => {
                         part = both;
+                        // The union may now touch parts that it was apart from before, so the search starts again.
                         done.remove(i);
                         i = 0;
                     }
@@ -200,6 +202,7 @@ impl Fuser {
         for tool in tools {
             let bounds = tool.bounds();
             let touched = |part: &Part| !part.bounds().common(&bounds).is_empty();
+            // A tool that touches two parts must be cut from both, which fusion cannot do.
             let mut touched = (0..bases.len()).filter(|&i| touched(&bases[i]));
             let cut = match (touched.next(), touched.next()) {
                 (Some(i), None) => {

@@ -133,6 +133,7 @@ impl Intersections {
     /// # Errors
     /// Same as for [`intersection_volume_mm3`].
     pub fn volume_mm3(&mut self, a: &Solid, b: &Solid) -> Result<f64, MeshError> {
+        // Without fusion: faces that both solids share keep equal triangles, and shapes are cached by subtree.
         let unfused = |solid: &Solid, _| self.evaluator.unfused(solid);
         match checked(&a.clone().and(b.clone()), self.tolerance_mm, unfused) {
             // The remainder of two surfaces that touch may have a tiny negative volume.

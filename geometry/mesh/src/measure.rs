@@ -124,6 +124,7 @@ pub(crate) fn shells(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Shell
         all.push(*triangle);
     }
     let mut of: Vec<(usize, Vec<[u32; 3]>)> = of.into_values().collect();
+    // The order of shells follows their first triangles.
     of.sort_unstable_by_key(|(first, _)| *first);
     let shell = |triangles: Vec<[u32; 3]>| {
         // Each shell gets its own corners, so that its volume is summed relative to one of them.

@@ -60,6 +60,7 @@ impl PrintMesh {
 fn ulp_mm(vertices: &[[f64; 3]]) -> f64 {
     let largest = vertices.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let above = (largest as f32).max(f32::MIN_POSITIVE);
+    // The spacing above the value, which is never smaller than the one below.
     f64::from(above.next_up()) - f64::from(above)
 }
 

@@ -35,6 +35,7 @@ const LOWEST_MM: f64 = 1e-5;
 /// Returns the mesh with corrected edges between faces.
 pub(crate) fn fitted(mesh: TriMesh, solid: &Solid, tolerance_mm: f64) -> TriMesh {
     let leaves = solid.leaves();
+    // A single primitive has no edges made by booleans.
     if leaves.len() < 2 {
         return mesh; // As tessellated.
     }
@@ -174,6 +175,7 @@ impl Seams {
             if flipped.len() == MOST_FLIPS || !self.may_flip(far) {
                 break;
             }
+            // The flipped triangle is a new one, so its former altitude does not apply.
             before.retain(|(t, _)| *t != edge / 3);
             flipped.push((far, self.net.twins[far] as usize));
             self.net.flip(far);
@@ -201,6 +203,7 @@ impl Seams {
     fn divide(&mut self) {
         let mut long: VecDeque<usize> = self.seams().collect();
         while let Some(edge) = long.pop_front() {
+            // The edge is divided at its midpoint first, and the new vertex is then moved.
             let Some(to) = self.beyond(edge) else { continue };
             let [a, b] = self.net.ends(edge).map(|v| self.at(v));
             let (middle, half) = self.net.divide(edge, ((a + b) / 2.0).into());

@@ -75,6 +75,7 @@ impl PrintMesh {
             }
             let corners = self.corners(triangle);
             if let Some((surface, votes)) = found.get_mut(face) {
+                // Weighted by area: `across` has twice the area as its length.
                 *votes += surface.offset(middle(corners).into()).normal.dot(&across(corners));
             }
         }
@@ -156,7 +157,7 @@ mod tests {
         assert!(on_wall > 40, "{on_wall}");
     }
 
-    /// Where a rounding joins a wall tangentially there is one vertex, at a rim there are two.
+    /// A position has one vertex where a rounding joins a wall tangentially, and two at a rim.
     #[test]
     fn only_edges_divide_vertices() {
         let half_ball = Solid::sphere(2.0).at(0.0, 0.0, 4.0);

@@ -103,6 +103,7 @@ impl Canvas {
         // Light from the upper left of the viewer.
         let light = Vector3::new(-0.35, -0.55, 0.75).normalize();
         let shade = AMBIENT + (1.0 - AMBIENT) * unit.dot(&light).max(0.0);
+        // Lambertian shading with ambient light.
         let lit = |value: u8| (DARKEST + f64::from(value) * (255.0 - DARKEST) / 255.0) * shade;
         let color = color.map(|value| lit(value).round() as u8);
         let range = |axis: usize| {

@@ -182,6 +182,7 @@ impl Curve {
 /// Computes the distance of a point from an ellipse around the origin, mm, positive outside, and the normal at the foot
 /// of the perpendicular, by Newton's method.
 fn from_ellipse([a, b]: [f64; 2], [x, y]: [f64; 2]) -> (f64, [f64; 2]) {
+    // Start at the point of the ellipse on the ray from the centre.
     let mut t = (a * y).atan2(b * x);
     for _ in 0..20 {
         let (s, c) = t.sin_cos();
@@ -190,6 +191,7 @@ fn from_ellipse([a, b]: [f64; 2], [x, y]: [f64; 2]) -> (f64, [f64; 2]) {
         // Negative where the foot is nearest. Otherwise the point lies beyond the centre of curvature, and a fixed step
         // leads away from there.
         let step = if change < 0.0 { -slope / change } else { slope.signum() * 0.1 };
+        // Limited steps keep Newton's method from jumping to another branch.
         t += step.clamp(-0.2, 0.2);
         if step.abs() < 1e-13 {
             break;

@@ -107,6 +107,7 @@ fn frustum(out: &mut Facets, radii_mm: [f64; 2], height_mm: f64, tolerance_mm: f
     if top > 0.0 {
         strokes.push(Stroke::line(on_axis[1], 2));
     }
+    // The closing stroke on the axis sweeps no surface, so its face number does not matter.
     strokes.push(Stroke::line(on_axis[0], 0));
     revolve(out, on_axis[0], &strokes, true, tolerance_mm)
 }

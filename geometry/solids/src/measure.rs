@@ -174,10 +174,12 @@ fn integrate(
     let half = 0.5 * (bounds.max - bounds.min);
     let shadow = |w: &Vector3<f64>| w.abs().dot(&half);
     let (half_u, half_v) = (shadow(&u), shadow(&v));
+    // The bodies are proven not to overlap.
     if boxes.is_some_and(<[Aabb]>::is_empty) {
         return Ok(Estimate { value_mm3: 0.0, error_mm3: 0.0 });
     }
     let shadow = boxes.map(|boxes| Shadow::of(boxes, &centre, &[u, v], [half_u, half_v]));
+    // Consecutive Fibonacci numbers give a good two-dimensional lattice.
     let (count, stride) = fibonacci(lines / SHIFTS);
     let mut volumes = [0.0; SHIFTS as usize];
     // Random shifts: shifts on a lattice would interfere with the lattice of lines.

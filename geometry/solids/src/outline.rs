@@ -27,6 +27,7 @@ pub(crate) fn problems(profile: &Profile) -> Vec<String> {
         }
     }
     problems.extend(crossing(profile));
+    // The test of holes relies on paths that do not cross.
     if problems.is_empty() {
         problems.extend(misplaced_holes(profile));
     }
@@ -116,6 +117,7 @@ fn meeting_point(a: &Sampled, b: &Sampled, size: f64) -> Option<Vector2<f64>> {
             let side = |from: Vector2<f64>, to: Vector2<f64>, of| (to - from).perp(&(of - from));
             let straddles = |x: f64, y: f64| (x < 0.0) != (y < 0.0);
             if straddles(side(p, q, r), side(p, q, s)) && straddles(side(r, s, p), side(r, s, q)) {
+                // Newton's method starts in the middle of the two chords that cross.
                 let u = (i as f64 + 0.5) / count_a as f64;
                 let v = (j as f64 + 0.5) / count_b as f64;
                 let found = refined(&a.edge, &b.edge, u, v, size);

@@ -272,6 +272,7 @@ fn fibonacci(count: u32, radius_mm: f64, half_angle_rad: f64) -> Vec<Pose> {
     let cap_height = 2.0 * (0.5 * half_angle_rad).sin().powi(2);
     (0..count)
         .map(|i| {
+            // Equal steps of height give equal areas on a sphere (Archimedes).
             let height = cap_height * (f64::from(i) + 0.5) / f64::from(count);
             let tilt = 2.0 * (0.5 * height).sqrt().min(1.0).asin();
             let point = [radius_mm * tilt.sin(), radius_mm * tilt.cos()];
@@ -310,9 +311,11 @@ impl Meridian {
         let mut ellipse_mm = 0.0;
         for panel in 0..=2 * QUARTER_PANELS {
             let (begin, end) = (Self::begin(panel), Self::begin(panel + 1));
+            // Steiner: a parallel curve is longer by the offset times the angle its normal turns through.
             meridian.begins_mm.push(ellipse_mm + offset_mm * meridian.tilt(begin));
             ellipse_mm += meridian.ellipse_mm(begin, end);
         }
+        // The meridian is symmetric about the equator.
         meridian.length_mm = 2.0 * meridian.begins_mm[QUARTER_PANELS];
         Ok(meridian)
     }
@@ -395,6 +398,7 @@ impl Meridian {
                 high = eccentric
             }
             let speed = self.speed(eccentric);
+            // Derivative of the tilt with respect to the eccentric angle.
             let turning = self.equatorial_mm * self.polar_mm / speed.powi(2);
             let next = eccentric + missing / (speed + self.offset_mm * turning);
             let next = if (low..=high).contains(&next) { next } else { 0.5 * (low + high) };

@@ -133,6 +133,7 @@ impl Pose {
 /// Computes sine and cosine, exact at multiples of 90 degrees.
 fn sin_cos(angle: Angle) -> (f64, f64) {
     let quarters = angle.rad() / std::f64::consts::FRAC_PI_2;
+    // Angles in degrees convert to multiples of pi / 2 only up to rounding.
     if (quarters - quarters.round()).abs() > 1e-13 * quarters.abs().max(1.0) {
         return angle.rad().sin_cos();
     }

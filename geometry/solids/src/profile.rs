@@ -57,6 +57,7 @@ impl Segment {
                 (moved(from), Self::Line { to: moved(to) })
             }
             Self::Arc { to, centre, ccw } => {
+                // To the right is outwards on a counter-clockwise arc and inwards on a clockwise one.
                 let by_mm = if ccw { by_mm } else { -by_mm };
                 let moved = |p: [f64; 2]| {
                     let (x, y) = (p[0] - centre[0], p[1] - centre[1]);
@@ -189,6 +190,7 @@ impl Path {
             ([l, b + r], [l + r, b], [l + r, b + r]),
         ];
         for (from, to, centre) in corners {
+            // Neighbouring corner arcs may touch, so that no straight line remains between them.
             if path.end() != from {
                 path = path.line(from);
             }

@@ -88,6 +88,7 @@ pub(crate) fn polynomial(c: &[f64], low: f64, high: f64) -> Roots {
         }
         stationary = polynomial(&slope[..degree], low, high);
     }
+    // Between neighbouring stationary points the polynomial is monotone.
     let mut left = low;
     let mut at_left = value(c, left);
     for &right in stationary.as_slice().iter().chain(std::iter::once(&high)) {
@@ -109,6 +110,7 @@ pub(crate) fn polynomial(c: &[f64], low: f64, high: f64) -> Roots {
 const BERNSTEIN: [[[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1]; MAX_DEGREE + 1] = bernstein();
 
 const fn bernstein() -> [[[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1]; MAX_DEGREE + 1] {
+    // Pascal's triangle; `while` because `for` is not allowed in const functions.
     let mut choose = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
     let mut n = 0;
     while n <= MAX_DEGREE {
@@ -169,6 +171,7 @@ fn sign_changes(c: &[f64], low: f64, high: f64) -> Option<(u32, bool)> {
     let rising = taylor[0] < 0.0;
     for row in &BERNSTEIN[degree][..=degree] {
         let coefficient: f64 = row.iter().zip(&taylor).map(|(weight, t)| weight * t).sum();
+        // The sign is not certain; the caller falls back to the search.
         if coefficient.is_nan() || coefficient.abs() <= error {
             return None;
         }

@@ -114,6 +114,7 @@ fn permuted(digit: u32, base: u32, key: [u64; 3]) -> u32 {
     let mut order: Vec<u32> = (0..base).collect();
     // Arbitrary start value; each part of the key is mixed in before the next.
     let mut state = key.iter().fold(0x51ee_b0a7, |state, k| mix(state ^ mix(*k)));
+    // Fisher-Yates shuffle of the digits, driven by the hashed key.
     for last in (1..base as usize).rev() {
         state = mix(state);
         order.swap(last, (state % (last as u64 + 1)) as usize);
@@ -173,6 +174,7 @@ impl Random {
 
     /// Returns a normally distributed number with mean 0 and standard deviation 1 (Box-Muller transform).
     pub fn normal(&mut self) -> f64 {
+        // The minimum avoids the logarithm of 0.
         let radius = (-2.0 * self.unit().max(f64::MIN_POSITIVE).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.unit()).cos()
     }
@@ -272,7 +274,7 @@ mod tests {
         let normal: Vec<f64> = (0..count).map(|_| random.normal()).collect();
         let mean = normal.iter().sum::<f64>() / f64::from(count);
         let variance = normal.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / f64::from(count);
-        // Five standard deviations of a mean and a variance of so many.
+        // Five standard deviations of the mean and of the variance of `count` numbers.
         assert!(mean.abs() < 5.0 / f64::from(count).sqrt(), "{mean}");
         assert!((variance - 1.0).abs() < 5.0 * (2.0 / f64::from(count)).sqrt(), "{variance}");
         let mut order: Vec<usize> = (0..100).collect();

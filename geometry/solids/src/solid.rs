@@ -313,6 +313,7 @@ impl Solid {
     #[must_use]
     pub fn placed(self, pose: Pose) -> Self {
         match self {
+            // Nested placements are merged, so that trees stay shallow.
             Self::Placed { pose: inner, of } => Self::Placed { pose: pose.then_in(inner), of },
             one => Self::Placed { pose, of: Box::new(one) },
         }

@@ -120,6 +120,7 @@ impl TouchSurface {
         match self {
             Self::Dome(DomeSurface { dome, .. }) => {
                 let (a, b) = (dome.equatorial_mm, dome.polar_mm);
+                // Principal radii of an ellipsoid of revolution at its poles and equator, plus the offset.
                 (a * a / b).min(b * b / a).min(a) + dome.offset_mm
             }
             Self::Plane(_) => f64::INFINITY,

@@ -103,6 +103,7 @@ fn number_and_unit<'a>(text: &'a str, example: &'static str) -> Result<(f64, &'a
         .map_or(0, |i| i + text[i..].chars().next().map_or(0, char::len_utf8));
     let (number, unit) = (text[..unit_start].trim(), &text[unit_start..]);
     if number.is_empty() {
+        // `nan` and `inf` consist of unit letters only.
         let lower = unit.trim_start_matches(['+', '-', '.']).to_ascii_lowercase();
         return Err(if lower.starts_with("nan") || lower.starts_with("inf") {
             UnitError::NotFinite { text: text.into() }

@@ -97,6 +97,7 @@ impl Checker {
             Solid::Cone(s) => self.at("cone", |c| {
                 c.positive("height", s.height_mm);
                 c.positive("larger radius", s.bottom_radius_mm.max(s.top_radius_mm));
+                // The smaller radius may be 0 (an apex); the sum is finite only if both are.
                 let smaller = s.bottom_radius_mm.min(s.top_radius_mm);
                 if !(smaller >= 0.0 && (s.bottom_radius_mm + s.top_radius_mm).is_finite()) {
                     c.report(format!("a radius is {smaller} mm; it must be finite, at least 0"));
@@ -240,6 +241,7 @@ impl Checker {
                 self.report(format!("its end {end:?} misses its own curve by {off:e} radii"));
             }
         }
+        // Both ends may lie right of the axis while the arc between them crosses it.
         if in_half_plane && centre[0] - half_axes[0] < -ARC_TOLERANCE * half_axes[0] {
             self.arc_beyond_axis(from, segment, *centre, half_axes);
         }
@@ -277,6 +279,7 @@ impl Segment {
             let delta = if ccw { angle(to) - angle(from) } else { angle(from) - angle(to) };
             delta.rem_euclid(std::f64::consts::TAU)
         };
+        // Angles from the start in the arc's direction: the point comes before the end.
         turn(point) < turn(self.to())
     }
 }

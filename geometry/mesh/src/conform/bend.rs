@@ -54,6 +54,7 @@ fn curvatures(primitive: &Solid, face: u32, at: Point3<f64>, normal: Vector3<f64
     // Meusnier's theorem for a circle of radius r whose plane is inclined to the normal.
     let parallel = |along: f64| {
         let inclined = normal.x.hypot(normal.y);
+        // At a pole both principal curvatures are equal.
         if across_mm > 1e-6 { inclined / across_mm } else { along }
     };
     let of_ellipse = |equatorial: f64, polar: f64, offset_mm: f64| {
@@ -65,6 +66,7 @@ fn curvatures(primitive: &Solid, face: u32, at: Point3<f64>, normal: Vector3<f64
     match primitive {
         Solid::Sphere(s) => [1.0 / s.radius_mm; 2],
         Solid::Ellipsoid(s) => {
+            // Upper bound over the whole ellipsoid: the exact directions are not needed here.
             let short = s.semi_axes_mm.into_iter().fold(f64::MAX, f64::min);
             let long = s.semi_axes_mm.into_iter().fold(0.0, f64::max);
             [long / (short * short); 2]

@@ -37,6 +37,7 @@ impl Candidate {
         let Some([bottom, top]) = self.z_range_within_mm(widest_mm + margin_mm) else {
             return false;
         };
+        // The range of the tool that the triangle can reach, extended by the margin.
         let heights = [low.max(bottom - margin_mm), high.min(top + margin_mm)];
         let radius_mm = if heights[0] > heights[1] { None } else { pin.radius_between_mm(heights) };
         radius_mm.is_some_and(|radius_mm| self.axis_distance_mm() < radius_mm + margin_mm)
@@ -159,6 +160,7 @@ impl Cavity {
                 // Triangles that are no candidates are too far away to matter.
                 let near = if twin == NONE { None } else { find(neighbour) };
                 let distance_mm = near.map_or(f64::MAX, Candidate::axis_distance_mm);
+                // The test uses the circle around the curve, which contains all that it encloses.
                 if distance_mm >= radius_mm + clear_mm {
                     rim.push(edge);
                 } else if sheet.faces[neighbour as usize] == face {
@@ -181,6 +183,7 @@ impl Cavity {
 
 /// Chains edges to loops. `None` where two loops touch in a vertex.
 fn loops(sheet: &Sheet, mut rim: Vec<u32>) -> Option<Vec<Vec<u32>>> {
+    // Sorted by start vertex, so that the next edge of a loop is found by binary search.
     rim.sort_unstable_by_key(|&edge| sheet.from(edge));
     if rim.windows(2).any(|w| sheet.from(w[0]) == sheet.from(w[1])) {
         return None;

@@ -63,9 +63,11 @@ impl Fill {
             let [a, b] = [edge, next(edge)].map(|e| self.corner(e));
             let [c, d] = [previous(edge), previous(twin)].map(|e| self.corner(e));
             let at = |v: u32| points[v as usize];
+            // Only the diagonals of a convex quadrilateral can be exchanged.
             let convex = turn(at(d), at(b), at(c)) > 0.0 && turn(at(c), at(a), at(d)) > 0.0;
             let s = |v: u32| scaled[v as usize];
             if convex && in_circle(s(a), s(b), s(c), s(d)) {
+                // Only the four outer edges can have become non-Delaunay.
                 stack.extend(self.flip(edge));
             }
         }
@@ -119,6 +121,7 @@ fn neighbours(triangles: &[[u32; 3]], loops: &[Range<usize>]) -> Option<Vec<u32>
     };
     order.sort_unstable_by_key(|&e| key(e));
     let mut twins = vec![RIM; corners.len()];
+    // Edges with one triangle must be exactly those of the loops.
     let mut single = 0;
     for group in order.chunk_by(|&e, &f| key(e) == key(f)) {
         match *group {
@@ -127,6 +130,7 @@ fn neighbours(triangles: &[[u32; 3]], loops: &[Range<usize>]) -> Option<Vec<u32>
                 twins[e as usize] = f;
                 twins[f as usize] = e;
             }
+            // More than two triangles at an edge, or two with the same direction.
             _ => return None,
         }
     }

@@ -52,6 +52,7 @@ impl Whole {
         near: &[u32],
         tolerance_mm: f64,
     ) -> Option<Span> {
+        // A feature with several curves, such as a through hole, changes both sides of a wall.
         let [curve] = curves else { return None };
         let operand = feature.operand.clone()?;
         if !crosses_once(base, feature, curve) {
@@ -68,6 +69,7 @@ impl Whole {
             let points = self.leaves.triangles[t as usize];
             let points = points.map(|v| self.leaves.vertices[v as usize]);
             let candidate = Candidate::new(t, points, &tool_from_base);
+            // The surface that carries the curve may, and must, meet the tool.
             leaf == own || !candidate.reaches_into(&feature.pin, z_mm, tolerance_mm)
         };
         let planes =
@@ -87,6 +89,7 @@ impl Whole {
         let (below, above) = (&strokes[..=curve.stroke], &strokes[curve.stroke..]);
         let bottom = below.iter().map(|s| s.z_mm[0]).fold(low, f64::min);
         let top = above.iter().map(|s| s.z_mm[1]).fold(high, f64::max);
+        // Whether the feature changes the inside of the tree at a point of its axis, and in which direction.
         let changes = |z: f64| {
             let point = feature.base_from_tool.point(Point3::new(0.0, 0.0, z));
             let (with, without) = (self.body.contains(&point), base.body.contains(&point));

@@ -85,6 +85,7 @@ impl Place<'_> {
         loops.push(first..points.len());
 
         let leaf = &base.body.leaves()[leaf as usize];
+        // The curvature at one point of the curve serves for the whole patch; the result is measured below.
         let bend = bend(leaf, number, Point3::from(curve.in_base[0]), curve.normal);
         let scaled: Vec<[f64; 2]> = points.iter().map(|&p| bend.scaled(p)).collect();
         let fill = Fill::new(&flat, &scaled, &loops)?;

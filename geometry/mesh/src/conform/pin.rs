@@ -48,6 +48,7 @@ impl Pin {
         let ends = [outline.first()?.from, outline.last()?.to];
         let inner = &outline[1..];
         let on_axis = |p: [f64; 2]| p[0].abs() < SAME_MM;
+        // The profile must start and end on the axis and must not touch it in between.
         if !ends.into_iter().all(on_axis) || inner.iter().any(|s| on_axis(s.from)) {
             return None;
         }
@@ -71,6 +72,7 @@ impl Pin {
             if top < low || bottom > high {
                 return None;
             }
+            // No interpolation on curved and horizontal strokes: their largest radius is safe.
             if !stroke.straight || top - bottom < SAME_MM {
                 return Some(stroke.radius_mm);
             }
@@ -96,6 +98,7 @@ fn outline(primitive: &Solid) -> Option<Vec<Line>> {
     let straight = |from, to, face| Line { from, to, straight: true, face };
     let frustum = |bottom: f64, top: f64, height: f64| {
         let corners = [[0.0, 0.0], [bottom, 0.0], [top, height], [0.0, height]];
+        // Face numbers of bottom, side and top, in the order of the profile.
         [1, 0, 2]
             .into_iter()
             .enumerate()
@@ -166,6 +169,7 @@ impl Stroke {
                 ring
             });
             let [first, last] = &stroke.rings;
+            // Straight strokes have vertices only on their two end rings.
             let complete = first.len() + last.len() == vertices.len();
             return (complete && !first.is_empty() && !last.is_empty()).then_some(stroke);
         }

@@ -14,6 +14,7 @@ pub(super) struct Sheet {
     pub corners: Vec<u32>,
     pub twins: Vec<u32>,
     pub faces: Vec<u32>,
+    // Removed triangles keep their number until the end, so that indices remain valid.
     pub alive: Vec<bool>,
     /// Mark of the last cavity that included the triangle.
     pub stamps: Vec<u32>,

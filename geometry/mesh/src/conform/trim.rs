@@ -70,6 +70,7 @@ pub(super) fn curves(feature: &Feature, base: &CompiledSolid) -> Option<Vec<Curv
                     break;
                 }
             }
+            // Every azimuth must have the same number of crossings as the first one.
             let same = caster.hits.len() == curves.len() - first;
             if !same {
                 return None;
@@ -88,6 +89,7 @@ pub(super) fn curves(feature: &Feature, base: &CompiledSolid) -> Option<Vec<Curv
             }
         }
     }
+    // Along the profile, entries and exits must alternate.
     let alternate = curves.windows(2).all(|w| w[0].entering != w[1].entering);
     (alternate && !curves.is_empty()).then_some(curves)
 }

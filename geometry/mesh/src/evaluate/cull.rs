@@ -21,6 +21,7 @@ pub(super) fn culled(tool: &Facets, base: &Aabb) -> Option<Facets> {
     }
     let sides = [0, 1, 2].into_iter().flat_map(|axis| [(axis, -1.0), (axis, 1.0)]);
     let beyond = |(axis, sign): (usize, f64)| -> Vec<bool> {
+        // Along the negative axes coordinates are compared with reversed sign.
         let limit = if sign < 0.0 { -base.min[axis] } else { base.max[axis] } + CLEAR_MM;
         let is_out: Vec<bool> = tool.vertices.iter().map(|v| sign * v[axis] > limit).collect();
         tool.triangles.iter().map(|t| t.iter().all(|&v| is_out[v as usize])).collect()
@@ -74,6 +75,7 @@ fn close(rest: &mut Facets, tool: &Facets, gone: &[bool]) -> Option<()> {
         }
         let centre = rest.vertex(centre);
         for [from, to] in chain {
+            // The face number does not matter: these triangles lie outside of the base.
             rest.triangle([from, to, centre], tool.faces[0]);
         }
     }

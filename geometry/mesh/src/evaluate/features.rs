@@ -41,6 +41,7 @@ impl Evaluator {
         if !Pin::may_be(item.core) {
             return Ok(None);
         }
+        // The cache also stores that a shape is no pin.
         let key = shape_key(item.core);
         if let Some(pin) = self.pins.get(&key) {
             return Ok(pin.clone());

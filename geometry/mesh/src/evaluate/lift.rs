@@ -34,6 +34,7 @@ impl Evaluator {
         for face in &mut facets.faces {
             *face = faces[*face as usize];
         }
+        // The exact solids with and without features decide about inside and outside.
         let placed = root.core.clone().placed(root.pose);
         let (Ok(with), Ok(without)) = (ExactBody::new(&placed), ExactBody::new(&bare)) else {
             return Ok(None);
@@ -42,6 +43,7 @@ impl Evaluator {
         for (number, leaf) in (0..).zip(bare.leaves()) {
             first_faces.push(faces[first as usize]);
             first += face_count(leaf.primitive);
+            // Half spaces have no triangles; `conform/nested.rs` tests their planes directly.
             if !matches!(leaf.primitive, Solid::HalfSpace(_)) {
                 let item = Item::peeled(Pose::identity(), leaf.primitive, 0);
                 let shape = self.body(&item, &Aabb::everything())?.shape;
@@ -122,6 +124,7 @@ impl Lift<'_> {
             let is_small = |pin: &Rc<Pin>| pin.diagonal_mm() <= LARGEST_SHARE * largest_mm;
             let pin = if is_root { None } else { self.evaluator.pin(&item)?.filter(is_small) };
             match pin {
+                // The first operand stays: the features need something to conform to.
                 Some(pin) if !bare.is_empty() => {
                     self.features.push(Feature {
                         pin,

@@ -232,6 +232,7 @@ impl Seg {
         let root2 = b * b - a * c;
         // Tolerance of the half chord, in units of the half axes.
         let margin = NEAR_MM / bend.axes[0].min(bend.axes[1]);
+        // Near a tangent the crossings are ill-conditioned.
         if root2.abs() < a * margin {
             return Err(Unclear);
         }
@@ -250,6 +251,7 @@ impl Seg {
         let way = minus(b.centre, a.centre);
         let apart_mm = way[0].hypot(way[1]);
         let wider = [0, 1].map(|i| a.axes[i] - b.axes[i]);
+        // Concentric arcs either lie within each other or coincide.
         if apart_mm < ON_AXIS_MM {
             if wider.iter().all(|w| *w > NEAR_MM) || wider.iter().all(|w| *w < -NEAR_MM) {
                 return Ok(Vec::new());
@@ -261,6 +263,7 @@ impl Seg {
             return Err(Unclear);
         }
         let (r, s) = (a.axes[0], b.axes[0]);
+        // Distance of the common chord from the centre of the first circle.
         let along = (apart_mm * apart_mm + r * r - s * s) / (2.0 * apart_mm);
         let height2 = r * r - along * along;
         if height2.abs() < 2.0 * r.max(s) * NEAR_MM {
@@ -353,6 +356,7 @@ impl Outline {
                 others.extend(points);
             }
         }
+        // Outlines that do not cross are apart or nested: no fusion.
         if own.iter().all(Vec::is_empty) {
             return None;
         }
@@ -365,6 +369,8 @@ impl Outline {
                 if divided.iter().any(|piece| piece.length_mm() < NEAR_MM) {
                     return None;
                 }
+                // Union keeps the pieces outside of the other outline; a cut keeps the tool's pieces inside the base,
+                // reversed.
                 let kept = divided.into_iter().filter(|p| beyond.contains(p.middle()) == is_tool);
                 let before = pieces.len();
                 pieces.extend(kept.map(|p| if is_tool { p.reversed() } else { p }));
@@ -412,6 +418,7 @@ fn in_order(mut pieces: Vec<Seg>) -> Option<Vec<Seg>> {
         _ => return None,
     }
     for done in 1..pieces.len() {
+        // Exact comparison is enough: common ends are the same computed point.
         let end = pieces[done - 1].to;
         let next = (done..pieces.len()).find(|&i| pieces[i].from == end)?;
         pieces.swap(done, next);

@@ -63,6 +63,7 @@ impl Repair<'_> {
         let short_mm = SHORT_ULPS * self.ulp_mm;
         let [shortest, middle, longest] = edges;
         let short = edges.map(|e| length2(e) <= short_mm * short_mm);
+        // A needle collapses, a cap flips; longer edges collapse only if neither succeeds.
         (short[0] && self.collapse_either_way(shortest))
             || self.flip(longest)
             || (short[1] && self.collapse_either_way(middle))
@@ -93,6 +94,7 @@ impl Repair<'_> {
             let mut new = old;
             new[e % 3] = target;
             let (before, after) = (double_area(old), double_area(new));
+            // A low triangle may turn over: its own normal is noise.
             norm2(after) > 0.0 && (dot(before, after) > 0.0 || self.is_low(t))
         };
         if !mesh.around(edge).all(keeps_its_side) {
@@ -108,6 +110,7 @@ impl Repair<'_> {
         let twin = mesh.twin(edge);
         let (a, b) = (mesh.from(edge), mesh.to(edge));
         let (c, d) = (mesh.from(previous(edge)), mesh.from(previous(twin)));
+        // The new edge must not exist already, which would make it non-manifold.
         if c == d || mesh.neighbours(previous(edge)).binary_search(&d).is_ok() {
             return false;
         }
@@ -177,6 +180,7 @@ impl Repair<'_> {
         let length = norm2(outward).sqrt().max(f64::MIN_POSITIVE);
         let position = &mut self.mesh.positions[vertex as usize];
         for i in 0..3 {
+            // Against the outward normal, into the solid.
             let step_mm = NUDGE_ULPS * self.ulp_mm * outward[i] / length;
             position[i] = f64::from((position[i] - step_mm) as f32);
         }

@@ -35,6 +35,7 @@ pub(super) fn meeting(surfaces: &[&LeafSurface], from: [f64; 3]) -> Option<[f64;
                 count += 1;
             }
         }
+        // Tested before the step, so that a point that is already right does not move.
         if farthest_mm < ON_MM {
             return Some(at.into());
         }

@@ -81,6 +81,7 @@ impl Net {
         self.corners[outgoing] = middle;
         self.link(first + 1, beyond);
         self.link(first + 2, outgoing);
+        // The outgoing edge stored for these vertices may belong to the other triangle now.
         self.leaving[end as usize] = first as u32 + 1;
         self.leaving[apex as usize] = incoming as u32;
         first

@@ -58,6 +58,7 @@ impl Arc {
         let ([a, b], [c, s]) = (self.semi_axes_mm, cos_sin(t));
         let speed = (a * s).hypot(b * c);
         let curvature = a * b / (speed * speed * speed);
+        // A parallel curve at the distance d has the radius of curvature R + d at the same parameter.
         let stretch = 1.0 + self.offset_mm * curvature;
         (speed * stretch, curvature / stretch)
     }
@@ -90,6 +91,7 @@ impl Arc {
 
     /// Splits the arc at its extreme points along the axes, so that they become vertices.
     pub fn split_at_extremes(&self) -> Vec<Self> {
+        // Ends that are extreme points themselves, up to rounding, are not cut off again.
         let slack = 1e-9 * (self.to_rad - self.from_rad).max(1e-3);
         let first = (self.from_rad / FRAC_PI_2).floor() as i64;
         let last = (self.to_rad / FRAC_PI_2).ceil() as i64;

@@ -36,6 +36,7 @@ pub(super) fn chords_per_turn(radius_mm: f64, sagitta_mm: f64) -> f64 {
 pub(super) fn ring_count(radius_mm: f64, tolerance_mm: f64) -> usize {
     let sagitta_mm = RING_SHARE * tolerance_for(radius_mm, tolerance_mm);
     let chords = chords_per_turn(radius_mm, sagitta_mm);
+    // The small offset keeps an exact integer from being rounded up.
     MIN_RING.max(4 * ((chords / 4.0 - 1e-9).ceil() as usize))
 }
 

@@ -63,6 +63,7 @@ pub(super) fn extrude(out: &mut Facets, solid: &Extrusion, tolerance_mm: f64) ->
     }
     for t in caps {
         let [a, b, c] = [t.x as u32, t.y as u32, t.z as u32];
+        // The bottom faces downwards, so its triangles are reversed.
         out.triangle([a, c, b], BOTTOM);
         out.triangle([count + a, count + b, count + c], TOP);
     }

@@ -76,6 +76,7 @@ pub(super) fn revolve(
         from = stroke.to;
     }
     let area = enclosed_area(&profiles);
+    // The direction of the path does not matter; only the side of the solid does.
     let flip = (area > 0.0) != solid_inside;
 
     let is_pole = |ring: &Ring| ring.spread.count == 1;
@@ -123,6 +124,7 @@ fn runs_forward(stroke: &Stroke, rings: &[Ring]) -> bool {
 
 fn end_ring(at: [f64; 2], t: f64, tolerance_mm: f64) -> Ring {
     if at[0] < ON_AXIS_MM {
+        // Exactly on the axis, so that both strokes at a pole use the same point.
         return Ring { t, at: [0.0, at[1]], spread: Spread::pole() };
     }
     Ring { t, at, spread: Spread { count: ring_count(at[0], tolerance_mm), staggered: false } }

@@ -60,6 +60,7 @@ pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<V
         return None;
     }
     let mut best: Option<(usize, Vec<Ring>)> = None;
+    // Generous limit until a first candidate holds; then only a few more strips are tried.
     let mut last = 2 * fewest + 30;
     let mut strips = fewest;
     while strips <= last {
@@ -171,6 +172,7 @@ impl Search<'_> {
             done += weight(i);
             let t = self.scale.parameter(done / whole);
             let (at, normal) = (self.arc.point(t), self.arc.normal(t));
+            // Circumference of the ring in the scaled plane: TAU r sqrt(curvature around), with curvature normal / r.
             let around = std::f64::consts::TAU * (at[0] * normal[0].abs()).sqrt() / chord;
             // Where the surface is flat across the axis, chords deviate along its other curvature: each ring must stay
             // clear of the next.
@@ -238,6 +240,7 @@ impl Search<'_> {
     /// of the barycentric coordinates, with `edges` the values halfway along the edges from each corner to the next.
     fn triangle_deviation(&self, corners: [Corner; 3], [a, b, c]: [f64; 3]) -> f64 {
         let edges = a.abs().max(b.abs()).max(c.abs());
+        // Barycentric coordinates of the stationary point of the form, up to their sum.
         let weights = [b * (a + c - b), c * (a + b - c), a * (b + c - a)];
         let inside = weights.iter().all(|w| *w > 0.0) || weights.iter().all(|w| *w < 0.0);
         if !inside {

@@ -66,6 +66,7 @@ pub(super) fn stitch_part(lower: Spread, upper: Spread, mut emit: impl FnMut(Str
     let azimuth_b = |k: usize| (2 * k as i64 + i64::from(upper.staggered)) * na;
     let (mut a, mut b) = (0, 0);
     while a < steps_a || b < steps_b {
+        // Angular width of the diagonal after an advance on either ring.
         let advance_a = (azimuth_a(a + 1) - azimuth_b(b)).abs();
         let advance_b = (azimuth_b(b + 1) - azimuth_a(a)).abs();
         if b == steps_b || (a < steps_a && advance_a <= advance_b) {

@@ -98,6 +98,7 @@ impl CompiledSolid {
     /// Any violation that [`Solid::validate`] finds.
     pub fn new(solid: &Solid) -> Result<Self, InvalidSolid> {
         solid.validate()?;
+        // The compiler adds leaves in the order of `Solid::leaves`, so both lists correspond.
         let mut compiler = Compiler::default();
         let root = compiler.add(solid, Pose::identity(), false);
         let Compiler { nodes, bounds, leaves: compiled } = compiler;
@@ -289,6 +290,7 @@ impl CompiledSolid {
                     if line.meets(&self.boxes[child as usize]) {
                         self.cast(child, line, scratch);
                     }
+                    // The first operand has nothing to be intersected with.
                     if i > 0 {
                         span::intersect(&mut scratch.spans, from, middle);
                     }

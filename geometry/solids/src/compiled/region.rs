@@ -75,6 +75,7 @@ impl Edge {
         let Some(Ellipse { centre, half_axes }) = self.ellipse else { return 0.0 };
         let unit = |p: Vector2<f64>| (p - centre).component_div(&half_axes);
         let (a, b) = (unit(self.from), unit(self.to));
+        // The angle from a to b, which is exact for small arcs too.
         let turn = a.perp(&b).atan2(a.dot(&b));
         if self.ccw { turn.rem_euclid(TAU) } else { -((-turn).rem_euclid(TAU)) }
     }
@@ -164,6 +165,7 @@ impl Edge {
         if reach == 0.0 {
             return ends;
         }
+        // Point of the full ellipse with the normal u; it counts only if the arc includes it.
         let farthest = centre + half_axes.component_mul(&scaled) / reach;
         if self.accepts(farthest) { ends.max(centre.dot(&u) + reach) } else { ends }
     }
@@ -194,6 +196,7 @@ impl Edge {
         turns.push((total, self.to));
         let (mut from, mut from_at) = (self.from, 0.0);
         for (at, to) in turns {
+            // The side of a piece follows from its middle, far from the turning points.
             let middle = start + turn * 0.5 * (from_at + at);
             let bulge = Some((ellipse, middle.cos().signum()));
             pieces.push(Piece { from, to, bulge });
@@ -266,6 +269,7 @@ impl Region {
     /// Returns whether the point lies inside the outer path and outside every hole.
     pub(crate) fn holds(&self, p: Vector2<f64>) -> bool {
         let within = |path: &Range<usize>| {
+            // Even-odd rule for each path.
             self.pieces[path.clone()].iter().filter(|piece| piece.is_right_of(p)).count() % 2 == 1
         };
         self.paths.first().is_some_and(within) && !self.paths.iter().skip(1).any(within)

@@ -65,6 +65,7 @@ impl<'a> Passing<'a> {
         let ends = between.map(|t_mm| self.squared(t_mm));
         let is_passed = between[0] < self.nearest_mm && self.nearest_mm < between[1];
         let nearest = if is_passed { self.squared(self.nearest_mm) } else { ends[0].min(ends[1]) };
+        // Compared with the range of distances from z that the line has beside the edge.
         let (inner, outer) = (edge.low.x.max(0.0), edge.high.x);
         // Rounding errors of squares scale with the line's reach, not with the edge's size.
         let rounding = 1e-12 * reach_mm * reach_mm;
@@ -100,6 +101,7 @@ fn swept_line(edge: &Edge, ray: &LocalRay, mut offer: impl FnMut(f64)) {
         let value = along.y * r - (w + root * dw);
         let slope = along.y * p.xy().dot(&d.xy()) / r - dw;
         let step = value / slope;
+        // A large step means a root of the mirrored cone or a tangent; the root is kept as it is.
         let is_small = step.is_finite() && step.abs() < 1e-6 * ray.reach_mm;
         offer(if is_small { root - step } else { root });
     }

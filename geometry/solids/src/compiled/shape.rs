@@ -98,6 +98,7 @@ impl Work {
     pub(crate) fn keep_changes(&mut self, inside: impl Fn(f64) -> bool) {
         let Self { chords, candidates } = self;
         candidates.sort_unstable_by(|a, b| a.t_mm.total_cmp(&b.t_mm).then(a.face.cmp(&b.face)));
+        // Sorted by face too, so that the survivor of equal candidates is always the same.
         candidates.dedup_by(|next, kept| next.t_mm - kept.t_mm <= SAME_MM);
         let mut entered: Option<Candidate> = None;
         for (i, &here) in candidates.iter().enumerate() {
@@ -192,6 +193,7 @@ impl Primitive {
         let shape = self.shape();
         let mut bounds = crate::Aabb::everything();
         for axis in 0..3 {
+            // The root axis in the leaf frame: a row of the rotation.
             let u = root_from_leaf.rotation().row(axis).transpose();
             let origin = root_from_leaf.translation_mm()[axis];
             bounds.max[axis] = origin + shape.support(&u);

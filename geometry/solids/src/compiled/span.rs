@@ -56,6 +56,7 @@ pub(crate) fn unite(spans: &mut Vec<Span>, from: usize) {
             tail[last] = next;
         }
     }
+    // The minimum covers an empty list.
     let kept = from + (last + 1).min(tail.len());
     spans.truncate(kept);
 }

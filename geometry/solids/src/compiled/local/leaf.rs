@@ -89,6 +89,7 @@ impl Local {
             Walls::Everything => Sides::none(!inside),
             Walls::Behind(wall) | Walls::Unknown(wall) => Sides::behind(&[*wall], inside),
             Walls::Corner { walls, both: true } => Sides::behind(walls, inside),
+            // By De Morgan: behind either wall is the complement of beyond both.
             Walls::Corner { walls, both: false } => {
                 Sides::behind(&walls.map(Literal::negated), !inside)
             }
@@ -130,6 +131,7 @@ impl<'a> Leaf<'a, '_> {
         let along = |i: usize| [c[i] - h[i], c[i] + h[i]];
         let across = length(&[c.x, c.y], &[h.x, h.y]);
         let z = along(2);
+        // Functions of the bottom (-z) and the top (z - height); the solid is where both are negative.
         let ends = |height_mm: f64| [(1, [-z[1], -z[0]]), (2, less(z, height_mm))];
         let simple = match self.primitive {
             Primitive::Sphere(s) => {
@@ -146,6 +148,8 @@ impl<'a> Leaf<'a, '_> {
                 convex(std::iter::once((0, less(across, s.radius_mm))).chain(ends(s.height_mm)))
             }
             Primitive::Cone(s) => {
+                // Radius minus the cone's radius at that height; an upper bound of the distance, which suffices for
+                // signs.
                 let slope = (s.top_radius_mm - s.bottom_radius_mm) / s.height_mm;
                 let grown = z.map(|z| slope * z);
                 let low = across[0] - grown[0].max(grown[1]) - s.bottom_radius_mm;
@@ -228,6 +232,7 @@ impl<'a> Leaf<'a, '_> {
     }
 
     fn whole(&mut self) -> Literal {
+        // One surface stands for the whole primitive where its faces cannot be told apart.
         let known = self.faces.whole;
         known.unwrap_or_else(|| {
             let literal = self.families.literal(LocalSurface::whole(self.leaf));
@@ -254,6 +259,7 @@ impl<'a> Leaf<'a, '_> {
     }
 
     fn face(&mut self, face: u32) -> Literal {
+        // Most faces are never needed, so the list grows on demand.
         let index = face as usize;
         if self.faces.faces.len() <= index {
             self.faces.faces.resize(index + 1, None);

@@ -245,6 +245,7 @@ pub(crate) fn meeting_boxes(
 ) -> Vec<Aabb> {
     let mut families = Families::default();
     let (mut in_a, mut in_b) = (Asked::new(a), Asked::new(b));
+    // A box this thin contains only contact.
     if (bounds.max - bounds.min).min() <= SAME_MM {
         return Vec::new();
     }
@@ -301,6 +302,7 @@ pub(crate) fn held_boxes(
     Some(halved(&all, budget, |bounds| {
         let cell = Cell::of(bounds);
         let of_tool = in_tool.sides(tool.root, &cell, bounds, true, &mut families);
+        // Enlarged, so that a face on the border between two boxes is found from one of them.
         let grown = bounds.grown(BETWEEN_MM);
         if of_tool.is_nothing()
             || !in_tool.may_leave(tool.root, &cell, &grown, &direction, &mut families)
@@ -355,6 +357,7 @@ fn halved(bounds: &Aabb, budget: usize, mut judge: impl FnMut(&Aabb) -> Verdict)
 }
 
 fn halves(bounds: &Aabb) -> [Aabb; 2] {
+    // The longest edge is halved, so that boxes stay compact.
     let axis = (bounds.max - bounds.min).imax();
     let middle = 0.5 * (bounds.min[axis] + bounds.max[axis]);
     let (mut low, mut high) = (*bounds, *bounds);

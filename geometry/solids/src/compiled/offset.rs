@@ -64,7 +64,7 @@ impl Quadrant {
         let z = self.turned(p) / self.short_mm;
         let [u, v] = self.on_axis(z).unwrap_or_else(|| {
             let n = self.long * z.x;
-            // (u, v)| = 1. Both bounds lie left of it, where the length is above 1.
+            // At the root |(u, v)| = 1. Both bounds lie left of it, where the length is above 1.
             let least = z.y.max((n * n + z.y * z.y).sqrt() - self.gap);
             let mut s = least.max(self.first_guess(guess_mm / self.short_mm, z));
             for _ in 0..100 {

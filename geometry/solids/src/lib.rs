@@ -14,6 +14,7 @@
 //!
 //! ```
 //! use fabkit_geometry::{CompiledSolid, Point3, Ray, Solid, Vector3};
+//!
 //! let washer = Solid::cylinder(5.0, 1.0).minus(Solid::cylinder(2.0, 3.0).at(0.0, 0.0, -1.0));
 //! let body = CompiledSolid::new(&washer)?;
 //! let along_x = Ray { origin: Point3::new(0.0, 0.0, 0.5), direction: Vector3::x() };

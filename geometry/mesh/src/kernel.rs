@@ -1,5 +1,5 @@
-//! Interface to the boolean kernel, manifold-rust. No other module depends on it (except for the polygon triangulator
-//! in `tessellate/extruded.rs`).
+//! Interface to the boolean kernel, manifold-rust. Other modules use only its polygon triangulator
+//! (`tessellate/extruded.rs`, `conform/fill.rs`).
 
 use manifold_rust::boolean3;
 use manifold_rust::impl_mesh::ManifoldImpl;

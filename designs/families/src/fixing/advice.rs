@@ -11,6 +11,8 @@ use crate::{REGISTRY, SensorText};
 
 /// Most values that are tried for the hints of one design.
 const MOST_TRIED: usize = 3000;
+/// Most ways out that a hint names.
+const MOST_SUGGESTED: usize = 3;
 /// Most parameters that are tried for one problem.
 const MOST_CANDIDATES: usize = 6;
 
@@ -128,6 +130,7 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
             .into_iter()
             .chain(&problem.from)
             .filter(is_other)
+            .take(MOST_SUGGESTED - said.len())
             .map(|path| format!("`{path}`"))
             .collect();
         match &change[..] {

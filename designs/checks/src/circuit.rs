@@ -1,6 +1,6 @@
-//! Circuits: lamps that shine and do not burn, nets that connect, boards that are there.
+//! Circuits: LEDs have enough voltage and are not overloaded, nets connect at least two pins, boards exist.
 //!
-//! What is etched is judged elsewhere, by its copper; this looks at what the circuit says, with or without a board.
+//! Etched copper is checked elsewhere. This rule checks what the circuit states, with or without a board.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use crate::rule::Rule;
 use crate::scene::InvalidBody;
 
 rule! {
-    /// Lamps shine and do not burn, nets connect, boards are there.
+    /// LEDs shine and are not overloaded, nets connect, boards exist.
     Circuit = "circuit",
     examines: "circuits",
     finds: "lamps that need more than the supply has, that burn or burn their resistors, that no \
@@ -33,13 +33,13 @@ fn apply(case: &Case<'_>) -> Looked {
     examine(case.sensor)
 }
 
-/// Shares of currents that differ by less are the same.
+/// Largest relative difference of currents that count as equal.
 const SAME: f64 = 1e-9;
 
-/// Points around a land that are looked at.
+/// Number of points on the outline of a land that are checked.
 const AROUND: usize = 8;
 
-/// All findings about circuits, and how many there are.
+/// Finds errors in circuits. Also returns the number of circuits.
 pub(crate) fn examine(sensor: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let mut findings = Vec::new();
     for circuit in &sensor.circuits {
@@ -59,12 +59,13 @@ fn error(circuit: &Circuit, what: &str, fix: &str) -> Finding {
     Finding::error(Rule::Circuit, format!("{}: {what}", circuit.name), fix)
 }
 
-/// Whether a number is one, and more than nothing; a comparison alone would let NaN pass.
+/// Returns whether a value is finite and above 0. A comparison alone would let infinity pass.
 fn is_positive(value: f64) -> bool {
     value.is_finite() && value > 0.0
 }
 
-/// Nets with one end, and pins that do not exist, or are on two nets or, of lamps and resistors, on none.
+/// Finds nets with fewer than two pins, pins that do not exist, pins on two nets, and unconnected pins of LEDs and
+/// resistors.
 fn nets(circuit: &Circuit) -> Vec<Finding> {
     let mut found = Vec::new();
     let mut on: BTreeMap<(&str, &str), Vec<&str>> = BTreeMap::new();
@@ -103,7 +104,7 @@ fn nets(circuit: &Circuit) -> Vec<Finding> {
     found
 }
 
-/// What a resistor and its lamps bear.
+/// Compares voltage, current and power of a resistor and its LEDs with their ratings.
 fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
     let names = one.designators.join(", ");
     let is_known = [one.supply_v, one.forward_v, one.ohms, one.rated_w, one.led_rated_a];
@@ -146,7 +147,7 @@ fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
     found
 }
 
-/// Lamps whose current nothing limits.
+/// Compares the number of LEDs with the number for which resistors are calculated.
 fn counted(circuit: &Circuit) -> Option<Finding> {
     let there = circuit.parts.iter().filter(|part| part.kind == CircuitKind::Led).count();
     let shared = circuit.resistors.iter().map(|one| one.designators.len() * one.leds as usize);
@@ -158,8 +159,8 @@ fn counted(circuit: &Circuit) -> Option<Finding> {
     })
 }
 
-/// Lamps that are turned round beside others: where several meet, all do so with the same end. Only two in a row
-/// meet with both.
+/// Finds LEDs that are reversed: on a net with more than two pins, all LEDs must connect with the same end. On a net
+/// with two pins, two LEDs in series connect with different ends. The minority counts as reversed.
 fn polarity(circuit: &Circuit) -> Vec<Finding> {
     let is_led = |part: &str| circuit.part(part).is_some_and(|part| part.kind == CircuitKind::Led);
     let mut found = Vec::new();
@@ -183,7 +184,7 @@ fn polarity(circuit: &Circuit) -> Vec<Finding> {
     found
 }
 
-/// What the supply gives, and whether the total is that of the resistors.
+/// Compares the stated current with that of the resistors, and the supply with both.
 fn supply(circuit: &Circuit) -> Vec<Finding> {
     let mut found = Vec::new();
     let each = circuit.resistors.iter().map(|one| one.designators.len() as f64 * one.current_a());
@@ -223,7 +224,7 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
     found
 }
 
-/// The board is there, and what has a place is on it.
+/// Checks that the board exists and that all placed lands lie on it.
 fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Vec<Finding>, InvalidBody> {
     let Some(name) = circuit.board.as_deref() else { return Ok(Vec::new()) };
     let Some(body) = sensor.body(name) else {
@@ -232,6 +233,7 @@ fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Vec<Finding>, InvalidBody
     };
     let solid = CompiledSolid::new(&body.solid)
         .map_err(|source| InvalidBody { body: name.to_owned(), source })?;
+    // The lines start 1 mm below the board.
     let bottom = solid.bounds().min.z - 1.0;
     let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
     let mut is_on = |[x, y]: [f64; 2]| {
@@ -258,12 +260,13 @@ fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Vec<Finding>, InvalidBody
     Ok(found)
 }
 
-/// The outline of a land in the frame of its part, mm: corners, or points of the circle.
+/// Iterates over points on the outline of a land, in the frame of its part, mm: corners and middles of sides, or points
+/// of the circle.
 fn around(land: &Land) -> impl Iterator<Item = [f64; 2]> {
     let Land { at_mm: [x, y], size_mm, is_round, .. } = land.clone();
     (0..AROUND).map(move |i| {
         let (sin, cos) = (i as f64 * std::f64::consts::TAU / AROUND as f64).sin_cos();
-        // Those of a circle, pushed out to the rectangle.
+        // For a rectangle, the circle's points are pushed out to its sides.
         let [a, b] = if is_round {
             [size_mm[0] * cos, size_mm[0] * sin]
         } else {

@@ -1,4 +1,4 @@
-//! The smallest sensor that has something to check: a puck of gel, cast in a dish under a lid.
+//! Example: the smallest sensor that exercises the rules, a puck of gel, cast in a dish under a lid.
 
 use fabkit_geometry::{
     Action, Angle, Assembly, Body, Cure, Mix, NominalCamera, Opening, Placement, Point3, Pose,
@@ -11,7 +11,7 @@ pub const RADIUS_MM: f64 = 10.0;
 /// Height of the puck, mm.
 pub const HEIGHT_MM: f64 = 2.0;
 
-/// Thickness of the lid, mm: two fingers hold it.
+/// Thickness of the lid, mm; thick enough for two fingers to hold it.
 pub const LID_MM: f64 = 5.0;
 
 /// Radius of the lid's hole, through which the puck is poured, mm.
@@ -56,7 +56,8 @@ fn step(name: &str, action: Action) -> Step {
     }
 }
 
-/// Dish, lid and puck on z = 0; poured through the lid, then lid and dish taken off.
+/// Builds the sensor: dish, lid and puck, with the puck's lower face at z = 0. It is poured through the lid; then lid
+/// and dish are taken off.
 pub fn puck() -> Sensor {
     let pour = Pour {
         layer: "puck".into(),

@@ -1,5 +1,4 @@
-//! Bodies of one assembly overlap only where a press fit is declared, and there by no more than
-//! declared.
+//! Interference: bodies of one assembly overlap only where a press fit is declared, and not deeper than declared.
 
 use fabkit_geometry::measure::overlap_volume;
 use fabkit_geometry::proofs::meetings;
@@ -29,41 +28,41 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok((found, case.pairs.len()))
 }
 
-/// Lines through the box that two bodies share.
+/// Number of lines through the box that two bodies share.
 pub(crate) const LINES: u32 = 20_000;
 
-/// Lines of each direction on which the depth of a press fit is measured.
+/// Number of lines per direction that measure the depth of a press fit.
 const FIT_LINES: usize = 4_000;
 
-/// Directions in which the thickness of an overlap is sought.
+/// Number of directions in which the thickness of an overlap is searched.
 const FAN: u32 = 24;
 
-/// Places at most at which the thickness of a fit is measured: fits are alike all around.
+/// Maximum number of points at which the thickness of a press fit is measured; press fits are alike all around.
 const FIT_PROBES: usize = 128;
 
-/// Rounds of following the normals at the ends of the shortest way.
+/// Number of refinement rounds along the normals at the ends of the shortest line.
 const REFINEMENTS: usize = 3;
 
-/// What those rounds may leave, as a fraction of the thickness.
+/// Relative error of the thickness that may remain after the refinement.
 const REFINEMENT_REST: f64 = 1e-3;
 
 /// Rounding allowed in the depth of a press fit, mm.
 const FIT_ROUNDING_MM: f64 = 1e-6;
 
-/// What was found about a pair.
+/// Result for one pair.
 struct Verdict {
     finding: Option<Finding>,
-    /// Whether it overlaps at all.
+    /// Whether the two bodies overlap at all.
     overlaps: bool,
 }
 
-/// All pairs that have to be looked at.
+/// Returns all pairs of bodies whose bounding boxes overlap.
 pub(crate) fn pairs<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Vec<Pair<'a>> {
     let assemblies = scene.assemblies.iter();
     assemblies.flat_map(|(assembly, bodies)| pairs_of(sensor, assembly, bodies)).collect()
 }
 
-/// All findings; `tick` is called after each pair.
+/// Finds overlaps, and press fits that overlap nowhere; `tick` is called after each pair.
 pub(crate) fn examine(
     sensor: &Sensor,
     pairs: &[Pair],
@@ -118,11 +117,11 @@ fn pairs_of<'a>(
     })
 }
 
-/// As [`examine_pair`], unless the same bodies in the same places were clean before.
+/// Calls [`examine_pair`] unless the same bodies at the same poses were clean before.
 fn remembered(sensor: &Sensor, pair: &Pair, memo: &Memo) -> Verdict {
     let key = Key::new(u64::from(pair.fit.is_some())).key(pair.a.key).key(pair.b.key);
     let key = match pair.fit {
-        // Which of the two is pressed in makes no difference to their depth.
+        // The depth does not depend on which of the two is pressed in.
         Some(fit) => key.number(sensor.press_fits[fit].interference_mm),
         None => key,
     };
@@ -191,10 +190,10 @@ fn examine_fit(
     Verdict { finding, overlaps: true }
 }
 
-/// How deep two bodies reach into each other, and where: the largest of the thicknesses that their
-/// common volume has at points within it.
+/// Finds the deepest overlap of two bodies and its position: the largest of the thicknesses that their common volume
+/// has at points within it.
 ///
-/// What is no more than `allowed_mm` need not be known better than that.
+/// The search stops as soon as a depth is known not to exceed `allowed_mm`.
 pub(crate) fn deepest(
     a: &CompiledSolid,
     b: &CompiledSolid,
@@ -216,7 +215,7 @@ pub(crate) fn deepest(
             for [from_b, to_b] in in_b {
                 for [from_a, to_a] in in_a {
                     let (enter, exit) = (from_a.max(*from_b), to_a.min(*to_b));
-                    // Contact is no overlap.
+                    // Touching is no overlap.
                     if exit - enter > FIT_ROUNDING_MM {
                         met.push((exit - enter, ray.at(0.5 * (enter + exit))));
                     }
@@ -232,10 +231,11 @@ pub(crate) fn deepest(
         .max_by(|x, y| x.0.total_cmp(&y.0))
 }
 
-/// Thickness of what two bodies have in common at a point within it: the shortest way through.
+/// Computes the thickness of the common volume of two bodies at a point within it: the length of the shortest line
+/// through the point.
 ///
-/// Lines of a fan end near the faces that bound it; lines along the normals of those faces are
-/// shorter, and the shortest of all is followed further, until one is no longer than `allowed_mm`.
+/// Lines of a fan end near the bounding faces. Lines along the normals of those faces are shorter. The shortest of all
+/// is refined further, until one is no longer than `allowed_mm`.
 fn thickness_mm(
     a: &CompiledSolid,
     b: &CompiledSolid,
@@ -279,7 +279,7 @@ fn thickness_mm(
     keep_shorter(None).map_or(known_mm, |s| s.length_mm().min(known_mm))
 }
 
-/// Directions spread evenly over half a sphere (Swinbank and Purser, "Fibonacci grids", 2006).
+/// Returns a direction of an even distribution over half a sphere (Swinbank and Purser, "Fibonacci grids", 2006).
 fn fan_direction(index: u32) -> Vector3<f64> {
     let z = (f64::from(index) + 0.5) / f64::from(FAN);
     let (sin, cos) = (f64::from(index) * std::f64::consts::PI * (3.0 - 5f64.sqrt())).sin_cos();
@@ -287,7 +287,7 @@ fn fan_direction(index: u32) -> Vector3<f64> {
     Vector3::new(radius * cos, radius * sin, z)
 }
 
-/// What a line has in both bodies.
+/// Returns the stretches of a line that lie inside both bodies.
 fn common_stretches(
     a: &CompiledSolid,
     b: &CompiledSolid,
@@ -304,7 +304,7 @@ fn common_stretches(
         for x in &in_a {
             let enter = if x.enter.t >= y.enter.t { x.enter } else { y.enter };
             let exit = if x.exit.t <= y.exit.t { x.exit } else { y.exit };
-            // Contact is no overlap.
+            // Touching is no overlap.
             if exit.t - enter.t > FIT_ROUNDING_MM {
                 common.push(Stretch { enter, exit });
             }

@@ -1,15 +1,14 @@
-//! How much the camera sees, through the drawn bodies, of what the sensor is sold for.
+//! Fraction of the touch surface, or of the markers, that the camera sees through the drawn bodies.
 //!
-//! Places are looked at as ground truth looks at them: light is bent at the drawn faces, and ends at what is
-//! opaque. What is lost, and to what, is always told. It is a fault where the sensor cannot do what it is
-//! there for:
+//! Points are viewed as in ground truth: light is refracted at the drawn faces and ends at opaque bodies. The fraction
+//! that is lost, and its causes, are always reported as a note. They are a warning where the sensor cannot do its task:
 //!
 //! - A camera that follows *markers* must see them: a pin that it does not see measures nothing.
-//! - A camera that looks at a *surface* must see the middle of it, where things are touched: the third of the
-//!   area that is nearest to the tip of a dome, or to the middle of a pad. The foot of a dome, or the corners
-//!   of a pad, lie outside of the picture of most published sensors, which say so.
-//! - No body may hide much of what is left: an opening is there to be looked through. What lies beside the
-//!   picture is the lens's choice, what a rim hides is nobody's.
+//! - A camera that looks at a *surface* must see its middle, which is touched most: the third of the area that is
+//!   nearest to the tip of a dome or to the middle of a pad. The foot of a dome or the corners of a pad lie outside the
+//!   image of most published sensors, which say so.
+//! - No body may hide much of the rest. What lies outside the image is a choice of lens; what a rim hides is nobody's
+//!   choice.
 
 use std::collections::BTreeMap;
 
@@ -24,35 +23,35 @@ use crate::rule::Rule;
 use crate::scene::{Assemblies, InvalidBody};
 use crate::sight::{Cone, bodies, is_markers, listed};
 
-/// Places that are looked at; shares are good to about a hundredth.
+/// Number of points that are viewed; gives fractions to about a hundredth.
 const PLACES: usize = 256;
 
-/// Part of the surface that counts as its middle.
+/// Fraction of the surface that counts as its middle.
 const MIDDLE: f64 = 1.0 / 3.0;
 
-/// Largest share of the middle that may be lost: the picture of a published dome cuts off 4 % at its sides.
+/// Largest fraction of the middle that may be lost; the image of a published dome cuts off 4 % at its sides.
 const MOST_LOST: f64 = 0.1;
 
-/// The same of markers: the rim of a ring of lamps takes 2 % of what a published tip's camera follows.
+/// Largest fraction of markers that may be lost; the rim of an LED ring hides 2 % of the markers of a published tip.
 const MOST_MARKERS_LOST: f64 = 0.05;
 
-/// Largest share of the whole surface that one body may hide.
+/// Largest fraction of the whole surface that one body may hide.
 const MOST_HIDDEN: f64 = 0.1;
 
-/// Where a marker is met more flatly than that, a ray stands for no more of it.
+/// Smallest steepness with which a marker's face is weighted, which limits the weight of grazing rays.
 const LEAST_STEEPNESS: f64 = 0.05;
 
-/// A place, what it stands for, and whether it belongs to what must be seen.
+/// A point with its weight; `counts` tells whether it belongs to the part that must be seen.
 struct Place {
     point: Point3<f64>,
     weight: f64,
     counts: bool,
 }
 
-/// Shares by what keeps the camera from them, the largest first.
+/// Lost fractions by cause, the largest first.
 type Shares = Vec<(String, f64)>;
 
-/// All findings; none for what has no camera.
+/// Compares the visible fractions with their limits. Returns nothing for a sensor without a camera.
 pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     if sensor.sight.is_empty() {
         return Ok(Vec::new());
@@ -61,7 +60,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     let terms = camera.lens.projection.terms();
     let view_rad = camera.field_of_view.rad();
     let camera = Camera::nominal(camera.width_px, camera.height_px, view_rad, terms);
-    // Limits of parameters see to it that a camera can be.
+    // The limits of the parameters exclude invalid cameras.
     let Ok(camera) = camera else { return Ok(Vec::new()) };
     let sights = match Stack::of(sensor) {
         Ok(stack) => Sights::new(stack),
@@ -80,7 +79,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
             "depth SENSOR --reference --coverage-map FILE.png",
         ));
         if !is_markers(sensor) {
-            // One cause, one finding.
+            // One cause is reported once.
             findings.extend(middle(sensor, &counting).or_else(|| hidden(sensor, &all)));
         }
     }
@@ -93,7 +92,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(findings.into_iter().map(|finding| finding.in_assembly(&Assembly::sensor().0)).collect())
 }
 
-/// Spread evenly over the area of the surface.
+/// Samples points evenly over the area of the touch surface.
 fn of_touch(touch: &TouchSurface) -> Result<Vec<Place>, InvalidSolid> {
     let points = SurfacePoints::new(touch)?;
     let even = EvenPoints::square([0.5; 2]);
@@ -103,7 +102,7 @@ fn of_touch(touch: &TouchSurface) -> Result<Vec<Place>, InvalidSolid> {
     });
     let mut all: Vec<(f64, Point3<f64>)> = all.collect();
     if let SurfacePoints::Plane(pad) = &points {
-        // How far from the middle, as a share of the way to the edge of the pad's box.
+        // Distance from the middle, relative to the edge of the pad's bounding box.
         let bounds = pad.bounds_mm();
         for (out, point) in &mut all {
             let of_axis =
@@ -117,8 +116,7 @@ fn of_touch(touch: &TouchSurface) -> Result<Vec<Place>, InvalidSolid> {
     Ok(all.into_iter().enumerate().map(place).collect())
 }
 
-/// On the faces of the markers that are turned to the camera, where straight rays meet them, whatever is
-/// before them.
+/// Samples points on the faces of the markers that straight rays from the pupil meet, ignoring all other bodies.
 fn of_markers(sensor: &Sensor) -> Result<Vec<Place>, InvalidBody> {
     let scene = Assemblies::new(sensor)?;
     let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
@@ -136,12 +134,12 @@ fn of_markers(sensor: &Sensor) -> Result<Vec<Place>, InvalidBody> {
             places.push(Place { point: ray.at(enter.t), weight, counts: true });
         }
     }
-    // Each so-manieth is as good a sample as all.
+    // Every n-th point is as good a sample as all of them, and faster.
     let step = places.len().div_ceil(PLACES).max(1);
     Ok(places.into_iter().step_by(step).collect())
 }
 
-/// What is lost of all places, and of those that count.
+/// Returns the lost fractions of all points and of those that count.
 fn look(places: &[Place], viewer: &mut Viewer, stack: &Stack) -> (Shares, Shares) {
     let lost: Vec<Option<Lost>> =
         places.iter().map(|place| viewer.see(&place.point).err()).collect();
@@ -165,10 +163,10 @@ fn sum(lost: &Shares) -> f64 {
     lost.iter().map(|(_, share)| share).sum()
 }
 
-/// What is lost, and to what.
+/// Reports as a note the fraction that is seen, and the causes of loss.
 fn note(of: &str, lost: &Shares, shown_by: &str) -> Finding {
     let seen = 100.0 * (1.0 - sum(lost));
-    // What is rounded to nothing is not worth a word.
+    // Causes below half a percent would be rounded to 0 %.
     let told: Shares = lost.iter().filter(|(_, share)| *share >= 0.005).cloned().collect();
     let rest = if told.is_empty() { String::new() } else { format!("; {}", in_words(&told, 0)) };
     let message = format!("the camera sees {seen:.0} % of {of}{rest}");
@@ -228,7 +226,7 @@ fn fix_of(by: &str) -> String {
     }
 }
 
-/// Light that cannot be followed.
+/// Reports a sensor through which light cannot be followed.
 fn unknown(error: &InvalidStack) -> Finding {
     let message = format!("what the camera sees through the drawn bodies is not known: {error}");
     let fix = "say what light does in every body that the camera looks through: `refractive_index` in \

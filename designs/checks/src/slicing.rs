@@ -1,51 +1,50 @@
-//! How parts of filament are sliced: what their notes, their printers and the rules say, each with its reason.
+//! Print settings of filament parts, each with its reason: from notes, printers and the rules.
 
 use fabkit_geometry::{Action, Assembly, Body, Process, Sensor};
 
 use crate::scene::InvalidBody;
 use crate::{overhang, standing};
 
-/// Half the width of the usual nozzle of 0.4 mm, which is how most printers' own profiles print, mm.
+/// Usual layer height, mm: half the width of the usual nozzle of 0.4 mm, as in most printers' own profiles.
 const LAYER_MM: f64 = 0.2;
 
-/// What is cast shows the layers of its mold, mm; chosen: the finest that usual printers make without
-/// taking twice as long, and what the dome's molds note.
+/// Layer height of molds, mm, since a cast shows the layers of its mold. Chosen: the finest that usual printers make
+/// without taking twice as long; the dome's molds note it.
 const MOLD_LAYER_MM: f64 = 0.12;
 
-/// Line of a nozzle of 0.4 mm as PrusaSlicer and OrcaSlicer lay it, mm.
+/// Line width of a 0.4 mm nozzle in PrusaSlicer and OrcaSlicer, mm.
 const LINE_MM: f64 = 0.45;
 
-/// Closed above and below, mm: what PrusaSlicer's own profiles ask for at least is 0.7.
+/// Thickness of solid layers below and above, mm; PrusaSlicer's own profiles ask for at least 0.7.
 const SKIN_MM: f64 = 0.8;
 
-/// Brim of what may topple, and of what warps, mm; chosen: as PrusaSlicer's own profiles have it for those
-/// who ask for a brim.
+/// Width of the brim of parts that may topple or warp, mm. Chosen: the value of PrusaSlicer's own profiles with a brim.
 const BRIM_MM: f64 = 5.0;
 
-/// Filaments that lift their corners from the bed while they cool; their makers advise a brim.
+/// Filaments that lift their corners off the bed while they cool; their makers advise a brim.
 const WARPING: [&str; 4] = ["ABS", "ASA", "PA", "PC"];
 
-/// A setting and why it is so.
+/// A setting and the reason for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chosen<T> {
-    /// What the slicer is told.
+    /// Value for the slicer.
     pub value: T,
-    /// Why, in words.
+    /// Reason, as text.
     pub why: String,
 }
 
-/// What the slicer of a part of filament is told.
+/// Slicer settings of a filament part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintSettings {
     /// Height of a layer, mm.
     pub layer_mm: Chosen<f64>,
-    /// Width of a line that masses and times are estimated with, mm; the slicer takes the printer's own.
+    /// Line width for estimates of mass and time, mm; the slicer uses the printer's own.
     pub line_mm: f64,
-    /// Lines side by side along each outline.
+    /// Number of lines along each outline.
     pub perimeters: Chosen<u32>,
-    /// Solid layers below, and as many above.
+    /// Number of solid layers below, and the same number above.
     pub solid_layers: Chosen<u32>,
-    /// How much of the inside is filled, %.
+    /// Fraction of the inside that is filled, %.
     pub infill_percent: Chosen<f64>,
     /// Whether supports are printed.
     pub supports: Chosen<bool>,
@@ -53,14 +52,14 @@ pub struct PrintSettings {
     pub brim_mm: Chosen<f64>,
 }
 
-/// What a part is for, as far as slicing goes.
+/// Purpose of a part, as far as slicing goes.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
-    /// Something is cast in it, and it comes off.
+    /// A layer is cast in it, and it comes off.
     Mold,
     /// It stays in the sensor.
     Sensor,
-    /// All else.
+    /// Any other part.
     Tool,
 }
 
@@ -78,14 +77,14 @@ impl Role {
     }
 }
 
-/// How a part is sliced; nothing of what is not made of filament: what prints resin takes layers and exposure
-/// from the resin's profile, and places supports by hand.
+/// Chooses the slicer settings of a part; `None` if it is not made of filament. Resin printers take layers and exposure
+/// from the resin's profile, and their supports are placed by hand.
 ///
-/// What the printer's owner says comes first, then what the part's own notes say, then what the rules find,
-/// then what is usual for a part of its kind.
+/// Settings stated for the machine come first, then those of the part's own notes, then the findings of the rules, then
+/// usual values for parts of its kind.
 ///
 /// # Errors
-/// [`InvalidBody`] if its solid is none.
+/// [`InvalidBody`] if the solid of the part is not valid.
 pub fn print_settings(sensor: &Sensor, part: &Body) -> Result<Option<PrintSettings>, InvalidBody> {
     if part.process() != Some(Process::Fdm) {
         return Ok(None);

@@ -1,5 +1,4 @@
-//! How a printed part stands on its machine: whether it topples while it grows, and whether resin stays
-//! in it.
+//! Standing: whether a printed part topples while it is printed, and whether resin stays in it.
 
 use std::collections::BTreeMap;
 
@@ -29,34 +28,34 @@ fn apply(case: &Case<'_>) -> Looked {
     examine(case.sensor)
 }
 
-/// Height over the least width of the footprint that filament stands without a brim. Prusa's guide asks
-/// for one under what is tall and thin; the figure is chosen: at 6, a nozzle that catches a curled edge
-/// with 1 N lifts the foot with more than that of three lines' adhesion.
+/// Largest ratio of height to least footprint width at which filament stands without a brim. Prusa's guide asks for a
+/// brim under tall and thin parts; the figure is chosen: at 6, a nozzle that catches a curled edge with 1 N lifts the
+/// foot with more than the adhesion of three lines.
 const SLENDER: f64 = 6.0;
 
-/// Foot per height that filament needs without a brim, mm2 per mm; chosen: with 0.1 N/mm2 of adhesion a
-/// part twice as tall as its foot is wide bears 1 N at its top.
+/// Smallest footprint area per height without a brim, mm2 per mm. Chosen: with 0.1 N/mm2 of adhesion, a part twice as
+/// tall as its foot is wide bears 1 N at its top.
 const FOOT_MM: f64 = 1.0;
 
-/// What is lower than this does not topple, mm.
+/// Height below which a part does not topple, mm.
 const LOW_MM: f64 = 15.0;
 
-/// What is lower than this lies on the bed, mm: the first layer.
+/// Height below which material lies on the bed, mm: the first layer.
 const ON_BED_MM: f64 = 0.05;
 
-/// A stretch of air in a column, by its number: from where to where, mm.
+/// Interval of air in a column: the column's index, and the lower and upper height, mm.
 type Air = (usize, [f64; 2]);
 
-/// Lines across the longer side of a part.
+/// Number of lines across the longer side of a part.
 const ACROSS: f64 = 80.0;
 
-/// Resin that stays in a hollow and is worth a word, mm3: a drop.
+/// Smallest volume of trapped resin that is reported, mm3: a drop.
 const DROP_MM3: f64 = 20.0;
 
-/// Hollows wider than this may be open through a gap that lines miss, mm.
+/// Smallest spacing of the lines, mm. Hollows may be open through a gap that the lines miss.
 const LEAST_CELL_MM: f64 = 0.2;
 
-/// Applies the rules; the second figure is how many parts were looked at.
+/// Finds parts that topple and hollows that keep resin. Also returns the number of printed parts.
 pub(crate) fn examine(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let printed: Vec<&Body> = kit
         .parts()
@@ -69,18 +68,18 @@ pub(crate) fn examine(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody
     Ok((found.into_iter().flatten().collect(), printed.len()))
 }
 
-/// Why a part of filament may topple without a brim, whatever its notes say.
+/// Returns the finding that a filament part may topple without a brim, whatever its notes say.
 ///
 /// # Errors
-/// A solid that is none.
+/// [`InvalidBody`] if the solid of the part is not valid.
 pub(crate) fn unsteady(part: &Body) -> Result<Option<Finding>, InvalidBody> {
     Ok(standing(part)?.and_then(|standing| standing.topples(part)))
 }
 
-/// From where to where a line upwards is inside a part, mm above the bed.
+/// Intervals of a vertical line inside a part, mm above the bed.
 type Column = Vec<[f64; 2]>;
 
-/// Columns through a part as it lies.
+/// Columns through a part as it lies on the bed.
 struct Standing {
     counts: [usize; 2],
     cell_mm: f64,
@@ -112,7 +111,7 @@ impl Standing {
         }
         let size = bounds.size_mm();
         let cell_mm = (size[0].max(size[1]) / ACROSS).max(LEAST_CELL_MM);
-        // A ring of columns around the part, so that what flows out reaches it.
+        // A ring of empty columns around the part, so that every open hollow reaches it.
         let counts = [0, 1].map(|axis| (size[axis] / cell_mm).ceil() as usize + 2);
         let mut caster = Caster::default();
         let mut columns = Vec::with_capacity(counts[0] * counts[1]);
@@ -130,13 +129,13 @@ impl Standing {
         if !lowest.is_finite() {
             return None;
         }
-        // Boxes may be larger than what they hold.
+        // Bounding boxes may be larger than the body, so heights are measured from the lowest hit.
         columns.iter_mut().flatten().for_each(|ends| *ends = ends.map(|z| z - lowest));
         let low = Point3::new(bounds.min.x, bounds.min.y, bounds.min.z + lowest);
         Some(Self { counts, cell_mm, low, height_mm: highest - lowest, columns })
     }
 
-    /// Middle of a column at a height above the bed, in the frame of the bed.
+    /// Returns the point of a column at a height above the bed, in the frame of the bed.
     fn point(&self, index: usize, z_mm: f64) -> Point3<f64> {
         let at = |i: usize| (i as f64 - 1.0 + 0.4721) * self.cell_mm;
         let [x, y] = [index % self.counts[0], index / self.counts[0]];
@@ -173,7 +172,8 @@ impl Standing {
         )
     }
 
-    /// Hollows that resin does not leave: closed ones, and those that only the plate closes.
+    /// Finds the largest hollow that resin does not leave: a closed one, or for SLA one that only the build plate
+    /// closes.
     fn holds_resin(&self, part: &Body) -> Option<Finding> {
         let (air, groups) = self.hollows();
         let (volume_mm3, is_closed, first) = groups
@@ -202,7 +202,8 @@ impl Standing {
         Some(if is_closed { finding.with_severity(Severity::Error) } else { finding })
     }
 
-    /// Stretches of air from the plate to the top, by column, and what they are together.
+    /// Returns the intervals of air from the plate to the top, and the hollows that they form, by the index of a root
+    /// interval.
     fn hollows(&self) -> (Vec<Air>, BTreeMap<usize, Hollow>) {
         let mut air: Vec<Air> = Vec::new();
         let mut starts = Vec::with_capacity(self.columns.len() + 1);
@@ -244,7 +245,7 @@ impl Standing {
     }
 }
 
-/// Air that is together.
+/// Connected intervals of air.
 struct Hollow {
     first: usize,
     /// Whether it reaches past the part.
@@ -273,7 +274,7 @@ fn warning(part: &Body, message: String, fix: &str) -> Finding {
         .of([part.name.as_str()])
 }
 
-/// Whether the part's notes tell of one of these.
+/// Returns whether the part's notes mention one of these words. Notes that deny them do not count.
 fn says(part: &Body, words: &[&str]) -> bool {
     part.notes.iter().any(|note| {
         let note = note.to_lowercase();
@@ -283,7 +284,7 @@ fn says(part: &Body, words: &[&str]) -> bool {
     })
 }
 
-/// The least distance of two parallel lines that hold all points between them, to a degree.
+/// Returns the smallest distance of two parallel lines that enclose all points, sampled every 3 degrees.
 fn least_width(points: &[[f64; 2]]) -> f64 {
     let width = |degree: i32| {
         let (sin, cos) = f64::from(degree).to_radians().sin_cos();

@@ -1,4 +1,4 @@
-//! Steps that overlap in time: what is done while an earlier step's cure is waited for.
+//! Steps that overlap in time: work during the cure of an earlier step.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,10 +7,10 @@ use fabkit_geometry::{Action, Duty, Sensor, Step};
 use crate::finding::Finding;
 use crate::rule::Rule;
 
-/// Hours that differ by less are the same.
+/// Largest difference of equal durations, h.
 const SAME_H: f64 = 1e-9;
 
-/// All findings about steps that are done during others.
+/// Finds errors in steps that are done during others.
 pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
     let steps = sensor.chain.iter().enumerate();
     let mut hours = BTreeMap::new();
@@ -23,8 +23,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
         .collect()
 }
 
-/// What is wrong with a step that is done during another one; `hours` sums up what others have taken of
-/// its time.
+/// Checks a step that is done during another one. `hours` sums up the time of that one that other steps have used.
 fn overlap(
     sensor: &Sensor,
     at: usize,
@@ -65,7 +64,7 @@ fn overlap(
     })
 }
 
-/// What a step's hands move or work on.
+/// Iterates over the bodies that the hands move or work on in a step.
 fn touched(step: &Step) -> impl Iterator<Item = &str> {
     let more: Vec<&str> = match &step.action {
         Action::Pour(pour) => named(&pour.walls, &pour.layer),
@@ -80,8 +79,9 @@ fn named<'a>(bodies: &'a [String], layer: &'a str) -> Vec<&'a str> {
     bodies.iter().map(String::as_str).chain([layer]).collect()
 }
 
-/// What stands still while a step cures: what it works on, and all that steps have joined with that in its
-/// assembly and not taken away again. Of screws, nuts and pins there are more, loose ones.
+/// Returns the bodies that must rest while a step cures: those on which it works, and all that earlier steps have
+/// joined with them in the same assembly and not taken away again. Screws, nuts and pins are left out: names of
+/// fasteners stand for many pieces, most of them loose.
 fn cures(sensor: &Sensor, step: usize) -> BTreeSet<&str> {
     let here = &sensor.chain[step].assembly;
     let is_loose = |name: &&str| {

@@ -1,4 +1,4 @@
-//! How much force what is touched bears before something gives way.
+//! Force that the touched body bears before a connection gives way.
 
 use std::collections::VecDeque;
 
@@ -10,29 +10,31 @@ use crate::finding::{Finding, Severity};
 use crate::lines::Caster;
 use crate::rule::Rule;
 
-/// Stress of what nobody knows better, MPa: a filament's print across its layers.
+/// Strength assumed for materials without a value, MPa: a filament print across its layers.
 const USUAL_MPA: f64 = 15.0;
 
-/// Friction of a press fit, MPa: a pressure of 0.5 MPa, which creeping plastics keep, times 0.2 (chosen).
+/// Friction of a press fit per area, MPa: a pressure of 0.5 MPa, which creeping plastics keep, times a coefficient of
+/// 0.2 (chosen).
 const FRICTION_MPA: f64 = 0.1;
 
-/// More than that is more than anything here, N.
+/// Capacity that stands for infinity, N; more than anything here bears.
 const MOST_N: f64 = 1e6;
 
-/// Where a figure tells no more, N.
+/// Force above which messages say only "more than", N.
 const ENOUGH_N: f64 = 1e3;
 
-/// Beside the axis, where vents and screws are, mm.
+/// Position (x, y) of the ray that finds the touched body, mm: slightly off the axis, on which vents and screws lie.
 const BESIDE_MM: [f64; 2] = [0.013, 0.007];
 
-/// The ways in which what is touched is dragged, and that in which it is pulled off.
+/// Directions in which the touched body is dragged (+x, -x, +y, -y).
 const SHEAR: std::ops::Range<usize> = 0..4;
+/// Direction in which the touched body is pulled off, +z.
 const PULL: usize = 4;
 
-/// What gives way first.
+/// Smallest force at which a connection gives way.
 struct Weakest {
     newtons: f64,
-    /// Of what gives way, the link that bears most: the bodies, that which leaves first, and how they hold.
+    /// Strongest link of the cut: its two bodies, the leaving one first, and the kind of connection.
     at: Option<([usize; 2], String)>,
 }
 
@@ -40,7 +42,7 @@ pub(super) fn examine(sensor: &Sensor, graph: &Graph) -> Vec<Finding> {
     let Some(load_n) = sensor.load_n else { return Vec::new() };
     let Some(touched) = touched(sensor, graph) else { return Vec::new() };
     let ground = graph.grounds[touched];
-    // What touches nothing has been told.
+    // The rule of retention has already reported a body without a housing.
     if ground == usize::MAX || ground == touched {
         return Vec::new();
     }
@@ -99,7 +101,7 @@ fn gives_way(graph: &Graph, touched: usize, word: &str, weakest: &Weakest, load_
     finding.measured(weakest.newtons, load_n, "N")
 }
 
-/// What a finger meets first.
+/// Finds the body that a finger meets first: the first one below the apex of the touch surface.
 fn touched(sensor: &Sensor, graph: &Graph) -> Option<usize> {
     let touch = sensor.touch.as_ref()?;
     let [x, y] = BESIDE_MM;
@@ -116,7 +118,7 @@ fn touched(sensor: &Sensor, graph: &Graph) -> Option<usize> {
     first.map(|(_, index)| index)
 }
 
-/// Force that the first end of a link passes to the second when it is moved along a way, N.
+/// Computes the force that the first body of a link passes to the second when it moves along `way`, N.
 fn capacity_n(graph: &Graph, link: &Link, is_turned: bool, way: usize) -> f64 {
     if link.is_tied {
         return MOST_N;
@@ -132,7 +134,7 @@ fn capacity_n(graph: &Graph, link: &Link, is_turned: bool, way: usize) -> f64 {
     (stops + rubs + sticks).min(MOST_N)
 }
 
-/// The least cut between what is touched and its ground (Edmonds and Karp, 1972).
+/// Computes the minimum cut between the touched body and its housing (Edmonds and Karp, 1972).
 fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
     debug_assert!(way < WAYS);
     let count = graph.nodes.len();
@@ -165,9 +167,9 @@ fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
     }
 }
 
-/// For each node that force still reaches, the one before it.
+/// Searches the residual graph breadth first. Returns the predecessor of each node that can be reached.
 fn search(rest: &[Vec<f64>], from: usize) -> Vec<Option<usize>> {
-    /// Less is rounding, N.
+    /// Residual capacity below which an edge is saturated up to rounding, N.
     const NOTHING_N: f64 = 1e-9;
     let mut before = vec![None; rest.len()];
     let mut next = VecDeque::from([from]);
@@ -182,7 +184,7 @@ fn search(rest: &[Vec<f64>], from: usize) -> Vec<Option<usize>> {
     before
 }
 
-/// Of the links that give way, that which bears most.
+/// Finds the strongest of the links across the cut.
 fn cut(
     graph: &Graph,
     all: &[Vec<f64>],

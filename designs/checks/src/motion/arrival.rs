@@ -1,4 +1,4 @@
-//! What gets to its place when, in each assembly, past what.
+//! Arrivals: which bodies come to their places in each step and assembly, and which stand there already.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,33 +7,33 @@ use fabkit_geometry::{Action, Adjustment, Kind, Occasion, Pose, Sensor, Step};
 use crate::case::Place;
 use crate::scene::{Assemblies, Placed};
 
-/// Poses that differ by less are the same, mm and parts of 1.
+/// Largest difference of equal poses, mm and parts of 1.
 const SAME: f64 = 1e-9;
 
-/// Bodies whose boxes are this near touch each other, mm.
+/// Distance at which bounding boxes count as touching, mm.
 const TOUCHING_MM: f64 = 0.1;
 
 /// A step that brings bodies to their places.
 pub(crate) struct Arrival<'a> {
     pub(crate) place: Place<'a>,
     pub(crate) step: &'a Step,
-    /// What stands there before.
+    /// Bodies that stand there before the step.
     pub(crate) standing: Vec<&'a Placed<'a>>,
-    /// What comes; each of them as one piece, in the order in which the step names them.
+    /// Bodies that the step brings, grouped into pieces that move as one, in the order in which the step names them.
     pub(crate) coming: Vec<Vec<&'a Placed<'a>>>,
 }
 
-/// A step in which tools work on what stands there.
+/// A step in which tools work on bodies that stand in an assembly.
 pub(crate) struct Work<'a> {
     pub(crate) place: Place<'a>,
     pub(crate) occasion: Occasion,
-    /// What they work on.
+    /// Bodies on which the tools work.
     pub(crate) on: Vec<&'a Placed<'a>>,
-    /// What stands there, with what they work on.
+    /// All bodies that stand there, including those on which the tools work.
     pub(crate) around: Vec<&'a Placed<'a>>,
 }
 
-/// Every step that brings something, in order, and every step that pours, adjusts or takes off.
+/// Returns every step that brings bodies, in order, and every step that pours, adjusts or demolds.
 pub(crate) fn arrivals<'a>(
     sensor: &'a Sensor,
     scene: &'a Assemblies<'a>,
@@ -46,12 +46,12 @@ pub(crate) fn arrivals<'a>(
 pub(super) struct History<'a> {
     sensor: &'a Sensor,
     scene: &'a Assemblies<'a>,
-    /// What stands in each assembly, as numbers of its bodies.
+    /// Indices of the bodies that stand in each assembly.
     standing: BTreeMap<&'a str, BTreeSet<usize>>,
     work: Vec<Work<'a>>,
 }
 
-/// The layer that a step makes: it is not brought.
+/// Returns the layer that a step makes in place, which is therefore not brought.
 fn made(step: &Step) -> Option<&str> {
     match &step.action {
         Action::Pour(pour) => Some(&pour.layer),
@@ -60,7 +60,7 @@ fn made(step: &Step) -> Option<&str> {
     }
 }
 
-/// What a step needs where it happens.
+/// Iterates over the names of the bodies that a step needs in its assembly.
 fn needed(step: &Step) -> impl Iterator<Item = &str> {
     let more: &[String] = match &step.action {
         Action::Pour(pour) => &pour.walls,
@@ -76,7 +76,7 @@ impl<'a> History<'a> {
         Self { sensor, scene, standing: BTreeMap::new(), work: Vec::new() }
     }
 
-    /// What stands in an assembly now, in the order of the sensor's lists.
+    /// Returns the bodies that stand in an assembly now, in the order of the sensor's lists.
     pub(super) fn standing(&mut self, assembly: &'a str) -> Vec<&'a Placed<'a>> {
         let scene = self.scene;
         if !self.standing.contains_key(assembly) {
@@ -89,6 +89,7 @@ impl<'a> History<'a> {
     pub(super) fn step(&mut self, step: &'a Step) -> Option<Arrival<'a>> {
         let assembly = step.assembly.as_ref()?.0.as_str();
         let bodies = self.scene.bodies(assembly);
+        // Fills the entry of this assembly on its first use, before pieces are looked up in it.
         self.standing(assembly);
         let arrival = self.arrival(step, assembly);
         let standing = self.standing.entry(assembly).or_default();
@@ -111,7 +112,7 @@ impl<'a> History<'a> {
         if let Action::Demold(pulls) = &step.action {
             let is_pulled = |name: &str| pulls.iter().any(|pull| pull.body == name);
             let fits = &self.sensor.press_fits;
-            // What is pressed into a tool leaves with it, and no tool comes off before its screws.
+            // Bodies pressed into a tool leave with it, and screws leave before any tool comes off.
             let goes_with =
                 |name: &str| fits.iter().any(|fit| fit.inner == name && is_pulled(&fit.outer));
             let stays = |placed: &Placed| {
@@ -147,8 +148,8 @@ impl<'a> History<'a> {
         (!coming.is_empty()).then_some(Arrival { place, step, standing, coming })
     }
 
-    /// What a step names though its turn comes later, with what it touches: the same screws hold other
-    /// bodies too, and a later step names them again.
+    /// Finds bodies that the step names but that arrive in a later step, together with the bodies they touch: screws of
+    /// one name also hold other bodies, and a later step names them again.
     fn waiting(&self, step: &Step, assembly: &str) -> BTreeSet<usize> {
         let bodies = self.scene.bodies(assembly);
         let standing = &self.standing[assembly];
@@ -157,7 +158,7 @@ impl<'a> History<'a> {
         let after = after.filter(|step| step.assembly.as_ref().is_some_and(|a| a.0 == assembly));
         let after: Vec<BTreeSet<&str>> = after.map(|step| needed(step).collect()).collect();
         let later: BTreeSet<&str> = after.iter().flatten().copied().collect();
-        // What stands in one place comes when it is named first.
+        // A body with a single placement arrives when it is first named.
         let is_one_of_many =
             |i: usize| bodies.iter().filter(|b| b.name == bodies[i].name).count() > 1;
         let is_again = |&i: &usize| {
@@ -167,7 +168,7 @@ impl<'a> History<'a> {
         let is_absent = |i: usize| !standing.contains(&i) && !now.contains(bodies[i].name);
         let mut wait = BTreeSet::new();
         loop {
-            // What only comes to lie beside it in a step of its own is not waited for.
+            // A body only waits for an absent neighbour if a later step names both.
             let is_told_with = |k: usize, i: usize| {
                 let mut steps = after.iter();
                 steps.any(|s| s.contains(bodies[k].name) && s.contains(bodies[i].name))
@@ -190,8 +191,8 @@ impl<'a> History<'a> {
         }
     }
 
-    /// What no step brings to an assembly though it stands there: it has been brought as a whole, and
-    /// what comes later comes to it.
+    /// Finds bodies that stand in an assembly although no step brings them there: they arrived as a whole, and later
+    /// bodies are added to them.
     fn brought_untold(&self, assembly: &str) -> BTreeSet<usize> {
         let bodies = self.scene.bodies(assembly);
         let here = |step: &&Step| step.assembly.as_ref().is_some_and(|a| a.0 == assembly);
@@ -204,15 +205,15 @@ impl<'a> History<'a> {
         (0..bodies.len()).filter(|&i| !is_told(pieces[i]) && exists(&bodies[i])).collect()
     }
 
-    /// Whether a body stands anywhere by now.
+    /// Returns whether a body stands in any assembly by now.
     fn stands(&self, name: &str) -> bool {
         self.standing.iter().any(|(assembly, standing)| {
             standing.iter().any(|&i| self.scene.bodies(assembly)[i].name == name)
         })
     }
 
-    /// Of which piece each body of an assembly is: what stood together before, as it does here, moves
-    /// together, and so do parts that are printed as one.
+    /// Returns the index of the piece to which each body of an assembly belongs. Bodies that stood together before, in
+    /// the same relative pose, move together; so do parts that are printed as one.
     fn pieces(&self, assembly: &str) -> Vec<usize> {
         let bodies = self.scene.bodies(assembly);
         let mut pieces: Vec<usize> = (0..bodies.len()).collect();
@@ -237,7 +238,8 @@ impl<'a> History<'a> {
     }
 }
 
-/// What is set right in a step: what it brings of that name, or else what stands there.
+/// Returns the work of a step's adjustments: on the bodies of that name that it brings, or else on those that stand
+/// there.
 fn adjusted<'a>(
     step: &'a Step,
     place: Place<'a>,
@@ -260,9 +262,10 @@ fn adjusted<'a>(
     step.adjustments.iter().map(work).collect()
 }
 
-/// What stood together there and does so here, as numbers of bodies here: each group has been moved as one.
+/// Groups the bodies that stood together before and do so here, as indices of bodies here: each group has been moved as
+/// one.
 ///
-/// Nothing has been moved to two places: of copies here, those are meant that take most along.
+/// A body cannot have been moved to two places. Among several copies here, the move that takes most bodies along wins.
 fn moved_together(there: &[&Placed], here: &[Placed]) -> Vec<Vec<usize>> {
     let mut moves: Vec<(Pose, Vec<[usize; 2]>)> = Vec::new();
     for (to, placed) in here.iter().enumerate() {

@@ -283,8 +283,8 @@ pub(crate) fn follow<'a>(
     None
 }
 
-/// How many steps a leg takes that is looked at by steps.
-/// Computes the number of sampled poses along a leg from the longest way of any corner of the movers' bounding boxes.
+/// Returns the number of steps in which a leg is sampled, from the longest way of any corner of the movers' bounding
+/// boxes.
 fn steps(leg: &Leg, movers: &[&Placed]) -> usize {
     let way_mm = match leg {
         Leg::Straight { length_mm, .. } => length_mm.unwrap_or(0.0),

@@ -32,6 +32,7 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok(([mem::take(&mut ways.findings), examine(case.sensor)].concat(), ways.tools))
 }
 
+/// Returns whether a tool or hand can adjust the body.
 fn is_adjustable(body: &Body) -> bool {
     body.reach.iter().any(|reach| reach.occasion == Occasion::Adjustment)
 }
@@ -59,6 +60,7 @@ fn is_forgotten(sensor: &Sensor, body: &Body) -> bool {
         && !sensor.chain.iter().any(is_done)
 }
 
+/// Returns the error of an adjustment: a body that cannot be adjusted, or that does not take part in the step.
 fn wrong(sensor: &Sensor, step: &Step, body: &str) -> Option<Finding> {
     let (message, fix) = match sensor.body(body) {
         Some(of) if !is_adjustable(of) => {

@@ -54,6 +54,7 @@ struct Column {
     bottom_mm: f64,
     top_mm: f64,
     top: Point3<f64>,
+    /// Whether its top lies on an opening.
     vented: bool,
 }
 
@@ -87,6 +88,7 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Mem
     findings
 }
 
+/// Reports the pockets of one layer.
 fn pockets(place: &Place, pour: &Pour, layer: &CompiledSolid) -> Vec<Finding> {
     let grid = Columns::of(layer, pour);
     let pockets = grid.pockets();
@@ -120,6 +122,7 @@ impl Columns {
         let [half_u, half_v] = [u, v].map(|w| w.abs().dot(&half));
         let cell_mm = 2.0 * half_u.max(half_v) / COLUMNS as f64;
         // An offset of an odd fraction of a cell keeps columns off walls at round coordinates.
+        // One more cell than needed, so that the offset below leaves no uncovered edge.
         let count = |half_mm: f64| (2.0 * half_mm / cell_mm).ceil() as usize + 1;
         let size = [count(half_u), count(half_v)];
         // A small vent may lie between columns, so openings are widened by half the diagonal of a cell.
@@ -133,6 +136,8 @@ impl Columns {
                 for i in 0..size[0] {
                     let offset: Vector3<f64> = place(i, size[0]) * u + place(j, size[1]) * v;
                     let ray = Ray { origin: bounds.centre() + offset, direction: up };
+                    // Columns of this cell start here; normals are only computed if one of their tops is near an
+                    // opening.
                     let from = row.len();
                     row.extend(caster.ends(body, &ray).iter().map(|&[bottom_mm, top_mm]| {
                         let top = ray.at(top_mm);
@@ -160,6 +165,7 @@ impl Columns {
         let mut next = 0;
         for cell in 0..=size[0] * size[1] {
             let at = [cell % size[0], cell / size[0]];
+            // Cells without columns get an empty range.
             while next < columns.len() && is_before(columns[next].cell, at) {
                 next += 1;
             }
@@ -187,6 +193,7 @@ impl Columns {
     fn pockets(&self) -> Vec<Pocket> {
         let mut order: Vec<usize> = (0..self.columns.len()).collect();
         order.sort_unstable_by(|&a, &b| {
+            // The index breaks ties, so that the result does not depend on the sort.
             self.columns[b].top_mm.total_cmp(&self.columns[a].top_mm).then(a.cmp(&b))
         });
         let mut voids = Voids::new(&self.columns);
@@ -194,6 +201,7 @@ impl Columns {
         let mut from = 0;
         while from < order.len() {
             let level_mm = self.columns[order[from]].top_mm;
+            // Tops of one plateau are opened together: within it no top is higher than another.
             let below = |&i: &usize| level_mm - self.columns[i].top_mm > LEVEL_MM;
             let to = order[from..].iter().position(below).map_or(order.len(), |n| from + n);
             // A void that meets an opening only at this level held air above it, down to this level.
@@ -227,18 +235,23 @@ impl Columns {
     }
 }
 
+/// Returns whether cell `a` comes before cell `b`, row by row.
 fn is_before(a: [usize; 2], b: [usize; 2]) -> bool {
     (a[1], a[0]) < (b[1], b[0])
 }
 
 /// Voids above the current level: a union-find forest of columns that knows whether air can leave each void.
 struct Voids {
+    /// Union-find parents.
     parent: Vec<usize>,
+    /// Number of columns in the tree of each root.
     size: Vec<usize>,
     /// Linked rings through the columns of each void without an opening. Exchanging two links merges two rings, which
     /// avoids a list for each of a hundred thousand columns.
     next: Vec<usize>,
+    /// Whether the void of each root has an opening.
     vented: Vec<bool>,
+    /// Whether each column has been reached by the sweep.
     is_open: Vec<bool>,
     /// Connections made by the current level. Kept to reuse the allocation.
     links: Vec<(usize, usize)>,
@@ -275,6 +288,7 @@ impl Voids {
         for &index in level {
             self.joined.push((index, self.vented[index]));
             for other in neighbours(index) {
+                // Lower tops are not reached yet.
                 if !self.is_open[other] {
                     continue;
                 }
@@ -283,6 +297,7 @@ impl Voids {
                 self.joined.push((root, self.vented[root]));
             }
         }
+        // Sorted, so that the result does not depend on the order in which neighbours were visited.
         self.joined.sort_unstable();
         self.joined.dedup();
         for link in 0..self.links.len() {
@@ -318,6 +333,7 @@ impl Voids {
         (0..self.parent.len()).filter(is_closed).map(|root| self.members(root))
     }
 
+    /// Merges the trees of two columns.
     fn join(&mut self, a: usize, b: usize) {
         // Union by size.
         let (a, b) = (self.root(a), self.root(b));
@@ -330,6 +346,7 @@ impl Voids {
         }
     }
 
+    /// Finds the root of a column's tree.
     fn root(&mut self, mut index: usize) -> usize {
         while self.parent[index] != index {
             // Path halving.

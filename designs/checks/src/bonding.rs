@@ -26,6 +26,7 @@ fn apply(case: &Case<'_>) -> Looked {
 
 /// Reports a layer that does not stick to the body it is cast onto. A warning, since its shape may hold it.
 fn unbonded(sensor: &Sensor, loose: &Loose) -> Finding {
+    // Bought bodies have no material; their description stands in for it.
     let from = |name: &str| {
         let body = sensor.body(name);
         let from =

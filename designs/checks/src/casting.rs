@@ -74,11 +74,15 @@ struct Mismatch {
 }
 
 #[derive(Clone, Debug, Default)]
+/// Sums over lines.
 struct Tally {
+    /// Volume of the layer, mm3.
     layer_mm3: f64,
+    /// Differences by wall.
     by_wall: BTreeMap<usize, Mismatch>,
     /// Leak area for each direction; the direction that looks straight out of the leak sees all of it.
     leak_mm2: [f64; DIRECTIONS.len()],
+    /// A point just outside a leak.
     leak: Option<Point3<f64>>,
 }
 
@@ -88,6 +92,7 @@ impl Tally {
         for (sum, more) in self.leak_mm2.iter_mut().zip(other.leak_mm2) {
             *sum += more;
         }
+        // The first leak in the order of the jobs, whatever thread found it.
         self.leak = self.leak.or(other.leak);
         for (wall, more) in other.by_wall {
             let sum = self.by_wall.entry(wall).or_default();
@@ -106,6 +111,7 @@ impl Tally {
     }
 }
 
+/// Returns the wider of two gaps.
 fn wider(
     a: Option<(f64, Point3<f64>)>,
     b: Option<(f64, Point3<f64>)>,
@@ -143,6 +149,7 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Mem
     findings
 }
 
+/// Reports leaks, and differences between cavity and layer by wall.
 fn findings_of(place: &Place, cavity: &Cavity, bodies: &[Placed]) -> Vec<Finding> {
     let tally = cast(cavity);
     let pour = cavity.pour;
@@ -216,6 +223,7 @@ fn leak(place: &Place, cavity: &Cavity, tally: &Tally, bodies: &[Placed]) -> Fin
         .measured(tally.leak_mm2.into_iter().fold(0.0, f64::max), 0.0, "mm2")
 }
 
+/// Casts all lines through the layer.
 fn cast(cavity: &Cavity) -> Tally {
     let bounds = cavity.layer.body.bounds();
     let bundles = DIRECTIONS.map(|d| Bundle::through(&bounds, d.into(), LINES));
@@ -290,9 +298,11 @@ impl Line<'_> {
     fn face(&mut self, wall: Option<usize>, ray: &Ray, at_mm: f64) -> Option<Crossing> {
         let body = wall.map_or(&self.cavity.layer.body, |wall| &self.cavity.walls[wall].body);
         let mut stretches = self.caster.stretches(body, ray);
+        // Exact comparison is safe: intervals and crossings come from the same spans of the solid.
         stretches.find_map(|s| [s.enter, s.exit].into_iter().find(|end| end.t == at_mm))
     }
 
+    /// Returns the steepness of a face at a position on the line; 1 if there is no face.
     fn steepness(&mut self, wall: Option<usize>, ray: &Ray, at_mm: f64) -> f64 {
         self.face(wall, ray, at_mm).map_or(1.0, |face| steepness(ray, &face))
     }
@@ -312,6 +322,7 @@ impl Line<'_> {
         if length_mm <= GAP_MM {
             return None;
         }
+        // The less steep face bounds the depth.
         let [at_enter, at_exit] = [enter, exit].map(|(of, at_mm)| self.steepness(of, ray, at_mm));
         let depth_mm = length_mm * at_enter.min(at_exit);
         (depth_mm > GAP_MM).then(|| (length_mm, depth_mm, ray.at(0.5 * (enter.1 + exit.1))))

@@ -65,6 +65,7 @@ pub(crate) fn removals<'a>(sensor: &'a Sensor, scene: &'a Assemblies<'a>) -> Vec
     let mut gone = BTreeSet::new();
     let mut removals = Vec::new();
     for step in &sensor.chain {
+        // Layers count as cast in all assemblies from here on.
         cast.extend(made(step));
         let Some(assembly) = step.assembly.as_ref().map(|a| a.0.as_str()) else { continue };
         if let Action::Pour(pour) = &step.action {
@@ -73,6 +74,7 @@ pub(crate) fn removals<'a>(sensor: &'a Sensor, scene: &'a Assemblies<'a>) -> Vec
         let Action::Demold(pulls) = &step.action else { continue };
         for pull in pulls {
             let body = pull.body.as_str();
+            // Only a layer that was cast in this assembly has an entry.
             let walls = poured_here.get(&(assembly, body));
             let stands_against = |other: &str| match walls {
                 Some(walls) => {
@@ -131,6 +133,7 @@ struct Examiner<'a> {
 }
 
 impl<'a> Examiner<'a> {
+    /// Adds an error about a step.
     fn wrong<'b>(
         &mut self,
         step: &Step,
@@ -145,6 +148,7 @@ impl<'a> Examiner<'a> {
         });
     }
 
+    /// Checks one step.
     fn step(&mut self, step: &'a Step) {
         if let Some(assembly) =
             step.assembly.as_ref().filter(|a| self.scene.bodies(&a.0).is_empty())
@@ -179,10 +183,12 @@ impl<'a> Examiner<'a> {
             }
         }
         if let Some(layer) = made(step) {
+            // Only after the checks, so that the step itself does not count as an earlier one.
             self.made_in.insert(layer, &step.name);
         }
     }
 
+    /// Checks a pour: assembly, layer, walls, mixture, cure and openings.
     fn pour(&mut self, step: &'a Step, pour: &'a Pour) {
         if step.assembly.is_none() {
             let message = "a pour needs an assembly in which its cavity stands";
@@ -261,14 +267,17 @@ impl<'a> Examiner<'a> {
         }
     }
 
+    /// Checks that a direction is a unit vector.
     fn direction(&mut self, step: &Step, direction: &Vector3<f64>, what: &str) {
         let off = (direction.norm() - 1.0).abs();
+        // off > UNIT_ROUNDING { || NaN compares false with everything.
         if off.is_nan() || off > UNIT_ROUNDING {
             let message = format!("{what} is not a unit vector");
             self.wrong(step, [], message, "normalise it");
         }
     }
 
+    /// Checks shares, density and waste of a mixture.
     fn mixture(&mut self, step: &Step, layer: &str, mix: &Mix, waste: f64) {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         if mix.by_mass.is_empty() {
@@ -286,7 +295,9 @@ impl<'a> Examiner<'a> {
         }
     }
 
+    /// Checks duration and temperature of a cure.
     fn cure(&mut self, step: &Step, cure: &Cure) {
+        // Absolute zero.
         let above_zero = cure.celsius > -273.15 && cure.celsius.is_finite();
         // Zero hours are valid: a liquid that never cures takes no time.
         if !(cure.hours >= 0.0 && cure.hours.is_finite() && above_zero) {

@@ -61,6 +61,7 @@ pub(crate) fn examine(sensor: &Sensor) -> (Vec<Finding>, usize) {
     (open.collect(), contacts(sensor).count())
 }
 
+/// Iterates over all pairs of a poured or sprayed layer and a body that it touches.
 fn contacts(sensor: &Sensor) -> impl Iterator<Item = Contact<'_>> {
     sensor.chain.iter().enumerate().flat_map(move |(index, step)| {
         let (layer, beside): (_, &[String]) = match &step.action {
@@ -124,6 +125,7 @@ impl<'a> Contact<'a> {
     fn released_in(&self) -> Option<usize> {
         let mut chain = self.sensor.chain[..=self.index].iter().enumerate();
         let said = chain.find(|(at, step)| {
+            // A release in an earlier step counts only if that step names the wall.
             let is_meant = *at == self.index || step.bodies.contains(&self.wall.name);
             is_meant && step.instruction.to_lowercase().contains("release")
         });
@@ -132,6 +134,7 @@ impl<'a> Contact<'a> {
 }
 
 impl Hazard<'_> {
+    /// Converts the hazard to a finding.
     fn told(&self) -> Finding {
         let Self { layer, wall, .. } = self;
         let (message, fix) = match self.harm {
@@ -170,6 +173,7 @@ impl Hazard<'_> {
     }
 }
 
+/// Returns the body's material, or its description if it has none.
 fn stuff(body: &Body) -> &str {
     if body.material.is_empty() { &body.summary } else { &body.material }
 }

@@ -55,6 +55,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<(Vec<Finding>, usize), InvalidB
     Ok((findings, sensor.circuits.len()))
 }
 
+/// Creates an error that starts with the circuit's name.
 fn error(circuit: &Circuit, what: &str, fix: &str) -> Finding {
     Finding::error(Rule::Circuit, format!("{}: {what}", circuit.name), fix)
 }
@@ -71,6 +72,7 @@ fn nets(circuit: &Circuit) -> Vec<Finding> {
     let mut on: BTreeMap<(&str, &str), Vec<&str>> = BTreeMap::new();
     for Net { name, pins, .. } in &circuit.nets {
         for (part, pin) in pins {
+            // Collects the nets of each pin, to find pins on two nets.
             on.entry((part, pin)).or_default().push(name);
         }
         if pins.len() < 2 {
@@ -92,6 +94,7 @@ fn nets(circuit: &Circuit) -> Vec<Finding> {
         }
     }
     let has_two_ends =
+        // Other parts may have unused pins.
         |part: &&CircuitPart| matches!(part.kind, CircuitKind::Led | CircuitKind::Resistor);
     for part in circuit.parts.iter().filter(has_two_ends) {
         for land in &part.lands {
@@ -107,6 +110,7 @@ fn nets(circuit: &Circuit) -> Vec<Finding> {
 /// Compares voltage, current and power of a resistor and its LEDs with their ratings.
 fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
     let names = one.designators.join(", ");
+    // The checks below divide by these values or compare with them.
     let is_known = [one.supply_v, one.forward_v, one.ohms, one.rated_w, one.led_rated_a];
     if let Some(value) = is_known.into_iter().find(|value| !is_positive(*value)) {
         let what = format!("{names} is calculated with {value}, which must be more than 0");
@@ -150,6 +154,7 @@ fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
 /// Compares the number of LEDs with the number for which resistors are calculated.
 fn counted(circuit: &Circuit) -> Option<Finding> {
     let there = circuit.parts.iter().filter(|part| part.kind == CircuitKind::Led).count();
+    // Each designator is a resistor of its own, which `leds` LEDs share.
     let shared = circuit.resistors.iter().map(|one| one.designators.len() * one.leds as usize);
     let calculated: usize = shared.sum();
     (there != calculated).then(|| {
@@ -171,6 +176,7 @@ fn polarity(circuit: &Circuit) -> Vec<Finding> {
         };
         let (anodes, cathodes) = (ends("A"), ends("K"));
         if !anodes.is_empty() && !cathodes.is_empty() {
+            // The smaller group is taken to be wrong.
             let is_anode = anodes.len() <= cathodes.len();
             let (turned, end) = if is_anode { (anodes, "anode") } else { (cathodes, "cathode") };
             let what = format!(
@@ -211,6 +217,7 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
     }
     if let Some(most_a) = circuit
         .supply_a
+        // NaN must fail the check.
         .filter(|most| circuit.current_a.is_nan() || circuit.current_a > most * (1.0 + SAME))
     {
         let what = format!(
@@ -234,6 +241,7 @@ fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Vec<Finding>, InvalidBody
     let solid = CompiledSolid::new(&body.solid)
         .map_err(|source| InvalidBody { body: name.to_owned(), source })?;
     // The lines start 1 mm below the board.
+    // Outside of the board, so that the first crossing is its lower face.
     let bottom = solid.bounds().min.z - 1.0;
     let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
     let mut is_on = |[x, y]: [f64; 2]| {
@@ -270,6 +278,7 @@ fn around(land: &Land) -> impl Iterator<Item = [f64; 2]> {
         let [a, b] = if is_round {
             [size_mm[0] * cos, size_mm[0] * sin]
         } else {
+            // Distance to the side of a unit square in this direction, which pushes the point out to the square.
             let far = cos.abs().max(sin.abs());
             [size_mm[0] * cos / far, size_mm[1] * sin / far]
         };

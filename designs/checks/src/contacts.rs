@@ -37,6 +37,7 @@ pub(crate) fn opposite(way: usize) -> usize {
 
 /// Computes the component of a normal along a direction.
 fn along(normal: &Vector3<f64>, way: usize) -> f64 {
+    // Directions come in pairs of an axis and its opposite.
     let part = normal[way / 2];
     if way.is_multiple_of(2) { part } else { -part }
 }
@@ -71,6 +72,7 @@ impl Faces {
         for way in 0..WAYS {
             let part = along(normal, way);
             if part > STOPS {
+                // Projected along the direction of motion.
                 self.ahead_mm2[way] += area_mm2 * part;
             }
             if part > 0.0 && sticks {
@@ -88,6 +90,7 @@ impl Faces {
 
 /// Returns the box in which two bodies can face each other; `None` if they are too far apart.
 fn shared(a: &Placed, b: &Placed) -> Option<Aabb> {
+    // Grown boxes also meet if the bodies have play.
     let common = a.body.bounds().grown(PLAY_MM).common(&b.body.bounds().grown(PLAY_MM));
     (!common.is_empty() && common.is_finite()).then_some(common)
 }
@@ -117,10 +120,12 @@ pub(crate) fn faces([a, b]: [&Placed; 2], reach_mm: Option<f64>) -> Option<Faces
             }
             let of_b: Vec<Stretch> = of_b.stretches(&b.body, &ray).collect();
             for stretch in &of_a {
+                // Faces that follow the exit from `a`, and faces that precede the entry into `a`.
                 let nexts = of_b.iter().map(|other| (stretch.exit, other.enter, 1.0));
                 let lasts = of_b.iter().map(|other| (stretch.enter, other.exit, -1.0));
                 for (own, other, sign) in nexts.chain(lasts) {
                     let Some(gap_mm) = gap_mm(&ray, &own, &other, sign) else { continue };
+                    // Divided by |n d| for the area of the face, times |n d|^2 for the weight of this direction.
                     let area_mm2 = bundle.cell_mm2() * steepness(&ray, &own);
                     let sticks = reach_mm.is_some_and(|reach| gap_mm.abs() <= reach);
                     faces.add(&own.normal, area_mm2, sticks);

@@ -109,6 +109,7 @@ fn undercuts(removal: &Removal) -> Vec<Finding> {
     undercuts.filter_map(|undercut| judge(place, pull, cast, &undercut)).collect()
 }
 
+/// Converts an undercut to a finding: an error if the tool is rigid or tears, else a note.
 fn judge(place: &Place, pull: &Pull, cast: &[&Placed], undercut: &Undercut) -> Option<Finding> {
     let Undercut { area_mm2, depth_mm, strain, .. } = *undercut;
     let finding = match pull.strain_limit {
@@ -228,10 +229,12 @@ impl Grid {
             .collect();
         let probes: Vec<&(usize, Held)> =
             held.iter().step_by(held.len().div_ceil(PROBES).max(1)).collect();
+        // Measured at a sample of the held cells, since each search takes long.
         let depths_mm: Vec<f64> = probes
             .par_iter()
             .map(|(index, held)| self.way_out_cells(*index, held.tool_end_mm) * self.cell_mm)
             .collect();
+        // Distance of a cell from the axis of the pull.
         let radius_mm = |index: usize| {
             let [i, j] = [index % self.size[0], index / self.size[0]];
             (i as f64 - self.axis[0]).hypot(j as f64 - self.axis[1]) * self.cell_mm
@@ -267,6 +270,7 @@ impl Grid {
         };
         let mut nearest = f64::INFINITY;
         let mut ring = 1;
+        // A ring's nearest cell is `ring` cells away.
         while (ring as f64) < nearest {
             for along in -ring..=ring {
                 for [di, dj] in [[along, -ring], [along, ring], [-ring, along], [ring, along]] {
@@ -284,6 +288,7 @@ impl Grid {
 
 /// Intersects one line along the pull with tool and cast.
 fn cell(ray: &Ray, tool: &Placed, cast: &[&Placed], caster: &mut Caster) -> Cell {
+    // The first stretch of the tool must pass all cast material ahead.
     let hindmost = caster.ends(&tool.body, ray).first().map(|[_, exit]| *exit);
     let mut cell = Cell { cast_end_mm: f64::NEG_INFINITY, held: None };
     for (by, layer) in cast.iter().enumerate() {
@@ -300,6 +305,7 @@ fn cell(ray: &Ray, tool: &Placed, cast: &[&Placed], caster: &mut Caster) -> Cell
         let faces = [tool_end, last];
         let steep = faces.iter().flatten().map(|exit| steepness(ray, exit));
         if beyond_mm * steep.fold(1.0, f64::min) > CONTACT_MM {
+            // The first cast body that holds the tool is named.
             cell.held = cell.held.or(Some(Held { tool_end_mm, place: ray.at(tool_end_mm), by }));
         }
     }

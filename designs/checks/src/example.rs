@@ -20,6 +20,7 @@ pub const GATE_RADIUS_MM: f64 = 1.0;
 /// Name of its only assembly.
 pub const MOLD: &str = "mold";
 
+/// Creates a printed part in the mold's assembly.
 fn part(name: &str, solid: Solid, genus: i32) -> Body {
     Body::made(name, String::new(), Process::Sla, solid)
         .from("resin")
@@ -30,6 +31,7 @@ fn part(name: &str, solid: Solid, genus: i32) -> Body {
 
 /// A dish around the puck, 2 mm thick.
 fn dish() -> Solid {
+    // The well is cut beyond the dish's top, so that no two faces coincide.
     let overlap = fabkit_geometry::CUT_OVERLAP_MM;
     let well = Solid::cylinder(RADIUS_MM, HEIGHT_MM + overlap);
     Solid::cylinder(RADIUS_MM + 2.0, HEIGHT_MM + 2.0).at(0.0, 0.0, -2.0).minus(well)
@@ -41,6 +43,7 @@ fn lid() -> Solid {
     Solid::cylinder(RADIUS_MM + 2.0, LID_MM).at(0.0, 0.0, HEIGHT_MM).minus(gate)
 }
 
+/// Creates a step in the mold's assembly.
 fn step(name: &str, action: Action) -> Step {
     Step {
         name: name.into(),

@@ -67,6 +67,7 @@ pub(crate) fn examine(
     }
     let area_mm2: f64 =
         pour.openings.iter().map(|o| std::f64::consts::PI * o.radius_mm.powi(2)).sum();
+    // An open mold needs no vents.
     if area_mm2 > FREE * shadow_mm2 {
         return None;
     }

@@ -104,6 +104,7 @@ fn sum_px(images: &[&Image]) -> f64 {
 fn finding(mirror: &str, images: &[&Image], share: f64, lamps: usize) -> Finding {
     let seen: BTreeSet<usize> = images.iter().map(|image| image.lamp).collect();
     let mut angles: Vec<f64> = images.iter().map(|image| image.angle_rad.to_degrees()).collect();
+    // The median angle stands for all rays of the image.
     angles.sort_by(f64::total_cmp);
     let middle_deg = angles[angles.len() / 2];
     let message = format!(
@@ -125,6 +126,7 @@ fn lit<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Result<Vec<Lit<'a>>, In
     let mut number = BTreeMap::<&str, usize>::new();
     for placed in scene.bodies(&Assembly::sensor().0) {
         let Some(body) = sensor.body(placed.name) else { continue };
+        // Placements are counted by name, to find the emitter of each copy.
         let place = number.entry(placed.name).or_default();
         let lamp = lamp(body, *place)?;
         *place += 1;
@@ -150,6 +152,7 @@ fn lamp(body: &Body, place: usize) -> Result<Option<CompiledSolid>, InvalidBody>
 fn look<'a>(camera: &NominalCamera, bodies: &[Lit<'a>]) -> (Vec<Image<'a>>, f64) {
     let pupil = camera.sensor_from_camera.point(Point3::origin());
     let axis = camera.sensor_from_camera.vector(Vector3::z());
+    // A view can be wider than all directions.
     let half = (camera.field_of_view.rad() / 2.0).min(std::f64::consts::PI);
     let cone = Cone { axis, cosine: half.cos() };
     let solid_angle = cone.solid_angle(RAYS);
@@ -165,6 +168,7 @@ fn look<'a>(camera: &NominalCamera, bodies: &[Lit<'a>]) -> (Vec<Image<'a>>, f64)
             let angle_rad = direction.dot(&axis).clamp(-1.0, 1.0).acos();
             let faces = faces(bodies, &ray, caster);
             let images = faces.into_iter().filter_map(|(mirror, t, normal)| {
+                // Law of reflection; the sign of the normal does not matter.
                 let thrown = direction - 2.0 * direction.dot(&normal) * normal;
                 let thrown = Ray { origin: ray.at(t), direction: thrown };
                 let lamp = first_lamp(bodies, &thrown, caster)?;
@@ -191,6 +195,7 @@ fn faces<'a>(
             if stretch.exit.t <= 0.0 {
                 continue;
             }
+            // LEDs end rays even if their body is clear.
             if *clarity == Clarity::Clear && lamp.is_none() {
                 clear.push((placed.name, stretch));
             } else {
@@ -204,6 +209,7 @@ fn faces<'a>(
     };
     let mut faces = Vec::new();
     for (name, Stretch { enter, exit }) in &clear {
+        // The outside of a face lies before its entry and behind its exit.
         let sides = [(enter, -TOGETHER_MM), (exit, TOGETHER_MM)];
         for (crossing, outwards_mm) in sides {
             if crossing.t > 0.0 && crossing.t < ends && is_air(crossing.t + outwards_mm) {
@@ -232,6 +238,7 @@ fn first_lamp(bodies: &[Lit], ray: &Ray, caster: &mut Caster) -> Option<usize> {
         }
     }
     let (t, number) = first?;
+    // The ray must meet the emitter where it meets the body, not the LED's housing beside it.
     let shines = enters(bodies[number].lamp.as_ref()?)? <= t + TOGETHER_MM;
     shines.then_some(number)
 }

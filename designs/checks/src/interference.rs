@@ -75,6 +75,7 @@ pub(crate) fn examine(
         verdict
     };
     let verdicts: Vec<Verdict> = pairs.par_iter().map(verdict).collect();
+    // Press fits that overlap in any assembly.
     let mut met = vec![false; sensor.press_fits.len()];
     let mut findings = Vec::new();
     for (pair, verdict) in pairs.iter().zip(verdicts) {
@@ -100,6 +101,7 @@ pub(crate) fn examine(
     findings
 }
 
+/// Iterates over the pairs of one assembly whose bounding boxes overlap.
 fn pairs_of<'a>(
     sensor: &'a Sensor,
     assembly: &'a str,
@@ -134,6 +136,7 @@ fn remembered(sensor: &Sensor, pair: &Pair, memo: &Memo) -> Verdict {
     verdict.filter(|_| !is_clean).unwrap_or(clean)
 }
 
+/// Examines a pair: its overlap, or the depth of its press fit.
 fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
     let Pair { assembly, a, b, fit } = *pair;
     if let Some(fit) = fit {
@@ -143,6 +146,7 @@ fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
     }
     let overlap = match overlap_volume(&a.body, &b.body, LINES) {
         Ok(overlap) => overlap,
+        // Two unbounded bodies have no finite overlap.
         Err(error) => {
             let fix = "bound at least one of them";
             let finding = Finding::error(Rule::Interference, error.to_string(), fix)
@@ -166,12 +170,14 @@ fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
     Verdict { finding, overlaps: volume_mm3 > 0.0 }
 }
 
+/// Compares the depth of a press fit with its declaration.
 fn examine_fit(
     fit: &PressFit,
     assembly: &str,
     inner: &CompiledSolid,
     outer: &CompiledSolid,
 ) -> Verdict {
+    // The depth is found only to within the refinement's tolerance.
     let allowed_mm = fit.interference_mm * (1.0 + REFINEMENT_REST) + FIT_ROUNDING_MM;
     let Some((depth_mm, place)) = deepest(inner, outer, allowed_mm) else {
         return Verdict { finding: None, overlaps: false };
@@ -205,24 +211,28 @@ pub(crate) fn deepest(
     }
     let mut casters = [Caster::default(), Caster::default()];
     let mut met = Vec::new();
+    // Boxes in which the surfaces may meet; without any there is no overlap.
     let boxes = meetings(a, b)?;
     for direction in DIRECTIONS {
         let bundle = Bundle::through(&common, direction.into(), FIT_LINES);
         for ray in bundle.through_boxes(&boxes).map(|index| bundle.line(index)) {
             let [in_a, in_b] = &mut casters;
             let in_a = in_a.ends(a, &ray);
+            // Lines that miss the first body need not be cast through the second.
             let in_b = if in_a.is_empty() { &[] } else { in_b.ends(b, &ray) };
             for [from_b, to_b] in in_b {
                 for [from_a, to_a] in in_a {
                     let (enter, exit) = (from_a.max(*from_b), to_a.min(*to_b));
                     // Touching is no overlap.
                     if exit - enter > FIT_ROUNDING_MM {
+                        // The middle of the interval lies inside the common volume.
                         met.push((exit - enter, ray.at(0.5 * (enter + exit))));
                     }
                 }
             }
         }
     }
+    // An even sample of the points.
     let probes = met.iter().step_by(met.len().div_ceil(FIT_PROBES).max(1));
     probes
         .map(|&(known_mm, point)| {
@@ -247,14 +257,17 @@ fn thickness_mm(
     let through = |direction: Vector3<f64>, casters: &mut [Caster; 2]| {
         let ray = Ray { origin: point, direction };
         let stretches = common_stretches(a, b, &ray, casters);
+        // The stretch that contains the point itself.
         stretches.into_iter().find(|s| s.enter.t <= 0.0 && s.exit.t >= 0.0)
     };
     let mut shortest: Option<Stretch> = None;
+    // Called with `None`, returns the shortest stretch so far.
     let mut keep_shorter = |found: Option<Stretch>| {
         let both = shortest.into_iter().chain(found);
         shortest = both.min_by(|x, y| x.length_mm().total_cmp(&y.length_mm()));
         shortest
     };
+    // The line that found the point is already short enough.
     if known_mm <= allowed_mm {
         return known_mm;
     }

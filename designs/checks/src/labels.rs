@@ -50,6 +50,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     (findings, printed.len())
 }
 
+/// Returns whether a part is printed.
 fn is_printed(part: &Body) -> bool {
     matches!(part.process(), Some(Process::Fdm | Process::Sla | Process::PolyJet))
 }
@@ -57,6 +58,7 @@ fn is_printed(part: &Body) -> bool {
 /// Finds letters on a face that another body touches in any assembly.
 fn covered(part: &Body, scene: &Assemblies) -> Option<Finding> {
     for (assembly, bodies) in &scene.assemblies {
+        // All copies of the part in this assembly.
         let own = bodies.iter().filter(|placed| placed.name == part.name);
         for letter in own.flat_map(|placed| placed.body.leaves().iter().filter(|l| is_letter(l))) {
             let mut others = bodies.iter().filter(|placed| placed.name != part.name);
@@ -81,6 +83,7 @@ fn covered(part: &Body, scene: &Assemblies) -> Option<Finding> {
     None
 }
 
+/// Returns whether a primitive belongs to a label.
 fn is_letter(leaf: &PlacedPrimitive) -> bool {
     LETTERED.contains(&leaf.feature.as_str())
 }
@@ -88,6 +91,7 @@ fn is_letter(leaf: &PlacedPrimitive) -> bool {
 /// Returns a point at which a body touches or overlaps a letter.
 fn touched(letter: &PlacedPrimitive, other: &Placed) -> Option<Point3<f64>> {
     let alone = CompiledSolid::new(&letter.primitive.clone().placed(letter.body_from_leaf)).ok()?;
+    // Most bodies are excluded by their boxes.
     if alone.bounds().grown(TOUCH_MM).common(&other.body.bounds()).is_empty() {
         return None;
     }
@@ -110,6 +114,7 @@ fn touched(letter: &PlacedPrimitive, other: &Placed) -> Option<Point3<f64>> {
             let top_mm = in_leaf.size_mm()[2] + TOUCH_MM;
             let hit = caster
                 .stretches(&other.body, &ray)
+                // A body that only ends at the letter's foot is the part's own neighbour below, not on the letter.
                 .find(|stretch| stretch.exit.t > TOUCH_MM && stretch.enter.t < top_mm);
             if let Some(hit) = hit {
                 return Some(ray.at(hit.enter.t.max(0.0)));
@@ -122,8 +127,10 @@ fn touched(letter: &PlacedPrimitive, other: &Placed) -> Option<Point3<f64>> {
 /// Finds parts of different names and the same size that carry no letters.
 fn twins(bare: &[&Body]) -> Vec<Finding> {
     let size = |part: &Body| {
+        // Sizes as the parts lie on the bed.
         let body = CompiledSolid::new(&part.solid.clone().placed(part.bed_from_body)).ok()?;
         let mut size = body.bounds().size_mm();
+        // Sorted, since nobody sees the orientation in a bag of parts.
         size.sort_by(f64::total_cmp);
         Some(size)
     };

@@ -66,6 +66,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     }
     let placed = scene.bodies(&Assembly::sensor().0);
     let (stops, passes): (Vec<&Placed>, Vec<&Placed>) =
+        // Opaque bodies stop light, all others let it pass.
         placed.iter().partition(|placed| placed.of.clarity() == Clarity::Opaque);
     let faces = faces(sensor, scene);
     let open: Vec<Vec<Open>> = faces
@@ -86,6 +87,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     (findings.into_iter().collect(), count)
 }
 
+/// Reports the gap or body through which most light gets in.
 fn finding(sensor: &Sensor, open: &[Open], share: f64) -> Finding {
     let mut ways = BTreeMap::<(&str, bool), usize>::new();
     for one in open {
@@ -126,9 +128,11 @@ fn faces(sensor: &Sensor, scene: &Assemblies) -> Vec<(Point3<f64>, Vector3<f64>)
             if met.clarity == Clarity::Opaque && ends.is_none_or(|(t, _)| enter.t < t) {
                 ends = Some((enter.t, enter.normal));
             }
+            // Nearest body in view.
             wanted = if met.is_wanted { wanted.min(enter.t) } else { wanted };
         }
         let (t, normal) = ends?;
+        // The ray counts only if the body in view comes first, or is the opaque body itself.
         (wanted <= t).then(|| (ray.at(t) + OFF_MM * normal, normal))
     };
     let found: Vec<Option<_>> =
@@ -143,6 +147,7 @@ fn outwards((origin, normal): &(Point3<f64>, Vector3<f64>), number: usize) -> Ra
     let share = ((number % LINES) as f64 + 0.5) / LINES as f64;
     let (sin, cos) = (number as f64 * GOLDEN_RAD).sin_cos();
     let [u, v] = basis(normal);
+    // A uniform distribution over the disc, projected up to the hemisphere, is cosine-weighted.
     let direction = share.sqrt() * (cos * u + sin * v) + (1.0 - share).sqrt() * normal;
     Ray { origin: *origin, direction }
 }
@@ -177,11 +182,13 @@ fn way_out<'a>(
         }
     }
     for placed in passes {
+        // Where the line leaves a transmitting body for the last time.
         if let Some([_, exit]) = caster.ends(&placed.body, ray).last() {
             add(*exit, placed, true);
         }
     }
     let (t, by, is_through) = last?;
+    // Gaps at the mounting face are covered by whatever the sensor is mounted on.
     let is_mounted = !is_through && ray.at(t).z <= mounted_z(stops) + OFF_MM;
     (!is_mounted).then(|| Open { by: by.name, is_through, place: ray.at(t) })
 }
@@ -194,6 +201,7 @@ fn mounted_z(stops: &[&Placed]) -> f64 {
 
 /// Returns the distance at which a line leaves a box that it passes, mm.
 fn leaves(ray: &Ray, bounds: &Aabb) -> Option<f64> {
+    // Slab method.
     let (mut enter, mut exit) = (0.0_f64, f64::INFINITY);
     for axis in 0..3 {
         let ends = [bounds.min, bounds.max]

@@ -37,6 +37,7 @@ pub struct Batch {
 /// assert!((batch.components_g[0].1 - 0.5 * 0.6283 * 1.1).abs() < 1e-3);
 /// ```
 pub fn batches(sensor: &Sensor) -> Vec<Batch> {
+    // Collected first, so that volumes are computed in parallel.
     let liquids: Vec<(&str, &str, &Mix, f64, Cure)> = sensor
         .chain
         .iter()

@@ -48,6 +48,7 @@ pub(crate) struct Key([DefaultHasher; 2]);
 impl Key {
     /// Creates a key; `rule` keeps the keys of different rules apart.
     pub(crate) fn new(rule: u64) -> Self {
+        // Two hashers with different seeds give 128 bits.
         Self([0, 1].map(|half| {
             let mut hasher = DefaultHasher::new();
             hasher.write_u64(half);
@@ -62,6 +63,7 @@ impl Key {
     }
 
     pub(crate) fn number(self, number: f64) -> Self {
+        // Bits, not values: 0.0 and -0.0 are different keys, which costs at most a repeated examination.
         self.word(number.to_bits())
     }
 

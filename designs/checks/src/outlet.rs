@@ -42,9 +42,11 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Mem
     let walls: Vec<_> =
         bodies.filter(|placed| pour.walls.iter().any(|wall| wall == placed.name)).collect();
     let key = opening::keyed(Key::new(17).key(layer.key), &pour.openings);
+    // The path depends on the walls too, unlike the search for pockets.
     let key = walls.iter().fold(key, |key, wall| key.key(wall.key));
     let mut findings = Vec::new();
     memo.is_clean(&key, || {
+        // The layer comes first: it also blocks lines, since it is liquid.
         let mut solids = vec![&layer.body];
         solids.extend(walls.iter().map(|wall| &wall.body));
         let mut way = Way::new(&solids);
@@ -94,6 +96,7 @@ fn start(opening: &Opening, solids: &[&CompiledSolid]) -> Option<Point3<f64>> {
     };
     (0..STARTS).map(on_disc).find_map(|at| {
         let outside = at + OFF_MM * opening.axis;
+        // Just inside the layer on one side, outside of it on the other.
         let is_end = layer.contains(&(at - OFF_MM * opening.axis)) && !layer.contains(&outside);
         (is_end && !walls.iter().any(|wall| wall.contains(&outside))).then_some(outside)
     })
@@ -128,11 +131,13 @@ impl<'a> Way<'a> {
         self.reached.clear();
         let is_found = self.search(start, axis);
         if is_found {
+            // Every cell reached on the way is connected with the outside, too.
             self.outside.extend(self.seen.drain());
         }
         is_found
     }
 
+    /// Searches the space behind an opening, breadth first.
     fn search(&mut self, start: Point3<f64>, axis: Vector3<f64>) -> bool {
         if self.follow(start, axis) {
             return true;
@@ -140,7 +145,9 @@ impl<'a> Way<'a> {
         let [u, v] = basis(&axis);
         while let Some((place, along)) = self.reached.pop_front() {
             let across = [axis, -axis, u, -u, v, -v];
+            // Only directions across the line that led here; along it all points are known.
             let mut across = across.into_iter().filter(|to| to.dot(&along).abs() < 0.5);
+            // So large a space holds the air without a vent.
             if across.any(|to| self.follow(place, to)) || self.seen.len() > MOST_PLACES {
                 return true;
             }
@@ -155,6 +162,7 @@ impl<'a> Way<'a> {
         let mut free_mm = f64::INFINITY;
         for solid in self.solids {
             let ahead = self.caster.ends(solid, &ray).iter().find(|[_, exit]| *exit > 0.0);
+            // The first body ahead, or zero if the line starts inside one.
             free_mm = ahead.map_or(free_mm, |[enter, _]| free_mm.min(enter.max(0.0)));
         }
         if free_mm.is_infinite() {

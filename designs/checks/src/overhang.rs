@@ -64,6 +64,7 @@ impl Limits {
     /// Returns the limits; `None` if the process needs no note about supports and no machine states a limit.
     fn of(part: &Body) -> Option<Self> {
         let machine = part.machine.as_ref();
+        // Usual limits exist only for filament.
         let usual = |figure: f64| (part.process() == Some(Process::Fdm)).then_some(figure);
         let lean_deg = machine.and_then(|own| own.overhang_deg).or(usual(USUAL_DEG))?;
         let bridge_mm = machine.and_then(|own| own.bridge_mm).or(usual(BRIDGE_MM));
@@ -98,6 +99,7 @@ fn of_part(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody> 
 /// Measures overhangs on a grid of vertical lines.
 fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
+    // Letters are too small to need supports.
     let on_bed = without_letters(&part.solid).placed(part.bed_from_body);
     let body = CompiledSolid::new(&on_bed).map_err(invalid)?;
     let bounds = body.bounds();
@@ -122,6 +124,7 @@ fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody>
                 let looks_down = -stretch.enter.normal.z;
                 let lean_deg = looks_down.clamp(-1.0, 1.0).asin().to_degrees();
                 if lean_deg > limits.lean_deg + ROUNDING_DEG && z_mm > bounds.min.z + ON_BED_MM {
+                    // Area of the inclined face over one cell.
                     let area_mm2 = cell_mm * cell_mm / looks_down;
                     column.down.push(Down { z_mm, lean_deg, area_mm2 });
                 }
@@ -132,6 +135,7 @@ fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody>
     let bridge_mm = limits.bridge_mm;
     let regions = Grid { columns: &grid, counts, cell_mm, bridge_mm }.regions();
     let hanging = regions.iter().filter_map(|region| Some((region, region.hangs?)));
+    // The finding is placed at the largest region.
     let largest = hanging.clone().max_by(|a, b| a.0.area_mm2.total_cmp(&b.0.area_mm2));
     let Some((worst, ([x, y], z_mm))) = largest else { return Ok(None) };
     let area_mm2: f64 = hanging.clone().map(|(region, _)| region.area_mm2).sum();
@@ -169,6 +173,7 @@ fn finding(part: &Body, limits: Limits, worst: &Region, [area_mm2, steepest]: [f
 /// Returns whether the part's notes mention supports. Notes that deny them do not count.
 fn says_supports(part: &Body) -> bool {
     part.notes.iter().any(|note| {
+        // Denials contain the word, too, so they are removed first.
         let denied = ["no support", "without support", "not need support", "no supports"];
         let note = denied.iter().fold(note.to_lowercase(), |note, word| note.replace(word, ""));
         note.contains("support")

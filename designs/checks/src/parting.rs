@@ -82,6 +82,7 @@ fn lines(touch: &TouchSurface) -> Vec<Ray> {
         }
         TouchSurface::Plane(plane) => {
             let [low, high] = Profile::new(plane.outline.clone()).bounds_mm();
+            // Starts below the top in any case.
             let foot = plane.foot_z_mm.min(plane.top_z_mm - BEHIND_MM);
             let at = |axis: usize, share: f64| low[axis] + share * (high[axis] - low[axis]);
             let ray = |[u, v]: [f64; 2]| Ray {
@@ -123,8 +124,10 @@ fn shaping<'a>(
             origin: made_from_sensor.point(line.origin),
             direction: made_from_sensor.vector(line.direction),
         };
+        // Outer end of the layer along the line.
         let Some(last) = caster.stretches(&made.body, &ray).last() else { continue };
         let touched = line.at(last.exit.t);
+        // The line left through a face that is not touched.
         if touch.depth_mm(&touched).0.abs() > NEAR_MM {
             continue;
         }
@@ -151,6 +154,7 @@ fn pose<'a>(sensor: &'a Sensor, step: &'a Step, layer: &str) -> Option<(&'a Asse
     Some((assembly, here.then_in(in_sensor.inverse())))
 }
 
+/// Returns whether a body has a placement in an assembly.
 fn stands_in(sensor: &Sensor, body: &str, assembly: &Assembly) -> bool {
     let body = sensor.body(body);
     body.is_some_and(|body| body.placements.iter().any(|place| place.assembly == *assembly))
@@ -162,6 +166,7 @@ fn finding(step: &Step, shaping: &[Shaping]) -> Option<Finding> {
     let share = |shaping: &Shaping| shaping.count as f64 / all as f64;
     let mut shaping: Vec<&Shaping> = shaping.iter().filter(|s| share(s) >= LEAST_SHARE).collect();
     shaping.sort_by_key(|shaping| std::cmp::Reverse(shaping.count));
+    // A single tool leaves no parting line.
     let [first, second, ..] = shaping[..] else { return None };
     let layer = match &step.action {
         Action::Pour(pour) => &pour.layer,

@@ -138,12 +138,14 @@ pub(crate) fn on_machines(kit: &Sensor) -> Result<(Vec<Finding>, usize), Invalid
     Ok((findings, count))
 }
 
+/// Examines printed parts in parallel, each against its limits.
 fn all(printed: Vec<(&Body, PrintLimits)>) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let found: Vec<Vec<Finding>> =
         printed.par_iter().map(|(part, limits)| examine(part, limits)).collect::<Result<_, _>>()?;
     Ok((found.into_iter().flatten().collect(), printed.len()))
 }
 
+/// Examines one part: size, smallest hole, thinnest wall.
 fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
     // Ridges between letters may be thin.
@@ -154,6 +156,7 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
     let mut findings = Vec::new();
 
     let size = on_bed.bounds().max - on_bed.bounds().min;
+    // A part may be turned on the bed.
     let [long, short] = [size.x.max(size.y), size.x.min(size.y)];
     let [width, depth, height] = limits.bed_mm;
     let over = [(long, width.max(depth)), (short, width.min(depth)), (size.z, height)];
@@ -177,6 +180,7 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
 
     let tools = body.leaves().iter().filter(|leaf| leaf.is_tool);
     let holes = tools.filter_map(|leaf| match &leaf.primitive {
+        // Only round holes have a diameter.
         Solid::Cylinder(hole) => Some((2.0 * hole.radius_mm, leaf)),
         _ => None,
     });
@@ -192,6 +196,7 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
         );
     }
 
+    // 0 stands for no stated limit.
     let is_limited = limits.wall_mm > 0.0;
     let thinnest = is_limited.then(|| thinnest_wall(&body, limits.wall_mm, LINES)).flatten();
     if let Some((thickness, place)) = thinnest {
@@ -232,12 +237,14 @@ pub fn thinnest_wall(
                 if stretch.length_mm() * steep > 2.0 * limit_mm {
                     continue;
                 }
+                // Through the wall, perpendicular to the face.
                 let inwards = fabkit_geometry::Ray {
                     origin: ray.at(stretch.enter.t),
                     direction: -stretch.enter.normal,
                 };
                 let wall = across
                     .stretches(body, &inwards)
+                    // The stretch that begins at the face itself.
                     .find(|wall| wall.enter.t.abs() < ROUNDING_MM && wall.exit.t > 0.0);
                 let Some(wall) = wall else { continue };
                 let is_wall = wall.exit.normal.dot(&stretch.enter.normal) < OPPOSITE;

@@ -74,6 +74,7 @@ pub(crate) struct Assemblies<'a> {
 
 impl<'a> Assemblies<'a> {
     pub(crate) fn new(sensor: &'a Sensor) -> Result<Self, InvalidBody> {
+        // Collected first, so that all solids are compiled in parallel.
         let places = |body: &'a Body| body.placements.iter().map(move |place| (body, place));
         let places: Vec<(&Body, &Placement)> = sensor.bodies.iter().flat_map(places).collect();
         let placed: Vec<(&str, Placed)> = places

@@ -111,6 +111,7 @@ fn of_touch(touch: &TouchSurface) -> Result<Vec<Place>, InvalidSolid> {
         }
     }
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // The points nearest to the middle, by rank.
     let inner = (MIDDLE * all.len() as f64).round() as usize;
     let place = |(rank, (_, point))| Place { point, weight: 1.0, counts: rank < inner };
     Ok(all.into_iter().enumerate().map(place).collect())
@@ -124,12 +125,14 @@ fn of_markers(sensor: &Sensor) -> Result<Vec<Place>, InvalidBody> {
     let cone = Cone::around(&all, &pupil);
     let mut caster = Caster::default();
     let mut places = Vec::new();
+    // Many rays miss the markers.
     let count = 16 * PLACES;
     for number in 0..count {
         let ray = Ray { origin: pupil, direction: cone.direction(number, count) };
         let wanted = all.iter().filter(|met| met.is_wanted);
         let met = wanted.filter_map(|met| caster.first_entry(&met.placed.body, &ray));
         if let Some(enter) = met.min_by(|a, b| a.t.total_cmp(&b.t)) {
+            // Area of the face for one ray.
             let weight = enter.t * enter.t / steepness(&ray, &enter).max(LEAST_STEEPNESS);
             places.push(Place { point: ray.at(enter.t), weight, counts: true });
         }
@@ -159,6 +162,7 @@ fn look(places: &[Place], viewer: &mut Viewer, stack: &Stack) -> (Shares, Shares
     (shares(&|_| true), shares(&|place| place.counts))
 }
 
+/// Returns the total lost fraction.
 fn sum(lost: &Shares) -> f64 {
     lost.iter().map(|(_, share)| share).sum()
 }
@@ -174,6 +178,7 @@ fn note(of: &str, lost: &Shares, shown_by: &str) -> Finding {
     Finding::error(Rule::Sight, message, fix).with_severity(Severity::Note)
 }
 
+/// Creates a warning about the bodies in view.
 fn warning(sensor: &Sensor, message: String, fix: String, measured: [f64; 2]) -> Finding {
     Finding::error(Rule::Sight, message, fix)
         .with_severity(Severity::Warning)
@@ -181,6 +186,7 @@ fn warning(sensor: &Sensor, message: String, fix: String, measured: [f64; 2]) ->
         .measured(measured[0], measured[1], "")
 }
 
+/// Warns if too much of the surface's middle is lost.
 fn middle(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
     let share = sum(lost);
     let message =
@@ -188,7 +194,9 @@ fn middle(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
     (share > MOST_LOST).then(|| warning(sensor, message, fix(lost), [share, MOST_LOST]))
 }
 
+/// Warns if one body hides too much of the surface.
 fn hidden(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
+    // Causes are names of bodies, or refraction and the image's edge.
     let is_body = |(by, _): &&(String, f64)| sensor.body(by).is_some();
     let (by, share) = lost.iter().find(is_body)?;
     let message = format!("{by} hides a part of the surface from the camera");
@@ -200,6 +208,7 @@ fn hidden(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
     (*share > MOST_HIDDEN).then(found)
 }
 
+/// Warns if too many markers are lost.
 fn markers(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
     let share = sum(lost);
     let message =
@@ -208,10 +217,12 @@ fn markers(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
     (share > MOST_MARKERS_LOST).then(|| warning(sensor, message, fix(lost), measured))
 }
 
+/// Returns a remedy for the largest loss.
 fn fix(lost: &Shares) -> String {
     lost.first().map_or_else(String::new, |(by, _)| fix_of(by))
 }
 
+/// Returns a remedy for one cause of loss.
 fn fix_of(by: &str) -> String {
     match by {
         fabkit_optics::BESIDE_PICTURE => {

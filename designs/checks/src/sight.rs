@@ -122,6 +122,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
             ));
         }
     }
+    // A hidden surface has few pixels for that reason alone.
     let is_hidden = seen.hidden_mm2.values().any(|mm2| share_of(*mm2) > MOST_HIDDEN);
     let hidden: f64 = seen.hidden_mm2.values().sum();
     let unseen = 1.0 - share_of(seen.seen_mm2 + hidden);
@@ -152,15 +153,18 @@ pub(crate) fn is_markers(sensor: &Sensor) -> bool {
     pieces(sensor) > sensor.sight.len()
 }
 
+/// Counts the pieces of the bodies in view.
 fn pieces(sensor: &Sensor) -> usize {
     let shells = sensor.sight.iter().filter_map(|name| sensor.body(name)?.shells);
     shells.map(|shells| shells.pieces).sum()
 }
 
+/// Formats the names of the bodies in view.
 pub(crate) fn listed(sensor: &Sensor) -> String {
     sensor.sight.join(" and ")
 }
 
+/// Returns the smallest number of pixels for the bodies in view.
 fn least_pixels(sensor: &Sensor) -> f64 {
     let [of_surface, of_marker] = LEAST_PIXELS;
     if is_markers(sensor) { of_marker * pieces(sensor) as f64 } else { of_surface }
@@ -177,12 +181,14 @@ pub(crate) fn bodies<'a>(sensor: &Sensor, scene: &'a Assemblies) -> Vec<Met<'a>>
         .filter_map(|placed| {
             let clarity = sensor.body(placed.name)?.clarity();
             let is_wanted = sensor.sight.iter().any(|name| name == placed.name);
+            // clarity || Light passes other clear bodies as if they were not there.
             let counts = is_wanted || clarity != Clarity::Clear;
             counts.then_some(Met { placed, clarity, is_wanted })
         })
         .collect()
 }
 
+/// Casts rays in all directions and towards the bodies in view.
 fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Seen<'a> {
     let camera = &sensor.camera;
     let pupil = camera.sensor_from_camera.point(Point3::origin());
@@ -246,6 +252,7 @@ fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: boo
             let mut is_dark = false;
             for Met { placed, clarity, is_wanted } in bodies {
                 let Some(enter) = caster.first_entry(&placed.body, &ray) else { continue };
+                // A ray that meets no opaque body leads out of the sensor.
                 is_dark |= *clarity == Clarity::Opaque;
                 if *clarity != Clarity::Clear && first.is_none_or(|(t, _, _)| enter.t < t) {
                     first = Some((enter.t, placed.name, *is_wanted));
@@ -257,6 +264,7 @@ fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: boo
                     wanted = Some((enter.t, share * enter.t * enter.t / steep));
                 }
             }
+            // Pixels per steradian times the steradians of one ray.
             let pixels = pixels(camera, &ray.direction) * solid_angle;
             let is_first = matches!(first, Some((_, _, true)));
             let reach = if is_first { reach(camera, &ray.direction) } else { 0.0 };
@@ -265,6 +273,7 @@ fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: boo
         })
         .collect::<Vec<_>>()
         .into_iter()
+        // Summed in order, so that the result does not depend on the threads.
         .fold(Seen::default(), |mut seen, (pixels, first, area_mm2, is_dark, reach)| {
             seen.reach = seen.reach.max(reach);
             seen.all_px += pixels;
@@ -294,6 +303,7 @@ fn image_of(camera: &NominalCamera, direction: &Vector3<f64>) -> ([f64; 2], f64,
     let across = direction.x.hypot(direction.y);
     let angle = across.atan2(direction.z);
     let radius_px = focal_px * camera.lens.projection.radius(angle);
+    // On the axis both lengths equal the focal length.
     let scale = if across > 0.0 { radius_px / across } else { focal_px };
     let along = focal_px * camera.lens.projection.slope(angle);
     ([direction.x * scale, direction.y * scale], angle, [along, scale])
@@ -303,6 +313,7 @@ fn image_of(camera: &NominalCamera, direction: &Vector3<f64>) -> ([f64; 2], f64,
 fn reach(camera: &NominalCamera, direction: &Vector3<f64>) -> f64 {
     let ([x, y], angle, _) = image_of(camera, direction);
     let [width, height] = [camera.width_px, camera.height_px].map(f64::from);
+    // The image is a rectangle, and its field of view a cone.
     let sides = (x.abs() / (width / 2.0)).max(y.abs() / (height / 2.0));
     sides.max(angle / (camera.field_of_view.rad() / 2.0))
 }

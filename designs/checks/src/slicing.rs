@@ -64,6 +64,7 @@ enum Role {
 }
 
 impl Role {
+    /// Returns the purpose of a part: in the sensor, a wall of a pour, or any other.
     fn of(sensor: &Sensor, part: &Body) -> Self {
         let place = Assembly::sensor();
         if part.placements.iter().any(|placed| placed.assembly == place) {
@@ -94,6 +95,7 @@ pub fn print_settings(sensor: &Sensor, part: &Body) -> Result<Option<PrintSettin
     let by = part.machine.as_ref().map_or("", |machine| &machine.name);
     let layer_mm = said(own.and_then(|own| own.layer_mm), note.layer_mm, by)
         .unwrap_or_else(|| usual_layer(role));
+    // The small margin keeps a whole quotient from being rounded up.
     let layers = (SKIN_MM / layer_mm.value - 1e-9).ceil().max(1.0) as u32;
     Ok(Some(PrintSettings {
         line_mm: own.and_then(|own| own.line_mm).or(note.line_mm).unwrap_or(LINE_MM),
@@ -114,15 +116,18 @@ pub fn print_settings(sensor: &Sensor, part: &Body) -> Result<Option<PrintSettin
     }))
 }
 
+/// Creates a setting with its reason.
 fn chosen<T>(value: T, why: impl Into<String>) -> Chosen<T> {
     Chosen { value, why: why.into() }
 }
 
+/// Returns the setting of the machine, or else that of the part's notes.
 fn said<T>(own: Option<T>, note: Option<T>, by: &str) -> Option<Chosen<T>> {
     let own = own.map(|value| chosen(value, format!("as the process {by} says")));
     own.or_else(|| note.map(|value| chosen(value, "as the part's notes say")))
 }
 
+/// Returns the usual layer height for a purpose.
 fn usual_layer(role: Role) -> Chosen<f64> {
     match role {
         Role::Mold => chosen(MOLD_LAYER_MM, "what is cast in it shows its layers"),
@@ -130,6 +135,7 @@ fn usual_layer(role: Role) -> Chosen<f64> {
     }
 }
 
+/// Returns the usual number of perimeters for a purpose.
 fn usual_perimeters(role: Role) -> Chosen<u32> {
     match role {
         Role::Mold => chosen(4, "four lines keep what is cast out of the infill"),
@@ -138,6 +144,7 @@ fn usual_perimeters(role: Role) -> Chosen<u32> {
     }
 }
 
+/// Returns the usual infill for a purpose.
 fn usual_infill(role: Role) -> Chosen<f64> {
     match role {
         Role::Mold => chosen(20.0, "a mold is pressed together, and must stay flat"),
@@ -146,6 +153,7 @@ fn usual_infill(role: Role) -> Chosen<f64> {
     }
 }
 
+/// Chooses supports by the rule of overhangs.
 fn found_supports(part: &Body) -> Result<Chosen<bool>, InvalidBody> {
     Ok(match overhang::hanging(part)? {
         Some(finding) => chosen(true, finding.message),
@@ -153,6 +161,7 @@ fn found_supports(part: &Body) -> Result<Chosen<bool>, InvalidBody> {
     })
 }
 
+/// Chooses a brim by the rule of standing, or for filaments that warp.
 fn found_brim(part: &Body) -> Result<Chosen<f64>, InvalidBody> {
     if let Some(finding) = standing::unsteady(part)? {
         return Ok(chosen(BRIM_MM, finding.message));

@@ -52,6 +52,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     (findings, bodies.count())
 }
 
+/// Compares the hardness of a body with the limits for its purpose.
 fn firmness(body: &Body) -> Option<Finding> {
     let shore = body.substance.shore?;
     let about = |message: String, fix: String| {
@@ -75,6 +76,7 @@ fn firmness(body: &Body) -> Option<Finding> {
     }
 }
 
+/// Finds sprayed layers that are too thick.
 fn coats<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> impl Iterator<Item = Finding> + use<'a> {
     let assembly = Assembly::sensor().0;
     sensor.chain.iter().filter_map(move |step| {
@@ -86,6 +88,7 @@ fn coats<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> impl Iterator<Item = 
         for ray in (0..LINES).map(|index| bundle.line(index)) {
             for stretch in caster.stretches(&placed.body, &ray) {
                 let steep = steepness(&ray, &stretch.enter).min(steepness(&ray, &stretch.exit));
+                // On steep sides of the coat, a vertical line runs along it.
                 if steep > STEEP {
                     lengths_mm.push(stretch.length_mm() * steep);
                 }
@@ -106,6 +109,7 @@ fn coats<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> impl Iterator<Item = 
 pub(crate) fn contrasts(sensor: &Sensor) -> Vec<Finding> {
     let finding = |pair: &[String; 2]| {
         let [a, b] = [sensor.body(&pair[0])?, sensor.body(&pair[1])?];
+        // Bodies of unknown brightness are skipped.
         let is_dark = a.substance.is_dark?;
         if b.substance.is_dark? != is_dark {
             return None;

@@ -88,6 +88,7 @@ struct Standing {
     columns: Vec<Column>,
 }
 
+/// Finds whether one part topples (filament) or keeps resin (other processes).
 fn of_part(part: &Body) -> Result<Vec<Finding>, InvalidBody> {
     let Some(standing) = standing(part)? else { return Ok(Vec::new()) };
     let found = match part.process() {
@@ -97,6 +98,7 @@ fn of_part(part: &Body) -> Result<Vec<Finding>, InvalidBody> {
     Ok(found.into_iter().collect())
 }
 
+/// Measures a part as it lies on the bed.
 fn standing(part: &Body) -> Result<Option<Standing>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
     let solid = without_letters(&part.solid).placed(part.bed_from_body);
@@ -104,6 +106,7 @@ fn standing(part: &Body) -> Result<Option<Standing>, InvalidBody> {
 }
 
 impl Standing {
+    /// Casts a grid of vertical lines through the body; `None` if it is empty or unbounded.
     fn of(body: &CompiledSolid) -> Option<Self> {
         let bounds = body.bounds();
         if bounds.is_empty() || !bounds.is_finite() {
@@ -142,12 +145,14 @@ impl Standing {
         self.low + Vector3::new(at(x), at(y), z_mm)
     }
 
+    /// Finds whether the foot is too small or too narrow for the height.
     fn topples(&self, part: &Body) -> Option<Finding> {
         let on_bed = |column: &Column| column.first().is_some_and(|[low, _]| *low < ON_BED_MM);
         let foot: Vec<usize> =
             (0..self.columns.len()).filter(|i| on_bed(&self.columns[*i])).collect();
         let area_mm2 = foot.len() as f64 * self.cell_mm * self.cell_mm;
         let places: Vec<[f64; 2]> = foot.iter().map(|i| self.point(*i, 0.0).xy().into()).collect();
+        // Points are the middles of cells, so one cell is missing.
         let width_mm = least_width(&places) + self.cell_mm;
         if self.height_mm < LOW_MM {
             return None;
@@ -209,25 +214,30 @@ impl Standing {
         let mut starts = Vec::with_capacity(self.columns.len() + 1);
         for (index, column) in self.columns.iter().enumerate() {
             starts.push(air.len());
+            // Air begins at the plate.
             let mut from = 0.0;
             for [low, high] in column {
                 air.push((index, [from, *low]));
                 from = *high;
             }
+            // The last interval is open upwards.
             air.push((index, [from, f64::INFINITY]));
         }
         starts.push(air.len());
         let mut parents: Vec<usize> = (0..air.len()).collect();
         for index in 0..self.columns.len() {
             let [x, y] = [index % self.counts[0], index / self.counts[0]];
+            // Each pair of adjacent columns is visited once.
             let right = (x + 1 < self.counts[0]).then_some(index + 1);
             let above = (y + 1 < self.counts[1]).then_some(index + self.counts[0]);
             for beside in [right, above].into_iter().flatten() {
                 for a in starts[index]..starts[index + 1] {
                     for b in starts[beside]..starts[beside + 1] {
                         let shared = air[a].1[1].min(air[b].1[1]) - air[a].1[0].max(air[b].1[0]);
+                        // Touching intervals do not let resin through.
                         if shared > ON_BED_MM {
                             let [a, b] = [root(&mut parents, a), root(&mut parents, b)];
+                            // The root is the interval with the lowest index.
                             parents[a.max(b)] = a.min(b);
                         }
                     }
@@ -260,6 +270,7 @@ impl Hollow {
     }
 }
 
+/// Finds the root of an interval, with path halving.
 fn root(parents: &mut [usize], mut of: usize) -> usize {
     while parents[of] != of {
         parents[of] = parents[parents[of]];
@@ -268,6 +279,7 @@ fn root(parents: &mut [usize], mut of: usize) -> usize {
     of
 }
 
+/// Creates a warning about a part.
 fn warning(part: &Body, message: String, fix: &str) -> Finding {
     Finding::error(Rule::Standing, message, fix)
         .with_severity(Severity::Warning)

@@ -16,12 +16,14 @@ const DEPTH_MM: f64 = 1.0;
 /// press and bonds of unknown strength are skipped.
 pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
     let Some(touch) = &sensor.touch else { return Vec::new() };
+    // A thin layer cannot be pressed deeper than its thickness.
     let depth_mm = DEPTH_MM.min(touch.soft_mm());
     let press = SoftStack::at_tip(sensor).and_then(|soft| soft.press_tip(BALL_RADIUS_MM, depth_mm));
     let Ok(press) = press else { return Vec::new() };
     press.bonds.iter().filter_map(|line| torn(sensor, line, depth_mm)).collect()
 }
 
+/// Reports a bond line whose shear stress exceeds the strength of its bond.
 fn torn(sensor: &Sensor, line: &BondLine, depth_mm: f64) -> Option<Finding> {
     let below = line.below.as_deref()?;
     let adhesion = between(sensor, [&line.layer, below])?;

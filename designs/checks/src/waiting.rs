@@ -13,6 +13,7 @@ const SAME_H: f64 = 1e-9;
 /// Finds errors in steps that are done during others.
 pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
     let steps = sensor.chain.iter().enumerate();
+    // Time used so far, by the step that is waited for.
     let mut hours = BTreeMap::new();
     steps
         .filter_map(|(at, step)| {
@@ -41,6 +42,7 @@ fn overlap(
         return wrong(message, "name a step whose cure takes time");
     };
     let between = &sensor.chain[before + 1..at];
+    // All steps in between must be done during the same cure.
     if let Some(after) = between.iter().find(|other| other.during.as_deref() != Some(waiting)) {
         let message = format!(
             "it is done during `{waiting}`, but `{}` comes in between, when that has cured",
@@ -75,6 +77,7 @@ fn touched(step: &Step) -> impl Iterator<Item = &str> {
     step.bodies.iter().map(String::as_str).chain(more)
 }
 
+/// Returns a layer with other bodies, by name.
 fn named<'a>(bodies: &'a [String], layer: &'a str) -> Vec<&'a str> {
     bodies.iter().map(String::as_str).chain([layer]).collect()
 }
@@ -91,6 +94,7 @@ fn cures(sensor: &Sensor, step: usize) -> BTreeSet<&str> {
     let mut last = BTreeSet::new();
     let mut groups: Vec<BTreeSet<&str>> = Vec::new();
     for (at, other) in sensor.chain[..=step].iter().enumerate() {
+        // || Without an assembly, only the step itself counts.
         if at != step && (here.is_none() || other.assembly != *here) {
             continue;
         }
@@ -99,6 +103,7 @@ fn cures(sensor: &Sensor, step: usize) -> BTreeSet<&str> {
             groups.iter_mut().for_each(|group| group.retain(|name| !named.contains(name)));
             continue;
         }
+        // Groups that share a body with this step become one.
         let (joined, apart) =
             groups.into_iter().partition::<Vec<_>, _>(|group| !group.is_disjoint(&named));
         last = joined.into_iter().flatten().chain(named).collect();

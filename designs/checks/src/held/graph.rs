@@ -25,6 +25,7 @@ pub(super) struct Node<'a> {
 }
 
 impl Node<'_> {
+    /// Returns whether the body is a screw, nut or other threaded fastener.
     fn is_fastener(&self) -> bool {
         matches!(self.body.duty, Duty::Fastens | Duty::Threads)
     }
@@ -51,6 +52,7 @@ impl Link<'_> {
         self.is_tied || self.is_pressed || sticks || self.faces.ahead_mm2[way] > STOP_MM2
     }
 
+    /// Returns the same link as seen from its second body.
     fn turned(&self) -> Self {
         Link { ends: [self.ends[1], self.ends[0]], faces: self.faces.turned(), ..*self }
     }
@@ -72,6 +74,7 @@ impl<'a> Graph<'a> {
         let nodes: Vec<Node> = placed.filter_map(|placed| node(sensor, placed)).collect();
         let pairs: Vec<[usize; 2]> = (0..nodes.len())
             .flat_map(|a| (a + 1..nodes.len()).map(move |b| [a, b]))
+            // Copies of one body do not hold each other.
             .filter(|[a, b]| nodes[*a].body.name != nodes[*b].body.name)
             .collect();
         let links = pairs.into_par_iter().filter_map(|ends| link(sensor, &nodes, ends));
@@ -87,6 +90,7 @@ impl<'a> Graph<'a> {
         let is_idle = |node: usize| {
             let Node { body, placed } = &self.nodes[node];
             let needs_thread =
+                // || A fastener that no tool drives needs no thread.
                 body.duty == Duty::Threads || body.duty == Duty::Fastens && placed.is_drawn();
             needs_thread && !self.links.iter().any(|link| link.is_tied && link.ends.contains(&node))
         };
@@ -101,6 +105,7 @@ impl<'a> Graph<'a> {
 
     /// Returns the pairs of nodes of which the first carries the second along when it moves along `way`.
     fn carrying(&self, way: usize) -> Vec<[usize; 2]> {
+        // Each link works in both directions, with its faces seen from the other body.
         let turned: Vec<Link> = self.links.iter().map(Link::turned).collect();
         let all = self.links.iter().chain(&turned);
         all.filter(|link| link.carries(way)).map(|link| link.ends).collect()
@@ -163,12 +168,14 @@ fn node<'a>(sensor: &'a Sensor, placed: &'a Placed<'a>) -> Option<Node<'a>> {
     (!is_small && !is_limp && !is_liquid).then_some(Node { body, placed })
 }
 
+/// Creates the connection of two bodies, if they meet.
 fn link<'a>(sensor: &'a Sensor, nodes: &[Node], ends: [usize; 2]) -> Option<Link<'a>> {
     let [a, b] = ends.map(|end| &nodes[end]);
     let is_pair = |x: &str, y: &str| {
         (x == a.body.name && y == b.body.name) || (x == b.body.name && y == a.body.name)
     };
     let adhesions = sensor.adhesions.iter().filter(|one| is_pair(&one.bodies[0], &one.bodies[1]));
+    // Only the strongest bond counts.
     let adhesion = adhesions.max_by(|x, y| x.shear_mpa.total_cmp(&y.shear_mpa));
     let faces = faces([a.placed, b.placed], adhesion.map(|one| one.reach_mm))?;
     let is_pressed = sensor.press_fits.iter().any(|fit| is_pair(&fit.inner, &fit.outer));
@@ -182,6 +189,7 @@ fn link<'a>(sensor: &'a Sensor, nodes: &[Node], ends: [usize; 2]) -> Option<Link
 fn is_screwed([a, b]: [&Node; 2], faces: &Faces, is_pressed: bool) -> bool {
     let is_one = |duty| [a, b].iter().any(|node| node.body.duty == duty);
     let is_pair = is_one(Duty::Fastens) && is_one(Duty::Threads);
+    // A fastener in its thread faces it all around.
     let in_thread = is_pair && faces.ahead_mm2.iter().sum::<f64>() > THREAD_MM2;
     in_thread || is_pressed && (a.is_fastener() || b.is_fastener())
 }
@@ -192,6 +200,7 @@ fn components(count: usize, joined: impl Fn(usize, usize) -> bool) -> Vec<Vec<us
     for a in 0..count {
         for b in a + 1..count {
             if group[a] != group[b] && joined(a, b) {
+                // A group has the number of its first node.
                 let [from, to] = [group[b].max(group[a]), group[a].min(group[b])];
                 group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
             }
@@ -217,6 +226,7 @@ fn grounds(nodes: &[Node], links: &[Link]) -> Vec<usize> {
     };
     let size = |node: &usize| nodes[*node].placed.body.bounds().size_mm().iter().product::<f64>();
     let largest = |group: &[usize]| {
+        // Bought bodies are no housing.
         let made = group.iter().copied().filter(|node| nodes[*node].body.is_made());
         made.max_by(|a, b| size(a).total_cmp(&size(b)))
     };
@@ -227,7 +237,9 @@ fn grounds(nodes: &[Node], links: &[Link]) -> Vec<usize> {
     for group in &groups {
         let hovers = || groups.iter().any(|other| other != group && lies_over(nodes, group, other));
         let ground = largest(group);
+        // A lone body or one that hovers above others is not supported, unless it is the largest of all.
         let ground = ground.filter(|node| of_all == Some(*node) || group.len() > 1 && !hovers());
+        // `usize::MAX` marks nodes without a housing.
         group.iter().for_each(|node| grounds[*node] = ground.unwrap_or(usize::MAX));
     }
     grounds

@@ -38,6 +38,7 @@ struct Weakest {
     at: Option<([usize; 2], String)>,
 }
 
+/// Compares the force that the touched body bears, in shear and in tension, with the stated load.
 pub(super) fn examine(sensor: &Sensor, graph: &Graph) -> Vec<Finding> {
     let Some(load_n) = sensor.load_n else { return Vec::new() };
     let Some(touched) = touched(sensor, graph) else { return Vec::new() };
@@ -72,6 +73,7 @@ pub(super) fn examine(sensor: &Sensor, graph: &Graph) -> Vec<Finding> {
     findings
 }
 
+/// Formats a force.
 fn newtons(weakest: &Weakest) -> String {
     match weakest.newtons {
         n if n >= ENOUGH_N => format!("more than {ENOUGH_N} N"),
@@ -80,6 +82,7 @@ fn newtons(weakest: &Weakest) -> String {
     }
 }
 
+/// Reports a load that tears a connection.
 fn gives_way(graph: &Graph, touched: usize, word: &str, weakest: &Weakest, load_n: f64) -> Finding {
     let name = |node: usize| graph.nodes[node].placed.name;
     let message = match &weakest.at {
@@ -105,6 +108,7 @@ fn gives_way(graph: &Graph, touched: usize, word: &str, weakest: &Weakest, load_
 fn touched(sensor: &Sensor, graph: &Graph) -> Option<usize> {
     let touch = sensor.touch.as_ref()?;
     let [x, y] = BESIDE_MM;
+    // The ray starts 1 mm above the apex.
     let above = touch.apex_z_mm() + 1.0;
     let ray = Ray { origin: Point3::new(x, y, above), direction: -Vector3::z() };
     let mut caster = Caster::default();
@@ -124,11 +128,14 @@ fn capacity_n(graph: &Graph, link: &Link, is_turned: bool, way: usize) -> f64 {
         return MOST_N;
     }
     let faces = if is_turned { link.faces.turned() } else { link.faces };
+    // The weaker of the two materials gives way.
     let tears = link.ends.map(|end| graph.nodes[end].body.substance.tears_mpa.unwrap_or(USUAL_MPA));
     let stops = faces.ahead_mm2[way] * tears[0].min(tears[1]);
+    // Friction acts on faces in all directions.
     let area_mm2: f64 = faces.ahead_mm2.iter().sum::<f64>();
     let rubs = if link.is_pressed { area_mm2 * FRICTION_MPA } else { 0.0 };
     let sticks = link.adhesion.map_or(0.0, |one| {
+        // Faces that move away are in tension, faces parallel to the motion in shear.
         faces.across_mm2[opposite(way)] * one.pull_mpa + faces.beside_mm2[way / 2] * one.shear_mpa
     });
     (stops + rubs + sticks).min(MOST_N)
@@ -136,6 +143,7 @@ fn capacity_n(graph: &Graph, link: &Link, is_turned: bool, way: usize) -> f64 {
 
 /// Computes the minimum cut between the touched body and its housing (Edmonds and Karp, 1972).
 fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
+    // Directions are checked here, since an index beyond the arrays would panic far from its cause.
     debug_assert!(way < WAYS);
     let count = graph.nodes.len();
     let mut rest = vec![vec![0.0; count]; count];
@@ -148,8 +156,10 @@ fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
     let mut newtons = 0.0;
     loop {
         let before = search(&rest, from);
+        // newtons >= MOST_N { || No path is left, or the connection is practically unbreakable.
         if before[to].is_none() || newtons >= MOST_N {
             let is_near = |node: usize| node == from || before[node].is_some();
+            // The nodes that can still be reached are one side of the minimum cut.
             let at = if newtons >= MOST_N { None } else { cut(graph, &all, is_near) };
             return Weakest { newtons, at };
         }
@@ -160,6 +170,7 @@ fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
         let least =
             path.windows(2).map(|ends| rest[ends[1]][ends[0]]).fold(f64::INFINITY, f64::min);
         for ends in path.windows(2) {
+            // Paths run from the end to the start.
             rest[ends[1]][ends[0]] -= least;
             rest[ends[0]][ends[1]] += least;
         }

@@ -23,6 +23,7 @@ pub(super) fn examine(sensor: &Sensor, scene: &Assemblies) -> Vec<Finding> {
     let small: Vec<&Placed> = placed.iter().filter(|one| one.of.duty == Duty::Sticks).collect();
     let carriers: BTreeMap<&str, Vec<&str>> =
         small.iter().map(|one| (one.name, carriers(sensor, one.name))).collect();
+    // One contact with any of its carriers is enough.
     let in_the_air = small.into_par_iter().filter(|one| {
         let carriers = &carriers[one.name];
         let mut others = placed.iter().filter(|other| carriers.contains(&other.name));
@@ -43,16 +44,19 @@ fn carriers<'a>(sensor: &'a Sensor, name: &str) -> Vec<&'a str> {
     onto.into_iter().collect()
 }
 
+/// Returns whether enough area of the two bodies is within reach of solder or glue.
 fn touches(one: &Placed, other: &Placed) -> bool {
     faces([one, other], Some(FILLED_MM)).is_some_and(|faces| faces.bonded_mm2 > PADS_MM2)
 }
 
+/// Reports a small body that no step fixes.
 fn unfixed(name: &str) -> Finding {
     let message = format!("{name} is laid in place alone: no step solders, glues or sticks it");
     let fix = "let the step that puts it there say what fixes it";
     Finding::error(Rule::Held, message, fix).of([name])
 }
 
+/// Reports a small body that does not touch its carrier.
 fn apart(name: &str, onto: &[&str]) -> Finding {
     let message = format!(
         "{name} does not touch {}, which a step fixes it on: less than {PADS_MM2} mm2 lies within \

@@ -43,11 +43,13 @@ pub(crate) fn arrivals<'a>(
     (arrivals, history.work)
 }
 
+/// State of all assemblies while the chain is followed step by step.
 pub(super) struct History<'a> {
     sensor: &'a Sensor,
     scene: &'a Assemblies<'a>,
     /// Indices of the bodies that stand in each assembly.
     standing: BTreeMap<&'a str, BTreeSet<usize>>,
+    /// Work of tools so far.
     work: Vec<Work<'a>>,
 }
 
@@ -86,6 +88,7 @@ impl<'a> History<'a> {
         self.standing[assembly].iter().map(|&i| &scene.bodies(assembly)[i]).collect()
     }
 
+    /// Applies a step to the assemblies. Returns the arrival, if the step brings bodies.
     pub(super) fn step(&mut self, step: &'a Step) -> Option<Arrival<'a>> {
         let assembly = step.assembly.as_ref()?.0.as_str();
         let bodies = self.scene.bodies(assembly);
@@ -108,6 +111,7 @@ impl<'a> History<'a> {
         let on = around.clone();
         self.work.extend(occasion.map(|occasion| Work { place, occasion, on, around }));
         let is_made = |placed: &Placed| made(step) == Some(placed.name);
+        // The layer stands in the mold only after the tools of the pour have worked.
         standing.extend((0..bodies.len()).filter(|&i| is_made(&bodies[i])));
         if let Action::Demold(pulls) = &step.action {
             let is_pulled = |name: &str| pulls.iter().any(|pull| pull.body == name);
@@ -123,6 +127,7 @@ impl<'a> History<'a> {
         arrival
     }
 
+    /// Finds the bodies that a step brings, grouped into pieces.
     fn arrival(&self, step: &'a Step, assembly: &'a str) -> Option<Arrival<'a>> {
         let bodies = self.scene.bodies(assembly);
         let standing = &self.standing[assembly];
@@ -135,6 +140,7 @@ impl<'a> History<'a> {
                 if standing.contains(&i) || wait.contains(&i) || !known.insert(i) {
                     continue;
                 }
+                // Bodies of the same piece come along, even if the step does not name them.
                 let with: Vec<usize> = (0..bodies.len())
                     .filter(|&k| k == i || pieces[k] == pieces[i])
                     .filter(|k| !standing.contains(k) && !wait.contains(k))
@@ -157,6 +163,7 @@ impl<'a> History<'a> {
         let after = self.sensor.chain.iter().skip_while(|other| other.name != step.name).skip(1);
         let after = after.filter(|step| step.assembly.as_ref().is_some_and(|a| a.0 == assembly));
         let after: Vec<BTreeSet<&str>> = after.map(|step| needed(step).collect()).collect();
+        // Names in later steps of the same assembly.
         let later: BTreeSet<&str> = after.iter().flatten().copied().collect();
         // A body with a single placement arrives when it is first named.
         let is_one_of_many =
@@ -201,6 +208,7 @@ impl<'a> History<'a> {
         let is_told = |piece: usize| {
             (0..bodies.len()).any(|i| pieces[i] == piece && told.contains(bodies[i].name))
         };
+        // A cast layer exists only once it has been cast somewhere.
         let exists = |placed: &Placed| placed.of.kind != Kind::Cast || self.stands(placed.name);
         (0..bodies.len()).filter(|&i| !is_told(pieces[i]) && exists(&bodies[i])).collect()
     }
@@ -218,6 +226,7 @@ impl<'a> History<'a> {
         let bodies = self.scene.bodies(assembly);
         let mut pieces: Vec<usize> = (0..bodies.len()).collect();
         let mut join = |a: usize, b: usize| {
+            // A piece has the index of its first body.
             let (from, to) = (pieces[a].max(pieces[b]), pieces[a].min(pieces[b]));
             pieces.iter_mut().filter(|piece| **piece == from).for_each(|piece| *piece = to);
         };
@@ -256,6 +265,7 @@ fn adjusted<'a>(
         if on.is_empty() {
             on = named(standing, &adjustment.body);
         }
+        // Adjusted before assembly: only the bodies that come with the step are around.
         let around = if adjustment.is_apart { &coming[..] } else { standing };
         Work { place, occasion: Occasion::Adjustment, on, around: around.to_vec() }
     };
@@ -270,6 +280,7 @@ fn moved_together(there: &[&Placed], here: &[Placed]) -> Vec<Vec<usize>> {
     let mut moves: Vec<(Pose, Vec<[usize; 2]>)> = Vec::new();
     for (to, placed) in here.iter().enumerate() {
         for from in (0..there.len()).filter(|&from| there[from].name == placed.name) {
+            // Transform from the other assembly to this one. Bodies with the same transform moved together.
             let to_here = placed.pose.then_in(there[from].pose.inverse());
             match moves.iter_mut().find(|(pose, _)| is_same(pose, &to_here)) {
                 Some((_, pairs)) => pairs.push([from, to]),
@@ -280,16 +291,19 @@ fn moved_together(there: &[&Placed], here: &[Placed]) -> Vec<Vec<usize>> {
     moves.sort_by_key(|(_, pairs)| std::cmp::Reverse(pairs.len()));
     let mut gone = BTreeSet::new();
     let taken = moves.into_iter().map(|(_, pairs)| {
+        // A body that has been assigned to a larger move is not available for another one.
         let left = pairs.into_iter().filter(|[from, _]| gone.insert(*from));
         left.map(|[_, to]| to).collect()
     });
     taken.collect()
 }
 
+/// Returns the index of a body, by identity.
 fn number(bodies: &[Placed], placed: &Placed) -> Option<usize> {
     bodies.iter().position(|other| std::ptr::eq(other, placed))
 }
 
+/// Returns whether two poses are equal up to rounding.
 fn is_same(a: &Pose, b: &Pose) -> bool {
     (a.rotation() - b.rotation()).amax() < SAME
         && (a.translation_mm() - b.translation_mm()).amax() < SAME

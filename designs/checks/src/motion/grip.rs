@@ -45,6 +45,7 @@ pub(super) fn examine(sensor: &Sensor, work: &Work) -> Vec<Finding> {
         if least < GRIP_MM {
             findings.push(told(work, &pull.body, least));
         }
+        // The tool is gone for the following pulls.
         standing.retain(|one| one.name != pull.body);
     }
     findings
@@ -80,6 +81,7 @@ fn grip_mm(one: &Placed, standing: &[&Placed], along: &Vector3<f64>) -> f64 {
         let (sin, cos) = (TAU * (side as f64 + 0.137) / SIDES as f64).sin_cos();
         let out = across * cos + up * sin;
         for height in 0..HEIGHTS {
+            // The offset keeps lines off edges at round heights.
             let shift_mm = (height as f64 + 0.4721) * step_mm - half_mm;
             let origin: Point3<f64> = centre + along * shift_mm + out * far_mm;
             let ray = Ray { origin, direction: -out };
@@ -92,10 +94,12 @@ fn grip_mm(one: &Placed, standing: &[&Placed], along: &Vector3<f64>) -> f64 {
             *free_mm += if is_first { step_mm } else { 0.0 };
         }
     }
+    // Opposite sides must both be free.
     let pairs = (0..SIDES / 2).map(|side| free_mm[side].min(free_mm[side + SIDES / 2]));
     pairs.fold(0.0, f64::max) + step_mm
 }
 
+/// Reports a tool without a grip.
 fn told(work: &Work, body: &str, free_mm: f64) -> Finding {
     let message = format!(
         "nothing takes {body} off: no slot for a screwdriver on it or beside it, and {free_mm:.1} mm of its \

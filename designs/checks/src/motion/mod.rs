@@ -65,11 +65,13 @@ fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways {
     };
     let findings: Vec<Vec<Finding>> = arrivals.par_iter().map(found).collect();
     let worked = |work: &Work| {
+        // Tools of pours, adjustments and demolding.
         let (stuck, count) = working(work, memo);
         (stuck.iter().map(|stuck| told(&work.place, stuck)).collect::<Vec<_>>(), count)
     };
     let worked: Vec<(Vec<Finding>, usize)> = works.par_iter().map(worked).collect();
     let tools: usize = worked.iter().map(|(_, count)| count).sum();
+    // Tools that nothing can take off the cast.
     let ungripped = works.iter().map(|work| grip::examine(sensor, work));
     let findings = findings.into_iter().chain(worked.into_iter().map(|(found, _)| found));
     let findings = findings.chain(ungripped);
@@ -81,6 +83,7 @@ fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways {
     }
 }
 
+/// Converts an obstruction to a finding.
 fn told(place: &Place, stuck: &Stuck) -> Finding {
     let Stuck { rule, body, by, tool, along, contact } = stuck;
     let depth_mm = contact.depth_mm;

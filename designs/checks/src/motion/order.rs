@@ -32,8 +32,11 @@ type Ways = fn(&Piece) -> Vec<Vector3<f64>>;
 
 /// Search that takes apart the pieces that a step brings.
 pub(crate) struct Order<'a> {
+    /// Sensor, for its press fits.
     sensor: &'a Sensor,
+    /// Motions that the step states.
     motions: &'a [Motion],
+    /// Pieces as the step brings them.
     coming: Vec<Piece<'a>>,
     memo: &'a Memo,
     /// Cached answers of [`Self::blocks`] for mover, obstacle and direction.
@@ -56,10 +59,12 @@ pub(crate) struct Left<'a> {
     pub(crate) apart: Vec<Left<'a>>,
 }
 
+/// Returns whether a tool drives the body in, as a screw or a nut.
 fn is_drawn(placed: &Placed) -> bool {
     placed.is_drawn()
 }
 
+/// Returns the bits of a direction, for use as a key.
 fn bits(direction: &Vector3<f64>) -> [u64; 3] {
     [0, 1, 2].map(|axis| direction[axis].to_bits())
 }
@@ -71,6 +76,7 @@ fn cleaned(direction: Vector3<f64>) -> Vector3<f64> {
 
 /// Returns the axes along which a piece may leave. A screw leaves along its own axis only.
 fn ways_out(piece: &Piece) -> Vec<Vector3<f64>> {
+    // The z axis of each body.
     let own: Vec<Vector3<f64>> =
         piece.iter().map(|placed| cleaned(placed.pose.vector(Vector3::z()))).collect();
     if let Some(i) = piece.iter().position(|placed| is_drawn(placed))
@@ -96,6 +102,7 @@ fn outwards(piece: &Piece, others: &[&Placed]) -> Vector3<f64> {
     if others.is_empty() { Vector3::z() } else { middle(piece) - middle(others) }
 }
 
+/// Returns directions across z, evenly spread.
 fn azimuths() -> Vec<Vector3<f64>> {
     let azimuth = |i: u32| {
         let (sin, cos) = (TAU * (f64::from(i) + 0.5) / f64::from(AZIMUTHS)).sin_cos();
@@ -105,6 +112,7 @@ fn azimuths() -> Vec<Vector3<f64>> {
 }
 
 impl<'a> Order<'a> {
+    /// Searches the order in which the pieces of an arrival can be taken out.
     pub(crate) fn find(sensor: &'a Sensor, arrival: &Arrival<'a>, memo: &'a Memo) -> Self {
         let mut order = Self {
             sensor,
@@ -138,10 +146,12 @@ impl<'a> Order<'a> {
         pieces
     }
 
+    /// Removes pieces one after the other, or in groups, and records those that are stuck.
     fn take_apart(&mut self, mut pieces: Vec<Piece<'a>>, standing: &[&'a Placed<'a>]) {
         // With nothing standing there, the last piece is where it belongs.
         while pieces.len() > usize::from(standing.is_empty()) {
             if let Some(free) = self.free(&pieces, standing) {
+                // Pieces removed outside are recorded with the piece, not in the list of the assembly.
                 let before = std::mem::take(&mut self.left);
                 self.take_apart_outside(&pieces.remove(free));
                 let apart = std::mem::replace(&mut self.left, before);
@@ -164,6 +174,7 @@ impl<'a> Order<'a> {
                 pieces = of(outside).collect();
                 continue;
             }
+            // Nothing can leave: report the least obstructed piece and go on without it.
             let (index, stuck) = self.least(&pieces, standing);
             self.stuck.extend(stuck);
             pieces.remove(index);
@@ -189,6 +200,7 @@ impl<'a> Order<'a> {
         let across: Ways = |piece| {
             if piece.len() == 1 && is_drawn(piece[0]) { Vec::new() } else { azimuths() }
         };
+        // The axes first; azimuths are tried only if no piece can leave along an axis.
         [ways_out, across].into_iter().find_map(|ways| {
             (0..pieces.len()).rev().find(|&index| {
                 let others = others(pieces, index, standing);
@@ -216,6 +228,7 @@ impl<'a> Order<'a> {
             None => {
                 let mut ways = ways(piece);
                 let out = outwards(piece, others);
+                // Directions outwards first, since they are most likely free.
                 ways.sort_by(|a, b| b.dot(&out).total_cmp(&a.dot(&out)));
                 let free = ways.iter().find(|way| !self.is_in_the_way(piece, others, way));
                 free.copied().map(Some)
@@ -224,10 +237,12 @@ impl<'a> Order<'a> {
         found.filter(|_| self.has_room(piece, others))
     }
 
+    /// Returns the motion that the step states for a piece.
     fn motion(&self, piece: &Piece) -> Option<&'a Motion> {
         self.motions.iter().find(|motion| moves(motion, piece))
     }
 
+    /// Returns whether any of the other bodies blocks a piece in a direction.
     fn is_in_the_way(
         &mut self,
         piece: &Piece<'a>,
@@ -235,6 +250,7 @@ impl<'a> Order<'a> {
         way: &Vector3<f64>,
     ) -> bool {
         let key = (piece[0].key, bits(way));
+        // The body that blocked the piece last time usually still does.
         let witness = self.witness.get(&key).copied();
         if others.iter().any(|other| Some(other.key) == witness) {
             return true;
@@ -257,6 +273,7 @@ impl<'a> Order<'a> {
         })
     }
 
+    /// Returns whether the mover meets the other body in a direction, beyond the allowed overlap.
     fn is_met(&self, mover: &Placed, other: &Placed, way: &Vector3<f64>) -> bool {
         let meant_mm = self.meant_mm(mover, other);
         let key = Key::new(5).key(mover.key).key(other.key).vector(way).number(meant_mm);
@@ -287,6 +304,7 @@ impl<'a> Order<'a> {
         fits.map(|fit| fit.interference_mm).fold(0.0, f64::max)
     }
 
+    /// Returns whether all tools that install the piece have room.
     fn has_room(&mut self, piece: &Piece<'a>, others: &[&'a Placed<'a>]) -> bool {
         let (memo, blocked) = (self.memo, &mut self.blocked);
         driven(piece).all(|placed| tools::has_room(placed, others, memo, blocked))
@@ -309,9 +327,11 @@ impl<'a> Order<'a> {
         // A piece with a stated motion leaves along no other path.
         let starts: Vec<usize> =
             (0..pieces.len()).filter(|&i| self.motion(&pieces[i]).is_none()).collect();
+        // An empty piece gives the six axes of the assembly.
         for way in ways_out(&Vec::new()) {
             for &start in &starts {
                 let most = best.as_ref().map_or(pieces.len(), |(best, _)| best.len());
+                // All pieces together can always leave if nothing stands there, which would prove nothing.
                 let limit = if standing.is_empty() { most.min(pieces.len() - 1) } else { most };
                 if let Some(group) = self.leaving_with(start, pieces, standing, &way, limit)
                     && group.len() > 1
@@ -344,6 +364,7 @@ impl<'a> Order<'a> {
                 if is_new
                     && pieces[next].iter().any(|other| self.blocks(&pieces[piece], other, way))
                 {
+                    // A piece with a stated motion cannot be pushed along.
                     if self.motion(&pieces[next]).is_some() {
                         return None;
                     }
@@ -351,6 +372,7 @@ impl<'a> Order<'a> {
                     open.push(next);
                 }
             }
+            // Stop early: a smaller group is known.
             if group.len() > most {
                 return None;
             }
@@ -408,6 +430,7 @@ impl<'a> Order<'a> {
             met.max_by(|a, b| a.contact.depth_mm.total_cmp(&b.contact.depth_mm))
         };
         let ways: Vec<Option<Stuck>> = ways_out(piece).iter().map(worst_on).collect();
+        // A direction is free, so only a tool can be in the way.
         if ways.iter().any(Option::is_none) {
             return self.without_room(piece, others);
         }
@@ -422,6 +445,7 @@ fn driven<'a>(piece: &Piece<'a>) -> impl Iterator<Item = &'a Placed<'a>> {
     piece.iter().copied().filter(move |placed| is_alone || !placed.is_drawn())
 }
 
+/// Returns whether a motion is stated for a body of the piece.
 fn moves(motion: &Motion, piece: &Piece) -> bool {
     piece.iter().any(|placed| motion.bodies.iter().any(|name| name == placed.name))
 }

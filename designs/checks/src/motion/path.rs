@@ -32,6 +32,7 @@ const TURN_CONTACT_MM: f64 = 0.02;
 /// Point at which a path is blocked.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contact {
+    /// Position in the assembly's frame, mm.
     pub(crate) place: Point3<f64>,
     /// Width of the part of the obstacle in the way, measured across the path; for turns, the depth of the overlap, mm.
     pub(crate) depth_mm: f64,
@@ -63,6 +64,7 @@ impl Lines {
             [middle_mm - half_mm, middle_mm + half_mm]
         };
         let [of_mover, of_other] = [mover.bounds(), other.bounds()];
+        // Distance from the mover's rear to the obstacle's front.
         let ahead_mm = shadow(&of_other, direction)[1] - shadow(&of_mover, direction)[0];
         let common = [u, v].map(|w| {
             let (a, b) = (shadow(&of_mover, &w), shadow(&of_other, &w));
@@ -114,6 +116,7 @@ impl Lines {
 
     /// Returns the line through a cell; `None` if it is known to meet nothing.
     fn ray(&self, i: usize, j: usize) -> Option<Ray> {
+        // An offset of an odd fraction of a cell keeps lines off walls at round coordinates.
         let [x, y] = [i, j].map(|k| (k as f64 + 0.482) * self.cell_mm);
         let side = |k: usize| self.size[k] as f64 * self.cell_mm;
         let is_open =
@@ -203,6 +206,7 @@ pub(crate) fn is_too_deep(
 /// Computes the distance of each blocked cell from the nearest free one, in cells, with steps of 1 and sqrt(2)
 /// (Borgefors, "Distance transformations in digital images", 1986); at most 8 % too long.
 fn depths(blocked: &[Option<Point3<f64>>], [width, height]: [usize; 2]) -> Vec<f64> {
+    // Two-pass chamfer distance transform.
     let mut far: Vec<f64> =
         blocked.iter().map(|met| if met.is_some() { f64::INFINITY } else { 0.0 }).collect();
     let near = |far: &[f64], i: usize, j: usize, [di, dj]: [isize; 2]| {
@@ -211,6 +215,7 @@ fn depths(blocked: &[Option<Point3<f64>>], [width, height]: [usize; 2]) -> Vec<f
         let of = at(i, di, width).zip(at(j, dj, height)).map_or(0.0, |(i, j)| far[j * width + i]);
         of + (di as f64).hypot(dj as f64)
     };
+    // Neighbours that a forward pass has visited; the backward pass uses their opposites.
     let half = [[-1, 0], [-1, -1], [0, -1], [1, -1]];
     let cells = |backwards: bool| {
         let all = width * height;
@@ -252,6 +257,7 @@ pub(crate) fn overlap(a: &CompiledSolid, b: &CompiledSolid, allowed_mm: f64) -> 
     if !is_met {
         return None;
     }
+    // A rough test with few lines came first, since measuring the depth is slow.
     let limit_mm = allowed_mm + TURN_CONTACT_MM;
     deepest(a, b, limit_mm)
         .filter(|(depth_mm, _)| *depth_mm > limit_mm)
@@ -271,11 +277,13 @@ pub(crate) fn follow<'a>(
     for leg in motion.legs.iter().rev() {
         let steps = steps(leg, movers);
         for _ in 0..steps {
+            // Motions are stated forwards, so they are followed from their end.
             moved = back(leg, steps).then_in(moved);
             if let Some(met) = met_at(&moved, movers, others, allowed_mm) {
                 return Some(met);
             }
         }
+        // A leg without a length comes from infinity; no leg can precede it.
         if let Leg::Straight { along, length_mm: None } = leg {
             return met_outwards(&moved, -along, movers, others, allowed_mm);
         }
@@ -306,6 +314,7 @@ fn back(leg: &Leg, steps: usize) -> Pose {
             Pose::translation(by.x, by.y, by.z)
         }
         Leg::Turn { point, axis, angle, rise_mm } => {
+            // Turn about z in a frame on the axis.
             let frame = Pose::z_to(*axis, *point);
             let part = fabkit_geometry::Angle::from_rad(share * angle.rad());
             let turn = Pose::rotation_z(part.expect("a part of an angle is finite"));

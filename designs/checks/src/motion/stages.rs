@@ -91,6 +91,7 @@ pub fn stages(sensor: &Sensor) -> Result<Vec<Stage<'_>>, InvalidBody> {
 /// Function that converts bodies of the scene to those of the sensor.
 type Stands<'f, 's> = &'f dyn Fn(&[&Placed]) -> Vec<Stand<'s>>;
 
+/// Returns the index of a body of the scene in the sensor's list.
 fn number(sensor: &Sensor, body: &Body) -> usize {
     let is_it = |other: &Body| std::ptr::eq(other, body);
     sensor.bodies.iter().position(is_it).expect("bodies of a scene are the sensor's")
@@ -125,6 +126,7 @@ fn put_together<'s>(
     let first = pieces
         .iter()
         .map(|piece| piece.iter().filter(|placed| !is_known(placed)).copied().collect::<Vec<_>>());
+    // Pieces from which nothing is left have been taken out completely.
     let first = first.filter(|rest| !rest.is_empty());
     let mut came: Vec<Came> =
         first.map(|rest| Came { bodies: stands(&rest), out: None, apart: Vec::new() }).collect();
@@ -133,6 +135,7 @@ fn put_together<'s>(
             let motion = step.motions.iter().find(|motion| {
                 piece.iter().any(|placed| motion.bodies.iter().any(|name| name == placed.name))
             });
+            // The last straight leg shows the direction of arrival.
             motion.and_then(|motion| motion.legs.iter().rev().find_map(straight))
         };
         let alone: Vec<Vec<&Placed>> = piece.iter().map(|placed| vec![*placed]).collect();
@@ -148,6 +151,7 @@ fn put_together<'s>(
 /// Merges small bodies that are soldered or stuck onto another one with it: they come together.
 fn fix(step: &Step, came: &mut Vec<Came>) {
     for fixing in &step.fixings {
+        // Only single small bodies, not pieces that are assembled outside.
         let is_small = |one: &Came| {
             one.apart.is_empty()
                 && one.bodies.iter().all(|stand| fixing.bodies.contains(&stand.body.name))

@@ -29,9 +29,11 @@ pub(super) fn has_room(
     let tools = placed.of.reach.iter().zip(&placed.tools);
     let mut arriving = tools.filter(|(reach, _)| reach.occasion == Occasion::Arrival);
     arriving.all(|(reach, rooms)| {
+        // One free room is enough.
         rooms.iter().any(|room| {
             let mut others = others.iter().filter(|other| counts(reach, placed, other));
             let is_known = |other: &&&Placed| blocked.contains(&(room.key, other.key));
+            // A known obstacle saves the exact test.
             if others.clone().any(|other| is_known(&other)) {
                 return false;
             }
@@ -93,6 +95,7 @@ fn kept_out<'a>(
     };
     let mut least: Option<Stuck> = None;
     for room in rooms {
+        // The first free room ends the search.
         let stuck = blocked(room)?;
         if least.as_ref().is_none_or(|least| stuck.contact.depth_mm < least.contact.depth_mm) {
             least = Some(stuck);

@@ -29,7 +29,7 @@ pub(crate) struct Placed<'a> {
     pub(crate) of: &'a Body,
     /// Transform from its own frame to the assembly's.
     pub(crate) pose: Pose,
-    /// For each of its tools, all rooms that the tool may take, in the assembly's frame.
+    /// Rooms that each of its tools may take, in the assembly's frame.
     pub(crate) tools: Vec<Vec<Tool>>,
 }
 

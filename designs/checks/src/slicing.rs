@@ -52,12 +52,12 @@ pub struct PrintSettings {
     pub brim_mm: Chosen<f64>,
 }
 
-/// Purpose of a part, as far as slicing goes.
+/// Purpose of a part, which determines usual print settings.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
-    /// A layer is cast in it, and it comes off.
+    /// Wall of a mold, which comes off the cast layer.
     Mold,
-    /// It stays in the sensor.
+    /// Part that stays in the sensor.
     Sensor,
     /// Any other part.
     Tool,

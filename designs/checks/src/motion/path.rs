@@ -177,7 +177,7 @@ pub(crate) fn is_blocked(
 }
 
 /// Finds the point and depth of the obstacle on a straight path; `None` if it is not deeper than `allowed_mm`. The
-/// depth is the width of the obstacle across the path, known to one cell, of which [`LINES`] lie side by side.
+/// depth is the width of the obstacle across the path, known to one cell of the grid of [`LINES`] lines.
 pub(crate) fn contact(
     mover: &CompiledSolid,
     other: &CompiledSolid,

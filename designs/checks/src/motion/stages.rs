@@ -14,7 +14,7 @@ use crate::scene::{Assemblies, InvalidBody, Placed};
 pub struct Stand<'a> {
     /// The body.
     pub body: &'a Body,
-    /// Its pose.
+    /// Pose of the body.
     pub assembly_from_body: Pose,
 }
 

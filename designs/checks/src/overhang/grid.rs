@@ -124,7 +124,7 @@ impl Grid<'_> {
         let (mut lines, mut hangs) = (0.5, None);
         while !front.is_empty() {
             if lines * self.cell_mm > LEDGE_MM {
-                // A face next to a bridged one is exempt: at the edge of a round wall its own span is longer.
+                // A face next to a bridged one is exempt, for example at the edge of a round wall.
                 let is_far = |place: &Place| {
                     !self.is_bridged(*place) && !self.next(*place).any(|at| self.is_bridged(at))
                 };

@@ -93,8 +93,8 @@ fn nets(circuit: &Circuit) -> Vec<Finding> {
             found.push(error(circuit, &what, "let each pin be on one net, or make one of both"));
         }
     }
+    // Other parts may have unused pins.
     let has_two_ends =
-        // Other parts may have unused pins.
         |part: &&CircuitPart| matches!(part.kind, CircuitKind::Led | CircuitKind::Resistor);
     for part in circuit.parts.iter().filter(has_two_ends) {
         for land in &part.lands {

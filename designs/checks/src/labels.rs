@@ -114,7 +114,7 @@ fn touched(letter: &PlacedPrimitive, other: &Placed) -> Option<Point3<f64>> {
             let top_mm = in_leaf.size_mm()[2] + TOUCH_MM;
             let hit = caster
                 .stretches(&other.body, &ray)
-                // A body that only ends at the letter's foot is the part's own neighbour below, not on the letter.
+                // Stretches that end at the letter's foot lie below the letter.
                 .find(|stretch| stretch.exit.t > TOUCH_MM && stretch.enter.t < top_mm);
             if let Some(hit) = hit {
                 return Some(ray.at(hit.enter.t.max(0.0)));

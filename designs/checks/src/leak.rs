@@ -65,8 +65,8 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
         return (Vec::new(), 0);
     }
     let placed = scene.bodies(&Assembly::sensor().0);
+    // Opaque bodies stop light, all others let it pass.
     let (stops, passes): (Vec<&Placed>, Vec<&Placed>) =
-        // Opaque bodies stop light, all others let it pass.
         placed.iter().partition(|placed| placed.of.clarity() == Clarity::Opaque);
     let faces = faces(sensor, scene);
     let open: Vec<Vec<Open>> = faces

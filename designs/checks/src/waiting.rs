@@ -94,7 +94,7 @@ fn cures(sensor: &Sensor, step: usize) -> BTreeSet<&str> {
     let mut last = BTreeSet::new();
     let mut groups: Vec<BTreeSet<&str>> = Vec::new();
     for (at, other) in sensor.chain[..=step].iter().enumerate() {
-        // || Without an assembly, only the step itself counts.
+        // Without an assembly, only the step itself counts.
         if at != step && (here.is_none() || other.assembly != *here) {
             continue;
         }

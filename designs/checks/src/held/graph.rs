@@ -89,8 +89,8 @@ impl<'a> Graph<'a> {
     fn drop_idle(&mut self) {
         let is_idle = |node: usize| {
             let Node { body, placed } = &self.nodes[node];
+            // A fastener that no tool drives needs no thread.
             let needs_thread =
-                // || A fastener that no tool drives needs no thread.
                 body.duty == Duty::Threads || body.duty == Duty::Fastens && placed.is_drawn();
             needs_thread && !self.links.iter().any(|link| link.is_tied && link.ends.contains(&node))
         };

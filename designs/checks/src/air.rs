@@ -297,7 +297,7 @@ impl Voids {
                 self.joined.push((root, self.vented[root]));
             }
         }
-        // Sorted, so that the result does not depend on the order in which neighbours were visited.
+        // Sorted for `dedup`, and so that the order of neighbours does not matter.
         self.joined.sort_unstable();
         self.joined.dedup();
         for link in 0..self.links.len() {

@@ -270,7 +270,7 @@ impl<'a> Examiner<'a> {
     /// Checks that a direction is a unit vector.
     fn direction(&mut self, step: &Step, direction: &Vector3<f64>, what: &str) {
         let off = (direction.norm() - 1.0).abs();
-        // off > UNIT_ROUNDING { || NaN compares false with everything.
+        // NaN compares false with everything.
         if off.is_nan() || off > UNIT_ROUNDING {
             let message = format!("{what} is not a unit vector");
             self.wrong(step, [], message, "normalise it");

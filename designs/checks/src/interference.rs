@@ -211,7 +211,7 @@ pub(crate) fn deepest(
     }
     let mut casters = [Caster::default(), Caster::default()];
     let mut met = Vec::new();
-    // Boxes in which the surfaces may meet; without any there is no overlap.
+    // Outside of these boxes the bodies provably share nothing, so lines that miss them are skipped.
     let boxes = meetings(a, b)?;
     for direction in DIRECTIONS {
         let bundle = Bundle::through(&common, direction.into(), FIT_LINES);

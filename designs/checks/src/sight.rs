@@ -181,7 +181,7 @@ pub(crate) fn bodies<'a>(sensor: &Sensor, scene: &'a Assemblies) -> Vec<Met<'a>>
         .filter_map(|placed| {
             let clarity = sensor.body(placed.name)?.clarity();
             let is_wanted = sensor.sight.iter().any(|name| name == placed.name);
-            // clarity || Light passes other clear bodies as if they were not there.
+            // Light passes other clear bodies as if they were not there.
             let counts = is_wanted || clarity != Clarity::Clear;
             counts.then_some(Met { placed, clarity, is_wanted })
         })

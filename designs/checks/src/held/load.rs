@@ -143,7 +143,6 @@ fn capacity_n(graph: &Graph, link: &Link, is_turned: bool, way: usize) -> f64 {
 
 /// Computes the minimum cut between the touched body and its housing (Edmonds and Karp, 1972).
 fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
-    // Directions are checked here, since an index beyond the arrays would panic far from its cause.
     debug_assert!(way < WAYS);
     let count = graph.nodes.len();
     let mut rest = vec![vec![0.0; count]; count];
@@ -156,7 +155,7 @@ fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
     let mut newtons = 0.0;
     loop {
         let before = search(&rest, from);
-        // newtons >= MOST_N { || No path is left, or the connection is practically unbreakable.
+        // No path is left, or the connection is practically unbreakable.
         if before[to].is_none() || newtons >= MOST_N {
             let is_near = |node: usize| node == from || before[node].is_some();
             // The nodes that can still be reached are one side of the minimum cut.

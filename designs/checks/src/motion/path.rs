@@ -64,7 +64,7 @@ impl Lines {
             [middle_mm - half_mm, middle_mm + half_mm]
         };
         let [of_mover, of_other] = [mover.bounds(), other.bounds()];
-        // Distance from the mover's rear to the obstacle's front.
+        // Distance from the mover's rear to the far end of the obstacle.
         let ahead_mm = shadow(&of_other, direction)[1] - shadow(&of_mover, direction)[0];
         let common = [u, v].map(|w| {
             let (a, b) = (shadow(&of_mover, &w), shadow(&of_other, &w));

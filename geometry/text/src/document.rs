@@ -1,4 +1,4 @@
-//! One table of values by dotted path, from several layers of YAML.
+//! Table of values by dotted path, merged from several layers of YAML.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -14,23 +14,23 @@ use crate::{
     similar,
 };
 
-/// All values that were written, whichever layer they come from.
+/// All written values, from every layer.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// Shared by the copies that are made to try other values.
+    /// Keys of the file. Shared by the copies that are made to try other values.
     fields: Arc<Vec<Field>>,
-    /// Where the whole document is.
+    /// Place of the whole document.
     pub root: Place,
     values: BTreeMap<String, Written>,
     sections: BTreeMap<String, Place>,
-    /// Paths at which something was written that cannot be read: reported, hence not missing.
+    /// Paths where something unreadable was written: already reported, so not reported as missing.
     broken: BTreeSet<String>,
-    /// What is wrong so far.
+    /// Problems so far.
     pub found: Vec<Found>,
 }
 
 impl Document {
-    /// An empty table of these keys; `root` is where the whole document is.
+    /// Creates an empty table for `fields`; `root` is the place of the whole document.
     pub fn new(fields: Vec<Field>, root: Place) -> Self {
         Self {
             fields: Arc::new(fields),
@@ -42,7 +42,7 @@ impl Document {
         }
     }
 
-    /// Adds a key at the top.
+    /// Adds a key at the top level.
     pub fn add_field(&mut self, field: Field) {
         Arc::make_mut(&mut self.fields).push(field);
     }
@@ -51,12 +51,12 @@ impl Document {
         self.values.get(path)
     }
 
-    /// Everything that was written, by path.
+    /// Returns all written values, by path.
     pub(crate) fn values(&self) -> &BTreeMap<String, Written> {
         &self.values
     }
 
-    /// Puts values in place of the expressions at a path; of lists with the number of the item.
+    /// Replaces the expressions at `path` by their values. For lists, each value comes with its item number.
     pub(crate) fn put_values(
         &mut self,
         path: &str,
@@ -78,12 +78,12 @@ impl Document {
         written.formula = Some(formula);
     }
 
-    /// Everything that a value follows from, near and far.
+    /// Returns every path that `formula` depends on, directly or through other expressions.
     pub(crate) fn all_inputs(&self, formula: &Formula) -> BTreeSet<String> {
         all_inputs(&self.values, formula)
     }
 
-    /// What stands in an expression: what the user wrote last before everything else.
+    /// Returns the paths that `formula` names. Those that the user changed in a layer above the expression come first.
     pub(crate) fn inputs(&self, formula: &Formula) -> Vec<String> {
         let mut inputs: Vec<String> = changed_above(&self.values, formula);
         let direct = formula.inputs.iter().filter(|path| !inputs.contains(path)).cloned();
@@ -91,13 +91,13 @@ impl Document {
         inputs
     }
 
-    /// Takes away what stands at a path, which cannot be read; that has been reported.
+    /// Removes the unreadable value at `path` and marks the path as broken. The problem has been reported already.
     pub(crate) fn break_off(&mut self, path: &str) {
         self.values.remove(path);
         self.broken.insert(path.to_owned());
     }
 
-    /// What somebody who wrote an unknown path may have meant.
+    /// Writes a hint for an unknown path: similar paths if there are any, otherwise the keys that exist.
     pub(crate) fn suggest(&self, path: &str) -> String {
         let paths = self.paths();
         let near = meant(path, &paths);
@@ -107,7 +107,7 @@ impl Document {
         }
     }
 
-    /// What a program may take an unknown path for: a slip in its last word, or in its sections.
+    /// Returns the path that a program may replace an unknown path with: a misspelt last word, or a misspelt section.
     pub(crate) fn mistyped(&self, path: &str) -> Option<String> {
         let paths = self.paths();
         let (section, word) = path.rsplit_once('.').unwrap_or(("", path));
@@ -128,29 +128,29 @@ impl Document {
         self.sections.get(path)
     }
 
-    /// Whether this path, or a section it lies in, was written but not understood.
+    /// Returns whether this path, or a section that contains it, was written but could not be read.
     pub(crate) fn is_broken(&self, path: &str) -> bool {
         let ends = path.match_indices('.').map(|(i, _)| i).chain([path.len()]);
         ends.into_iter().any(|end| self.broken.contains(&path[..end]))
     }
 
-    /// What was written, by path.
+    /// Returns the written values, by path.
     pub fn into_values(self) -> BTreeMap<String, Written> {
         self.values
     }
 
-    /// Lays the entries of one text over what is there.
+    /// Merges the entries of one text over the present values.
     pub fn lay(&mut self, entries: Vec<Entry>, place: &Place) {
         let fields = Arc::clone(&self.fields);
         self.lay_section(&fields, &fields, "", entries, place);
     }
 
-    /// Puts one value over what is there.
+    /// Writes one value over the present one.
     pub(crate) fn set(&mut self, path: &str, written: Written) {
         self.values.insert(path.to_owned(), written);
     }
 
-    /// What stands behind a path, if it is known.
+    /// Returns the field declared at a path, if there is one.
     pub(crate) fn field(&self, path: &str) -> Option<&Field> {
         let (first, rest) = match path.split_once('.') {
             Some((first, rest)) => (first, Some(rest)),
@@ -164,20 +164,20 @@ impl Document {
         Some(field)
     }
 
-    /// Every path of a value, in order.
+    /// Returns the path of every value, in order of declaration.
     pub fn paths(&self) -> Vec<String> {
         let mut paths = Vec::new();
         value_paths(&self.fields, "", &mut paths);
         paths
     }
 
-    /// What was written at a path, if anything was.
+    /// Returns the value written at a path, if any.
     pub fn written(&self, path: &str) -> Option<&Written> {
         self.values.get(path)
     }
 
-    /// Lays the entries of one text below `layer`: over what lower layers say, under what that layer and
-    /// those above it say.
+    /// Merges the entries of one text at the height of `layer`: over lower layers, but below `layer` itself and those
+    /// above it.
     pub fn lay_under(&mut self, entries: Vec<Entry>, place: &Place, layer: TextLayer) {
         let mut laid = Self::new(Vec::new(), self.root.clone());
         laid.fields = Arc::clone(&self.fields);
@@ -267,11 +267,11 @@ impl Document {
         let near = similar(key, fields.iter().map(|f| f.name));
         let mut other = near.first().map(|meant| join(section, meant));
         let hint = if let Some(meant) = near.first() {
-            // Mistyped rather than missing: one slip, one problem.
+            // A misspelt key counts as written, so that it is not also reported as missing.
             self.broken.insert(join(section, meant));
             did_you_mean(&near)
         } else {
-            // Perhaps the right word in the wrong section.
+            // The key may be right but in the wrong section.
             let mut paths = Vec::new();
             value_paths(all, "", &mut paths);
             let is_meant = |path: &&str| path.rsplit('.').next() == Some(key);
@@ -302,7 +302,7 @@ impl Document {
         self.found.push(found);
     }
 
-    /// Reads `{value, source, note, tolerance}`.
+    /// Reads a value in its long form, `{value, source, note, tolerance}`.
     fn read_map(
         &mut self,
         path: &str,
@@ -389,7 +389,7 @@ impl Document {
     }
 }
 
-/// Reads a value in its plain form.
+/// Reads a value in its short form: one scalar, or one list.
 pub(crate) fn plain(
     path: &str,
     is_list: bool,
@@ -428,7 +428,7 @@ pub(crate) fn plain(
     }
 }
 
-/// Longest note, characters.
+/// Maximum length of a note, characters.
 const LONGEST_NOTE: usize = 500;
 
 fn note_text(note: &str) -> Result<String, String> {
@@ -442,7 +442,7 @@ fn note_text(note: &str) -> Result<String, String> {
     Ok(note.to_owned())
 }
 
-/// How far what is made may be from a value, as it was written.
+/// Checks a tolerance (a length or an angle, 0 or more) and returns its text as written.
 fn tolerance(kind: Kind, is_list: bool, text: &str) -> Result<String, Refusal> {
     let value = match (kind, is_list) {
         (Kind::Length, false) => Length::parse(text)?.mm(),
@@ -464,7 +464,7 @@ fn names(fields: &[Field]) -> String {
     fields.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Everything that a value follows from, near and far.
+/// Returns every path that `formula` depends on, directly or through other expressions.
 fn all_inputs(values: &BTreeMap<String, Written>, formula: &Formula) -> BTreeSet<String> {
     let mut all = BTreeSet::new();
     let mut next: Vec<&String> = formula.inputs.iter().collect();
@@ -478,7 +478,7 @@ fn all_inputs(values: &BTreeMap<String, Written>, formula: &Formula) -> BTreeSet
     all
 }
 
-/// What a value follows from, near or far, and was written over what the expression stands in: what
+/// Returns the plain inputs of `formula`, direct or indirect, that were written in a layer above the expression: those
 /// the user has just changed.
 pub(crate) fn changed_above(values: &BTreeMap<String, Written>, formula: &Formula) -> Vec<String> {
     let mut changed: Vec<String> = all_inputs(values, formula).into_iter().collect();

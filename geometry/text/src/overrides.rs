@@ -1,4 +1,4 @@
-//! `--set path=value`.
+//! Overrides `--set path=value`.
 
 use std::collections::BTreeMap;
 
@@ -7,10 +7,10 @@ use crate::parse::parse;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::{Shape, Source, TextLayer, shown};
 
-/// What problems with overrides give as their file: the command's word for them.
+/// File name in problems of overrides: the command's option.
 pub const OVERRIDES: &str = "--set";
 
-/// Lays `path=value` overrides over a document; what is wrong with them goes to its problems.
+/// Merges `path=value` overrides over a document. Problems go to the document.
 pub fn apply_overrides(document: &mut Document, overrides: &[String]) {
     let place = Place::new(TextLayer::Override, OVERRIDES, document.root.dialect);
     let mut first: BTreeMap<&str, &str> = BTreeMap::new();
@@ -75,7 +75,7 @@ fn written(
             let message = format!("{path} cannot be read: {}", fault.message);
             problem("bad_yaml", message, "write `[a, b]`".into())
         })?;
-        // Lines and columns within an override tell nobody anything.
+        // Line and column inside an override mean nothing to the user.
         let without_position = |mut found: Box<Found>| {
             (found.problem.line, found.problem.column) = (None, None);
             found
@@ -90,7 +90,7 @@ fn written(
 }
 
 impl WrittenText {
-    /// The same text, standing as a whole in one place.
+    /// Gives every list item the same place.
     fn placed(self, place: &Place) -> Self {
         match self {
             Self::Scalar(text) => Self::Scalar(text),

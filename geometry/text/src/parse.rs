@@ -1,8 +1,7 @@
-//! YAML text to a small tree that knows where everything stands.
+//! Parser from YAML text to a small tree that keeps the position of every node.
 //!
-//! Only what such files need is accepted: mappings, sequences and scalars. Anchors, aliases, tags,
-//! directives and further documents are refused where they appear, so nothing is ever expanded and
-//! a hostile file costs no more than reading it.
+//! Only mappings, sequences and scalars are accepted. Anchors, aliases, tags, directives and further documents are
+//! refused where they appear. Nothing is ever expanded, so a hostile file costs no more than reading it.
 
 use std::collections::BTreeMap;
 
@@ -10,20 +9,20 @@ use granit_parser::{ErrorKind, Event, Marker, Parser, ScalarStyle, Span};
 
 use crate::tree::{Content, Dialect, Entry, Fault, Node, Position};
 
-/// Longest text that is looked at, bytes.
+/// Maximum length of a text, bytes.
 pub const MAX_BYTES: usize = 1 << 20;
-/// Most nodes (keys, scalars, mappings, sequences) in one text.
+/// Maximum number of nodes (keys, scalars, mappings, sequences) in one text.
 pub const MAX_NODES: usize = 20_000;
-/// Deepest nesting of mappings and sequences.
+/// Maximum nesting of mappings and sequences.
 pub const MAX_DEPTH: usize = 64;
 
-/// The tree of a text, and keys that were written twice (the first one counts).
+/// Tree of a text, and a fault for every key written twice (the first one counts).
 pub type Parsed = (Node, Vec<Fault>);
 
-/// Reads a whole text.
+/// Parses a whole text.
 ///
 /// # Errors
-/// The first thing that makes the text unreadable: what follows it would be guesswork.
+/// The first fault that makes the text unreadable: what follows it would be guesswork.
 pub fn parse(text: &str, dialect: &'static Dialect) -> Result<Parsed, Fault> {
     if text.len() > MAX_BYTES {
         let message = format!("the file has {} bytes; at most {MAX_BYTES} are read", text.len());
@@ -51,7 +50,7 @@ fn position(marker: Marker) -> Position {
     Position { line: marker.line().max(1), column: marker.col() + 1 }
 }
 
-/// Says what the parser found, in the words of someone who is editing the file.
+/// Translates a parser error into the words of somebody who edits the file.
 fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str, dialect: &Dialect) -> Fault {
     let at = position(marker);
     let tab_indented = text
@@ -59,6 +58,7 @@ fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str, dialect: &Dialect)
         .nth(at.line - 1)
         .is_some_and(|line| line.trim_start_matches(' ').starts_with('\t'));
     match kind {
+        // YAML parsers report tabs in many ways, so the line itself is examined first.
         _ if tab_indented => {
             Fault::at(at, "a tab is used for indentation", "indent with spaces, two per level")
         }
@@ -82,12 +82,12 @@ fn too_deep(at: Position, dialect: &Dialect) -> Fault {
     Fault::at(at, format!("nested more than {MAX_DEPTH} deep"), hint)
 }
 
-/// A mapping or sequence that is not closed yet.
+/// Mapping or sequence that is still open.
 struct Open {
     node: Node,
-    /// In a mapping: the key that waits for its value.
+    /// In a mapping: key without a value so far.
     key: Option<(String, Position)>,
-    /// In a mapping: where each key was first seen.
+    /// In a mapping: position of the first occurrence of each key.
     seen: BTreeMap<String, Position>,
 }
 
@@ -173,7 +173,7 @@ impl Builder {
         Ok(())
     }
 
-    /// Puts a finished node where it belongs: the root, an item, a key, or a key's value.
+    /// Attaches a finished node: as the root, an item, a key, or the value of a key.
     fn place(&mut self, node: Node) -> Result<(), Fault> {
         let path = self.path();
         let Some(open) = self.open.last_mut() else {
@@ -188,7 +188,7 @@ impl Builder {
                         open.seen.insert(key.clone(), key_position);
                         entries.push(Entry { key, key_position, value: node });
                     }
-                    // Reported; the first one counts, so that the rest can still be read.
+                    // Reported only: the first occurrence counts, so that the rest can still be read.
                     Some(first) => self.duplicates.push(Fault {
                         position: Some(key_position),
                         message: format!(
@@ -216,7 +216,7 @@ impl Builder {
                 Content::Scalar(key) => open.key = Some((key, node.position)),
                 _ => return Err(key_fault(node.position)),
             },
-            // `start` opens nothing else.
+            // `start` opens only lists and mappings.
             (Content::Scalar(_) | Content::Nothing, _) => {}
         }
         Ok(())
@@ -231,7 +231,7 @@ impl Builder {
         Err(Fault::at(at, message, "write the plain value"))
     }
 
-    /// Dotted path of the value that is being placed.
+    /// Returns the dotted path of the value that is being attached.
     fn path(&self) -> String {
         let keys = self.open.iter().filter_map(|open| Some(&*open.key.as_ref()?.0));
         crate::shown(&keys.collect::<Vec<_>>().join("."))

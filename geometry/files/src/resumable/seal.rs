@@ -1,25 +1,25 @@
-//! JSON documents whose last key is the hash of all before it: a flipped bit anywhere is noticed,
-//! and whoever reads JSON reads them.
+//! JSON documents whose last key is the hash of everything before it. Any flipped bit is noticed, and every JSON reader
+//! reads them.
 
 use serde_json::{Map, Value};
 
-/// Between the document and the hash; after it.
+/// Text between the document and its hash, and text after the hash.
 const BEFORE: &str = ",\n  \"blake3\": \"";
 const AFTER: &str = "\"\n}\n";
 const HASH_LENGTH: usize = 64;
 
-/// Why a document cannot be believed.
+/// Reason why a sealed document is not accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SealError {
-    /// It does not end with a hash.
+    /// Document that does not end with a hash.
     #[error("it does not end with its checksum")]
     None,
-    /// It ends with another hash.
+    /// Document that ends with a wrong hash.
     #[error("its checksum is another")]
     Other,
 }
 
-/// A document's bytes, with the hash in its last line.
+/// Serializes a document with its hash in the last line.
 ///
 /// ```
 /// use fabkit_files::resumable::{seal, unseal};
@@ -35,7 +35,7 @@ pub fn seal(document: &Map<String, Value>) -> Vec<u8> {
     seal_text(&format!("{:#}", Value::Object(document.clone())))
 }
 
-/// The same of a document that is text already: an object that is not empty, with a line for each key.
+/// Adds the hash to a document that is text already: a non-empty object with one key per line.
 pub fn seal_text(text: &str) -> Vec<u8> {
     let text = text.trim_end_matches('\n');
     let mut text = text.strip_suffix('}').unwrap_or(text).trim_end_matches('\n').to_owned();
@@ -46,7 +46,7 @@ pub fn seal_text(text: &str) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// The document without its hash.
+/// Checks the hash and returns the document without it.
 ///
 /// # Errors
 /// [`SealError`].

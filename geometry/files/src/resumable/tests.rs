@@ -12,7 +12,7 @@ fn open(folder: &Path, resume: bool) -> Result<Folder, FolderError> {
     Folder::open(KIND, folder, plan(1), resume)
 }
 
-/// A folder that was stopped after three pieces.
+/// Fills a folder with three pieces and leaves it unfinished.
 fn begun(root: &Path) {
     let folder = open(root, false).unwrap();
     for name in ["a", "sub/b", "thing.partial/c"] {

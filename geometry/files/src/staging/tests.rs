@@ -20,7 +20,7 @@ fn text(path: impl AsRef<Path>) -> String {
     fs::read_to_string(path).unwrap()
 }
 
-/// A set of two folders with old files in both, up to just before its commit.
+/// Prepares a set of two folders with old files in both, up to just before its commit.
 fn staged(root: &Path) -> Transaction {
     for name in ["one/a", "one/manifest.json", "two/b", "two/gone"] {
         fs::create_dir_all(root.join(name).parent().unwrap()).unwrap();
@@ -112,8 +112,7 @@ fn a_failed_rename_takes_the_others_back() {
     assert_old(root.path());
 }
 
-/// What a process leaves that is killed at any moment of the switch: the next writer, in whichever
-/// of the folders, puts everything back.
+/// An interrupted switch is undone by the next writer, in whichever of the folders, at any moment of the interruption.
 #[test]
 fn the_next_writer_takes_an_interrupted_switch_back() {
     for next in ["one", "two"] {

@@ -1,4 +1,4 @@
-//! The text of an expression to a small tree.
+//! Parser from the text of an expression to a tree.
 
 use fabkit_geometry::{Angle, Length};
 
@@ -9,10 +9,10 @@ use crate::{Scalar, did_you_mean, shown, similar};
 const FORM: &str = "an expression has names such as `section.name`, numbers with units, + - * / ( ), \
                     min, max, abs, sqrt, sin, cos, tan, asin, acos, atan, floor, ceil, round, given and pi";
 
-/// The function that takes a parameter's value only where that is written as a plain value.
+/// Function `given(name, b)`: the value of a parameter if it is written as a plain value, otherwise `b`.
 const GIVEN: &str = "given";
 
-/// Reads what stands behind the `=`.
+/// Parses the text behind the `=`.
 pub(super) fn parse(text: &str) -> Result<Term, Wrong> {
     let count = text.chars().count();
     if count > MAX_CHARACTERS {
@@ -33,7 +33,7 @@ pub(super) fn parse(text: &str) -> Result<Term, Wrong> {
 
 struct Parser<'a> {
     text: &'a str,
-    /// The next byte.
+    /// Offset of the next byte.
     at: usize,
     depth: usize,
 }
@@ -43,7 +43,7 @@ impl<'a> Parser<'a> {
         &self.text[self.at..]
     }
 
-    /// The next character that is no white space.
+    /// Skips white space and returns the next character.
     fn peek(&mut self) -> Option<char> {
         self.at = self.text.len() - self.rest().trim_start().len();
         self.rest().chars().next()
@@ -57,7 +57,7 @@ impl<'a> Parser<'a> {
         is_next
     }
 
-    /// Something is wrong here.
+    /// Creates an error at the present position.
     fn wrong(&self, says: impl Into<String>, hint: impl Into<String>) -> Wrong {
         let character = self.text[..self.at].chars().count() + 1;
         Wrong::new(format!("{} (character {character} of it)", says.into()), hint)
@@ -93,7 +93,7 @@ impl<'a> Parser<'a> {
         self.chain(&[('*', Operation::Multiply), ('/', Operation::Divide)], Self::single)
     }
 
-    /// `a + b - c`, from left to right.
+    /// Parses operators of one precedence, from left to right, such as `a + b - c`.
     fn chain(
         &mut self,
         signs: &[(char, Operation)],
@@ -110,7 +110,7 @@ impl<'a> Parser<'a> {
         Ok(left)
     }
 
-    /// Goes one level down, as far as that is allowed.
+    /// Runs `inner` one level deeper, unless [`MAX_DEPTH`] is reached.
     fn deeper<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T, Wrong>) -> Result<T, Wrong> {
         if self.depth >= MAX_DEPTH {
             let says = format!("is nested more than {MAX_DEPTH} deep");
@@ -161,6 +161,7 @@ impl<'a> Parser<'a> {
             text.find(|c: char| !c.is_ascii_digit() && c != '.' && c != '_').unwrap_or(text.len())
         };
         let mut end = digits(rest);
+        // An exponent counts only if digits follow: in `2 em` the `e` belongs to a unit.
         if let Some(power) = rest[end..].strip_prefix(['e', 'E']) {
             let sign = power.len() - power.trim_start_matches(['+', '-']).len();
             let count = power[sign..].bytes().take_while(u8::is_ascii_digit).count();
@@ -171,7 +172,7 @@ impl<'a> Parser<'a> {
         let number = &rest[..end];
         let behind = rest[end..].trim_start();
         let unit = &behind[..behind.find(|c| !is_of_unit(c)).unwrap_or(behind.len())];
-        // `2 surface.radius` lacks its sign: a name is no unit.
+        // `2 surface.radius` lacks an operator: what follows is a name, not a unit.
         let after = &behind[unit.len()..];
         let is_unit = !unit.is_empty() && !after.starts_with(|c| is_of_name(c) || c == '(');
         if !is_unit {
@@ -187,7 +188,7 @@ impl<'a> Parser<'a> {
         let quantity = match (written.parse::<Length>(), written.parse::<Angle>()) {
             (Ok(length), _) => Quantity { value: length.mm(), dimension: Dimension::LENGTH },
             (_, Ok(angle)) => {
-                // As written, not by way of radians.
+                // Degrees keep the written digits; the way through radians would round them.
                 let deg = match (unit, number.parse()) {
                     ("deg" | "°", Ok(deg)) => deg,
                     _ => angle.deg(),
@@ -203,7 +204,7 @@ impl<'a> Parser<'a> {
         Ok(self.term(start, What::Quantity(quantity)))
     }
 
-    /// `(a, b, ...)`
+    /// Parses the arguments of a call, `(a, b, ...)`.
     fn values(&mut self) -> Result<Vec<Term>, Wrong> {
         self.at += 1;
         self.deeper(|parser| {
@@ -216,7 +217,7 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// `given(section.name, b)`, of which the name was read.
+    /// Parses the arguments of `given(section.name, b)`; the function's name has been read.
     fn given(&mut self, start: usize) -> Result<Term, Wrong> {
         const HOW: &str = "write `given(section.name, b)`";
         let values = self.values()?;
@@ -228,7 +229,7 @@ impl<'a> Parser<'a> {
             let says = format!("asks with `{GIVEN}` for `{}`, which is no name", shown(&of.text));
             return Err(Wrong::new(says, HOW));
         };
-        // Without brackets around it.
+        // Text without brackets around the name, because the name is looked up by it.
         let of = Term { text: name.clone(), what: of.what };
         Ok(self.term(start, What::Given(Box::new(of), Box::new(otherwise))))
     }

@@ -1,14 +1,14 @@
-//! Light that goes sideways in a layer.
+//! Sideways scattering of light in a layer.
 
 use rayon::prelude::*;
 
-/// A blur reaches this many standard deviations.
+/// Radius of the blur, in standard deviations.
 const REACH: f64 = 3.0;
 
-/// Spreads values over their neighbours as a normal distribution does, within a layer: what lies beside the layer neither
-/// gives nor takes. What is even stays even, up to the layer's edge.
+/// Gaussian blur within a layer. Pixels outside the layer neither give nor take light, and a uniform layer stays
+/// uniform up to its edge.
 ///
-/// It is linear: what two pictures differ by spreads as their difference.
+/// The blur is linear: the difference of two images is blurred into the difference of the blurred images.
 ///
 /// ```
 /// use fabkit_light::Spread;
@@ -21,15 +21,16 @@ const REACH: f64 = 3.0;
 #[derive(Clone, Debug)]
 pub struct Spread {
     width: usize,
-    /// Of a neighbour by its distance; empty where nothing spreads.
+    /// Weight of a neighbour by its distance; empty if nothing is blurred.
     weights: Vec<f64>,
     is_layer: Vec<bool>,
-    /// One over the weights of all neighbours in the layer, along rows and along columns; 0 beside it.
+    /// Reciprocal of the summed weights of all neighbours in the layer, along rows and along columns; 0 outside the
+    /// layer.
     shares: [Vec<f64>; 2],
 }
 
 impl Spread {
-    /// Of a picture of so many columns, by a standard deviation, px.
+    /// Creates the blur for an image with `width` columns and a standard deviation in px.
     pub fn new(is_layer: Vec<bool>, width: usize, sigma_px: f64) -> Self {
         let reach = (REACH * sigma_px).ceil();
         if width == 0 || !(reach >= 1.0 && sigma_px.is_finite()) {
@@ -49,7 +50,7 @@ impl Spread {
         own
     }
 
-    /// Spreads values, row by row. Where most are zero, only the rows and columns around others are looked at.
+    /// Blurs values in place, row by row. If most are zero, only the rows and columns around the others are visited.
     pub fn apply(&self, values: &mut [f64]) {
         let Some((rows, columns)) = self.around(values) else { return };
         let beside = |values: &[f64]| -> Vec<f64> {
@@ -69,7 +70,7 @@ impl Spread {
         }
     }
 
-    /// Rows and columns that values which are not zero reach; nothing where none does.
+    /// Returns the ranges of rows and columns that non-zero values reach; `None` if all values are zero.
     fn around(&self, values: &[f64]) -> Option<([usize; 2], [usize; 2])> {
         let reach = self.weights.len().checked_sub(1)?;
         let (mut rows, mut columns) = ([usize::MAX, 0], [usize::MAX, 0]);
@@ -87,14 +88,14 @@ impl Spread {
         (rows[0] < rows[1]).then(|| (grown(rows, height), grown(columns, self.width)))
     }
 
-    /// Weighted sums of neighbours in the same row.
+    /// Sums the weighted neighbours in the same row.
     fn along_rows(&self, values: &[f64], (rows, columns): ([usize; 2], [usize; 2])) -> Vec<f64> {
         let mut sums = vec![0.0; values.len()];
         let each = sums.par_chunks_mut(self.width).zip(values.par_chunks(self.width)).enumerate();
         each.filter(|(row, _)| (rows[0]..rows[1]).contains(row)).for_each(|(_, (to, from))| {
             let [first, end] = columns;
             for (k, weight) in self.weights.iter().enumerate() {
-                // To the left, and to the right unless that is the same.
+                // Adds the neighbour on the right, then that on the left unless both are the same pixel.
                 add(
                     &mut to[first..end.min(self.width.saturating_sub(k)).max(first)],
                     &from[(first + k).min(self.width)..],
@@ -109,7 +110,7 @@ impl Spread {
         sums
     }
 
-    /// Weighted sums of neighbours in the same column.
+    /// Sums the weighted neighbours in the same column.
     fn along_columns(&self, values: &[f64], (rows, columns): ([usize; 2], [usize; 2])) -> Vec<f64> {
         let mut sums = vec![0.0; values.len()];
         let (width, height) = (self.width, values.len() / self.width);
@@ -126,7 +127,7 @@ impl Spread {
     }
 }
 
-/// Adds so much of values.
+/// Adds weighted values.
 fn add(to: &mut [f64], from: &[f64], weight: f64) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to += weight * from);
 }

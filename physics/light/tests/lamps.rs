@@ -1,4 +1,4 @@
-//! What lamps do, on a sensor of three bodies.
+//! Light sources of a sensor with up to three bodies.
 
 use fabkit_geometry::{
     Angle, Assembly, Body, Clarity, Lighting, NominalCamera, NominalLens, Placement, Point3, Pose,
@@ -6,10 +6,10 @@ use fabkit_geometry::{
 };
 use fabkit_light::{Emitters, NoLight};
 
-/// A lamp of 0.2 x 0.2 mm at the origin that shines upwards, and whatever else.
+/// Builds a sensor with a light source of 0.2 x 0.2 mm at the origin that shines upwards, and other bodies.
 fn sensor(lamps: bool, others: Vec<Body>) -> Sensor {
     let camera = NominalCamera {
-        // Beside the lamp, so that it sees past it.
+        // Beside the light source, so that the camera sees past it.
         sensor_from_camera: Pose::translation(0.0, 5.0, -30.0),
         width_px: 640,
         height_px: 480,

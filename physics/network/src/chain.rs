@@ -1,34 +1,34 @@
-//! From a graph to a chain of layers that can be evaluated.
+//! Conversion of an ONNX graph to a chain of layers that can be evaluated.
 
 use crate::NetworkError;
 use crate::convolution::Convolution;
 use crate::onnx::{Attribute, Graph, Node, Tensor, graph, tensor};
 use crate::pointwise::{Constant, Pointwise};
 
-/// More channels than this between two layers are refused: a tile of them must fit in memory.
+/// Maximum number of channels between two layers: a tile of them must fit in memory.
 const MOST_CHANNELS: usize = 1024;
-/// A pixel is told from at most so many pixels on each side.
+/// Maximum reach of an output pixel: how many input pixels to each side influence it.
 const MOST_REACH_PX: usize = 64;
 
-/// A convolution, and what is done to each of its numbers afterwards.
+/// Convolution, and the pointwise operations on its output.
 #[derive(Clone, Debug)]
 pub struct Stage {
     pub convolution: Convolution,
     pub then: Vec<Pointwise>,
 }
 
-/// A picture of one channel in, a map of one channel out.
+/// Chain of layers from an image with one channel to a map with one channel.
 #[derive(Clone, Debug, Default)]
 pub struct Chain {
-    /// What is done to the picture before the first convolution.
+    /// Pointwise operations on the image before the first convolution.
     pub before: Vec<Pointwise>,
     pub stages: Vec<Stage>,
 }
 
-/// Reads a chain.
+/// Reads a chain from the bytes of an ONNX file.
 ///
 /// # Errors
-/// Whatever is no chain of known operators; see [`NetworkError`].
+/// If the graph is not a chain of known operators; see [`NetworkError`].
 pub fn chain(bytes: &[u8]) -> Result<Chain, NetworkError> {
     let mut graph = graph(bytes)?;
     let [input] = &graph.inputs[..] else {
@@ -70,7 +70,7 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// Which node is read, for messages.
+/// Node that is being read, for messages.
 #[derive(Clone, Copy)]
 struct At<'a> {
     node: &'a str,
@@ -88,12 +88,12 @@ impl At<'_> {
     }
 }
 
-/// How far a chain has been read.
+/// Chain as far as it has been read.
 struct Reading {
-    /// What the last node gives.
+    /// Name of the last node's output.
     current: String,
     channels: usize,
-    /// How far a pixel sees, rows and columns, px.
+    /// Reach of an output pixel so far, rows and columns, px.
     reach: [usize; 2],
     chain: Chain,
 }
@@ -117,7 +117,7 @@ impl Reading {
             "Relu" => self.then(Pointwise::Clip { least: 0.0, most: f32::INFINITY }),
             "Sigmoid" => self.then(Pointwise::Sigmoid),
             "Clip" => {
-                // Limits are attributes up to version 6 of the operator, inputs since version 11.
+                // Limits are attributes up to version 6 of the operator, and inputs since version 11.
                 let limit = |i: usize, key: &str, none: f32| match constant(i) {
                     Some(name) => match one(graph, name)?.values[..] {
                         [value] => Ok(value),
@@ -136,7 +136,7 @@ impl Reading {
                 let constant = self.constant(at, &one(graph, name)?)?;
                 self.then(match operator {
                     "Add" => Pointwise::Add(constant),
-                    // Exactly the same.
+                    // x - c and x + (-c) are identical in floating point.
                     "Sub" => Pointwise::Add(constant.negative()),
                     "Mul" => Pointwise::Multiply(constant),
                     _ => Pointwise::Divide(constant),
@@ -147,9 +147,9 @@ impl Reading {
         Ok(())
     }
 
-    /// Which of a node's inputs is what the node before it gives.
+    /// Returns the index of the input that is the previous node's output.
     fn input(&self, at: At, node: &Node) -> Result<usize, NetworkError> {
-        // What is added or multiplied may stand in either place.
+        // The operands of a sum or a product may come in either order.
         let places = if matches!(at.operator, "Add" | "Mul") { 2 } else { 1 };
         let found = node.inputs.iter().take(places).position(|name| *name == self.current);
         found.ok_or_else(|| NetworkError::NoChain {
@@ -165,7 +165,7 @@ impl Reading {
         stages.last_mut().map_or(before, |stage| &mut stage.then).push(pointwise);
     }
 
-    /// One number for all channels, or one for each.
+    /// Converts a tensor to a constant: one number for all channels, or one for each.
     fn constant(&self, at: At, found: &Tensor) -> Result<Constant, NetworkError> {
         let per_channel: Vec<usize> = vec![self.channels, 1, 1];
         let shape = found.shape.strip_prefix(&[1]).filter(|rest| rest.len() == 3);
@@ -233,7 +233,7 @@ impl Reading {
     }
 }
 
-/// A constant by its name.
+/// Finds and reads a constant by name.
 fn one(graph: &Graph, name: &str) -> Result<Tensor, NetworkError> {
     let missing = || {
         let found = "there is none of this name".to_owned();
@@ -242,7 +242,7 @@ fn one(graph: &Graph, name: &str) -> Result<Tensor, NetworkError> {
     tensor(name, graph.constants.get(name).cloned().ok_or_else(missing)?)
 }
 
-/// A map stays as large as it is, and pixels are looked at around their own place.
+/// Checks that a convolution keeps the size of the map, and that its window is centred on the pixel.
 fn check_window(at: At, node: &Node, kernel: [usize; 2]) -> Result<(), NetworkError> {
     let given = |key: &str| node.attributes.get(key);
     let numbers = |key: &str| given(key).map_or(&[][..], |key: &Attribute| &key.integers[..]);
@@ -273,7 +273,7 @@ fn check_window(at: At, node: &Node, kernel: [usize; 2]) -> Result<(), NetworkEr
     Ok(())
 }
 
-/// A list of what is accepted that messages show is what is read.
+/// The operators listed in messages are those that are read.
 #[cfg(test)]
 #[test]
 fn messages_name_what_is_read() {

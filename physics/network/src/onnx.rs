@@ -1,7 +1,7 @@
-//! What of an ONNX file is read: the graph, its nodes, and constants.
+//! Reader of the used part of ONNX files: the graph, its nodes, and constants.
 //!
-//! Numbers of fields are those of `onnx.proto` (<https://github.com/onnx/onnx/blob/main/onnx/onnx.proto>), which are
-//! never reused. What is not listed here is passed over: names for people, types of what lies between, versions.
+//! Field numbers are those of `onnx.proto` (<https://github.com/onnx/onnx/blob/main/onnx/onnx.proto>), which are never
+//! reused. Other fields are skipped: descriptions, types of intermediate values, versions of operators.
 
 use std::collections::BTreeMap;
 
@@ -13,25 +13,25 @@ const FLOAT: u64 = 1;
 /// `TensorProto.DataLocation.EXTERNAL`.
 const EXTERNAL: u64 = 1;
 
-/// A constant: 32 bit numbers, the last axis fastest.
+/// Constant tensor of 32-bit numbers, the last axis fastest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tensor {
     pub shape: Vec<usize>,
     pub values: Vec<f32>,
 }
 
-/// What a node is told beside its inputs; of each kind what was given.
+/// Attribute of a node; only the field of its kind is set.
 #[derive(Clone, Debug, Default)]
 pub struct Attribute<'a> {
     pub float: Option<f32>,
     pub integer: Option<i64>,
     pub text: Option<String>,
     pub integers: Vec<i64>,
-    /// A constant, not yet read.
+    /// Constant that has not been decoded yet.
     pub tensor: Option<Fields<'a>>,
 }
 
-/// One step.
+/// Node of the graph: one operation.
 #[derive(Clone, Debug, Default)]
 pub struct Node<'a> {
     pub name: String,
@@ -42,20 +42,20 @@ pub struct Node<'a> {
     pub attributes: BTreeMap<String, Attribute<'a>>,
 }
 
-/// Steps in an order in which they can be done, and what they need.
+/// Graph: nodes in an order of evaluation, and their constants.
 #[derive(Clone, Debug, Default)]
 pub struct Graph<'a> {
     pub nodes: Vec<Node<'a>>,
-    /// Constants, not yet read, by name.
+    /// Constants that have not been decoded yet, by name.
     pub constants: BTreeMap<String, Fields<'a>>,
     pub inputs: Vec<String>,
     pub outputs: Vec<String>,
 }
 
-/// The graph of a model.
+/// Reads the graph of a model.
 ///
 /// # Errors
-/// Bytes of something else.
+/// If the bytes are not an ONNX model.
 pub fn graph(bytes: &[u8]) -> Result<Graph<'_>, NetworkError> {
     let (mut version, mut found) = (None, None);
     for field in Fields::of(bytes) {
@@ -65,7 +65,7 @@ pub fn graph(bytes: &[u8]) -> Result<Graph<'_>, NetworkError> {
             _ => {}
         }
     }
-    // Every model says which version of the format it is written in, and has one graph.
+    // Every model has a format version and a graph.
     let (Some(_), Some(fields)) = (version, found) else { return Err(NetworkError::NoOnnx) };
     let mut graph = Graph::default();
     for field in fields {
@@ -80,13 +80,13 @@ pub fn graph(bytes: &[u8]) -> Result<Graph<'_>, NetworkError> {
             _ => {}
         }
     }
-    // Older files list their constants as inputs, too.
+    // Older files list their constants among the inputs.
     let Graph { inputs, constants, .. } = &mut graph;
     inputs.retain(|name| !constants.contains_key(name));
     Ok(graph)
 }
 
-/// The text in field `number`; empty if there is none.
+/// Returns the text in field `number`; empty if there is none.
 fn named(fields: Fields<'_>, number: u64) -> Result<String, NetworkError> {
     let mut name = String::new();
     for field in fields {
@@ -133,10 +133,10 @@ fn attribute(fields: Fields<'_>) -> Result<(String, Attribute<'_>), NetworkError
     Ok((name, attribute))
 }
 
-/// A constant's shape and numbers.
+/// Decodes a constant's shape and numbers.
 ///
 /// # Errors
-/// Another type of numbers, numbers in another file, fewer or more than its shape says, some that are not finite.
+/// If the numbers have another type, are in another file, do not match the shape in number, or are not finite.
 pub fn tensor(name: &str, fields: Fields<'_>) -> Result<Tensor, NetworkError> {
     let wrong = |found: &str| {
         let (name, found) = (name.to_owned(), found.to_owned());

@@ -1,31 +1,31 @@
-//! Protocol buffers' wire format: what is needed to read ONNX, and no more.
+//! Reader of the protocol-buffers wire format, as far as ONNX needs it.
 //!
-//! <https://protobuf.dev/programming-guides/encoding/>. Nothing is copied, and nothing is called again from within
-//! itself: messages lie in each other as deep as the reader above asks for them.
+//! See <https://protobuf.dev/programming-guides/encoding/>. Nothing is copied. There is no recursion: nested messages
+//! are read as deep as the caller asks for.
 
 use crate::NetworkError;
 
-/// What a field holds.
+/// Value of a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value<'a> {
-    /// An integer of any kind.
+    /// Integer of any kind.
     Varint(u64),
     /// Eight bytes, little endian.
     Fixed64(u64),
-    /// A text, a message, bytes, or numbers one after the other.
+    /// Text, message, bytes, or packed numbers.
     Bytes(&'a [u8]),
     /// Four bytes, little endian.
     Fixed32(u32),
 }
 
-/// The fields of a message, in the order of its bytes.
+/// Fields of a message, in the order of its bytes.
 #[derive(Clone, Debug)]
 pub struct Fields<'a> {
     rest: &'a [u8],
 }
 
 impl<'a> Fields<'a> {
-    /// Of a message.
+    /// Creates the iterator over the fields of a message.
     pub fn of(message: &'a [u8]) -> Self {
         Self { rest: message }
     }
@@ -59,7 +59,7 @@ impl<'a> Fields<'a> {
                 Value::Bytes(self.take(count)?)
             }
             5 => Value::Fixed32(u32::from_le_bytes(self.array()?)),
-            // Groups, which ONNX has none of, and what is not defined.
+            // Groups, which ONNX does not use, and undefined types.
             _ => return Err(NetworkError::NoOnnx),
         };
         Ok((key >> 3, value))
@@ -75,14 +75,14 @@ impl<'a> Iterator for Fields<'a> {
         }
         let field = self.field();
         if field.is_err() {
-            // What follows a fault means nothing.
+            // Nothing after a fault can be interpreted.
             self.rest = &[];
         }
         Some(field)
     }
 }
 
-/// The integer that bytes begin with, and how many it takes.
+/// Decodes the integer at the start of `bytes`; returns it with its length.
 fn varint(bytes: &[u8]) -> Result<(u64, usize), NetworkError> {
     let mut value = 0u64;
     for (i, byte) in bytes.iter().take(10).enumerate() {
@@ -94,10 +94,10 @@ fn varint(bytes: &[u8]) -> Result<(u64, usize), NetworkError> {
     Err(if bytes.len() < 10 { NetworkError::Truncated } else { NetworkError::NoOnnx })
 }
 
-/// Appends integers: one, or some one after the other.
+/// Appends integers: a single one, or a packed list.
 pub fn integers(value: Value<'_>, into: &mut Vec<i64>) -> Result<(), NetworkError> {
     match value {
-        // Negative numbers are written as their two's complement.
+        // Negative numbers are written in two's complement.
         Value::Varint(one) => into.push(one as i64),
         Value::Bytes(mut bytes) => {
             while !bytes.is_empty() {
@@ -111,7 +111,7 @@ pub fn integers(value: Value<'_>, into: &mut Vec<i64>) -> Result<(), NetworkErro
     Ok(())
 }
 
-/// Appends numbers: one, or some one after the other.
+/// x
 pub fn floats(value: Value<'_>, into: &mut Vec<f32>) -> Result<(), NetworkError> {
     match value {
         Value::Fixed32(bits) => into.push(f32::from_bits(bits)),

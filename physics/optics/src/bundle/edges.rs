@@ -1,4 +1,4 @@
-//! Edges of the profiles that bodies are extruded and turned from.
+//! Edges of the profiles of extrusions and revolutions.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,7 +7,7 @@ use fabkit_geometry::{Path, Point3, Segment, Vector3};
 use super::faces::{Cell, PARTS, SLACK_MM, Up, between};
 use super::quadric::Quadric;
 
-/// One edge of a profile.
+/// Edge of a profile.
 pub(super) struct Edge<'a> {
     pub(super) from: [f64; 2],
     pub(super) segment: &'a Segment,
@@ -21,7 +21,7 @@ pub(super) fn edges<'a>(outer: &'a Path, holes: &'a [Path]) -> Vec<Edge<'a>> {
     std::iter::once(outer).chain(holes).flat_map(of).collect()
 }
 
-/// A box around all edges.
+/// Returns the box around all edges.
 pub(super) fn reach(edges: &[Edge]) -> [[f64; 2]; 2] {
     let corners: Vec<[f64; 2]> = edges.iter().flat_map(Edge::bounds).collect();
     box_around(&corners)
@@ -39,7 +39,7 @@ impl Edge<'_> {
         matches!(self.segment, Segment::Line { .. })
     }
 
-    /// Whether the box around it holds nothing else of the curve that it lies on.
+    /// Returns whether the box around the edge contains no other part of its curve.
     pub(super) fn is_within_quarter(&self) -> bool {
         let [low, high] = self.bounds();
         let around = match self.segment {
@@ -49,12 +49,13 @@ impl Edge<'_> {
         (0..2).all(|axis| low[axis] >= around[axis] || high[axis] <= around[axis])
     }
 
-    /// A box around it.
+    /// Returns the box around the edge.
     pub(super) fn bounds(&self) -> [[f64; 2]; 2] {
         box_around(self.parts().as_flattened())
     }
 
-    /// In the plane of an extrusion: least distance from the sensor's axis, mm; for an arc, of its circle.
+    /// Computes the minimum distance of an extrusion's edge from the sensor's axis, mm. For arcs, that of the whole
+    /// circle is used.
     pub(super) fn distance(&self, up: &Up) -> f64 {
         let place = |p: [f64; 2]| up.pose.point(Point3::new(p[0], p[1], 0.0)).coords.xy();
         let (a, b) = (place(self.from), place(self.segment.to()));
@@ -72,7 +73,7 @@ impl Edge<'_> {
         }
     }
 
-    /// The wall of an extrusion.
+    /// Returns the cells of the wall that an extrusion has along the edge.
     pub(super) fn wall(&self, up: &Up, height: f64) -> Vec<Cell> {
         let least_mm = self.distance(up) - SLACK_MM;
         let wall = |ends: [[f64; 2]; 2]| {
@@ -100,7 +101,7 @@ impl Edge<'_> {
         }
     }
 
-    /// The face that it sweeps around the axis.
+    /// Returns the quadric of the face that a revolution sweeps along the edge, if it is one.
     pub(super) fn spun_quadric(&self, up: &Up) -> Option<Quadric> {
         let (a, b) = (self.from, self.segment.to());
         let on_axis = |z: f64| up.pose.point(Point3::new(0.0, 0.0, z)).coords;
@@ -123,7 +124,7 @@ impl Edge<'_> {
         }
     }
 
-    /// Where the swept face lies.
+    /// Returns the cells of the swept face.
     pub(super) fn spun(&self, up: &Up) -> Vec<Cell> {
         let parts = match self.segment {
             Segment::Line { to } if self.from[0] != to[0] && self.from[1] != to[1] => PARTS,
@@ -139,8 +140,8 @@ impl Edge<'_> {
         self.parts().into_iter().flat_map(split).map(|[a, b]| between(up, a, b)).collect()
     }
 
-    /// Ends of pieces on which neither coordinate turns round, so that the box around a piece is that around
-    /// its ends.
+    /// Splits the edge into pieces that are monotonic in both coordinates, and returns their ends. The box around a
+    /// piece is then the box around its ends.
     pub(super) fn parts(&self) -> Vec<[[f64; 2]; 2]> {
         let (a, b) = (self.from, self.segment.to());
         let (centre, half, ccw) = match *self.segment {
@@ -157,7 +158,7 @@ impl Edge<'_> {
         let turn = (to - from).rem_euclid(4.0 * FRAC_PI_2);
         let to = from + if turn == 0.0 { 4.0 * FRAC_PI_2 } else { turn };
         let step = FRAC_PI_2 / PARTS as f64;
-        // Pieces end at multiples of the step, so that none goes over a turning point.
+        // Pieces end at multiples of the step, so none contains an extreme of a coordinate in its interior.
         let (first, last) = ((from / step).floor() as i64 + 1, (to / step).ceil() as i64);
         let cuts = (first..last).map(|k| k as f64 * step);
         let cuts: Vec<f64> = std::iter::once(from).chain(cuts).chain(std::iter::once(to)).collect();

@@ -1,4 +1,4 @@
-//! From places to rays and back.
+//! Rays to given points, and back.
 
 use fabkit_geometry::{
     Angle, Assembly, Body, Clarity, NominalCamera, Placement, Point3, Pose, Process, Ray, Sensor,
@@ -28,7 +28,7 @@ fn sights(bodies: impl IntoIterator<Item = Body>) -> Sights {
     Sights::new(Stack::of(&Sensor::new("test", "", "", camera, bodies)).unwrap())
 }
 
-/// A pane, then a ball of gel above it, then air.
+/// Builds a pane, a ball of gel above it, then air.
 fn pane_and_ball(index: f64) -> Sights {
     let pane = medium("pane", 1.5, Solid::cylinder(40.0, 2.0).at(0.0, 0.0, 3.0));
     let ball = medium("ball", index, Solid::sphere(15.0).at(0.0, 0.0, 25.0));
@@ -69,7 +69,7 @@ proptest! {
         }
     }
 
-    /// Derivatives are those of differences: of places half a micrometre to either side.
+    /// Derivatives equal differences between points half a micrometre to either side.
     #[test]
     fn the_derivative_is_that_of_differences(
         x in -6.0..6.0f64, y in -6.0..6.0f64, z in 12.0..24.0f64,
@@ -91,7 +91,7 @@ proptest! {
     }
 }
 
-/// At a flat face all is known: Snell's law, and where the ray meets the face.
+/// At a flat face the solution is known: Snell's law, and the point where the ray meets the face.
 #[test]
 fn a_place_behind_a_face_is_where_snell_says() {
     let gel = medium("gel", 1.41, Solid::cylinder(100.0, 30.0).at(0.0, 0.0, 4.0));
@@ -151,8 +151,8 @@ fn where_no_light_leads_nothing_is_found() {
     assert!((100..190).contains(&none), "{none}");
 }
 
-/// In the plane of pupil, ball and place a ray has one angle: where its miss changes sign, a ray goes through
-/// the place. Counted in steps of a thousandth of a degree, by rays that are followed.
+/// In the plane of pupil, ball and point a ray has one angle: where its offset changes sign, a ray passes through the
+/// point. Counted in steps of a thousandth of a degree with traced rays.
 #[test]
 fn every_ray_to_a_place_behind_a_ball_is_found() {
     let ball = medium("ball", 1.5, Solid::sphere(2.0).at(0.0, 0.0, 6.0));

@@ -1,4 +1,4 @@
-//! Paths against other ways to the same figures: the camera's own interfaces, formulas, and the path backwards.
+//! Paths compared with independent results: the camera's own interfaces, formulas, and the reversed path.
 
 use fabkit_camera::{Camera, Flat, Interface, Intrinsics, KannalaBrandt, Lens, Point2, Sphere};
 use fabkit_geometry::{
@@ -47,8 +47,8 @@ fn camera(interface: Interface) -> Camera {
     Camera::new(128, 96, lens, interface).unwrap()
 }
 
-/// Every pixel's ray in the gel, by the camera's interface and through the drawn bodies, which bend it so
-/// often before.
+/// Compares every pixel's ray in the gel, by the camera's interface and through the drawn bodies, which refract it
+/// `bends` times before.
 fn agree(interface: Interface, bodies: Vec<Body>, bends: usize) {
     let (seeing, bare) = (camera(interface), camera(Interface::None));
     let stack = Stack::of(&sensor(bodies)).unwrap();
@@ -110,8 +110,8 @@ fn dome(radii: &[f64], indices: &[f64], centre_z: f64) -> Vec<Body> {
         .collect()
 }
 
-/// The same by a formula of its own: in concentric spheres, index times distance from the centre times sine
-/// is the same all along (Bouguer).
+/// Computes the largest deviation from Bouguer's formula: in concentric spheres, index times distance from the centre
+/// times sine is constant along a ray.
 fn bouguer(path: &[Point3<f64>], centre: Point3<f64>, indices: &[f64]) -> f64 {
     let moment = |pair: &[Point3<f64>], index: f64| {
         index * (pair[0] - centre).cross(&(pair[1] - pair[0]).normalize()).norm()

@@ -91,9 +91,11 @@ fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
 fn excerpt<'a>(problem: &Problem, sources: &'a [SourceText]) -> Option<(&'a str, Range<usize>)> {
     let source = sources.iter().find(|source| source.file == problem.file)?;
     let line = source.text.lines().nth(problem.line?.saturating_sub(1))?;
+    // Columns count characters, spans count bytes.
     let column = problem.column.unwrap_or(1).saturating_sub(1);
     let start = line.char_indices().nth(column).map_or(line.len(), |(byte, _)| byte);
     let rest = &line[start..];
+    // The recorded value may have been shortened; then only its first character is marked.
     let stands_there = !problem.value.is_empty() && rest.starts_with(&problem.value);
     let first = rest.chars().next().map_or(0, char::len_utf8);
     Some((line, start..start + if stands_there { problem.value.len() } else { first }))
@@ -177,7 +179,7 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
     fn carets_stand_below_what_follows_characters_as_wide_as_two() {
         let shown = list(&[problem(Some(1), Some(7), "900 mm")], &source("注意, x:900 mm\n"));
         let lines: Vec<&str> = shown.lines().collect();
-        // Behind the gutter of four columns come four for two characters, and four more.
+        // A gutter of four columns, four columns for two wide characters, and four more.
         assert_eq!(lines[4].find('^'), Some(4 + 4 + 4), "{shown}");
     }
 }

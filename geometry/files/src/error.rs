@@ -117,6 +117,7 @@ impl Error {
     fn first(&self) -> &(dyn Explained + Send + Sync + 'static) {
         match &self.0 {
             Failures::One(error) => &**error,
+            // Never empty: see `all`.
             Failures::Several(errors) => errors[0].first(),
         }
     }

@@ -146,6 +146,7 @@ pub fn workers(
     let Some(room) = limit.checked_sub(bytes) else {
         return Err(MemoryError::TooMuch { what: what.into(), bytes, limit, less });
     };
+    // If workers need nothing of their own, any number of them fits.
     let others = room.checked_div(each).map_or(usize::MAX, |n| n.try_into().unwrap_or(usize::MAX));
     Ok(others.saturating_add(1).min(most))
 }
@@ -163,6 +164,7 @@ pub fn on_workers<R: Send, E: From<MemoryError> + Send>(
 ) -> Result<R, E> {
     let most = rayon::current_num_threads();
     let count = workers(what, shared, each, most, less)?;
+    // The present thread pool has exactly that many threads.
     if count == most {
         return work();
     }
@@ -189,12 +191,14 @@ pub fn parse(text: &str) -> Result<u64, String> {
     let number: f64 = number.parse().map_err(|_| format!("`{number}` is not a number"))?;
     let bytes = number * per_unit as f64;
     let [least, most] = LIMITS;
+    // Refuses NaN too, which no range contains.
     if (least as f64..=most as f64).contains(&bytes) {
         return Ok(bytes as u64);
     }
     Err(format!("{text} is not between {} and {}", shown(least), shown(most)))
 }
 
+/// Formats a size, rounded down.
 fn shown(bytes: u64) -> String {
     match bytes {
         0..GB => format!("{}MB", bytes / MB),

@@ -72,6 +72,7 @@ impl Document {
                         *text = value;
                     }
                 }
+                // Item numbers come from lists only.
                 (Some(_), WrittenText::Scalar(_)) => {}
             }
         }
@@ -117,9 +118,11 @@ impl Document {
         };
         let all: Vec<(String, String)> = paths.iter().map(|path| split(path)).collect();
         let words = all.iter().filter(|(other, _)| other == section).map(|(_, word)| &**word);
+        // First a slip in the last word, within the right section.
         if let Some(meant) = similar(word, words).first() {
             return Some(join(section, meant));
         }
+        // Then the right word below a misspelt section.
         let sections = all.iter().filter(|(_, other)| other == word).map(|(section, _)| &**section);
         similar(section, sections).first().map(|meant| join(meant, word))
     }
@@ -130,6 +133,7 @@ impl Document {
 
     /// Returns whether this path, or a section that contains it, was written but could not be read.
     pub(crate) fn is_broken(&self, path: &str) -> bool {
+        // Every prefix that ends before a dot, and the path itself.
         let ends = path.match_indices('.').map(|(i, _)| i).chain([path.len()]);
         ends.into_iter().any(|end| self.broken.contains(&path[..end]))
     }
@@ -184,6 +188,7 @@ impl Document {
         laid.lay(entries, place);
         self.found.append(&mut laid.found);
         for (path, written) in laid.values {
+            // Values of `layer` and of those above it stay.
             let is_free = self.values.get(&path).is_none_or(|old| layer.is_over(old.place.layer));
             if is_free {
                 self.values.insert(path, written);
@@ -191,6 +196,7 @@ impl Document {
         }
     }
 
+    /// Merges the entries of one section. `all` are the fields of the whole file, for suggestions.
     fn lay_section(
         &mut self,
         all: &[Field],
@@ -252,6 +258,7 @@ impl Document {
         }
     }
 
+    /// Reports a key that the section does not have, with a suggestion.
     fn unknown_key(
         &mut self,
         all: &[Field],
@@ -297,6 +304,7 @@ impl Document {
         });
     }
 
+    /// Reports a problem and marks its path as unreadable.
     fn break_at(&mut self, path: &str, found: Found) {
         self.broken.insert(path.to_owned());
         self.found.push(found);
@@ -318,6 +326,7 @@ impl Document {
         for Entry { key, key_position, value } in entries {
             let at = place.at(value.position);
             match (&*key, value.content) {
+                // Reported below as a missing value.
                 ("value", Content::Nothing) => {}
                 ("value", content) => {
                     has_value = true;
@@ -431,6 +440,7 @@ pub(crate) fn plain(
 /// Maximum length of a note, characters.
 const LONGEST_NOTE: usize = 500;
 
+/// Returns the note without white space around it, or what is wrong with it.
 fn note_text(note: &str) -> Result<String, String> {
     let note = note.trim();
     if note.chars().count() > LONGEST_NOTE {
@@ -460,6 +470,7 @@ fn tolerance(kind: Kind, is_list: bool, text: &str) -> Result<String, Refusal> {
     }
 }
 
+/// Joins the names of fields.
 fn names(fields: &[Field]) -> String {
     fields.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")
 }
@@ -469,6 +480,7 @@ fn all_inputs(values: &BTreeMap<String, Written>, formula: &Formula) -> BTreeSet
     let mut all = BTreeSet::new();
     let mut next: Vec<&String> = formula.inputs.iter().collect();
     while let Some(path) = next.pop() {
+        // Each path is visited once, so that cycles end.
         if all.insert(path.clone())
             && let Some(formula) = values.get(path).and_then(|written| written.formula.as_ref())
         {
@@ -489,6 +501,7 @@ pub(crate) fn changed_above(values: &BTreeMap<String, Written>, formula: &Formul
     changed
 }
 
+/// Appends the paths of all values below a section.
 fn value_paths(fields: &[Field], section: &str, paths: &mut Vec<String>) {
     for field in fields {
         let path = join(section, field.name);

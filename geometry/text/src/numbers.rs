@@ -96,6 +96,7 @@ impl Document {
     }
 }
 
+/// Parses a number as a value of this kind, in mm or degrees where it has a unit.
 fn parsed(kind: Kind, text: &str) -> Option<f64> {
     match kind {
         Kind::Length => text.parse::<fabkit_geometry::Length>().ok().map(|v| v.mm()),

@@ -37,6 +37,7 @@ pub fn apply_overrides(document: &mut Document, overrides: &[String]) {
     }
 }
 
+/// Reads one override as the value of its parameter.
 fn written(
     document: &Document,
     path: &str,

@@ -29,6 +29,7 @@ pub fn parse(text: &str, dialect: &'static Dialect) -> Result<Parsed, Fault> {
         let hint = format!("a {} file is a few kilobytes; is this the right file?", dialect.noun);
         return Err(Fault::new(None, "", message).hint(hint));
     }
+    // Byte order mark, which some editors write.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let options = granit_parser::options! {
         emit_comments: false,
@@ -77,6 +78,7 @@ fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str, dialect: &Dialect)
     }
 }
 
+/// Creates the fault of too deep nesting.
 fn too_deep(at: Position, dialect: &Dialect) -> Fault {
     let hint = format!("{} files need four levels", dialect.noun);
     Fault::at(at, format!("nested more than {MAX_DEPTH} deep"), hint)
@@ -100,6 +102,7 @@ struct Builder {
 }
 
 impl Builder {
+    /// Processes one event of the YAML parser.
     fn take(&mut self, event: Event<'_>, span: Span) -> Result<(), Fault> {
         let at = position(span.start);
         let refuse_alias = |at| {
@@ -118,6 +121,7 @@ impl Builder {
                 refuse_anchor(at, anchor)?;
                 self.refuse_tag(at, tag.is_some())?;
                 self.count(at)?;
+                // Only unquoted: `"null"` in quotes is a text.
                 let missing = style == ScalarStyle::Plain && matches!(&*text, "" | "~" | "null");
                 let content = match missing {
                     true => Content::Nothing,
@@ -146,6 +150,7 @@ impl Builder {
         Ok(())
     }
 
+    /// Counts a node and refuses more than [`MAX_NODES`].
     fn count(&mut self, at: Position) -> Result<(), Fault> {
         self.nodes += 1;
         if self.nodes > MAX_NODES {
@@ -158,11 +163,13 @@ impl Builder {
         Ok(())
     }
 
+    /// Opens a list or mapping.
     fn start(&mut self, at: Position, content: Content) -> Result<(), Fault> {
         self.count(at)?;
         if self.open.len() >= MAX_DEPTH {
             return Err(too_deep(at, self.dialect));
         }
+        // A list or mapping in place of a key.
         if let Some(Open { node: Node { content: Content::Map(_), .. }, key: None, .. }) =
             self.open.last()
         {
@@ -222,6 +229,7 @@ impl Builder {
         Ok(())
     }
 
+    /// Refuses a tag that the dialect does not have.
     fn refuse_tag(&self, at: Position, is_foreign: bool) -> Result<(), Fault> {
         let message = match self.dialect.tags {
             _ if !is_foreign => return Ok(()),

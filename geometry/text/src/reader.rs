@@ -141,6 +141,7 @@ impl Reader {
                 Err(found) => self.found.push(self.of_formula(*found, &written)),
             }
         }
+        // The faulty items have been reported.
         if values.len() < items.len() {
             return None;
         }
@@ -155,6 +156,7 @@ impl Reader {
         Some(values)
     }
 
+    /// Returns the value at a path. A path that is neither written nor broken is recorded as missing.
     fn written(&mut self, path: &str) -> Option<Written> {
         let written = self.document.value(path).cloned();
         if written.is_none() && !self.document.is_broken(path) {
@@ -163,6 +165,7 @@ impl Reader {
         written
     }
 
+    /// Records a parameter for `fabkit show`.
     fn setting<T: Scalar>(
         &mut self,
         path: &str,
@@ -225,12 +228,14 @@ impl Reader {
         ""
     }
 
+    /// Describes what a section lacks, with example lines.
     fn missing_from(&self, section: &str, paths: &[&str], example: Option<&Example>) -> Found {
         /// Maximum number of examples in a hint, enough to show the form.
         const EXAMPLES: usize = 3;
         let mut keys: Vec<String> = Vec::new();
         for path in paths {
             let inner = path.strip_prefix(section).unwrap_or(path).trim_start_matches('.');
+            // Of a missing subsection only its name is listed.
             let key = inner.split('.').next().unwrap_or(inner);
             let is_section = matches!(
                 self.document.field(&join(section, key)).map(|field| &field.shape),
@@ -311,6 +316,7 @@ pub(crate) fn read<T: Scalar>(
 
 /// Returns the allowed words, if the value is one of a few.
 fn choices<T: Scalar>(limits: &T::Limits) -> Vec<String> {
+    // The schema is where every scalar type lists its words.
     let schema = T::schema(limits);
     let words = schema["enum"].as_array().map(Vec::as_slice).unwrap_or_default();
     words.iter().filter_map(|word| word.as_str().map(str::to_owned)).collect()

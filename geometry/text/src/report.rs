@@ -235,6 +235,7 @@ impl Report {
                     let (missing, because) = (Some(broken.missing), Some(broken.because.clone()));
                     Broken { rule, path, missing, limit, because, from, message, problem }
                 }
+                // Not a limit: a rule of `require`, or a range error that the reader found.
                 (None, at) => {
                     let stated = at.and_then(|(_, at)| stated(at));
                     let same = |b: &&Broken| b.path == path && b.rule.stated == stated;
@@ -351,6 +352,7 @@ impl Report {
         self.limit((holds, missing), path, value.to_string(), limit, offer, because);
     }
 
+    /// Checks a limit and records it, whether or not it holds. `missing` is the distance beyond the limit.
     #[track_caller]
     fn limit(
         &mut self,
@@ -412,6 +414,7 @@ impl Report {
             return;
         }
         let mut from: Vec<_> = self.broken.iter().map(|broken| broken.named.clone()).collect();
+        // Larger changes are tried only for limits that smaller ones have not explained.
         for share in SHARES {
             let unknown: Vec<usize> = (0..from.len()).filter(|i| from[*i].is_empty()).collect();
             if unknown.is_empty() {
@@ -532,12 +535,14 @@ impl Report {
         (&written.place, written.text.shown())
     }
 
+    /// Returns the value at a path; panics if there is none.
     fn written(&self, path: &str) -> &Written {
         let written = self.written.get(path);
         written.unwrap_or_else(|| panic!("`{path}` is not a parameter of this family"))
     }
 }
 
+/// Formats a number with the unit of `Q`.
 fn in_unit<Q: Quantity>(number: f64) -> String {
     // Adding 0 turns `-0` into `0`.
     format!("{}{}", number + 0.0, Q::UNIT)

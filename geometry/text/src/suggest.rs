@@ -18,6 +18,7 @@ fn similar_of<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
     if written.len() > 200 {
         return Vec::new();
     }
+    // Known names are in lower case with underscores: case and hyphens are no slips.
     let written = written.to_lowercase().replace(['-', ' '], "_");
     let mut scored: Vec<(f64, &str)> = known
         .into_iter()

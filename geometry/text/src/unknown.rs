@@ -62,6 +62,7 @@ pub(crate) fn instead(path: &str, known: &[String], absent: &[(&str, &str)]) -> 
     }
 }
 
+/// Splits a path into section and last word.
 fn split(path: &str) -> (&str, &str) {
     path.rsplit_once('.').unwrap_or(("", path))
 }

@@ -110,9 +110,11 @@ fn between(low: impl Display, high: impl Display) -> String {
 /// Regular expression of a number before its unit.
 const NUMBER: &str = r"[+-]?([0-9][0-9_]*(\.[0-9_]*)?|\.[0-9][0-9_]*)([eE][+-]?[0-9]+)?";
 
+/// Translates an error of a length or an angle.
 fn unit_refusal(error: UnitError, units: &str, example: &str) -> Refusal {
     match error {
         UnitError::MissingUnit { text, .. } => {
+            // The first unit of the list is the usual one.
             let unit = units.split(", ").next().unwrap_or_default();
             let instead = format!("{} {unit}", crate::shown(text.trim()));
             let refusal = Refusal::new("has no unit", &format!("write `{instead}`"));
@@ -233,6 +235,7 @@ fn not_finite() -> Refusal {
     Refusal::new("is not finite", "write a number, for example `0.5`").code("not_finite")
 }
 
+/// Returns the nearest value within the limits.
 fn nearest(value: f64, limits: &RangeInclusive<f64>) -> f64 {
     // Not `clamp`, which panics if a declaration has its limits the wrong way round.
     value.max(*limits.start()).min(*limits.end())
@@ -245,6 +248,7 @@ impl Scalar for u32 {
 
     fn parse(text: &str) -> Result<Self, Refusal> {
         let digits = text.trim();
+        // Rust's parser would also accept a leading `+`.
         let is_whole = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
         match digits.parse() {
             Ok(count) if is_whole => Ok(count),
@@ -298,6 +302,7 @@ impl Scalar for f64 {
 
     fn parse(text: &str) -> Result<Self, Refusal> {
         let lower = text.trim().to_ascii_lowercase();
+        // Rust's parser accepts `inf` and `nan`; YAML writes `.inf` and `.nan`.
         let word = lower.trim_start_matches(['+', '-', '.']);
         if word.starts_with("nan") || word.starts_with("inf") {
             return Err(not_finite());

@@ -59,7 +59,7 @@ mod tests {
         let count = noise.len() as f64;
         let mean = noise.iter().sum::<f64>() / count;
         let variance = noise.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
-        // 0.36 + 0.64; five standard errors each.
+        // The variance is 0.36 + 0.64 = 1; tolerances are five standard errors.
         assert!(mean.abs() < 5.0 / count.sqrt(), "{mean}");
         assert!((variance - 1.0).abs() < 5.0 * (2.0 / count).sqrt(), "{variance}");
         let beside = noise.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / count;

@@ -91,6 +91,7 @@ impl Defocus {
     pub fn new(diameters: &[f64], width: usize) -> Option<Self> {
         let step_of = |diameter: &f64| (diameter / 2.0 / STEP).round().max(0.0) as u32;
         let steps: Vec<u32> = diameters.iter().map(step_of).collect();
+        // Only distinct radii need a disk.
         let mut known = steps.clone();
         known.sort_unstable();
         known.dedup();
@@ -99,6 +100,7 @@ impl Defocus {
         let reach = disks.iter().map(|disk| disk.reach).max().filter(|reach| *reach > 0)?;
         let disk_of = steps.iter().map(|step| known.partition_point(|k| k < step) as u32).collect();
         let mut own = Self { width, reach, disk_of, disks, shares: Vec::new() };
+        // Blurring a uniform image yields the sum of weights at each point.
         let sums = own.gathered(&vec![[1.0]; steps.len()]);
         own.shares = sums.into_iter().map(|[sum]| sum.recip()).collect();
         Some(own)

@@ -100,13 +100,13 @@ mod tests {
 
     #[test]
     fn a_number_that_would_be_negative_goes_to_zero_and_the_others_on() {
-        // The best line through these begins below zero, and how steep and how far is known as a product alone.
+        // The best line would have a negative offset, and only the product of the two slopes is determined.
         let points = [(1.0, 0.1), (2.0, 1.2), (3.0, 1.9), (4.0, 3.1)];
         let residuals =
             |p: &[f64]| points.map(|(x, y): (f64, f64)| p[0] * p[1] * x + p[2] - y).to_vec();
         for ground in [1e-12, 1e-3, 1.0, 30.0] {
             let found = fit(residuals, &[0.5, 3.0, ground]).unwrap();
-            // Without a beginning: the sum of x y over that of x x.
+            // The slope without an offset: the sum of x y over that of x x.
             let slope = points.iter().map(|(x, y)| x * y).sum::<f64>() / 30.0;
             assert!((found[0] * found[1] - slope).abs() < 1e-3 && found[2] < 1e-3, "{found:?}");
         }

@@ -96,6 +96,7 @@ impl Emitters {
             let mut found = faces(body, solid, Shines::Forwards, lines)?;
             for piece in &mut found {
                 piece.color = group.color(piece.lamp);
+                // Light sources are numbered through all groups.
                 piece.lamp += first;
             }
             lamps.extend(found);
@@ -319,6 +320,7 @@ fn add_along(axis: usize, solid: &CompiledSolid, lines: usize, pieces: &mut Vec<
     let mut direction = Vector3::zeros();
     direction[axis] = 1.0;
     for i in 0..lines * lines {
+        // The line runs through the centre of a grid cell on the bounding box, and starts outside of it.
         let mut origin = bounds.min;
         origin[axis] -= 1.0;
         origin[first] += (0.5 + (i % lines) as f64) * steps[0];

@@ -24,10 +24,9 @@ pub struct PegHit {
 
 impl Peg {
     /// Finds the first point where a ray of unit direction enters the hemisphere, or the cylinder behind it. The
-    /// cylinder has no lower end.
+    /// cylinder has no other end.
     pub fn entry(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<PegHit> {
         let from = origin - self.centre;
-        // x
         let along = |vector: &Vector3<f64>| vector.dot(&self.axis);
         let mut nearest: Option<PegHit> = None;
         let mut consider = |at_mm: f64, normal: Vector3<f64>| {
@@ -74,7 +73,7 @@ mod tests {
 
     #[test]
     fn entries_are_those_of_the_solid() {
-        // The same drawn: a cylinder of radius 0.5 up to z = 2, and a ball there.
+        // The same shape as a solid: a cylinder of radius 0.5 up to z = 2, with a ball there.
         let drawn = Solid::union([
             Solid::cylinder(0.5, 40.0).at_z(-38.0),
             Solid::ellipsoid([0.5; 3]).at_z(2.0),

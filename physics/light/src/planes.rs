@@ -86,6 +86,7 @@ impl Planes {
         let mut layers = Vec::with_capacity(self.faces.len() + 1);
         let (mut z, mut index) = (lamp.z, 1.0);
         for &(face, above) in &self.faces {
+            // Faces below the source only determine its medium.
             if face <= lamp.z {
                 index = above;
             } else if face < place.z {
@@ -185,7 +186,7 @@ mod tests {
         let planes = Planes::new(PLATE.to_vec());
         let (lamp, place) = (Point3::new(-9.0, 2.0, 0.0), Point3::new(3.0, -1.0, 8.0));
         let found = planes.arrival(&lamp, &place).unwrap();
-        // Followed by hand.
+        // Traced face by face.
         let [mut at, mut way, mut index] = [lamp.coords, found.leaves, Vector3::repeat(1.0)];
         for (z, above) in PLATE {
             at += way * ((z - at.z) / way.z);
@@ -201,7 +202,8 @@ mod tests {
 
     #[test]
     fn no_light_is_lost_but_what_faces_send_back() {
-        // All that leaves upwards within 45 degrees arrives on a level above, but for what faces send back.
+        // All light that leaves within 45 degrees of the vertical arrives on a level above, except for reflections at
+        // the faces.
         let planes = Planes::new(PLATE.to_vec());
         let lamp = Point3::origin();
         let edge = |angle: f64| {
@@ -222,7 +224,7 @@ mod tests {
         let sum: f64 = (0..steps).map(arrives).sum();
         let sent = TAU * (1.0 - (TAU / 8.0).cos());
         assert!((sum / sent - 1.0).abs() < 1e-5, "{sum} {sent}");
-        // Straight up a glass plate sends back 4 % at each face to air.
+        // At normal incidence, each face between glass and air reflects 4 %.
         assert!((passes_face(1.0, 1.5, 0.0) - 0.96).abs() < 1e-12);
     }
 

@@ -53,6 +53,7 @@ impl Spread {
     /// Blurs values in place, row by row. If most are zero, only the rows and columns around the others are visited.
     pub fn apply(&self, values: &mut [f64]) {
         let Some((rows, columns)) = self.around(values) else { return };
+        // Pixels outside the layer give no light.
         let beside = |values: &[f64]| -> Vec<f64> {
             let each = values.iter().zip(&self.is_layer);
             each.map(|(value, is)| if *is { *value } else { 0.0 }).collect()
@@ -145,7 +146,7 @@ mod tests {
         assert!((values.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         let variance: f64 =
             values.iter().enumerate().map(|(i, v)| v * ((i % width) as f64 - 30.0).powi(2)).sum();
-        // Cut off at three standard deviations.
+        // The tolerance allows for the cut-off at three standard deviations.
         assert!((variance.sqrt() / sigma - 1.0).abs() < 0.02, "{variance}");
         assert!((values[30 * width + 34] - values[34 * width + 30]).abs() < 1e-15);
     }
@@ -163,7 +164,7 @@ mod tests {
 
     #[test]
     fn it_is_the_weighted_mean_of_neighbours_in_the_layer() {
-        // Straight from what it says, pixel by pixel, with holes and an edge.
+        // Computed directly from the definition, pixel by pixel, with holes and an edge.
         let (width, height, sigma) = (40, 30, 1.7);
         let is_layer: Vec<bool> =
             (0..width * height).map(|i| (i * 7) % 11 > 2 && i % width < 36).collect();

@@ -39,10 +39,12 @@ pub fn chain(bytes: &[u8]) -> Result<Chain, NetworkError> {
     let nodes = std::mem::take(&mut graph.nodes);
     for (number, node) in nodes.into_iter().enumerate() {
         let at = At { node: &format!("{} `{}`", number + 1, node.name), operator: &node.operator };
+        // Both names stand for the standard operators.
         if !matches!(&node.domain[..], "" | "ai.onnx") {
             let operator = format!("{}.{}", node.domain, node.operator);
             return Err(NetworkError::Operator { node: at.node.to_owned(), operator });
         }
+        // Kept with the initializers of the graph.
         if node.operator == "Constant" {
             let value = node.attributes.get("value").and_then(|value| value.tensor.clone());
             let (Some(value), [name]) = (value, &node.outputs[..]) else {
@@ -63,6 +65,7 @@ pub fn chain(bytes: &[u8]) -> Result<Chain, NetworkError> {
     Ok(chain)
 }
 
+/// Quotes names for a message.
 fn listed(names: &[String]) -> String {
     match names {
         [] => "nothing".to_owned(),
@@ -78,6 +81,7 @@ struct At<'a> {
 }
 
 impl At<'_> {
+    /// Creates the error of an unsupported attribute or input.
     fn wrong(self, found: impl Into<String>, accepted: &str) -> NetworkError {
         NetworkError::Attribute {
             node: self.node.to_owned(),
@@ -99,6 +103,7 @@ struct Reading {
 }
 
 impl Reading {
+    /// Adds a node to the chain.
     fn take(&mut self, graph: &Graph, at: At, node: &Node) -> Result<(), NetworkError> {
         let known = ["Conv", "Relu", "Clip", "Sigmoid", "Identity", "Add", "Sub", "Mul", "Div"];
         if !known.contains(&at.operator) {
@@ -160,6 +165,7 @@ impl Reading {
         })
     }
 
+    /// Appends a pointwise operation after the last convolution, or before the first.
     fn then(&mut self, pointwise: Pointwise) {
         let Chain { before, stages } = &mut self.chain;
         stages.last_mut().map_or(before, |stage| &mut stage.then).push(pointwise);
@@ -168,6 +174,7 @@ impl Reading {
     /// Converts a tensor to a constant: one number for all channels, or one for each.
     fn constant(&self, at: At, found: &Tensor) -> Result<Constant, NetworkError> {
         let per_channel: Vec<usize> = vec![self.channels, 1, 1];
+        // A leading batch axis of length 1 is ignored.
         let shape = found.shape.strip_prefix(&[1]).filter(|rest| rest.len() == 3);
         match found.values[..] {
             [value] if found.shape.len() <= 4 => Ok(Constant::Same(value)),
@@ -182,6 +189,7 @@ impl Reading {
         }
     }
 
+    /// Appends a convolution.
     fn convolve(
         &mut self,
         graph: &Graph,
@@ -264,6 +272,7 @@ fn check_window(at: At, node: &Node, kernel: [usize; 2]) -> Result<(), NetworkEr
     let pads = match &auto[..] {
         "" | "NOTSET" => numbers("pads"),
         "SAME_UPPER" | "SAME_LOWER" => &half,
+        // Without padding; accepted below for 1 x 1 windows only.
         "VALID" => &[],
         other => return Err(at.wrong(format!("auto_pad {other}"), "SAME_UPPER or pads")),
     };

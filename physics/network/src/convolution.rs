@@ -125,6 +125,7 @@ impl Convolution {
         (rows * columns * self.outputs * (self.inputs / self.groups)) as u64
     }
 
+    /// Lists the panels of all groups.
     fn panels(&self) -> impl Iterator<Item = Panel> + use<> {
         let groups = if self.is_depthwise { 1 } else { self.groups };
         let (of_group, width) = (self.outputs / groups, self.width);
@@ -178,6 +179,7 @@ impl WithSimd for Evaluation<'_> {
             .panels()
             .map(|panel| (panel, convolution.runs(places.columns, panel)))
             .collect();
+        // All panels have the same number of weights, thanks to padding.
         let weights_of = convolution.weights.len() / panels.len();
         let mut sums = vec![0.0; BLOCK * width];
         let mut starts = [0; BLOCK];
@@ -250,6 +252,7 @@ fn dense<S: Simd, const AT_ONCE: usize, const WIDE: usize>(
         weights = rest;
         let some = starts.as_chunks::<AT_ONCE>().0.iter();
         for (starts, sums) in some.zip(sums.as_chunks_mut::<AT_ONCE>().0) {
+            // Later runs continue the sums of earlier ones.
             let mut sum = if i == 0 { [bias; AT_ONCE] } else { *sums };
             let mut left = of_runs;
             for run in runs {

@@ -64,6 +64,7 @@ impl Network {
     /// If the bytes are not an ONNX model, or the graph is not such a chain; the message names the node.
     pub fn read(bytes: &[u8]) -> Result<Self, NetworkError> {
         let chain = chain::chain(bytes)?;
+        // Each weight is multiplied once per pixel; each output has a bias.
         let of = |convolution: &Convolution| convolution.products() as usize + convolution.outputs;
         let parameters = chain.stages.iter().map(|stage| of(&stage.convolution)).sum();
         Ok(Self { chain, parameters })

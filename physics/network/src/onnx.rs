@@ -59,6 +59,7 @@ pub struct Graph<'a> {
 pub fn graph(bytes: &[u8]) -> Result<Graph<'_>, NetworkError> {
     let (mut version, mut found) = (None, None);
     for field in Fields::of(bytes) {
+        // ModelProto: 1 ir_version, 7 graph.
         match field? {
             (1, Value::Varint(number)) => version = Some(number),
             (7, value) => found = Some(message(value)?),
@@ -69,6 +70,7 @@ pub fn graph(bytes: &[u8]) -> Result<Graph<'_>, NetworkError> {
     let (Some(_), Some(fields)) = (version, found) else { return Err(NetworkError::NoOnnx) };
     let mut graph = Graph::default();
     for field in fields {
+        // GraphProto: 1 node, 5 initializer, 11 input, 12 output.
         match field? {
             (1, value) => graph.nodes.push(node(message(value)?)?),
             (5, value) => {
@@ -98,9 +100,11 @@ fn named(fields: Fields<'_>, number: u64) -> Result<String, NetworkError> {
     Ok(name)
 }
 
+/// Reads a node.
 fn node(fields: Fields<'_>) -> Result<Node<'_>, NetworkError> {
     let mut node = Node::default();
     for field in fields {
+        // NodeProto: 1 input, 2 output, 3 name, 4 op_type, 5 attribute, 7 domain.
         match field? {
             (1, value) => node.inputs.push(text(value)?),
             (2, value) => node.outputs.push(text(value)?),
@@ -117,9 +121,11 @@ fn node(fields: Fields<'_>) -> Result<Node<'_>, NetworkError> {
     Ok(node)
 }
 
+/// Reads an attribute with its name.
 fn attribute(fields: Fields<'_>) -> Result<(String, Attribute<'_>), NetworkError> {
     let (mut name, mut attribute) = (String::new(), Attribute::default());
     for field in fields {
+        // AttributeProto: 1 name, 2 f, 3 i, 4 s, 5 t, 8 ints.
         match field? {
             (1, value) => name = text(value)?,
             (2, Value::Fixed32(bits)) => attribute.float = Some(f32::from_bits(bits)),
@@ -144,6 +150,7 @@ pub fn tensor(name: &str, fields: Fields<'_>) -> Result<Tensor, NetworkError> {
     };
     let (mut shape, mut values, mut raw) = (Vec::new(), Vec::new(), None);
     for field in fields {
+        // TensorProto: 1 dims, 2 data_type, 4 float_data, 9 raw_data, 14 data_location.
         match field? {
             (1, value) => integers(value, &mut shape)?,
             (2, Value::Varint(kind)) if kind != FLOAT => {

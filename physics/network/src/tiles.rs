@@ -78,6 +78,7 @@ pub fn bytes_a_thread(chain: &Chain) -> u64 {
         largest = largest.max(part.pixels() * stage.convolution.outputs);
         part = part.around(stage.convolution.kernel.map(|px| px / 2));
     }
+    // Two lists of indices, and a mask for the tile and for each layer.
     let a_pixel = 2 * size_of::<usize>() + (1 + chain.stages.len()) * size_of::<bool>();
     (2 * size_of::<f32>() * largest.max(part.pixels()) + a_pixel * part.pixels()) as u64
 }

@@ -85,6 +85,7 @@ impl<'a> Iterator for Fields<'a> {
 /// Decodes the integer at the start of `bytes`; returns it with its length.
 fn varint(bytes: &[u8]) -> Result<(u64, usize), NetworkError> {
     let mut value = 0u64;
+    // Ten groups of seven bits hold 64 bits.
     for (i, byte) in bytes.iter().take(10).enumerate() {
         value |= u64::from(byte & 0x7f) << (7 * i);
         if byte & 0x80 == 0 {
@@ -111,7 +112,7 @@ pub fn integers(value: Value<'_>, into: &mut Vec<i64>) -> Result<(), NetworkErro
     Ok(())
 }
 
-/// x
+/// Appends numbers: a single one, or a packed list.
 pub fn floats(value: Value<'_>, into: &mut Vec<f32>) -> Result<(), NetworkError> {
     match value {
         Value::Fixed32(bits) => into.push(f32::from_bits(bits)),
@@ -127,13 +128,13 @@ pub fn floats(value: Value<'_>, into: &mut Vec<f32>) -> Result<(), NetworkError>
     Ok(())
 }
 
-/// A text.
+/// Reads a text.
 pub fn text(value: Value<'_>) -> Result<String, NetworkError> {
     let Value::Bytes(bytes) = value else { return Err(NetworkError::NoOnnx) };
     String::from_utf8(bytes.to_vec()).map_err(|_| NetworkError::NoOnnx)
 }
 
-/// A message.
+/// Reads a nested message.
 pub fn message(value: Value<'_>) -> Result<Fields<'_>, NetworkError> {
     match value {
         Value::Bytes(bytes) => Ok(Fields::of(bytes)),

@@ -40,6 +40,7 @@ impl Layer {
     }
 }
 
+/// Appends an integer of variable length.
 fn varint(mut value: u64, into: &mut Vec<u8>) {
     while value >= 0x80 {
         into.push(value as u8 | 0x80);
@@ -78,6 +79,7 @@ pub fn chain(layers: &[Layer]) -> Vec<u8> {
             bytes(1, name.as_bytes(), &mut node);
             let mut tensor = Vec::new();
             shape.iter().for_each(|size| integer(1, *size as i64, &mut tensor));
+            // TensorProto.data_type 1: FLOAT.
             integer(2, 1, &mut tensor);
             bytes(8, name.as_bytes(), &mut tensor);
             let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
@@ -92,9 +94,11 @@ pub fn chain(layers: &[Layer]) -> Vec<u8> {
             bytes(1, key.as_bytes(), &mut attribute);
             if let ([one], true) = (&numbers[..], *key == "group") {
                 integer(3, *one, &mut attribute);
+                // AttributeProto.type 2: INT.
                 integer(20, 2, &mut attribute);
             } else {
                 numbers.iter().for_each(|number| integer(8, *number, &mut attribute));
+                // AttributeProto.type 7: INTS.
                 integer(20, 7, &mut attribute);
             }
             bytes(5, &attribute, &mut node);
@@ -123,6 +127,7 @@ pub fn chain(layers: &[Layer]) -> Vec<u8> {
         bytes(number, &value, &mut graph);
     }
     let (mut model, mut version) = (Vec::new(), Vec::new());
+    // Version 8 of the file format.
     integer(1, 8, &mut model);
     bytes(7, &graph, &mut model);
     integer(2, 13, &mut version);

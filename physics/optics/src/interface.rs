@@ -52,6 +52,7 @@ impl Window {
         }
         let stride = rays.len().div_ceil(GUESSES);
         let guesses = (0..rays.len()).step_by(stride);
+        // Each ray is paired with one far away in the list, so that their normals differ.
         let pairs = guesses.map(|i| (&rays[i], &rays[(i + rays.len() / 2) % rays.len()]));
         let counted = pairs.filter_map(|(ray, other)| Faces::guess(ray, other)).map(|faces| {
             let passing = rays.iter().filter(|bends| faces.are_passed_by(bends)).count();
@@ -76,6 +77,7 @@ impl Window {
         seeker: &mut Seeker<'_>,
     ) -> Option<Vector3<f64>> {
         let Self::One { interface, again: true, .. } = self else { return Some(Vector3::zeros()) };
+        // Number of faces of the first interface.
         let faces = match interface {
             Interface::None | Interface::Drawn => 0,
             Interface::Flat(flat) if flat.glass_thickness_mm > 0.0 => 2,
@@ -178,6 +180,7 @@ impl Faces {
         Some(Self { interface, indices })
     }
 
+    /// Returns whether a ray passes the faces of the candidate first.
     fn are_passed_by(&self, bends: &[Bend]) -> bool {
         let first = bends.get(..self.indices.len()).unwrap_or_default();
         if !first.iter().map(|bend| bend.indices).eq(self.indices.iter().copied()) {
@@ -201,12 +204,14 @@ impl Faces {
     }
 }
 
+/// Returns whether two normals are parallel.
 fn are_parallel(a: &Bend, b: &Bend) -> bool {
     a.normal.cross(&b.normal).norm() < SAME
 }
 
 /// Builds a plane, or a pane if there is a second face.
 fn flat(face: &Bend, back: Option<&Bend>) -> Option<Flat> {
+    // Normals point away from the lens.
     let outward = |bend: &Bend| bend.normal * bend.normal.dot(&bend.place.coords).signum();
     let normal = outward(face);
     let distance_mm = normal.dot(&face.place.coords);

@@ -161,6 +161,7 @@ impl Seeker<'_> {
             let Some(direction) = found else { continue };
             if let Some(sight) = self.verified(pupil, place, &direction) {
                 if sight.hidden_by(THERE_MM).is_none() {
+                    // The most recently used comes first.
                     self.chains[..=number].rotate_right(1);
                     return Some(sight);
                 }
@@ -403,6 +404,7 @@ fn newton(
         if off_mm <= NEAR_MM {
             return Some((direction, miss));
         }
+        // The derivative of the previous step is reused while it works well.
         let is_old = inverse.is_some();
         let by_place = match inverse {
             Some(inverse) => inverse,

@@ -137,6 +137,7 @@ fn boxes_along(outline: &Path) -> Option<Vec<[[f64; 2]; 2]>> {
                     let (sin, cos) = (angle(from) + f64::from(part) * step).sin_cos();
                     [centre[0] + radius_mm * cos, centre[1] + radius_mm * sin]
                 };
+                // The sagitta: by how much an arc bulges beyond its chord.
                 ((0..=PARTS).map(at).collect(), radius_mm * (1.0 - (0.5 * step).cos()))
             }
             Segment::EllipticArc { .. } => return None,
@@ -273,6 +274,7 @@ impl InsideDome {
     }
 }
 
+/// Intersects a general solid. Not inlined, to keep the common closed forms small.
 #[inline(never)]
 fn exit_body(
     body: &CompiledSolid,

@@ -91,6 +91,7 @@ impl Stack {
                 let of_body = |source| InvalidStack::Solid { body: body.name.clone(), source };
                 let solid = body.solid.clone().placed(placement.assembly_from_body);
                 let solid = CompiledSolid::new(&solid).map_err(of_body)?;
+                // A bought body around the pupil is the camera itself and is left out; any other one is an error.
                 if !part.is_stop() || !solid.contains(&pupil) {
                     let bounds = solid.bounds().grown(BOX_SLACK_MM);
                     // Other hollows may be many, and rays do not start in them.
@@ -102,6 +103,7 @@ impl Stack {
                     return Err(InvalidStack::CameraInside { body, place_in_sensor: pupil });
                 }
             }
+            // The name is kept only if one of its placements was.
             if stack.items.last().is_some_and(|item| usize::from(item.name) == count) {
                 stack.names.push(body.name.clone());
             }
@@ -211,6 +213,7 @@ impl Part {
     pub fn of(sensor: &Sensor, body: &Body) -> Result<Self, InvalidStack> {
         let is_looked_at = sensor.sight.contains(&body.name) || body.gives_way;
         if body.clarity() != Clarity::Clear {
+            // Cast layers may lie between the bodies that show the touch and the sensing surface.
             let is_skin = body.kind == Kind::Cast;
             return Ok(if is_looked_at { Self::Skin } else { Self::Stop { is_skin } });
         }

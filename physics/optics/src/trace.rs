@@ -67,6 +67,7 @@ pub(crate) enum Event {
 }
 
 impl Event {
+    /// Returns the distance of the event, mm.
     pub(crate) fn at_mm(&self) -> f64 {
         match self {
             Self::Bend { at_mm, .. } | Self::End { at_mm, .. } => *at_mm,
@@ -166,6 +167,7 @@ impl<'a> Tracer<'a> {
             self.insides[i + 1..]
                 .iter()
                 .map(move |b| (a, b))
+                // Sorted by start: later ones cannot overlap `a` either.
                 .take_while(|(a, b)| b.from_mm < a.to_mm)
         });
         pairs.filter(|(a, b)| index(a) != index(b)).find_map(|(a, b)| {
@@ -183,6 +185,7 @@ impl<'a> Tracer<'a> {
         let (mut t_mm, mut last) = (0.0, None);
         loop {
             self.look_until(ray, t_mm + TOUCH_MM);
+            // Looked up just behind the face, so that touching bodies leave no gap.
             let Some(inside) = self.around(t_mm + TOUCH_MM) else {
                 if index.is_some_and(|index| index != AIR) {
                     if self.is_sensing(ray, t_mm) {
@@ -213,6 +216,7 @@ impl<'a> Tracer<'a> {
                         let normal = self.normal(ray, face, t_mm, is_entered);
                         return Event::Bend { at_mm: t_mm, normal, to_index, item: inside.item };
                     }
+                    // The same refractive index: straight on to the end of this body.
                     (t_mm, last) = (inside.to_mm, Some(inside.item));
                     if t_mm == f64::INFINITY {
                         return Event::End { at_mm: t_mm, end: End::Nothing };

@@ -121,6 +121,7 @@ impl<'a> Viewer<'a> {
         let lens = self.camera.project_with_jacobians(&Point3::from(direction)).ok()?;
         let by_place = self.seeker.by_place(&self.pupil(), place_in_sensor, &look.sight)?;
         let across = self.camera_from_sensor.rotation() * Sight::across(&look.sight.direction);
+        // Chain rule: pixel by direction, direction by its two components, these by the point.
         Some(lens.by_point * across * by_place)
     }
 

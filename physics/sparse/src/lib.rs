@@ -135,7 +135,9 @@ impl RightSides {
         &mut self.columns[column * self.size..][..self.size]
     }
 
+    /// Returns a matrix view for `faer`.
     fn matrix(&mut self) -> MatMut<'_, f64> {
+        // A matrix without rows has no columns.
         let columns = self.columns.len().checked_div(self.size).unwrap_or(0);
         MatMut::from_column_major_slice_mut(&mut self.columns, self.size, columns)
     }

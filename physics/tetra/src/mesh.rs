@@ -113,6 +113,7 @@ impl Tetrahedra {
         let parts: Vec<usize> = kept.layers.iter().map(|layer| layer.parts).collect();
         let levels: usize = parts.iter().sum();
         let too_many = |faces: usize| {
+            // Three tetrahedra per prism.
             let cells = 3 * faces * levels;
             (cells > MAX_CELLS).then_some(TetraError::TooMany { edge_mm, cells })
         };
@@ -163,6 +164,7 @@ struct Kept {
 
 impl Kept {
     fn of(soft: &SoftStack, touch: &TouchSurface, edge_mm: f64) -> Self {
+        // The layers of a pad are equally thick everywhere.
         let places = if matches!(touch, TouchSurface::Plane(_)) { 1 } else { PLACES };
         let thickness = |upper: usize, lower: usize| {
             let [upper, lower] = [upper, lower].map(|i| &soft.body.interfaces[i]);
@@ -210,6 +212,7 @@ impl Kept {
         let layers = layers.into_iter().map(|(layer, interface)| {
             let (least, most) = thickness(upper, interface);
             upper = interface;
+            // By the geometric mean of the extreme thicknesses.
             let parts = ((least * most).sqrt() / (HEIGHT * edge_mm)).round().max(1.0) as usize;
             KeptLayer { layer, interface, parts }
         });
@@ -319,6 +322,7 @@ impl Surface {
             if volume_mm3 < 0.0 {
                 cell.swap(2, 3);
             }
+            // Relative to the edges, so that the tolerance suits sensors of any size.
             if volume_mm3.abs() <= 1e-9 * edge_mm.powi(3) || volume_mm3.is_nan() {
                 let [x, y, z] = points_mm[cell[0] as usize];
                 let layer = soft.layers[kept.layers[*layer as usize].layer].name.clone();
@@ -344,10 +348,12 @@ impl Surface {
         })
     }
 
+    /// Returns the faces bonded to stiff bodies, below the last level and at the rim.
     fn bonded(&self, soft: &SoftStack, levels: &Levels, last: usize) -> Vec<Face> {
         let is_held = |node: u32| match (&soft.body.inner, &self.places) {
             (Hold::Free, _) => false,
             (Hold::BondedBeyond(from), Places::Dome(nodes)) => {
+                // Tolerance for rounding of s.
                 nodes[node as usize].s >= from - 1e-12
             }
             _ => true,

@@ -9,6 +9,7 @@ pub(crate) struct Levels {
 }
 
 impl Levels {
+    /// Returns the node at a level below a node of the surface.
     pub fn node(&self, of_surface: u32, level: usize) -> u32 {
         of_surface + level as u32 * self.per_level
     }

@@ -48,6 +48,7 @@ pub(crate) fn volume_mm3([a, b, c, d]: &[Vector3<f64>; 4]) -> f64 {
 
 /// Computes the dihedral angles at the six edges, degrees.
 fn dihedrals_deg(corners: &[Vector3<f64>; 4]) -> [f64; 6] {
+    // Both corners of an edge, and the two others.
     const EDGES: [[usize; 4]; 6] =
         [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2], [1, 2, 0, 3], [1, 3, 0, 2], [2, 3, 0, 1]];
     EDGES.map(|[i, j, k, l]| {

@@ -43,6 +43,7 @@ pub(crate) fn triangles(surface: &Curve, edge_mm: f64) -> (Vec<Node>, Vec<Face>,
     (nodes, faces, (0..before.count).map(|i| before.node(i)).collect())
 }
 
+/// Ring of evenly spaced nodes.
 struct Ring {
     first: u32,
     count: usize,
@@ -84,6 +85,7 @@ fn between(inner: &Ring, outer: &Ring, faces: &mut Vec<Face>) {
     }
 }
 
+/// Returns the length of the meridian from the pole to each sample point.
 fn lengths(surface: &Curve) -> Vec<f64> {
     let mut lengths = vec![0.0];
     let mut before = surface.at(0.0);
@@ -95,6 +97,7 @@ fn lengths(surface: &Curve) -> Vec<f64> {
     lengths
 }
 
+/// Returns the curve parameter at a length along the meridian.
 fn s_at(lengths: &[f64], length_mm: f64) -> f64 {
     let i = lengths.partition_point(|&l| l <= length_mm).clamp(1, LENGTH_STEPS) - 1;
     let step_mm = lengths[i + 1] - lengths[i];

@@ -169,6 +169,7 @@ pub const SAME_VERSION: &str = "do all workers have this version of fabkit?";
 /// Maximum number of paths listed one by one.
 const MOST_SHOWN: usize = 8;
 
+/// Describes files that have changed.
 fn changed(what: &str, paths: &[PathBuf]) -> String {
     let shown = paths.iter().take(MOST_SHOWN).map(|path| path.display().to_string());
     let shown: Vec<String> = shown.collect();
@@ -194,6 +195,7 @@ pub fn differences(found: &Value, wanted: &Value) -> Vec<String> {
     lines
 }
 
+/// Appends the differences of two JSON values, by path.
 fn differ(path: &str, found: &Value, wanted: &Value, lines: &mut Vec<String>) {
     match (found, wanted) {
         (Value::Object(a), Value::Object(b)) => {

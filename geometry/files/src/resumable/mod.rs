@@ -159,6 +159,7 @@ impl Folder {
             }
         }
         let mut noted = read_journal(&folder.join(kind.partial(JOURNAL)))?;
+        // The document of a complete folder replaces what the journal says.
         noted.extend(whole.iter().flat_map(files_of));
         let states: Vec<State> = noted
             .par_iter()
@@ -267,6 +268,7 @@ impl Folder {
     pub fn finish(&self, results: Map<String, Value>) -> Result<(), FolderError> {
         if self.whole.is_none() {
             let state = self.state();
+            // Pieces that an earlier run of the same plan left, and that this run did not request, are not listed.
             let is_ours = |name: &String| state.asked.contains(name) && !self.kind.is_partial(name);
             let files = state.done.iter().filter(|(name, _)| is_ours(name));
             let files = files.map(|(name, piece)| (name.clone(), *piece)).collect();
@@ -293,6 +295,7 @@ impl Folder {
         Ok(self.lock.put(name, bytes)?)
     }
 
+    /// Locks the state.
     fn state(&self) -> MutexGuard<'_, Pieces> {
         // A panicking thread leaves the state valid, since each change is complete in itself.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)

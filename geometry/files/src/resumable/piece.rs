@@ -34,10 +34,12 @@ impl Piece {
         Self { bytes: bytes.len() as u64, hash: blake3::hash(bytes) }
     }
 
+    /// Formats a line of the journal.
     pub(super) fn line(&self, name: &str) -> String {
         format!("{} {} {name}\n", self.hash.to_hex(), self.bytes)
     }
 
+    /// Parses a line of the journal.
     pub(super) fn from_line(line: &str) -> Option<(String, Self)> {
         let (hash, rest) = line.split_once(' ')?;
         let (bytes, name) = rest.split_once(' ')?;
@@ -45,10 +47,12 @@ impl Piece {
         is_plain(name).then(|| (name.to_owned(), piece))
     }
 
+    /// Converts to an entry of a document's list of files.
     pub(super) fn to_json(self) -> Value {
         json!({ "bytes": self.bytes, "blake3": self.hash.to_hex().as_str() })
     }
 
+    /// Parses an entry of a document's list of files.
     pub(super) fn from_json(value: &Value) -> Option<Self> {
         let hash = Hash::from_hex(value["blake3"].as_str()?).ok()?;
         Some(Self { bytes: value["bytes"].as_u64()?, hash })
@@ -145,6 +149,7 @@ pub fn read_regular(path: &Path, max_bytes: u64) -> Result<Option<Vec<u8>>, Fold
     }
 }
 
+/// Returns whether the error means that there is no such file.
 fn is_absent(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }

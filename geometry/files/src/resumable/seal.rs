@@ -38,6 +38,7 @@ pub fn seal(document: &Map<String, Value>) -> Vec<u8> {
 /// Adds the hash to a document that is text already: a non-empty object with one key per line.
 pub fn seal_text(text: &str) -> Vec<u8> {
     let text = text.trim_end_matches('\n');
+    // The hash takes the place of the closing brace.
     let mut text = text.strip_suffix('}').unwrap_or(text).trim_end_matches('\n').to_owned();
     let hash = blake3::hash(text.as_bytes()).to_hex();
     text += BEFORE;
@@ -55,9 +56,11 @@ pub fn unseal(bytes: &[u8]) -> Result<Value, SealError> {
     let (body, seal) = bytes.split_at(bytes.len().saturating_sub(end));
     let hash = blake3::hash(body).to_hex();
     if seal == [BEFORE.as_bytes(), hash.as_bytes(), AFTER.as_bytes()].concat() {
+        // The hashed part ends before the closing brace.
         let text = [body, b"}"].concat();
         return serde_json::from_slice(&text).map_err(|_| SealError::None);
     }
+    // Either end of a seal shows that there was one, which is now damaged.
     let is_sealed = seal.starts_with(BEFORE.as_bytes()) || seal.ends_with(AFTER.as_bytes());
     Err(if is_sealed { SealError::Other } else { SealError::None })
 }

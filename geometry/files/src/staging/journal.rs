@@ -60,12 +60,14 @@ impl Journal {
         Self { version: VERSION, writer, first, others, records }
     }
 
+    /// Writes the journal into a locked folder.
     pub(super) fn write(&self, lock: &FolderLock) -> Result<(), StagingError> {
         let place = lock.folder().join(JOURNAL);
         let text = serde_json::to_vec(self).map_err(|e| failed("write", &place, e.into()))?;
         lock.put(JOURNAL, &text)
     }
 
+    /// Reads the journal of a folder, if there is one.
     fn read(folder: &Path) -> Result<Option<Self>, StagingError> {
         let path = folder.join(JOURNAL);
         let unreadable = |error| failed("read", &path, error);
@@ -79,11 +81,14 @@ impl Journal {
         if journal.version == VERSION { Ok(Some(journal)) } else { Err(unreadable(newer())) }
     }
 
+    /// Returns whether the switch of a folder was completed.
     fn is_final(&self, folder: &Path) -> Result<bool, StagingError> {
         let first = Path::new(&self.first);
+        // The deciding journal still exists, so the switch is not final.
         if first == folder {
             return Ok(false);
         }
+        // A missing journal, or that of another writer, means that ours was deleted.
         Ok(Self::read(first)?.is_none_or(|deciding| deciding.writer != self.writer))
     }
 }
@@ -140,6 +145,7 @@ impl Unreturned {
 /// Puts back as many old files as possible and returns the first failure.
 fn take_back(folder: &Path, records: &[Record]) -> Result<(), Unreturned> {
     let mut first = Ok(());
+    // In reverse order of the switch.
     for record in records.iter().rev() {
         let place = folder.join(&record.name);
         let kept = record.previous.as_ref().map(|previous| folder.join(previous));
@@ -169,6 +175,7 @@ enum There {
     Other,
 }
 
+/// Compares a file with the new content of its record.
 fn there(place: &Path, record: &Record) -> io::Result<There> {
     match fs::symlink_metadata(place) {
         Err(error) if is_missing(&error) => return Ok(There::Nothing),

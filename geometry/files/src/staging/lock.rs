@@ -78,6 +78,7 @@ impl FolderLock {
                 Err(TryLockError::Error(error)) if has_no_locks(&error) => {}
                 Err(TryLockError::Error(error)) => return Err(failed("lock", &path, error)),
             }
+            // The first line names the holder in messages to others. The second is unique and identifies this lock.
             let written = file
                 .set_len(0)
                 .and_then(|()| file.rewind())
@@ -152,6 +153,7 @@ impl FolderLock {
         self.folder.join(format!("{HIDDEN}{}-{number}", self.writer))
     }
 
+    /// Removes temporary files of dead writers.
     fn remove_leftovers(&self) -> Result<(), StagingError> {
         let unreadable = |e| failed("read the folder", &self.folder, e);
         for entry in fs::read_dir(&self.folder).map_err(unreadable)? {
@@ -194,6 +196,7 @@ fn has_no_locks(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::Unsupported
 }
 
+/// Reads who holds the lock.
 fn read_holder(file: &mut File) -> String {
     let mut text = String::new();
     let read = file.take(MAX_HOLDER_BYTES).read_to_string(&mut text);
@@ -204,6 +207,7 @@ fn read_holder(file: &mut File) -> String {
     }
 }
 
+/// Returns the command line of this process, shortened.
 fn command() -> String {
     let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
     let line: String = words.collect::<Vec<_>>().join(" ");

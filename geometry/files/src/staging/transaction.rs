@@ -143,7 +143,7 @@ impl Transaction {
         // The sort is stable: other files keep the given order.
         self.entries.sort_by_key(Entry::is_contents);
         if let [Entry { place, new: Some(new), folder, .. }] = &self.entries[..] {
-            // One file changes in one step.
+            // A single renaming is atomic and needs no journal.
             fs::rename(&new.temporary, place).map_err(|e| failed("write", place, e))?;
             let folder = *folder;
             self.entries.clear();
@@ -168,16 +168,19 @@ impl Transaction {
         }
     }
 
+    /// Creates a folder with its missing parents.
     fn make(&mut self, folder: &Path) -> Result<(), StagingError> {
         let missing = folder
             .ancestors()
             .take_while(|path| !path.as_os_str().is_empty() && !path.exists())
             .map(Path::to_path_buf);
         let missing: Vec<PathBuf> = missing.collect();
+        // Recorded before they are created, so that a partial creation is undone too.
         self.made.extend(missing.into_iter().rev());
         fs::create_dir_all(folder).map_err(|e| failed("create the folder", folder, e))
     }
 
+    /// Returns the index of a file's folder.
     fn index_of(&self, place: &Path) -> Result<usize, StagingError> {
         let index = self.by_spelling.get(&folder_of(place)).copied();
         let closed = || io::Error::other("its folder was not opened for this");
@@ -223,6 +226,7 @@ impl Transaction {
         records
     }
 
+    /// Writes the journals of all folders, the deciding one last.
     fn write_journals(&self, records: &[Vec<Record>]) -> Result<(), StagingError> {
         let Some(((first, lead), others)) = self.folders.split_first() else { return Ok(()) };
         let paths: Vec<&PathBuf> = others.iter().map(|(real, _)| real).collect();
@@ -347,6 +351,7 @@ impl Drop for Transaction {
         self.folders.clear();
         if !self.committed {
             for folder in self.made.iter().rev() {
+                // Fails for folders that are not empty, as intended.
                 let _ = fs::remove_dir(folder);
             }
         }
@@ -361,6 +366,7 @@ pub(super) fn folder_of(place: &Path) -> PathBuf {
     }
 }
 
+/// Locks a folder, waiting for other writers up to [`PATIENCE`].
 fn wait_for(folder: &Path, cancelled: &dyn Fn() -> bool) -> Result<FolderLock, StagingError> {
     let start = Instant::now();
     loop {

@@ -169,6 +169,7 @@ impl Term {
         Ok(a)
     }
 
+    /// Computes the value, which must be finite.
     fn value(&self, lookup: &mut dyn Lookup) -> Result<Quantity, Failure> {
         let value = match &self.what {
             What::Quantity(quantity) => *quantity,
@@ -189,6 +190,7 @@ impl Term {
                 self.called(*function, terms, &values)?
             }
             What::Given(of, otherwise) => {
+                // Checked even though only one argument is used.
                 self.either(of, otherwise, lookup)?;
                 match lookup.plain(&of.text)? {
                     Some(plain) => plain,
@@ -203,6 +205,7 @@ impl Term {
         Err(Failure::Wrong(Wrong::new(says, "use smaller numbers").code("not_finite")))
     }
 
+    /// Applies an operation to two values.
     fn combined(
         &self,
         operation: Operation,
@@ -246,6 +249,7 @@ impl Term {
         })
     }
 
+    /// Applies a function to its arguments.
     fn called(
         &self,
         function: Function,
@@ -292,6 +296,7 @@ impl Operation {
     }
 }
 
+/// Returns an error unless both terms have the same dimension. `word` names the operation, for the message.
 fn same_unit(
     word: &str,
     (left, a): (&Term, Dimension),
@@ -307,6 +312,7 @@ fn same_unit(
         shown(&right.text),
         b
     );
+    // A plain number beside a length or an angle most likely lacks its unit.
     let bare = [(left, b), (right, a)].into_iter().find_map(|(term, other)| {
         let is_bare = |q: &Quantity| q.dimension == Dimension::NUMBER;
         match (&term.what, other) {

@@ -49,6 +49,7 @@ impl<'a> Parser<'a> {
         self.rest().chars().next()
     }
 
+    /// Consumes `sign` if it comes next, and returns whether it did.
     fn takes(&mut self, sign: char) -> bool {
         let is_next = self.peek() == Some(sign);
         if is_next {
@@ -63,6 +64,7 @@ impl<'a> Parser<'a> {
         Wrong::new(format!("{} (character {character} of it)", says.into()), hint)
     }
 
+    /// Creates the error for an unexpected character.
     fn unexpected(&mut self) -> Wrong {
         let Some(next) = self.peek() else {
             return self.wrong("ends too early", FORM);
@@ -81,14 +83,17 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// Creates a node whose text runs from `start` to the present position.
     fn term(&self, start: usize, what: What) -> Term {
         Term { text: self.text[start..self.at].trim().to_owned(), what }
     }
 
+    /// Parses a sum of products.
     fn sum(&mut self) -> Result<Term, Wrong> {
         self.chain(&[('+', Operation::Add), ('-', Operation::Subtract)], Self::product)
     }
 
+    /// Parses a product of operands.
     fn product(&mut self) -> Result<Term, Wrong> {
         self.chain(&[('*', Operation::Multiply), ('/', Operation::Divide)], Self::single)
     }
@@ -99,6 +104,7 @@ impl<'a> Parser<'a> {
         signs: &[(char, Operation)],
         inner: fn(&mut Self) -> Result<Term, Wrong>,
     ) -> Result<Term, Wrong> {
+        // Skips white space, so that the term's text begins with its first character.
         self.peek();
         let start = self.at;
         let mut left = inner(self)?;
@@ -123,6 +129,7 @@ impl<'a> Parser<'a> {
         result
     }
 
+    /// Parses an operand: a sign, brackets, a number, a name or a call.
     fn single(&mut self) -> Result<Term, Wrong> {
         let next = self.peek();
         let start = self.at;
@@ -144,6 +151,7 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// Consumes a closing bracket.
     fn close(&mut self) -> Result<(), Wrong> {
         match (self.takes(')'), self.peek()) {
             (true, _) => Ok(()),
@@ -155,6 +163,7 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// Parses a number with an optional unit.
     fn number(&mut self, start: usize) -> Result<Term, Wrong> {
         let rest = self.rest();
         let digits = |text: &str| {
@@ -234,6 +243,7 @@ impl<'a> Parser<'a> {
         Ok(self.term(start, What::Given(Box::new(of), Box::new(otherwise))))
     }
 
+    /// Parses a name, a call or `pi`.
     fn name(&mut self, start: usize) -> Result<Term, Wrong> {
         let rest = self.rest();
         let name = &rest[..rest.find(|c| !is_of_name(c)).unwrap_or(rest.len())];
@@ -270,10 +280,12 @@ impl<'a> Parser<'a> {
     }
 }
 
+/// Returns whether a character may occur in the path of a parameter.
 fn is_of_name(c: char) -> bool {
     c.is_alphanumeric() || c == '_' || c == '.'
 }
 
+/// Returns whether a character may occur in a unit.
 fn is_of_unit(c: char) -> bool {
     c.is_alphabetic() || c == '°'
 }

@@ -38,6 +38,7 @@ impl Dimension {
         }
     }
 
+    /// Returns the dimension of the square root, if all powers are even.
     fn root(self) -> Option<Self> {
         let is_even = self.length % 2 == 0 && self.angle % 2 == 0;
         is_even.then_some(Self { length: self.length / 2, angle: self.angle / 2 })
@@ -158,7 +159,7 @@ impl Function {
 }
 
 impl Quantity {
-    /// The circle's number.
+    /// Ratio of a circle's circumference to its diameter.
     pub const PI: Self = Self { value: PI, dimension: Dimension::NUMBER };
 
     /// Returns the product, or the quotient for `sign` -1.

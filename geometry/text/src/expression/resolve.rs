@@ -64,6 +64,7 @@ pub(crate) fn resolve(document: &mut Document) {
     let Resolver { entries, found, values, broken, .. } = resolver;
     document.found.extend(found);
     for (path, values) in values {
+        // A name with an expression is not plain, although its value is known by now.
         let is_plain = |name: &str| !entries.contains_key(name);
         document.put_values(&path, values, formula(&entries[&path], &is_plain));
     }
@@ -148,6 +149,7 @@ impl Resolver<'_> {
             }
         }
         self.open.pop();
+        // One faulty item makes the whole list unusable.
         if values.len() == entries.len() && !self.broken.contains(path) {
             self.values.insert(path.to_owned(), values);
         } else {
@@ -159,6 +161,7 @@ impl Resolver<'_> {
         last
     }
 
+    /// Returns the kind of the value at a path.
     fn kind(&self, path: &str) -> Kind {
         match self.document.field(path).map(|field| &field.shape) {
             Some(Shape::Value { kind, .. }) => *kind,
@@ -229,6 +232,8 @@ impl Resolver<'_> {
             (Some(a), Some(b)) => a.is_over(b) || a == b,
             _ => false,
         };
+        // Among several names of the highest layer the alphabetically first is taken, so that the message does not
+        // depend on where evaluation began.
         let last = circle.iter().filter(|one| circle.iter().all(|other| is_over(one, other))).min();
         let begin = last.and_then(|last| circle.iter().position(|one| one == last));
         circle.rotate_left(begin.unwrap_or_default());
@@ -302,6 +307,7 @@ fn fitting(value: Quantity, kind: Kind) -> Result<Quantity, Wrong> {
     }
 }
 
+/// Creates the problem of an expression.
 fn problem(path: &str, text: &str, place: &Place, Wrong { says, hint, code }: Wrong) -> Found {
     let text = format!("= {text}");
     let message = format!("{path} is `{}`, which {says}", shown(&text));

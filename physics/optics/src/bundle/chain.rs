@@ -61,7 +61,9 @@ impl Chain {
                 there.map(|passed| passed.face).find(|face| faces.surface(*face).is_some())?;
             let surface = faces.surface(face)?.clone();
             let grows = surface.grows(&line, at_mm);
+            // The first piece has determined `index`.
             let ratio = index? / to_index;
+            // Total reflection ends the sequence.
             let Some(direction) = refract(&line.direction, &normal, ratio) else { break };
             bends.push(Bend { surface, face, grows, ratio });
             line = Ray { origin: line.at(at_mm), direction };

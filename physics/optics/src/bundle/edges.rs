@@ -13,6 +13,7 @@ pub(super) struct Edge<'a> {
     pub(super) segment: &'a Segment,
 }
 
+/// Returns all edges of a profile, its holes included.
 pub(super) fn edges<'a>(outer: &'a Path, holes: &'a [Path]) -> Vec<Edge<'a>> {
     let of = |path: &'a Path| {
         let froms = std::iter::once(path.start).chain(path.segments.iter().map(Segment::to));
@@ -27,6 +28,7 @@ pub(super) fn reach(edges: &[Edge]) -> [[f64; 2]; 2] {
     box_around(&corners)
 }
 
+/// Returns the smallest and largest coordinates of some points.
 fn box_around(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
     let fold = |start: f64, pick: fn(f64, f64) -> f64| {
         [0, 1].map(|axis| points.iter().fold(start, |so_far, point| pick(so_far, point[axis])))
@@ -75,6 +77,7 @@ impl Edge<'_> {
 
     /// Returns the cells of the wall that an extrusion has along the edge.
     pub(super) fn wall(&self, up: &Up, height: f64) -> Vec<Cell> {
+        // Tighter than the distances of the box.
         let least_mm = self.distance(up) - SLACK_MM;
         let wall = |ends: [[f64; 2]; 2]| {
             let cell = up.cell(box_around(&ends), [0.0, height]);
@@ -84,6 +87,7 @@ impl Edge<'_> {
         self.parts().into_iter().map(wall).collect()
     }
 
+    /// Returns the quadric of the wall that an extrusion has along the edge, if it is one.
     pub(super) fn wall_quadric(&self, up: &Up) -> Option<Quadric> {
         let (a, b) = (self.from, self.segment.to());
         let point = up.pose.point(Point3::new(a[0], a[1], 0.0)).coords;
@@ -113,6 +117,7 @@ impl Edge<'_> {
                 let growth = up.sign * (b[0] - a[0]) / (b[1] - a[1]);
                 Some(Quadric::cone(on_axis(a[1]), a[0], growth))
             }
+            // Only arcs about a point on the axis sweep spheres or ellipsoids; others sweep tori.
             Segment::Arc { centre, .. } if centre[0] == 0.0 => {
                 let r = a[0].hypot(a[1] - centre[1]);
                 Some(Quadric::ellipsoid(on_axis(centre[1]), r, r))
@@ -127,6 +132,7 @@ impl Edge<'_> {
     /// Returns the cells of the swept face.
     pub(super) fn spun(&self, up: &Up) -> Vec<Cell> {
         let parts = match self.segment {
+            // A slanted line sweeps a cone, for which boxes are tight only in parts.
             Segment::Line { to } if self.from[0] != to[0] && self.from[1] != to[1] => PARTS,
             _ => 1,
         };

@@ -30,6 +30,7 @@ pub(super) struct Cell {
 }
 
 impl Cell {
+    /// Returns whether the cell overlaps a box and its range of distances from the z axis.
     #[inline]
     pub(super) fn touches(&self, bounds: &Aabb, radius_mm: [f64; 2]) -> bool {
         let overlap = |axis: usize| {
@@ -182,6 +183,7 @@ impl Faces {
         self.surfaces[face as usize].as_ref()
     }
 
+    /// Adds all faces of a primitive.
     fn add(&mut self, leaf: &PlacedPrimitive) {
         let first = self.trims.len();
         let pose = &leaf.body_from_leaf;
@@ -207,12 +209,14 @@ impl Faces {
             }
             Solid::Ellipsoid(ellipsoid) if is_along => {
                 let [x, y, z] = ellipsoid.semi_axes_mm;
+                // Ellipsoids of three different axes are not among the quadrics used here.
                 let quadric = (x == y).then(|| Quadric::ellipsoid(*pose.translation_mm(), x, z));
                 self.face(quadric, true, ball(&up, [x.max(y), z]));
             }
             Solid::EllipsoidOffset(offset) if is_along => {
                 let centre = *pose.translation_mm();
                 let EllipsoidOffset { equatorial_mm: a, polar_mm: b, offset_mm: by } = *offset;
+                // The offset surface of an ellipsoid is a quadric only for spheres.
                 let is_quadric = by == 0.0 || a == b;
                 let quadric = is_quadric.then(|| Quadric::ellipsoid(centre, a + by, b + by));
                 self.face(quadric, true, parallel(&up, offset));
@@ -342,6 +346,7 @@ impl Faces {
         self.cells.extend(cells.into_iter().map(|cell| Cell { face, ..cell }));
     }
 
+    /// Adds the faces of a cylinder or a cone.
     fn frustum(&mut self, up: &Up, radii: [f64; 2], height: f64) {
         let growth = up.sign * (radii[1] - radii[0]) / height;
         let quadric = Quadric::cone(*up.pose.translation_mm(), radii[0], growth);
@@ -359,10 +364,12 @@ impl Faces {
         for (z, r) in [(0.0, radii[0]), (height, radii[1])] {
             let plane =
                 Quadric::plane(Vector3::z(), up.pose.point(Point3::new(0.0, 0.0, z)).coords);
+            // The ring of distances is exactly a cap only about the sensor's axis.
             self.face(Some(plane), up.is_on_axis(), vec![up.ring([0.0, r], [z, z])]);
         }
     }
 
+    /// Adds the faces of a cuboid.
     fn cuboid(&mut self, pose: &Pose, size: [f64; 3]) {
         let [x, y, z] = size;
         let (min, max) = ([-x / 2.0, -y / 2.0, 0.0], [x / 2.0, y / 2.0, z]);
@@ -424,6 +431,7 @@ pub(super) struct Up {
 }
 
 impl Up {
+    /// Returns the distance of the axis from the sensor's, mm.
     fn offset(&self) -> f64 {
         let at = self.pose.translation_mm();
         debug_assert!(self.is_along);
@@ -466,6 +474,7 @@ impl Up {
     }
 }
 
+/// Returns the cell of a box, with a margin.
 fn boxed(bounds: Aabb) -> Cell {
     let bounds = bounds.grown(SLACK_MM);
     Cell { face: 0, bounds, radius_mm: radius_of(&bounds) }
@@ -500,6 +509,7 @@ fn ball(up: &Up, half_axes: [f64; 2]) -> Vec<Cell> {
     })
 }
 
+/// Returns the cells of the offset surface of an ellipsoid.
 fn parallel(up: &Up, offset: &EllipsoidOffset) -> Vec<Cell> {
     meridian(up, |polar| {
         Angle::from_rad(polar).map_or([0.0; 2], |polar| offset.meridian_point(polar))
@@ -512,6 +522,7 @@ fn meridian(up: &Up, at: impl Fn(f64) -> [f64; 2]) -> Vec<Cell> {
     (0..2 * PARTS).map(|k| between(up, point(k), point(k + 1))).collect()
 }
 
+/// Returns the cell of the ring between two points of a meridian.
 pub(super) fn between(up: &Up, a: [f64; 2], b: [f64; 2]) -> Cell {
     let sort = |a: f64, b: f64| [a.min(b), a.max(b)];
     let radius = sort(a[0], b[0]).map(|r| r.max(0.0));

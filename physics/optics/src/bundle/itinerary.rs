@@ -50,8 +50,10 @@ impl Itinerary {
             for item in tracer.boxes_before(at_mm + TOUCH_MM) {
                 faces.passed(item, &line, &mut scratch, &mut passed);
             }
+            // Only faces on the present piece.
             passed.retain(|face| face.t_mm > from_mm && face.t_mm <= at_mm + TOUCH_MM);
             passed.sort_by(|a, b| a.t_mm.total_cmp(&b.t_mm).then(a.face.cmp(&b.face)));
+            // Faces within the tolerance are passed together.
             let mut groups = passed.chunk_by(|a, b| b.t_mm - a.t_mm <= TOUCH_MM).peekable();
             let mut last_faces = Vec::new();
             while let Some(group) = groups.next() {
@@ -96,6 +98,7 @@ impl Itinerary {
     }
 }
 
+/// Builds the step through faces that are passed together; `None` unless they lie in one surface.
 fn step(faces: &Faces, line: &Ray, group: &[Passed]) -> Option<Step> {
     let surface = faces.surface(group[0].face)?;
     for other in &group[1..] {

@@ -56,6 +56,7 @@ impl Lanes {
         self.end = Some(plan.end);
         let is_mirror = matches!(plan.end, End::Mirror(_));
         let bends = plan.steps.iter().filter(|step| step.ratio.is_some()).count();
+        // The last step before a total reflection has a ratio but refracts nothing.
         self.bends = bends as u32 - u32::from(is_mirror);
         self.boxes.clear();
         self.boxes.resize(self.places, Aabb::nothing());
@@ -97,11 +98,13 @@ impl Lanes {
             own.extend(points.iter().map(|points| around(points, &block.is_lost)));
             let mut is_inside = true;
             for ((step, points), bounds) in plan.steps.iter().zip(&points[1..]).zip(&own[1..]) {
+                // Most blocks lie in the room as a whole, which makes tests of single rays superfluous.
                 for room in step.rooms.iter().filter(|room| !room.holds(bounds)) {
                     is_inside = false;
                     lose_outside(room, points, &mut block.is_lost);
                 }
             }
+            // Lost rays must not widen the boxes.
             if !is_inside {
                 own.clear();
                 own.extend(points.iter().map(|points| around(points, &block.is_lost)));
@@ -118,6 +121,7 @@ impl Lanes {
         self.blocks.iter().map(kept).sum()
     }
 
+    /// Returns whether a ray is lost.
     pub(super) fn is_lost(&self, ray: usize) -> bool {
         self.blocks[ray / LANES].is_lost[ray % LANES] != 0
     }
@@ -214,10 +218,12 @@ impl Block {
         }
     }
 
+    /// Returns whether all rays of the block are lost.
     fn is_all_lost(&self) -> bool {
         self.is_lost.iter().fold(1, |all, is_lost| all & is_lost) != 0
     }
 
+    /// Returns the present straight piece of a ray.
     fn ray(&self, lane: usize) -> Ray {
         let direction = at(&self.direction, lane).coords;
         Ray { origin: at(&self.origin, lane), direction }
@@ -283,6 +289,7 @@ impl Block {
         self.at_mm = [0.0; LANES];
     }
 
+    /// Marks as lost the lanes that do not satisfy a condition.
     fn lose_unless(&mut self, is_so: impl Fn(usize) -> bool) {
         for (lane, is_lost) in self.is_lost.iter_mut().enumerate() {
             *is_lost |= u64::from(!is_so(lane));
@@ -295,6 +302,7 @@ impl Block {
         let mut is_between = [0u64; LANES];
         for lane in 0..LANES {
             let (at, t) = (self.at_mm[lane], t_mm[lane]);
+            // `&` instead of `&&` avoids branches, so that the loop is vectorized.
             let between = |other: f64| (at < other) & (other < t);
             self.is_lost[lane] |= u64::from(!((t > at) & (t < f64::INFINITY)));
             is_between[lane] = u64::from(between(back_mm[lane]) | between(self.again_mm[lane]));

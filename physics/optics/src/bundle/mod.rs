@@ -145,6 +145,7 @@ impl TileTracer<'_> {
                 take(column, row, self.tracer.follow(&ray));
             }
             nones += usize::from(plan.is_none());
+            // Large tiles are quartered at the first failure.
             if nones >= if is_small { MOST_NONES } else { 1 } {
                 break;
             }
@@ -183,6 +184,7 @@ impl TileTracer<'_> {
     fn follow_all(&mut self, plan: &Itinerary, rays: &[Numbered], is_large: bool) -> bool {
         let sensing = self.of.stack.sensing.as_ref();
         self.lanes.follow(plan, rays, &self.of.faces, sensing, &mut self.scratch);
+        // At least an eighth of a large tile must follow.
         let is_worth_it = !is_large || 8 * self.lanes.count() > rays.len();
         // The positions of the first ray must be in the boxes, because outlines are checked between it and the others.
         if self.lanes.is_lost(0) || !is_worth_it || !self.drop_outside(plan) {

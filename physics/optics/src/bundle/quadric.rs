@@ -45,6 +45,7 @@ impl Surface {
         Self { quadric: self.quadric, own_from_sensor: Some(Box::new(own_from_sensor)) }
     }
 
+    /// Transforms a ray to its own frame.
     #[inline]
     fn own(&self, ray: &Ray) -> Ray {
         match &self.own_from_sensor {
@@ -55,6 +56,7 @@ impl Surface {
         }
     }
 
+    /// Transforms a point to its own frame.
     fn own_point(&self, point: &Point3<f64>) -> Point3<f64> {
         self.own_from_sensor.as_ref().map_or(*point, |pose| pose.point(*point))
     }
@@ -97,6 +99,7 @@ impl Surface {
         }
     }
 
+    /// Returns whether it is a plane.
     pub(super) fn is_flat(&self) -> bool {
         self.quadric.is_flat()
     }
@@ -169,6 +172,7 @@ impl Meetings {
 /// Intersections of a line with a quadric, by direction of passage.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pass {
+    /// Distance of the passage in the requested direction, mm.
     pub(super) t_mm: f64,
     /// Distance of the passage in the other direction, mm; any value if there is none.
     pub(super) back_mm: f64,
@@ -186,6 +190,7 @@ impl Quadric {
         Self { a: 0.0, b: 0.0, l: normal, d: -normal.dot(&point) }
     }
 
+    /// Returns whether it is a plane.
     pub(super) fn is_flat(&self) -> bool {
         self.a == 0.0 && self.b == 0.0
     }
@@ -279,6 +284,7 @@ impl Quadric {
     /// Returns whether a line certainly lies on one side: its extreme value has the sign that it has far away.
     fn misses_line(&self, ray: &Ray) -> bool {
         let [h, m, c] = self.along(ray);
+        // For h = 0, as for planes, this is minus infinity or NaN, hence false.
         (c - m * m / h) * h.signum() > NEAR
     }
 }

@@ -57,6 +57,7 @@ impl Trim {
 }
 
 impl Trim {
+    /// Returns whether the face has an outline.
     pub(super) fn has_outline(&self) -> bool {
         self.outline.is_some()
     }
@@ -115,6 +116,7 @@ enum Border {
 }
 
 impl Outline {
+    /// Builds the outline of an extrusion's end faces.
     pub(super) fn of(extrusion: &Extrusion, edges: &[Edge], pose: &Pose) -> Option<Arc<Self>> {
         let plate = CompiledSolid::new(&Solid::Extrusion(extrusion.clone())).ok()?;
         let border = |edge: &Edge| {

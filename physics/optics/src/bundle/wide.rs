@@ -8,6 +8,7 @@ use super::trim::Room;
 /// Number of rays of a block: few enough to stay in the cache, enough for loops to pay.
 pub(super) const LANES: usize = 64;
 
+/// One number for each ray of a block.
 pub(super) type Lane = [f64; LANES];
 
 /// Coordinates of points or directions, by axis and lane.
@@ -18,10 +19,12 @@ pub(super) type Mask = [u64; LANES];
 
 pub(super) const ZERO: Triple = [[0.0; LANES]; 3];
 
+/// Returns the point in a lane.
 pub(super) fn at(points: &Triple, lane: usize) -> Point3<f64> {
     Point3::new(points[0][lane], points[1][lane], points[2][lane])
 }
 
+/// Rotates vectors.
 pub(super) fn turned(pose: &Pose, vectors: &Triple) -> Triple {
     let [x, y, z] = vectors;
     let mut turned = ZERO;
@@ -35,6 +38,7 @@ pub(super) fn turned(pose: &Pose, vectors: &Triple) -> Triple {
     turned
 }
 
+/// Transforms points.
 pub(super) fn moved(pose: &Pose, points: &Triple) -> Triple {
     let mut moved = turned(pose, points);
     for (axis, values) in moved.iter_mut().enumerate() {
@@ -44,6 +48,7 @@ pub(super) fn moved(pose: &Pose, points: &Triple) -> Triple {
     moved
 }
 
+/// Computes the points at a distance along rays.
 pub(super) fn ahead(origin: &Triple, direction: &Triple, t_mm: &Lane, points: &mut Triple) {
     for axis in 0..3 {
         for lane in 0..LANES {
@@ -62,6 +67,7 @@ pub(super) fn meet(quadric: &Quadric, origin: &Triple, direction: &Triple) -> [L
         for i in 0..LANES {
             let m = l.x * vx[i] + l.y * vy[i] + l.z * vz[i];
             let c = (l.x * px[i] + l.y * py[i] + l.z * pz[i]) + d;
+            // A plane is passed only once, where its function grows.
             up[i] = if m > 0.0 { -c / m } else { f64::INFINITY };
         }
         return [up, [f64::NEG_INFINITY; LANES]];
@@ -84,6 +90,7 @@ pub(super) fn meet(quadric: &Quadric, origin: &Triple, direction: &Triple) -> [L
     [up, down]
 }
 
+/// Computes gradients. See [`Quadric::across`].
 pub(super) fn across(quadric: &Quadric, points: &Triple) -> Triple {
     let Quadric { a, b, l, .. } = *quadric;
     let mut across = ZERO;

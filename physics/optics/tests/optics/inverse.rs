@@ -45,7 +45,7 @@ proptest! {
         let ray = Ray { origin: Point3::origin(), direction: Vector3::new(x, y, 1.0).normalize() };
         let mut tracer = Tracer::new(sights.stack());
         tracer.follow(&ray);
-        // Within the ball: after two bends at the pane, and one at the ball.
+        // Inside the ball: after two refractions at the pane and one at the ball.
         let [from, to] = match tracer.corners() {
             [_, _, _, from, to, ..] => [*from, *to],
             _ => return Ok(()),
@@ -53,7 +53,7 @@ proptest! {
         let place = from + share * (to - from);
         let found = sights.seeker().seek(&ray.origin, &place);
         let sight = found.expect("the ray that was followed is one");
-        // Spheres focus: another ray may lead there as well, and must then pass the place too.
+        // Spheres focus: another ray may lead to the point as well, and must then pass through it.
         let way_mm: f64 = tracer.corners()[..4].windows(2).map(|p| (p[1] - p[0]).norm()).sum();
         let way_mm = way_mm + (place - from).norm();
         if (sight.direction - ray.direction).norm() > 1e-9 {
@@ -117,17 +117,17 @@ fn what_is_in_the_way_is_named() {
     let hidden = seeker.seek(&Point3::origin(), &Point3::new(0.5, 0.0, 20.0)).unwrap();
     let wall = sights.stack().names().iter().position(|name| name == "wall").unwrap();
     assert_eq!(hidden.hidden_by(0.0), Some(End::Body(wall as u8)));
-    // Beside it.
+    // Beside the wall.
     let seen = seeker.seek(&Point3::origin(), &Point3::new(15.0, 0.0, 20.0)).unwrap();
     assert_eq!(seen.hidden_by(0.0), None);
 }
 
-/// From dense to thin, light beyond the critical angle never gets out.
+/// From a dense to a thin medium, light beyond the critical angle does not get out.
 #[test]
 fn where_no_light_leads_nothing_is_found() {
     let around = medium("oil", 1.8, Solid::sphere(5.0));
     let gap = sights([around]);
-    // From off the middle of the ball, its far side is met beyond the critical angle.
+    // From a pupil off the centre, the far side of the ball is met beyond the critical angle.
     let pupil = Point3::new(4.9, 0.0, 0.0);
     let mut tracer = Tracer::new(gap.stack());
     let grazing = Ray { origin: pupil, direction: Vector3::new(-0.6, 0.8, 0.0) };
@@ -140,7 +140,7 @@ fn where_no_light_leads_nothing_is_found() {
         match seeker.seek(&pupil, &place) {
             None => none += 1,
             Some(sight) => {
-                // What is found does lead there.
+                // A found ray does pass through the point.
                 let path = tracer.follow(&Ray { origin: pupil, direction: sight.direction });
                 let off = (place - path.last.origin).cross(&path.last.direction).norm();
                 assert!(off < 1e-9, "{place} {off}");
@@ -168,7 +168,7 @@ fn every_ray_to_a_place_behind_a_ball_is_found() {
                 direction: Vector3::new(angle.sin(), 0.0, angle.cos()),
             });
             let (to, along) = (place - path.last.origin, path.last.direction);
-            // Which faces were passed: only between equal ones does a change of sign say something.
+            // The number of refractions: a change of sign means something only between rays past the same faces.
             (path.bends, to.x * along.z - to.z * along.x)
         };
         let mut before = miss(-60_000);
@@ -181,7 +181,7 @@ fn every_ray_to_a_place_behind_a_ball_is_found() {
         let every = sights.seeker().every(&pupil, &place);
         assert_eq!((every.len(), counted), (expected, expected), "{x}: {every:?}");
         assert!(every.windows(2).all(|pair| pair[0].way_mm <= pair[1].way_mm));
-        // What is found alone is one of them.
+        // The result of the search for one ray is among them.
         let one = sights.seeker().seek(&pupil, &place).unwrap();
         assert!(every.iter().any(|sight| (sight.direction - one.direction).norm() < 1e-9));
     }

@@ -34,6 +34,7 @@ pub fn entries(folder: &Path) -> io::Result<impl Iterator<Item = io::Result<Entr
         Ok(Entry {
             name: entry.file_name().to_string_lossy().into_owned(),
             path: entry.path(),
+            // Does not follow links, unlike `path.is_dir()`.
             is_folder: entry.file_type().is_ok_and(|found| found.is_dir()),
         })
     };
@@ -49,6 +50,7 @@ pub fn visible_files(folder: &Path, before: &str) -> Result<Vec<String>, Staging
     let unreadable =
         |source| StagingError::Io { action: "read the folder", path: folder.into(), source };
     let entries = match fs::read_dir(folder) {
+        // A folder that does not exist yet has no files.
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         entries => entries.map_err(unreadable)?,
     };
@@ -106,6 +108,7 @@ pub fn hash_of(path: &Path) -> Result<Option<String>, StagingError> {
     }
     let mut hasher = blake3::Hasher::new();
     File::open(path)
+        // Read in pieces: the file may be larger than the memory.
         .and_then(|file| hasher.update_reader(file).map(drop))
         .map_err(|source| StagingError::Io { action: "read", path: path.into(), source })?;
     Ok(Some(hasher.finalize().to_hex().to_string()))

@@ -110,9 +110,11 @@ pub fn amount(text: &str) -> (Value, Option<String>) {
 /// Describes the allowed values as JSON: both ends in one unit, or words; null if neither is known.
 pub fn limit(ends: [Option<&str>; 2], choices: &[String]) -> Value {
     let [min, max] = ends.map(|end| end.and_then(number_and_unit));
+    // Null rather than an object without content.
     if min.is_none() && max.is_none() && choices.is_empty() {
         return Value::Null;
     }
+    // Both ends are written in the same unit.
     let unit = min.or(max).map(|(_, unit)| unit).filter(|unit| !unit.is_empty());
     let number = |end: Option<(f64, &str)>| end.map(|(number, _)| number);
     json!({ "min": number(min), "max": number(max), "unit": unit, "choices": choices })

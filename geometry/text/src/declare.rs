@@ -106,6 +106,7 @@ impl<T: Scalar> Parameter for Option<T> {
     fn read(reader: &mut Reader, path: &str, summary: &str, limits: &T::Limits) -> Option<Self> {
         match reader.is_written(path) {
             true => reader.scalar(path, summary, limits).map(Some),
+            // Omitted is not missing: nothing is reported.
             false => Some(None),
         }
     }
@@ -194,6 +195,7 @@ impl<T: Scalar> Parameter for Vec<T> {
                 self.iter().map(|item| Scalar::neighbours(item, each, share)).collect();
             // Choices have more neighbours than numbers, so items may differ in how many they have.
             for k in 0..others.iter().map(Vec::len).max().unwrap_or(0) {
+                // Items that have no such neighbour stay as they are.
                 let moved = |(item, others): (&T, &Vec<T>)| others.get(k).unwrap_or(item).clone();
                 look(path, self.iter().zip(&others).map(moved).collect());
             }

@@ -44,6 +44,7 @@ impl Document {
 
     /// Adds a key at the top level.
     pub fn add_field(&mut self, field: Field) {
+        // Copies the list if other documents share it.
         Arc::make_mut(&mut self.fields).push(field);
     }
 
@@ -88,12 +89,14 @@ impl Document {
     pub(crate) fn inputs(&self, formula: &Formula) -> Vec<String> {
         let mut inputs: Vec<String> = changed_above(&self.values, formula);
         let direct = formula.inputs.iter().filter(|path| !inputs.contains(path)).cloned();
+        // Collected first, because `inputs` is borrowed by the filter.
         inputs.extend(direct.collect::<Vec<_>>());
         inputs
     }
 
     /// Removes the unreadable value at `path` and marks the path as broken. The problem has been reported already.
     pub(crate) fn break_off(&mut self, path: &str) {
+        // Removed as well, so that no later step uses the text.
         self.values.remove(path);
         self.broken.insert(path.to_owned());
     }
@@ -208,6 +211,7 @@ impl Document {
         for Entry { key, key_position, value } in entries {
             let path = join(section, &key);
             let key_place = place.at(key_position);
+            // Unknown keys are reported, and the others are still read.
             let Some(field) = fields.iter().find(|f| f.name == key) else {
                 let text = value.text().unwrap_or_default();
                 self.unknown_key(all, fields, section, (&key, text), &key_place);
@@ -236,6 +240,7 @@ impl Document {
                     let hint = format!("its keys are {keys}");
                     self.break_at(&path, found.hint(hint).code("wrong_shape"));
                 }
+                // A mapping in place of a value is its long form.
                 (Shape::Value { kind, is_list, .. }, Content::Map(entries)) => {
                     match self.read_map(&path, (*kind, *is_list), entries, &key_place, place) {
                         Some(written) => self.set(&path, written),

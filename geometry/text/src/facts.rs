@@ -59,6 +59,7 @@ impl Facts {
 pub fn number_and_unit(text: &str) -> Option<(f64, &str)> {
     const LONGEST: usize = 60;
     let text = text.trim();
+    // `inf` and `nan` would parse as numbers.
     let begins = text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'));
     if !begins || text.len() > LONGEST {
         return None;

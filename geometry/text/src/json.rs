@@ -65,6 +65,7 @@ impl JsonFormat {
         text: &str,
         parsed: &Json,
     ) -> Result<T, InvalidDocument> {
+        // Checked before the content, because other versions may have other fields.
         let of = |key| parsed.get(key).unwrap_or(&Json::Null);
         if of("format") != self.format || of("version") != self.version {
             return Err(self.refuse(format!(

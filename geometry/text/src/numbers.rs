@@ -56,6 +56,7 @@ impl Document {
             else {
                 return None;
             };
+            // Kinds without a range, such as texts, are no numbers.
             let range = range_of(*kind, allowed)?;
             let written = self.value(&path)?;
             let value = self.number(&path, *kind);

@@ -13,6 +13,7 @@ pub const OVERRIDES: &str = "--set";
 /// Merges `path=value` overrides over a document. Problems go to the document.
 pub fn apply_overrides(document: &mut Document, overrides: &[String]) {
     let place = Place::new(TextLayer::Override, OVERRIDES, document.root.dialect);
+    // First value of each path, to report paths that are set twice.
     let mut first: BTreeMap<&str, &str> = BTreeMap::new();
     for text in overrides {
         let Some((path, value)) = text.split_once('=') else {
@@ -47,6 +48,7 @@ fn written(
     let problem = |code, message: String, hint: String| {
         Box::new(place.problem(&shown(path), &shown(value), message).hint(hint).code(code))
     };
+    // The declaration decides whether the text is parsed as a list.
     let is_list = match document.field(path).map(|field| &field.shape) {
         Some(Shape::Value { is_list, .. }) => *is_list,
         Some(Shape::Section(fields)) => {
@@ -61,6 +63,7 @@ fn written(
             let message = format!("`{}` is not a parameter", shown(path));
             let found = problem("unknown_parameter", message, suggest(document, path));
             return Err(match document.mistyped(path) {
+                // A machine-readable correction needs a value to set.
                 Some(meant) if !value.is_empty() => Box::new(found.suggest(&meant, &shown(value))),
                 _ => found,
             });

@@ -25,6 +25,7 @@ impl Reader {
     /// Creates a reader and resolves the expressions of `document`.
     pub fn new(mut document: Document) -> Self {
         resolve(&mut document);
+        // Includes the problems of expressions, which were resolved just before.
         let found = std::mem::take(&mut document.found);
         Self { document, settings: Vec::new(), missing: Vec::new(), found, known: None }
     }
@@ -67,6 +68,7 @@ impl Reader {
                 let mut found =
                     written.place.problem(path, &crate::shown(text), message).code(code);
                 found.problem.hint = hint;
+                // A correction found by the caller, if there is one.
                 found.problem.facts.suggestion =
                     instead.map(|value| Suggestion { path: path.into(), value });
                 self.found.push(found);
@@ -120,6 +122,7 @@ impl Reader {
         count: &RangeInclusive<usize>,
         each: &T::Limits,
     ) -> Option<Vec<T>> {
+        // A path without a value ends here; if necessary, it has been recorded as missing.
         let written = self.written(path)?;
         let WrittenText::List(items) = &written.text else { return None };
         if !count.contains(&items.len()) {
@@ -249,6 +252,7 @@ impl Reader {
         let whole = if section.is_empty() { "the file" } else { section };
         let message = format!("{whole} lacks {}", either(&keys, "and"));
         let place = self.document.section(section).unwrap_or(&self.document.root);
+        // A single missing parameter is named itself.
         let path = if let [one] = paths { one } else { section };
         let found = place.problem(path, "", message).code("missing_parameter");
         let Some(example) = example else { return found };

@@ -34,6 +34,7 @@ pub fn check_format(entries: &mut Vec<Entry>, place: &Place, found: &mut Vec<Fou
             let message = format!("format is `{word}`; this version of fabkit reads {format}");
             found.push(at.problem("format", &word, message).hint(hint).code("wrong_format"));
         }
+        // The value was not a word, which has been reported.
         None if found.len() > before => {}
         None => {
             let missing = place.problem("format", "", "the format is missing".into());
@@ -78,6 +79,7 @@ pub fn read_section<P: Section>(yaml: &str, place: &Place) -> Result<P, InvalidD
     document.lay(entries, place);
     document.found.extend(found);
     let mut reader = Reader::new(document);
+    // Read even if the top of the file is faulty, to report all problems at once.
     let section = P::read(&mut reader, "", "", &());
     let report = reader.finish(None);
     section.filter(|_| report.is_clean()).ok_or_else(|| report.into_invalid())
@@ -170,6 +172,7 @@ impl Reading {
     /// # Errors
     /// All problems, in the order of the file.
     pub fn finish<T>(self, value: Option<T>) -> Result<T, InvalidDesign> {
+        // A value may exist although problems were found.
         value.filter(|_| self.found.is_empty()).ok_or_else(|| self.invalid())
     }
 

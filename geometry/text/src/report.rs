@@ -279,6 +279,7 @@ impl Report {
         message: impl FnOnce() -> String,
         hint: impl FnOnce() -> String,
     ) {
+        // Looked up even if the rule holds, so that a wrong path panics in any case.
         let (place, text) = self.item(path);
         if !holds {
             let found = place.problem(path, &text, message());
@@ -371,6 +372,7 @@ impl Report {
         self.limits.insert(constraint.clone(), limit);
         self.last = Some(constraint.clone());
         let found = self.found.len();
+        // Message and hint are written below, and again when the inputs are known.
         self.require(holds, path, String::new, String::new);
         if !holds {
             let because = because.to_string();
@@ -433,6 +435,7 @@ impl Report {
     fn add_moved(&self, other: &Self, input: &str, unknown: &[usize], from: &mut [Vec<String>]) {
         for &i in unknown {
             let constraint = &self.broken[i].constraint;
+            // A limit cannot depend on its own value, and neighbours of one input follow each other.
             let is_known =
                 constraint.1 == input || from[i].last().is_some_and(|last| last == input);
             if !is_known && self.is_moved(other, constraint) {

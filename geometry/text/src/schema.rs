@@ -46,6 +46,7 @@ pub fn root_schema(
             "if": {
                 "properties": { "family": { "const": family.name } },
                 "required": ["family"],
+                // A file that extends another may name the family too, but need not be complete.
                 "not": { "required": ["extends"] },
             },
             "then": { "$ref": format!("#/definitions/{complete}") },
@@ -57,12 +58,14 @@ pub fn root_schema(
             },
             "then": { "$ref": format!("#/definitions/{partial}") },
         }));
+        // The same keys twice: all required, or none.
         for (name, is_complete) in [(complete, true), (partial, false)] {
             let mut schema = section(
                 &family.fields,
                 family.summary,
                 is_complete.then_some(("", &family.optional)),
             );
+            // Draft-07 has no way to extend a closed object, so common keys are copied into each definition.
             if let (Some(properties), Some(head)) =
                 (schema["properties"].as_object_mut(), head.as_object())
             {
@@ -82,6 +85,7 @@ pub fn root_schema(
         "type": "object",
         "properties": head,
         "required": ["format"],
+        // Every file names a family or extends a sensor.
         "anyOf": [{ "required": ["family"] }, { "required": ["extends"] }],
         "allOf": cases,
         "definitions": definitions,
@@ -136,8 +140,10 @@ fn is_optional(field: &Field, path: &str, optional: &BTreeSet<String>) -> bool {
 
 /// Builds the schema of a value: alone, or in a mapping with its source. Numbers may also be expressions.
 fn value(summary: &str, allowed: &str, plain: &Json, has_expressions: bool, is_list: bool) -> Json {
+    // Any text that begins with `=`; its grammar is checked when the file is read.
     let expression = json!({ "type": "string", "pattern": "^ *=" });
     let mut plain = plain.clone();
+    // In lists, single items may be expressions.
     if has_expressions && is_list {
         plain["items"] = json!({ "anyOf": [plain["items"], expression] });
     }

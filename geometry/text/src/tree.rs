@@ -76,6 +76,7 @@ impl Node {
     pub fn text(&self) -> Option<&str> {
         match &self.content {
             Content::Scalar(text) => Some(text),
+            // A missing value reads as an empty text.
             Content::Nothing => Some(""),
             _ => None,
         }

@@ -34,6 +34,7 @@ impl Refusal {
     /// Creates the refusal of a word that is none of the declared `words`.
     pub fn not_a_choice(written: &str, words: &[&str]) -> Self {
         let hint = crate::suggestion(written, words.iter().copied(), "write one of");
+        // The most similar word, as a correction for programs.
         let instead = crate::similar(written, words.iter().copied()).first().map(|w| (*w).into());
         Self { instead, ..Self::new("is not one of the choices", &hint).code("unknown_choice") }
     }
@@ -270,6 +271,7 @@ impl Scalar for u32 {
     }
 
     fn neighbours(&self, limits: &Self::Limits, _share: f64) -> Vec<Self> {
+        // Fractions make no sense for counts, so `_share` is ignored.
         let near = [self.checked_sub(1), self.checked_add(1)];
         near.into_iter().flatten().filter(|other| other.is_within(limits)).collect()
     }
@@ -309,6 +311,7 @@ impl Scalar for f64 {
         }
         match lower.parse::<Self>() {
             Ok(number) if number.is_finite() => Ok(number),
+            // Numbers too large for `f64` parse as infinity.
             Ok(_) => Err(not_finite()),
             Err(_) => Err(Refusal::new(
                 "is not a plain number",
@@ -447,6 +450,7 @@ impl Scalar for Name {
 
     fn parse(text: &str) -> Result<Self, Refusal> {
         let is_plain = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-';
+        // Only ASCII, so that bytes are characters.
         if (1..=64).contains(&text.len()) && text.bytes().all(is_plain) {
             return Ok(Self(text.to_owned()));
         }

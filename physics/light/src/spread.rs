@@ -33,6 +33,7 @@ impl Spread {
     /// Creates the blur for an image with `width` columns and a standard deviation in px.
     pub fn new(is_layer: Vec<bool>, width: usize, sigma_px: f64) -> Self {
         let reach = (REACH * sigma_px).ceil();
+        // The negated comparison catches NaN too.
         if width == 0 || !(reach >= 1.0 && sigma_px.is_finite()) {
             return Self { width, weights: Vec::new(), is_layer, shares: [Vec::new(), Vec::new()] };
         }
@@ -76,6 +77,7 @@ impl Spread {
         let reach = self.weights.len().checked_sub(1)?;
         let (mut rows, mut columns) = ([usize::MAX, 0], [usize::MAX, 0]);
         for (row, of_row) in values.chunks(self.width).enumerate() {
+            // Differences of two images are mostly exact zeros.
             let is_some = |value: &f64| *value != 0.0;
             let Some(first) = of_row.iter().position(is_some) else { continue };
             let last = of_row.iter().rposition(is_some).unwrap_or(first);

@@ -148,9 +148,9 @@ impl Seeker<'_> {
         self.all.follow(ray)
     }
 
-    /// Finds the ray from a pupil through a point, sensor frame, mm. If there are several, it is the one closest to the
-    /// straight line that is not hidden. Returns `None` if there is none, because light from the point is totally
-    /// reflected or bent past the pupil.
+    /// Finds a ray from a pupil through a point, sensor frame, mm. If there are several, one that nothing hides is
+    /// preferred; the search begins at the straight line, so it usually finds the ray closest to that. Returns `None`
+    /// if there is none, because light from the point is totally reflected or bent past the pupil.
     pub fn seek(&mut self, pupil: &Point3<f64>, place: &Point3<f64>) -> Option<Sight> {
         let straight = (place - pupil).try_normalize(0.0)?;
         // A closed-form solution that the real ray does not follow passes other faces; it is a good start for another

@@ -95,6 +95,7 @@ impl<'a> Viewer<'a> {
         let sight = self.seeker.seek(&self.pupil(), place_in_sensor);
         let sight = sight.ok_or(Unseen::NoLight { place_in_sensor: *place_in_sensor })?;
         let direction = self.camera_from_sensor.vector(sight.direction);
+        // Directions are projected like points, since the lens depends on the direction only.
         Ok(Look { pixel: self.camera.project(&Point3::from(direction))?, sight })
     }
 

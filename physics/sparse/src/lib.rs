@@ -58,6 +58,7 @@ impl Symmetric {
     }
 
     fn of(size: usize, places: &[Pair<usize, usize>]) -> Result<Self, SparseError> {
+        // `order` says into which entry each value goes; repeated entries share one.
         let (entries, order) = SymbolicSparseColMat::try_new_from_indices(size, size, places)
             .map_err(SparseError::of)?;
         let elimination =

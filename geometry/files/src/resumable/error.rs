@@ -187,6 +187,7 @@ pub fn differences(found: &Value, wanted: &Value) -> Vec<String> {
     const MOST: usize = 5;
     let none = Map::new();
     let mut lines = Vec::new();
+    // Only keys of the plan are compared.
     let found = found.as_object().unwrap_or(&none);
     for (key, wanted) in wanted.as_object().into_iter().flatten() {
         differ(key, found.get(key).unwrap_or(&Value::Null), wanted, &mut lines);
@@ -205,6 +206,7 @@ fn differ(path: &str, found: &Value, wanted: &Value, lines: &mut Vec<String>) {
                 differ(&format!("{path}.{key}"), &of(a), &of(b), lines);
             }
         }
+        // Lists of different lengths are not compared item by item.
         (Value::Array(a), Value::Array(b)) if a.len() != b.len() => {
             lines.push(format!("{path}: {} there, {} asked for", a.len(), b.len()));
         }

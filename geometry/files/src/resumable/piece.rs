@@ -44,6 +44,7 @@ impl Piece {
         let (hash, rest) = line.split_once(' ')?;
         let (bytes, name) = rest.split_once(' ')?;
         let piece = Self { bytes: bytes.parse().ok()?, hash: Hash::from_hex(hash).ok()? };
+        // Names that lead out of the folder come from a damaged journal.
         is_plain(name).then(|| (name.to_owned(), piece))
     }
 
@@ -98,6 +99,7 @@ impl Piece {
                     match file.read(&mut buffer) {
                         Ok(0) => break,
                         Ok(count) => drop(hasher.update(&buffer[..count])),
+                        // A signal arrived: try again.
                         Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                         Err(error) => return Err(read(error)),
                     }
@@ -157,6 +159,7 @@ fn is_absent(error: &io::Error) -> bool {
 /// Returns whether a name stays within its folder on every operating system, and on one line.
 pub fn is_plain(name: &str) -> bool {
     let is_normal = |part: Component| matches!(part, Component::Normal(_));
+    // `\` and `:` separate paths on Windows.
     let is_clean = |c: char| !c.is_control() && !['\\', ':'].contains(&c);
     !name.is_empty()
         && name.chars().all(is_clean)

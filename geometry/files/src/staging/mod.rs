@@ -161,11 +161,13 @@ pub fn write_each<'a>(
     cancelled: &dyn Fn() -> bool,
 ) -> Result<(), StagingError> {
     let files: Vec<(PathBuf, &[u8])> = files.into_iter().collect();
+    // All folders are locked before anything is written.
     let mut set = Transaction::open(files.iter().map(|(place, _)| place.as_path()), cancelled)?;
     for (place, bytes) in &files {
         if cancelled() {
             return Err(StagingError::Cancelled);
         }
+        // On an error, dropping the set removes what was written.
         set.write(place, bytes)?;
     }
     if cancelled() {

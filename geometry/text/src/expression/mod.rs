@@ -120,6 +120,7 @@ impl Term {
                 right.names(is_plain, names);
             }
             What::Call(_, values) => values.iter().for_each(|value| value.names(is_plain, names)),
+            // Only the argument that is used counts as an input.
             What::Given(of, otherwise) => {
                 let used = if is_plain(&of.text) { of } else { otherwise };
                 used.names(is_plain, names);
@@ -198,6 +199,7 @@ impl Term {
                 }
             }
         };
+        // Overflow, and results such as 0/0, are refused at the innermost term.
         if value.value.is_finite() {
             return Ok(value);
         }
@@ -222,6 +224,7 @@ impl Term {
             Operation::Divide => Ok(a.times(b, -1)),
             Operation::Add | Operation::Subtract => {
                 same_unit(operation.word(), (left, a.dimension), (right, b.dimension))?;
+                // Both have the same unit here.
                 let sign = if operation == Operation::Add { 1.0 } else { -1.0 };
                 Ok(Quantity { value: a.value + sign * b.value, ..a })
             }
@@ -262,6 +265,7 @@ impl Term {
         for (term, value) in terms.iter().zip(values).skip(1) {
             same_unit("compared", (one, first.dimension), (term, value.dimension))?;
         }
+        // All arguments have the dimension of the first.
         let numbers = values.iter().map(|value| value.value);
         match function {
             Function::Min => {

@@ -27,6 +27,7 @@ pub(super) fn parse(text: &str) -> Result<Term, Wrong> {
     match parser.peek() {
         None => Ok(term),
         Some(')') => Err(parser.wrong("has a `)` without a `(`", "remove it, or add the `(`")),
+        // Something follows a complete expression.
         Some(_) => Err(parser.unexpected()),
     }
 }
@@ -110,6 +111,7 @@ impl<'a> Parser<'a> {
         let mut left = inner(self)?;
         while let Some((_, operation)) = signs.iter().find(|(sign, _)| self.takes(*sign)) {
             let right = inner(self)?;
+            // Left-associative: the tree so far becomes the left operand.
             let what = What::Both(*operation, Box::new(left), Box::new(right));
             left = self.term(start, what);
         }
@@ -173,6 +175,7 @@ impl<'a> Parser<'a> {
         // An exponent counts only if digits follow: in `2 em` the `e` belongs to a unit.
         if let Some(power) = rest[end..].strip_prefix(['e', 'E']) {
             let sign = power.len() - power.trim_start_matches(['+', '-']).len();
+            // At least one digit makes it an exponent.
             let count = power[sign..].bytes().take_while(u8::is_ascii_digit).count();
             if count > 0 && sign < 2 {
                 end += 1 + sign + count;
@@ -194,6 +197,7 @@ impl<'a> Parser<'a> {
         }
         self.at = self.text.len() - after.len();
         let written = format!("{number} {unit}");
+        // Units of length and of angle have no names in common.
         let quantity = match (written.parse::<Length>(), written.parse::<Angle>()) {
             (Ok(length), _) => Quantity { value: length.mm(), dimension: Dimension::LENGTH },
             (_, Ok(angle)) => {
@@ -248,6 +252,7 @@ impl<'a> Parser<'a> {
         let rest = self.rest();
         let name = &rest[..rest.find(|c| !is_of_name(c)).unwrap_or(rest.len())];
         self.at += name.len();
+        // A name before a bracket is a function.
         if self.peek() == Some('(') {
             if name == GIVEN {
                 return self.given(start);

@@ -40,6 +40,7 @@ impl Dimension {
 
     /// Returns the dimension of the square root, if all powers are even.
     fn root(self) -> Option<Self> {
+        // Only even powers have a root in whole powers.
         let is_even = self.length % 2 == 0 && self.angle % 2 == 0;
         is_even.then_some(Self { length: self.length / 2, angle: self.angle / 2 })
     }
@@ -134,6 +135,7 @@ impl Function {
         let is_angle = dimension == Dimension::ANGLE;
         let is_number = dimension == Dimension::NUMBER;
         match self {
+            // Reached for dimensions only: the values are compared by the caller.
             Self::Min | Self::Max => Ok(of),
             Self::Abs => Ok(Quantity { value: value.abs(), dimension }),
             Self::Sqrt => match dimension.root() {

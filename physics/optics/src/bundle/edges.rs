@@ -56,8 +56,8 @@ impl Edge<'_> {
         box_around(self.parts().as_flattened())
     }
 
-    /// Computes the minimum distance of an extrusion's edge from the sensor's axis, mm. For arcs, that of the whole
-    /// circle is used.
+    /// Computes a lower bound of the distance of an extrusion's edge from the sensor's axis, mm: exact for lines, that
+    /// of the whole circle for arcs, and 0 for elliptic arcs.
     pub(super) fn distance(&self, up: &Up) -> f64 {
         let place = |p: [f64; 2]| up.pose.point(Point3::new(p[0], p[1], 0.0)).coords.xy();
         let (a, b) = (place(self.from), place(self.segment.to()));

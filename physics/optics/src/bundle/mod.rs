@@ -130,8 +130,8 @@ impl TileTracer<'_> {
         let (mut plans, mut nones) = (0, 0);
         while rays.len() > FEW && (plans < MOST_PLANS || is_small) {
             plans += 1;
-            // The ray in the middle represents the others best. Its own path comes from the itinerary too, or from
-            // tracing it singly.
+            // Takes the ray in the middle of those left. Its own path comes from the itinerary too, or from tracing it
+            // singly.
             let middle = rays.len() / 2;
             rays.swap(0, middle);
             let plan = Itinerary::of(&mut self.tracer, &self.of.faces, &rays[0].2);

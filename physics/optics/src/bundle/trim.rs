@@ -30,8 +30,8 @@ impl Trim {
     pub(super) fn room(&self) -> Room {
         let Cell { bounds, radius_mm: [near, far], .. } = &self.room;
         let within = |low: f64, high: f64| {
-            // The room has some slack, which is removed twice for safety. It is left where the room is thin, as for a
-            // plane across z, or for the axis itself.
+            // Boxes have a margin, of which twice is taken off here to be certain. Thin ranges stay as they are, as
+            // those of a plane across z; and the axis itself counts as inside.
             let by_mm = if high - low < 4.0 * SLACK_MM { 0.0 } else { 2.0 * SLACK_MM };
             [low + by_mm, high - by_mm]
         };
@@ -142,6 +142,7 @@ impl Outline {
     /// outline.
     fn misses(&self, point: &Point3<f64>, reach_mm: f64) -> bool {
         let point = self.own_from_room.point(*point).coords.xy();
+        // If no edge comes near, all of the disk is inside or outside, as its centre is.
         self.borders.iter().all(|border| border.distance_mm(&point) > reach_mm + 2.0 * SLACK_MM)
             && !self.plate.contains(&Point3::new(point.x, point.y, self.middle_mm))
     }

@@ -77,6 +77,7 @@ pub trait Explained: StdError {
 /// ```
 pub struct Error(Failures);
 
+/// One or several errors.
 enum Failures {
     One(Box<dyn Explained + Send + Sync>),
     /// Several errors, at least two.

@@ -55,6 +55,7 @@ pub enum Less {
 }
 
 impl Less {
+    /// Returns what to do.
     fn hint(self) -> &'static str {
         match self {
             Self::Rays => "ask for fewer samples or files",

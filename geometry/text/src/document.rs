@@ -48,6 +48,7 @@ impl Document {
         Arc::make_mut(&mut self.fields).push(field);
     }
 
+    /// Returns the value written at a path.
     pub(crate) fn value(&self, path: &str) -> Option<&Written> {
         self.values.get(path)
     }
@@ -130,6 +131,7 @@ impl Document {
         similar(section, sections).first().map(|meant| join(meant, word))
     }
 
+    /// Returns the place of a section that was written.
     pub(crate) fn section(&self, path: &str) -> Option<&Place> {
         self.sections.get(path)
     }

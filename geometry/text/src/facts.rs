@@ -57,6 +57,7 @@ impl Facts {
 /// assert_eq!(number_and_unit("1e999 mm"), None);
 /// ```
 pub fn number_and_unit(text: &str) -> Option<(f64, &str)> {
+    /// Maximum length of a number with its unit, bytes.
     const LONGEST: usize = 60;
     let text = text.trim();
     // `inf` and `nan` would parse as numbers.

@@ -105,6 +105,7 @@ impl WrittenText {
     }
 }
 
+/// Writes a hint for an unknown path.
 fn suggest(document: &Document, path: &str) -> String {
     if is_decided_by_the_file(path) {
         return "this is decided by the file, not by an override".into();
@@ -112,6 +113,7 @@ fn suggest(document: &Document, path: &str) -> String {
     document.suggest(path)
 }
 
+/// Returns whether a key selects how the file is read, so that it cannot be overridden.
 fn is_decided_by_the_file(path: &str) -> bool {
     matches!(path, "format" | "family" | "extends")
 }

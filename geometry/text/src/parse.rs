@@ -47,6 +47,7 @@ pub fn parse(text: &str, dialect: &'static Dialect) -> Result<Parsed, Fault> {
     Ok((builder.root.unwrap_or(empty), builder.duplicates))
 }
 
+/// Converts a position of the YAML parser, whose columns start at 0.
 fn position(marker: Marker) -> Position {
     Position { line: marker.line().max(1), column: marker.col() + 1 }
 }
@@ -93,6 +94,7 @@ struct Open {
     seen: BTreeMap<String, Position>,
 }
 
+/// Builder of the tree from the events of the YAML parser.
 struct Builder {
     dialect: &'static Dialect,
     open: Vec<Open>,
@@ -246,10 +248,12 @@ impl Builder {
     }
 }
 
+/// Creates the fault of a list or mapping in place of a key.
 fn key_fault(at: Position) -> Fault {
     Fault::at(at, "this is not a key", "a key is one word, followed by a colon and a space")
 }
 
+/// Refuses an anchor; 0 is the parser's number for none.
 fn refuse_anchor(at: Position, anchor: usize) -> Result<(), Fault> {
     match anchor {
         0 => Ok(()),

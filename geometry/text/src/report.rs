@@ -197,6 +197,7 @@ struct BrokenLimit {
 }
 
 impl Report {
+    /// Creates a report from the values and the problems found while reading.
     pub(crate) fn new(written: BTreeMap<String, Written>, found: Vec<Found>) -> Self {
         Self {
             written,

@@ -100,6 +100,7 @@ pub fn section_schema(fields: &[Field], summary: &str) -> Json {
 /// Path of a section that must be complete, and the paths that may be omitted; `None` if all may be.
 type Complete<'a> = Option<(&'a str, &'a BTreeSet<String>)>;
 
+/// Builds the schema of a section.
 fn section(fields: &[Field], summary: &str, complete: Complete) -> Json {
     let property = |field: &Field| {
         let schema = match &field.shape {

@@ -2,6 +2,7 @@
 
 /// Returns text from a file as it may be printed on a terminal: one line, no control characters, at most 60 characters.
 pub fn shown(text: &str) -> String {
+    /// Maximum length of the result, characters.
     const LONGEST: usize = 60;
     let mut safe = String::new();
     for (i, c) in text.chars().enumerate() {

@@ -159,6 +159,7 @@ impl Fault {
         }
     }
 
+    /// Creates a fault at a position, with a hint.
     pub(crate) fn at(
         position: Position,
         message: impl Into<String>,

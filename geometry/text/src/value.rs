@@ -104,6 +104,7 @@ pub trait Scalar: Sized + Clone {
     fn schema(limits: &Self::Limits) -> Json;
 }
 
+/// Describes a range, to complete "it must be ...".
 fn between(low: impl Display, high: impl Display) -> String {
     format!("between {low} and {high}")
 }
@@ -232,6 +233,7 @@ impl Scalar for Angle {
     }
 }
 
+/// Creates the refusal of an infinite or undefined number.
 fn not_finite() -> Refusal {
     Refusal::new("is not finite", "write a number, for example `0.5`").code("not_finite")
 }

@@ -24,22 +24,26 @@ const SATIN: Coat = Coat { diffuse: 0.45, shine: 0.15, exponent: 12.0 };
 /// Point of a coat that is seen from below, with its normal.
 type Surface = fn(f64, f64) -> (Point3<f64>, Vector3<f64>);
 
+/// Plane tilted by [`TILT_DEG`].
 fn tilted(x: f64, y: f64) -> (Point3<f64>, Vector3<f64>) {
     let (sine, cosine) = TILT_DEG.to_radians().sin_cos();
     (Point3::new(x, y, HEIGHT_MM + x * sine / cosine), Vector3::new(sine, 0.0, -cosine))
 }
 
+/// Lower side of a ball of radius [`BALL_MM`].
 fn ball(x: f64, y: f64) -> (Point3<f64>, Vector3<f64>) {
     let below = (BALL_MM * BALL_MM - x * x - y * y).sqrt();
     let place = Point3::new(x, y, HEIGHT_MM + BALL_MM - below);
     (place, Vector3::new(x, y, -below) / BALL_MM)
 }
 
+/// Marker that stands out of the plane.
 fn bump() -> Peg {
     let centre = Point3::new(1.0, 0.5, HEIGHT_MM);
     Peg { centre, axis: -Vector3::z(), radius_mm: 1.5 }
 }
 
+/// Plane with one marker.
 fn plane_with_bump(x: f64, y: f64) -> (Point3<f64>, Vector3<f64>) {
     let origin = Point3::new(x, y, 0.0);
     match bump().entry(&origin, &Vector3::z()) {

@@ -53,6 +53,7 @@ struct Disk {
 }
 
 impl Disk {
+    /// Computes the weights of a disk, which sum to 1.
     fn new(radius: f64) -> Self {
         let reach = (radius - 0.5).ceil().max(0.0) as usize;
         let places = || (0..=2 * reach).map(|k| k as f64 - reach as f64);
@@ -67,6 +68,7 @@ impl Disk {
         Self { reach, weights }
     }
 
+    /// Returns the number of pixels along a side of the weights.
     fn side(&self) -> usize {
         2 * self.reach + 1
     }

@@ -161,6 +161,7 @@ impl Convolution {
     }
 }
 
+/// Evaluation of a convolution, compiled for each width of registers.
 struct Evaluation<'a> {
     convolution: &'a Convolution,
     places: Places<'a>,

@@ -109,6 +109,7 @@ impl Network {
         self.evaluate(picture, columns, Wanted::Touched)
     }
 
+    /// Checks the image and evaluates the network.
     fn evaluate(
         &self,
         picture: &[f32],

@@ -49,6 +49,7 @@ impl Part {
         })
     }
 
+    /// Returns whether the whole rectangle lies in the image.
     fn is_inside(self, picture: [usize; 2]) -> bool {
         self.inside(picture) == self.size.map(|size| 0..size)
     }

@@ -30,12 +30,14 @@ impl<'a> Fields<'a> {
         Self { rest: message }
     }
 
+    /// Reads an integer.
     fn varint(&mut self) -> Result<u64, NetworkError> {
         let (value, used) = varint(self.rest)?;
         self.rest = &self.rest[used..];
         Ok(value)
     }
 
+    /// Reads `count` bytes.
     fn take(&mut self, count: u64) -> Result<&'a [u8], NetworkError> {
         let count = usize::try_from(count).map_err(|_| NetworkError::Truncated)?;
         let (taken, rest) = self.rest.split_at_checked(count).ok_or(NetworkError::Truncated)?;
@@ -43,12 +45,14 @@ impl<'a> Fields<'a> {
         Ok(taken)
     }
 
+    /// Reads an array of bytes.
     fn array<const N: usize>(&mut self) -> Result<[u8; N], NetworkError> {
         let (taken, rest) = self.rest.split_first_chunk().ok_or(NetworkError::Truncated)?;
         self.rest = rest;
         Ok(*taken)
     }
 
+    /// Reads a field: its number and value.
     fn field(&mut self) -> Result<(u64, Value<'a>), NetworkError> {
         let key = self.varint()?;
         let value = match key & 7 {

@@ -83,6 +83,7 @@ impl InvalidStack {
     }
 }
 
+/// Returns the name of the material, or words that stand for an unknown one.
 fn material_of(material: &str) -> &str {
     if material.is_empty() { "what it is made from" } else { material }
 }

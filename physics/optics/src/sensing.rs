@@ -20,6 +20,7 @@ const CORE_SLACK_MM: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub struct SensingSurface(Inside);
 
+/// Volume by the kind of its surface.
 #[derive(Clone, Debug)]
 enum Inside {
     Dome(InsideDome),
@@ -114,6 +115,7 @@ fn core(outline: &Path, prism: &CompiledSolid, z_mm: f64) -> [[f64; 2]; 2] {
 
 /// Returns boxes that contain the edges of an outline; `None` for curves other than circles.
 fn boxes_along(outline: &Path) -> Option<Vec<[[f64; 2]; 2]>> {
+    /// Boxes per segment.
     const PARTS: u32 = 32;
     let (mut boxes, mut from) = (Vec::new(), outline.start);
     for segment in &outline.segments {
@@ -168,6 +170,7 @@ struct InsideDome {
     foot_z_mm: f64,
 }
 
+/// Shape of a dome.
 #[derive(Clone, Debug)]
 enum Dome {
     /// Sphere with the radius of the wall.

@@ -163,6 +163,7 @@ struct Kept {
 }
 
 impl Kept {
+    /// Decides which layers are meshed, and with which edge length.
     fn of(soft: &SoftStack, touch: &TouchSurface, edge_mm: f64) -> Self {
         // The layers of a pad are equally thick everywhere.
         let places = if matches!(touch, TouchSurface::Plane(_)) { 1 } else { PLACES };
@@ -239,6 +240,7 @@ struct Surface {
     rim: Vec<u32>,
 }
 
+/// Positions of the nodes on the touched surface.
 enum Places {
     Dome(Vec<Node>),
     /// x and y, mm.
@@ -246,16 +248,19 @@ enum Places {
 }
 
 impl Surface {
+    /// Triangulates the touched surface of a dome.
     fn dome(soft: &SoftStack, edge_mm: f64) -> Self {
         let (nodes, faces, rim) = rings::triangles(&soft.body.interfaces[0], edge_mm);
         Self { places: Places::Dome(nodes), faces, rim }
     }
 
+    /// Triangulates the touched surface of a pad.
     fn pad(outline: &fabkit_geometry::Path, edge_mm: f64) -> Result<Self, TetraError> {
         let (nodes, faces) = outline::triangles(outline, edge_mm)?;
         Ok(Self { places: Places::Pad(nodes), faces, rim: Vec::new() })
     }
 
+    /// Returns the number of nodes.
     fn count(&self) -> usize {
         match &self.places {
             Places::Dome(nodes) => nodes.len(),

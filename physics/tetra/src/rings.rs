@@ -52,6 +52,7 @@ struct Ring {
 }
 
 impl Ring {
+    /// Returns the index of a node; continues beyond one turn.
     fn node(&self, i: usize) -> u32 {
         self.first + (i % self.count) as u32
     }

@@ -98,6 +98,7 @@ pub enum FolderError {
 }
 
 impl FolderError {
+    /// Creates an error of the operating system.
     pub(super) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
         Self::Io { action, path: path.into(), source }
     }
@@ -184,6 +185,7 @@ fn changed(what: &str, paths: &[PathBuf]) -> String {
 /// Lists the first values of `found` that differ from the plan `wanted`. Extra keys of `found` are ignored, because the
 /// document of a complete folder contains more than its plan.
 pub fn differences(found: &Value, wanted: &Value) -> Vec<String> {
+    /// Maximum number of differences.
     const MOST: usize = 5;
     let none = Map::new();
     let mut lines = Vec::new();

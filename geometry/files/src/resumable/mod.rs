@@ -31,7 +31,9 @@ use crate::staging::FolderLock;
 
 /// Maximum size of a plan, list of contents or journal that is read, bytes.
 pub const MAX_DOCUMENT_BYTES: u64 = 64 << 20;
+/// File name of the plan.
 const PLAN: &str = "plan.json";
+/// File name of the journal.
 const JOURNAL: &str = "journal";
 /// Name prefix of the lock file and other temporary files of a writer.
 const HIDDEN: &str = ".fabkit-";
@@ -58,6 +60,7 @@ impl FolderKind {
         format!("{}.partial/{name}", self.name)
     }
 
+    /// Returns whether a file belongs to unfinished work.
     fn is_partial(self, name: &str) -> bool {
         name.strip_prefix(self.name).is_some_and(|rest| rest.starts_with(".partial/"))
     }
@@ -118,6 +121,7 @@ pub struct Folder {
     state: Mutex<Pieces>,
 }
 
+/// State that changes while a folder is filled.
 #[derive(Debug)]
 struct Pieces {
     /// Finished pieces.

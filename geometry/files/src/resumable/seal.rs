@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 /// Text between the document and its hash, and text after the hash.
 const BEFORE: &str = ",\n  \"blake3\": \"";
 const AFTER: &str = "\"\n}\n";
+/// Length of a BLAKE3 hash in hex.
 const HASH_LENGTH: usize = 64;
 
 /// Reason why a sealed document is not accepted.

@@ -19,6 +19,7 @@ use super::{StagingError, failed, sync_folder};
 
 /// File name of the journal in each folder. One name is enough, because it is written and removed under the lock.
 pub(super) const JOURNAL: &str = ".fabkit-switch";
+/// Version of the journal's format.
 const VERSION: u32 = 1;
 /// Maximum size of a journal that is read, bytes: enough for some hundred thousand files.
 const MAX_BYTES: u64 = 64 << 20;
@@ -49,6 +50,7 @@ pub(super) struct Record {
 }
 
 impl Journal {
+    /// Creates a journal.
     pub(super) fn new(
         writer: &str,
         first: &Path,
@@ -93,10 +95,12 @@ impl Journal {
     }
 }
 
+/// Creates the error of a journal with another version.
 fn newer() -> io::Error {
     io::Error::other("it was written by a newer version of fabkit")
 }
 
+/// Returns whether the error means that there is no such file.
 fn is_missing(error: &io::Error) -> bool {
     // A folder on the way may be gone, or may have become a file.
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)

@@ -14,6 +14,7 @@ use super::{StagingError, check_replaceable, failed, journal, sync_folder};
 
 /// Name prefix of all of fabkit's internal files in a folder.
 pub(super) const HIDDEN: &str = ".fabkit-";
+/// File name of the lock.
 const LOCK: &str = ".fabkit-lock";
 /// Maximum number of attempts when the lock file vanishes between opening and locking it. More than that means that
 /// something else is wrong.

@@ -185,6 +185,7 @@ fn sync_folder(folder: &Path) -> Result<(), StagingError> {
     }
 }
 
+/// Returns whether the error means that the system cannot sync folders.
 fn cannot_sync_folders(error: &io::Error) -> bool {
     let cannot = [io::ErrorKind::Unsupported, io::ErrorKind::InvalidInput];
     // Windows does not open folders as files at all.
@@ -204,6 +205,7 @@ fn check_replaceable(place: &Path) -> Result<(), StagingError> {
     }
 }
 
+/// Creates an error of the operating system.
 fn failed(action: &'static str, path: &Path, source: io::Error) -> StagingError {
     StagingError::Io { action, path: path.into(), source }
 }

@@ -15,6 +15,7 @@ use super::{CONTENTS, StagingError, check_replaceable, failed, sync_folder};
 /// Maximum time to wait for another writer of the same folder. Many runs may write there in parallel, and each takes
 /// less than a second.
 const PATIENCE: Duration = Duration::from_secs(20);
+/// Time between two attempts to lock a folder.
 const POLL: Duration = Duration::from_millis(10);
 
 /// Set of files being written. Everything is undone unless it is committed.
@@ -45,6 +46,7 @@ pub struct Transaction {
     committed: bool,
 }
 
+/// File of the set.
 #[derive(Debug)]
 struct Entry {
     folder: usize,
@@ -55,6 +57,7 @@ struct Entry {
     previous: Option<PathBuf>,
 }
 
+/// New content under its temporary name.
 #[derive(Debug)]
 struct Staged {
     temporary: PathBuf,
@@ -62,6 +65,7 @@ struct Staged {
 }
 
 impl Entry {
+    /// Returns whether the file is a folder's list of contents.
     fn is_contents(&self) -> bool {
         self.place.file_name().is_some_and(|name| name == CONTENTS)
     }
@@ -312,6 +316,7 @@ struct Rename<'a> {
     back: Back<'a>,
 }
 
+/// Way to undo a renaming: nothing to do, removal of the new file, or renaming of the old one.
 enum Back<'a> {
     Nothing,
     Remove,

@@ -50,10 +50,12 @@ struct Wrong {
 }
 
 impl Wrong {
+    /// Creates an error with the code `bad_expression`.
     fn new(says: impl Into<String>, hint: impl Into<String>) -> Self {
         Self { says: says.into(), hint: hint.into(), code: "bad_expression" }
     }
 
+    /// Sets the code.
     fn code(self, code: &'static str) -> Self {
         Self { code, ..self }
     }
@@ -66,6 +68,7 @@ struct Term {
     what: What,
 }
 
+/// Kind of a term, with its operands.
 #[derive(Clone, Debug, PartialEq)]
 enum What {
     Quantity(Quantity),
@@ -89,6 +92,7 @@ trait Lookup {
     fn plain(&mut self, name: &str) -> Result<Option<Quantity>, Failure>;
 }
 
+/// Binary operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Operation {
     Add,
@@ -290,6 +294,7 @@ impl Term {
 }
 
 impl Operation {
+    /// Returns the participle used in messages.
     fn word(self) -> &'static str {
         match self {
             Self::Add => "added",

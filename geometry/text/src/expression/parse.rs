@@ -6,6 +6,7 @@ use super::quantity::{Dimension, Function, Quantity};
 use super::{MAX_CHARACTERS, MAX_DEPTH, Operation, Term, What, Wrong};
 use crate::{Scalar, did_you_mean, shown, similar};
 
+/// Hint that lists the parts of an expression.
 const FORM: &str = "an expression has names such as `section.name`, numbers with units, + - * / ( ), \
                     min, max, abs, sqrt, sin, cos, tan, asin, acos, atan, floor, ceil, round, given and pi";
 
@@ -32,6 +33,7 @@ pub(super) fn parse(text: &str) -> Result<Term, Wrong> {
     }
 }
 
+/// Recursive-descent parser of one expression.
 struct Parser<'a> {
     text: &'a str,
     /// Offset of the next byte.
@@ -40,6 +42,7 @@ struct Parser<'a> {
 }
 
 impl<'a> Parser<'a> {
+    /// Returns the text that has not been read.
     fn rest(&self) -> &'a str {
         &self.text[self.at..]
     }

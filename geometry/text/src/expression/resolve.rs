@@ -24,12 +24,14 @@ struct Entry {
     term: Term,
 }
 
+/// State of a parameter during evaluation.
 enum State {
     /// Being computed: another request for it means that there is a cycle.
     Open,
     Done(Option<Quantity>),
 }
 
+/// Evaluator of all expressions of a document.
 struct Resolver<'a> {
     document: &'a Document,
     entries: BTreeMap<String, Vec<Entry>>,
@@ -73,6 +75,7 @@ pub(crate) fn resolve(document: &mut Document) {
     }
 }
 
+/// Builds the formula that is kept beside the values.
 fn formula(entries: &[Entry], is_plain: &dyn Fn(&str) -> bool) -> Formula {
     let mut inputs = BTreeSet::new();
     entries.iter().for_each(|entry| entry.term.names(is_plain, &mut inputs));
@@ -169,6 +172,7 @@ impl Resolver<'_> {
         }
     }
 
+    /// Returns whether a parameter has an expression, evaluated or not.
     fn is_expression(&self, name: &str) -> bool {
         self.entries.contains_key(name) || self.states.contains_key(name)
     }
@@ -273,6 +277,7 @@ impl Lookup for Resolver<'_> {
     }
 }
 
+/// Returns the text of an expression as written, on one line.
 fn written_text(text: &WrittenText) -> String {
     let shown = text.shown();
     text_of(&shown).map(str::to_owned).unwrap_or(shown)

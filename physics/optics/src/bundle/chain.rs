@@ -18,6 +18,7 @@ pub(crate) struct Chain {
     bends: Vec<Bend>,
 }
 
+/// One refracting surface.
 #[derive(Clone, Debug)]
 struct Bend {
     surface: Surface,
@@ -28,6 +29,7 @@ struct Bend {
 }
 
 impl Surfaces {
+    /// Prepares the surfaces of a stack.
     pub(crate) fn of(stack: &Stack) -> Self {
         Self(Faces::of(&stack.items))
     }

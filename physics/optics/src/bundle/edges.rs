@@ -37,6 +37,7 @@ fn box_around(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
 }
 
 impl Edge<'_> {
+    /// Returns whether the edge is straight.
     pub(super) fn is_line(&self) -> bool {
         matches!(self.segment, Segment::Line { .. })
     }

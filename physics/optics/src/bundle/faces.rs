@@ -79,6 +79,7 @@ pub(super) struct Passed {
 }
 
 impl Faces {
+    /// Creates a set without faces.
     fn empty() -> Self {
         Self {
             cells: Vec::new(),
@@ -91,6 +92,7 @@ impl Faces {
         }
     }
 
+    /// Collects the faces of all items.
     pub(super) fn of(items: &[Item]) -> Self {
         let mut faces = Self::empty();
         for item in items {
@@ -438,6 +440,7 @@ impl Up {
         at.x.hypot(at.y)
     }
 
+    /// Returns whether the axis is the sensor's.
     pub(super) fn is_on_axis(&self) -> bool {
         self.offset() == 0.0
     }

@@ -192,6 +192,7 @@ impl Lanes {
 }
 
 impl Block {
+    /// Block without rays.
     const EMPTY: Self = Self {
         origin: ZERO,
         direction: ZERO,

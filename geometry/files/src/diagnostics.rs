@@ -1,4 +1,4 @@
-//! Problems of a design, each with the line it is about, in the layout that rustc made familiar.
+//! Listing of a design's problems, each with its source line, in the layout of rustc.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -8,30 +8,30 @@ use fabkit_text::{InvalidDesign, Problem};
 
 use crate::{ErrorKind, ErrorSubject, Explained};
 
-/// Lines that would be longer are cut around the place in question.
+/// Width of the output, columns. Longer source lines are cut around the marked place.
 const LINE_COLUMNS: usize = 100;
 
-/// The text that problems of one file point into.
+/// Text of one file that problems point into.
 #[derive(Clone, Debug)]
 pub struct SourceText {
-    /// As problems name it.
+    /// File name as used in the problems.
     pub file: String,
-    /// What it says.
+    /// Content of the file.
     pub text: String,
 }
 
-/// Texts with problems, and what they say.
+/// Problems together with the texts that they point into.
 #[derive(Debug, thiserror::Error)]
 #[error("{invalid}")]
 pub struct Diagnosed {
-    /// What is wrong.
+    /// The problems.
     pub invalid: InvalidDesign,
-    /// The texts that problems may lie in.
+    /// Texts that the problems may point into.
     pub texts: Vec<SourceText>,
 }
 
 impl Diagnosed {
-    /// What is wrong with one text, or with those that it refers to.
+    /// Creates the error of one text, or of several that refer to each other.
     pub fn new(invalid: InvalidDesign, texts: impl IntoIterator<Item = SourceText>) -> Self {
         Self { invalid, texts: texts.into_iter().collect() }
     }
@@ -47,7 +47,7 @@ impl Explained for Diagnosed {
     }
 }
 
-/// All problems and their number, with a final newline. `sources` are the files they may be in.
+/// Formats all problems and their count, with a final newline. `sources` are the files that they may be in.
 pub fn list(problems: &[Problem], sources: &[SourceText]) -> String {
     let mut out = String::new();
     for problem in problems {
@@ -62,7 +62,7 @@ pub fn list(problems: &[Problem], sources: &[SourceText]) -> String {
     out
 }
 
-/// Writing to a `String` cannot fail, so results are dropped.
+/// Formats one problem. Writing to a `String` cannot fail, so results are dropped.
 fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
     let message = printable(&problem.message);
     let hint = problem.hint.as_deref().map(printable);
@@ -93,20 +93,22 @@ fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
     }
 }
 
-/// The line that a problem is about, and the bytes of it that are: the whole value if that is what
-/// stands there, else one character.
+/// Returns the line of a problem and the byte range to mark: the whole value if it stands at the position, otherwise
+/// one character.
 fn excerpt<'a>(problem: &Problem, sources: &'a [SourceText]) -> Option<(&'a str, Range<usize>)> {
     let source = sources.iter().find(|source| source.file == problem.file)?;
     let line = source.text.lines().nth(problem.line?.saturating_sub(1))?;
+    // Columns count characters, spans count bytes.
     let column = problem.column.unwrap_or(1).saturating_sub(1);
     let start = line.char_indices().nth(column).map_or(line.len(), |(byte, _)| byte);
     let rest = &line[start..];
+    // The recorded value may have been shortened; then only its first character is marked.
     let stands_there = !problem.value.is_empty() && rest.starts_with(&problem.value);
     let first = rest.chars().next().map_or(0, char::len_utf8);
     Some((line, start..start + if stands_there { problem.value.len() } else { first }))
 }
 
-/// Files are other people's: what would steer a terminal is not passed on to it.
+/// Replaces control characters, so that the content of a foreign file cannot steer the terminal.
 fn printable(text: &str) -> String {
     text.chars()
         .map(|c| match c {

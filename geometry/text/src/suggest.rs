@@ -1,23 +1,24 @@
-//! "Did you mean ...?"
+//! Suggestions of the form "did you mean ...?".
 
-/// How alike two words must be, 0 to 1, to be suggested. At 0.6 one slip in three letters still
-/// counts (`raduis`), unrelated words of the same length do not.
+/// Minimum similarity of two words (normalized Damerau-Levenshtein, 0 to 1) for a suggestion. At 0.6 a swap of
+/// neighbouring letters still counts (`raduis`), unrelated words of the same length do not.
 const LIKENESS: f64 = 0.6;
 
-/// At most this many suggestions.
+/// Maximum number of suggestions.
 const MOST: usize = 3;
 
-/// The known names that `written` may have meant, best first.
+/// Returns the known names that are similar to `written`, best first.
 pub fn similar<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     similar_of(written, known.into_iter().collect())
 }
 
-/// Compiled once, and not for every kind of iterator.
+/// Same as [`similar`], without type parameters, so that it is compiled once.
 fn similar_of<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
-    // Comparing is quadratic in length, and nobody mistypes a name this long.
+    // The comparison is quadratic in length, and a name this long is no typing error.
     if written.len() > 200 {
         return Vec::new();
     }
+    // Known names are in lower case with underscores: case and hyphens are no slips.
     let written = written.to_lowercase().replace(['-', ' '], "_");
     let mut scored: Vec<(f64, &str)> = known
         .into_iter()
@@ -46,7 +47,7 @@ pub fn list_names(names: &[&str]) -> String {
     list
 }
 
-/// `did you mean ...?`, or the list of what is known.
+/// Writes `did you mean ...?`, or lists all known names if none is similar.
 pub fn hint<'a>(written: &str, known: impl IntoIterator<Item = &'a str>, what: &str) -> String {
     let known: Vec<&str> = known.into_iter().collect();
     match similar_of(written, known.clone()) {
@@ -55,13 +56,13 @@ pub fn hint<'a>(written: &str, known: impl IntoIterator<Item = &'a str>, what: &
     }
 }
 
-/// ``did you mean `a` or `b`?``
+/// Writes ``did you mean `a` or `b`?``.
 pub fn did_you_mean(names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     format!("did you mean {}?", either(&quoted, "or"))
 }
 
-/// `a, b or c`.
+/// Joins words as `a, b or c`.
 pub(crate) fn either(words: &[String], conjunction: &str) -> String {
     match words {
         [] => String::new(),

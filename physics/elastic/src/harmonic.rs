@@ -1,4 +1,4 @@
-//! One harmonic of the azimuth: its unknowns, its stiffness, factorised.
+//! Unknowns and factorised stiffness of one harmonic of the azimuth.
 
 use fabkit_sparse::{Factors, RightSides, SparseError, Symmetric};
 
@@ -6,12 +6,12 @@ use crate::ElasticError;
 use crate::element::{Parts, Shape, UNKNOWNS};
 use crate::mesh::Mesh;
 
-/// Which unknown each displacement of each node is, and with which sign.
+/// Maps each displacement component of each node to an unknown and a sign.
 ///
-/// On the axis a field is single-valued: nothing moves for the harmonics from 2 on; the harmonic 0 moves
-/// along the axis alone, and the harmonic 1 is one motion across it, `V = -U`.
+/// On the axis a field must be single-valued: harmonics from 2 on vanish there, harmonic 0 moves along the axis only,
+/// and harmonic 1 is one motion across it, `V = -U`.
 pub(crate) struct Unknowns {
-    /// By node and component (radial, around, axial).
+    /// Unknown and sign by node and component (radial, circumferential, axial).
     of: Vec<Option<(usize, f64)>>,
     pub count: usize,
 }
@@ -39,29 +39,29 @@ impl Unknowns {
         Self { of, count }
     }
 
-    /// Unknown and sign of a node's component.
+    /// Returns the unknown and the sign of a node's component, or `None` if it cannot move.
     pub fn of(&self, node: usize, component: usize) -> Option<(usize, f64)> {
         self.of[3 * node + component]
     }
 }
 
-/// What harmonics of a body have in common.
+/// Element stiffnesses and sparsity patterns that the harmonics of a body share.
 pub(crate) struct Assembly<'a> {
     mesh: &'a Mesh,
-    /// Element by element.
+    /// Stiffness of each element.
     parts: Vec<Parts>,
-    /// Of the harmonics 0, 1, and all from 2 on.
+    /// Patterns of harmonic 0, of harmonic 1, and of all from 2 on.
     patterns: Vec<Pattern>,
 }
 
-/// Where a stiffness has entries.
+/// Sparsity pattern of a stiffness matrix, with the unknowns that it belongs to.
 struct Pattern {
     unknowns: Unknowns,
     matrix: Symmetric,
 }
 
 impl<'a> Assembly<'a> {
-    /// For harmonics up to this one.
+    /// Prepares harmonics 0 to `most`.
     ///
     /// # Errors
     /// An element without area.
@@ -81,7 +81,7 @@ impl<'a> Assembly<'a> {
     /// Factorises the stiffness of a harmonic.
     ///
     /// # Errors
-    /// A pivot that is not positive: a body that nothing holds.
+    /// A pivot that is not positive: the body is not held.
     pub fn harmonic(&self, harmonic: usize) -> Result<Harmonic<'_>, ElasticError> {
         let Pattern { unknowns, matrix } = &self.patterns[harmonic.min(self.patterns.len() - 1)];
         let mut values = Vec::new();
@@ -96,7 +96,7 @@ impl<'a> Assembly<'a> {
     }
 }
 
-/// What is wrong with a harmonic.
+/// Returns a conversion of solver errors that names the harmonic.
 pub(crate) fn failed(harmonic: usize) -> impl Fn(SparseError) -> ElasticError {
     move |error| ElasticError::Factorisation { harmonic, reason: error.to_string() }
 }
@@ -113,7 +113,8 @@ impl Pattern {
     }
 }
 
-/// Entries of an element on and below the diagonal: its own indices, those of the body, the sign.
+/// Calls `entry` for each entry of an element on and below the diagonal, with its indices in the element, its indices
+/// in the body's matrix and its sign.
 fn on_and_below(
     mesh: &Mesh,
     unknowns: &Unknowns,
@@ -133,14 +134,14 @@ fn on_and_below(
     }
 }
 
-/// The stiffness of a harmonic, ready to be solved for loads.
+/// Factorised stiffness of a harmonic.
 pub(crate) struct Harmonic<'a> {
     pub unknowns: &'a Unknowns,
     factors: Factors,
 }
 
 impl Harmonic<'_> {
-    /// Loads, one column each, to displacements, in place.
+    /// Replaces loads, one column each, by the displacements that they cause.
     pub fn solve(&self, loads: &mut RightSides) {
         self.factors.solve(loads);
     }

@@ -1,4 +1,4 @@
-//! The drawn skin as bricks: lines along its faces, and what is between them, by rays from below.
+//! Brick model of a drawn skin: grid lines along its faces, and the contents of bricks from rays cast upwards.
 
 use fabkit_geometry::{
     CompiledSolid, Elasticity, InvalidSolid, Kind, LiquidSkin, Point3, Ray, Scratch, Sensor,
@@ -10,12 +10,12 @@ use crate::{ElasticError, Material, SoftError, SoftLayer};
 
 /// Rays across a brick, along x and along y.
 const RAYS: usize = 3;
-/// Faces nearer to each other than this part of the distance of nodes share a line.
+/// Faces closer than this part of the node spacing share a grid line.
 const SAME_LINE: f64 = 0.3;
-/// Limits of the distance of nodes, mm.
+/// Limits of the node spacing, mm.
 const SPACING_LIMITS_MM: [f64; 2] = [0.3, 3.0];
 
-/// A body that gives way.
+/// A soft body in its place in the sensor.
 struct Soft {
     name: String,
     material: String,
@@ -24,13 +24,13 @@ struct Soft {
     solid: CompiledSolid,
 }
 
-/// Shares of one column of bricks: by brick, those of each soft body, then of each channel.
+/// Volume shares of one column of bricks: for each brick, those of each soft body, then of each channel.
 type Shares = Vec<Vec<f64>>;
 
 pub(super) struct Drawn {
     pub(super) lines_mm: [Vec<f64>; 3],
     soft: Vec<Soft>,
-    /// By column of bricks, x fastest.
+    /// Shares by column of bricks, x fastest.
     columns: Vec<Shares>,
 }
 
@@ -95,20 +95,20 @@ impl Drawn {
         self.columns[i + (self.lines_mm[0].len() - 1) * j][k].split_at(self.soft.len())
     }
 
-    /// What a brick holds: of several soft bodies, the one that has most of it.
+    /// Returns the contents of a brick. Where several soft bodies share one, the largest share decides its material.
     pub(super) fn cell(&self, at: [usize; 3]) -> Cell {
         let (soft, channels) = self.shares(at);
         let all = soft.iter().sum::<f64>().min(1.0);
         let most = soft.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let solid = most.filter(|_| all > 0.05).map(|(which, _)| (self.soft[which].solver, all));
         let solid = solid.map(|(m, all)| (m, if all > 0.999 { 1.0 } else { all }));
-        // Rounding of rays along faces is no liquid; and what is taken for all liquid is.
+        // Rounding of rays along faces is not liquid; and a brick that counts as all liquid is filled completely.
         let share = |share: f64| if solid.is_none() && share > 0.5 { 1.0 } else { share };
         let reach = channels.iter().map(|s| share(*s)).enumerate().filter(|(_, s)| *s > 1e-6);
         Cell { solid, cavities: reach.collect() }
     }
 
-    /// Lines of the nodes of the touched surface: those around bricks that are soft up to there.
+    /// Returns the grid lines (x and y) of the touched surface's nodes: those around bricks that are soft at the top.
     pub(super) fn surface(&self) -> Vec<[usize; 2]> {
         let [nx, ny, nz] = [0, 1, 2].map(|axis: usize| self.lines_mm[axis].len());
         let is_soft = |i: usize, j: usize| self.cell([i, j, nz - 2]).solid.is_some();
@@ -124,7 +124,7 @@ impl Drawn {
         surface
     }
 
-    /// Pairs of nodes above and below each channel.
+    /// Returns pairs of nodes above and below each channel.
     pub(super) fn faces(&self, slab: &Slab, channels: usize) -> Vec<Vec<[usize; 2]>> {
         let [nx, ny, nz] = [0, 1, 2].map(|axis: usize| self.lines_mm[axis].len() - 1);
         let mut faces = vec![Vec::new(); channels];
@@ -150,7 +150,7 @@ impl Drawn {
         faces
     }
 
-    /// Soft bodies on the axis, or as near to it as there is something soft.
+    /// Returns the soft bodies with their largest thickness anywhere.
     pub(super) fn layers(&self) -> Vec<SoftLayer> {
         let [nx, ny, nz] = [0, 1, 2].map(|axis: usize| self.lines_mm[axis].len() - 1);
         let thickness = |which: usize, i: usize, j: usize| -> f64 {
@@ -173,7 +173,7 @@ impl Drawn {
         layers.filter(|layer| layer.thickness_mm > 0.0).collect()
     }
 
-    /// What was simplified.
+    /// Describes the simplifications.
     pub(super) fn left_out(&self, skin: &LiquidSkin) -> Vec<String> {
         let mut left_out = vec![
             "what the skin does beyond the edge of the window, which is taken to hold it".to_owned(),
@@ -191,7 +191,7 @@ impl Drawn {
     }
 }
 
-/// What gives way between the skin's faces, in the order of the sensor's bodies, but the touched one first.
+/// Collects the soft bodies between the skin's faces, the topmost first.
 fn soft(sensor: &Sensor, skin: &LiquidSkin) -> Result<Vec<Soft>, SoftError> {
     let mut soft = Vec::new();
     let [low, high] =
@@ -220,7 +220,7 @@ fn soft(sensor: &Sensor, skin: &LiquidSkin) -> Result<Vec<Soft>, SoftError> {
     Ok(soft)
 }
 
-/// Lines through the skin's faces and those of its channels, and evenly between them.
+/// Computes grid lines through the faces of the skin and of its channels, with even spacing between them.
 fn lines(
     skin: &LiquidSkin,
     channels: &[CompiledSolid],
@@ -250,7 +250,8 @@ fn transposed([[x0, y0], [x1, y1]]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
     [[x0, x1], [y0, y1]]
 }
 
-/// Lines through all faces, those that nearly coincide taken as one, and evenly between them; the outermost stay.
+/// Returns lines through all faces, with nearly coincident faces merged, and evenly spaced lines between them. The
+/// outermost faces are kept.
 fn divided(mut faces_mm: Vec<f64>, spacing_mm: f64) -> Vec<f64> {
     faces_mm.sort_by(f64::total_cmp);
     let last = faces_mm.last().copied().unwrap_or(0.0);

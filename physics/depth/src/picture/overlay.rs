@@ -1,12 +1,12 @@
-//! Lines and areas that are drawn over a finished picture.
+//! Lines and rectangles drawn over a finished image.
 
 use super::Picture;
 
 impl Picture {
-    /// A blank sheet.
+    /// Creates an image of one colour.
     ///
     /// # Errors
-    /// A picture of no pixels, or too large.
+    /// An image without pixels, or a too large one.
     pub fn filled(
         width_px: u32,
         height_px: u32,
@@ -15,14 +15,14 @@ impl Picture {
         Self::blank(width_px, height_px, color)
     }
 
-    /// Draws a line of straight pieces with round ends over what is there; what lies outside is not drawn.
+    /// Draws a polyline with round ends over the image; parts outside are clipped.
     pub fn draw_line(&mut self, points_px: &[[f64; 2]], width_px: f64, color: [u8; 3]) {
         for ends in points_px.windows(2) {
             self.draw_piece(ends[0], ends[1], width_px, color);
         }
     }
 
-    /// Fills a rectangle, from its left top corner to its right bottom one, px; what lies outside is not drawn.
+    /// Fills a rectangle from its left top corner to its right bottom one, px; parts outside are clipped.
     pub fn fill(&mut self, [left, top]: [i64; 2], [right, bottom]: [i64; 2], color: [u8; 3]) {
         for row in top.max(0)..bottom.min(i64::from(self.height_px)) {
             for column in left.max(0)..right.min(i64::from(self.width_px)) {
@@ -49,6 +49,7 @@ impl Picture {
                     0.0
                 };
                 let away = (x - along * dx).hypot(y - along * dy);
+                // Coverage of a pixel by the line, by the distance of its centre: antialiasing.
                 let covers = (0.5 * width_px + 0.5 - away).clamp(0.0, 1.0);
                 if covers > 0.0 {
                     self.mix([column, row], color, covers);
@@ -57,7 +58,7 @@ impl Picture {
         }
     }
 
-    /// The part of a line within the picture and a margin around it.
+    /// Clips a line to the image with a margin around it.
     fn near(&self, from: [f64; 2], to: [f64; 2], margin: f64) -> Option<[[f64; 2]; 2]> {
         let (mut start, mut end) = (0.0f64, 1.0f64);
         for (axis, size_px) in [self.width_px, self.height_px].into_iter().enumerate() {

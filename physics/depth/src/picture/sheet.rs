@@ -1,12 +1,12 @@
-//! Several pictures in one.
+//! Contact sheets: several images in one.
 
 use super::{Picture, RenderError, shade};
 
-/// Lays pictures out in a grid, row by row, each centred in a cell of the largest one's size, with
-/// `gap_px` between the cells and around them.
+/// Lays images out in a grid, row by row, each centred in a cell of the largest one's size, with `gap_px` between the
+/// cells and around them.
 ///
 /// # Errors
-/// No pictures, no columns, or a sheet above [`super::MAX_PIXELS`].
+/// No images, no columns, or a sheet above [`super::MAX_PIXELS`].
 pub fn contact_sheet(
     pictures: &[Picture],
     columns: usize,

@@ -1,14 +1,14 @@
-//! A piece of the picture: samples, refinement, lines.
+//! Rendering of one tile of an image: samples, refinement, lines.
 
 use super::lines::{Line, line_between};
 use super::pen::{Pen, SUBSAMPLES};
 use super::sample::{Sample, Setup, Tracer};
 use super::shade::{Linear, Shader, add, srgb};
 
-/// Side of a tile.
+/// Side of a tile, px.
 pub(super) const TILE_PX: u32 = 128;
 
-/// Strength of outlines and of creases.
+/// Opacity of outlines and of creases.
 const OUTLINE_INK: f32 = 0.95;
 const CREASE_INK: f32 = 0.70;
 
@@ -28,7 +28,7 @@ impl Tile {
         Self { x_px, y_px, width_px: clip(x_px, width_px), height_px: clip(y_px, height_px) }
     }
 
-    /// The tile's pixels, three bytes each, row by row.
+    /// Renders the tile's pixels, three bytes each, row by row.
     pub fn draw(&self, setup: &Setup<'_>) -> Vec<u8> {
         let mut samples = Samples::trace(self, setup);
         samples.refine();
@@ -43,7 +43,7 @@ impl Tile {
     }
 }
 
-/// A square of samples within a pixel.
+/// Samples of a refined pixel, in a square.
 type Block = [Sample; (SUBSAMPLES * SUBSAMPLES) as usize];
 
 /// Samples of a tile and its apron. Pixels are counted from the tile's first.
@@ -53,14 +53,14 @@ struct Samples<'a> {
     top: i32,
     width: i32,
     height: i32,
-    /// Pixels around the tile that may be refined; one more is sampled, to know where.
+    /// Number of pixels around the tile that may be refined. One more is sampled to detect where.
     margin: i32,
-    /// One per pixel, apron included.
+    /// Central sample of each pixel, including the apron.
     centres: Vec<Sample>,
-    /// Per pixel, which block refines it.
+    /// Block that refines each pixel.
     block_of: Vec<Option<u32>>,
     blocks: Vec<Block>,
-    /// Per subsample of each block, the strongest line to its four neighbours.
+    /// Strongest line to the four neighbours, for each subsample of each block.
     lines: Vec<[Line; (SUBSAMPLES * SUBSAMPLES) as usize]>,
 }
 
@@ -133,8 +133,8 @@ impl<'a> Samples<'a> {
         })
     }
 
-    /// Block and place in it of a subsample, counted from the tile's first; none if its pixel is
-    /// not refined.
+    /// Returns the block of a subsample and its index in it; `None` if its pixel is not refined. Subsamples are counted
+    /// from the tile's first.
     fn subsample(&self, sub_x: i32, sub_y: i32) -> Option<(usize, usize)> {
         let (x, y) = (sub_x.div_euclid(SUBSAMPLES), sub_y.div_euclid(SUBSAMPLES));
         let block = self.block_of[self.index(x, y)]?;
@@ -180,14 +180,14 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// How strongly lines cover each subsample of a tile.
+/// Line strength at each subsample of a tile.
 struct Ink {
-    /// Subsamples per row.
+    /// Number of subsamples per row.
     width: i32,
     height: i32,
-    /// Row by row; empty where the tile has no lines at all.
+    /// Strengths row by row; empty where the tile has no lines at all.
     strengths: Vec<f32>,
-    /// Pixel by pixel.
+    /// True for pixels that lines touch.
     touched: Vec<bool>,
 }
 
@@ -212,7 +212,7 @@ impl Ink {
         ink
     }
 
-    /// Sets down the pen: a disc, where it is stronger than what is there.
+    /// Draws a disc of the pen, keeping the stronger of new and old strengths.
     fn dot(&mut self, sub_x: i32, sub_y: i32, radius: f64, strength: f32) {
         if strength == 0.0 {
             return;

@@ -1,8 +1,7 @@
-//! DXF for laser cutters and board makers: AutoCAD 2000 (AC1015), ASCII, millimetres.
+//! DXF files for laser cutters and board makers: AutoCAD 2000 (AC1015), ASCII, millimetres.
 //!
-//! Written by hand: what cutters read is four kinds of entities, and the crates for it stamp files
-//! with the clock. Group codes and the tables and dictionaries that a file must have are those of
-//! Autodesk's "DXF Reference" for AutoCAD 2000.
+//! Written without a library: cutters read only four kinds of entities, and the available crates stamp files with the
+//! clock. Group codes and the required tables and dictionaries follow Autodesk's "DXF Reference" for AutoCAD 2000.
 
 use std::fmt::Write as _;
 
@@ -11,7 +10,7 @@ use fabkit_geometry::{Path, Segment};
 use crate::drawing::{Drawing, Operation, bulge};
 use crate::{Document, ExportError, VERSION};
 
-/// Handles of the objects that others point to; entities follow from [`FIRST_ENTITY`].
+/// Handles of objects that others refer to. Entities are numbered from [`FIRST_ENTITY`].
 const BLOCK_RECORD_TABLE: u32 = 0x1;
 const MODEL_SPACE: u32 = 0x2;
 const PAPER_SPACE: u32 = 0x3;
@@ -20,13 +19,15 @@ const GROUP_DICTIONARY: u32 = 0x5;
 const FIRST_TABLE: u32 = 0x10;
 const FIRST_ENTITY: u32 = 0x100;
 
-/// Writes a drawing as DXF: whole circles as CIRCLE, other outlines as closed LWPOLYLINE with true
-/// arcs, letters as open LWPOLYLINE; one layer per operation.
+/// Writes a drawing as DXF: full circles as CIRCLE, other outlines as closed LWPOLYLINE with true arcs, letters as open
+/// LWPOLYLINE; one layer per operation.
 ///
-/// Coordinates are the shortest decimals that read back as the same `f64`.
+/// Coordinates are the shortest decimals that parse to the same `f64`.
+///
+///
 ///
 /// # Errors
-/// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for arcs of ellipses.
+/// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for elliptic arcs.
 pub fn dxf(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
     if drawing.contours.is_empty() {
         return Err(ExportError::Nothing);
@@ -60,7 +61,7 @@ fn next(handle: &mut u32) -> u32 {
     *handle - 1
 }
 
-/// Group codes with values, two lines each.
+/// Pairs of group code and value, two lines each.
 #[derive(Default)]
 struct Groups(String);
 
@@ -74,7 +75,7 @@ impl Groups {
         self.text(code, &value.to_string());
     }
 
-    /// A decimal point always, never an exponent; + 0.0 drops the sign of -0.
+    /// Writes a number with a decimal point and without exponent; adding 0.0 drops the sign of -0.
     fn real(&mut self, code: u16, value: f64) {
         let value = value + 0.0;
         let text = if value.fract() == 0.0 { format!("{value:.1}") } else { value.to_string() };
@@ -90,7 +91,7 @@ impl Groups {
         self.text(code, &format!("{handle:X}"));
     }
 
-    /// For people; readers skip it. One line of ASCII, which every code page contains.
+    /// Writes a comment, which readers skip, as one line of ASCII, which every code page contains.
     fn comment(&mut self, text: &str) {
         let plain = |c: char| if c.is_ascii_graphic() || c == ' ' { c } else { '?' };
         self.text(999, &text.chars().map(plain).collect::<String>());
@@ -206,8 +207,9 @@ impl Groups {
         self.text(0, "ENDTAB");
     }
 
-    /// The two blocks that every drawing has; what lies in model space stands under ENTITIES.
+    /// Writes the two blocks that every drawing has; the content of model space is listed under ENTITIES.
     fn blocks(&mut self) {
+        // Far enough above the handles of `tables`, and below those of entities.
         let mut handle = FIRST_TABLE + 0x80;
         for (name, owner) in [("*Model_Space", MODEL_SPACE), ("*Paper_Space", PAPER_SPACE)] {
             for kind in ["BLOCK", "ENDBLK"] {
@@ -293,11 +295,11 @@ impl Groups {
     }
 }
 
-/// Centre and radius of a path whose arcs all run the same way around one centre.
+/// Returns centre and radius of a path whose arcs all run the same way around one centre.
 fn whole_circle(path: &Path) -> Option<([f64; 2], f64)> {
     let Some(Segment::Arc { centre, ccw, .. }) = path.segments.first() else { return None };
     let radius_mm = (path.start[0] - centre[0]).hypot(path.start[1] - centre[1]);
-    // Offsetting computes each arc's centre anew, within rounding.
+    // Offsetting recomputes the centre of each arc, so centres agree only within rounding.
     let near = |a: &[f64; 2]| (a[0] - centre[0]).hypot(a[1] - centre[1]) < 1e-9 * radius_mm;
     let same = |segment: &Segment| match segment {
         Segment::Arc { centre: other, ccw: turn, .. } => near(other) && turn == ccw,

@@ -1,11 +1,13 @@
-//! Pictures as PNG.
+//! PNG images.
 
 use crate::ExportError;
 
-/// Writes an 8-bit sRGB PNG. `rgb` holds three bytes a pixel, row by row from the top.
+/// Writes an 8-bit sRGB PNG. `rgb` holds three bytes per pixel, row by row from the top.
 ///
 /// # Errors
-/// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty.
+/// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty.
+///
+///
 ///
 /// ```
 /// let red_dot = fabkit_export::png(1, 1, &[255, 0, 0])?;
@@ -20,19 +22,19 @@ pub fn png(width_px: u32, height_px: u32, rgb: &[u8]) -> Result<Vec<u8>, ExportE
     })
 }
 
-/// Writes an 8-bit grey PNG, for masks. Row by row from the top.
+/// Writes an 8-bit grey PNG, for masks, row by row from the top.
 ///
 /// # Errors
-/// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty.
+/// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty.
 pub fn grey8_png(width_px: u32, height_px: u32, grey: &[u8]) -> Result<Vec<u8>, ExportError> {
     check(width_px, height_px, 1, grey.len())?;
     encoded(width_px, height_px, grey, |encoder| encoder.set_color(png::ColorType::Grayscale))
 }
 
-/// Writes a 16-bit grey PNG, for values with a stated scale. Row by row from the top.
+/// Writes a 16-bit grey PNG, for values with a stated scale, row by row from the top.
 ///
 /// # Errors
-/// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty.
+/// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty.
 pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>, ExportError> {
     check(width_px, height_px, 1, grey.len())?;
     // PNG is big-endian.
@@ -43,11 +45,11 @@ pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>
     })
 }
 
-/// Writes a grey or a colour PNG with words that say what it is, as a `Comment` that tools show: one or three values a
-/// pixel from 0 to 255, in 8 bits, or in 16, where 255 is 65535.
+/// Writes a grey or colour PNG with a `Comment` text that image tools show. `grey` holds one or three intensities per
+/// pixel, 0 to 255; they are written with 8 bits, or with 16 where 255 becomes 65535.
 ///
 /// # Errors
-/// As for [`grey16_png`]; words that are no Latin-1.
+/// See [`grey16_png`]; also a comment that is not Latin-1.
 pub fn png_with_comment(
     width_px: u32,
     height_px: u32,
@@ -93,7 +95,7 @@ fn encoded(
     let mut encoder = png::Encoder::new(&mut bytes, width_px, height_px);
     encoder.set_depth(png::BitDepth::Eight);
     set(&mut encoder);
-    // Named, so that another version's defaults do not change the bytes.
+    // Set explicitly, so that another version's defaults do not change the bytes.
     encoder.set_filter(png::Filter::Adaptive);
     encoder.set_deflate_compression(png::DeflateCompression::Level(6));
     let mut writer = encoder.write_header()?;

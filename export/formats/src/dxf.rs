@@ -104,6 +104,7 @@ impl Groups {
         self.text(0, "ENDSEC");
     }
 
+    /// Writes the header: version, units and extent.
     fn header(&mut self, size_mm: [f64; 2], next_handle: u32) {
         self.section("HEADER", |file| {
             let mut variable = |name: &str, code: u16, value: &str| {
@@ -124,6 +125,7 @@ impl Groups {
         });
     }
 
+    /// Writes the tables that AutoCAD requires; only layers carry information.
     fn tables(&mut self) {
         let mut handle = FIRST_TABLE;
         self.table("VPORT", next(&mut handle), 0);
@@ -132,6 +134,7 @@ impl Groups {
         for name in ["ByBlock", "ByLayer", "Continuous"] {
             self.record("LTYPE", next(&mut handle), "AcDbLinetypeTableRecord", name);
             self.text(3, "");
+            // A continuous line: fixed alignment code, no dashes, pattern length 0.
             self.int(72, 65);
             self.int(73, 0);
             self.real(40, 0.0);
@@ -147,6 +150,7 @@ impl Groups {
         self.end_table();
         self.table("STYLE", next(&mut handle), 1);
         self.record("STYLE", next(&mut handle), "AcDbTextStyleTableRecord", "Standard");
+        // No fixed height, width factor 1, not oblique.
         for (code, value) in [(40, 0.0), (41, 1.0), (50, 0.0)] {
             self.real(code, value);
         }
@@ -233,6 +237,7 @@ impl Groups {
         }
     }
 
+    /// Writes the root dictionary with an empty group dictionary.
     fn objects(&mut self) {
         self.text(0, "DICTIONARY");
         self.handle(5, ROOT_DICTIONARY);
@@ -248,6 +253,7 @@ impl Groups {
         self.int(281, 1);
     }
 
+    /// Writes a closed outline as a circle if it is one, otherwise as a polyline with bulges.
     fn outline(&mut self, handle: u32, on: Operation, path: &Path) -> Result<(), ExportError> {
         if let Some((centre, radius_mm)) = whole_circle(path) {
             self.entity("CIRCLE", handle, on, "AcDbCircle");

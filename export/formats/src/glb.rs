@@ -221,6 +221,7 @@ fn linear(value: u8) -> f64 {
 /// Returns a rotation as quaternion x, y, z, w. It divides by the largest component, which rounding cannot spoil.
 fn quaternion(pose: &Pose) -> [f64; 4] {
     let m = |row: usize, column: usize| pose.rotation()[(row, column)];
+    // Four times the squares of x, y, z and w.
     let trace = m(0, 0) + m(1, 1) + m(2, 2);
     let squares = [m(0, 0), m(1, 1), m(2, 2), trace].map(|d| 1.0 + 2.0 * d - trace);
     let largest = (0..4).fold(3, |best, i| if squares[i] > squares[best] { i } else { best });

@@ -105,6 +105,7 @@ pub fn npy(array: &Array) -> Result<Vec<u8>, ExportError> {
     Ok(bytes)
 }
 
+/// Writes the header of an NPY file.
 pub(crate) fn header(shape: &[usize], descriptor: &str) -> Vec<u8> {
     // A tuple of one element needs its comma.
     let shape: String = shape.iter().map(|n| format!("{n}, ")).collect();
@@ -178,6 +179,7 @@ impl NpzPieces {
         let (mut arrays, mut parts, mut headers) = (Vec::new(), Vec::new(), Vec::new());
         for (array, rows) in like.iter().zip(rows) {
             let mut shape = array.shape.clone();
+            // A scalar has no rows.
             shape.iter_mut().take(1).for_each(|first| *first = *rows);
             let (descriptor, item_bytes) = (array.values.descriptor(), array.values.item_bytes());
             let header = header(&shape, &descriptor);

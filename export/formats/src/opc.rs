@@ -32,6 +32,7 @@ enum Method {
     Deflate = 8,
 }
 
+/// Directory data of a part that has been written.
 struct Stored<'a> {
     name: &'a str,
     method: Method,
@@ -147,6 +148,7 @@ fn crc(content: &[u8]) -> u32 {
     crc.sum()
 }
 
+/// Appends the central directory and the record that ends it.
 fn write_directory(bytes: &mut Vec<u8>, entries: &[Stored]) -> Result<(), ExportError> {
     let mut directory = Vec::new();
     for entry in entries {

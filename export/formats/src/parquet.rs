@@ -76,6 +76,7 @@ pub fn parquet(name: &str, columns: &[(String, Column)]) -> Result<Vec<u8>, Expo
     write(name, columns, rows).map_err(|error| ExportError::Table(error.to_string()))
 }
 
+/// Writes columns of equal length in row groups.
 fn write(name: &str, columns: &[(String, Column)], rows: usize) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|(name, column)| {
         let repetition = match column {

@@ -85,6 +85,7 @@ fn check(width_px: u32, height_px: u32, channels: u64, found: usize) -> Result<(
     Ok(())
 }
 
+/// Encodes an 8-bit image with fixed compression settings, unless `set` changes its depth.
 fn encoded(
     width_px: u32,
     height_px: u32,

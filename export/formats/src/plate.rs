@@ -65,7 +65,7 @@ pub fn pack(items: &[(&str, [f64; 2])], bed: Bed) -> Result<Vec<Spot>, ExportErr
         next_left_mm: f64,
     }
     let mut shelves: Vec<Shelf> = Vec::new();
-    let mut free_front_mm: Vec<f64> = Vec::new(); // per plate: front of the free space behind its last shelf
+    let mut free_front_mm: Vec<f64> = Vec::new(); // per plate, behind its last shelf
     let mut spots = Vec::with_capacity(items.len());
     for item in order {
         let [width_mm, depth_mm] = items[item].1;
@@ -78,6 +78,7 @@ pub fn pack(items: &[(&str, [f64; 2])], bed: Bed) -> Result<Vec<Spot>, ExportErr
             continue;
         }
         let has_room = |front: &f64| front + depth_mm + gap <= bed.size_mm[1];
+        // First plate with room for another shelf, or a new one.
         let plate = free_front_mm.iter().position(has_room).unwrap_or_else(|| {
             free_front_mm.push(gap);
             free_front_mm.len() - 1

@@ -53,6 +53,7 @@ pub fn zstd_of_runs<'a>(runs: impl IntoIterator<Item = &'a Run>, length: usize) 
     frame.finish()
 }
 
+/// A Zstandard frame under construction.
 #[derive(Default)]
 struct Frame {
     blocks: Vec<u8>,
@@ -113,6 +114,7 @@ impl Frame {
         self.blocks.extend(content);
     }
 
+    /// Completes the frame; even an empty one needs a block.
     fn finish(mut self) -> Vec<u8> {
         self.end_fill();
         self.end_raw();

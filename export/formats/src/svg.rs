@@ -100,6 +100,7 @@ fn lines(
     Ok(())
 }
 
+/// Returns the path data of a closed outline, with y turned downwards.
 pub(crate) fn outline(path: &Path, height_mm: f64) -> Result<String, ExportError> {
     let mut from = path.start;
     let mut data = format!("M {}", point(from, height_mm));
@@ -123,6 +124,7 @@ pub(crate) fn outline(path: &Path, height_mm: f64) -> Result<String, ExportError
     Ok(data)
 }
 
+/// Returns the path data of an open polyline, with y turned downwards.
 pub(crate) fn polyline(points: &[[f64; 2]], height_mm: f64) -> String {
     let points: Vec<String> = points.iter().map(|&p| point(p, height_mm)).collect();
     format!("M {}", points.join(" L "))

@@ -45,9 +45,11 @@ pub fn msh(mesh: &TetraMesh) -> Vec<u8> {
     text += "$EndComments\n";
     names(mesh, &mut text);
     text += "$Entities\n";
+    // Numbers of points, curves, surfaces and volumes.
     let _ = writeln!(text, "0 0 {} {}", mesh.faces.len(), mesh.materials.len());
     let [low, high] = bounds(mesh.points_mm).map(|end| end.map(|mm| mm / mesh.unit_mm));
     let bounds = [low, high].concat().iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+    // Tag, bounds, one physical group of the same number, no bounding entities.
     for i in 1..=mesh.faces.len() {
         let _ = writeln!(text, "{i} {bounds} 1 {i} 0");
     }
@@ -55,6 +57,7 @@ pub fn msh(mesh: &TetraMesh) -> Vec<u8> {
         let _ = writeln!(text, "{i} {bounds} 1 {i} 0");
     }
     let count = mesh.points_mm.len();
+    // A single block lists all nodes under volume 1.
     let _ = writeln!(text, "$EndEntities\n$Nodes\n1 {count} 1 {count}\n3 1 0 {count}");
     for node in 1..=count {
         let _ = writeln!(text, "{node}");
@@ -156,6 +159,7 @@ pub fn vtk(mesh: &TetraMesh) -> Vec<u8> {
     );
     points(mesh, &mut text);
     let cells = mesh.cells.len();
+    // Each cell takes five numbers: the count and four nodes.
     let _ = writeln!(text, "CELLS {cells} {}", 5 * cells);
     for [a, b, c, d] in mesh.cells {
         let _ = writeln!(text, "4 {a} {b} {c} {d}");

@@ -90,6 +90,7 @@ pub fn three_mf_of_one_piece(
     package(document, objects, Some(name))
 }
 
+/// Writes the archive: model, thumbnail and slicer configurations.
 fn package(
     document: Document,
     objects: &[Object],
@@ -118,6 +119,7 @@ fn object_id(index: usize) -> usize {
     index + 2
 }
 
+/// Writes the model part.
 fn model_xml(document: Document, objects: &[Object], piece: Option<&str>) -> String {
     let mut materials: Vec<(&str, [u8; 3])> = Vec::new();
     let mut xml = Xml(String::new());

@@ -26,12 +26,12 @@ pub fn float_tiff(width_px: u32, height_px: u32, values: &[f32]) -> Result<Vec<u
     let tags: [(u16, u16, u32); TAGS as usize] = [
         (256, LONG, width_px),
         (257, LONG, height_px),
-        (258, SHORT, 32), // bits per sample
-        (259, SHORT, 1), // uncompressed
+        (258, SHORT, 32),                  // bits per sample
+        (259, SHORT, 1),                   // uncompressed
         (262, SHORT, 1),                   // 0 is black
-        (273, LONG, DATA_AT), // offset of the strip
-        (277, SHORT, 1), // samples per pixel
-        (278, LONG, height_px), // rows per strip
+        (273, LONG, DATA_AT),              // offset of the strip
+        (277, SHORT, 1),                   // samples per pixel
+        (278, LONG, height_px),            // rows per strip
         (279, LONG, bytes_of_data as u32), // length of the strip
         (339, SHORT, 3),                   // IEEE floating point
     ];

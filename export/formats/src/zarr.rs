@@ -82,6 +82,7 @@ impl ZarrArray {
         json_bytes(&self.document())
     }
 
+    /// Returns the metadata document.
     fn document(&self) -> Value {
         let axes = |count: u64, of_sample: &[u64]| [&[count], of_sample].concat();
         let whole: Vec<u64> = self
@@ -150,6 +151,7 @@ impl ZarrArray {
         self.chunks_along().product()
     }
 
+    /// Number of chunks along each axis of a sample.
     fn chunks_along(&self) -> impl Iterator<Item = u64> {
         self.sample_shape.iter().zip(&self.chunk_shape).map(|(axis, chunk)| axis.div_ceil(*chunk))
     }

@@ -30,11 +30,13 @@ impl Plot {
             let middle = 0.5 * (low + high);
             [middle - half, middle + half]
         });
+        // About eight ticks across and five up.
         let ticks =
             [step(ranges[0][1] - ranges[0][0], 8.0), step(ranges[1][1] - ranges[1][0], 5.0)];
         Self::with_ticks(ranges, ticks, names)
     }
 
+    /// Draws grid, tick labels and axis names.
     fn with_ticks(ranges: [[f64; 2]; 2], ticks: [f64; 2], names: [&str; 2]) -> Self {
         let mut plot = Self { svg: Svg::new(SIZE[0], SIZE[1]), ranges };
         let bottom = SIZE[1] - MARGIN[3];
@@ -54,6 +56,7 @@ impl Plot {
         plot
     }
 
+    /// Maps a data point to the drawing, px. Vertical values are clamped to the axis.
     fn at(&self, point: [f64; 2]) -> [f64; 2] {
         let width = SIZE[0] - MARGIN[0] - MARGIN[2];
         let height = SIZE[1] - MARGIN[1] - MARGIN[3];
@@ -111,6 +114,7 @@ fn marks([low, high]: [f64; 2], tick: f64) -> impl Iterator<Item = f64> {
 fn tidy(value: f64, tick: f64) -> String {
     let digits = (-tick.log10().floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{:.digits$}", value + 0.0);
+    // Rounded values of zero, with a sign or decimals, become a plain 0.
     if text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.')) {
         "0".into()
     } else {

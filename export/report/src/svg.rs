@@ -111,6 +111,7 @@ impl Svg {
 /// Returns a colour from pale to dark for 0 to 1, readable in grey as well. Values that are not finite are darkest.
 pub fn shade(part: f64) -> String {
     let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 };
+    // From #ffeda0 to #7a0403.
     let mix = |from: f64, to: f64| (from + (to - from) * part).round() as u8;
     format!("#{:02x}{:02x}{:02x}", mix(255.0, 122.0), mix(237.0, 4.0), mix(160.0, 3.0))
 }

@@ -113,6 +113,7 @@ impl<'a> Scene<'a> {
     ) -> Option<Hit> {
         let mut first: Option<Hit> = None;
         self.visit_within(range.clone(), ray, scratch, |body, crossings| {
+            // Crossings are sorted, so the first entry within the range is the nearest of this body.
             let entered = crossings.iter().find(|c| c.entering && range.contains(&c.t));
             if let Some(&crossing) = entered
                 && first.is_none_or(|hit| crossing.t < hit.crossing.t)
@@ -136,6 +137,7 @@ impl<'a> Scene<'a> {
         let mut enough = f64::INFINITY;
         for candidate in 0..scratch.candidates.len() {
             let (entry, index) = scratch.candidates[candidate];
+            // Boxes are sorted by entry: no later body can be nearer.
             if entry > enough {
                 break;
             }
@@ -157,6 +159,7 @@ impl<'a> Scene<'a> {
         }
     }
 
+    /// Collects the bodies whose boxes the ray meets within a range, nearest first.
     fn find_candidates(&self, range: &Range<f64>, ray: &Ray, scratch: &mut SceneScratch) {
         scratch.candidates.clear();
         scratch.stack.clear();
@@ -212,6 +215,7 @@ pub(crate) fn corners(bounds: &Aabb) -> [Point3<f64>; 8] {
     })
 }
 
+/// Bounds a transformed box, slightly enlarged. Infinite boxes stay infinite.
 pub(crate) fn moved_bounds(bounds: &Aabb, scene_from_body: &Pose) -> Aabb {
     if bounds.is_empty() {
         return Aabb::nothing();
@@ -233,6 +237,7 @@ pub(crate) fn box_entry(bounds: &Aabb, ray: &Ray, range: &Range<f64>) -> Option<
     let (mut entry, mut exit) = (range.start, range.end);
     for axis in 0..3 {
         let (origin, direction) = (ray.origin[axis], ray.direction[axis]);
+        // Parallel to the slab: either always inside it or never.
         if direction == 0.0 {
             if origin < bounds.min[axis] || origin > bounds.max[axis] {
                 return None;

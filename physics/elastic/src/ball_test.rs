@@ -165,16 +165,19 @@ impl BallTest {
         })
     }
 
+    /// Depth of the deepest press, mm.
     fn deepest_mm(&self) -> f64 {
         (DEEPEST[0] * self.thickness_mm).min(DEEPEST[1] * self.ball_radius_mm)
     }
 
+    /// Computes the law for a gel of 1 MPa. Its value at depth 0 is Hertz's limit.
     fn law(&self, poisson: f64, is_rim_bonded: bool) -> Result<Law, ElasticError> {
         let gel = Layer { name: "gel".to_owned(), material: Material::new(1.0, poisson)? };
         let pad = Body::pad(self.radius_mm, vec![(gel, self.thickness_mm)]);
         let contact_mm = (2.0 * self.ball_radius_mm * self.deepest_mm()).sqrt();
         let division = Division::around_pole(contact_mm / ACROSS, 2.0 * contact_mm, 0);
         let stack = FiniteStack::new(&Body { is_rim_bonded, ..pad }, &division)?;
+        // The ball starts 1 mm above the gel.
         let above_mm = self.thickness_mm + self.ball_radius_mm + 1.0;
         let ball = Ball::new(Point3::new(0.0, 0.0, above_mm), self.ball_radius_mm)?;
         let step_mm = self.deepest_mm() / STEPS as f64;
@@ -245,6 +248,7 @@ impl BallTest {
 }
 
 impl Law {
+    /// Returns the force on a gel of 1 MPa at a depth, N.
     fn force_n(&self, depth_mm: f64) -> f64 {
         let at = (depth_mm / self.step_mm).max(0.0);
         let i = (at as usize).min(self.slopes.len() - 2);
@@ -257,6 +261,7 @@ impl Law {
     /// Finds the depth at which a gel of 1 MPa bears a force, mm.
     fn depth_mm(&self, force_n: f64) -> f64 {
         let mut high = self.step_mm;
+        // Brackets the depth, then bisects.
         while self.force_n(high) < force_n {
             high *= 2.0;
         }

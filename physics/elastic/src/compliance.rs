@@ -133,6 +133,7 @@ impl Compliance {
                     };
                     for moved in 0..components {
                         contact.extend(rings.rings[loaded.clone()].iter().map(|ring| {
+                            // Mean over the ring's hat function; by reciprocity it has the weights of the load.
                             let shares = ring.shares.iter().map(|&(column, share)| {
                                 let along =
                                     |(d, part): (usize, f64)| part * value(column * mesh.rows, d);
@@ -167,6 +168,7 @@ pub(crate) fn directions(mesh: &Mesh, column: usize, component: usize) -> [(usiz
     match component {
         NORMAL => [(0, frame.normal[0]), (2, frame.normal[1])],
         ALONG => [(0, frame.tangent[0]), (2, frame.tangent[1])],
+        // The second part only makes the arrays equally long.
         _ => [(1, 1.0), (1, 0.0)],
     }
 }
@@ -214,6 +216,7 @@ pub(crate) fn all(
     let work = || {
         let mut done = Vec::new();
         loop {
+            // Harmonics are handed out one by one, since they differ in cost.
             let harmonic = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
             if harmonic >= count {
                 return done;

@@ -72,6 +72,7 @@ impl Division {
         let total_mm = lengths[LENGTH_STEPS];
         let mut kinks_mm: Vec<f64> = body.ends().iter().map(|&s| length_at(&lengths, s)).collect();
         kinks_mm.push(total_mm);
+        // An element has two node spacings.
         let (mut ends_mm, mut size_mm) = (vec![0.0], 2.0 * self.spacing_mm);
         for kink_mm in kinks_mm {
             let begin_mm = ends_mm[ends_mm.len() - 1];
@@ -91,6 +92,7 @@ impl Division {
                     });
                 }
             }
+            // All elements up to the kink are stretched alike to end exactly there.
             let scale = (kink_mm - begin_mm) / sum_mm;
             let mut end_mm = begin_mm;
             for size in &sizes {
@@ -124,6 +126,7 @@ impl Division {
             let (outer, inner) = (body.place(layer, 0.0)?, body.place(layer + 1, 0.0)?);
             let thickness_mm = (outer[1] - inner[1]).abs();
             let (mut sizes, mut sum_mm) = (Vec::new(), 0.0);
+            // At least two elements through each layer, however thin.
             while sum_mm < thickness_mm * (1.0 - 1e-9) && sizes.len() < MAX_THROUGH
                 || sizes.len() < 2
             {

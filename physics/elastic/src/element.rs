@@ -59,6 +59,7 @@ pub(crate) struct Point {
 }
 
 impl Shape {
+    /// Evaluates the shape functions at the 4 x 4 Gauss points.
     pub fn new() -> Self {
         let mut points = Vec::with_capacity(16);
         for [x, weight_x] in GAUSS {

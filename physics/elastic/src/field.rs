@@ -61,6 +61,7 @@ impl Field {
     pub fn new(stack: &Stack, outcome: &Outcome, interface: usize) -> Self {
         let mesh = &stack.mesh;
         let nearest = mesh.s.windows(2).map(|pair| pair[1] - pair[0]).fold(1.0, f64::min);
+        // The finest spacing of mesh columns determines the number of rows.
         let along = ((1.0 / nearest).ceil() as usize).clamp(16, MAX_ALONG);
         let harmonics = outcome.amplitudes.len();
         // Even, so that the point behind the pole lies exactly half of the columns away.
@@ -94,6 +95,7 @@ impl Field {
                 for (k, part) in parts.iter_mut().enumerate() {
                     line.fill(Complex::default());
                     for (harmonic, amplitudes) in outcome.amplitudes.iter().enumerate() {
+                        // Inverse transform of the one-sided series: the real part is the field.
                         line[harmonic] = match k {
                             0 => normal[0] * at(amplitudes, 0) + normal[1] * at(amplitudes, 2),
                             1 => tangent[0] * at(amplitudes, 0) + tangent[1] * at(amplitudes, 2),
@@ -146,6 +148,7 @@ impl Field {
         })
     }
 
+    /// Interpolates one component at s and azimuth; 0 outside of s from 0 to 1.
     #[inline]
     fn at(&self, part: usize, s: f64, azimuth: f64) -> f64 {
         if !(0.0..=1.0).contains(&s) {

@@ -72,6 +72,7 @@ pub(crate) fn solve(
             // The dragged surface keeps its place on the indenter: only the rest of the displacement moves across it.
             let across_mm = way.shift_mm + step as f64 * step_mm - print_mm;
             let mut gaps = patch.stack.gaps(patch, way.presser, &across_mm, way.depth_mm);
+            // Tangential tractions lift or lower the surface, which changes the gaps.
             let lifted = moved(patch, &tractions, NORMAL, work);
             for (i, gap) in gaps.iter_mut().enumerate() {
                 *gap += frames[i][0].dot(&print_mm) - lifted[0][i];
@@ -79,6 +80,7 @@ pub(crate) fn solve(
             let last = contact.pressures.clone();
             contact = contact::solve(patch, &gaps, way.depth_mm, Some(&last), work)?;
             let pressed = by_pressure(patch, &contact.pressures, work);
+            // Displacements that tractions must add for the surface to follow the indenter's step.
             let targets: [Vec<f64>; 2] = std::array::from_fn(|k| {
                 let target =
                     |i: usize| before[k][i] + step_mm.dot(&frames[i][k + 1]) - pressed[k][i];
@@ -102,6 +104,7 @@ pub(crate) fn solve(
             } else if turns < HELD_TURNS {
                 print_mm += (now_mm - print_mm) / (turns - FREE_TURNS + 2) as f64;
             }
+            // The print no longer moves, so that only its distance from the dragged surface is checked.
             let is_held = turns >= HELD_TURNS && of_way <= PRINT_TOLERANCE;
             let change = if is_held { of_pressure } else { of_pressure.max(of_way) };
             if change <= TURN_TOLERANCE {

@@ -17,6 +17,7 @@ pub(crate) struct Unknowns {
 }
 
 impl Unknowns {
+    /// Numbers the unknowns of a harmonic. The pattern is the same for all harmonics from 2 on.
     pub fn new(mesh: &Mesh, harmonic: usize) -> Self {
         let mut of = Vec::with_capacity(3 * mesh.nodes.len());
         let mut count = 0;
@@ -102,6 +103,7 @@ pub(crate) fn failed(harmonic: usize) -> impl Fn(SparseError) -> ElasticError {
 }
 
 impl Pattern {
+    /// Analyses the sparsity pattern of a harmonic.
     fn new(mesh: &Mesh, harmonic: usize) -> Result<Self, ElasticError> {
         let unknowns = Unknowns::new(mesh, harmonic);
         let mut places = Vec::new();

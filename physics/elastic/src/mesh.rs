@@ -60,6 +60,7 @@ impl Mesh {
         let rows = interface_rows[body.layers.len()] + 1;
         let (mut nodes, mut is_fixed) = (Vec::new(), Vec::new());
         for &s in &along {
+            // `Division::along` ends at exactly 1.
             let is_held_rim = s == 1.0 && body.is_rim_bonded;
             for (layer, fractions) in through.iter().enumerate() {
                 let (outer, inner) = (body.place(layer, s)?, body.place(layer + 1, s)?);
@@ -84,6 +85,7 @@ impl Mesh {
             materials: body.layers.iter().map(|layer| layer.material).collect(),
             frames: Vec::new(),
         };
+        // Frames come last: in folded elements their tangents may have no length.
         mesh.check_elements(body)?;
         mesh.frames = mesh.surface_frames();
         Ok(mesh)
@@ -143,6 +145,7 @@ impl Mesh {
         self.interface_place(0, s, azimuth)
     }
 
+    /// Checks that every element has a positive area.
     fn check_elements(&self, body: &Body) -> Result<(), ElasticError> {
         let shape = Shape::new();
         for element in self.elements() {

@@ -102,6 +102,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Evaluates displacements, resultants and the state of contact from solved pressures and friction tractions.
     pub(crate) fn new(
         patch: &Patch<'_>,
         contact: &Contact,
@@ -178,6 +179,7 @@ impl Outcome {
         let mut amplitudes = Vec::with_capacity(3 * mesh.moving_interfaces() * mesh.columns);
         for interface in 0..mesh.moving_interfaces() {
             for column in 0..mesh.columns {
+                // Two displacements per node, radial and axial.
                 let node = 2 * mesh.interface_node(interface, column);
                 let parts = [displacements[node], 0.0, displacements[node + 1]];
                 amplitudes.extend(parts.map(|part| Complex::new(part, 0.0)));
@@ -191,6 +193,7 @@ impl Outcome {
             if pressures[ring] > 0.0 {
                 node.touch = Touch::Slips;
             }
+            // By symmetry the force is axial, and the moment vanishes.
             force_n.z -= 2.0 * PI * stack.rings.rings[ring].weight * pressures[ring];
         }
         let outwards = |node: &SurfaceNode| node.displacement_mm.dot(&node.outward);

@@ -146,6 +146,7 @@ impl Patch<'_> {
         let block = &self.answers[harmonic];
         let rows = block.components * block.rings;
         // Rings further in than the block's first do not carry this harmonic.
+        // Offsets of the patch's rings within the block, whose columns hold all components one after the other.
         let start = self.rings.start.max(block.first);
         if start >= self.rings.end {
             return;
@@ -169,6 +170,7 @@ impl Patch<'_> {
         }
     }
 
+    /// Transforms the amplitudes in `work.moved` back to nodal values: the inverse of `analyse`.
     fn synthesise(&self, moved: [Option<&mut [f64]>; 3], work: &mut Work) {
         let harmonics = self.harmonics();
         // Inverse of the special case in `analyse`: harmonic 1 on the axis is a vector across it.

@@ -104,6 +104,7 @@ pub(crate) fn resultants(
                     };
                     force += across;
                     moment += Vector3::new(0.0, 0.0, z).cross(&across);
+                    // The axial component of harmonic 0 is the normal force; the circumferential one is the torque.
                     match direction {
                         1 => moment.z += 2.0 * part * r * even.im,
                         2 => {

@@ -52,6 +52,7 @@ pub(crate) struct Buffers {
 }
 
 impl Rings {
+    /// Chooses the number of nodes of each ring and prepares the transforms. Rings end at the first fixed column.
     pub fn new(mesh: &Mesh, max_harmonic: usize) -> Self {
         let free =
             (0..mesh.columns).take_while(|column| !mesh.is_fixed[column * mesh.rows]).count();
@@ -67,6 +68,7 @@ impl Rings {
                     let wanted = odd_and_smooth((around_mm / spacing_mm).ceil() as usize);
                     // Counts never decrease outwards, so the rings that carry a harmonic are all those from some ring
                     // on.
+                    // Two nodes per wave resolve a harmonic.
                     let harmonics = ((wanted - 1) / 2).min(max_harmonic).max(most).max(1);
                     most = harmonics;
                     (harmonics, 2 * harmonics + 1)
@@ -155,6 +157,7 @@ impl Rings {
         }
     }
 
+    /// Transforms `buffers.line` in place: forwards for direction 0, backwards for 1, both without scaling.
     fn transform(&self, count: usize, direction: usize, buffers: &mut Buffers) {
         if let Some(plan) = self.plans.get(&count) {
             let needed = plan[direction].get_inplace_scratch_len();
@@ -200,6 +203,7 @@ fn shares(mesh: &Mesh) -> Vec<Vec<(usize, f64)>> {
         // Each half of an element is integrated by itself, since hat functions have a kink at the middle column.
         for half in 0..2 {
             for [position, weight] in gauss() {
+                // Half 0 covers x from -1 to 0, half 1 covers 0 to 1.
                 let along = 0.5 * (position + 1.0);
                 let x = along - 1.0 + half as f64;
                 let (values, slopes) = (quadratic(x), quadratic_slope(x));

@@ -169,6 +169,7 @@ impl Stack {
     pub fn press(&self, presser: &dyn Presser, press: &Press) -> Result<Outcome, ElasticError> {
         let shift_mm = match &press.way {
             Some((direction, depth_mm)) => {
+                // Depths count from the first touch.
                 (self.touching_mm(presser, direction)? + depth_mm) * direction
             }
             None => Vector3::zeros(),
@@ -181,6 +182,7 @@ impl Stack {
                 let value = press.shear_mm.norm();
                 return Err(ElasticError::Press { what: "a shear without harmonics", value, hint });
             }
+            // The patch must hold the contact at the begin and at the end of the shear.
             let (end, _) = self.touched(presser, &(shift_mm + press.shear_mm))?;
             rings = rings.start.min(end.start)..rings.end.max(end.end);
         }
@@ -220,6 +222,7 @@ impl Stack {
         let mut least = Vec::with_capacity(self.rings.rings.len());
         for (ring, of_ring) in self.rings.rings.iter().enumerate() {
             let mut least_mm = f64::INFINITY;
+            // Parts of the indenter below the soft layers are on the far side of the body.
             let reach_mm = self.thickness_mm[ring];
             for node in 0..of_ring.count {
                 let (place, outward) = self.place(ring, self.rings.azimuth(ring, node));

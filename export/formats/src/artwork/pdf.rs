@@ -9,6 +9,7 @@ use crate::{ExportError, VERSION};
 /// Number of points of 1/72 inch, the unit of PDF's page boxes, per millimetre.
 const POINTS_PER_MM: f64 = 72.0 / 25.4;
 
+/// Writes the file: five objects, the cross-reference table and the trailer.
 pub(super) fn write(artwork: &Artwork, title: &str) -> Result<Vec<u8>, ExportError> {
     if artwork.dark.is_empty() {
         return Err(ExportError::Nothing);
@@ -58,6 +59,7 @@ fn content(artwork: &Artwork) -> Result<String, ExportError> {
         }
         text.push_str("h\n");
     }
+    // Fills all paths at once by the even-odd rule.
     text.push_str("f*\n");
     for stroke in &artwork.strokes {
         for (i, &point) in stroke.iter().enumerate() {

@@ -72,6 +72,7 @@ fn parallel(path: &Path, outwards_mm: f64) -> Result<Option<Path>, ExportError> 
     })
 }
 
+/// Converts a path to a polyline with bulges.
 fn polyline(path: &Path) -> Result<Polyline, ExportError> {
     let mut line = Polyline::new_closed();
     let mut from = path.start;
@@ -94,6 +95,7 @@ fn polyline(path: &Path) -> Result<Polyline, ExportError> {
     Ok(line)
 }
 
+/// Converts a polyline with bulges back to a path.
 fn path_of(line: &Polyline) -> Path {
     let start = line.at(0);
     let path = Path::from([start.x, start.y]);

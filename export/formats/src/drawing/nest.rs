@@ -85,11 +85,13 @@ pub fn nest(pieces: &[Piece], stock: Bed) -> Result<Vec<NestedSheet>, ExportErro
     Ok(sheets)
 }
 
+/// Turns a piece along the stock and decides whether its label fits.
 fn cell<'a>(piece: &Piece<'a>, stock: Bed) -> Cell<'a> {
     let size = |profile: &Profile| {
         let [min, max] = profile.bounds_mm();
         ([max[0] - min[0], max[1] - min[1]], min)
     };
+    // The longer side of a piece goes along the longer side of the stock.
     let is_wide = |[x, y]: [f64; 2]| x >= y;
     let mut profile = piece.profile.clone();
     let (mut size_mm, mut min) = size(&profile);

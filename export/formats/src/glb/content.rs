@@ -48,6 +48,7 @@ impl Content {
         let input = self.accessor(times);
         let (mut channels, mut samplers) = (Vec::new(), Vec::new());
         for (number, (node, _)) in moves.iter().enumerate() {
+            // Two times of four bytes, then two positions of twelve bytes per node.
             let output = self.accessor(floats(view, 8 + 24 * number, 2));
             channels.push(Channel {
                 sampler: number,
@@ -66,6 +67,7 @@ impl Content {
         self.bytes
     }
 
+    /// Adds vectors; `bounded` adds their bounds, which the standard requires for positions.
     fn vectors(&mut self, vectors: &[[f32; 3]], target: Option<u32>, bounded: bool) -> usize {
         let from = self.bytes.len();
         self.floats(vectors.as_flattened().iter().copied());
@@ -79,6 +81,7 @@ impl Content {
         self.accessor(Accessor { min: ends(f32::min), max: ends(f32::max), ..accessor })
     }
 
+    /// Adds triangle indices, with 16 bits where they suffice.
     fn indices(&mut self, mesh: &ShadedMesh) -> usize {
         let from = self.bytes.len();
         let indices = mesh.triangles.as_flattened();

@@ -126,6 +126,7 @@ pub fn tacex(robot: &Robot) -> Option<String> {
     Some(text)
 }
 
+/// Writes the leading comment lines of a configuration.
 fn head(robot: &Robot, touch: &RobotTouch, class: &str) -> String {
     let comment = robot.comment.replace('\n', " ");
     let pack = match touch.slope_bins {

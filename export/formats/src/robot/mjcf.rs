@@ -24,6 +24,7 @@ pub fn mjcf(robot: &Robot) -> String {
     );
     let shapes = || robot.links.iter().flat_map(|link| link.visuals.iter().chain(&link.collisions));
     let mut files: Vec<&str> = shapes().map(|shape| &*shape.mesh.file).collect();
+    // A mesh that several shapes use is declared once.
     files.sort_unstable();
     files.dedup();
     // Writing to a string cannot fail.

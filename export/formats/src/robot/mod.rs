@@ -142,6 +142,7 @@ impl Inertia {
     #[must_use]
     pub fn and(&self, other: &Self) -> Self {
         let mass_kg = self.mass_kg + other.mass_kg;
+        // Two massless bodies have no centre of mass.
         if mass_kg <= 0.0 {
             return *self;
         }

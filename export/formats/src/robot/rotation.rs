@@ -7,6 +7,7 @@ use super::RobotCamera;
 /// Converts a rotation to roll, pitch and yaw about fixed axes, as in URDF and SDF, rad.
 pub(super) fn roll_pitch_yaw(rotation: &Matrix3<f64>) -> [f64; 3] {
     let r = |row: usize, column: usize| rotation[(row, column)];
+    // Cosine of the pitch.
     let level = r(0, 0).hypot(r(1, 0));
     let pitch = (-r(2, 0)).atan2(level);
     if level < 1e-9 {

@@ -98,6 +98,7 @@ fn mesh(file: &str, more: &str) -> String {
     format!("<mesh><uri>{}</uri>{more}</mesh>", escaped(file))
 }
 
+/// Writes a model in a dialect of SDF.
 fn model(robot: &Robot, root: &str, dialect: &dyn Dialect) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n{}\n{root}\n  <model name=\"{}\">\n",
@@ -106,6 +107,7 @@ fn model(robot: &Robot, root: &str, dialect: &dyn Dialect) -> String {
     );
     let base = robot.links.first().map_or("base", |link| &link.name);
     for (i, link) in robot.links.iter().enumerate() {
+        // The camera belongs to the base.
         let camera = (i == 0 && dialect.has_camera()).then_some(&robot.camera);
         text += &of_link(link, camera, dialect);
     }

@@ -28,6 +28,7 @@ pub fn tacto(robot: &Robot) -> Option<String> {
         format!("[{}]", values.iter().map(|value| number(*value)).collect::<Vec<_>>().join(", "))
     };
     let turned = roll_pitch_yaw(&looking_back(camera)).map(f64::to_degrees);
+    // At most eight, taken evenly from the list.
     let step = robot.lamps.len().div_ceil(MOST_LAMPS).max(1);
     let lamps: Vec<_> = robot.lamps.iter().step_by(step).collect();
     let list = |of: &dyn Fn(usize) -> String| {

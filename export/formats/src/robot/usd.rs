@@ -69,6 +69,7 @@ fn material_of(link: &RobotLink) -> String {
     format!("{}_surface", identifier(&link.name))
 }
 
+/// Writes the physics material with a link's friction.
 fn rubs(link: &RobotLink) -> String {
     let mu = number(link.friction.unwrap_or_default());
     format!(
@@ -189,6 +190,7 @@ fn points(all_mm: &[[f64; 3]]) -> String {
     all_mm.iter().map(point).collect::<Vec<_>>().join(", ")
 }
 
+/// Writes the attributes with the tetrahedra.
 fn tetrahedra(mesh: &RobotTetrahedra) -> String {
     // The surface attributes need nodes numbered by themselves.
     let mut known = vec![None; mesh.points_mm.len()];

@@ -130,6 +130,7 @@ impl Integrals {
     /// Inertia about the centroid.
     fn inertia(&self) -> Matrix3<f64> {
         let c = self.centroid();
+        // Parallel axis theorem.
         let spread = self.second - self.volume * c * c.transpose();
         Matrix3::identity() * spread.trace() - spread
     }
@@ -198,6 +199,7 @@ struct Summing<'a> {
     sum: Integrals,
 }
 
+/// Integrates over the exact solid, based on a mesh of it.
 fn integrate(solid: &Solid, mesh: &TriMesh) -> Integrals {
     let leaves = Leaves::new(solid);
     let facets = (0..mesh.triangles.len()).map(|i| Facet::new(mesh, i, &leaves)).collect();
@@ -257,6 +259,7 @@ impl Summing<'_> {
         // In the plane across the edge: x points out of the first triangle, y along its normal.
         let (x, y) = (along.cross(&normal), normal);
         let flat = |v: Vector3<f64>| [v.dot(&x), v.dot(&y)];
+        // Both triangles approximate one curved face, which is smooth across the edge.
         if self.mesh.faces[one.0] == self.mesh.faces[two.0] {
             for (t, weight) in NODES {
                 let at = from + t * (to - from);
@@ -306,6 +309,7 @@ fn add_tetrahedron(sum: &mut Integrals, [a, b, c]: [Vector3<f64>; 3]) {
 /// Both sides of an edge: triangle and edge number, for either direction.
 type Pair = [(usize, usize); 2];
 
+/// Pairs the triangles on both sides of each edge; an edge may have more than two where shells touch.
 fn edges(mesh: &TriMesh) -> Vec<Pair> {
     let mut open: BTreeMap<(u32, u32), Vec<(usize, usize)>> = BTreeMap::new();
     let mut pairs = Vec::with_capacity(mesh.triangles.len() * 3 / 2);

@@ -216,6 +216,7 @@ impl Caster<'_> {
             let heights = mesh.vertices.iter().map(|p| w.dot(&Vector3::from(*p)));
             heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)))
         };
+        // Lines start 1 mm behind the body.
         let (span_u, span_v, behind) = (span(u), span(v), span(direction).0);
         let rows = (LINES_PER_BUNDLE as f64).sqrt() as usize;
         let step = |(low, high): (f64, f64), i: usize, jitter: f64| {
@@ -236,6 +237,7 @@ impl Caster<'_> {
         for (index, face) in mesh.faces.iter().enumerate() {
             triangles.entry(*face).or_default().push(index);
         }
+        // Fewer lines per face for bodies with very many faces.
         let per_face = LINES_PER_FACE.min(MAX_AIMED / triangles.len().max(1)).max(1);
         for (id, triangles) in triangles.iter().take(MAX_AIMED) {
             let feature = self.body.feature_of(id.leaf);
@@ -261,6 +263,7 @@ impl Caster<'_> {
         }
     }
 
+    /// Aims a line at the centre of a triangle, from outside, at 0.2 to 1 rad from its normal.
     fn aim(
         &mut self,
         mesh: &TriMesh,

@@ -81,6 +81,7 @@ impl ZarrArray {
         Ok(array)
     }
 
+    /// Checks every size against its limit.
     fn check_sizes(&self) -> Result<(), InvalidMetadata> {
         let limit = |what: &str, found: u64, most: u64| match (1..=most).contains(&found) {
             true => Ok(()),

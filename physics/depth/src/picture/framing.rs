@@ -27,6 +27,7 @@ impl Framing {
     pub(super) fn fit(view: &View, points: &[Point3<f64>]) -> Result<Self, RenderError> {
         let forward = view.looking.normalize();
         let mut right = forward.cross(&Vector3::z());
+        // Looking along z: y takes the place of up.
         if right.norm() < 1e-9 {
             right = forward.cross(&Vector3::y());
         }
@@ -41,6 +42,7 @@ impl Framing {
         let (perspective, distance_mm) = match view.projection {
             ViewProjection::Orthographic => (false, 2.0 * radius_mm),
             ViewProjection::Perspective { field_of_view } => {
+                // The bounding ball just fills the field of view.
                 (true, radius_mm / (field_of_view.rad() / 2.0).sin())
             }
         };

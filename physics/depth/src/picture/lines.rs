@@ -69,10 +69,12 @@ fn partner<'a>(
     there: &'a [SeenSurface],
 ) -> Option<&'a SeenSurface> {
     let actor = here[index].actor;
+    // A body may show several surfaces along a ray, such as both walls of a tube.
     let rank = here[..index].iter().filter(|s| s.actor == actor).count();
     there.iter().filter(|s| s.actor == actor).nth(rank)
 }
 
+/// Finds the discontinuity between corresponding surfaces of two samples.
 fn break_between(a: &SeenSurface, b: &SeenSurface, framing: &Framing) -> Line {
     let chord = b.point - a.point;
     let length_mm = chord.norm();
@@ -84,6 +86,7 @@ fn break_between(a: &SeenSurface, b: &SeenSurface, framing: &Framing) -> Line {
     let across_mm = (length_mm * length_mm - step_mm * step_mm).max(0.0).sqrt();
     let (facing_a, facing_b) = (a.normal.dot(&direction).abs(), b.normal.dot(&direction).abs());
     let facing = facing_a.min(facing_b).max(1e-9);
+    // Tangent of the steeper surface's inclination to the image plane.
     let slope = (1.0 - facing * facing).max(0.0).sqrt() / facing;
     let is_smooth = a.normal.dot(&b.normal) > SMOOTH_COSINE;
     let same_face = a.leaf == b.leaf && a.face == b.face;

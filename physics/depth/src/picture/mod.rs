@@ -254,6 +254,7 @@ fn check_size(width_px: u32, height_px: u32) -> Result<(), RenderError> {
 /// where they are visible. Returns `None` if they are nowhere.
 fn closer_framing(setup: &Setup<'_>, view: &View) -> Option<Framing> {
     let (width, height) = (f64::from(view.width_px), f64::from(view.height_px));
+    // A coarse grid of rays over the image.
     let cell_px = width.max(height) / PROBES;
     let rows = (height / cell_px).ceil() as u32;
     let columns = (width / cell_px).ceil() as u32;

@@ -31,6 +31,7 @@ impl Picture {
         }
     }
 
+    /// Draws a straight line with round ends.
     fn draw_piece(&mut self, from: [f64; 2], to: [f64; 2], width_px: f64, color: [u8; 3]) {
         let Some([from, to]) = self.near(from, to, width_px + 1.0) else { return };
         let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
@@ -77,6 +78,7 @@ impl Picture {
         (start <= end).then(|| [at(start), at(end)])
     }
 
+    /// Blends a colour into a pixel.
     fn mix(&mut self, [column, row]: [u32; 2], color: [u8; 3], weight: f64) {
         let at = 3 * (row as usize * self.width_px as usize + column as usize);
         for (channel, new) in self.rgb[at..at + 3].iter_mut().zip(color) {

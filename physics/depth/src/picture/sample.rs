@@ -80,13 +80,16 @@ impl<'a> Tracer<'a> {
             if opacity == 0.0 {
                 return nearest_opaque;
             }
+            // Crossings alternate, so the next one after an entry is the matching exit.
             for (index, entering) in crossings.iter().enumerate().filter(|(_, c)| c.entering) {
+                // The remainder of a body after the cut must have some thickness.
                 let leaving_t = crossings.get(index + 1).map_or(f64::INFINITY, |c| c.t);
                 let Some(surface) = kept.surface(actor, entering, leaving_t, &ray) else {
                     continue;
                 };
                 seen.push(surface);
                 if opacity == 1.0 || surface.leaf == CUT_LEAF {
+                    // Nothing behind an opaque surface is visible.
                     nearest_opaque = nearest_opaque.min(surface.t);
                     break;
                 }
@@ -148,6 +151,7 @@ struct Kept {
 }
 
 impl Kept {
+    /// Clips a ray by the cut.
     fn of(cut: Option<&SectionCut>, ray: &Ray) -> Self {
         let (mut from_t, mut to_t) = (f64::NEG_INFINITY, f64::INFINITY);
         let Some(cut) = cut else { return Self { from_t, to_t, outward: Vector3::zeros() } };

@@ -99,6 +99,7 @@ struct Painter<'a> {
 }
 
 impl Painter<'_> {
+    /// Shades a sample, and returns the face that it shows.
     fn sample(
         &self,
         glimpse: Glimpse,

@@ -133,6 +133,7 @@ impl Shader {
         }
         let n = &surface.normal;
         let lambert = |light: &Vector3<f64>| n.dot(light).max(0.0);
+        // Hemispherical ambient light: 0 from the ground, 1 from the sky.
         let sky = 0.5 + 0.5 * n.z;
         let light = AMBIENT.0
             + (AMBIENT.1 - AMBIENT.0) * sky
@@ -146,6 +147,7 @@ impl Shader {
     /// Shades a cut face as on a technical drawing: flat, lighter, hatched at 45 degrees, neighbours the other way
     /// round (ISO 128-3).
     fn hatched(&self, albedo: Linear, actor: u32, x_px: f64, y_px: f64) -> Linear {
+        // Pitch and direction alternate, so that neighbouring bodies differ.
         let pitch_px = (self.height_px / 70.0).max(6.0) * if actor % 4 < 2 { 1.0 } else { 0.7 };
         let along = if actor.is_multiple_of(2) { x_px + y_px } else { x_px - y_px };
         let phase_px = (along * std::f64::consts::FRAC_1_SQRT_2).rem_euclid(pitch_px);

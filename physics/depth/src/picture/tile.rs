@@ -24,6 +24,7 @@ pub(super) struct Tile {
 impl Tile {
     pub fn at(column: u32, row: u32, width_px: u32, height_px: u32) -> Self {
         let (x_px, y_px) = (column * TILE_PX, row * TILE_PX);
+        // Tiles at the right and lower border may be smaller.
         let clip = |from: u32, size: u32| (size - from).min(TILE_PX);
         Self { x_px, y_px, width_px: clip(x_px, width_px), height_px: clip(y_px, height_px) }
     }
@@ -65,6 +66,7 @@ struct Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
+    /// Traces the central ray of each pixel of a tile and its apron.
     fn trace(tile: &Tile, setup: &'a Setup<'a>) -> Self {
         let mut tracer = Tracer::new(setup);
         let (left, top) = (tile.x_px as i32, tile.y_px as i32);
@@ -122,6 +124,7 @@ impl<'a> Samples<'a> {
         self.find_lines();
     }
 
+    /// Traces the subsamples of a pixel.
     fn trace_block(&mut self, x: i32, y: i32) -> Block {
         let place = |pixel: i32, sub: i32| {
             f64::from(pixel) + (f64::from(sub) + 0.5) / f64::from(SUBSAMPLES)
@@ -142,6 +145,7 @@ impl<'a> Samples<'a> {
         Some((block as usize, within as usize))
     }
 
+    /// Finds the lines between neighbouring subsamples of refined pixels.
     fn find_lines(&mut self) {
         self.lines = vec![Default::default(); self.blocks.len()];
         let margin = self.margin;
@@ -163,6 +167,7 @@ impl<'a> Samples<'a> {
         }
     }
 
+    /// Returns the colour of a pixel: the mean of its subsamples with ink where it is refined or inked.
     fn pixel(&self, x: i32, y: i32, ink: &Ink, shader: &Shader) -> Linear {
         let at = self.index(x, y);
         let block = self.block_of[at].map(|block| &self.blocks[block as usize]);
@@ -192,6 +197,7 @@ struct Ink {
 }
 
 impl Ink {
+    /// Draws the lines of all subsamples, including those of the apron that reach into the tile.
     fn draw(samples: &Samples<'_>, pen: &Pen) -> Self {
         let (width, height) = (samples.width * SUBSAMPLES, samples.height * SUBSAMPLES);
         let mut ink = Self { width, height, strengths: Vec::new(), touched: Vec::new() };

@@ -117,6 +117,7 @@ impl View {
         self
     }
 
+    /// Checks size, direction, margin, field of view and cut.
     pub(super) fn validate(&self) -> Result<(), RenderError> {
         check_size(self.width_px, self.height_px)?;
         if !is_direction(&self.looking) {

@@ -61,6 +61,7 @@ impl ReferenceSurface<'_> {
         map
     }
 
+    /// Casts the rays of a tile against the indenters that it may see.
     fn press_tile(
         &self,
         tile: &Tile,

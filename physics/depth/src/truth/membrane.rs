@@ -85,6 +85,7 @@ impl DepthMap<'_> {
             - points[pixel + usize::from(column + 1 < width)];
         let down = points[pixel - width * usize::from(row > 0)]
             - points[pixel + width * usize::from(row + 1 < height)];
+        // NaN neighbours, where no surface is seen, yield no normal.
         let normal = across.cross(&down).try_normalize(0.0).filter(|n| n.x.is_finite())?;
         let ray = self.surface.rays().ray(pixel)?;
         Some(if normal.dot(&ray.direction) < 0.0 { -normal } else { normal })

@@ -107,6 +107,7 @@ impl Canvas {
         }
     }
 
+    /// Writes a text with its top left corner at a pixel.
     fn write(&mut self, text: &str, left: u32, top: u32) {
         for (i, c) in text.chars().enumerate() {
             let Some((_, dots)) = GLYPHS.iter().find(|(glyph, _)| *glyph == c) else { continue };

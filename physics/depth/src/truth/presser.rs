@@ -64,6 +64,7 @@ impl Presser {
         Some(Reach { bounds, ball })
     }
 
+    /// Bounds the cells of a finite box that may reach inside the surface.
     fn part_inside(&self, whole: &Aabb, touch: &TouchSurface) -> Aabb {
         let cell = Vector3::from(whole.size_mm()) / CELLS as f64;
         let radius_mm = 0.5 * cell.norm() + BOX_SLACK_MM;
@@ -72,6 +73,7 @@ impl Presser {
             let place = [i % CELLS, i / CELLS % CELLS, i / CELLS.pow(2)].map(|k| k as f64);
             let min = whole.min + cell.component_mul(&Vector3::from(place));
             let middle = self.sensor_from_body.point(min + 0.5 * cell);
+            // The cell's bounding ball reaches the surface.
             if touch.depth_mm(&middle).0 >= -radius_mm {
                 inside = inside.hull(&Aabb { min, max: min + cell });
             }

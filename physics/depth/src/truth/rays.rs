@@ -86,6 +86,7 @@ impl PixelRays {
             (origin, sensor_from_camera.vector(ray.direction))
         };
         let pixels = (0..width_px as usize * height_px as usize).into_par_iter();
+        // Only an interface of the camera's own gives each ray its own origin.
         let (origins, directions) = match camera.interface() {
             Interface::None | Interface::Drawn => {
                 let centre = sensor_from_camera.point(Point3::origin());
@@ -134,6 +135,7 @@ impl PixelRays {
         // A camera with an interface of its own starts its rays there; what lies before it can still hide them.
         let hiding = common.is_none().then_some(&pupil);
         follow_all(stack, width, &mut origins, &mut self.directions, &mut seen_by, hiding);
+        // Nothing was refracted: keep the single origin.
         self.origins = match common {
             Some(origin) if origins.iter().all(|own| *own == origin) => Origins::Common(origin),
             _ => Origins::Own(origins),

@@ -266,6 +266,8 @@ fn left(rays: &PixelRays, pixel: usize, ray: &Ray, cause: &Cause) -> Option<Chan
     match cause {
         Cause::Pose(i) => {
             let by = Vector3::ith(i % 3, 1.0);
+            // The pose maps sensor to camera, so a ray fixed in the camera moves the opposite way in the sensor frame.
+            // Parameters 0 to 2 turn, 3 to 5 shift.
             let back = |v: Vector3<f64>| -rotation.tr_mul(&v);
             Some(match *i < 3 {
                 true => {

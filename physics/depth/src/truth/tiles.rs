@@ -41,6 +41,7 @@ pub(super) fn tiles(rays: &PixelRays) -> Vec<Tile> {
 }
 
 impl Tile {
+    /// Bounds the rays of a tile by a cone; `None` for a tile without rays.
     fn new(rays: &PixelRays, columns: [u32; 2], rows: [u32; 2]) -> Option<Self> {
         let width = rays.width_px();
         let own = || pixels(columns, rows, width).filter_map(|pixel| rays.ray(pixel));

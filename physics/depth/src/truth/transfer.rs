@@ -50,6 +50,7 @@ pub(super) struct Transfer {
 }
 
 impl Transfer {
+    /// Traces all rays again with each of the four changes.
     pub(super) fn of(rays: &PixelRays, media: &Sights) -> Self {
         let leaving: Vec<Option<Ray>> =
             (0..rays.len()).into_par_iter().map(|pixel| rays.leaving(pixel)).collect();
@@ -73,6 +74,7 @@ impl Transfer {
             by.par_iter_mut().enumerate().for_each_init(
                 || media.media_tracer(),
                 |tracer, (pixel, by)| {
+                    // Where a forward step leads through another face, the backward step serves.
                     let is_asked = rays.seen_by().get(pixel) == Some(&SEES_SURFACE);
                     let Some(here) = rays.ray(pixel).filter(|_| is_asked) else { return };
                     let after = Ray { origin: origins[pixel], direction: directions[pixel] };

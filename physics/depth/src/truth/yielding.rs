@@ -70,6 +70,7 @@ impl Along<'_> {
         if cosine < GRAZING {
             return marched();
         }
+        // First step: as if the surface were parallel to the undeformed one.
         let mut next_mm = at[0] + at[1] / cosine;
         for _ in 0..SECANT_STEPS {
             let next = [next_mm, self.depth_mm(next_mm)];
@@ -119,6 +120,7 @@ impl Along<'_> {
     fn normal(&self, [range_mm, depth_mm]: [f64; 2]) -> Vector3<f64> {
         let point = self.ray.at(range_mm);
         let (_, outward) = self.touch.depth_mm(&point);
+        // Any vector that is not nearly parallel to the normal.
         let aside = if outward.x.abs() < 0.5 { Vector3::x() } else { Vector3::y() };
         let first = outward.cross(&aside).normalize();
         let across = [first, outward.cross(&first)].map(|way| {
@@ -167,6 +169,7 @@ impl ReferenceSurface<'_> {
             let gel = along.exit_mm(rest, outward.dot(&ray.direction));
             let gel_mm = gel[0];
             let rigid_mm = map.range_mm[pixel];
+            // The rigid ray may end on the indenter where the gel has already lost contact.
             let is_touched = is_rigid && {
                 let point = ray.at(rigid_mm);
                 let (depth_mm, outward) = touch.depth_mm(&point);

@@ -40,6 +40,8 @@ struct Volume {
 }
 
 impl Volume {
+    /// Computes the volume ratio of a deformation gradient with the components rr, rz, zr, zz and the circumferential
+    /// stretch.
     fn of(f: &Parts) -> Self {
         let [rr, rz, zr, zz, around] = [f[0], f[1], f[2], f[3], f[4]];
         let plane = rr * zz - rz * zr;
@@ -111,6 +113,7 @@ pub(crate) fn strain(
         strained.energy +=
             weight * 0.5 * shear * (f.norm_squared() - 3.0 - 2.0 * volume.ratio.ln());
         let stress = shear * f + by_ratio * volume.slope;
+        // The pressure term uses `held`, not the current coefficients; see above.
         let stiffness = SMatrix::<f64, PARTS, PARTS>::identity() * shear
             + volume.slope * volume.slope.transpose() * (shear / volume.ratio.powi(2))
             + (held.dot(linear) - shear / volume.ratio) * volume.curvature;

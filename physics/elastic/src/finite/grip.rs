@@ -20,6 +20,7 @@ pub(super) struct Grip {
     pub shares: Vec<(usize, f64)>,
 }
 
+/// Creates the constraints of all rings; the pole's ring is merged with the next one.
 pub(super) fn grips(rings: &Rings) -> Vec<Grip> {
     let grip = |ring: &Ring| Grip { weight: ring.weight, shares: ring.shares.clone() };
     let mut grips: Vec<Grip> = rings.rings[1..].iter().map(grip).collect();
@@ -44,6 +45,7 @@ impl Above {
             let place = Point3::new(r_mm + by_mm, 0.0, z_mm) - shift_mm;
             presser.gap_mm(&place, &Vector3::z(), REACH_MM)
         };
+        // Gaps to both sides; infinite values at the indenter's edge make slope or curvature not finite.
         let here = gap(0.0);
         let (inner, outer) = (gap(-SLOPE_STEP_MM), gap(SLOPE_STEP_MM));
         let (far_in, far_out) = (gap(-CURVATURE_STEP_MM), gap(CURVATURE_STEP_MM));

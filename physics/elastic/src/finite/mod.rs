@@ -83,6 +83,7 @@ fn reach(
     let least_mm = step_mm / f64::from(2_u32.pow(MAX_HALVINGS));
     while reached_mm < to_mm {
         let next_mm =
+            // Rounding must not leave a tiny last step.
             if reached_mm + step_mm > to_mm - 1e-12 { to_mm } else { reached_mm + step_mm };
         let before = system.state();
         match system.solve(presser, &shift(next_mm), TOLERANCE * to_mm, MAX_ITERATIONS) {

@@ -39,6 +39,7 @@ pub(super) struct State {
     amounts: Vec<Vector3<f64>>,
 }
 
+/// Newton iteration of a press at large strain.
 pub(super) struct System<'a> {
     stack: &'a Stack,
     mesh: &'a Mesh,
@@ -61,10 +62,12 @@ struct Step {
 }
 
 impl<'a> System<'a> {
+    /// Numbers the unknowns; on the axis nothing moves radially.
     pub fn new(stack: &'a Stack) -> Self {
         let (mesh, grips) = (&*stack.mesh, grips(&stack.rings));
         let (mut rows, mut count) = (Vec::with_capacity(2 * mesh.nodes.len()), 0);
         for (node, place) in mesh.nodes.iter().enumerate() {
+            // Radial first, which vanishes on the axis; then axial.
             for is_still in [place[0] == 0.0, false] {
                 let is_still = is_still || mesh.is_fixed[node];
                 rows.push((!is_still).then_some(count));
@@ -173,6 +176,7 @@ impl<'a> System<'a> {
         Some(strained.pressures + strained.pressures_by * step)
     }
 
+    /// Computes an element at the current displacements; `None` where it is inverted.
     fn strained(&self, (number, element): (usize, [usize; 2])) -> Option<Strained> {
         let nodes = self.mesh.element_nodes(element);
         let moved = SVector::<f64, UNKNOWNS>::from_fn(|i, _| {
@@ -229,6 +233,7 @@ impl<'a> System<'a> {
 
     /// Solves for displacement steps and new pressures of the rings in contact; `None` where an element is inverted.
     fn step(&self, above: &[Above], held: &[usize]) -> Result<Option<Step>, ElasticError> {
+        // Unknowns: displacements, one pressure per ring in contact, and the multiplier of the `LEVEL` constraint.
         let level = self.count + held.len();
         let size = level + 1;
         let mut right = vec![0.0; size];
@@ -258,6 +263,7 @@ impl<'a> System<'a> {
                     }
                 }
                 if let Some(row) = self.rows[node] {
+                    // The indenter's curvature changes the direction of its force; it speeds up the iteration.
                     let bent = -share * self.state.pressures[ring] * above.curvature;
                     entries.push((row, row, bent));
                 }

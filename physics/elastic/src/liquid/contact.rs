@@ -61,6 +61,7 @@ impl Answers {
                 }
                 matrix
             };
+            // Pressures are eliminated: they are linear in the forces, with the tangent of the air's stiffness.
             let coupled =
                 DMatrix::identity(columns.len(), columns.len()) + scaled(self.growth.clone());
             let coupled = coupled.lu();
@@ -106,6 +107,7 @@ fn held(
     let mut changed = 0;
     for _ in 0..MAX_ITERATIONS {
         let held: Vec<usize> = (0..count).filter(|i| active[*i]).collect();
+        // Nodes in contact get exactly the depths of the indenter; all others carry no force.
         let part = compliance.select_rows(&held).select_columns(&held);
         let factors = part.cholesky().ok_or_else(|| ElasticError::Factorisation {
             harmonic: 0,
@@ -118,6 +120,7 @@ fn held(
         }
         let moved = compliance * &forces;
         let next: Vec<bool> = (0..count)
+            // A node leaves when its force would pull, and joins when it lies above the indenter.
             .map(|i| if active[i] { forces[i] > 0.0 } else { moved[i] < wanted[i] - 1e-9 })
             .collect();
         changed = next.iter().zip(active.iter()).filter(|(a, b)| a != b).count();

@@ -27,6 +27,7 @@ struct Soft {
 /// Volume shares of one column of bricks: for each brick, those of each soft body, then of each channel.
 type Shares = Vec<Vec<f64>>;
 
+/// Grid lines and contents of a skin's bricks.
 pub(super) struct Drawn {
     pub(super) lines_mm: [Vec<f64>; 3],
     soft: Vec<Soft>,
@@ -35,6 +36,7 @@ pub(super) struct Drawn {
 }
 
 impl Drawn {
+    /// Divides a sensor's skin into bricks of about `spacing_mm`.
     pub(super) fn of(
         sensor: &Sensor,
         skin: &LiquidSkin,
@@ -58,6 +60,7 @@ impl Drawn {
         Ok(drawn)
     }
 
+    /// Computes the shares of the solids in each brick by vertical rays, a grid of [`RAYS`] x [`RAYS`] per column.
     fn columns_of(&self, solids: &[&CompiledSolid]) -> Vec<Shares> {
         let [xs, ys, zs] = &self.lines_mm;
         let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
@@ -91,6 +94,7 @@ impl Drawn {
         columns
     }
 
+    /// Returns the shares of a brick: those of the soft bodies, then those of the channels.
     fn shares(&self, [i, j, k]: [usize; 3]) -> (&[f64], &[f64]) {
         self.columns[i + (self.lines_mm[0].len() - 1) * j][k].split_at(self.soft.len())
     }
@@ -100,6 +104,7 @@ impl Drawn {
         let (soft, channels) = self.shares(at);
         let all = soft.iter().sum::<f64>().min(1.0);
         let most = soft.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+        // Slivers below 5 % of a brick are neglected, and rounding below 0.1 % does not make a full brick partial.
         let solid = most.filter(|_| all > 0.05).map(|(which, _)| (self.soft[which].solver, all));
         let solid = solid.map(|(m, all)| (m, if all > 0.999 { 1.0 } else { all }));
         // Rounding of rays along faces is not liquid; and a brick that counts as all liquid is filled completely.

@@ -137,6 +137,7 @@ impl LiquidStack {
         };
         self.slab.solve_each(&nodes, |which, field| {
             for channel in 0..channels {
+                // The first fields belong to forces on nodes, the rest to pressures in channels.
                 let grown_mm3 = self.slab.growth_mm3(channel, &field);
                 match which.checked_sub(count) {
                     None => answers.squeezed[(channel, which)] = -grown_mm3,

@@ -66,6 +66,7 @@ pub struct SkinNode {
 }
 
 impl LiquidOutcome {
+    /// Evaluates a press from its balanced forces and pressures. Fails if a channel is pressed shut.
     pub(super) fn new(
         stack: &LiquidStack,
         balance: &Balance,
@@ -88,6 +89,7 @@ impl LiquidOutcome {
         let sags_mm = -under.fold(0.0, f64::min);
         let channels = stack.skin.channels.iter().zip(&stack.faces).zip(&stack.columns).enumerate();
         let channels = channels.map(|(c, ((channel, faces), column))| {
+            // Positive where the cover approaches the floor.
             let closes = |[above, below]: &[usize; 2]| {
                 let z = |node| stack.slab.displacement_mm(&field, node).z;
                 z(*below) - z(*above)

@@ -206,6 +206,7 @@ impl Unsolved {
         }
     }
 
+    /// Computes the volume change of each cavity by each unknown.
     fn growth(&self, cells: &[([usize; 3], Cell)], cavities: usize) -> Vec<Vec<(usize, f64)>> {
         let mut growth = vec![BTreeMap::<usize, f64>::new(); cavities];
         // Liquid pushes on solid parts only. Nodes inside cavities and on openings are left out: the forces of the
@@ -242,6 +243,7 @@ impl Unsolved {
             let (nodes, edges_mm) = (self.nodes(*at), self.edges_mm(*at));
             let open = (soft, 1.0);
             let share = cell.solid.map_or(0.0, |(_, share)| share);
+            // The part of a brick that the material leaves free is filled with the cavity's stiffness.
             let parts = cell.solid.into_iter().chain((share < 1.0).then_some(open));
             for (material, share) in parts {
                 let [x, y, z] = edges_mm.map(f64::to_bits);

@@ -44,6 +44,7 @@ pub(super) struct Bodies {
 }
 
 impl Bodies {
+    /// Compiles the bodies of the finished sensor.
     pub(super) fn of(sensor: &Sensor) -> Result<Self, SoftError> {
         let mut placed = Vec::new();
         for body in &sensor.bodies {
@@ -77,6 +78,7 @@ impl Bodies {
         met
     }
 
+    /// Returns the soft bodies below a point of the surface, along its inward normal.
     pub(super) fn below(&self, place: Point3<f64>, outward: Vector3<f64>) -> Column {
         // From 1 mm outside, so that the ray crosses the surface itself.
         let ray = Ray { origin: place + outward, direction: -outward };

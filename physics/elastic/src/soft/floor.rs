@@ -33,6 +33,7 @@ impl Floor {
         let radius_mm = |i: usize| face.equator_radius_mm() * (i as f64 + 0.5) / RADII as f64;
         let ends: Vec<Vec<(usize, f64)>> = (0..RADII)
             .map(|i| {
+                // Offset, so that no azimuth falls on an axis.
                 let azimuths = (0..AZIMUTHS).map(|k| (k as f64 + 0.37) * TAU / AZIMUTHS as f64);
                 let end = |azimuth: f64| {
                     let (sin, cos) = azimuth.sin_cos();
@@ -57,6 +58,7 @@ impl Floor {
             2 * ring.iter().filter(|end| key(**end) == usual).count() > AZIMUTHS
         };
         let rings = ends.iter().rposition(is_floor)? + 1;
+        // A floor below less than half of the radius does not hold the gel.
         (2 * rings > RADII).then(|| Self {
             z_mm: usual.1 as f64 * SAME_MM,
             radius_mm: face.equator_radius_mm() * rings as f64 / RADII as f64,
@@ -64,6 +66,7 @@ impl Floor {
         })
     }
 
+    /// Returns the meridian of the floor.
     pub(super) fn curve(&self) -> Curve {
         // Even spacing inclines the mesh columns least at the rim, the sine does so on the way there; a blend serves
         // both.

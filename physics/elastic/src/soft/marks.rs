@@ -83,6 +83,7 @@ impl SoftStack {
         Some(MarkMoved { displacement_mm, axis })
     }
 
+    /// Locates a point in the layers; `None` beyond their end.
     fn within(&self, touch: &TouchSurface, point: Point3<f64>) -> Option<Within> {
         let (depth_mm, outward) = touch.depth_mm(&point);
         let [s, azimuth] = self.coordinates(&(point + depth_mm * outward));
@@ -122,6 +123,7 @@ impl SoftStack {
         let surface = point + depth_mm * outward;
         let interface = at.nearest_interface();
         let ways = self.along(&surface, &outward).map(|way| {
+            // Central difference over the marker's own width, which averages over its foot.
             let [ahead, behind] = [1.0, -1.0].map(|side| {
                 let [s, azimuth] = self.coordinates(&(surface + side * radius_mm * way));
                 let s = s.min(RIM);

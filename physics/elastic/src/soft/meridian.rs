@@ -44,6 +44,7 @@ pub(super) fn most_common(bodies: &Bodies, face: &DomePoints) -> (Vec<usize>, f6
         let polar = face.last_polar_rad() * (ring as f64 + 0.5) / MERIDIANS as f64;
         let places = ((polar.sin() * MERIDIANS as f64).ceil() as usize).max(1);
         for place in 0..places {
+            // Offset, so that no azimuth falls on an axis.
             let azimuth = (place as f64 + 0.37) * TAU / places as f64;
             if let Some((point, outward)) = face.towards(polar, azimuth) {
                 let soft = bodies.below(point, outward).soft;
@@ -62,6 +63,7 @@ pub(super) fn most_common(bodies: &Bodies, face: &DomePoints) -> (Vec<usize>, f6
 }
 
 impl Meridian {
+    /// Averages the depths of the layers in `names` around the axis, at each step along the meridian.
     pub(super) fn of(bodies: &Bodies, face: &DomePoints, names: &[usize], usual_mm: f64) -> Self {
         let column = |polar: f64, azimuth: f64| {
             let (point, outward) = face.towards(polar, azimuth)?;
@@ -74,6 +76,7 @@ impl Meridian {
         };
         let around = |polar: f64| -> Vec<Column> {
             let azimuths =
+                // Offset, so that no meridian falls on an axis.
                 (0..MERIDIANS).map(|i| (f64::from(i as u32) + 0.37) * 360.0 / MERIDIANS as f64);
             let mut columns: Vec<Column> =
                 azimuths.filter_map(|deg| column(polar, deg.to_radians())).collect();
@@ -182,6 +185,7 @@ pub(super) fn rim_is_held(
     else {
         return false;
     };
+    // Along the layers, from just before their end.
     let ray = Ray { origin: before, direction: (end - before).normalize() };
     let end_mm = (end - before).norm();
     bodies.met(&ray).iter().any(|stretch| {

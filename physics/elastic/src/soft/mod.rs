@@ -105,6 +105,7 @@ impl SoftStack {
 /// Centre of a press: a point of the surface and its outward unit normal, sensor frame, mm.
 pub type Place = (Point3<f64>, Vector3<f64>);
 
+/// Builds the layers below a place of a pad as a disc around it.
 fn pad(
     bodies: &Bodies,
     sensor: &Sensor,
@@ -151,6 +152,7 @@ fn edge_mm(face: &PlanePoints, [x, y]: [f64; 2]) -> f64 {
         let is_on = |r: f64| face.at([x + r * cos, y + r * sin]).is_some();
         let (mut on, mut off) = (0.0, 1e3);
         for _ in 0..40 {
+            // Bisection, for an outline without reentrant parts along the ray.
             let middle = f64::midpoint(on, off);
             if is_on(middle) { on = middle } else { off = middle }
         }
@@ -159,6 +161,7 @@ fn edge_mm(face: &PlanePoints, [x, y]: [f64; 2]) -> f64 {
     directions.map(to_edge).fold(f64::INFINITY, f64::min)
 }
 
+/// Builds the layers of a dome as a body of revolution.
 fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack, SoftError> {
     let (names, usual_mm) = most_common(&bodies, face);
     if names.is_empty() {
@@ -191,6 +194,7 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
     let most_mm =
         meridian.depths_mm.iter().filter_map(|row| row.last()).copied().fold(0.0, f64::max);
     let apex_z_mm = face.towards(0.0, 0.0).map_or(f64::NAN, |(point, _)| point.z);
+    // Rays were cut off at the depth limit: look for a floor that they could not reach.
     let is_deep = most_mm >= bodies.deepest_mm - ROUND_MM;
     let floor = if is_deep { Floor::of(&bodies, face, apex_z_mm) } else { None };
     if let Some(floor) = &floor {

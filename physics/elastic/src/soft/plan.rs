@@ -85,6 +85,7 @@ impl SoftStack {
     ) -> [Vector3<f64>; 2] {
         let middle = self.sensor_from_stack.translation_mm();
         let out = Vector3::new(point_in_sensor.x - middle[0], point_in_sensor.y - middle[1], 0.0);
+        // At the pole every direction leads away; x is chosen.
         let out = out.try_normalize(1e-9).unwrap_or_else(Vector3::x);
         let around = Vector3::z().cross(&out);
         [around.cross(outward), around]

@@ -78,6 +78,7 @@ impl SoftStack {
         let stack = Stack::new(&body, &self.tip_division(radius_mm, depth_mm), 1)?;
         let ball = self.ball_above(radius_mm)?;
         let pressed = |depth_mm: f64| stack.press(&ball, &Press::along(-Vector3::z(), depth_mm)?);
+        // The force at two close depths yields the stiffness.
         let (before, last) = (pressed((1.0 - LAST) * depth_mm)?, pressed(depth_mm)?);
         let bonds = lines.iter().map(|line| line.measure(self, &last)).collect();
         Ok(TipPress {
@@ -123,11 +124,13 @@ impl SoftStack {
         both.collect()
     }
 
+    /// Chooses a mesh by the radius at which the undeformed surface cuts the ball.
     fn tip_division(&self, radius_mm: f64, depth_mm: f64) -> Division {
         let cut_mm = (depth_mm * (2.0 * radius_mm - depth_mm)).max(0.0).sqrt();
         Division::around_pole(cut_mm / ACROSS, AROUND * cut_mm, 0)
     }
 
+    /// Places a ball above the pole.
     fn ball_above(&self, radius_mm: f64) -> Result<Ball, SoftError> {
         let top_mm = self.body.interfaces.first().map_or(0.0, |surface| surface.at(0.0)[1]);
         Ok(Ball::new(Point3::new(0.0, 0.0, top_mm + radius_mm + ABOVE_MM), radius_mm)?)
@@ -147,6 +150,7 @@ impl SoftStack {
             let pair = [&old.interfaces[i], &old.interfaces[i + 1]];
             interfaces.push(Curve::between(pair[0], pair[1], 1.0 - AT_BOND));
             layers.push(layer.clone());
+            // The interface that the thin layer begins at.
             lines.push(Line { layer: i, above: interfaces.len() - 1 });
         }
         interfaces.extend(old.interfaces.last().cloned());
@@ -161,6 +165,7 @@ struct Line {
 }
 
 impl Line {
+    /// Finds the largest shear strain along the line.
     fn measure(&self, soft: &SoftStack, outcome: &Outcome) -> BondLine {
         let (mut worst, mut radius_mm) = (0.0, 0.0);
         for i in 1..ALONG {

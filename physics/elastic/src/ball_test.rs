@@ -279,7 +279,7 @@ mod tests {
     use super::*;
 
     fn test(young_mpa: f64, off_mm: impl Fn(usize) -> f64) -> BallTest {
-        // Depths at large strain, of a gel in a cup that holds it, computed on another mesh than the fit's.
+        // Depths at large strain for a gel in a cup that holds it, computed on another mesh than the fit's.
         let gel =
             Layer { name: "gel".to_owned(), material: Material::new(young_mpa, 0.495).unwrap() };
         let body = Body { is_rim_bonded: true, ..Body::pad(25.0, vec![(gel, 12.0)]) };
@@ -311,7 +311,7 @@ mod tests {
     #[test]
     fn slips_of_the_calliper_are_within_what_is_said() {
         let exact = test(0.07, |_| 0.0);
-        // As a calliper is off: 0.03 mm each way.
+        // Errors of a calliper: 0.03 mm each way.
         for signs in [1, 6_u32] {
             let mut off = exact.clone();
             for (i, reading) in off.readings.iter_mut().enumerate() {

@@ -154,7 +154,7 @@ mod tests {
     use super::*;
     use crate::{Body, Curve, Division, Hold, Layer, Material};
 
-    /// A dome of two materials, from a half ellipsoid to a ball inside, its rim free: every side is curved.
+    /// A dome of two materials between a half ellipsoid and a ball, with a free rim: every side is curved.
     fn dome(poisson: f64) -> Mesh {
         let ellipse = |r: f64, z: f64| {
             Curve::new(move |s| {
@@ -176,7 +176,7 @@ mod tests {
         Mesh::new(&body, &Division::even(0.5, 0)).unwrap()
     }
 
-    /// Forces of a field by U, V, W at a place, on every node, and the largest entry of |K| |u| beside them.
+    /// Nodal forces of a displacement field given by U, V, W, and the largest entry of |K| |u| for comparison.
     fn forces(
         mesh: &Mesh,
         harmonic: usize,
@@ -200,7 +200,7 @@ mod tests {
         (forces, largest)
     }
 
-    /// U, V, W of a place.
+    /// Displacement amplitudes U, V, W as a function of the position.
     type Field = fn([f64; 2]) -> [f64; 3];
 
     #[test]
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn even_strain_leaves_no_force_inside() {
-        // Linear displacements: of the harmonics 0, 1 and 2 there are no others but rigid motions.
+        // All linear displacement fields, except rigid motions, are of the harmonics 0, 1 and 2.
         let fields: [(usize, Field); 4] = [
             (0, |[r, _]| [r, 0.0, 0.0]),
             (0, |[_, z]| [0.0, 0.0, z]),
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn volume_grows_as_its_surface_moves() {
-        // u = (x, y, z) grows a body's volume by three of itself.
+        // The field u = (x, y, z) increases a body's volume by three times itself.
         let mesh = dome(0.3);
         let shape = Shape::new();
         let (mut grown, mut volume) = (0.0, 0.0);
@@ -297,7 +297,7 @@ mod tests {
             }
             forces[row] -= 1.0;
             let worst = forces.iter().fold(0.0, |worst: f64, f| worst.max(f.abs()));
-            // Bulk is 5,000 times as stiff as shear: so many digits of sixteen go.
+            // The bulk stiffness is 5,000 times the shear stiffness, and that many of sixteen digits are lost.
             assert!(worst < 1e-10, "{harmonic}: {worst:e}");
         }
     }

@@ -160,7 +160,7 @@ mod tests {
                 let mut json = whole.clone();
                 json.pointer_mut(pointer).unwrap()[axis] = json!(number);
                 let text = json.to_string();
-                // Some are sound by themselves: only the plan knows how many samples there are.
+                // Some changes are valid in themselves: only the plan determines the number of samples.
                 let is_sound = match (pointer, axis, number) {
                     ("/shape", 0, number) => (1..=1_000_000).contains(&number),
                     ("/shape", 2, 73) => true,

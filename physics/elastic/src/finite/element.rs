@@ -127,7 +127,7 @@ pub(crate) fn strain(
 mod tests {
     use super::*;
 
-    /// A skewed element with a middle on each curved side.
+    /// A skewed element with curved sides.
     const PLACES: [[f64; 2]; 9] = [
         [1.0, 2.0],
         [0.95, 1.5],

@@ -90,7 +90,7 @@ mod tests {
         Rod::new(&material(pin_mpa), &material(gel_mpa), 0.5, 2.0)
     }
 
-    /// The root sinks by 0.2 mm and turns by 0.1 about y; the gel goes its own way.
+    /// Displaces a pin whose root sinks by 0.2 mm and turns by 0.1 about y, in gel that moves differently.
     fn moved(rod: &Rod) -> (Vector3<f64>, Vector3<f64>) {
         let turn =
             Turn { before: Vector3::z(), after: Vector3::new(0.1f64.sin(), 0.0, 0.1f64.cos()) };

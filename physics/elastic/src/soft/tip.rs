@@ -232,8 +232,8 @@ mod tests {
 
     #[test]
     fn a_thin_layer_is_sheared_by_what_flows_out() {
-        // Incompressible, much wider than thick, held below and free to slide above: pressure drives it out as it
-        // does a film, and the floor bears all of it: shear is thickness times the slope of pressure.
+        // An incompressible layer, much wider than thick, bonded below and free to slide above: pressure drives it out
+        // like a viscous film, and the floor bears all of it. Shear is thickness times the slope of pressure.
         let (soft, thickness_mm) = (pad(&[(0.3, 0.1)]), 0.1);
         let (body, lines) = soft.with_bond_lines();
         let stack = Stack::new(&body, &soft.tip_division(50.0, 0.02), 1).unwrap();

@@ -24,8 +24,6 @@ const FIRST_ENTITY: u32 = 0x100;
 ///
 /// Coordinates are the shortest decimals that parse to the same `f64`.
 ///
-///
-///
 /// # Errors
 /// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for elliptic arcs.
 pub fn dxf(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {

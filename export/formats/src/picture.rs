@@ -7,8 +7,6 @@ use crate::ExportError;
 /// # Errors
 /// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty.
 ///
-///
-///
 /// ```
 /// let red_dot = fabkit_export::png(1, 1, &[255, 0, 0])?;
 /// assert_eq!(&red_dot[1..4], b"PNG");

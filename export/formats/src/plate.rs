@@ -35,8 +35,6 @@ pub struct Spot {
 /// Items are names and footprints (x, y) in mm. They are not turned, because a part's orientation belongs to its
 /// design. The result is in the order of the items.
 ///
-///
-///
 /// # Errors
 /// [`ExportError::LargerThanBed`] for the first item that fits on no bed.
 ///

@@ -17,8 +17,6 @@ pub struct CloudPoint {
 ///
 /// Coordinates are 64-bit, so that a cloud is as precise as the map it comes from.
 ///
-///
-///
 /// ```
 /// use fabkit_export::{Cloud, CloudPoint};
 /// let point =

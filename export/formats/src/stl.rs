@@ -13,8 +13,6 @@ const TRIANGLE_BYTES: usize = 50;
 /// `solid`, which readers would take for the text format. Facet normals are computed in `f64` from the vertices as
 /// written.
 ///
-///
-///
 /// # Errors
 /// [`ExportError::TooLarge`] beyond 2^32 - 1 triangles.
 pub fn stl(name: &str, mesh: &PrintMesh) -> Result<Vec<u8>, ExportError> {

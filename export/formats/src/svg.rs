@@ -19,8 +19,6 @@ const MOST_PX_PER_MM: f64 = 4.0;
 ///
 /// SVG's y axis points down: the drawing's top edge is y = 0.
 ///
-///
-///
 /// # Errors
 /// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for elliptic arcs.
 pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {

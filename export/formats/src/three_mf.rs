@@ -69,8 +69,6 @@ pub struct Object<'a> {
 ///
 /// Coordinates are the shortest decimals that parse to the same `f32`.
 ///
-///
-///
 /// # Errors
 /// [`ExportError::Nothing`] without objects, [`ExportError::TooLarge`] beyond 4 GiB.
 pub fn three_mf(document: Document, objects: &[Object]) -> Result<Vec<u8>, ExportError> {

@@ -2,8 +2,8 @@
 
 /// Largest accepted Poisson's ratio, without unit.
 ///
-/// At this ratio the bulk stiffness, `2 nu / (1 - 2 nu)` times the shear stiffness, is 5,000 times as large. A
-/// factorisation loses that many of its sixteen digits. No silicone is known more precisely to be incompressible.
+/// At this ratio the bulk stiffness, `2 nu / (1 - 2 nu)` times the shear stiffness, is 5,000 times as large, which
+/// costs a factorisation about four of its sixteen digits. No silicone is known more precisely to be incompressible.
 pub const MAX_POISSON_RATIO: f64 = 0.4999;
 
 /// Errors of a body, a mesh, a press or an iteration.

@@ -33,8 +33,6 @@
 //! A [`Stack`] is built once for a design. It solves the harmonics that a press needs on demand (about a second),
 //! caches them, and then evaluates further presses in milliseconds. A computation that does not converge is an error.
 //!
-//!
-//!
 //! ```
 //! use fabkit_elastic::{Ball, Body, Curve, Division, Hold, Layer, Material, Press, Stack};
 //! use fabkit_geometry::{Point3, Vector3};

@@ -23,8 +23,6 @@ const STRAIGHT_BULGE: f64 = 1e-12;
 /// cut with the beam's roundness. For a convex outline of area A and length L the area becomes A + L kerf / 2 + pi
 /// (kerf / 2)^2 (Steiner's formula).
 ///
-///
-///
 /// ```
 /// use fabkit_export::widen_for_kerf;
 /// use fabkit_geometry::{Path, Profile};

@@ -3,8 +3,6 @@
 //! A pixel's range is where its ray, `o + t d` in the sensor frame, meets a surface. A small change of parameters
 //! changes the ray by `do` and `dd`, and the range and the point that the pixel shows by
 //!
-//!
-//!
 //! ```text
 //! dt = -n . (do + t dd) / (n . d)          dP = do + t dd + d dt
 //! ```

@@ -32,6 +32,7 @@ pub fn dxf(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError
     }
     let mut entities = Groups::default();
     let mut handle = FIRST_ENTITY;
+    // Labels first: pieces that are cut out may shift.
     for stroke in &drawing.strokes {
         let vertices: Vec<_> = stroke.iter().map(|&point| (point, 0.0)).collect();
         entities.polyline(next(&mut handle), Operation::Label, &vertices, false);

@@ -85,6 +85,7 @@ pub fn glb(scenes: &[GlbScene]) -> Result<Vec<u8>, ExportError> {
         writer.scene(scene);
     }
     let Writer { mut document, mut content, moves, .. } = writer;
+    // The standard demands that used extensions are listed, and that the list is not empty.
     document.extensions_used =
         document.materials.iter().any(|m| m.extensions.is_some()).then(|| vec![json::IOR]);
     if !moves.is_empty() {
@@ -151,6 +152,7 @@ impl<'a> Writer<'a> {
         let nodes = &mut self.document.nodes;
         let top = nodes.len();
         nodes[root].children.push(top);
+        // A body with one place needs no parent node.
         let is_one = body.places.len() == 1;
         if !is_one {
             nodes.push(Node::named(body.name, &Pose::identity()));
@@ -192,6 +194,7 @@ impl<'a> Writer<'a> {
 fn material(document: &mut Document, body: &GlbBody) -> usize {
     let is_clear = body.opacity < 1.0;
     let [r, g, b] = body.color.map(linear);
+    // Opaque materials do not need the extension.
     let ior = body.refractive_index.filter(|_| is_clear);
     let material = Material {
         name: body.material.to_owned(),

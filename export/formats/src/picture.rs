@@ -58,11 +58,13 @@ pub fn png_with_comment(
     let pixels = width_px as usize * height_px as usize;
     let is_colored = grey.len() == 3 * pixels;
     check(width_px, height_px, if is_colored { 3 } else { 1 }, grey.len())?;
+    // 255 * 257 = 65535.
     let deep = |value: &f64| ((value * 257.0).round() as u16).to_be_bytes();
     let data: Vec<u8> = match is_deep {
         true => grey.iter().flat_map(deep).collect(),
         false => grey.iter().map(|value| value.round() as u8).collect(),
     };
+    // The closure cannot return the error of the text chunk, so it is kept for later.
     let mut unwritten = None;
     let bytes = encoded(width_px, height_px, &data, |encoder| {
         encoder.set_color(if is_colored { png::ColorType::Rgb } else { png::ColorType::Grayscale });

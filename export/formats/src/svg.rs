@@ -54,6 +54,7 @@ pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError
 pub fn sheet_picture(sheet: &NestedSheet) -> Result<Vec<u8>, ExportError> {
     let [stock_width, stock_height] = sheet.drawing.size_mm;
     let [width, height] = sheet.needs_mm;
+    // Lines are 1.2 px wide at any scale; the view box selects the used corner, which is at the bottom.
     let px_per_mm = (PICTURE_PX / width.max(height)).min(MOST_PX_PER_MM);
     let (stroke, top) = (1.2 / px_per_mm, stock_height - height);
     let mut xml = format!(
@@ -81,6 +82,7 @@ fn lines(
     for operation in Operation::ALL {
         let mut paths = Vec::new();
         if operation == Operation::Label {
+            // Lettering has no outline of its own and belongs to the label layer.
             paths.extend(drawing.strokes.iter().map(|stroke| polyline(stroke, height)));
         }
         for (_, path) in drawing.contours.iter().filter(|(o, _)| *o == operation) {

@@ -85,6 +85,7 @@ impl ZarrArray {
     /// Returns the metadata document.
     fn document(&self) -> Value {
         let axes = |count: u64, of_sample: &[u64]| [&[count], of_sample].concat();
+        // A shard covers whole chunks, also where the last ones extend beyond the sample.
         let whole: Vec<u64> = self
             .chunk_shape
             .iter()

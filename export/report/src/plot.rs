@@ -103,7 +103,7 @@ pub fn step(limit: f64, count: f64) -> f64 {
 fn marks([low, high]: [f64; 2], tick: f64) -> impl Iterator<Item = f64> {
     let first = (low / tick - 1e-3).ceil();
     let last = (high / tick + 1e-3).floor();
-    // A step from [`step`] yields a few; the limit guards against any other.
+    // A step from `step` yields a few; the limit guards against any other.
     (0..1000)
         .map(move |i| first + f64::from(i))
         .take_while(move |i| *i <= last)

@@ -66,6 +66,7 @@ impl<'a> Scene<'a> {
                 bounds: moved_bounds(&body.bounds(), &scene_from_body),
             })
             .collect();
+        // Bodies without volume stay in the list, so that indices match, but not in the hierarchy.
         let mut order: Vec<u32> = (0..bodies.len() as u32)
             .filter(|&index| !bodies[index as usize].bounds.is_empty())
             .collect();
@@ -197,6 +198,7 @@ impl<'a> Scene<'a> {
         let axis = Vector3::from(centres.size_mm()).imax();
         order.sort_by(|&a, &b| centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.cmp(&b)));
         let (left, right) = order.split_at_mut(order.len() / 2);
+        // The right child's index is known only after the left subtree has been built.
         self.nodes.push(Node { bounds, kind: NodeKind::Inner { right: 0 } });
         self.build(left);
         let right = self.build(right);

@@ -145,6 +145,7 @@ impl BallTest {
             let young_mpa = self.best(&law)?;
             fits.push((law, young_mpa));
         }
+        // The first of the assumptions is the nominal one.
         let (law, young_mpa) = &fits[0];
         let (touching_gap_mm, residuals_mm) = self.residuals(law, *young_mpa);
         let sigma_mpa = self.sigma_mpa(law, *young_mpa, &residuals_mm);

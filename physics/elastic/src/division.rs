@@ -56,6 +56,7 @@ impl Division {
             false => Err(ElasticError::Division { what, value, hint: "take 1 to 2" }),
         };
         positive("a spacing", self.spacing_mm)?;
+        // An infinite reach stands for constant spacing everywhere.
         if !self.reach_mm.is_infinite() {
             positive("a reach", self.reach_mm)?;
         }

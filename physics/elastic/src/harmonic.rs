@@ -28,6 +28,7 @@ impl Unknowns {
         for (node, place) in mesh.nodes.iter().enumerate() {
             let on_axis = place[0] == 0.0;
             match (mesh.is_fixed[node], on_axis, harmonic) {
+                // See `Unknowns` for what moves on the axis.
                 (true, _, _) | (false, true, 2..) => of.extend([None; 3]),
                 (false, true, 0) => of.extend([None, None, next()]),
                 (false, true, 1) => {

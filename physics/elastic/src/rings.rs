@@ -128,6 +128,7 @@ impl Rings {
         let scale = 1.0 / count as f64;
         put(0, Complex::new(buffers.line[0].re * scale, 0.0));
         for m in 1..=count / 2 {
+            // Twice, for the negative frequencies, which are not stored.
             put(m, buffers.line[m] * (2.0 * scale));
         }
     }

@@ -59,6 +59,7 @@ pub fn nest(pieces: &[Piece], stock: Bed) -> Result<Vec<NestedSheet>, ExportErro
             (cell.name, [width_mm.max(label_mm), depth_mm + cell.strip_mm])
         })
         .collect();
+    // The same packing as for printer beds, with an error that names the stock.
     let spots = pack(&footprints, stock).map_err(|error| match error {
         ExportError::LargerThanBed { name, size_mm, usable_mm } => {
             ExportError::LargerThanStock { name, size_mm, stock_mm: stock.size_mm, usable_mm }

@@ -94,6 +94,7 @@ fn of_link(link: &RobotLink, deep: usize) -> String {
         );
     }
     let friction = link.friction.map_or_else(String::new, |friction| {
+        // MuJoCo's defaults for torsional and rolling friction follow the sliding one.
         format!(" friction=\"{} 0.005 0.0001\"", number(friction))
     });
     for shape in &link.collisions {

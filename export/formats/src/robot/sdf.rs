@@ -78,6 +78,7 @@ impl Dialect for Drake<'_> {
                 "        <drake:proximity_properties>{inner}{mu}</drake:proximity_properties>\n"
             )
         };
+        // Only the sensing surface is compliant.
         match self.0.as_ref().filter(|touch| touch.mesh.file == shape.mesh.file) {
             Some(touch) => {
                 let modulus = number(touch.young_mpa * PA_PER_MPA);

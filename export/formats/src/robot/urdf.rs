@@ -57,6 +57,7 @@ fn of_link(link: &RobotLink) -> String {
         number(link.inertia.mass_kg),
     );
     for shape in &link.visuals {
+        // Materials are global in URDF and need unique names.
         let color = format!(
             "      <material name=\"{}\"><color rgba=\"{}\"/></material>\n",
             escaped(&shape.name),

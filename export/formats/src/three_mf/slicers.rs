@@ -69,6 +69,7 @@ struct Item<'a> {
 pub(super) fn configs(objects: &[Object], piece: Option<&str>) -> Vec<(&'static str, String)> {
     let numbered = || objects.iter().enumerate().map(|(i, object)| (object_id(i), object));
     let item = |id, name, volumes: Vec<_>| {
+        // All volumes of a piece are printed with the settings of the first that has any.
         let settings = volumes.iter().find_map(|(_, object): &(usize, &Object)| object.settings)?;
         Some(Item { id, name, settings, volumes })
     };

@@ -87,6 +87,7 @@ pub(super) fn figures(solid: &Solid) -> Result<(ExactFigures, TriMesh), MeshErro
     let (centroid, inertia) = (fine.centroid(), fine.inertia());
     let figures = ExactFigures {
         volume_mm3: fine.volume,
+        // Twice the difference of the tolerances; see the module's description.
         volume_error_mm3: rounding(fine.volume) + 2.0 * (fine.volume - coarse.volume).abs(),
         area_mm2: fine.area,
         area_error_mm2: rounding(fine.area) + 2.0 * (fine.area - coarse.area).abs(),

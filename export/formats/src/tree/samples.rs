@@ -116,6 +116,7 @@ pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
         bundle_mm2.push(caster.bundle(i, Vector3::from(*direction), &mesh, &mut lines));
     }
     caster.aimed(&mesh, reach_mm, &mut lines);
+    // Seams are sampled where a mesh at the usual tolerance deviates, not the finer one of the figures.
     let usual = fabkit_mesh::mesh(document.solid, DEFAULT_TOLERANCE_MM);
     seams::aimed(&mut caster, &usual.map_err(|e| refused(e.to_string()))?, reach_mm, &mut lines);
     let landmarks = document.landmarks.iter().map(|landmark| {
@@ -331,6 +332,7 @@ impl Caster<'_> {
             let size = bounds.max - bounds.min;
             let shift = size.map(|side| side * self.random.unit());
             let point = bounds.min + shift;
+            // Distances along three axes stand for the distance from the surface.
             let directions = [Vector3::x(), Vector3::y(), Vector3::z()];
             let is_clear = directions.iter().all(|direction| {
                 let ray = Ray { origin: point, direction: *direction };

@@ -53,6 +53,7 @@ impl ZarrArray {
         let shape = sizes(&json["shape"], "shape")?;
         let shard = sizes(&json["chunk_grid"]["configuration"]["chunk_shape"], "chunk_grid")?;
         let chunk = sizes(&sharding["chunk_shape"], "codecs")?;
+        // Chunks hold one sample each, hence the 1 in the chunk shape.
         let ([samples, sample_shape @ ..], [samples_per_shard, ..], [1, chunk_shape @ ..]) =
             (&shape[..], &shard[..], &chunk[..])
         else {

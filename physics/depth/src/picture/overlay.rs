@@ -64,6 +64,7 @@ impl Picture {
         let (mut start, mut end) = (0.0f64, 1.0f64);
         for (axis, size_px) in [self.width_px, self.height_px].into_iter().enumerate() {
             let d = to[axis] - from[axis];
+            // Parameters of the line where it enters and leaves the image along this axis.
             let (low, high) = (-margin - from[axis], f64::from(size_px) + margin - from[axis]);
             if d == 0.0 {
                 if low > 0.0 || high < 0.0 {

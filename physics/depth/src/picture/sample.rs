@@ -179,6 +179,7 @@ impl Kept {
         if leaving_t.min(self.to_t) - t < THINNEST_MM {
             return None;
         }
+        // The body began before the cut, so the ray enters it through the cut face.
         let (normal, leaf, face) = if entering.t < self.from_t {
             (self.outward, CUT_LEAF, 0)
         } else {

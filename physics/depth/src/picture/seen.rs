@@ -53,6 +53,7 @@ pub fn render_seen<T>(
         shader: Shader::new(actors, &framing, &view),
     };
     let width = width_px as usize;
+    // First pass: one ray through the centre of each pixel.
     let middles: Vec<(Face, Linear)> = (0..height_px)
         .into_par_iter()
         .flat_map_iter(|row| {
@@ -65,6 +66,7 @@ pub fn render_seen<T>(
         })
         .collect();
     progress(height_px as usize / 2, height_px as usize);
+    // Second pass: pixels at borders of faces are refined.
     let rows = picture.rgb.par_chunks_mut(3 * width).enumerate();
     rows.for_each(|(row, bytes)| {
         let mut tools = None;
@@ -138,6 +140,7 @@ impl Painter<'_> {
         for number in 0..SUBSAMPLES * SUBSAMPLES {
             let (x, y) = (number % SUBSAMPLES, number / SUBSAMPLES);
             let (face, color) = sample([place(column, x), place(row, y)]);
+            // Lines are drawn between bodies only, not between faces of one body.
             bodies.push(face.map(|(body, ..)| body));
             sum = add(sum, color, 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32);
         }

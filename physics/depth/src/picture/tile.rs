@@ -103,6 +103,7 @@ impl<'a> Samples<'a> {
                 let here = self.index(x, y);
                 let right = (x + 1 < right_end).then(|| self.index(x + 1, y));
                 let below = (y + 1 < bottom_end).then(|| self.index(x, y + 1));
+                // Left and upper neighbours were compared when they were the current pixel.
                 for next in [right, below].into_iter().flatten() {
                     if self.line(&self.centres[here], &self.centres[next]).is_visible() {
                         breaks[here] = true;
@@ -153,6 +154,7 @@ impl<'a> Samples<'a> {
             for sub_x in -margin * SUBSAMPLES..(self.width + margin) * SUBSAMPLES {
                 let Some((block, within)) = self.subsample(sub_x, sub_y) else { continue };
                 for (next_x, next_y) in [(sub_x + 1, sub_y), (sub_x, sub_y + 1)] {
+                    // Lines end at pixels that are not refined.
                     let Some((next, next_within)) = self.subsample(next_x, next_y) else {
                         continue;
                     };
@@ -206,6 +208,7 @@ impl Ink {
         }
         ink.strengths.resize((width * height) as usize, 0.0);
         ink.touched.resize((samples.width * samples.height) as usize, false);
+        // Subsamples of the apron are included, since their lines reach into the tile.
         let reach = samples.margin * SUBSAMPLES;
         for sub_y in -reach..height + reach {
             for sub_x in -reach..width + reach {
@@ -227,6 +230,7 @@ impl Ink {
         for y in (sub_y - reach).max(0)..=(sub_y + reach).min(self.height - 1) {
             for x in (sub_x - reach).max(0)..=(sub_x + reach).min(self.width - 1) {
                 let (dx, dy) = (x - sub_x, y - sub_y);
+                // The maximum, not the sum, so that overlapping discs of one line do not darken it.
                 if f64::from(dx * dx + dy * dy) <= radius * radius {
                     let there = &mut self.strengths[(y * self.width + x) as usize];
                     *there = there.max(strength);

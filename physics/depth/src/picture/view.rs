@@ -133,6 +133,7 @@ impl View {
             }
         }
         match &self.cut {
+            // The cut's direction must be checked here, since `excess_mm` normalises it.
             Some(cut)
                 if !is_direction(&cut.outward) || !cut.point.iter().all(|v| v.is_finite()) =>
             {

@@ -41,6 +41,7 @@ impl ReferenceSurface<'_> {
     pub fn pressed(&self, pressers: &[Presser]) -> DepthMap<'_> {
         let mut map = self.untouched();
         map.names.extend(pressers.iter().map(|presser| presser.name.clone()));
+        // Labels count all indenters, including those that lie wholly outside of the surface.
         let reached = pressers.iter().map(|presser| presser.reach(&self.touch));
         let reached: Vec<_> = (SURFACE_LABEL + 1..)
             .zip(pressers)

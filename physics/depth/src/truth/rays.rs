@@ -302,6 +302,7 @@ impl Strip<'_> {
             let ray = |column: u32, row: u32| {
                 let at = row as usize * self.width + column as usize;
                 let (origin, direction) = (self.origins[at], self.directions[at]);
+                // Rays that are already hidden keep their code.
                 let is_open = self.seen_by[at] == SEES_NOTHING && !direction.x.is_nan();
                 is_open.then(|| self.stack.entered(&Ray { origin, direction }))
             };
@@ -320,6 +321,7 @@ impl Strip<'_> {
         for columns in self.tiles() {
             let mut hidden = Vec::new();
             let ray = |column: u32, row: u32| {
+                // A ray from the pupil to the point on the interface where the camera's ray starts.
                 let to = self.origins[row as usize * self.width + column as usize] - pupil;
                 Some(Ray { origin: *pupil, direction: to.try_normalize(0.0)? })
             };

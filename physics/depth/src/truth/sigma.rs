@@ -177,6 +177,7 @@ impl DepthMap<'_> {
 fn spread(by: &[[f64; 5]], covariance: &DMatrix<f64>) -> [[f64; 5]; 5] {
     let mut spread = [[0.0; 5]; 5];
     for (r, row) in by.iter().enumerate() {
+        // Row r of the covariance times all derivatives, then times the derivatives of parameter r.
         let mut weighted = [0.0; 5];
         for (c, other) in by.iter().enumerate() {
             for (sum, value) in weighted.iter_mut().zip(other) {

@@ -149,6 +149,7 @@ impl<'a> System<'a> {
     fn advance(&mut self, steps: &[f64]) {
         let before = self.state.displacements.clone();
         let mut part = 1.0;
+        // Predicted before displacements change.
         let targets: Vec<Option<Vector3<f64>>> =
             self.mesh.elements().enumerate().map(|each| self.foreseen(each, steps)).collect();
         for _ in 0..10 {
@@ -217,6 +218,7 @@ impl<'a> System<'a> {
         for ring in 0..self.state.is_held.len() {
             let gap_mm = self.grips[ring].gap_mm(&above);
             let holds = match self.state.is_held[ring] {
+                // At the indenter's edge the mean gap is infinite and nothing can hold the ring.
                 true => self.state.pressures[ring] > 0.0 && gap_mm.is_finite(),
                 false => gap_mm < -tolerance_mm,
             };

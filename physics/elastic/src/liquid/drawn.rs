@@ -65,6 +65,7 @@ impl Drawn {
         let [xs, ys, zs] = &self.lines_mm;
         let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
         let mut columns = Vec::new();
+        // Rays start 1 mm below the lowest grid line.
         let below_mm = zs.first().copied().unwrap_or(0.0) - 1.0;
         for y in ys.windows(2) {
             for x in xs.windows(2) {
@@ -136,6 +137,7 @@ impl Drawn {
         for j in 0..ny {
             for i in 0..nx {
                 for (channel, faces) in faces.iter_mut().enumerate() {
+                    // A brick that is mostly liquid belongs to the channel.
                     let is_in = |k: &usize| self.shares([i, j, *k]).1[channel] > 0.5;
                     let (Some(low), Some(high)) = ((0..nz).find(is_in), (0..nz).rev().find(is_in))
                     else {
@@ -209,6 +211,7 @@ fn soft(sensor: &Sensor, skin: &LiquidSkin) -> Result<Vec<Soft>, SoftError> {
         for place in body.placements.iter().filter(in_sensor) {
             let solid = CompiledSolid::new(&body.solid.clone().placed(place.assembly_from_body))?;
             let bounds = solid.bounds();
+            // Bodies above or below the skin are not part of it.
             if bounds.max.z <= low + 1e-6 || bounds.min.z >= high - 1e-6 {
                 continue;
             }
@@ -238,6 +241,7 @@ fn lines(
     if let TouchSurface::Plane(plane) = &skin.touch {
         let bounds = fabkit_geometry::Profile::new(plane.outline.clone()).bounds_mm();
         for (faces, [min, max]) in faces.iter_mut().zip(transposed(bounds)) {
+            // Edge of the sensing surface.
             faces.extend([min, max]);
         }
     }
@@ -270,6 +274,7 @@ fn divided(mut faces_mm: Vec<f64>, spacing_mm: f64) -> Vec<f64> {
     kept.push(last);
     let mut lines = vec![kept[0]];
     for pair in kept.windows(2) {
+        // Rounding must not add a line where the spacing fits exactly.
         let count = ((pair[1] - pair[0]) / spacing_mm - 1e-9).ceil().max(1.0);
         let step = |n: u32| pair[0] + (pair[1] - pair[0]) * f64::from(n) / count;
         lines.extend((1..count as u32).map(step));

@@ -172,6 +172,7 @@ impl LiquidReady<'_> {
             .zip(&balance.forces_n)
             .map(|(i, force)| (node(*i), -force))
             .collect();
+        // The responses cover touched nodes only; the whole field needs one more solution.
         let field: SlabField = stack.slab.solve(&down, balance.pressures_mpa.as_slice());
         let touching: Vec<(usize, f64)> = self
             .touched

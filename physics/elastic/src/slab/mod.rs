@@ -60,6 +60,7 @@ impl Slab {
         let counts = [0, 1, 2].map(|axis: usize| lines_mm[axis].len().saturating_sub(1));
         let cells: Vec<([usize; 3], Cell)> = places(counts)
             .map(|at| (at, cell(at)))
+            // Bricks without solid and cavity are left out entirely.
             .filter(|(_, cell)| cell.solid.is_some() || !cell.cavities.is_empty())
             .collect();
         let mut slab = Unsolved {

@@ -113,6 +113,7 @@ impl Bodies {
                         end_mm: at_mm - from_mm,
                         ..*next
                     });
+                    // Cut off at the depth limit: treated as held.
                     if next.end_mm > at_mm {
                         return Column { soft, is_held: true, next: None };
                     }

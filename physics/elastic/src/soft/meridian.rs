@@ -139,6 +139,7 @@ impl Meridian {
     pub(super) fn inner(&self, left_out: &mut Vec<String>) -> Hold {
         let held = self.is_held.iter().filter(|held| **held).count();
         let from = self.is_held.iter().position(|held| *held).unwrap_or(STEPS);
+        // Held from a step on to the rim: an exact boundary condition exists.
         if from > 0 && from < STEPS && self.is_held[from..].iter().all(|held| *held) {
             return Hold::BondedBeyond(from as f64 / STEPS as f64);
         }

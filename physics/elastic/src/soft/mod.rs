@@ -133,6 +133,7 @@ fn pad(
         .iter()
         .map(|layer| Ok((layer_of(layer)?, layer.thickness_mm)))
         .collect::<Result<Vec<_>, SoftError>>()?;
+    // The solver's frame has its origin on the floor below the press.
     let (floor_mm, radius_mm) = (point.z - thickness_mm, PAD_THICKNESSES * thickness_mm);
     Ok(SoftStack {
         body: Body::pad(radius_mm, solver),
@@ -274,6 +275,7 @@ fn layers(
         if is_thin(stretch) && soft.len() > 1 {
             let thickness_mm = stretch.end_mm - stretch.begin_mm;
             left_out.push(format!("the stiffness of {}, {thickness_mm:.3} mm thick", placed.name));
+            // `begin_mm` stays, so that the next layer includes the thin one.
             if i + 1 == soft.len()
                 && let Some(last) = layers.last_mut()
             {

@@ -41,8 +41,7 @@ pub fn run(folders: &[String]) -> Result<(), String> {
     for folder in folders {
         let mut counts = Counts::default();
         for file in rust_files(&folder)? {
-            let text =
-                fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+            let text = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
             add(&mut counts, &text);
         }
         let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;

@@ -1,4 +1,4 @@
-//! The coupon's file: what was designed, and what a calliper says.
+//! File of the printer coupon: designed sizes and calliper readings.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use fabkit_text::{
 
 use super::{DiameterFit, LinearFit, PrintProcess, ProcessProfile, Shrinkage};
 
-/// Sizes of one kind on a coupon.
+/// Group of sizes of one kind on a coupon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CouponGroup {
     /// Inside diameters.
@@ -36,7 +36,7 @@ pub enum CouponGroup {
 }
 
 impl CouponGroup {
-    /// All of them, in the order of the file.
+    /// All groups, in the order of the file.
     pub const ALL: [Self; 10] = [
         Self::LengthsX,
         Self::LengthsY,
@@ -50,7 +50,7 @@ impl CouponGroup {
         Self::Dimples,
     ];
 
-    /// The key in the file.
+    /// Returns the key in the file.
     pub fn key(self) -> &'static str {
         match self {
             Self::Holes => "holes",
@@ -81,7 +81,7 @@ impl CouponGroup {
         }
     }
 
-    /// How many measured sizes a profile needs.
+    /// Returns the number of measured sizes that a profile needs.
     fn needed(self) -> usize {
         match self {
             Self::Holes | Self::Pins | Self::LengthsX | Self::LengthsY | Self::LengthsZ => 3,
@@ -90,30 +90,30 @@ impl CouponGroup {
     }
 }
 
-/// One size on a coupon.
+/// Row of the file: one size on a coupon.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CouponRow {
-    /// For example `H3`.
+    /// Identifier, for example `H3`.
     pub id: String,
-    /// As designed, mm.
+    /// Designed size, mm.
     pub nominal_mm: f64,
-    /// As measured, mm; `None` until then.
+    /// Measured size, mm; `None` before the measurement.
     pub measured_mm: Option<f64>,
 }
 
-/// A coupon's sizes.
+/// Sizes of a coupon.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupon {
-    /// How it is printed.
+    /// Process that prints it.
     pub process: PrintProcess,
-    /// From what.
+    /// Material that it is printed from.
     pub material: String,
-    /// The sizes of each group, in order.
+    /// Rows of each group, in order.
     pub groups: Vec<(CouponGroup, Vec<CouponRow>)>,
 }
 
 impl Coupon {
-    /// The file to fill in; [`MeasuredProfile::read`] reads it.
+    /// Formats the template file, which [`MeasuredProfile::read`] reads once it is filled in.
     pub fn to_yaml(&self) -> String {
         let mut yaml = String::from(
             "# Measure the printed coupon with a calliper and replace each null by the size with its\n\
@@ -138,14 +138,14 @@ impl Coupon {
     }
 }
 
-/// A profile, and how well it is known.
+/// Profile with the quality of its fits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredProfile {
-    /// The profile.
+    /// Resulting profile.
     pub profile: ProcessProfile,
-    /// The line through each group that has enough sizes.
+    /// Fitted line of each group that has enough sizes.
     pub fits: Vec<(CouponGroup, LinearFit)>,
-    /// The smallest size of each group that came out at all, mm.
+    /// Smallest nominal size of each group that could be measured, mm.
     pub smallest_mm: Vec<(CouponGroup, f64)>,
 }
 
@@ -153,8 +153,8 @@ impl MeasuredProfile {
     /// Reads a filled-in coupon; `file` names the text in messages.
     ///
     /// # Errors
-    /// Everything that is wrong: sizes without a unit or far from what was designed, too few of
-    /// them, one that is off the line through the others.
+    /// Every problem: sizes without a unit or far from the designed ones, too few of them, one that lies off the line
+    /// through the others.
     pub fn read(file: &str, yaml: &str, name: &Name) -> Result<Self, InvalidDesign> {
         let text = Reading::new(Place::new(TextLayer::File, file, &COUPON));
         let mut sizes = Sizes { text, groups: Vec::new() };
@@ -163,14 +163,14 @@ impl MeasuredProfile {
     }
 }
 
-/// How far a size may be from the designed one before it must be a slip: a share and an absolute
-/// part, mm.
+/// Largest plausible deviation of a measured size from the designed one, as a fraction plus an absolute part, mm.
+/// Larger ones are taken for mistakes.
 const PLAUSIBLE: (f64, f64) = (0.05, 1.0);
-/// How far a size may lie off the line through its group, mm.
+/// Largest distance of a size from the line through its group, mm.
 const OFF_LINE_MM: f64 = 0.25;
 const SIZE_LIMITS_MM: std::ops::RangeInclusive<f64> = 0.05..=500.0;
 
-/// Files of coupons.
+/// Dialect of coupon files.
 const COUPON: Dialect = Dialect::new("coupon", 1, " and `process: NAME`");
 
 struct Row {
@@ -180,7 +180,7 @@ struct Row {
     measured_mm: f64,
 }
 
-/// What was measured.
+/// Reader of measured sizes.
 struct Sizes {
     text: Reading,
     groups: Vec<(CouponGroup, Place, Vec<Row>)>,
@@ -256,7 +256,7 @@ impl Sizes {
         self.groups.push((group, self.text.place.at(key_position), rows));
     }
 
-    /// A size that was measured; `None` for others, and after reporting what is wrong.
+    /// Reads a measured row; `None` for an empty row and after reporting a problem.
     fn row(&mut self, path: &str, item: Node) -> Option<Row> {
         let Content::Map(entries) = item.content else {
             let hint = "write `{id: ..., nominal: ..., measured: ...}`";
@@ -343,7 +343,7 @@ impl Sizes {
         let fit = LinearFit::through(&self.points(group))?;
         let rows = self.groups.iter().filter(|(found, ..)| *found == group);
         let off = |row: &&Row| fit.residual_mm((row.nominal_mm, row.measured_mm)).abs();
-        // One slip pulls the line away from all: only the worst is named.
+        // A single wrong reading pulls the line away from all others, so only the worst one is named.
         let worst = rows.flat_map(|(_, _, rows)| rows).max_by(|a, b| off(a).total_cmp(&off(b)))?;
         let off_mm = off(&worst);
         if off_mm > OFF_LINE_MM {
@@ -386,7 +386,7 @@ impl Sizes {
                 largest: Length::from_mm(nominal.iter().copied().fold(0.0, f64::max))?,
             })
         };
-        // What the lowest layers have beyond the line of the lengths, on each of two sides.
+        // Excess of the lowest layers over the line of the lengths, halved for each of two sides.
         let feet: Vec<f64> = [(FootX, LengthsX), (FootY, LengthsY)]
             .into_iter()
             .filter_map(|(foot, lengths)| Some((self.points(foot), fit(lengths)?)))

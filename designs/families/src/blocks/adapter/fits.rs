@@ -1,4 +1,4 @@
-//! What goes beside each other on a plate, and what would have to give.
+//! Checks whether the holes, heads, nuts and cables of an adapter fit beside each other.
 
 use fabkit_geometry::{Angle, Path};
 
@@ -8,13 +8,13 @@ use crate::blocks::Rect;
 use crate::blocks::mounting::outside;
 use crate::parameters::Report;
 
-/// Plastic between a slot and the sink of a head, mm: a line of a nozzle.
+/// Plastic between a slot and the sink of a head, mm: one line of a nozzle.
 const LINE_MM: f64 = 0.4;
 
-/// In what steps other angles are tried.
+/// Step of the angles that are tried for a hint, degrees.
 const STEP_DEG: f64 = 5.0;
 
-/// What does not fit.
+/// Conflict between features of the plate.
 struct Trouble {
     path: &'static str,
     message: String,
@@ -22,7 +22,7 @@ struct Trouble {
 }
 
 impl Plan<'_> {
-    /// Reports what does not go beside each other.
+    /// Reports features that do not fit beside each other.
     pub(super) fn check(&self, report: &mut Report) {
         if let Some(trouble) = self.trouble() {
             let hint = self.turned_hint().unwrap_or_else(|| trouble.hint.into());
@@ -30,7 +30,7 @@ impl Plan<'_> {
         }
     }
 
-    /// The nearest angles at which all fits: they have been tried.
+    /// Finds the nearest angle at which everything fits, and returns it as a hint.
     fn turned_hint(&self) -> Option<String> {
         let steps = (1..=36).flat_map(|step| [f64::from(step), -f64::from(step)]);
         let to = |angle: Angle, step: f64| {
@@ -158,7 +158,7 @@ impl Plan<'_> {
         })
     }
 
-    /// What stands on the plate beside the sensor: where, and its radius and height, mm.
+    /// Returns the bodies that stand on the plate beside the sensor: position, and radius and height, mm.
     fn standing(&self) -> Vec<([f64; 2], [f64; 2])> {
         let bolt = self.bolt();
         match self.adapter.pattern {
@@ -191,7 +191,7 @@ impl Plan<'_> {
         })
     }
 
-    /// The plate seen from above, and how far it reaches from the axis, mm.
+    /// Returns the plate's outline seen from above, and its reach from the axis, mm.
     pub(super) fn outline(&self) -> (Path, f64) {
         let face = self.face;
         let nut = self.nut().map_or(0.0, |nut| nut.diameter_mm / 2.0) + WALL_MM;
@@ -210,7 +210,7 @@ impl Plan<'_> {
         (Path::circle([0.0; 2], radius), radius)
     }
 
-    /// A disc below the sensor with a bar to the finger's screws, along x.
+    /// Returns the outline of a disc below the sensor with a bar to the finger's screws, along x.
     fn keyhole(&self, half: f64, radius: f64) -> (Path, f64) {
         let radius = radius.max(half + 1.0);
         let beyond = self.finger().map_or(0.0, |finger| finger.beyond_mm);

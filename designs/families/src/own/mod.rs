@@ -74,8 +74,8 @@ impl Own {
         }
     }
 
-    /// Removes the assignments to parts (`parts.…`) from the overrides of the command line. Returns the other
-    /// overrides.
+    /// Removes the assignments to parts, which begin with `parts.`, from the overrides of the command line. Returns the
+    /// other overrides.
     pub fn take_overrides(&mut self, overrides: &[String], found: &mut Vec<Found>) -> Vec<String> {
         let place = Place::new(TextLayer::Override, OVERRIDES, &USER);
         let mut rest = overrides.to_vec();

@@ -1,4 +1,4 @@
-//! What to buy.
+//! Section on purchases.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -86,7 +86,7 @@ impl Guide {
         }
     }
 
-    /// Where most prices come from.
+    /// Returns the most frequent source of prices.
     fn usual_price_source(&self) -> &str {
         let bought = self.bought.iter().map(|piece| &piece.order);
         let liquids = self.liquids.iter().map(|liquid| &liquid.order);
@@ -101,7 +101,7 @@ impl Guide {
 }
 
 impl Costs {
-    /// As a sentence without its full stop.
+    /// Returns the costs as a sentence without its full stop.
     pub(super) fn told(&self) -> String {
         let mut told = format!("About {:.0} EUR, without {}", self.total_eur, self.leaves_out);
         if !self.unknown.is_empty() {
@@ -112,7 +112,7 @@ impl Costs {
     }
 }
 
-/// The columns of words that these tables share, and their last ones.
+/// Returns the heads that these tables share, with their own first and last columns.
 fn heads<'a>(first: &'a str, last: &[&'a str]) -> Vec<&'a str> {
     let words = [first, "what matters", "order by", "instead", "packs"];
     words.into_iter().chain(last.iter().copied()).collect()
@@ -129,7 +129,7 @@ fn linked(numbers: &[usize]) -> String {
     }
 }
 
-/// What matters of it: one line for each.
+/// Formats the relevant properties of an article, one per line.
 fn figures(order: &Purchase) -> String {
     let line = |figure: &crate::Figure| match &*figure.name {
         "what matters" => escape(&figure.value),
@@ -142,8 +142,8 @@ fn figures(order: &Purchase) -> String {
     }
 }
 
-/// Cells: by what it is ordered, what may take its place, how many packs, what they cost. Where the price comes from
-/// is said where it is not where prices usually come from.
+/// Formats four cells: text to order by, substitutes, packs, and cost. The source of the price is added where it is not
+/// the usual one.
 fn ordered(order: &Purchase, usual: &str) -> [String; 4] {
     let priced = match &*order.price_source {
         other if other != usual && order.cost_eur != Some(0.0) => format!("; price: {other}"),
@@ -168,8 +168,7 @@ fn ordered(order: &Purchase, usual: &str) -> [String; 4] {
     [cell(&by), word(&order.substitutes), word(&packs), format!("<td>{cost}</td>")]
 }
 
-/// Names one after the other; three or more that count up are one stretch: a row of a hundred names is longer than a
-/// page.
+/// Joins names; three or more consecutive numbers are abbreviated as a range, since a hundred names would fill a page.
 fn in_series(names: &[String]) -> String {
     let counted = |name: &str| {
         let digits = name.chars().rev().take_while(char::is_ascii_digit).count();

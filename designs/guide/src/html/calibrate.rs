@@ -1,4 +1,4 @@
-//! Which fixture, which command, which pin in which hole.
+//! Section on calibration: fixtures, commands, and the pins for each capture.
 
 use std::fmt::Write;
 

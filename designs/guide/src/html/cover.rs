@@ -1,4 +1,4 @@
-//! What it is, and what it takes.
+//! Cover: overview of the design and of the effort to build it.
 
 use std::fmt::Write;
 
@@ -7,11 +7,11 @@ use fabkit_report::escape;
 use super::{Pictures, image};
 use crate::{Guide, Outer};
 
-/// Letters of the design's hash that tell it from others at a glance.
+/// Number of characters of the design's hash that are shown.
 const HASH_SHOWN: usize = 12;
 
 impl Guide {
-    /// The cover, with jumps to those parts of the page that there are.
+    /// Returns the cover, with links to the sections that the page has.
     pub(super) fn cover(&self, page: &str, pictures: &Pictures) -> String {
         let mut body = "<nav aria-label=\"contents\">".to_owned();
         for jump in ["Buy", "Make", "Print", "Wire", "Mix", "Mind", "Time", "Steps", "Calibrate"] {

@@ -1,4 +1,4 @@
-//! The page of a difference.
+//! Page of a difference between two designs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -8,17 +8,17 @@ use fabkit_report::{escape, page_with_style};
 use super::{STYLE, image, name, table, word};
 use crate::{BodyChange, Change, Difference};
 
-/// PNG files of parts as they were and as they are to be, by name.
+/// Images of parts in both designs, PNG, by name.
 #[derive(Clone, Debug, Default)]
 pub struct Pairs {
-    /// As they were.
+    /// Parts of the existing design.
     pub from: BTreeMap<String, Vec<u8>>,
-    /// As they are to be.
+    /// Parts of the wanted design.
     pub to: BTreeMap<String, Vec<u8>>,
 }
 
 impl Difference {
-    /// The page.
+    /// Returns the page.
     pub fn to_html(&self, pictures: &Pairs) -> String {
         let mut body = format!(
             "<dl><dt>There is</dt><dd>{}</dd><dt>Wanted</dt><dd>{}</dd></dl>\n",
@@ -105,7 +105,7 @@ impl Difference {
     }
 }
 
-/// Why a body is to be made or bought.
+/// Returns the reason why a body has to be made or bought.
 fn why(one: &BodyChange) -> String {
     match one.change {
         Change::Added => "new".to_owned(),

@@ -1,4 +1,4 @@
-//! What to make.
+//! Section on the parts to make.
 
 use fabkit_report::escape;
 

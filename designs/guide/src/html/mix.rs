@@ -1,4 +1,4 @@
-//! What to mix, and what to mind.
+//! Sections on mixes and warnings.
 
 use std::fmt::Write;
 
@@ -79,7 +79,7 @@ fn row(mix: &Mixed) -> String {
     )
 }
 
-/// Up to two hours in minutes.
+/// Formats a duration: in minutes up to two hours, in hours above.
 pub(super) fn minutes(hours: f64) -> String {
     if hours <= 2.0 { format!("{:.0} min", 60.0 * hours) } else { format!("{hours} h") }
 }
@@ -104,7 +104,7 @@ fn told(body: &mut String, warning: &Warning) {
     );
 }
 
-/// What a rule is called on the page.
+/// Returns the title of a rule on the page.
 pub(super) fn title(rule: &str) -> &str {
     match rule {
         "inhibition" => "Cure inhibition",

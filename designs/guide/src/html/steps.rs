@@ -1,4 +1,4 @@
-//! Each step, and which piece it needs.
+//! Sections of the steps, and the table of pieces by step.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use super::{Pictures, StepPictures, image, name, table};
 use crate::{Guide, GuideStep, Need};
 
 impl Guide {
-    /// Which part is needed in which step.
+    /// Appends the table of the steps in which each piece is needed.
     pub(super) fn matrix(&self, body: &mut String) {
         if self.steps.is_empty() {
             return;
@@ -141,7 +141,7 @@ fn needed(need: &Need) -> String {
     }
 }
 
-/// With a capital and a full stop.
+/// Adds a capital letter and a full stop.
 fn sentence(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().map(|first| first.to_uppercase().to_string());
@@ -149,7 +149,7 @@ fn sentence(text: &str) -> String {
     if text.ends_with(['.', '!', '?']) { text } else { text + "." }
 }
 
-/// A time after the first step, as the chart counts days.
+/// Formats a time after the first step, counting days like the chart.
 fn clock(hours: f64) -> String {
     let day = (hours / 24.0).floor();
     format!("day {}, hour {:.1}", day + 1.0, hours - 24.0 * day)

@@ -1,4 +1,4 @@
-//! When.
+//! Section on the schedule.
 
 use std::fmt::Write;
 
@@ -26,7 +26,7 @@ impl Guide {
         *body += "</dl>\n";
     }
 
-    /// The chart in words, as HTML.
+    /// Returns the chart in words, as HTML.
     fn when(&self) -> Vec<(&'static str, String)> {
         let timeline = &self.timeline;
         let link = |number: &usize| {
@@ -83,7 +83,7 @@ impl Guide {
         said
     }
 
-    /// Pours and cures along time.
+    /// Draws the hands-on work and cures of the steps over time.
     pub(super) fn chart(&self) -> String {
         const ROW: f64 = 18.0;
         const LEFT: f64 = 230.0;

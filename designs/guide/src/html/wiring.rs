@@ -1,4 +1,4 @@
-//! What is soldered and wired.
+//! Section on soldering and wiring.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use super::{BoardArt, Pictures, name, table, word};
 use crate::Guide;
 use crate::wiring::{WiredPart, Wiring};
 
-/// Branches that are drawn; more of the same say how many.
+/// Maximum number of branches drawn; a note counts the others.
 const MOST_BRANCHES: usize = 8;
 
 impl Guide {
@@ -120,13 +120,13 @@ fn soldered(body: &mut String, wiring: &Wiring) {
     *body += &table(&["part", "what to order", "package", "pin: net"], 4, rows);
 }
 
-/// One way from the supply to ground.
+/// Branch from the supply to ground.
 struct Branch {
     boxes: Vec<String>,
     leds: Vec<String>,
 }
 
-/// Supply above, ground below, a branch for each resistor.
+/// Draws the circuit: supply on top, ground at the bottom, a branch for each resistor.
 fn diagram(wiring: &Wiring) -> Option<String> {
     let branches = branches(wiring);
     if branches.is_empty() {
@@ -153,7 +153,7 @@ fn diagram(wiring: &Wiring) -> Option<String> {
             svg.rect([x - 40.0, y], [80.0, box_height], &format!("fill=\"#fafafa\" {line}"));
             svg.text([x, y + 16.0], "middle", text);
         }
-        // A triangle towards ground, and the bar of the cathode.
+        // LED symbol: a triangle towards ground, and the bar of the cathode.
         let (y, half) = (led_y, 10.0);
         for (from, to) in [
             ([x - half, y], [x + half, y]),
@@ -192,7 +192,7 @@ fn branches(wiring: &Wiring) -> Vec<Branch> {
         let after = net(resistor, "2");
         let mut leds = lit(&after);
         if leds.is_empty() {
-            // Through the channel of a switch that begins there: common to normally open.
+            // The resistor may feed a switch: follow its channel from the common to the normally open contact.
             for switch in of_kind("switch") {
                 for (common, open) in [("2", "1"), ("6", "5")] {
                     if after.is_some() && net(switch, common) == after {
@@ -207,7 +207,7 @@ fn branches(wiring: &Wiring) -> Vec<Branch> {
     of_kind("resistor").map(branch).collect()
 }
 
-/// A drawing within a page needs no namespace, and a page that names no address asks nobody.
+/// Removes the namespace, which an SVG within a page does not need: a page without addresses cannot make requests.
 fn inline(svg: &str) -> String {
     svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1)
 }

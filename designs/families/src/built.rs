@@ -51,6 +51,7 @@ pub fn usual_tolerance(kind: Kind, value: f64) -> Option<f64> {
     match kind {
         Kind::Length if size < THIN_MM => Some(OF_THIN * size),
         Kind::Length => {
+            // Sizes beyond the table take its last tolerance.
             let of_size = LENGTHS_MM.iter().find(|(up_to, _)| size <= *up_to);
             Some(of_size.unwrap_or(&LENGTHS_MM[LENGTHS_MM.len() - 1]).1)
         }
@@ -81,6 +82,7 @@ pub fn as_built(
         numbers.iter().filter_map(|number| dimension(number, off(&number.path))).collect();
     let lot = Lot { trial: &trial, text, set: &mine, others, drawn: &drawn };
     let kept = lot.keep(Sizes::new(), &dimensions);
+    // Sizes whose deviation had to be dropped stay as drawn.
     for dimension in dimensions.iter_mut().filter(|one| !kept.contains_key(&one.path)) {
         dimension.built = dimension.drawn;
     }
@@ -136,6 +138,7 @@ impl Lot<'_> {
         match dimensions {
             [] | [_] => kept,
             all => {
+                // One bad deviation should not discard the others: bisect down to single sizes.
                 let (first, rest) = all.split_at(all.len() / 2);
                 self.keep(self.keep(kept, first), rest)
             }

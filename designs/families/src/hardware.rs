@@ -280,6 +280,7 @@ impl Screw {
                 [vec![[0.0, -length], [shaft, -length], [shaft, 0.0]], top.to_vec()].concat()
             }
             Head::Countersunk => {
+                // The cone has 90 degrees, so heights along it equal differences of radii.
                 let sharp = self.thread().countersunk.sharp_diameter / 2.0;
                 let (foot, rim) = (shaft - sharp, head - sharp);
                 let shaft = [[0.0, -length], [shaft, -length], [shaft, foot]];
@@ -301,6 +302,7 @@ impl Screw {
             }
             Head::Countersunk => {
                 let rim = self.sink_diameter_mm(gap_mm) / 2.0;
+                // Height, mm, by which the cone continues above the surface.
                 let above = 1.0;
                 vec![
                     [0.0, bottom],

@@ -72,6 +72,7 @@ fn least_mm(process: Option<Process>) -> f64 {
 fn heights_mm(asked_mm: f64, process: Option<Process>) -> impl Iterator<Item = f64> {
     let least_mm = least_mm(process);
     let steps = [1.0, 0.75, 0.5].map(|part| (part * asked_mm).max(least_mm).min(asked_mm));
+    // Near the smallest height, several steps may be clamped to the same value.
     let is_new = move |i: usize| i == 0 || steps[i] < steps[i - 1];
     (0..steps.len()).filter(move |i| is_new(*i)).map(move |i| steps[i])
 }
@@ -139,6 +140,7 @@ pub(crate) fn apply(labels: &Labels, sensor: &mut Sensor, report: &mut Report) -
     for (i, text, label) in written {
         let body = &mut sensor.bodies[i];
         names.push(body.name.clone());
+        // A note is needed only where the label differs from the part's name.
         if !text.eq_ignore_ascii_case(&body.name) {
             body.notes.push(format!("labelled {}", text.to_ascii_uppercase()));
         }

@@ -211,6 +211,7 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     let labels = Labels::read(&mut reader, labeling::KEY, "", &());
     let loads = Loads::read(&mut reader, loads::KEY, "", &());
     let settings = reader.take_settings();
+    // Read after the family's settings have been taken, so that those of other crates stay separate.
     read_more(&mut reader);
     let known = reader.known::<Known>().cloned();
     let mut report = reader.finish(example);
@@ -302,6 +303,7 @@ impl Registry {
     /// `extensions` are the sections that other crates keep in the files: key, summary, fields. All of their values
     /// have defaults.
     pub fn json_schema(&self, extensions: &[(&str, &str, Vec<Field>)]) -> Json {
+        // A key is optional if the family's defaults give it a value.
         let optional = |family: &FamilyEntry| {
             let place = Place::new(TextLayer::Default, "", &SENSOR);
             let mut document = Document::new(family.parameters(), place);
@@ -376,6 +378,7 @@ impl Registry {
         extension: &Extension,
         names: impl Fn(&P, &Sensor) -> Vec<String>,
     ) -> Result<(Design, Extended<P>), InvalidDesign> {
+        // Two closures share the parameters: one reads them, the other names the parts that are made from them.
         let (parameters, mut settings) = (RefCell::new(None), Vec::new());
         let field =
             Field { name: extension.key, summary: extension.summary.into(), shape: P::shape(&()) };
@@ -383,6 +386,7 @@ impl Registry {
             *parameters.borrow_mut() = P::read(reader, extension.key, "", &());
             settings = reader.take_settings();
         };
+        // `None` while the extension's parameters cannot be read: its parts are not known then.
         let mut names = |sensor: &Sensor| Some(names(parameters.borrow().as_ref()?, sensor));
         let extra = Extra { others: &[], section: Some((extension, field)) };
         let Loaded { design, report, workshop } =
@@ -444,6 +448,7 @@ impl Registry {
                 Ok(Loaded { design, report, workshop })
             }
             _ if !report.is_clean() => Err(report.into_invalid()),
+            // A family that reports no problem has to build something.
             _ => Err(bug(text.file, format!("the family {} built nothing", family.name))),
         }
     }

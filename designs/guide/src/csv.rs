@@ -104,6 +104,7 @@ impl Guide {
         for part in &self.made {
             let [x, y, z] = part.size_mm;
             let mass = part.mass_g.map_or(String::new(), |mass_g| format!("{mass_g:.2}"));
+            // Empty cells for a part without print settings.
             let print = part.print.as_ref().map_or(",".repeat(7), print_cells);
             let texts =
                 [&part.name, &part.process, &part.material, &part.summary].map(|t| quoted(t));

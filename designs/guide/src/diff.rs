@@ -186,6 +186,7 @@ fn kind(body: &Body) -> &'static str {
 }
 
 fn bodies(from: &Sensor, to: &Sensor) -> Vec<BodyChange> {
+    // An old body that has a namesake cannot be matched to another name.
     let mut taken: BTreeSet<&str> = to
         .bodies
         .iter()

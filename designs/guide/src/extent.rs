@@ -25,6 +25,7 @@ pub(crate) fn extent(body: &CompiledSolid, along: &Vector3<f64>) -> Option<[f64;
     let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for index in 0..LINES {
+        // A low-discrepancy sequence covers the silhouette more evenly than random points.
         let at = |base| 2.0 * radical_inverse(index + 1, base) - 1.0;
         let origin = start + u * (at(2) * reach(&u)) + v * (at(3) * reach(&v));
         body.stretches_into(&Ray { origin, direction: *along }, &mut scratch, &mut stretches);

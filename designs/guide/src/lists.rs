@@ -174,6 +174,7 @@ pub(crate) fn liquids(mixes: &[Mixed], shop: &dyn Shop) -> Vec<Liquid> {
     let mut liquids: Vec<Liquid> = liquids.into_values().collect();
     for liquid in &mut liquids {
         let order = shop.article(&liquid.name);
+        // If a component is sold by the piece, one is assumed to be enough.
         let needed = if order.pack.unit == Unit::Piece { 1.0 } else { liquid.mass_g };
         liquid.order.take(order.pack.count(needed));
     }

@@ -68,6 +68,7 @@ impl Guide {
     pub fn take_sliced(&mut self, part: &str, sliced: Sliced) {
         let made = self.made.iter_mut().find(|made| made.name == part);
         let Some(printing) = made.and_then(|made| made.print.as_mut()) else { return };
+        // The density is not stored, but follows from the model's figures.
         let density = printing.mass_g.map(|mass_g| mass_g / printing.filament_mm3);
         printing.mass_g = density.map(|density| density * sliced.filament_mm3);
         printing.minutes = sliced.minutes;
@@ -160,6 +161,7 @@ fn solid_share(body: &CompiledSolid, settings: &PrintSettings) -> f64 {
             let is_wall = headings().any(|direction| {
                 let origin = point - direction * reach_mm;
                 body.stretches_into(&Ray { origin, direction }, &mut scratch, &mut stretches);
+                // The stretch of material that contains the point.
                 let here =
                     stretches.iter().find(|[low, high]| *low <= reach_mm && reach_mm <= *high);
                 here.is_none_or(|[low, high]| {

@@ -70,6 +70,7 @@ pub(crate) fn stock(made: &[Made], shop: &dyn Shop) -> Vec<Stock> {
     // Boards and machined parts are ordered one by one; sheets are grouped by thickness, in tenths of a millimetre.
     let mut piles: BTreeMap<(String, String, String), Pile> = BTreeMap::new();
     for part in made {
+        // The smallest dimension of a sheet part is its thickness.
         let tenths = (10.0 * part.size_mm.iter().copied().fold(f64::INFINITY, f64::min)).round();
         let more = match &*part.process {
             "laser" => format!("{} mm thick", tenths / 10.0),
@@ -100,6 +101,7 @@ fn of_pile(
             let area_mm2 = sum(&|part| {
                 let mut sizes = part.size_mm;
                 sizes.sort_by(f64::total_cmp);
+                // The two largest dimensions span the rectangle that the part takes from a sheet.
                 sizes[1] * sizes[2]
             });
             (area_mm2 / 100.0, "cm2", area_mm2 / (SHEET_USED * x * y))
@@ -135,6 +137,7 @@ pub(crate) fn supplies(
             name,
             used,
             steps: Vec::new(),
+            // A tiny amount makes one pack, whatever its size.
             order: Purchase::of(order, 1e-3),
         });
         supply.steps.extend(step.filter(|step| supply.steps.last() != Some(step)));

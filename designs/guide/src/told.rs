@@ -98,6 +98,7 @@ fn tools(step: &Step, stage: Option<&Stage>) -> Vec<String> {
         Action::Demold(_) => Some(Occasion::Removal),
         _ => None,
     };
+    // Pouring and demolding concern bodies that are already in place.
     let there = occasion.map_or(&[][..], |_| &stage.before[..]);
     let asked = coming.map(|stand| (stand, Some(Occasion::Arrival)));
     let asked = asked.chain(adjusted.map(|stand| (stand, Some(Occasion::Adjustment))));

@@ -106,6 +106,7 @@ impl Cable {
     /// Returns the length along the centre line, mm.
     pub fn length_mm(&self) -> f64 {
         let straight: f64 = self.corners.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
+        // Each bend replaces two straight reaches by an arc.
         let shorter = self.bends().into_iter().map(|bend| {
             let turn = 2.0 * (bend.reach_mm / self.bend_mm).atan();
             2.0 * bend.reach_mm - self.bend_mm * turn

@@ -36,6 +36,7 @@ impl FloorSlot {
             let mut end = [0.0; 2];
             end[self.along] = out;
             match self.turn.rad() {
+                // An exact identity: a rotation by 0 could change the last digits.
                 0.0 => end,
                 turn => {
                     let (sin, cos) = turn.sin_cos();

@@ -274,6 +274,7 @@ impl Light<'_> {
         let camera = &*self.camera.camera.board;
         leds.electric.check("leds.forward_volts", [1, 2 * leds.count], CHIP_0603, report);
         limits! { report:
+            // The parameter is on both sides, so that the message states the value that satisfies the rule.
             camera.lens_height >= camera.lens_height.mm() + leds.board_thickness.mm()
                     + self.heads_z() - self.step_z(),
                 "the LEDs' board lies above the heads of the camera's screws";

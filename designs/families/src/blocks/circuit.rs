@@ -70,6 +70,7 @@ impl LedPackage {
     fn size_mm(self) -> [f64; 2] {
         match self {
             Self::Chip(size) => size,
+            // Edges of the square inscribed in the circle.
             Self::Round(diameter) => [diameter * std::f64::consts::FRAC_1_SQRT_2; 2],
         }
     }

@@ -232,6 +232,7 @@ impl<'a> Clamshell<'a> {
             camera.back_clearance >= LIP_MM[1] + APART_MM,
                 "the camera's board lies above the base's lip";
             shell.cable_height <= ceiling - PRINTED_WALL_MM, "the notch needs a wall above it";
+            // The parameter is on both sides, so that the message states the value that satisfies the rule.
             camera.back_clearance >= camera.back_clearance.mm() + tip + PRINTED_WALL_MM - ceiling,
                 "the shell's screws need a wall above their tips";
             shell.cable_width <=

@@ -196,6 +196,7 @@ impl<'a> CupAndBridge<'a> {
         limits! { report:
             form.tube_length >= self.tip_z + lead + 4.0,
                 "the glass tube must reach from the mold's tip through the bridge";
+            // The parameter is on both sides, so that the message states the value that satisfies the rule.
             form.silicone >= form.silicone.mm() + self.tube_radius + slide + form.plate.mm() + 4.0
                 - self.silicone_radius,
                 "silicone is poured through windows between the tube's sleeve and the cup";

@@ -223,6 +223,7 @@ impl Joint {
     }
 
     fn hole(&self) -> String {
+        // Avoids `mounting hole hole`.
         let is_said = self.label.ends_with("hole");
         if is_said { self.label.to_owned() } else { format!("{} hole", self.label) }
     }

@@ -217,6 +217,7 @@ fn near(points: &[Point3<f64>], least_mm: f64) -> Vec<(usize, usize, f64)> {
         for &b in sorted[k + 1..].iter().take_while(beside) {
             let mm = (points[a] - points[b]).norm();
             let (before, after) = (a.min(b), a.max(b));
+            // Ties go to the earlier marker, so that the result does not depend on the order of the sort.
             let is_nearer = found[after].is_none_or(|(i, least)| (mm, before) < (least, i));
             if mm < least_mm && is_nearer {
                 found[after] = Some((before, mm));

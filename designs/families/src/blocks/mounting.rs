@@ -178,6 +178,7 @@ impl Mounting<'_> {
             }
         };
         match mount.angle.rad() {
+            // An exact identity: a rotation by 0 could change the last digits.
             0.0 => poses,
             _ => poses.into_iter().map(|p| Pose::rotation_z(mount.angle).then_in(p)).collect(),
         }
@@ -323,6 +324,7 @@ impl Mounting<'_> {
         let Some((least, number)) = spares.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
         let path = self.path();
         report.require(
+            // Rounding must not refuse holes at exactly the limit.
             least >= -1e-9,
             path,
             || {

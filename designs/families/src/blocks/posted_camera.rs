@@ -82,6 +82,7 @@ impl PostedCamera {
     /// Returns the radius of a hole that the lens's holder passes, mm. The hole is in a circuit board, so that its gap
     /// does not depend on the processes that a file assigns to parts.
     pub fn bore_mm(&self) -> f64 {
+        // Half the diagonal of the square holder.
         let holder = self.board.holder_size.mm() / 2f64.sqrt();
         holder.max(self.board.barrel_diameter.mm() / 2.0) + gap_mm(Process::Fdm, Fit::Free)
     }

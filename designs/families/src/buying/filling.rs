@@ -116,6 +116,7 @@ pub(crate) fn fill(
             found.push(place.problem(&path, unit.word(), message).hint(hint));
             continue;
         }
+        // Not needed by this sensor, but no mistake either: the built-in list or another entry knows the name.
         let is_of_list = Articles::builtin().find(&known.name).is_some();
         let is_new = matches!(known.article.role, Some(Role::Stock | Role::Supply | Role::Tool));
         let is_base = articles.raws.iter().any(|raw| raw.extends(&known.name));

@@ -108,6 +108,7 @@ impl Articles {
     /// key` of size `4 mm`.
     pub fn article(&self, name: &str) -> Order {
         let key = key_of(name);
+        // Candidates are all runs of leading words.
         let cuts = key.match_indices(' ').map(|(at, _)| at).chain([key.len()]);
         let begins = cuts.filter(|at| self.by_key.contains_key(&key[..*at])).max();
         match begins {
@@ -130,6 +131,7 @@ impl Articles {
         // The entry with the longest matching words wins.
         let fitting = of_process.filter_map(|known| {
             let length = match &known.article.words {
+                // The entry without words fits any material, but any matching word is better.
                 None => 0,
                 Some(words) => {
                     words.split(';').filter(|word| says(material, word)).map(str::len).max()?
@@ -161,6 +163,7 @@ impl Articles {
 /// Returns whether a text contains one or several words, each matched from its beginning: `screw` is in `two screws`.
 fn says(text: &str, words: &str) -> bool {
     let plain = |text: &str| {
+        // Signs that belong to words, as in `@mix` and hyphenated names.
         let is_letter = |c: char| c.is_alphanumeric() || matches!(c, '@' | '-');
         let parts = text.to_lowercase();
         let parts = parts.split(|c: char| !is_letter(c)).filter(|part| !part.is_empty());

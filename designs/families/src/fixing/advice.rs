@@ -94,6 +94,7 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
         }
         found.push(tried);
     }
+    // Single values are suggested only if all of them together make the design buildable.
     let mut is_solved = space.outcome(&values).is_clean();
     if !is_solved && let Some(tried) = taken_back(space, set) {
         values = Values::from([(tried.number, tried.value)]);
@@ -105,6 +106,7 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
         tried.value = values[&tried.number];
     }
     let together = if is_solved { None } else { by_search(space) };
+    // Shared by the problems that this one value solves as well.
     let first_tried = found.iter().flatten().next().copied();
     let mut hints = Vec::new();
     for (i, (problem, tried)) in broken.into_iter().zip(found).enumerate() {

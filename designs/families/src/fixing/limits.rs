@@ -71,6 +71,7 @@ pub fn limits(
         });
         let followed = follow.then(|| {
             space.left = MOST_TRIED[1];
+            // Values that work with the others held work with the others following, too: continue outward from them.
             let ends = [held.low, held.high];
             range(&mut space, number, ends, HALVINGS[1], &mut |space, value| {
                 let begin = Values::from([(number, value)]);

@@ -150,6 +150,7 @@ fn contradiction(space: &mut Space, met: Vec<Rule>) -> Vec<Rule> {
     let begin = Values::new();
     let mut met = met;
     met.truncate(MOST_BLAMED);
+    // The repair may have used up its budget: the search for the contradiction has its own.
     space.left = MOST_TRIED_TO_BLAME;
     // Most often a single rule cannot be satisfied on its own.
     for rule in &met {

@@ -56,6 +56,7 @@ pub(super) fn search(
             }
         }
         let Some(rule) = broken.first() else { return Search::Found(state_now.values) };
+        // The budget of states is used up: treated as if there were no solution.
         if looked == most {
             return Search::Nothing;
         }
@@ -68,6 +69,7 @@ pub(super) fn search(
             let mut is_moved = false;
             for (&number, up) in numbers.iter().flat_map(|number| [(number, false), (number, true)])
             {
+                // The budget of evaluations is used up: the remaining states stay unknown.
                 if space.left == 0 {
                     return Search::Unknown;
                 }
@@ -77,10 +79,12 @@ pub(super) fn search(
                 let mut values = state_now.values.clone();
                 values.insert(number, value);
                 is_moved = true;
+                // The same values are also reached by changing the numbers in another order.
                 if seen.insert(rounded(&values)) {
                     open.push(state(space, values, begin, counts));
                 }
             }
+            // A single number can satisfy the rule: moving several is the last resort.
             if is_moved {
                 break;
             }
@@ -131,6 +135,7 @@ fn left<'a>(outcome: &'a Outcome, counts: Counts<'a>) -> impl Iterator<Item = &'
 fn state(space: &mut Space, values: Values, begin: &Values, counts: Counts) -> State {
     let outcome = space.outcome(&values);
     let changes = values.iter().filter(|(number, _)| !begin.contains_key(number)).count();
+    // Broken rules count like changes, as an estimate of the changes still needed.
     let weight = changes + left(&outcome, counts).count();
     let moved = values.iter().map(|(number, value)| {
         let from = space.numbers[*number].value.unwrap_or(*value);

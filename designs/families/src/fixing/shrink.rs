@@ -57,6 +57,7 @@ fn less(space: &mut Space, values: Values, number: usize) -> Values {
         }
         if space.outcome(&with(half)).is_clean() { good = half } else { bad = half }
     }
+    // The limiting value has many digits: prefer a rounded one nearby that holds too.
     for value in readable(space, number, good, good >= bad) {
         if space.outcome(&with(value)).is_clean() {
             return with(value);

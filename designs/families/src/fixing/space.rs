@@ -81,6 +81,7 @@ impl Space {
 
     /// Evaluates the rules at these values, or returns the cached outcome. Callers that loop check [`Space::left`].
     pub fn outcome(&mut self, values: &Values) -> Rc<Outcome> {
+        // Bit patterns, because floats have no total order as keys of a map.
         let key: Vec<(usize, u64)> = values.iter().map(|(i, v)| (*i, v.to_bits())).collect();
         if let Some(known) = self.known.get(&key) {
             return Rc::clone(known);
@@ -141,6 +142,7 @@ impl Space {
         let (begin, ladder) = self.ladder(values, number, up)?;
         let (near, far) = (*ladder.first()?, *ladder.last()?);
         let middle = ladder[ladder.len() / 2];
+        // Three probes first: they end the search early for a number that has no influence.
         let probes = [near, middle, far].map(|value| self.with(values, number, value));
         if !probes.iter().any(|outcome| is_good(outcome)) && is_hopeless(&probes) {
             return None;
@@ -205,6 +207,7 @@ impl Space {
     /// Returns a number's present value and the values to try from there in one direction, up to the end of the allowed
     /// range or the last of the steps.
     fn ladder(&mut self, values: &Values, number: usize, up: bool) -> Option<(f64, Vec<f64>)> {
+        // Falls back to the file's value where expressions cannot be evaluated.
         let begin = self.outcome(values).at[number].or(self.numbers[number].value)?;
         let [low, high] = self.numbers[number].range;
         let scale = self.scale(number);
@@ -227,6 +230,7 @@ impl Space {
                 break;
             }
         }
+        // The present value is no change.
         ladder.retain(|value| *value != begin);
         (!ladder.is_empty()).then_some((begin, ladder))
     }

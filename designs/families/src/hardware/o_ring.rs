@@ -106,6 +106,7 @@ impl ORing {
         };
         let best = |all: &mut dyn Iterator<Item = f64>| {
             let fitting: Vec<f64> = all.filter(fits).collect();
+            // Sizes ascend, so this is the widest ring that is not loose.
             let stretched = fitting.iter().rev().find(|inside_mm| **inside_mm <= bottom_mm);
             stretched.or(fitting.first()).copied()
         };

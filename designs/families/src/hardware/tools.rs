@@ -164,6 +164,7 @@ pub fn pinch(radius_mm: f64, top_z: f64) -> Reach {
     let tip = Solid::cuboid_between([near, -half, low], [far, half, top_z + out]);
     let tips = copies("fingertip", &ring(2, 0.0, Pose::identity()), &tip);
     let sides = Solid::union(tips);
+    // Half of the eight directions, because two opposite fingertips are symmetric.
     let turns = ring(8, 0.0, Pose::identity()).into_iter().take(4);
     let anywhere = Reach::room("the fingers that pull it out", around).past_copies();
     turns.fold(anywhere, |reach, turn| reach.or(sides.clone().placed(turn)))

@@ -109,6 +109,7 @@ impl View {
     /// Casts a ray towards the face. Returns the height at which it enters the body and the length of its first stretch
     /// inside, mm.
     fn met(&self, own: &CompiledSolid, at: [f64; 2], buffers: &mut Buffers) -> Option<[f64; 2]> {
+        // The ray starts outside the body.
         let above = self.top_mm() + 1.0;
         let ray = Ray { origin: self.point(at, above), direction: self.inward };
         own.stretches_into(&ray, &mut buffers.0, &mut buffers.1);
@@ -249,6 +250,7 @@ impl<'a> Faces<'a> {
             let [u, v, n] = view.axes;
             let axes = if is_turned { [v, -u, n] } else { [u, v, n] };
             let pose = Pose::with_axes(axes, view.point(at, high))?;
+            // Rounding errors are no fall.
             let fall_mm = if high - low < 2.0 * FLAT_MM { 0.0 } else { high - low };
             return Some(Found { pose, fall_mm });
         }
@@ -275,6 +277,7 @@ impl<'a> Faces<'a> {
     /// Returns whether the place is free: no other body of an assembly with this part covers it, it is not beside the
     /// touched surface, and no camera looks through it.
     fn is_free(&self, view: &View, at: [f64; 2], [low, high]: [f64; 2], need: [f64; 2]) -> bool {
+        // Just above the face, and up to the free height.
         let heights = [low + 0.01, low + BEFORE_MM / 2.0, high + BEFORE_MM];
         let points: Vec<Point3<f64>> = grid(at, need, 1.0)
             .flat_map(|at| heights.map(|height| view.point(at, height)))

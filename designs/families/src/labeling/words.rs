@@ -55,6 +55,7 @@ fn code(name: &str, names: &[String]) -> String {
             let letter = word.as_bytes().get(*at);
             beside.iter().all(|other| other.as_bytes().get(*at) != letter)
         };
+        // From the second letter on: the first one is written anyway.
         let told = (1..word.len()).filter(|_| !beside.is_empty()).find(differs);
         let told = told.and_then(|at| word.get(at..=at)).unwrap_or_default();
         let first = short(word, 1);

@@ -112,10 +112,12 @@ impl Agent {
 pub(crate) fn substances(sensor: &mut Sensor, materials: &Catalogue) {
     for body in &mut sensor.bodies {
         let known = materials.find(&body.material).map(stock::of_castable);
+        // A family's own statement overrides what the material's name suggests.
         let told = body.substance.is_dark;
         let mut substance = known.unwrap_or_else(|| stock::substance(body));
         substance.is_dark = told.or(substance.is_dark);
         body.substance = substance;
+        // Only for made parts whose transparency nobody has stated.
         if body.is_made() && in_use(body) && body.optics.is_none() && body.opacity == 1.0 {
             shining_through(&body.material).into_iter().for_each(|light| body.let_light(light));
         }
@@ -178,6 +180,7 @@ impl<'a> Adhering<'a> {
     /// Adds the joints of a step with glue: between all bodies that it lists or mentions in its instruction.
     fn glued(&mut self, step: &Step, agent: Agent) {
         let text = step.instruction.to_lowercase();
+        // Wet silicone between primed faces bonds like a casting on primer.
         let is_primed = agent == Agent::WetSilicone && text.contains("prime");
         let agent = if is_primed { Agent::Primed } else { agent };
         let speaks = |name: &str| text.contains(name);

@@ -130,6 +130,7 @@ fn material(
     let before = found.len();
     let mut stack = layered.stack(MATERIALS, key, found)?;
     let (mut mix, mut bonds) = (None, None);
+    // `mix` and `bonds` are free-form maps: they are taken out before the declared keys are read.
     for (place, entries) in &mut stack {
         with_sources(place, entries);
         mix = taken(entries, "mix").map(|node| (place.clone(), node)).or(mix);
@@ -149,6 +150,7 @@ fn material(
     let figures = read::<Figures>(MATERIALS, &name, &last.place, stack, found);
     let (figures, mut settings) = figures.filter(|_| found.len() == before)?;
     settings.extend(own);
+    // Sources and notes describe other values and are no parameters themselves.
     let is_text = |path: &str| path.ends_with(".source") || path.ends_with(".note");
     settings.retain(|setting| !is_text(&setting.path));
     Some(Material { name, origin, figures, by_mass, bonds, settings })
@@ -166,6 +168,7 @@ fn with_sources(place: &Place, entries: &mut [Entry]) {
     for entry in entries {
         match (&*entry.key, &mut entry.value.content) {
             ("source" | "note" | "extends", _) => {}
+            // The section `cure` passes the source on to its own values.
             ("cure", Content::Map(inner)) if inner.iter().all(|e| e.key != "value") => {
                 inner.iter_mut().for_each(|entry| wrap(&mut entry.value, kind, &text));
             }

@@ -39,6 +39,7 @@ pub(super) fn of_castable(material: &Material, sort: Option<Sort>) -> Option<Ela
     let most = mpa(figures.youngs_modulus_most).unwrap_or(young_mpa * SPREAD);
     Some(Elasticity {
         young_mpa,
+        // A stated range need not contain the stated value; this one does.
         young_range_mpa: [least.min(young_mpa), most.max(young_mpa)],
         poissons_ratio: figures.poissons_ratio.unwrap_or(POISSONS_RATIO),
         friction: figures.friction,
@@ -53,6 +54,7 @@ pub(super) fn of_shore(sort: Sort, shore: Shore) -> Option<Elasticity> {
     if !matches!(sort, Sort::Rubber | Sort::Silicone) || value < SOFTEST_SHORE_A {
         return None;
     }
+    // Gent's formula, with the Shore A hardness as value and the result in MPa.
     let young_mpa = 0.0981 * (56.0 + 7.623_36 * value) / (0.137_505 * (254.0 - 2.54 * value));
     Some(Elasticity {
         young_mpa,

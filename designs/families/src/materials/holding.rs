@@ -119,6 +119,7 @@ pub(crate) fn hold(sensor: &mut Sensor, materials: &Catalogue) {
                     on: on.name.clone(),
                 }),
                 Some(Hold::Primer(primer)) => {
+                    // Families may name the primer in an instruction themselves: then nothing is added to it.
                     let known = primer.to_lowercase();
                     let is_said = sensor.chain[..=index]
                         .iter()
@@ -142,6 +143,7 @@ pub(crate) fn hold(sensor: &mut Sensor, materials: &Catalogue) {
         return;
     }
     let bottle = |(number, (primer, what)): (usize, (String, String))| {
+        // Names of bodies are unique.
         let name = if number == 0 { "primer".into() } else { format!("primer-{}", number + 1) };
         let [radius, height] = BOTTLE_MM;
         Body::bought(name, format!("{primer}, for {what}"), Solid::cylinder(radius, height))

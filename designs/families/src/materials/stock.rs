@@ -127,6 +127,7 @@ pub(super) fn substance(body: &Body) -> Substance {
     let Some((stuff, sort)) = KNOWN.stock.iter().find(fits) else {
         return Substance { is_dark: is_dark(&words), ..Substance::default() };
     };
+    // Words such as `uncoated` outweigh a sealing word in the same name.
     let is_sealed = says(&SEALED) && !says(&BARE);
     let inhibits = stuff.inhibits_platinum == Some(true) && !is_sealed;
     let shore = shore(stuff.hardness);
@@ -155,6 +156,7 @@ pub(super) fn of_castable(castable: &Castable) -> Substance {
     let sort = match figures.kind {
         Some(MaterialKind::Silicone | MaterialKind::Gel) => Some(Sort::Silicone),
         Some(MaterialKind::Polyurethane) => Some(Sort::Rubber),
+        // Without a kind, these mechanisms still identify a silicone.
         _ => matches!(cures, Some(Curing::Platinum | Curing::Tin | Curing::Moisture))
             .then_some(Sort::Silicone),
     };

@@ -26,6 +26,7 @@ fn parse(text: &str, units: &[(&str, f64)], example: &str) -> Result<f64, Refusa
     let known: Vec<&str> = units.iter().map(|(unit, _)| *unit).collect();
     let write =
         || format!("write a number and one of {}, for example `{example}`", known.join(", "));
+    // `nan` and `inf` get a message of their own.
     let lower = text.trim().to_lowercase();
     if lower.trim_start_matches(['+', '-', '.']).starts_with("nan") || lower.contains("inf") {
         return refuse("is not finite", write());

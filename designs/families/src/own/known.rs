@@ -30,6 +30,7 @@ impl Parameter for Castable {
 
     fn read(reader: &mut Reader, path: &str, summary: &str, (): &()) -> Option<Self> {
         let known = reader.known::<Known>().map(|known| &known.materials);
+        // Readers without context know the built-in materials only.
         let known = known.unwrap_or_else(|| Catalogue::builtin()).clone();
         reader.looked_up(path, summary, ALLOWED, |text| match known.find(text) {
             Some(castable) => Ok((castable.clone(), String::from(castable))),

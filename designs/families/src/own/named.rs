@@ -96,6 +96,7 @@ pub(crate) fn given_name(
 
 /// Reads the value of the key: a map of names to sections, or a list of sections with `name:`.
 pub(crate) fn raws(noun: Noun, entry: Entry, place: &Place, found: &mut Vec<Found>) -> Vec<Raw> {
+    // Messages then speak of materials, processes or articles instead of sensors.
     let place = Place { dialect: noun.dialect, ..place.clone() };
     let mut raws: Vec<Raw> = Vec::new();
     let sections: Vec<(Option<String>, Position, Node)> = match entry.value.content {
@@ -191,6 +192,7 @@ impl<'a> Layered<'a> {
             let (mut stack, mut base) = (Stack::new(), None);
             for raw in raws {
                 let mut entries = raw.entries.clone();
+                // Noted before the entry is taken, to tell a missing key from an unreadable value.
                 let extends_something = entries.iter().any(|entry| entry.key == "extends");
                 let extends = take_word(&mut entries, "extends", &raw.place, found);
                 if extends_something {
@@ -219,6 +221,7 @@ impl<'a> Layered<'a> {
             }
             next = Some(base);
         }
+        // The farthest base is the lowest layer.
         Some(parts.into_iter().rev().flatten().collect())
     }
 }

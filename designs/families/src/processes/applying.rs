@@ -58,6 +58,7 @@ pub(crate) fn report_unnamed(
 ) {
     let mut fixtures: Vec<&str> =
         of_fixtures.iter().filter_map(|name| Some(name.split_once('/')?.0)).collect();
+    // Parts of one fixture are listed one after the other.
     fixtures.dedup();
     for given in making.all_given() {
         let mut names = of_sensor.iter().chain(of_fixtures);

@@ -120,6 +120,7 @@ impl Processes {
         let kinds = ProcessKind::WORDS.iter().map(|word| (*word).to_owned());
         let mut names: Vec<String> = own.chain(kinds).collect();
         let mut seen = std::collections::BTreeSet::new();
+        // A user's process may have the name of a kind.
         names.retain(|name| seen.insert(key_of(name)));
         names
     }

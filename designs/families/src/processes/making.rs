@@ -52,6 +52,7 @@ impl Making {
     ///
     /// A part of a fixture is called `FIXTURE/PART`; see [`Making::in_fixture`].
     pub fn gap_mm(&self, part: impl AsRef<str>, usual: Process, fit: Fit) -> f64 {
+        // Only read after the family has built its parts.
         self.0.is_asked.store(true, Ordering::Relaxed);
         let recipe = self.of(part.as_ref()).or_else(|| self.of_kind(usual));
         recipe.map_or_else(|| gap_mm(usual, fit), |recipe| gap_of(recipe, fit))
@@ -113,6 +114,7 @@ impl Making {
         let suits = |known: &String| [material, plain].map(key_of).contains(&key_of(known));
         match recipe.materials.first() {
             Some(_) if recipe.materials.iter().any(suits) => material.into(),
+            // The process does not take the part's usual material.
             Some(first) => first.clone(),
             None => match recipe.kind.usual_material() {
                 Some(new) if recipe.kind.process() != usual && !color.is_empty() => {
@@ -179,6 +181,7 @@ impl<'a> FixtureMaking<'a> {
 
     /// Returns the largest gap per side, mm, where one shape serves several parts.
     pub fn widest_mm<N: AsRef<str>>(&self, parts: impl IntoIterator<Item = N>, fit: Fit) -> f64 {
+        // Without statements all parts have the same gap.
         if self.making.is_usual() {
             return gap_mm(self.usual, fit);
         }
@@ -208,8 +211,10 @@ pub(crate) fn fits(pattern: &str, name: &str) -> bool {
     let first = pieces.next().unwrap_or_default();
     let Some(mut rest) = name.strip_prefix(first) else { return false };
     let mut pieces: Vec<&str> = pieces.collect();
+    // A pattern without `*` has to match exactly.
     let Some(last) = pieces.pop() else { return rest.is_empty() };
     for piece in pieces {
+        // Leftmost matches suffice, because only the last piece is anchored at the end.
         let Some(at) = rest.find(piece) else { return false };
         rest = &rest[at + piece.len()..];
     }

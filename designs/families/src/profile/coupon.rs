@@ -201,6 +201,7 @@ impl Sizes {
         for group in CouponGroup::ALL {
             self.enough(group);
         }
+        // A line through wrong readings would blame the right ones.
         if !self.text.found.is_empty() {
             return None;
         }
@@ -320,6 +321,7 @@ impl Sizes {
         let mut sizes: Vec<f64> =
             rows.iter().flat_map(|(_, _, rows)| rows).map(|row| row.nominal_mm).collect();
         sizes.sort_by(f64::total_cmp);
+        // Repeated readings of one size do not define a line.
         sizes.dedup();
         if sizes.len() < needed {
             let place = rows.map_or(&self.text.place, |(_, place, _)| place);

@@ -32,6 +32,7 @@ impl ProcessProfile {
         bed_from_part: &Pose,
         cast_scale: f64,
     ) -> (Solid, HoleCount) {
+        // Upright holes are scaled along x and y only; the mean keeps them circular.
         let [x, y, _] = self.scale();
         let mut work = Work {
             profile: self,
@@ -111,6 +112,7 @@ impl Work<'_> {
             return designed_mm;
         }
         self.count.fitted += 1;
+        // The copy is scaled afterwards, so the scale is divided out here.
         self.profile.hole_mm(wanted_mm) / 2.0 / self.scale
     }
 }

@@ -94,6 +94,7 @@ impl Registry {
             };
             // The sensor's own file counts too, so that `steps` is 1 for the first file it extends.
             let steps = above.iter().filter(|place| place.layer != TextLayer::Base).count();
+            // A cycle is reported as such below, not as too many files.
             if steps > MOST_FILES && above.iter().all(|place| *place.file != *base.file) {
                 let message = format!(
                     "more than {MOST_FILES} files extend each other: {}",

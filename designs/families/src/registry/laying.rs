@@ -48,6 +48,7 @@ pub(super) fn lay_defaults(document: &mut Document, files: &[(&str, &str)], laye
 pub(super) fn lay_shared_defaults(document: &mut Document) {
     let (name, yaml) = blocks::DEFAULTS;
     let place = Place::new(TextLayer::Default, name, &SENSOR);
+    // Restricted to parameters of this family: others would be reported as unknown keys.
     let known = document.paths();
     let mut entries = mapping_of(yaml, &place, &mut document.found).unwrap_or_default();
     check_format(&mut entries, &place, &mut document.found);
@@ -92,6 +93,7 @@ impl Registry {
             return Err(InvalidDesign { problems: Found::sorted(found) });
         };
         let family = layers.family;
+        // The user's own sections are taken out first: the document does not know their keys.
         let mut own = Own::take(&mut layers.entries, user, &mut found);
         let mut document = Document::new(family.all_fields(), place);
         document.found = found;
@@ -147,6 +149,7 @@ impl Registry {
             if let Some((word, at)) = take_word(&mut own, "family", &place, found) {
                 let known = self.family(&word, &at, found)?;
                 match &family {
+                    // All files of a chain have to name the same family.
                     Some((first, at)) if first.name != known.name => {
                         let message = format!(
                             "family is {}, but {} is a sensor of the family {}",
@@ -161,6 +164,7 @@ impl Registry {
                     _ => family = Some((known, at)),
                 }
             }
+            // Noted before the entry is taken, to tell a missing key from an unreadable value.
             let extends_something = own.iter().any(|entry| entry.key == "extends");
             let extends = take_word(&mut own, "extends", &place, found);
             entries.push((place, own));

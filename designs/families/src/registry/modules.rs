@@ -64,6 +64,7 @@ pub(super) fn lay_module(document: &mut Document) {
     {
         entries.retain_mut(|entry| is_taken(entry, &known));
     }
+    // Below the layer that names the module, so that values of the same layer or later ones override it.
     document.lay_under(section.into_iter().collect(), &at, place.layer);
 }
 

@@ -165,6 +165,7 @@ fn yaml_of(written: &Written) -> String {
 fn yaml(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || " ._-+/()".contains(c);
     let begins = text.starts_with(|c: char| c.is_ascii_alphanumeric());
+    // YAML reads these words as null or as a boolean.
     let is_word = !["null", "yes", "no", "on", "off"].contains(&&*text.to_ascii_lowercase());
     if begins && is_word && text.trim_end() == text && text.chars().all(is_plain) {
         return text.to_owned();

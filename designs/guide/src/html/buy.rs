@@ -179,6 +179,7 @@ fn in_series(names: &[String]) -> String {
         (Some((stem, digits, number)), Some((other, also, next))) => {
             stem == other
                 && number.checked_add(1) == Some(next)
+                // Counting from 9 to 10 adds a digit.
                 && (digits == also || next % 10 == 0)
         }
         _ => false,

@@ -89,6 +89,7 @@ impl Guide {
         const LEFT: f64 = 230.0;
         const WIDTH: f64 = 880.0;
         let Timeline { stretches, total_h, .. } = &self.timeline;
+        // Steps without duration get no row.
         let timed: Vec<_> = stretches.iter().filter(|s| s.end_h > s.start_h).collect();
         let height = ROW * (timed.len() as f64 + 1.5);
         let mut svg = Svg::new(WIDTH, height);
@@ -106,6 +107,7 @@ impl Guide {
             let x = |h: f64| LEFT + h * scale;
             let frame =
                 if stretch.is_critical { "stroke=\"#c0392b\" stroke-width=\"1.5\"" } else { "" };
+            // At least 2 px wide, so that short steps stay visible.
             let bar = |from: f64, to: f64| [(x(to) - x(from)).max(2.0), ROW - 5.0];
             svg.rect(
                 [x(stretch.start_h), y + 3.0],

@@ -209,6 +209,7 @@ impl<'a> Measured<'a> {
         let inner = placed(&inner.bounds(), &around.assembly_from_body);
         let [u, v] = across(out);
         let [[u0, u1], [v0, v1]] = [shadow(&inner, &u), shadow(&inner, &v)];
+        // Rays start behind the body.
         let back = self.extent(body, out)?[0] - 1.0;
         let pose = body.assembly_from_body.inverse();
         let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
@@ -223,6 +224,7 @@ impl<'a> Measured<'a> {
                 let origin = Point3::from(place + out * back);
                 let ray = Ray { origin: pose.point(origin), direction: pose.vector(*out) };
                 solid.stretches_into(&ray, &mut scratch, &mut stretches);
+                // The last surface along a ray is the outer face.
                 ends.extend(stretches.last().map(|[_, leave]| back + leave));
             }
         }

@@ -99,6 +99,7 @@ pub(super) fn primers(sensor: &Sensor) -> Vec<Warning> {
         let [layer, on] = &adhesion.bodies;
         let Some(step) = step_of(layer).or_else(|| step_of(on)) else { continue };
         let primes = |(at, other): (usize, &Step)| {
+            // The pour itself may name the primer, or an earlier step on the same body.
             let is_meant = at == step || other.bodies.contains(on);
             is_meant && other.instruction.to_lowercase().contains("prime")
         };

@@ -32,6 +32,7 @@ impl Plan<'_> {
 
     /// Finds the nearest angle at which everything fits, and returns it as a hint.
     fn turned_hint(&self) -> Option<String> {
+        // 36 steps of 5 degrees to either side cover a full turn.
         let steps = (1..=36).flat_map(|step| [f64::from(step), -f64::from(step)]);
         let to = |angle: Angle, step: f64| {
             let deg = angle.deg() + step * STEP_DEG;
@@ -107,6 +108,7 @@ impl Plan<'_> {
         let places = self.nut_places();
         let pairs = places.iter().flat_map(|at| screws.iter().map(|own| apart(own, at)));
         let least = pairs.fold(f64::INFINITY, f64::min) - self.sink_mm() - nut;
+        // Robotiq's pattern is placed at exactly this distance: rounding must not refuse it.
         (least < WALL_MM - 1e-9).then(|| Trouble {
             path: "adapter.width",
             message: format!(
@@ -212,6 +214,7 @@ impl Plan<'_> {
 
     /// Returns the outline of a disc below the sensor with a bar to the finger's screws, along x.
     fn keyhole(&self, half: f64, radius: f64) -> (Path, f64) {
+        // The disc has to be wider than the bar, or their outlines would not meet.
         let radius = radius.max(half + 1.0);
         let beyond = self.finger().map_or(0.0, |finger| finger.beyond_mm);
         let outer = match self.adapter.pattern {

@@ -180,6 +180,7 @@ pub fn step(
     bodies: &[Name],
     action: Action,
 ) -> Doing {
+    // The types make sure that instruction and source, empty here, are filled in.
     Doing(Step {
         name: name.into(),
         instruction: String::new(),

@@ -40,6 +40,7 @@ pub struct Dimension {
 }
 
 /// Returns the default tolerance of a length, mm, or of an angle, deg; `None` for other kinds.
+///
 /// ```
 /// use fabkit_designs::{built::usual_tolerance, parameters::Kind};
 /// assert_eq!(usual_tolerance(Kind::Length, 1.5), Some(0.1));

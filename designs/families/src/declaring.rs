@@ -11,6 +11,8 @@ pub(crate) use sections;
 /// Declares a layout struct: each position or size with its name, documentation and formula, stated once. A `let`
 /// declares a local value that is not part of the struct.
 macro_rules! layout {
+    // Consumes one item per step: the rules behind `@` collect fields, their names and `let` statements in the three
+    // brackets.
     ($(#[$doc:meta])+ pub struct $name:ident from $p:ident: &$params:ty { $($rest:tt)+ }) => {
         $crate::layout!(@ $p: $params, [$(#[$doc])+ $name] [] [] [] $($rest)+);
     };

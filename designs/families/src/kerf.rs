@@ -18,6 +18,7 @@ const OTHER_LASER_KERF_MM: f64 = 0.20;
 
 /// Returns the kerf of a process in a material, mm; 0 where the maker of the part compensates (boards are routed to
 /// their outline) or nothing is cut along a line.
+///
 /// ```
 /// use fabkit_designs::kerf_mm;
 /// use fabkit_geometry::Process;

@@ -136,6 +136,7 @@ impl Guide {
             units: request.units,
             outer: outer::outer(sensor, request)?,
             made,
+            // See `take_sheets`.
             sheets: Vec::new(),
             bought,
             liquids,
@@ -190,6 +191,7 @@ fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
             layer: batch.layer.clone(),
             volume_mm3: batch.volume.value_mm3,
             waste: batch.waste,
+            // A layer that is a tool is cast once for all units.
             batches: if membership::stays(layer) { units } else { 1 },
             components: components
                 .map(|(name, mass_g)| Component { name: name.clone(), mass_g: *mass_g })

@@ -163,6 +163,7 @@ pub(crate) fn liquids(mixes: &[Mixed], shop: &dyn Shop) -> Vec<Liquid> {
                 name: component.name.clone(),
                 mass_g: 0.0,
                 steps: Vec::new(),
+                // The amount is known only after all mixes have been added.
                 order: Purchase::of(&shop.article(&component.name), 0.0),
             });
             liquid.mass_g += component.mass_g * f64::from(mix.batches);

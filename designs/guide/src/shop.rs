@@ -161,6 +161,7 @@ pub(crate) fn share_kits<'p>(purchases: impl Iterator<Item = &'p mut Purchase>) 
         if let Some(first) = paying.iter_mut().find(same) {
             let packs = first.packs.max(purchase.packs);
             first.take(packs);
+            // It comes with the kit of the first line.
             purchase.take(0);
         } else {
             paying.push(purchase);

@@ -159,6 +159,7 @@ impl Series {
     fn of(sensor: &Sensor, stretches: &[Stretch], total_h: f64, count: u32) -> Self {
         let is_of_unit = |name: &str| sensor.body(name).is_some_and(stays);
         let mut busy: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
+        // Steps that concern tools alone are done once, all others for each unit.
         let (mut once_h, mut each_h) = (0.0, 0.0);
         for (step, stretch) in sensor.chain.iter().zip(stretches) {
             let touched = touched(step);

@@ -57,6 +57,7 @@ impl Bayonet {
         limits! { report:
             bayonet.key_width >= self.lug_width.mm() + play + KEY_MM,
                 "the first lug must not pass an entry of the others";
+            // The parameter is on both sides, so that the message states the value that satisfies the rule.
             bayonet.turn <= self.turn.deg() + spare.to_degrees(),
                 "1 mm must stand between one groove and the next entry";
             bayonet.turn >= (widest / joint.bore_radius).to_degrees(),
@@ -121,6 +122,7 @@ impl Joint {
 
     /// Creates the joint in a female part of a given outer radius.
     pub fn within(p: &Bayonet, gap: f64, outer_radius: f64) -> Self {
+        // All radii grow by the same amount with the bore.
         let beyond_bore = Self::in_bore(p, gap, 0.0).outer_radius;
         Self::in_bore(p, gap, outer_radius - beyond_bore)
     }
@@ -176,6 +178,7 @@ impl Joint {
     /// it finds the entry and prints without support when the spigot points down.
     pub fn male(&self) -> Solid {
         let root = self.spigot_radius - LUG_ROOT_MM;
+        // 45 degrees, over at most 0.6 of the lug's height.
         let chamfer =
             (self.lug_radius - self.spigot_radius).min(0.6 * (self.lug_top - self.lug_bottom));
         let ring = Solid::revolution(Path::polygon(&[

@@ -148,15 +148,18 @@ impl Electric {
         let most_a = supply_a / all;
         let gives = format!("the supply gives {} mA for {all} LEDs", supply_a * 1e3);
         if ohms > 0.0 {
+            // Smallest resistance that limits each of the sharing LEDs to `most_a`.
             let least = |most_a: f64| drop_v / (sharing * most_a);
             let rated = format!("an LED bears {} mA", rated_a * 1e3);
             report.at_least("leds.resistor_ohms", ohms, least(rated_a), rated);
+            // Heat of the resistor: U^2 / R.
             report.at_least("leds.resistor_ohms", ohms, drop_v.powi(2) / chip.rated_w, bears);
             report.at_least("leds.resistor_ohms", ohms, least(most_a), gives);
         } else {
             // The resistor is rounded up to the next value of the series, so the current is never larger than this.
             let ma = self.current_a() * 1e3;
             report.at_most("leds.current_ma", ma, rated_a * 1e3, "an LED bears no more");
+            // Heat of the resistor: U I, with the current of all LEDs that share it.
             report.at_most("leds.current_ma", ma, chip.rated_w / (drop_v * sharing) * 1e3, bears);
             report.at_most("leds.current_ma", ma, most_a * 1e3, gives);
         }
@@ -302,6 +305,7 @@ impl Builder {
             forward_v: electric.forward_volts,
             leds,
             led_rated_a: electric.rated_ma / 1e3,
+            // A given resistor determines the current instead.
             wanted_a: (ohms == 0.0).then_some(electric.current_a()),
             ohms,
             rated_w: chip.rated_w,

@@ -125,6 +125,7 @@ impl<'a> Clamshell<'a> {
     fn holes(&self) -> Mounting<'a> {
         let axis = self.room.longer();
         let inside = self.room.half[axis] - self.slide_mm - LIP_MM[0];
+        // Distance 0 stands in until the radius of a hole is known.
         let pair = Mounting {
             mount: self.mount,
             ring: MountRing::Pair(0.0, axis),

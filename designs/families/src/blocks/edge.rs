@@ -42,6 +42,7 @@ fn direction(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
 /// the given distances (mm) behind them: the larger one of the two circles through it that touch both faces.
 pub fn sparing_mm(behind_mm: [f64; 2]) -> f64 {
     let [a, b] = behind_mm.map(|mm| mm.max(0.0));
+    // Larger root of (r - a)^2 + (r - b)^2 = r^2.
     a + b + (2.0 * a * b).sqrt()
 }
 

@@ -71,6 +71,7 @@ impl Frames<'_> {
     /// Returns the width of the frame from the widest cavity to the outside, mm.
     fn rim_mm(&self) -> f64 {
         let dowel = self.mold.dowel_diameter.mm() / 2.0 + self.slide_mm;
+        // A wall on either side of the dowel's hole.
         2.0 * (self.mold.wall.mm() + dowel)
     }
 
@@ -111,6 +112,7 @@ impl Frames<'_> {
         let socket = self.hole(self.press_mm, [-self.socket_mm(), over]);
         let y = self.cavity[1] + self.rim_mm();
         let slot =
+            // Centred on the floor's edge, so that half of it cuts.
             Solid::cuboid(mold.pry_width.mm(), 2.0 * mold.pry_depth.mm(), mold.pry_gap.mm() + over);
         let slots = [-y, y].map(|y| upright([0.0, y], -mold.pry_gap.mm()));
         let deg = |side: f64| Angle::from_deg(90.0 * side).expect("a quarter of a turn is finite");
@@ -158,6 +160,7 @@ impl Frames<'_> {
         });
         DOWEL
             .bought(dowel.specification(), dowel.solid(), places)
+            // The same pair serves all assemblies.
             .times(poses.len() as u32)
             .ordered(dowel.order())
             .reached(dowel.press())

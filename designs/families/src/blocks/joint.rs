@@ -170,6 +170,7 @@ impl Joint {
     /// Returns the cut for the body that holds the screws or their nuts: blind holes.
     pub fn held(&self) -> Cut {
         match &self.hold {
+            // The bought piece comes with its thread.
             Hold::Thread => Cut::default(),
             Hold::Free { depth_mm } => {
                 let tool = Solid::cylinder(self.free_radius_mm(), *depth_mm + CUT_OVERLAP_MM);

@@ -111,6 +111,7 @@ pub fn ring(count: u32, offset: f64, first: Pose) -> Vec<Pose> {
 
 /// Returns the number of pieces of a width (mm) that fit side by side on a circle, not rounded.
 pub fn around(radius_mm: f64, width_mm: f64) -> f64 {
+    // Each piece takes the angle of its chord.
     PI / (width_mm / 2.0 / radius_mm).clamp(0.0, 1.0).asin()
 }
 

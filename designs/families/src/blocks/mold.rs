@@ -106,6 +106,7 @@ pub fn half(mold: &Mold, making: &Making, name: Name, which: Half) -> Solid {
         dowel_tool(mold, gap_mm(Fit::Press), grip).placed(lid_pose).named("lid socket");
     let pry = [-1.0, 1.0].map(|side| {
         let (gap, depth) = (mold.pry_gap.mm(), mold.pry_depth.mm());
+        // Centred on the block's side, so that half of it cuts.
         Solid::cuboid(gap, 2.0 * depth, mold.pry_length.mm())
             // Between the rubber band and the block's end, beside the upper dowel.
             .at(0.0, side * w, 0.75 * height - mold.pry_length.mm() / 2.0)

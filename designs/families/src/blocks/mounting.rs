@@ -93,6 +93,7 @@ impl MountThread {
             Self::M4 => 4.0,
             Self::M5 => 5.0,
         };
+        // Length and head are placeholders.
         Screw { thread_mm, ..Screw::M3X4 }
     }
 
@@ -151,6 +152,7 @@ impl Mounting<'_> {
             MountHold::Insert | MountHold::ShortInsert => {
                 let nuts = poses.clone();
                 let room_mm = self.depth_mm - self.nut().length_mm;
+                // A through hole has no bottom: the rest of the floor lies behind the nut.
                 let spare_mm = if self.is_through { room_mm } else { INSERT_SPARE_MM.min(room_mm) };
                 Joint::heat_set(label, screw, poses, (self.nut(), nuts, spare_mm))
             }
@@ -193,6 +195,7 @@ impl Mounting<'_> {
     pub fn path(&self) -> &'static str {
         match (self.mount.pattern, self.ring) {
             (MountPattern::Ring, MountRing::Circle(..)) => "base.mount_radius",
+            // The positions are derived from the room inside, so that only the thread can change them.
             (MountPattern::Ring, MountRing::Pair(..)) => "mount.thread",
             (MountPattern::Rectangle, _) => "mount.width",
             (MountPattern::List, _) => "mount.x",
@@ -287,6 +290,7 @@ impl Mounting<'_> {
         if let (MountPattern::Ring, MountRing::Circle(count, radius, _)) =
             (self.mount.pattern, self.ring)
         {
+            // Neighbours on the circle are 2 r sin(half step) apart; each hole gets a wall of its own.
             let half_step = std::f64::consts::PI / f64::from(count);
             report.at_most("base.mount_radius", radius, within_mm - hole, because);
             report.at_least(

@@ -127,6 +127,8 @@ impl View {
     /// Returns the angle that a pixel at the image's centre covers, rad.
     pub fn rad_per_px(&self, size_px: [u32; 2]) -> f64 {
         let [x, y] = size_px.map(f64::from);
+        // Half the field of view is imaged to half the diagonal. The radius of the projection is for a focal length of
+        // 1, where small angles in rad equal radii.
         self.projection.projection().radius(self.field_of_view.rad() / 2.0) / (x.hypot(y) / 2.0)
     }
 }

@@ -157,6 +157,7 @@ impl Posted<'_> {
         let posts = bite + FLOOR_MM - base_mm;
         let because = "the camera's M1.6x5 screws end inside posts and base";
         report.at_least("camera.back_clearance", self.camera.back_clearance, posts, because);
+        // Square boards would only get the same messages twice.
         if camera.screw_spacing != camera.screw_spacing_y
             || camera.board_size != camera.board_size_y
         {

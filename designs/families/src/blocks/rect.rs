@@ -111,6 +111,7 @@ impl Rect {
     #[must_use]
     pub fn rounded_off(self, at: [f64; 2], wall_mm: f64) -> Self {
         let [x, y] = [0, 1].map(|i| at[i] - self.half[i]);
+        // Larger root of r^2 + 2 half_b r + c = 0.
         let half_b = x + y - wall_mm;
         let c = x * x + y * y - wall_mm * wall_mm;
         let corner = -half_b + (half_b * half_b - c).max(0.0).sqrt();

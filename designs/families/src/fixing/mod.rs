@@ -212,6 +212,7 @@ fn contradicting(
             said.join("; and ")
         ),
     };
+    // The new problem keeps the place of the first one in the file.
     let first = as_it_is.and_then(|invalid| invalid.problems.into_iter().next());
     let Some(first) = first else { return InvalidDesign { problems: Vec::new() } };
     let hint = match instead.is_empty() {

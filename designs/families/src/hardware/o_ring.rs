@@ -143,6 +143,7 @@ impl ORing {
 
     /// Returns the volume, mm^3, which does not change in a groove.
     pub fn volume_mm3(&self) -> f64 {
+        // Volume of a torus: its section times the length of its centre line.
         PI * PI / 4.0 * self.cord_mm.powi(2) * (self.inside_mm + self.cord_mm)
     }
 

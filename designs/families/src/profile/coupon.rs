@@ -270,6 +270,7 @@ impl Sizes {
             let at = value.position;
             let path = format!("{path}.{}", shown(&key));
             match (key.as_str(), value.content) {
+                // `id` is for people; null means not measured.
                 ("id", _) | ("measured", Content::Nothing) => {}
                 ("nominal" | "measured", Content::Scalar(text)) => {
                     match self.text.value::<Length>(at, &path, &text, &SIZE_LIMITS_MM) {
@@ -298,6 +299,7 @@ impl Sizes {
             }
             return None;
         };
+        // Rows that were not measured are skipped.
         let (measured_mm, at, path) = measured?;
         let (share, slack_mm) = PLAUSIBLE;
         let low_mm = ((1.0 - share) * nominal_mm - slack_mm).max(0.0);
@@ -377,6 +379,7 @@ impl Sizes {
                 .filter_map(|group| Some((group, self.fit(group)?)))
                 .collect();
         let fit = |group| fits.iter().find(|(found, _)| *found == group).map(|(_, fit)| *fit);
+        // The gain of lengths is 1 minus their shrinkage.
         let shrinkage = |group| Some(100.0 * (1.0 - fit(group)?.gain));
         let diameters = |group: CouponGroup| {
             let nominal: Vec<f64> = self.points(group).iter().map(|point| point.0).collect();

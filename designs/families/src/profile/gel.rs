@@ -145,6 +145,7 @@ fn read(text: &mut Reading, yaml: &str) -> Option<GelCoupon> {
         }
     }
     let count = readings.as_ref().map_or(0, |(_, rows)| rows.len());
+    // Wrong rows are reported already, and would be missing in the count.
     if count < NEEDED && text.found.is_empty() {
         let place = readings.as_ref().map_or(text.place.clone(), |(at, _)| text.place.at(*at));
         let message = format!("{count} readings are filled in; a modulus needs at least {NEEDED}");
@@ -224,6 +225,7 @@ fn row(text: &mut Reading, path: &str, item: Node) -> Option<GelReading> {
     }
     match read {
         [Some(load_g), Some(gap_mm)] => Some(GelReading { load_g, gap_mm }),
+        // An empty row of the template.
         [None, None] if nulls == 2 => None,
         _ => {
             let message = format!("{path} needs both a load and a gap");

@@ -36,6 +36,7 @@ impl Registry {
         let name = name.as_str();
         let given = |field: &str| match (field, start) {
             ("name" | "title", _) => Some(yaml(name)),
+            // A new design has no publication; one that extends a sensor keeps the reference.
             ("reference", Start::Family(_)) => Some(yaml("")),
             _ => None,
         };

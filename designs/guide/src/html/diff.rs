@@ -110,6 +110,7 @@ fn why(one: &BodyChange) -> String {
     match one.change {
         Change::Added => "new".to_owned(),
         Change::Changed => format!("another {}", one.differs.join(", ")),
+        // An unchanged body appears in this table only if more pieces are needed.
         Change::Same | Change::Removed => {
             format!("{} instead of {}", one.quantity[1], one.quantity[0])
         }

@@ -56,6 +56,7 @@ fn row(mix: &Mixed) -> String {
     let components = mix.components.iter();
     let weighed = components.map(|c| format!("{:.2} g {}", c.mass_g, escape(&c.name)));
     let air = match (mix.degas, mix.air_h) {
+        // Sprays need no time for air to leave.
         (_, 0.0) => String::new(),
         (true, hours) => format!("degas {}", minutes(hours)),
         (false, hours) => format!("let stand {}", minutes(hours)),

@@ -59,6 +59,7 @@ impl Guide {
             0.0 => String::new(),
             hours => format!("about {}", minutes(hours)),
         };
+        // Numbers start at 1, so the number of a step is the index of the next one.
         let following = self.timeline.stretches.get(step.number);
         let next = following.map_or(String::new(), |next| {
             format!("step {} from {} on", next.step, clock(next.start_h))

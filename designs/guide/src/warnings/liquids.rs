@@ -95,6 +95,7 @@ pub(super) fn primers(sensor: &Sensor) -> Vec<Warning> {
                 .from("the materials' own `bonds`"),
         );
     }
+    // The agent of such joints is called `cast on primer`.
     for adhesion in sensor.adhesions.iter().filter(|adhesion| adhesion.by.contains("primer")) {
         let [layer, on] = &adhesion.bodies;
         let Some(step) = step_of(layer).or_else(|| step_of(on)) else { continue };
@@ -201,6 +202,7 @@ pub(super) fn gloves(sensor: &Sensor) -> Vec<Warning> {
 /// Returns the time for which a mix is handled, h: until the hands-on work of its own step ends or, if it cures
 /// together with later layers, that of the step in which it cures.
 pub(crate) fn in_hand_h(chain: &[Step], step: usize) -> f64 {
+    // A cure of 0 h means that the layer cures together with a later one.
     let cures = |step: &Step| step.cure().is_none_or(|cure| cure.hours > 0.0);
     let mut hours = 0.0;
     for later in &chain[step..] {

@@ -26,6 +26,7 @@ impl Plan<'_> {
             );
             solid = solid.plus(boss.named("boss"));
         }
+        // The counterbores of the sensor's screws also pass through the boss.
         let down_mm = top_z - self.bottom_z + if is_iso { BOSS_MM } else { 0.0 };
         let sunk_mm = down_mm - self.thickness_mm;
         let is_prepared = self.nut().is_some() || self.is_above_flange();
@@ -69,6 +70,7 @@ impl Plan<'_> {
             let heights = [top_z - through_mm + CUT_OVERLAP_MM, top_z + CUT_OVERLAP_MM];
             Solid::rod(radius, heights)
         };
+        // The rods below have absolute heights, so only x and y of the bolts count.
         let flat = |pose: &Pose| {
             let at = pose.translation_mm();
             Pose::translation(at.x, at.y, 0.0)

@@ -95,6 +95,7 @@ impl Plan<'_> {
             let link = Solid::cuboid_between([0.0, -link, heights[0]], [to, link, heights[1]])
                 .placed(Pose::rotation_z(angle))
                 .named("way to the wire window");
+            // A window that overlaps the slot needs no link.
             std::iter::once(window).chain((to > half).then_some(link))
         });
         std::iter::once(slot).chain(windows).collect()
@@ -109,6 +110,7 @@ impl Plan<'_> {
         let windows = self.face.below().map(|(at, half_mm, turn)| {
             let (sin, cos) = turn.rad().sin_cos();
             let off = [x - at[0], y - at[1]];
+            // The circle's centre in the window's own frame.
             let own = [off[0] * cos + off[1] * sin, off[1] * cos - off[0] * sin];
             crate::blocks::mounting::outside(own, half_mm.map(|half| half + PLAY_MM))
         });

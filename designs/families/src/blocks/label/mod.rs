@@ -130,6 +130,7 @@ impl Label {
     /// Strokes that close the holes of letters.
     pub fn stroked(mut self, stroke_mm: f64) -> Result<Self, LabelError> {
         let height_mm = self.font.height_mm;
+        // Written so that NaN is refused too.
         if !(stroke_mm > 0.0 && stroke_mm <= MOST_STROKE * height_mm) {
             return Err(LabelError::Stroke { stroke_mm, height_mm });
         }
@@ -164,6 +165,7 @@ impl Label {
     pub fn size_mm(&self) -> [f64; 2] {
         let letters = self.font.profiles(&self.text).unwrap_or_default();
         let bounds = letters.iter().flat_map(|letter| letter.bounds_mm());
+        // Letters are not symmetric about the origin: the farther side counts twice.
         let far =
             bounds.fold([0.0_f64; 2], |far, [x, y]| [far[0].max(x.abs()), far[1].max(y.abs())]);
         far.map(|far| 2.0 * far)

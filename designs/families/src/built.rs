@@ -101,6 +101,7 @@ fn is_made(number: &Number) -> bool {
     is_size && is_there && !is_bought(&number.path) && !number.path.starts_with("camera.")
 }
 
+/// Returns the deviating dimension of a number, `off` tolerances from its value.
 fn dimension(number: &Number, off: f64) -> Option<Dimension> {
     let drawn = number.value?;
     let tolerance = number.tolerance.or(usual_tolerance(number.kind, drawn))?;
@@ -153,6 +154,7 @@ impl Lot<'_> {
             && self.built(sizes).is_ok_and(|built| has_the_pieces_of(self.drawn, &built))
     }
 
+    /// Builds the design with deviating sizes.
     fn built(&self, sizes: &Sizes) -> Result<Design, InvalidDesign> {
         // The deviating value replaces an override of the same path: no path may be set twice.
         let path = |set: &str| set.split_once('=').map_or("", |(path, _)| path.trim()).to_owned();

@@ -182,6 +182,7 @@ impl Screw {
     /// M3 x 12, pan head.
     pub const M3X12: Self = Self { thread_mm: 3.0, length_mm: 12.0, head: Head::Pan };
 
+    /// Returns the table row of the thread.
     fn thread(&self) -> &'static Thread {
         // Screws are made from the constants above, whose threads are all in the table; the fallback is never used.
         THREADS.iter().find(|t| t.nominal == self.thread_mm).unwrap_or(&THREADS[0])

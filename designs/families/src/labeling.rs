@@ -152,6 +152,7 @@ pub(crate) fn apply(labels: &Labels, sensor: &mut Sensor, report: &mut Report) -
     names
 }
 
+/// Returns whether a body is made by a printing process.
 fn is_printed(body: &Body) -> bool {
     body.is_made() && matches!(body.process(), Some(Process::Fdm | Process::Sla | Process::PolyJet))
 }
@@ -188,6 +189,7 @@ fn placed(
     Ok(None)
 }
 
+/// Reports that no face of a named part has room for its label.
 fn report_no_face(labels: &Labels, body: &Body, report: &mut Report) {
     let text = if labels.text.trim().is_empty() { &body.name } else { &labels.text };
     let size = Label::new(text, labels.height.mm(), Pose::identity()).map(|label| label.size_mm());

@@ -203,6 +203,7 @@ impl FamilyEntry {
     }
 }
 
+/// Reads a document as the family `F` and builds its parts, then applies loads, adapter and labels.
 fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: ReadMore) -> Run {
     let header = Header::read(&mut reader, "", "", &());
     reader.take_settings(); // The header is no parameter.
@@ -397,6 +398,7 @@ impl Registry {
         }
     }
 
+    /// Reads all layers, builds the design and completes it with processes, materials and articles.
     fn load_with(
         &self,
         text: SensorText,
@@ -453,6 +455,7 @@ impl Registry {
         }
     }
 
+    /// Returns the values of a family's example, for hints in messages.
     fn example(&self, family: &FamilyEntry) -> Option<Example> {
         let (_, values) = self.values_of(family.example)?;
         let values = values.into_iter().map(|(path, w)| (path, w.text.shown())).collect();

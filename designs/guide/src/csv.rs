@@ -6,6 +6,7 @@ use crate::{Guide, Printing, Purchase, Tool, Use};
 pub const BOM_HEADS: &str = "kind,name,quantity,unit,of,what,article,size,maker,number,standard,pack,kit,packs,\
                              price_eur,cost_eur,substitutes,source,price_source,steps";
 
+/// Quotes a cell where its text requires it.
 fn quoted(text: &str) -> String {
     match text.contains(['"', ',', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),

@@ -141,6 +141,7 @@ impl Difference {
     }
 }
 
+/// Returns the identity of a design.
 fn named(side: Side) -> DesignName {
     DesignName {
         name: side.sensor.name.clone(),
@@ -149,6 +150,7 @@ fn named(side: Side) -> DesignName {
     }
 }
 
+/// Compares the parameters by path.
 fn parameters(from: Side, to: Side) -> Vec<ParameterChange> {
     let map =
         |side: Side| -> BTreeMap<String, String> { side.parameters.iter().cloned().collect() };
@@ -185,6 +187,7 @@ fn kind(body: &Body) -> &'static str {
     }
 }
 
+/// Compares the bodies by name; an unchanged part may have another name.
 fn bodies(from: &Sensor, to: &Sensor) -> Vec<BodyChange> {
     // An old body that has a namesake cannot be matched to another name.
     let mut taken: BTreeSet<&str> = to
@@ -246,6 +249,7 @@ fn tool(body: &Body) -> Tool {
     if stays(body) { Tool::Sensor } else { Tool::Tool }
 }
 
+/// Compares the steps by name.
 fn steps(from: &Sensor, to: &Sensor) -> Vec<StepChange> {
     let find = |sensor: &Sensor, name: &str| {
         let step = sensor.chain.iter().find(|step| step.name == name)?;

@@ -167,6 +167,7 @@ const REST_H: f64 = 10.0 / 60.0;
 /// Largest fraction of the pot life that is spent on removing air; chosen.
 const SHARE_OF_POT_LIFE: f64 = 1.0 / 3.0;
 
+/// Returns the time for air to leave a mix, h.
 fn air_h(degas: bool, action: &Action, pot_life_h: Option<f64>) -> f64 {
     let wanted_h = match action {
         _ if degas => VACUUM_H,
@@ -176,6 +177,7 @@ fn air_h(degas: bool, action: &Action, pot_life_h: Option<f64>) -> f64 {
     pot_life_h.map_or(wanted_h, |life_h| wanted_h.min(SHARE_OF_POT_LIFE * life_h))
 }
 
+/// Returns the mixes of all steps.
 fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
     let of = |batch: &Batch| {
         let index = sensor.chain.iter().position(|step| step.name == batch.step)?;

@@ -87,19 +87,23 @@ pub struct Liquid {
     pub order: Purchase,
 }
 
+/// Returns the use of a body.
 fn of(body: &Body) -> Tool {
     if stays(body) { Tool::Sensor } else { Tool::Tool }
 }
 
+/// Returns the quantity of a body for all units; tools are made once.
 fn quantity(body: &Body, units: u32) -> u32 {
     if stays(body) { body.quantity.saturating_mul(units) } else { body.quantity }
 }
 
+/// Returns the numbers of the steps that need a body.
 fn steps_with(sensor: &Sensor, name: &str) -> Vec<usize> {
     let needs = |(_, step): &(usize, &fabkit_geometry::Step)| step.bodies.iter().any(|b| b == name);
     sensor.chain.iter().enumerate().filter(needs).map(|(index, _)| index + 1).collect()
 }
 
+/// Lists the parts to make.
 pub(crate) fn made(sensor: &Sensor, request: &Request<'_>) -> Result<Vec<Made>, NoSuchPart> {
     let made = |part: &Body| {
         let body = || part.name.clone();
@@ -129,6 +133,7 @@ pub(crate) fn made(sensor: &Sensor, request: &Request<'_>) -> Result<Vec<Made>, 
     sensor.parts().map(made).collect()
 }
 
+/// Lists the pieces to buy.
 pub(crate) fn bought(sensor: &Sensor, units: u32) -> Vec<Bought> {
     let bought = sensor.bodies.iter().filter(|body| body.kind == Kind::Bought);
     let entry = |body: &Body| Bought {
@@ -155,6 +160,7 @@ fn ordered(body: &Body, quantity: u32) -> Purchase {
     Purchase::of(&order, f64::from(quantity) * each)
 }
 
+/// Sums the components of all mixes.
 pub(crate) fn liquids(mixes: &[Mixed], shop: &dyn Shop) -> Vec<Liquid> {
     let mut liquids: BTreeMap<&str, Liquid> = BTreeMap::new();
     for mix in mixes {

@@ -66,6 +66,7 @@ struct Pile<'a> {
     parts: Vec<&'a Made>,
 }
 
+/// Groups parts by the stock they are made from.
 pub(crate) fn stock(made: &[Made], shop: &dyn Shop) -> Vec<Stock> {
     // Boards and machined parts are ordered one by one; sheets are grouped by thickness, in tenths of a millimetre.
     let mut piles: BTreeMap<(String, String, String), Pile> = BTreeMap::new();
@@ -83,6 +84,7 @@ pub(crate) fn stock(made: &[Made], shop: &dyn Shop) -> Vec<Stock> {
     piles.into_iter().map(|(key, pile)| of_pile(key, &pile, shop)).collect()
 }
 
+/// Returns the stock of a group of parts.
 fn of_pile(
     (process, material, more): (String, String, String),
     Pile { parts }: &Pile,
@@ -176,6 +178,7 @@ pub(crate) fn supplies(
     all.into_values().collect()
 }
 
+/// Sums the costs of everything except tools.
 pub(crate) fn costs(
     bought: &[Bought],
     liquids: &[Liquid],

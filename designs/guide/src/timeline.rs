@@ -129,6 +129,7 @@ impl Timeline {
     }
 }
 
+/// Returns the steps that are done during each cure.
 fn meanwhile(chain: &[Step], numbers: &BTreeMap<&str, usize>) -> Vec<Meanwhile> {
     let mut found: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (index, step) in chain.iter().enumerate() {

@@ -30,6 +30,7 @@ pub(crate) fn steps(sensor: &Sensor, stages: &[Stage], mixes: &[Mixed]) -> Vec<G
     sensor.chain.iter().enumerate().map(told).collect()
 }
 
+/// Returns a step with everything that needs no solids.
 fn plain(sensor: &Sensor, index: usize, step: &Step) -> GuideStep {
     let number_of =
         |name: &String| sensor.chain.iter().position(|s| s.name == *name).map(|i| i + 1);
@@ -120,6 +121,7 @@ fn ways(stage: &Stage) -> Vec<Way> {
     all
 }
 
+/// Adds the motions of bodies that come or go together, and of their subassemblies.
 fn add_ways(all: &mut Vec<Way>, came: &Came, is_coming: bool) {
     came.apart.iter().for_each(|came| add_ways(all, came, is_coming));
     let Some(out) = came.out else { return };

@@ -118,7 +118,7 @@ const LENGTHS_MM: [f64; 9] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0];
 /// Smallest thread engagement in plastic, as a fraction of the diameter.
 const LEAST_BITE: f64 = 0.8;
 
-// Geometry of one adapter, from its parameters and the sensor's face.
+/// Geometry of one adapter, from its parameters and the sensor's face.
 struct Plan<'a> {
     adapter: Adapter,
     face: &'a MountFace,
@@ -159,6 +159,7 @@ pub(crate) fn apply(
 }
 
 impl<'a> Plan<'a> {
+    /// Plans the adapter; returns `None` after reporting why no screw holds it.
     fn new(adapter: &Adapter, face: &'a MountFace, report: &mut Report) -> Option<Self> {
         let thread_mm = face.mounting.screw.thread_mm;
         report.require(
@@ -236,6 +237,7 @@ impl<'a> Plan<'a> {
         }
     }
 
+    /// Returns whether the robot has an ISO 9409-1 flange.
     fn is_iso(&self) -> bool {
         self.adapter.pattern == AdapterPattern::Iso50
     }

@@ -114,6 +114,7 @@ impl Cable {
         straight - shorter.sum::<f64>()
     }
 
+    /// Returns the bends at all inner corners.
     fn bends(&self) -> Vec<Bend> {
         let corners = self.corners.windows(3);
         let bends = corners.map(|at| {

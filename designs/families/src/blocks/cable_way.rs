@@ -30,6 +30,7 @@ impl FloorSlot {
         self.beside_middle().map(|[x, y]| [self.at[0] + x, self.at[1] + y])
     }
 
+    /// Returns the centres of the round ends relative to the middle, mm.
     fn beside_middle(&self) -> [[f64; 2]; 2] {
         let half = (self.length.mm() - self.width.mm()) / 2.0;
         [-half, half].map(|out| {

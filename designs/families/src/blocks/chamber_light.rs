@@ -230,6 +230,7 @@ impl Light<'_> {
         (self.room.shrunk(self.slide_mm), self.camera.camera.bore_mm())
     }
 
+    /// Returns the LED board.
     fn board(&self, assembly: AssemblyName) -> Body {
         let (rect, bore) = self.board_rect();
         let profile = Profile::new(rect.path()).with_hole(Path::circle([0.0; 2], bore));
@@ -254,6 +255,7 @@ impl Light<'_> {
         }
     }
 
+    /// Reports LED strips that do not fit.
     fn check_strips(&self, report: &mut Report) {
         let (leds, chamber, camera) = (self.leds, self.chamber, &*self.camera.camera.board);
         let straight = chamber.straight(0).min(chamber.straight(1));
@@ -269,6 +271,7 @@ impl Light<'_> {
         }
     }
 
+    /// Reports an LED board that does not fit.
     fn check_board(&self, edges: [(&str, Length); 2], report: &mut Report) {
         let (leds, (board, bore)) = (self.leds, self.board_rect());
         let camera = &*self.camera.camera.board;

@@ -60,6 +60,7 @@ pub enum LedPackage {
 }
 
 impl LedPackage {
+    /// Returns the name of the package.
     fn name(self) -> String {
         match self {
             Self::Chip([length, width]) => format!("{length:.1} x {width:.1} mm"),
@@ -67,6 +68,7 @@ impl LedPackage {
         }
     }
 
+    /// Returns the edges of the package, mm.
     fn size_mm(self) -> [f64; 2] {
         match self {
             Self::Chip(size) => size,
@@ -201,6 +203,7 @@ impl Builder {
         Self { circuit, counts: [0; 5] }
     }
 
+    /// Returns the next designator of a kind.
     fn next(&mut self, kind: CircuitKind) -> String {
         let (index, letters) = match kind {
             CircuitKind::Led => (0, "D"),

@@ -143,6 +143,7 @@ impl<'a> CupAndBridge<'a> {
         Joint::self_tapping("screw", SCREW, ring(self.form.screws, 0.0, first), depth)
     }
 
+    /// Returns a printed tool, upside down on the bed.
     fn tool(name: Name, solid: Solid, note: &str) -> Body {
         name.made(Process::Fdm, solid).colored(TOOL_GREY).lying(flipped()).note(note)
     }

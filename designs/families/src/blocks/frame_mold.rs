@@ -75,6 +75,7 @@ impl Frames<'_> {
         2.0 * (self.mold.wall.mm() + dowel)
     }
 
+    /// Returns the outline of the floor and of all frames.
     fn outline(&self) -> Path {
         let edges = self.cavity.map(|half| 2.0 * (half + self.rim_mm()));
         Path::rectangle([0.0; 2], edges, CORNER_MM)
@@ -96,6 +97,7 @@ impl Frames<'_> {
         Solid::rod(self.mold.dowel_diameter.mm() / 2.0 + gap_mm, heights)
     }
 
+    /// Returns a printed piece of the mold with its notes.
     fn tool(&self, name: Name, solid: Solid) -> Body {
         name.made(Process::Sla, solid)
             .from(&self.mold.material)

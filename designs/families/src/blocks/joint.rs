@@ -223,12 +223,14 @@ impl Joint {
         self.screw.clearance_hole_mm() / 2.0
     }
 
+    /// Returns the name of a screw's hole.
     fn hole(&self) -> String {
         // Avoids `mounting hole hole`.
         let is_said = self.label.ends_with("hole");
         if is_said { self.label.to_owned() } else { format!("{} hole", self.label) }
     }
 
+    /// Returns the cut of a tool at all poses, with landmarks and without handles.
     fn cut(&self, tool: &Solid, poses: &[Pose], hole: &str) -> Cut {
         // The landmark of a nut's hole is named after the nut, others after the screw.
         let label = if hole.starts_with("nut") { "nut" } else { self.label };

@@ -164,6 +164,7 @@ impl Mounting<'_> {
         self.mount.thread.nut(self.mount.hold == MountHold::ShortInsert)
     }
 
+    /// Returns the poses of the holes in a face at a height, z axis out of the floor.
     fn poses(&self, bottom_z: f64) -> Vec<Pose> {
         let mount = self.mount;
         let hang = |at: Vec<[f64; 2]>| at.into_iter().map(|at| hanging(at, bottom_z)).collect();

@@ -32,6 +32,7 @@ impl Articles {
     }
 }
 
+/// Merges the properties of an entry into an order.
 fn take(order: &mut Order, known: &Known) {
     let article = &known.article;
     let text = |to: &mut String, from: &Option<String>| {
@@ -140,6 +141,7 @@ pub(crate) fn fill(
     }
 }
 
+/// Returns whether two names are equal except for case and doubled spaces.
 fn same(a: &str, b: &str) -> bool {
     crate::own::named::key_of(a) == crate::own::named::key_of(b)
 }

@@ -42,6 +42,7 @@ fn is_builtin(place: &Place) -> bool {
 /// Source of built-in prices that state none of their own.
 const PRICE_SOURCE: &str = "chosen: what shops in Europe asked in 2025, roughly, without shipping";
 
+/// Articles of the built-in files.
 static BUILTIN: LazyLock<Articles> = LazyLock::new(|| {
     let mut found = Vec::new();
     let articles = Articles::of(builtin_raws(&mut found), &mut found);
@@ -49,6 +50,7 @@ static BUILTIN: LazyLock<Articles> = LazyLock::new(|| {
     articles
 });
 
+/// Reads the sections of the built-in files.
 fn builtin_raws(found: &mut Vec<Found>) -> Vec<Raw> {
     let mut all = Vec::new();
     for (stem, yaml) in FILES {
@@ -90,6 +92,7 @@ impl Articles {
         Self::of(self.raws.iter().cloned().chain(own).collect(), found)
     }
 
+    /// Creates the articles from sections in the order of their layers.
     fn of(raws: Vec<Raw>, found: &mut Vec<Found>) -> Self {
         let by_key = reading::by_key(&raws, found);
         Self { by_key: Arc::new(by_key), raws: Arc::new(raws) }
@@ -100,6 +103,7 @@ impl Articles {
         self.by_key.values().map(|known| &*known.name)
     }
 
+    /// Finds an article by its exact name, except for case and doubled spaces.
     fn find(&self, name: &str) -> Option<&Known> {
         self.by_key.get(&key_of(name))
     }

@@ -32,6 +32,7 @@ const FIGURES: [(&str, &str); 5] = [
     ("view_angle", "view angle"),
 ];
 
+/// Reads all articles, by their keys; reports wrong ones and leaves them out.
 pub(super) fn by_key(raws: &[Raw], found: &mut Vec<Found>) -> BTreeMap<String, Known> {
     let layered = Layered::new(raws);
     let known =
@@ -74,10 +75,12 @@ fn one(layered: &Layered, key: &str, said: &[&Raw], found: &mut Vec<Found>) -> O
     Some(Known { name, article, figures, price_source, own })
 }
 
+/// Finds the setting of a key, the last word of its path.
 fn of<'s>(settings: &'s [Setting], key: &str) -> Option<&'s Setting> {
     settings.iter().find(|setting| setting.path.ends_with(&format!(".{key}")))
 }
 
+/// Formats the source of a setting with its note.
 fn told(setting: &Setting) -> String {
     match &*setting.source.note {
         "" => setting.source.kind.word().to_owned(),

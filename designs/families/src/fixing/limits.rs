@@ -125,6 +125,7 @@ fn range(
     Range { low: found[0], high: found[1], is_end: [found[0] == ends[0], found[1] == ends[1]] }
 }
 
+/// Returns the values to try in one direction, ending with `end`.
 fn steps(space: &Space, number: usize, from: f64, end: f64, up: bool) -> Vec<f64> {
     let scale = space.scale(number);
     let mut steps: Vec<f64> = STEPS

@@ -21,6 +21,7 @@ pub(super) enum Search {
     Unknown,
 }
 
+/// Node of the search.
 struct State {
     values: Values,
     outcome: Rc<Outcome>,
@@ -128,10 +129,12 @@ fn keep(space: &mut Space, values: &Values, number: usize, up: bool, rule: &Rule
     space.nearest(values, number, up, &kept, &hopeless)
 }
 
+/// Returns the broken rules that count.
 fn left<'a>(outcome: &'a Outcome, counts: Counts<'a>) -> impl Iterator<Item = &'a Rule> {
     outcome.broken.iter().map(|broken| &broken.rule).filter(move |rule| counts(rule))
 }
 
+/// Evaluates values and rates them.
 fn state(space: &mut Space, values: Values, begin: &Values, counts: Counts) -> State {
     let outcome = space.outcome(&values);
     let changes = values.iter().filter(|(number, _)| !begin.contains_key(number)).count();

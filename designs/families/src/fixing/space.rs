@@ -34,10 +34,12 @@ pub(super) enum Fares {
 }
 
 impl Outcome {
+    /// Returns whether no rule is broken.
     pub fn is_clean(&self) -> bool {
         self.broken.is_empty()
     }
 
+    /// Returns the state of a rule.
     pub fn fares(&self, rule: &Rule) -> Fares {
         match self.broken.iter().find(|broken| broken.rule == *rule) {
             Some(broken) => Fares::Broken(broken.missing),
@@ -62,6 +64,7 @@ pub(super) struct Space {
 }
 
 impl Space {
+    /// Creates the space of a design, with a budget of `most` evaluations.
     pub fn new(trial: Trial, most: usize) -> Self {
         let numbers = trial.numbers();
         // A user who sets one size of a camera means another camera, whose other sizes nobody knows: they may change.

@@ -44,6 +44,7 @@ impl HeatSetNut {
     /// M5 insert, 9.5 mm long.
     pub const M5: Self = Self::insert(5.0, 7.1, 9.5, 6.4, 2.6);
 
+    /// Creates an insert of the series Ruthex RX.
     const fn insert(
         thread_mm: f64,
         diameter_mm: f64,

@@ -66,6 +66,7 @@ const CORD_1_80: [f64; 30] = [
 const METRIC: &str = "metric stock size";
 const ISO_3601: &str = "ISO 3601-1";
 
+/// All stocked rings, by cord diameter.
 const SERIES: [Series; 9] = [
     Series { cord_mm: 1.0, standard: METRIC, inside: Inside::Whole(3, 40) },
     Series { cord_mm: 1.5, standard: METRIC, inside: Inside::Whole(3, 60) },

@@ -79,6 +79,7 @@ struct Seen {
 }
 
 impl View {
+    /// Creates the view of a body along `-axes[2]`.
     fn new(own: &CompiledSolid, axes: [Vector3<f64>; 3], allowed_mm: f64) -> Self {
         let bounds = own.bounds();
         let (middle, size) = (bounds.centre(), bounds.size_mm());
@@ -102,6 +103,7 @@ impl View {
         )
     }
 
+    /// Returns the height of the bounding box's top, mm.
     fn top_mm(&self) -> f64 {
         self.middle[2] + self.half[2]
     }
@@ -117,6 +119,7 @@ impl View {
         Some([above - enter, exit - enter])
     }
 
+    /// Samples the heights of the face on the coarse grid.
     fn look(&mut self, own: &CompiledSolid) {
         let step = [0, 1].map(|i| (2.0 * self.half[i] / LINES.0).max(LINES.1));
         let count = [0, 1].map(|i| (self.half[i] / step[i]).floor() as i64);
@@ -149,6 +152,7 @@ impl View {
     }
 }
 
+/// Buffers that ray casts reuse.
 type Buffers = (Scratch, Vec<[f64; 2]>);
 
 impl Seen {
@@ -184,6 +188,7 @@ impl Seen {
 }
 
 impl<'a> Faces<'a> {
+    /// Prepares the search; `sunken_mm` is the depth of sunken letters.
     pub(super) fn new(
         body: &'a Body,
         own: &'a CompiledSolid,

@@ -51,11 +51,13 @@ const CAST_MM: f64 = 1e-3;
 const BARE_MPA: [f64; 2] = [0.01; 2];
 
 impl Agent {
+    /// Finds the agent that a step's instruction names.
     fn of(step: &Step) -> Option<Self> {
         let text = step.instruction.to_lowercase();
         AGENTS.iter().find(|(word, _)| text.contains(word)).map(|(_, agent)| *agent)
     }
 
+    /// Returns the word for the agent in joints.
     fn word(self) -> &'static str {
         match self {
             Self::Cast => "cast on",
@@ -103,6 +105,7 @@ impl Agent {
         Some(holds)
     }
 
+    /// Returns the largest distance of joined faces, mm.
     fn reach_mm(self) -> f64 {
         if matches!(self, Self::Cast | Self::Primed) { CAST_MM } else { GLUE_MM }
     }
@@ -137,12 +140,14 @@ pub(crate) fn adhere(sensor: &mut Sensor) {
     sensor.adhesions = adhering.found;
 }
 
+/// Collector of the joints of a chain.
 struct Adhering<'a> {
     sensor: &'a Sensor,
     found: Vec<Adhesion>,
 }
 
 impl<'a> Adhering<'a> {
+    /// Adds the joints of a step.
     fn step(&mut self, index: usize, step: &'a Step) {
         match &step.action {
             Action::Pour(pour) => self.cast(index, &pour.layer, &pour.walls),
@@ -160,6 +165,7 @@ impl<'a> Adhering<'a> {
         }
     }
 
+    /// Adds the joints of a cast layer with its walls.
     fn cast(&mut self, index: usize, layer: &str, walls: &[String]) {
         for wall in walls {
             let agent = if self.is_primed(index, wall) { Agent::Primed } else { Agent::Cast };
@@ -211,6 +217,7 @@ impl<'a> Adhering<'a> {
         }
     }
 
+    /// Adds a joint, if both bodies stay in the sensor and the agent holds between them.
     fn add(&mut self, names: [&str; 2], agent: Agent) {
         let [Some(a), Some(b)] = names.map(|name| self.sensor.body(name)) else { return };
         // A material that states that it does not stick is believed.
@@ -235,6 +242,7 @@ impl<'a> Adhering<'a> {
     }
 }
 
+/// Returns the tear strength of a substance, MPa; infinite if not known.
 fn tears_mpa(substance: &Substance) -> f64 {
     substance.tears_mpa.unwrap_or(f64::INFINITY)
 }

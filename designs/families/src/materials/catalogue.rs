@@ -29,6 +29,7 @@ const LONGEST_NOTE: usize = 500;
 /// Allowed range of a component's share in a mix.
 const SHARES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
+/// Materials of the built-in file.
 static BUILTIN: LazyLock<Catalogue> = LazyLock::new(|| {
     let place = Place::new(TextLayer::Base, BUILTIN_FILE, MATERIALS.dialect);
     let mut found = Vec::new();
@@ -68,6 +69,7 @@ impl Catalogue {
         Self::of(self.raws.iter().cloned().chain(own).collect(), found)
     }
 
+    /// Creates the catalogue from sections in the order of their layers.
     fn of(raws: Vec<Raw>, found: &mut Vec<Found>) -> Self {
         let layered = Layered::new(&raws);
         let material = |(key, said): (&String, &[&Raw])| {
@@ -229,6 +231,7 @@ fn with_source<'n>(
     Some((inner.entries(), source))
 }
 
+/// Returns a textual setting.
 fn setting(path: &str, value: String, summary: &str, limits: &str, source: Source) -> Setting {
     Setting {
         path: path.to_owned(),
@@ -244,6 +247,7 @@ fn setting(path: &str, value: String, summary: &str, limits: &str, source: Sourc
     }
 }
 
+/// Reports a map with no item or too many; returns whether the number is wrong.
 fn too_many(reading: &mut Reading, path: &str, node: &Node, count: usize) -> bool {
     // An empty or unreadable map may already be reported.
     let is_wrong = count == 0 || count > MOST_ITEMS;
@@ -254,6 +258,7 @@ fn too_many(reading: &mut Reading, path: &str, node: &Node, count: usize) -> boo
     is_wrong
 }
 
+/// Reads the components of a mix with their shares by mass.
 fn by_mass(
     place: &Place,
     path: &str,
@@ -285,6 +290,7 @@ fn by_mass(
     mix
 }
 
+/// Reads the bonds of a material.
 fn bonds_of(
     place: &Place,
     path: &str,

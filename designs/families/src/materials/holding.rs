@@ -30,6 +30,7 @@ enum Role {
 }
 
 impl Role {
+    /// Returns the role of the parameter at a path.
     fn of(path: &str) -> Self {
         let role = ROLES.iter().find(|(known, _)| path == *known);
         role.map_or(Self::Elastic, |(_, role)| *role)
@@ -45,6 +46,7 @@ impl Role {
         }
     }
 
+    /// Returns a description for messages.
     fn says(self) -> &'static str {
         match self {
             Self::Elastic => "a layer that must give way and come back",
@@ -169,6 +171,7 @@ fn bond<'m>(layer: &Body, on: &Body, materials: &'m Catalogue) -> Option<&'m Bon
     says(layer, on).or_else(|| says(on, layer))
 }
 
+/// Returns the word for a material's kind.
 fn kind_of(material: &Material) -> Option<&'static str> {
     material.figures.kind.map(MaterialKind::word)
 }

@@ -45,6 +45,7 @@ struct Known {
     softenings: Vec<Softening>,
 }
 
+/// Tables of the built-in file.
 static KNOWN: LazyLock<Known> = LazyLock::new(|| {
     let stock: Vec<Stuff> = rows("stock");
     let sorted = |stuff: Stuff| {
@@ -88,6 +89,7 @@ fn rows<S: Section>(key: &'static str) -> Vec<S> {
     rows.into_iter().map(|(row, _)| row).collect()
 }
 
+/// Returns the softening temperature of a material by the words of its name.
 fn softens(words: &[String]) -> Option<Softens> {
     let says = |row: &&Softening| words.iter().any(|word| row.words.contains(word));
     let found = KNOWN.softenings.iter().find(says);
@@ -101,6 +103,7 @@ const BARE: [&str; 4] = ["bare", "uncoated", "unsealed", "untreated"];
 const SEALED: [&str; 8] =
     ["sealed", "coated", "varnished", "lacquered", "painted", "baked", "anodised", "anodized"];
 
+/// Splits a name into words in lower case.
 fn words(text: &str) -> Vec<String> {
     let text = text.to_lowercase();
     let words = text.split(|c: char| !(c.is_alphanumeric() || c == '-'));
@@ -176,6 +179,7 @@ pub(super) fn of_castable(castable: &Castable) -> Substance {
     }
 }
 
+/// Converts a hardness to the type of the geometry crate.
 pub(super) fn shore(Hardness { scale, value }: Hardness) -> Shore {
     match scale {
         Scale::Shore00 => Shore::OO(value),
@@ -184,6 +188,7 @@ pub(super) fn shore(Hardness { scale, value }: Hardness) -> Shore {
     }
 }
 
+/// Converts a curing mechanism to the type of the geometry crate.
 fn curing(by: CuresBy) -> Curing {
     match by {
         CuresBy::Platinum => Curing::Platinum,

@@ -108,6 +108,7 @@ impl Own {
     }
 }
 
+/// Reads the user's file and reports unknown keys.
 fn user_entries(user: Option<&UserFile>, found: &mut Vec<Found>) -> Option<(Place, Vec<Entry>)> {
     let UserFile { file, text } = user?;
     let place = Place::new(TextLayer::Base, file, &USER);
@@ -125,6 +126,7 @@ fn user_entries(user: Option<&UserFile>, found: &mut Vec<Found>) -> Option<(Plac
     Some((place, entries))
 }
 
+/// Removes a section from entries and appends the named sections in it to `all`.
 fn take_raws(
     noun: Noun,
     entries: &mut Vec<Entry>,

@@ -56,6 +56,7 @@ impl Processes {
         true
     }
 
+    /// Reads the assignment to one pattern.
     fn part(&mut self, reading: &mut Reading, entry: Entry) {
         let path = join(PARTS, &shown(&entry.key));
         let place = reading.place.at(entry.key_position);
@@ -76,6 +77,7 @@ impl Processes {
         self.given.push(given);
     }
 
+    /// Reads the key `process` or `material` of an assignment.
     fn key(
         &self,
         reading: &mut Reading,
@@ -115,6 +117,7 @@ impl Processes {
         }
     }
 
+    /// Returns the names of all processes: the user's own, then the kinds.
     fn names(&self) -> Vec<String> {
         let own = self.recipes.iter().map(|(recipe, _)| recipe.name.clone());
         let kinds = ProcessKind::WORDS.iter().map(|word| (*word).to_owned());
@@ -125,6 +128,7 @@ impl Processes {
         names
     }
 
+    /// Finds a process by name: a user's own, otherwise a kind.
     fn recipe(&self, name: &str) -> Option<Recipe> {
         let key = key_of(name);
         let own = self.recipes.iter().find(|(recipe, _)| key_of(&recipe.name) == key);

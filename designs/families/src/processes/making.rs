@@ -25,6 +25,7 @@ pub(crate) struct Given {
 #[derive(Clone, Debug, Default)]
 pub struct Making(Arc<Inner>);
 
+/// Shared content of [`Making`].
 #[derive(Debug, Default)]
 struct Inner {
     /// Recipes of whole kinds: a file's figures for `fdm` apply to every part of that kind.
@@ -170,6 +171,7 @@ impl<'a> FixtureMaking<'a> {
         self.usual
     }
 
+    /// Returns the name of a part in patterns.
     fn name(&self, part: &str) -> String {
         format!("{}/{part}", self.fixture)
     }
@@ -201,6 +203,7 @@ impl<'a> FixtureMaking<'a> {
     }
 }
 
+/// Returns the gap of a recipe: its own, otherwise the one of its kind.
 fn gap_of(recipe: &Recipe, fit: Fit) -> f64 {
     recipe.clearance_mm(fit).unwrap_or_else(|| gap_mm(recipe.kind.process(), fit))
 }

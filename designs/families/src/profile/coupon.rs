@@ -66,6 +66,7 @@ impl CouponGroup {
         }
     }
 
+    /// Returns the comment above the group in the file.
     fn comment(self) -> &'static str {
         match self {
             Self::Holes => "inside diameters of the round holes; mean of two directions",
@@ -168,11 +169,13 @@ impl MeasuredProfile {
 const PLAUSIBLE: (f64, f64) = (0.05, 1.0);
 /// Largest distance of a size from the line through its group, mm.
 const OFF_LINE_MM: f64 = 0.25;
+/// Allowed range of a size, mm.
 const SIZE_LIMITS_MM: std::ops::RangeInclusive<f64> = 0.05..=500.0;
 
 /// Dialect of coupon files.
 const COUPON: Dialect = Dialect::new("coupon", 1, " and `process: NAME`");
 
+/// Measured row of a coupon.
 struct Row {
     path: String,
     at: Position,
@@ -187,6 +190,7 @@ struct Sizes {
 }
 
 impl Sizes {
+    /// Reads the file and fits the profile.
     fn read(&mut self, yaml: &str, name: &Name) -> Option<MeasuredProfile> {
         let Reading { place, found } = &mut self.text;
         let mut entries = mapping_of(yaml, place, found)?;
@@ -213,6 +217,7 @@ impl Sizes {
         measured
     }
 
+    /// Takes a required word from the top level of the file.
     fn word(
         &mut self,
         entries: &mut Vec<Entry>,
@@ -229,6 +234,7 @@ impl Sizes {
         word.and_then(|(word, at)| Some((word, at.position?)))
     }
 
+    /// Reads the rows of a group.
     fn group(&mut self, entry: Entry) {
         let Entry { key, key_position, value } = entry;
         let Some(group) = CouponGroup::ALL.into_iter().find(|group| group.key() == key) else {
@@ -317,6 +323,7 @@ impl Sizes {
         Some(Row { path, at, nominal_mm, measured_mm })
     }
 
+    /// Reports a group with too few different sizes.
     fn enough(&mut self, group: CouponGroup) {
         let (key, needed) = (group.key(), group.needed());
         let rows = self.groups.iter().find(|(found, ..)| *found == group);
@@ -338,11 +345,13 @@ impl Sizes {
         }
     }
 
+    /// Returns the (nominal, measured) sizes of a group, mm.
     fn points(&self, group: CouponGroup) -> Vec<(f64, f64)> {
         let rows = self.groups.iter().filter(|(found, ..)| *found == group);
         rows.flat_map(|(_, _, rows)| rows).map(|row| (row.nominal_mm, row.measured_mm)).collect()
     }
 
+    /// Fits the line of a group and reports the worst outlier.
     fn fit(&mut self, group: CouponGroup) -> Option<LinearFit> {
         let fit = LinearFit::through(&self.points(group))?;
         let rows = self.groups.iter().filter(|(found, ..)| *found == group);
@@ -366,6 +375,7 @@ impl Sizes {
         Some(fit)
     }
 
+    /// Computes the profile from all groups.
     fn profile(
         &mut self,
         name: &Name,

@@ -45,6 +45,7 @@ impl ProcessProfile {
     }
 }
 
+/// State of the compensation of one solid.
 struct Work<'a> {
     profile: &'a ProcessProfile,
     /// Factor from the designed size to the wanted one.
@@ -95,6 +96,7 @@ impl Work<'_> {
         }
     }
 
+    /// Compensates a path if it is a full circle.
     fn path(&mut self, path: &Path, bed_from_path: &Pose) -> Path {
         match whole_circle(path) {
             Some((centre, radius)) => Path::circle(centre, self.radius(radius, bed_from_path)),
@@ -102,6 +104,7 @@ impl Work<'_> {
         }
     }
 
+    /// Returns the compensated radius of a hole, mm, and counts it.
     fn radius(&mut self, designed_mm: f64, bed_from_hole: &Pose) -> f64 {
         let is_upright = bed_from_hole.rotation()[(2, 2)].abs() > UPRIGHT;
         let wanted_mm = 2.0 * designed_mm * self.cast_scale;

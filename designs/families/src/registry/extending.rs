@@ -62,6 +62,7 @@ pub fn extended_file(yaml: &str) -> Option<Extends> {
     is_file(&word).then_some(Extends { line: at.position?.line, word })
 }
 
+/// Returns whether a word behind `extends:` is a path of a file.
 fn is_file(word: &str) -> bool {
     let word = word.to_ascii_lowercase();
     word.ends_with(".yaml") || word.ends_with(".yml")

@@ -190,6 +190,7 @@ impl Registry {
         Some(Layers { family: *family, entries })
     }
 
+    /// Finds a family by its word; returns `None` after reporting an unknown one.
     fn family(&self, word: &str, at: &Place, found: &mut Vec<Found>) -> Option<&FamilyEntry> {
         let family = self.families.iter().find(|family| family.name == word);
         if family.is_none() {

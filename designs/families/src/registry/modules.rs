@@ -89,6 +89,7 @@ fn fits(yaml: &str, known: &[String]) -> bool {
     KINDS.iter().any(|kind| is_known(kind, known) && keys.iter().any(|key| key == kind))
 }
 
+/// Returns whether a family has the camera parameter `key`.
 fn is_known(key: &str, known: &[String]) -> bool {
     known
         .iter()

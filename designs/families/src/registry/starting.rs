@@ -152,6 +152,7 @@ fn comment(indent: &str, text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
+/// Formats a written value for YAML.
 fn yaml_of(written: &Written) -> String {
     match &written.text {
         WrittenText::Scalar(text) => yaml(text),

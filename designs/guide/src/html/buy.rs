@@ -9,6 +9,7 @@ use super::{name, of, steps, table, word};
 use crate::{Costs, Guide, Purchase, Use};
 
 impl Guide {
+    /// Appends the tables of pieces, mixes, stock, consumables and tools.
     pub(super) fn purchases(&self, body: &mut String) {
         *body += "<h2 id=\"buy\">What to buy</h2>\n";
         if self.bought.is_empty() && self.liquids.is_empty() && self.stock.is_empty() {
@@ -122,6 +123,7 @@ fn cell(html: &str) -> String {
     format!("<td class=\"word\">{html}</td>")
 }
 
+/// Formats the cell with links to steps; `any` without steps.
 fn linked(numbers: &[usize]) -> String {
     match numbers {
         [] => "<td>any</td>".into(),

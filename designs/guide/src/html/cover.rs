@@ -57,6 +57,7 @@ impl Guide {
                 its source, and <code>fabkit show</code> the source of every parameter.</p>\n"
     }
 
+    /// Formats the duration of the build; empty without steps.
     fn working_time(&self) -> String {
         let timeline = &self.timeline;
         if timeline.total_h == 0.0 {
@@ -72,6 +73,7 @@ impl Guide {
         }
     }
 
+    /// Formats the hands-on time; empty without steps.
     fn hands(&self) -> String {
         match (self.timeline.hands_h, self.units) {
             (0.0, _) => String::new(),

@@ -55,6 +55,7 @@ impl Difference {
         page_with_style(&title, STYLE, &body)
     }
 
+    /// Appends the table of the bodies to make, cast and buy.
     fn besides(&self, body: &mut String) {
         *body += "<h2>What to make, cast and buy besides</h2>\n";
         let rows: Vec<String> = self
@@ -78,6 +79,7 @@ impl Difference {
         }
     }
 
+    /// Appends the images of parts whose shape differs.
     fn pictured(&self, body: &mut String, pictures: &Pairs) {
         let changed = self.bodies.iter().filter(|one| one.differs.contains(&"shape"));
         let mut shown = String::new();
@@ -117,6 +119,7 @@ fn why(one: &BodyChange) -> String {
     }
 }
 
+/// Formats a table of bodies, or the text `nothing` if there are none.
 fn list(bodies: &[&BodyChange], nothing: &str) -> String {
     if bodies.is_empty() {
         return format!("<p>{nothing}</p>\n");

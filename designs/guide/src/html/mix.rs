@@ -8,6 +8,7 @@ use super::{steps, table};
 use crate::{Guide, Mixed, Warning};
 
 impl Guide {
+    /// Appends the table of mixes and the warnings.
     pub(super) fn mixtures(&self, body: &mut String) {
         if !self.mixes.is_empty() {
             *body += "<h2 id=\"mix\">What to mix</h2>\n";
@@ -31,6 +32,7 @@ impl Guide {
         self.mind(body);
     }
 
+    /// Appends the warnings, unsolved ones first.
     fn mind(&self, body: &mut String) {
         if self.warnings.is_empty() {
             return;
@@ -52,6 +54,7 @@ impl Guide {
     }
 }
 
+/// Formats the row of a mix.
 fn row(mix: &Mixed) -> String {
     let components = mix.components.iter();
     let weighed = components.map(|c| format!("{:.2} g {}", c.mass_g, escape(&c.name)));
@@ -85,6 +88,7 @@ pub(super) fn minutes(hours: f64) -> String {
     if hours <= 2.0 { format!("{:.0} min", 60.0 * hours) } else { format!("{hours} h") }
 }
 
+/// Appends a warning as a list item.
 fn told(body: &mut String, warning: &Warning) {
     let _ = writeln!(
         body,

@@ -119,14 +119,17 @@ fn table(heads: &[&str], words: usize, rows: impl Iterator<Item = String>) -> St
     )
 }
 
+/// Formats the head cell of a row.
 fn name(text: &str) -> String {
     format!("<th scope=\"row\">{}</th>", escape(text))
 }
 
+/// Formats a text cell.
 fn word(text: &str) -> String {
     format!("<td class=\"word\">{}</td>", escape(text))
 }
 
+/// Formats the cell that tells whether a piece is needed for each unit or once.
 fn of(tool: Tool) -> &'static str {
     match tool {
         Tool::Sensor => "<td class=\"word as-one\">each unit</td>",
@@ -134,11 +137,13 @@ fn of(tool: Tool) -> &'static str {
     }
 }
 
+/// Formats links to steps.
 fn steps(numbers: &[usize]) -> String {
     let links = numbers.iter().map(|number| format!("<a href=\"#step-{number}\">{number}</a>"));
     links.collect::<Vec<_>>().join(" ")
 }
 
+/// Embeds a PNG file as an image.
 fn image(png: &[u8], alt: &str) -> String {
     format!(
         "<img alt=\"{}\" src=\"data:image/png;base64,{}\">\n",

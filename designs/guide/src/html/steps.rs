@@ -30,6 +30,7 @@ impl Guide {
         *body += &table(&heads, 1, rows.map(row));
     }
 
+    /// Appends the section of a step.
     pub(super) fn step(&self, body: &mut String, step: &GuideStep, pictures: &Pictures) {
         let _ = write!(
             body,
@@ -103,6 +104,7 @@ impl Guide {
         *body += "</dl></section>\n";
     }
 
+    /// Appends the images before and after a step.
     fn shots(&self, body: &mut String, step: &GuideStep, shots: &StepPictures) {
         let place = step.assembly.as_deref().unwrap_or_default();
         let come = |is_coming: bool| {

@@ -7,6 +7,7 @@ use fabkit_report::{Svg, escape};
 use crate::{Guide, Timeline};
 
 impl Guide {
+    /// Appends the schedule as a chart and in words.
     pub(super) fn times(&self, body: &mut String) {
         if self.timeline.stretches.is_empty() {
             return;

@@ -89,6 +89,7 @@ impl Model {
         page_with_style(&self.title, STYLE, &body)
     }
 
+    /// Returns the data that the script reads: binary arrays are encoded as base64.
     fn to_json(&self) -> Value {
         let mut json = json!({ "title": self.title, "glb": STANDARD.encode(&self.glb) });
         if let Some(Rays { rays }) = &self.rays {

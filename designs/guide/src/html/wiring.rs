@@ -12,6 +12,7 @@ use crate::wiring::{WiredPart, Wiring};
 const MOST_BRANCHES: usize = 8;
 
 impl Guide {
+    /// Appends the section of each circuit.
     pub(super) fn wires(&self, body: &mut String, pictures: &Pictures) {
         if self.wiring.is_empty() {
             return;
@@ -44,6 +45,7 @@ impl Guide {
     }
 }
 
+/// Appends the artwork of a board, or the reason why there is none.
 fn artwork(body: &mut String, design: &str, wiring: &Wiring, pictures: &Pictures) {
     let art = wiring.board.as_ref().and_then(|board| pictures.boards.get(board));
     let _ = match art {
@@ -65,6 +67,7 @@ fn artwork(body: &mut String, design: &str, wiring: &Wiring, pictures: &Pictures
     };
 }
 
+/// Appends the table of wires and cables.
 fn connections(body: &mut String, wiring: &Wiring) {
     let rows = wiring.connections.iter().map(|wire| {
         let drawn = wire.drawn_mm.map_or("-".to_owned(), |mm| format!("{mm:.0} mm"));
@@ -82,6 +85,7 @@ fn connections(body: &mut String, wiring: &Wiring) {
     *body += &table(&["from", "to", "carries", "color", "piece", "inside the sensor"], 5, rows);
 }
 
+/// Appends the table of calculated resistors.
 fn resistors(body: &mut String, wiring: &Wiring) {
     if wiring.resistors.is_empty() {
         return;
@@ -100,6 +104,7 @@ fn resistors(body: &mut String, wiring: &Wiring) {
     *body += &table(&["resistor", "calculation", "order", "heat", "from"], 2, rows);
 }
 
+/// Appends the table of soldered parts.
 fn soldered(body: &mut String, wiring: &Wiring) {
     if wiring.parts.is_empty() {
         return;
@@ -178,6 +183,7 @@ fn diagram(wiring: &Wiring) -> Option<String> {
     Some(svg.finish(&format!("circuit of {}", wiring.name)))
 }
 
+/// Finds the branch of each resistor: the LEDs behind it, directly or through a switch.
 fn branches(wiring: &Wiring) -> Vec<Branch> {
     let net = |part: &WiredPart, pin: &str| {
         part.pins.iter().find(|one| one.pin == pin).and_then(|one| one.net.clone())

@@ -37,6 +37,7 @@ pub(super) struct Measured<'a> {
 }
 
 impl<'a> Measured<'a> {
+    /// Compiles the solids of all bodies, in parallel.
     pub(super) fn of(stages: &'a [Stage<'a>]) -> Self {
         let all = stages.iter().flat_map(|stage| stage.before.iter().chain(&stage.after));
         let bodies: BTreeMap<&str, &Body> =
@@ -64,6 +65,7 @@ impl<'a> Measured<'a> {
         Some([along(0)?, along(1)?, along(2)?])
     }
 
+    /// Returns the checks after a step, at most [`MOST`].
     pub(super) fn checks(
         &self,
         sensor: &Sensor,
@@ -169,6 +171,7 @@ impl<'a> Measured<'a> {
         told.collect()
     }
 
+    /// Counts equal seats of arriving bodies, subassemblies first.
     fn seats_of<'s>(
         &self,
         coming: &[Came<'s>],

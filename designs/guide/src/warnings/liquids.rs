@@ -25,6 +25,7 @@ fn liquid(step: &Step) -> Option<(&str, &[String])> {
     }
 }
 
+/// Returns the name of a body's material, or its specification.
 fn stuff(body: &Body) -> &str {
     if body.material.is_empty() { &body.summary } else { &body.material }
 }

@@ -53,6 +53,7 @@ impl Plan<'_> {
         None
     }
 
+    /// Finds the first conflict.
     fn trouble(&self) -> Option<Trouble> {
         self.too_wide()
             .or_else(|| self.nuts_in_screws())
@@ -60,6 +61,7 @@ impl Plan<'_> {
             .or_else(|| self.cables_in_heads())
     }
 
+    /// Checks that the sensor is narrow enough for the finger, or leaves room for the flange's bolts.
     fn too_wide(&self) -> Option<Trouble> {
         let wide_mm = 2.0 * self.face.radius_mm();
         if self.finger().is_some() {
@@ -93,14 +95,17 @@ impl Plan<'_> {
         })
     }
 
+    /// Returns the positions of the robot's bolts, mm.
     fn bolt_places(&self) -> Vec<[f64; 2]> {
         self.bolts().iter().map(|pose| pose.translation_mm().xy().into()).collect()
     }
 
+    /// Returns the positions of the sensor's screws, mm.
     fn screw_places(&self) -> Vec<[f64; 2]> {
         self.screws.poses.iter().map(|pose| pose.translation_mm().xy().into()).collect()
     }
 
+    /// Checks the walls between nuts and the sensor's screws.
     fn nuts_in_screws(&self) -> Option<Trouble> {
         let nut = self.nut()?.diameter_mm / 2.0;
         let screws = self.screw_places();
@@ -120,6 +125,7 @@ impl Plan<'_> {
         })
     }
 
+    /// Checks that the cable slot is wide enough and stays clear of bolts, nuts and screws.
     fn slot_in_holes(&self) -> Option<Trouble> {
         let least_mm = self.face.least_slot_mm();
         if self.adapter.cable_width.mm() < least_mm {
@@ -178,6 +184,7 @@ impl Plan<'_> {
         }
     }
 
+    /// Checks that cables at the side stay clear of bodies on the plate.
     fn cables_in_heads(&self) -> Option<Trouble> {
         let gaps = self.standing().into_iter().map(|(at, size)| self.beside_cables(at, size));
         let least = gaps.fold(f64::INFINITY, f64::min);

@@ -116,6 +116,7 @@ impl Plan<'_> {
         self.turn().then_in(upright([self.middle_mm(), 0.0], self.bottom_z))
     }
 
+    /// Returns the turn of the robot's pattern as a pose.
     fn turn(&self) -> Pose {
         Pose::rotation_z(self.angle().0)
     }

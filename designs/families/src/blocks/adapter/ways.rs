@@ -58,6 +58,7 @@ impl MountFace {
     }
 }
 
+/// Returns whether a position is on the sensor's axis.
 fn is_middle(at: [f64; 2]) -> bool {
     at[0].hypot(at[1]) < 1e-9
 }

@@ -27,6 +27,7 @@ impl Light<'_> {
         }
     }
 
+    /// Returns the circuit of the LED board.
     fn board_circuit(&self) -> Circuit {
         let leds = self.leds;
         let mut board = Builder::on(LED_BOARD, &leds.electric);
@@ -60,6 +61,7 @@ impl Light<'_> {
         board.done()
     }
 
+    /// Returns the circuit of the LED strips.
     fn strips(&self) -> Circuit {
         let leds = self.leds;
         let mut wired = Builder::wired("led-strips", leds.electric.supply_volts);

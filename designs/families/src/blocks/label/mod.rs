@@ -182,6 +182,7 @@ impl Label {
         self.between(-INTO_MM, self.depth_mm)
     }
 
+    /// Returns the letters between two heights above the face.
     fn between(&self, low_mm: f64, high_mm: f64) -> Solid {
         let letters = self.font.between(&self.text, low_mm, high_mm);
         letters.expect("checked when the label was made").placed(self.pose).named("label")

@@ -43,6 +43,7 @@ fn numbers(steps: &[usize]) -> String {
 /// Formats the relevant properties of an article.
 fn what(order: &Purchase) -> String {
     let figures = order.figures.iter().map(|figure| match &*figure.name {
+        // This figure is a sentence and needs no name.
         "what matters" => figure.value.clone(),
         name => format!("{name}: {}", figure.value),
     });
@@ -65,8 +66,8 @@ fn ordered(order: &Purchase) -> String {
 }
 
 impl Guide {
-    /// Returns the table of purchases, with the heads `kind`, `name`, `quantity`, `unit`, `of`, `what`, those of orders,
-    /// and `steps`.
+    /// Returns the table of purchases, with the heads `kind`, `name`, `quantity`, `unit`, `of`, `what`, those of
+    /// orders, and `steps`.
     pub fn bom_csv(&self) -> String {
         let mut csv = format!("{BOM_HEADS}\n");
         for piece in &self.bought {

@@ -170,6 +170,7 @@ const SHARE_OF_POT_LIFE: f64 = 1.0 / 3.0;
 /// Returns the time for air to leave a mix, h.
 fn air_h(degas: bool, action: &Action, pot_life_h: Option<f64>) -> f64 {
     let wanted_h = match action {
+        // A vacuum replaces the time at rest; sprays need neither.
         _ if degas => VACUUM_H,
         Action::Spray(_) => 0.0,
         _ => REST_H,
@@ -180,6 +181,7 @@ fn air_h(degas: bool, action: &Action, pot_life_h: Option<f64>) -> f64 {
 /// Returns the mixes of all steps.
 fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
     let of = |batch: &Batch| {
+        // Batches refer to steps by name, the guide by number.
         let index = sensor.chain.iter().position(|step| step.name == batch.step)?;
         let pot_life_h = match &sensor.chain[index].action {
             Action::Pour(pour) => pour.mix.pot_life_h,

@@ -26,6 +26,7 @@ pub struct Outer {
 pub(crate) fn assembly(sensor: &Sensor) -> Option<&str> {
     let mut placed = sensor.bodies.iter().flat_map(|body| &body.placements);
     let first = placed.clone().next();
+    // A fixture has no assembly `sensor`.
     let finished = placed.find(|place| place.assembly == Assembly::sensor());
     finished.or(first).map(|place| place.assembly.0.as_str())
 }
@@ -49,6 +50,7 @@ pub(crate) fn outer(sensor: &Sensor, request: &Request<'_>) -> Result<Option<Out
     let bodies: Vec<&Body> = sensor.bodies.iter().filter(here).collect();
     let weighed = |body: &&Body| -> Option<f64> {
         match body.kind {
+            // Articles state no mass.
             Kind::Bought => None,
             Kind::Cast => mixed(sensor, &body.name).or((request.density)(&body.material)),
             Kind::Made(_) => (request.density)(&body.material),

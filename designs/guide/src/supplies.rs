@@ -142,6 +142,7 @@ pub(crate) fn supplies(
             // A tiny amount makes one pack, whatever its size.
             order: Purchase::of(order, 1e-3),
         });
+        // Steps come in order, so comparing with the last one is enough to list each once.
         supply.steps.extend(step.filter(|step| supply.steps.last() != Some(step)));
     };
     for (index, step) in sensor.chain.iter().enumerate() {

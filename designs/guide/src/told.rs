@@ -60,6 +60,7 @@ fn need(sensor: &Sensor, step: &Step, name: &str) -> Need {
     let count = sensor.body(name).map_or(1, |body| {
         let is_there = |placed: &&Placement| Some(&placed.assembly) == step.assembly.as_ref();
         match body.placements.iter().filter(is_there).count() {
+            // The step may need bodies that it does not place in its own assembly.
             0 => body.quantity as usize,
             count => count,
         }
@@ -123,6 +124,7 @@ fn ways(stage: &Stage) -> Vec<Way> {
 
 /// Adds the motions of bodies that come or go together, and of their subassemblies.
 fn add_ways(all: &mut Vec<Way>, came: &Came, is_coming: bool) {
+    // Subassemblies are put together before they move as a whole.
     came.apart.iter().for_each(|came| add_ways(all, came, is_coming));
     let Some(out) = came.out else { return };
     let mut bodies: Vec<String> = Vec::new();

@@ -165,6 +165,7 @@ fn wire(connection: &Connection) -> Wire {
 fn resistor(one: &SeriesResistor) -> WiredResistor {
     let led_ma = one.led_a() * 1e3;
     let over = format!("({} V - {} V)", one.supply_v, one.forward_v);
+    // LEDs in parallel share the current of one resistor equally.
     let shared =
         if one.leds > 1 { format!(", for each of {} LEDs", one.leds) } else { String::new() };
     let calculation = match (one.exact_ohms(), one.wanted_a) {

@@ -134,6 +134,7 @@ fn linked(numbers: &[usize]) -> String {
 /// Formats the relevant properties of an article, one per line.
 fn figures(order: &Purchase) -> String {
     let line = |figure: &crate::Figure| match &*figure.name {
+        // This figure is a sentence and needs no name.
         "what matters" => escape(&figure.value),
         name => format!("{}: {}", escape(name), escape(&figure.value)),
     };

@@ -16,6 +16,7 @@ impl Guide {
         let mut body = "<nav aria-label=\"contents\">".to_owned();
         for jump in ["Buy", "Make", "Print", "Wire", "Mix", "Mind", "Time", "Steps", "Calibrate"] {
             let id = jump.to_lowercase();
+            // Sections without content are left out of the page.
             if page.contains(&format!("id=\"{id}\"")) {
                 let _ = write!(body, "<a href=\"#{id}\">{jump}</a>");
             }

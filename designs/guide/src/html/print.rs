@@ -75,6 +75,7 @@ fn because(printed: &[(&Made, &Printing)]) -> String {
                 None => whys.push((why, vec![&part.name])),
             }
         }
+        // A reason shared by all parts needs no list of them.
         let said = whys.iter().map(|(why, parts)| match parts.len() == printed.len() {
             true => escape(why),
             false => format!(

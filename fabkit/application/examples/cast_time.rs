@@ -1,4 +1,4 @@
-//! How long ground truth takes, for comparison with Python (`fabkit/python/benches/overhead.py`): casts a
+//! Times the computation of ground truth, for comparison with Python (`fabkit/python/benches/overhead.py`): casts a
 //! press of the R-Tac0 `COUNT` times, `cast_time PRESS COUNT`, and prints the milliseconds of each.
 
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! What it saves to put small features into a mesh without the boolean kernel: time and triangles of
-//! all printed parts and molds of some sensors, both ways, and whether the results can be printed.
+//! Compares meshing with and without the boolean kernel for small features: time and triangles of all printed parts and
+//! molds of some sensors, and whether the results can be printed.
 //!
 //! `cargo run --release -p fabkit-application --example conforming -- rtac0 shadowtac`
 
@@ -9,7 +9,7 @@ use fabkit_application::geometry::Solid;
 use fabkit_application::mesh::{MeshError, TriMesh, mesh, mesh_by_booleans};
 use fabkit_application::source::Target;
 
-/// As exports mesh.
+/// Chord tolerance of exports.
 const TOLERANCE_MM: f64 = fabkit_application::mesh::DEFAULT_TOLERANCE_MM;
 
 struct Outcome {
@@ -19,7 +19,7 @@ struct Outcome {
     is_printable: bool,
 }
 
-/// The shortest of three runs; the mesh is the same each time.
+/// Meshes a solid three times and returns the shortest run; the mesh is the same each time.
 fn measured(solid: &Solid, by: fn(&Solid, f64) -> Result<TriMesh, MeshError>) -> Option<Outcome> {
     let mut best = None;
     for _ in 0..3 {

@@ -1,5 +1,5 @@
-//! Rays per second of ground truth on one core, for presses of a built-in sensor, as JSON:
-//! `cargo run --release -p fabkit-application --example depth_throughput -- rtac0 semi-dome-003 semi-dome-017`.
+//! Measures rays per second of ground truth on one core, for presses of a built-in sensor, as JSON: `cargo run
+//! --release -p fabkit-application --example depth_throughput -- rtac0 semi-dome-003 semi-dome-017`.
 
 use std::error::Error;
 use std::fs;
@@ -10,20 +10,21 @@ use fabkit_application::depth::truth::{Presser, ReferenceSurface};
 use fabkit_application::ground_truth::{Viewpoint, pressers};
 use serde_json::json;
 
-/// Passes that are timed, after one that is not.
+/// Number of timed passes, after one warm-up pass.
 const PASSES: u32 = 20;
 
-/// CPU time of this thread where Linux tells, which does not mind busy machines; else wall time.
+/// Returns the CPU time of this thread if Linux reports it, which other load on the machine does not affect; otherwise
+/// wall time.
 fn cpu_seconds() -> f64 {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
-    // Nanoseconds on a processor, of the main thread alone.
+    // The first number is the nanoseconds on a processor, here of the main thread only.
     let stat = fs::read_to_string("/proc/thread-self/schedstat").ok();
     let nanoseconds = stat.and_then(|s| s.split(' ').next().and_then(|t| t.parse::<f64>().ok()));
     nanoseconds.map_or_else(|| START.elapsed().as_secs_f64(), |ns| ns * 1e-9)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    // Everything on this one thread.
+    // Runs everything on this thread, so that its CPU time is all there is.
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     let mut arguments = std::env::args().skip(1);
     let sensor = arguments.next().ok_or("which sensor?")?;
@@ -37,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rays = viewpoint.rays(1);
     let surface = ReferenceSurface::cast(touch, &rays)?;
     let contact = surface.pressed(&pressers).contact().filter(|contact| *contact).count();
-    // Those that see the surface count; the others are cast too.
+    // Only rays that reach the surface count, although the others are cast as well.
     let seen = surface.seen() as f64;
     let mray_per_cpu_s = |rays: f64, pass: &mut dyn FnMut()| {
         pass();
@@ -50,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "rays_to_surface": surface.seen(),
         "rays_to_pressers": contact,
         "pressers": pressers.len(),
-        // Unprojection goes first: what it frees the allocator keeps at hand for the others, which
+        // Unprojection goes first: the allocator keeps the memory that it frees for the later passes, which would
         // otherwise wait for the system to clear pages.
         "mray_per_cpu_s": {
             "unprojection": mray_per_cpu_s(rays.len() as f64, &mut || drop(viewpoint.rays(1))),

@@ -1,5 +1,5 @@
-//! A family of your own, checked and exported: a puck of gel on a window, a camera below, LEDs around.
-//! `cargo run --release -p fabkit-application --example own_family -- FOLDER`.
+//! Defines a new sensor family, checks a sensor of it and exports it: a puck of gel on a window, a camera below, LEDs
+//! around. `cargo run --release -p fabkit-application --example own_family -- FOLDER`.
 
 use std::error::Error;
 use std::path::Path as FilePath;
@@ -37,7 +37,7 @@ parameters! {
     }
 }
 
-// What bodies are called and what they are for: a slip in a name does not compile.
+// Names of bodies with their summaries. They are constants, so that a misspelt name does not compile.
 bodies! {
     WINDOW "window" "carries the gel";
     HOUSING "housing" "holds window and LEDs";
@@ -50,14 +50,14 @@ bodies! {
 }
 
 const MOLD: AssemblyName = AssemblyName("mold");
-/// Thickness of the window, and how far it stands out around the gel, mm.
+/// Thickness of the window, and its margin around the gel, mm.
 const WINDOW_MM: [f64; 2] = [3.0, 3.0];
-/// Edge and thickness of the camera's board, and height of its front above it, mm.
+/// Side and thickness of the camera's board, and height of its lens front above the board, mm.
 const BOARD_MM: [f64; 3] = [15.0, 1.0, 10.0];
-/// Thickness of the base and of what its screws' heads bear on; radius of the cables' way out, mm.
+/// Thickness of the base, thickness left under its screw heads, and radius of the cable hole, mm.
 const BASE_MM: [f64; 3] = [8.0, 4.0, 4.0];
 
-/// Radii, and heights in the sensor frame, mm: the gel's foot is z = 0.
+/// Derived radii and heights in the sensor frame, mm. The gel's foot is at z = 0.
 struct Layout {
     pad: f64,
     window: f64,
@@ -99,7 +99,7 @@ impl Family for PuckFamily {
     const SUMMARY: &'static str = "a round pad on a window above a camera";
     const EXAMPLE: &'static str = "puck";
 
-    // A limit is one expression; its message finds the parameters that it follows from.
+    // A limit is one expression; its message lists the parameters that it depends on.
     fn check(p: &Puck, report: &mut Report) {
         let l = Layout::new(p);
         limits! { report, p:
@@ -125,7 +125,7 @@ impl Family for PuckFamily {
     }
 }
 
-/// What is touched: the coat. Fixtures hold on to the housing.
+/// Makes the touched surface: the outside of the coat. Fixtures grip the housing.
 fn touch(p: &Puck, l: &Layout) -> PlaneSurface {
     PlaneSurface {
         outline: Path::circle([0.0; 2], l.pad + p.coat.mm()),
@@ -199,7 +199,7 @@ fn bought(p: &Puck, l: &Layout) -> Vec<Body> {
     let top_z = l.joint_z + thickness;
     let lens = Solid::rod(4.0, [top_z - blocks::INTO_MM, top_z + front]).named("lens");
     let camera = Solid::union([plate, lens]);
-    // Its back's edges are a glue line off the round wall.
+    // The corners of an LED's back are one glue line away from the round wall.
     let seat = (l.chamber.powi(2) - 2.6f64.powi(2)).sqrt() - 0.8;
     let led = Pose::translation(seat, 0.0, -WINDOW_MM[0] - 4.0);
     let leds = blocks::ring(p.leds, 0.5, led).into_iter().map(|pose| SENSOR.at(pose));
@@ -237,11 +237,11 @@ fn chain(p: &Puck, l: &Layout) -> Vec<Step> {
     steps.map(|step| step.source("chosen")).to_vec()
 }
 
-/// The family, and a sensor of it.
+/// Registry with the family and one sensor of it.
 pub static REGISTRY: Registry =
     Registry::new(&[FamilyEntry::of::<PuckFamily>()], &[("puck", include_str!("puck.yaml"))]);
 
-/// Checks a puck and writes its files, all or none.
+/// Checks a puck and writes its files, all or none. Returns the number of errors.
 pub fn run(folder: &FilePath) -> Result<usize, Box<dyn Error>> {
     let puck = REGISTRY.load("puck.yaml", REGISTRY.builtin_yaml("puck").unwrap_or(""), &[], &[])?;
     let findings = checks::check(&puck.sensor)?.findings;

@@ -1,5 +1,5 @@
-//! A part of your own, from its exact solid to files for a printer:
-//! `cargo run --release -p fabkit-application --example own_part -- FOLDER` writes `foot.stl` and `foot.3mf`.
+//! Builds a part from its exact solid and writes files for a printer: `cargo run --release -p fabkit-application
+//! --example own_part -- FOLDER` writes `foot.stl` and `foot.3mf`.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -13,11 +13,11 @@ use fabkit_application::{export, staging};
 
 const HEIGHT_MM: f64 = 8.0;
 
-/// A foot for a fingertip of 30 mm: a disc with a seat, screwed to the bench at three places.
+/// Makes a foot for a fingertip of 30 mm: a disc with a seat, screwed to the bench at three places.
 fn foot() -> Result<Body, LabelError> {
-    // The seat has 0.2 mm of play. Cuts begin in front of the face that they start from.
+    // The seat has 0.2 mm of play. Cuts begin slightly outside the face from which they start.
     let seat = Solid::cylinder(15.2, 5.0 + CUT_OVERLAP_MM).at(0.0, 0.0, HEIGHT_MM - 5.0);
-    // Read from below: a face's own z axis comes out of it.
+    // The label is read from below: the z axis of a face points out of it.
     let label = Label::new("foot-30", 5.0, hanging([0.0; 2], 0.0))?;
     let foot = Body::made(
         "foot",
@@ -32,7 +32,7 @@ fn foot() -> Result<Body, LabelError> {
     Ok(foot)
 }
 
-/// Holes, marks for whoever needs them, and how many handles they make: stated in one place.
+/// Makes screw holes with their landmarks and the number of handles that they add, all in one place.
 fn screw_holes(count: u32) -> Cut {
     let hole = Solid::cylinder(1.7, HEIGHT_MM + 2.0 * CUT_OVERLAP_MM).at(0.0, 0.0, -CUT_OVERLAP_MM);
     let holes = (1..=count).map(|i| {
@@ -45,13 +45,13 @@ fn screw_holes(count: u32) -> Cut {
     Cut { tools, landmarks, handles: count as i32 }
 }
 
-/// Writes the files, all or none.
+/// Makes and writes the files, all or none.
 pub fn run(folder: &Path) -> Result<(), Box<dyn Error>> {
     let foot = foot()?;
     let triangles = mesh(&foot.solid, DEFAULT_TOLERANCE_MM)?;
-    // What the author counted must be what the mesh has: a hole that closed would be noticed here.
+    // The genus counted by the author must be the mesh's: a hole that closed would be noticed here.
     assert_eq!(Some(triangles.genus()), foot.genus);
-    // On the bed, away from its edge: 3MF has no negative coordinates.
+    // Moved into the positive octant, because 3MF has no negative coordinates.
     let print = triangles.placed(&Pose::translation(30.0, 30.0, 0.0)).to_print()?;
     println!("{}: {:.2} cm3", foot.summary, print.volume_mm3() / 1e3);
     let document = export::Document { title: "Bench: foot", design_hash: "" };

@@ -1,11 +1,11 @@
-//! How far small strain is from large strain on every built-in sensor, by depth: the table of the book.
+//! Compares small strain with large strain on every built-in sensor by indentation: the table of the book.
 //!
 //! ```sh
 //! cargo run --release --workspace --example sensor_levels -- [DIAMETER_MM]
 //! ```
 //!
-//! A ball comes down on the tip, or on the middle of the pad. Each row: depth; force by both levels, and how far the
-//! linear one is off; bulge by both. Then the depth at which the linear force is 10 % off.
+//! A ball is pressed into the tip, or the middle of the pad. Each row: indentation; force by both models, and the
+//! relative error of the linear one; bulge by both. Then the indentation at which the linear force is 10 % off.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -18,7 +18,7 @@ use fabkit_elastic::{
 };
 use fabkit_geometry::{LiquidSkin, Point3, Sensor, TouchSurface, Vector3};
 
-/// What counts as off.
+/// Relative error of the linear force that is reported.
 const OFF: f64 = 0.1;
 const STEPS: u32 = 8;
 
@@ -56,8 +56,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A round plate as wide as the window of a skin with channels of liquid and as thick as it, held by its rim, without
-/// channels: large strain knows what is symmetric about an axis alone.
+/// Presses a round plate in place of a skin with liquid channels: the plate has the window's area and the skin's
+/// thickness, is held at its rim, and has no channels, because the large-strain model is axisymmetric.
 fn plate(sensor: &Sensor, skin: &LiquidSkin, diameter_mm: f64) -> Result<(), Box<dyn Error>> {
     let layers = LiquidStack::of(sensor, 3.0)?.layers;
     let top = layers.first().ok_or("no layers")?;
@@ -93,9 +93,9 @@ fn plate(sensor: &Sensor, skin: &LiquidSkin, diameter_mm: f64) -> Result<(), Box
     Ok(())
 }
 
-/// Prints a row for each depth.
+/// Prints a row for each indentation.
 fn rows(deepest_mm: f64, levels: impl Fn(&[f64]) -> Result<Vec<[Outcome; 2]>, Box<dyn Error>>) {
-    // One depth more at a time: what does not converge ends the table, not the program.
+    // Each row solves all indentations up to its own. If one does not converge, the table ends there, not the program.
     let mut before: Option<(f64, f64)> = None;
     let mut is_off = false;
     for i in 1..=STEPS {

@@ -1,4 +1,4 @@
-//! The export of a small sensor made for the purpose, and all the ways in which it is refused.
+//! Export of a small test sensor, and its error cases.
 
 use fabkit_application::designs::Design;
 use fabkit_application::export::ExportError;
@@ -59,10 +59,10 @@ fn parts_of_one_piece_keep_their_place_and_share_a_3mf() {
     assert_eq!(names(&exported)[4..], ["slab.3mf", "soft.stl", "manifest.json"]);
     let [soft, hard, _] = &exported.manifest.parts[..] else { panic!("three parts") };
     assert_eq!(soft.file_from_part, hard.file_from_part);
-    // What was at x = 2 is the common face, 1 mm above the bed.
+    // The common face at x = 2 lies 1 mm above the bed.
     assert_eq!((soft.bounds_in_file_mm.min.z, soft.bounds_in_file_mm.max.z), (0.0, 1.0));
     assert_eq!((hard.bounds_in_file_mm.min.z, hard.bounds_in_file_mm.max.z), (1.0, 4.0));
-    // A plate would tear the piece apart.
+    // A plate would lay the two parts out separately.
     let plate = exported.manifest.files.iter().find(|file| file.name.starts_with("plate"));
     assert_eq!(plate.unwrap().parts, ["alone"]);
 
@@ -80,7 +80,7 @@ fn a_part_lies_turned_in_the_corner_of_the_positive_octant() {
     let entry = &exported.manifest.parts[0];
     assert_eq!(entry.bounds_in_file_mm.min, Point3::origin());
     assert_eq!(entry.bounds_in_file_mm.max, Point3::new(10.0, 7.0, 1.0));
-    // y is up now, and what was up points at the viewer.
+    // y is up now, and the former z axis points at the viewer.
     let corner = entry.file_from_part.point(Point3::new(-7.0, 1.0, 5.0));
     assert!((corner - Point3::new(0.0, 0.0, 0.0)).norm() < 1e-12, "{corner}");
     assert!((entry.mesh.volume_mm3 - 70.0).abs() < 1e-9);
@@ -94,7 +94,7 @@ fn plates_follow_process_material_and_quantity() {
         part(name, Solid::sphere(4.0)).made_by(Process::Sla).from(material)
     };
     let sheet = part("sheet", Solid::cuboid(10.0, 10.0, 2.0)).made_by(Process::Laser);
-    // One printer, three resins; two of them differ in a comma, and "PLA" is also a resin's name.
+    // One printer, three resins: two of them differ only in a comma, and "PLA" is also the name of a resin.
     let parts = vec![
         clips,
         resin("lens", "clear resin"),
@@ -148,10 +148,10 @@ fn only_what_is_asked_for_is_made() {
     assert!(matches!(run(options(&["c"], &[])), Err(ExportFailure::Unknown(_))));
 }
 
-/// Of the whole sensor, whichever parts are asked for: its own tools are not of it.
+/// The light file describes the whole sensor, whichever parts are requested.
 #[test]
 fn light_is_one_file() {
-    // Not around the camera.
+    // Away from the camera, which must not be inside a part.
     let ball = |radius_mm| Solid::sphere(radius_mm).at(0.0, 0.0, 10.0);
     let parts = || vec![part("a", ball(2.0)), part("b", ball(3.0))];
     let run = |names: &[&str], formats: &[Format]| {
@@ -209,7 +209,7 @@ fn a_hole_that_the_design_did_not_count_is_refused() {
 fn loose_pieces_and_closed_cavities_are_refused_with_place_and_volume() {
     let chip = Solid::cuboid(9.0, 9.0, 9.0).plus(Solid::sphere(0.5).at(7.0, 0.0, 4.5));
     let error = run(vec![part("chipped", chip)]).unwrap_err().to_string();
-    // In the file's corner: the box begins at 0.
+    // In the file's frame: the box begins at 0.
     assert!(error.contains("2 pieces and 0 closed cavities"), "{error}");
     assert!(error.contains("a piece of 5.1") && error.contains("(11.50, 4.50, 4.50)"), "{error}");
 

@@ -1,2 +1,2 @@
-//! Nothing: this crate asks outside crates for the features that the Python package and the tests need of them, so that
-//! what the command has built is not built again for either.
+//! Empty crate. It requests the features of external crates that the Python package and the tests need, so that the
+//! command's build artefacts are reused for both.

@@ -1,4 +1,4 @@
-//! Between numpy's arrays and what the libraries take and give.
+//! Conversion between numpy arrays and the libraries' types.
 
 use fabkit_application::export::{Array, Values};
 use fabkit_application::geometry::Pose;
@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 
 use crate::errors::{Failure, exception};
 
-/// (4, 4), its last row 0 0 0 1.
+/// Converts a pose to a (4, 4) array whose last row is 0 0 0 1.
 pub fn pose<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let (rotation, translation) = (pose.rotation(), pose.translation_mm());
     let entry = |r: usize, c: usize| match (r, c) {
@@ -20,7 +20,7 @@ pub fn pose<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Bound<'py, PyArray2<f
     PyArray1::from_iter(py, (0..16).map(|i| entry(i / 4, i % 4))).reshape([4, 4])
 }
 
-/// Moves values to an array.
+/// Moves values into an array of the given shape.
 pub fn shaped<'py, T: Element>(
     py: Python<'py>,
     values: Vec<T>,
@@ -29,7 +29,7 @@ pub fn shaped<'py, T: Element>(
     PyArray1::from_vec(py, values).reshape(shape)
 }
 
-/// Moves arrays to a dictionary by their names; texts become lists.
+/// Moves arrays into a dictionary by name; texts become lists.
 pub fn dictionary<'py>(py: Python<'py>, arrays: Vec<Array>) -> PyResult<Bound<'py, PyDict>> {
     let dictionary = PyDict::new(py);
     for Array { name, shape, values } in arrays {
@@ -45,10 +45,10 @@ pub fn dictionary<'py>(py: Python<'py>, arrays: Vec<Array>) -> PyResult<Bound<'p
     Ok(dictionary)
 }
 
-/// The rows of an (n, N) array.
+/// Returns the rows of an (n, N) array.
 ///
 /// # Errors
-/// Another number of columns; an array that is not in C order, which the Python half makes sure of.
+/// Another number of columns, or an array that is not in C order; the Python side ensures the order.
 pub fn rows<const N: usize>(
     py: Python<'_>,
     name: &str,

@@ -1,4 +1,4 @@
-//! Calibration from pictures, corners and pins.
+//! Calibration from images, corners and pins.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -32,13 +32,13 @@ use crate::design::Project;
 use crate::errors::{Failure, OrRaise};
 use crate::running::{Interrupted, guarded, run, short};
 
-/// Brightness row by row, 0 to 1.
+/// Intensities row by row, 0 to 1.
 type Picture<'py> = PyReadonlyArray2<'py, f32>;
-/// A view's name, ids, pixels and standard deviations of its corners.
+/// View: name, then ids, pixels and standard deviations of its corners.
 type Corners = (String, Vec<u32>, Vec<[f64; 2]>, Vec<f64>);
-/// A capture's name, the holes that had pins if that is known, pixels and standard deviations.
+/// Capture: name, holes with pins if known, then pixels and standard deviations of its marks.
 type Pins = (String, Option<Vec<u32>>, Vec<[f64; 2]>, Vec<f64>);
-/// (n, 2) pixels and (n,) standard deviations.
+/// Detected points: (n, 2) pixels and (n,) standard deviations.
 type Found<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
 
 fn grey(name: &str, picture: &Picture<'_>) -> Result<GreyImage, PinCaptureError> {
@@ -49,13 +49,13 @@ fn grey(name: &str, picture: &Picture<'_>) -> Result<GreyImage, PinCaptureError>
         .map_err(|source| PinCaptureError::Picture { file: name.into(), source })
 }
 
-/// A board's file, checked; as JSON with everything that it leaves to be computed.
+/// Checks a board file. Returns it as JSON with everything that it leaves to be computed.
 #[pyfunction]
 pub fn board(py: Python<'_>, text: &str) -> PyResult<String> {
     short(py, || Ok::<_, Error>(boards::board(text, None)?.to_json()))?.or_raise(py)
 }
 
-/// Ids, pixels and standard deviations of a board's corners.
+/// Detects a board's corners: ids, pixels and standard deviations.
 #[pyfunction]
 pub fn find_corners<'py>(
     py: Python<'py>,
@@ -72,7 +72,7 @@ pub fn find_corners<'py>(
     Ok((ids, found(py, pixels)?))
 }
 
-/// Pixels and standard deviations of pins, the strongest first.
+/// Detects pin marks: pixels and standard deviations, strongest first.
 #[pyfunction]
 pub fn find_pins<'py>(
     py: Python<'py>,
@@ -103,7 +103,7 @@ fn found<'py>(
     Ok((pixels, PyArray1::from_vec(py, sigmas)))
 }
 
-/// A calibrated lens with all that is to be said about it.
+/// Calibrated lens with its report.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Intrinsics {
     sensor: String,
@@ -138,14 +138,14 @@ impl Intrinsics {
     }
 }
 
-/// What pictures of a board are given as.
+/// Board views in one of three forms.
 enum BoardViews {
     Files(Vec<PathBuf>),
     Pictures(Vec<String>, Vec<GreyImage>),
     Corners(Vec<Corners>),
 }
 
-/// Calibrates the lens from files, else pictures, else corners.
+/// Calibrates the lens from files, else from images, else from corners.
 #[pyfunction]
 #[pyo3(signature = (project, board, files, pictures, corners, models))]
 pub fn intrinsics(
@@ -175,7 +175,7 @@ pub fn intrinsics(
     let project = Arc::clone(&project.project);
     run(py, Interrupted::Leave, None, move |_| {
         let sensor = &project.design.sensor;
-        // OpenCV's detector comes with Python's own package of it.
+        // In Python, OpenCV's detector is available from its own package.
         let detector = Detector::Fabkit;
         let views = match views {
             BoardViews::Files(files) => {
@@ -204,7 +204,7 @@ fn found_corners((name, ids, pixels, sigmas): Corners) -> (String, Vec<FoundCorn
     (name, corners.map(corner).collect())
 }
 
-/// A calibrated pose with all that is to be said about it.
+/// Calibrated pose with its report.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Extrinsics {
     sensor: String,
@@ -237,7 +237,7 @@ impl Extrinsics {
 
 #[pymethods]
 impl Extrinsics {
-    /// The camera that the pose was solved with, and how sure it is by itself.
+    /// The camera with which the pose was solved, with its marginal covariance.
     fn camera(&self) -> Camera {
         Camera { estimate: self.calibration.joint.camera_estimate() }
     }
@@ -250,12 +250,12 @@ impl Extrinsics {
         guarded(py, || Ok(self.of().to_html()))
     }
 
-    /// The content of a pose file, which leaves the camera's to whoever has it.
+    /// The content of a pose file, with an empty camera name: the caller stores the camera.
     fn pose_text(&self, py: Python<'_>) -> PyResult<String> {
         guarded(py, || Ok(pose_file::text(&self.of(), "")))
     }
 
-    /// Writes the pose and the camera that belongs to it.
+    /// Writes the pose file and the camera file that belongs to it.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let files = guarded(py, || pose_file::files(&path, &self.of()).or_raise(py))?;
         run(py, Interrupted::Wait, None, move |link| {
@@ -321,7 +321,8 @@ fn measured((name, holes, pixels, sigmas): Pins) -> MeasuredCapture {
     MeasuredCapture { name, holes, marks: pixels.into_iter().zip(sigmas).map(mark).collect() }
 }
 
-/// What captures of pins will tell, as JSON: see [`planning::plan`]. Captures that there are: a folder, or the holes of each.
+/// Forecasts the accuracy of pin captures, as JSON: see [`planning::plan`]. Existing captures are given as a folder, or
+/// as the holes of each.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
 pub fn plan(
@@ -354,7 +355,7 @@ pub fn plan(
     })
 }
 
-/// Where the pin of a hole is among the landmarks.
+/// Finds the landmark of a hole's pin.
 fn place_of(hole: u32, landmarks: &PinLandmarks, kind: Option<&str>) -> Result<usize, Failure> {
     let kinds = landmarks.kinds();
     let known = kinds.join(", ");

@@ -1,4 +1,4 @@
-//! Cameras: vectorised, without copies of what comes in or goes out.
+//! Cameras: vectorised, without copies of inputs or outputs.
 
 use fabkit_application::camera::files::{self, CameraFormat};
 use fabkit_application::camera::{self, CameraEstimate, Point2, Point3};
@@ -10,7 +10,7 @@ use crate::arrays::rows;
 use crate::errors::{Failure, OrRaise, exception};
 use crate::running::short;
 
-/// A camera, and how sure it is.
+/// Camera with its covariance.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Camera {
     pub estimate: CameraEstimate,
@@ -25,11 +25,11 @@ impl Camera {
         let terms = lens.projection.terms();
         let made = || camera::Camera::nominal(width_px, height_px, field_of_view.rad(), terms);
         let camera = short(py, made)?.map_err(Failure::call).or_raise(py)?;
-        // A lens alone: what is drawn bends its rays.
+        // Without an interface of its own: the drawn bodies refract its rays.
         Ok(Self { estimate: CameraEstimate::from(camera).behind_drawing() })
     }
 
-    /// In fabkit's own format, which keeps everything.
+    /// Formats the camera in fabkit's own format, which keeps everything.
     pub fn text(&self) -> Result<String, Failure> {
         files::write(&self.estimate, CameraFormat::Fabkit).map_err(Failure::bug)
     }
@@ -51,7 +51,7 @@ impl Camera {
         Ok(Self { estimate: camera.into() })
     }
 
-    /// Reads a camera file of any format.
+    /// Reads a camera file of any known format.
     #[staticmethod]
     fn from_text(py: Python<'_>, text: &str, file: &str) -> PyResult<Self> {
         let wrong = |error: files::InvalidCameraFile| {
@@ -65,7 +65,7 @@ impl Camera {
         Ok(Self { estimate: short(py, || files::read(text))?.map_err(wrong).or_raise(py)? })
     }
 
-    /// The content of a camera file.
+    /// Returns the content of a camera file in a format.
     fn to_text(&self, py: Python<'_>, format: &str) -> PyResult<String> {
         let known = || CameraFormat::ALL.iter().map(|format| format.name());
         let Some(format) = CameraFormat::ALL.iter().find(|known| known.name() == format) else {
@@ -77,19 +77,19 @@ impl Camera {
         text.map_err(|error| Failure::Call { message: error.to_string(), hint }).or_raise(py)
     }
 
-    /// The lens alone, as the drawing has it.
+    /// Returns the lens alone; the drawn bodies refract its rays.
     fn behind_drawing(&self) -> Self {
         Self { estimate: self.estimate.clone().behind_drawing() }
     }
 
-    /// See [`camera::Camera::resized`]; without covariance.
+    /// Resizes the camera, see [`camera::Camera::resized`]; the covariance is dropped.
     fn resized(&self, py: Python<'_>, width_px: u32, height_px: u32) -> PyResult<Self> {
         let made = || self.estimate.camera().resized([width_px, height_px]);
         let camera = short(py, made)?.map_err(Failure::call).or_raise(py)?;
         Ok(Self { estimate: camera.into() })
     }
 
-    /// The same kind of camera with other numbers and no covariance.
+    /// Returns the same kind of camera with other parameters and no covariance.
     fn with_parameters(&self, py: Python<'_>, parameters: Vec<f64>) -> PyResult<Self> {
         let camera = short(py, || self.estimate.camera().with_parameters(&parameters))?;
         let camera = camera.map_err(Failure::call).or_raise(py)?;
@@ -119,7 +119,7 @@ impl Camera {
 
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py>>> {
         let Some(covariance) = self.estimate.covariance() else { return Ok(None) };
-        // Symmetric: column by column is row by row.
+        // The matrix is symmetric, so column-major equals row-major.
         let flat = PyArray1::from_slice(py, covariance.as_slice());
         flat.reshape([covariance.nrows(), covariance.ncols()]).map(Some)
     }
@@ -141,7 +141,7 @@ impl Camera {
         PyArray1::from_vec(py, pixels.into_flattened()).reshape([points.len(), 2])
     }
 
-    /// Pixels, (n, 2); by the point, (n, 2, 3); by the parameters, (n, 2, p).
+    /// Projects points: pixels, (n, 2); derivatives by the point, (n, 2, 3), and by the parameters, (n, 2, p).
     fn project_with_jacobians<'py>(
         &self,
         py: Python<'py>,
@@ -177,7 +177,7 @@ impl Camera {
         ))
     }
 
-    /// Origins and unit directions of rays, (n, 3) each.
+    /// Computes rays of pixels: origins and unit directions, (n, 3) each.
     fn unproject<'py>(
         &self,
         py: Python<'py>,

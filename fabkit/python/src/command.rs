@@ -1,12 +1,12 @@
-//! The `fabkit` command that comes with the wheel.
+//! Entry point of the `fabkit` command in the wheel.
 
 use std::ffi::OsString;
 
 use pyo3::prelude::*;
 
-/// Runs the command as its own process would; the first argument is its name. The exit code.
+/// Runs the command as if in its own process. The first argument is its name. Returns the exit code.
 #[pyfunction]
 pub fn command(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
-    // The command handles interrupts itself: Python's handler would wait for Python code to run.
+    // The command handles interrupts itself: Python's handler would wait until Python code runs.
     py.detach(|| fabkit::run(arguments))
 }

@@ -1,4 +1,4 @@
-//! Writing data sets, and reading them sample by sample.
+//! Writing of data sets, and reading of single samples.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
@@ -20,10 +20,10 @@ use crate::keywords::Keywords;
 use crate::running::{Interrupted, run, short};
 use crate::scene::Scene;
 
-/// A file: its path below the folder, and its content.
+/// File: path relative to the folder, and content.
 type NamedBytes<'py> = (String, Bound<'py, PyBytes>);
 
-/// What a data set is made of.
+/// Request for a data set.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct DatasetOrder {
     scene: Arc<scene::SensorView>,
@@ -34,7 +34,7 @@ pub struct DatasetOrder {
 
 #[pymethods]
 impl DatasetOrder {
-    /// Options are those of [`DatasetOptions`] and [`ContactOptions`], by name.
+    /// Makes a request. Options are those of [`DatasetOptions`] and [`ContactOptions`], by name.
     #[new]
     fn new(scene: &Scene, options: &Bound<'_, PyDict>) -> PyResult<Self> {
         let (scene, sensor) = (Arc::clone(&scene.scene), scene.sensor.clone());
@@ -43,7 +43,7 @@ impl DatasetOrder {
         Ok(Self { scene, sensor, options, contact })
     }
 
-    /// Writes it, or what is missing of it; the halves that press nothing that the camera sees.
+    /// Writes the data set, or what is missing of it. Returns the halves whose press the camera does not see.
     #[pyo3(signature = (folder, progress))]
     fn write(
         slf: Bound<'_, Self>,
@@ -61,7 +61,7 @@ impl DatasetOrder {
         Ok(written.untouched)
     }
 
-    /// Begins it, or goes on with it.
+    /// Begins the data set, or resumes it.
     fn begin(slf: Bound<'_, Self>, folder: PathBuf) -> PyResult<BegunDataset> {
         let order = slf.clone().unbind();
         let begun = run(slf.py(), Interrupted::Wait, None, move |_| {
@@ -71,7 +71,7 @@ impl DatasetOrder {
         Ok(BegunDataset { order: slf.unbind(), begun: Mutex::new(Some(begun)) })
     }
 
-    /// The plan's hash, and the files of a shard: paths below the folder, and bytes.
+    /// Computes a shard: the plan's hash, and the files as paths relative to the folder with their bytes.
     fn shard<'py>(slf: Bound<'py, Self>, number: u64) -> PyResult<(String, Vec<NamedBytes<'py>>)> {
         let (py, order) = (slf.py(), slf.clone().unbind());
         let (plan, files) = run(py, Interrupted::Leave, None, move |_| {
@@ -94,11 +94,11 @@ impl DatasetOrder {
     }
 }
 
-/// A data set that is being written; nobody else writes there until it is closed.
+/// Data set that is being written. Its folder is locked until it is closed.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct BegunDataset {
     order: Py<DatasetOrder>,
-    /// Empty once it is closed.
+    /// `None` once it is closed.
     begun: Mutex<Option<Begun>>,
 }
 
@@ -122,7 +122,7 @@ fn closed() -> Failure {
 
 #[pymethods]
 impl BegunDataset {
-    /// The plan's hash, and numbers of the shards that are missing.
+    /// The plan's hash, and the numbers of the missing shards.
     fn missing(&self, py: Python<'_>) -> PyResult<(String, Vec<u64>)> {
         self.with(py, |begun| {
             let begun = begun.as_ref().ok_or_else(closed)?;
@@ -130,12 +130,12 @@ impl BegunDataset {
         })
     }
 
-    /// Keeps the files of a shard that somebody else computed.
+    /// Stores the files of a shard that another process computed.
     fn keep(&self, py: Python<'_>, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
         self.with(py, |begun| Ok(begun.as_ref().ok_or_else(closed)?.keep(&files)?))
     }
 
-    /// Writes what is missing.
+    /// Computes and writes the missing shards.
     #[pyo3(signature = (progress))]
     fn write(&self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
         let begun = self.with(py, |begun| begun.take().ok_or_else(closed))?;
@@ -149,7 +149,7 @@ impl BegunDataset {
         Ok(written.untouched)
     }
 
-    /// Lets others write there.
+    /// Releases the folder's lock.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, |begun| {
             *begun = None;
@@ -158,7 +158,7 @@ impl BegunDataset {
     }
 }
 
-/// A data set that is whole: what is read is compared with what it says of itself.
+/// Reader of a finished data set. Everything read is verified against its checksums.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct DatasetReader {
     reader: dataset::DatasetReader,
@@ -172,7 +172,7 @@ impl DatasetReader {
         Ok(Self { reader })
     }
 
-    /// What `dataset.json` says.
+    /// The content of `dataset.json`.
     fn document(&self) -> String {
         self.reader.document().to_string()
     }
@@ -182,14 +182,14 @@ impl DatasetReader {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// An array such as `halves/label`, if there is one.
+    /// Opens an array such as `halves/label`; `None` if it does not exist.
     fn array(&self, py: Python<'_>, name: &str) -> PyResult<Option<Samples>> {
         let array = short(py, || self.reader.array(name))?.or_raise(py)?;
         Ok(array.map(|array| Samples { array }))
     }
 }
 
-/// An array whose first axis counts samples.
+/// Array whose first axis counts samples.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Samples {
     array: SampleArray,

@@ -27,7 +27,7 @@ pub fn sensors() -> Vec<&'static str> {
     designs::builtin_names()
 }
 
-/// Reads a sensor: a built-in one or one of its presets by name, or a file.
+/// Loads a sensor: a built-in one or one of its presets by name, or a file.
 #[pyfunction]
 pub fn load(
     py: Python<'_>,
@@ -50,14 +50,14 @@ pub fn load(
     Ok(Project { source: Arc::new(source), project: Arc::new(project), overrides, changes })
 }
 
-/// A sensor with the parameters of its fixtures.
+/// Sensor with the parameters of its fixtures.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Project {
     pub source: Arc<Source>,
     pub project: Arc<fixtures::Project>,
-    /// What it was read with, `path=value`.
+    /// Overrides with which it was read, `path=value`.
     pub overrides: Vec<String>,
-    /// What gave way so that it can be built.
+    /// Automatic changes that made it buildable.
     pub changes: Vec<Change>,
 }
 
@@ -67,7 +67,7 @@ impl Project {
         Design { design: Arc::new(self.project.design.clone()) }
     }
 
-    /// The family that its file belongs to.
+    /// The family of its file.
     fn family(&self) -> &'static str {
         self.project.design.family
     }
@@ -76,14 +76,14 @@ impl Project {
         self.overrides.clone()
     }
 
-    /// The same source, read with other overrides.
+    /// Reads the same source with other overrides.
     fn replaced(&self, py: Python<'_>, overrides: Vec<String>) -> PyResult<Self> {
         let project = short(py, || self.source.load(&overrides))?.or_raise(py)?;
         let (source, project) = (Arc::clone(&self.source), Arc::new(project));
         Ok(Self { source, project, overrides, changes: Vec::new() })
     }
 
-    /// What gave way so that the sensor can be built: path, from, to, because.
+    /// Automatic changes that made the sensor buildable: path, from, to, because.
     fn changes(&self) -> Vec<(String, String, String, String)> {
         let told = |change: Change| (change.path, change.from, change.to, change.because);
         self.changes.iter().cloned().map(told).collect()
@@ -105,7 +105,7 @@ impl Project {
         Ok(Design { design: Arc::new(design) })
     }
 
-    /// IDs of the presses whose places are known, in order.
+    /// IDs of the presses with known places, in order.
     fn presses(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let (source, project) = (Arc::clone(&self.source), Arc::clone(&self.project));
         run(py, Interrupted::Leave, None, move |_| {
@@ -118,7 +118,7 @@ impl Project {
         })
     }
 
-    /// A `fabkit-check` document, of the sensor or of a fixture.
+    /// Checks the sensor or a fixture: a `fabkit-check` document.
     fn check(&self, py: Python<'_>, fixture: Option<String>) -> PyResult<String> {
         let (source, project) = (Arc::clone(&self.source), Arc::clone(&self.project));
         run(py, Interrupted::Leave, None, move |_| {
@@ -135,21 +135,21 @@ impl Project {
         })
     }
 
-    /// The camera as designed.
+    /// The nominal camera.
     fn camera(&self, py: Python<'_>) -> PyResult<Camera> {
         Camera::nominal(py, &self.project.design.sensor.camera)
     }
 
-    /// Camera frame to sensor frame, (4, 4).
+    /// The pose from camera frame to sensor frame, (4, 4).
     fn sensor_from_camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         arrays::pose(py, &self.project.design.sensor.camera.sensor_from_camera)
     }
 }
 
-/// Names, (n, 3) points, (n, 3) unit axes.
+/// Names, (n, 3) points and (n, 3) unit axes.
 type Landmarks<'py> = (Vec<String>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
-/// A sensor, or a fixture made for one.
+/// Sensor, or fixture made for one.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Design {
     pub design: Arc<designs::Design>,
@@ -173,10 +173,10 @@ impl Design {
         short(py, || documents::chain(&self.design).to_string())
     }
 
-    /// Files that come with the design: name and content.
+    /// Files that come with the design: names and contents.
     fn companions<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyBytes>)>> {
         let files = self.design.companions.iter();
-        // Some have to be worked out first.
+        // Some are computed only now.
         files
             .map(|file| {
                 let bytes = short(py, || file.bytes())?;
@@ -185,12 +185,12 @@ impl Design {
             .collect()
     }
 
-    /// Where pins touch, as JSON; nothing for what has no pins.
+    /// Contact points of pins, as JSON; `None` for a design without pins.
     fn pin_landmarks(&self) -> Option<String> {
         self.design.documents().next().map(PinLandmarks::to_json)
     }
 
-    /// Boards, as JSON.
+    /// Calibration boards, as JSON.
     fn boards(&self) -> Vec<String> {
         self.design.documents().map(Board::to_json).collect()
     }
@@ -217,7 +217,7 @@ impl Design {
         Mesh::new(py, body, mesh)
     }
 
-    /// A PNG picture of a body, or of an assembly.
+    /// Draws a body or an assembly as PNG.
     #[pyo3(signature = (body, assembly, exploded, section, view, size_px))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn picture<'py>(
@@ -247,13 +247,13 @@ impl Design {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// One HTML page with its model.
+    /// One HTML page with the interactive model.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let design = Arc::clone(&self.design);
         run(py, Interrupted::Leave, None, move |_| Ok(viewing::model(&design)?.to_html()))
     }
 
-    /// Makes files in memory.
+    /// Exports files in memory.
     #[pyo3(signature = (wish, progress))]
     fn exported(
         &self,

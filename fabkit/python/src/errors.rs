@@ -1,4 +1,4 @@
-//! Failures as exceptions of `fabkit.errors`.
+//! Conversion of failures to exceptions of `fabkit.errors`.
 
 use std::borrow::Cow;
 
@@ -11,16 +11,16 @@ use pyo3::types::PyDict;
 
 use crate::hints;
 
-/// Why a call did not do what it was asked to.
+/// Failure of a call from Python.
 #[derive(Debug)]
 pub enum Failure {
-    /// What it called failed.
+    /// Error of the called function.
     Application(Error),
-    /// Something is wrong with what was passed.
+    /// Invalid argument.
     Call {
-        /// What is wrong.
+        /// Description of the problem.
         message: String,
-        /// What to do about it.
+        /// Suggested remedy.
         hint: Option<Cow<'static, str>>,
     },
 }
@@ -32,12 +32,12 @@ impl<E: Into<Error>> From<E> for Failure {
 }
 
 impl Failure {
-    /// Something is wrong with what was passed.
+    /// Makes the failure of an invalid argument.
     pub fn call(message: impl ToString) -> Self {
         Self::Call { message: message.to_string(), hint: None }
     }
 
-    /// Something that must not happen.
+    /// Makes the failure of a violated invariant.
     pub fn bug(message: impl ToString) -> Self {
         Error::bug(message).into()
     }
@@ -64,14 +64,14 @@ impl Failure {
     }
 }
 
-/// What to say to somebody who asked for a name that is not among those known.
+/// Suggests a known name for an unknown one.
 #[pyfunction]
 pub fn hint(name: &str, known: Vec<String>) -> String {
     UnknownName::new("name", name, known.iter().map(String::as_str)).hint()
 }
 
-/// The exception for a failure: what the command would print and `--json` would say, in the words of
-/// those who call functions.
+/// Makes the exception of a failure: the text that the command would print and the problems that `--json` would list,
+/// with hints that name Python arguments.
 pub fn exception(py: Python<'_>, failure: impl Into<Failure>) -> PyErr {
     made(py, &failure.into()).unwrap_or_else(|error| error)
 }
@@ -106,7 +106,7 @@ fn invalid(found: &Diagnosed) -> (String, Vec<Json>) {
     (text, problems)
 }
 
-/// What the command calls by its option, Python's users pass by keyword.
+/// Replaces the command's name of the overrides by Python's keyword.
 fn of_overrides(problem: &Problem) -> Problem {
     let called = |text: &str| text.replace(OVERRIDES, "overrides");
     Problem {
@@ -117,7 +117,7 @@ fn of_overrides(problem: &Problem) -> Problem {
     }
 }
 
-/// A length with its unit, mm; nothing is known of its limits here.
+/// Parses a length with its unit, in mm; its limits are not checked.
 #[pyfunction]
 pub fn length_mm(py: Python<'_>, text: &str, name: &str) -> PyResult<f64> {
     <Length as Scalar>::parse(text).map(Length::mm).map_err(|refusal| {
@@ -126,9 +126,9 @@ pub fn length_mm(py: Python<'_>, text: &str, name: &str) -> PyResult<f64> {
     })
 }
 
-/// [`exception`] for results.
+/// Conversion of a result's error by [`exception`].
 pub trait OrRaise<T> {
-    /// The value, or the failure as an exception.
+    /// Returns the value, or raises the failure as an exception.
     fn or_raise(self, py: Python<'_>) -> PyResult<T>;
 }
 

@@ -1,4 +1,4 @@
-//! Files of a design: made in memory, then written whole or not at all.
+//! Export of a design's files: made in memory, then written all or none.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,10 +18,10 @@ use pyo3::types::PyBytes;
 use crate::errors::{Failure, exception};
 use crate::running::{Interrupted, run, short};
 
-/// Made by another kernel, and not one of [`Format`].
+/// Format that is made by another kernel and is therefore not in [`Format`].
 const STEP: &str = "step";
 
-/// What to export, by name; what is left out is as in the command.
+/// Export options by name. Options left out have the command's defaults.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Wish {
@@ -44,7 +44,7 @@ pub struct Wish {
 }
 
 impl Wish {
-    /// The options, whether STEP is wanted too, and what robots are.
+    /// Converts to export options. Also returns whether STEP is requested, and the requested robot formats.
     fn options(self) -> Result<(ExportOptions, bool, Vec<RobotFormat>), Failure> {
         let usual = ExportOptions::default();
         let wants_step = self.formats.iter().any(|word| word == STEP);
@@ -82,7 +82,7 @@ impl Wish {
     }
 }
 
-/// All files of an export, in memory.
+/// Files of an export, in memory.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Exported {
     exported: Arc<exporting::Exported>,
@@ -114,20 +114,20 @@ pub fn exported(
 
 #[pymethods]
 impl Exported {
-    /// The list of contents, as JSON.
+    /// The manifest, as JSON.
     fn manifest(&self, py: Python<'_>) -> PyResult<String> {
         let bytes = short(py, || exporting::manifest_bytes(&self.exported.manifest))?;
         let bytes = bytes.map_err(|error| exception(py, Failure::bug(error)))?;
         Ok(String::from_utf8(bytes)?)
     }
 
-    /// Name and content of each file, the manifest last.
+    /// Names and contents of the files, the manifest last.
     fn files<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>)> {
         let files = self.exported.files.iter();
         files.map(|file| (file.name.clone(), PyBytes::new(py, &file.bytes))).collect()
     }
 
-    /// Writes them all, or none; the list of contents as it is then.
+    /// Writes all files or none. Returns the manifest as merged with the folder's.
     fn write(&self, py: Python<'_>, folder: PathBuf, clean: bool, force: bool) -> PyResult<String> {
         let exported = Arc::clone(&self.exported);
         run(py, Interrupted::Wait, None, move |link| {
@@ -141,7 +141,7 @@ impl Exported {
     }
 }
 
-/// Writes files, by name and content, all or none.
+/// Writes files by name and content, all or none.
 #[pyfunction]
 pub fn write_files(py: Python<'_>, folder: PathBuf, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
     let files: Vec<OutputFile> =

@@ -1,10 +1,10 @@
-//! Roots that cannot be missed: brackets first, Newton's method inside them.
+//! Root finding in brackets, so that no root is missed: Newton's method inside a bracket that always shrinks.
 
-/// The root of an increasing function between `low` and `high`, to the last digits.
+/// Finds the root of an increasing function between `low` and `high`, to the last digits.
 ///
-/// `f` returns value and slope, with `f(low) <= 0 <= f(high)`. Newton's method is used while it
-/// stays in the bracket and at least halves its step; otherwise the bracket is halved, so that the
-/// search ends whatever the slope does.
+/// `f` returns value and slope, with `f(low) <= 0 <= f(high)`. A Newton step is taken if it stays in the bracket and is
+/// at most half of the previous step; otherwise the bracket is halved, so that the search ends even if the slope is
+/// wrong.
 pub(crate) fn increasing(
     f: impl Fn(f64) -> (f64, f64),
     mut low: f64,
@@ -20,6 +20,7 @@ pub(crate) fn increasing(
             return x;
         }
         *(if value < 0.0 { &mut low } else { &mut high }) = x;
+        // A slope of 0 makes this infinite or NaN, which fails the comparisons below: then the bracket is halved.
         let newton = x - value / slope;
         let halves = (newton - x).abs() <= 0.5 * last_step.abs();
         let next = match newton >= low && newton <= high && halves {
@@ -35,10 +36,10 @@ pub(crate) fn increasing(
     x
 }
 
-/// The smallest `x` in `(0, upper]` where a polynomial that is positive at 0 ceases to be so.
+/// Finds the smallest `x` in `(0, upper]` where a polynomial that is positive at 0 ceases to be positive.
 ///
-/// `coefficients[i]` belongs to `x^i`. A polynomial is monotone between the roots of its
-/// derivative, which are found in the same way one degree lower, so that none is overlooked.
+/// `coefficients[i]` belongs to `x^i`. The polynomial is monotone between the roots of its derivative, which are found
+/// by recursion one degree lower, so that no root is missed.
 pub(crate) fn first_zero(coefficients: &[f64], upper: f64) -> Option<f64> {
     zeros(coefficients, upper).first().copied()
 }

@@ -1,4 +1,4 @@
-//! Camera matrix and distortion vector: OpenCV's `FileStorage` and ROS's `camera_info`.
+//! Formats with a camera matrix and a distortion vector: OpenCV's `FileStorage` and ROS's `camera_info`.
 
 use fabkit_text::{Content, Node, Position, shown, suggestion};
 
@@ -9,7 +9,7 @@ use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 use crate::lens::{INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
 
-/// Spellings of each key: OpenCV's and ROS's calibration tools, messages, and common scripts.
+/// Spellings of each key in OpenCV's and ROS's calibration tools, in ROS messages, and in common scripts.
 const MATRIX: [&str; 6] =
     ["camera_matrix", "K", "k", "cameraMatrix", "Camera_Matrix", "intrinsic_matrix"];
 const DISTORTION: [&str; 6] =
@@ -17,7 +17,7 @@ const DISTORTION: [&str; 6] =
 const WIDTH: [&str; 3] = ["image_width", "width", "image_Width"];
 const HEIGHT: [&str; 3] = ["image_height", "height", "image_Height"];
 
-/// What the distortion vector means.
+/// Lens model of the distortion vector.
 #[derive(Clone, Copy, PartialEq)]
 enum DistortionModel {
     OpenCv,
@@ -71,7 +71,7 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     fields.finish(size, lens, Interface::None, None)
 }
 
-/// The numbers of a matrix, row by row, or of a plain list.
+/// Reads the numbers of a matrix, row by row, or of a plain list.
 fn matrix_data(fields: &mut Fields, node: &Node, field: &str) -> Vec<f64> {
     match &node.content {
         Content::Map(_) => {
@@ -103,10 +103,10 @@ fn read_intrinsics(fields: &mut Fields, node: &Node) -> Intrinsics {
     Intrinsics { fx_px, fy_px, cx_px, cy_px }
 }
 
-/// What the file says the coefficients mean.
+/// Reads which lens model the coefficients belong to.
 ///
-/// OpenCV's own files do not always tell its two models apart, and both can have four
-/// coefficients. Where nothing but four numbers is given, the file is refused.
+/// OpenCV's own files do not always distinguish its two models, and both can have four coefficients. A file with four
+/// numbers and no other statement is refused.
 fn read_model(
     fields: &mut Fields,
     root: &Node,
@@ -149,7 +149,7 @@ fn read_model(
     Some(DistortionModel::OpenCv)
 }
 
-/// OpenCV's 12 and 14 coefficients, if those beyond the eighth are zero.
+/// Shortens OpenCV's 12 or 14 coefficients to 8, if those beyond the eighth are zero.
 fn without_prism_and_tilt<'a>(fields: &mut Fields, node: &Node, k: &'a [f64]) -> &'a [f64] {
     if !matches!(k.len(), 12 | 14) {
         return k;
@@ -178,7 +178,7 @@ fn count_is<'a>(
     None
 }
 
-/// Camera matrix and coefficients of a lens that both formats have, or what would be lost.
+/// Returns camera matrix, coefficients and model of a lens that both formats have, or in words what would be lost.
 fn parts(camera: &Camera) -> Result<([f64; 9], &[f64], DistortionModel), String> {
     let Intrinsics { fx_px, fy_px, cx_px, cy_px } = camera.lens().intrinsics();
     let matrix = [fx_px, 0.0, cx_px, 0.0, fy_px, cy_px, 0.0, 0.0, 1.0];

@@ -142,12 +142,14 @@ fn settle(
             .iter()
             .map(|o| Observation { sigma_px: PROVISIONAL_SIGMA_PX, ..o.clone() })
             .collect();
+        // If the fit fails, the next round still has a smaller gate.
         if let Ok(fit) = refine(&model, &FitParameter::POSE, &provisional, Loss::Huber(HUBER)) {
             model = fit.model;
         }
         let mut distances = distances_px(&model, &observations);
         distances.sort_by(f64::total_cmp);
         let typical_px = distances[distances.len() / 2];
+        // The gate shrinks as the fit improves, but never below the play of pins or above the start.
         gate_px = (GATE * typical_px).clamp(MIN_GATE_PX, first_gate_px);
         previous = observations;
     }
@@ -216,6 +218,7 @@ fn discrepancies(
             .map(|pin| pin.hole)
             .filter(|hole| capture.labelled && !here.iter().any(|o| o.contact.hole == *hole));
         let mut missing: Vec<u32> = missing.collect();
+        // Several kinds of pin may be listed for one hole.
         missing.dedup();
         for mark in &capture.marks {
             if here.iter().any(|o| o.pixel == mark.pixel) {

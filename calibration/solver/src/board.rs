@@ -133,6 +133,7 @@ fn exposure(image: &GreyImage) -> Option<NotFound> {
         return Some(NotFound::Saturated { percent });
     }
     let mut quantile = |index: usize| *values.select_nth_unstable_by(index, f32::total_cmp).1;
+    // Hundredths instead of extremes, so that a few hot or dead pixels do not count.
     let range = quantile(count - 1 - count / 100) - quantile(count / 100);
     (range < LEAST_RANGE).then_some(NotFound::Flat)
 }

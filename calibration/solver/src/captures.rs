@@ -122,6 +122,7 @@ fn row<'a>(
         return Err("as many cells as there are columns are needed".into());
     }
     let file = cell("file").ok_or("no file")?;
+    // A list must not lead out of its folder.
     if file.contains(['/', '\\']) {
         return Err(format!("`{file}`: names of files in the same folder only"));
     }

@@ -141,6 +141,7 @@ impl GreyImage {
                 }
             }
         };
+        // Two passes with a one-dimensional kernel instead of one with its square.
         let mut rows = vec![0.0; self.values.len()];
         along(&self.values, self.width_px, 1, &mut rows);
         let mut both = vec![0.0; self.values.len()];

@@ -41,6 +41,7 @@ impl ScaledCholesky {
         let (n, scale) = (scale.len(), scale.map(|v| v.max(LEAST_DIAGONAL.sqrt())));
         let entry = |i, j| information[(i, j)] / (scale[i] * scale[j]);
         let scaled = DMatrix::from_fn(n, n, |i, j| entry(i, j) + if i == j { added } else { 0.0 });
+        // Fails if the scaled matrix is not positive definite.
         Some(Self { factor: Cholesky::new(scaled)?, scale })
     }
 

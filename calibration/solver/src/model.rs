@@ -372,6 +372,7 @@ impl Model {
         // First order in the turn, as in `seated`.
         let turned_with_dome = |v: Vector3<f64>| v + turn * Vector3::z().cross(&v);
         for (column, parameter) in columns.iter_mut().zip(parameters) {
+            // Each derivative follows the chain of `project`: seat and displacement, pose, lens, offset of the mark.
             *column = match parameter {
                 FitParameter::Rotation(axis) => {
                     projection.by_point * axis.unit().cross(&turned.coords)
@@ -470,6 +471,7 @@ impl Model {
                 }
                 FitParameter::Reseating(capture, seat) => {
                     if next.reseatings.len() <= *capture {
+                        // Captures without a step keep their nominal seat.
                         next.reseatings.resize(capture + 1, [0.0; 3]);
                     }
                     next.reseatings[*capture][*seat as usize] += step;

@@ -132,6 +132,7 @@ pub fn predict_from(
         match model.differentiate(&contact, parameters, &mut columns) {
             Ok(pixel) if *is_seen && model.camera.sees(&pixel) => {
                 seen += 1;
+                // The weight follows below, when the number of visible pins is known.
                 add_information(&mut information, &columns, 1.0);
             }
             _ => unseen_holes.push(pin.hole),
@@ -252,6 +253,7 @@ pub(crate) fn unobservable(
     let eigen = scaled.symmetric_eigen();
     let mut found: Vec<Unobservable> = Vec::new();
     for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        // Rounding can make an eigenvalue slightly negative.
         let remaining = 1.0 / (1.0 + value.max(0.0)).sqrt();
         if remaining <= OBSERVABLE {
             continue;

@@ -126,6 +126,7 @@ impl Plan {
         };
         let rest: Vec<FitParameter> =
             std::iter::once(FitParameter::SeatingOffset).chain(held).collect();
+        // The seating offset comes first and is independent of the lens.
         let of_held = DMatrix::from_fn(rest.len(), rest.len(), |r, c| {
             let both = place(&rest[r]).zip(place(&rest[c]));
             let of_seating =
@@ -203,6 +204,7 @@ impl Plan {
         may: impl Fn(usize, &[usize]) -> bool,
     ) -> (Vec<usize>, f64) {
         // Without pins the information is singular; weak priors allow a start.
+        // Only for the choice of pins; `expect` works without it.
         let vague: Vec<f64> =
             self.solved().iter().map(|parameter| parameter.prior_sigma().powi(-2)).collect();
         let vague = DMatrix::from_diagonal(&DVector::from_vec(vague));
@@ -256,6 +258,7 @@ impl Plan {
         // If the seating offset is solved for, the first row of `of_held` is left out.
         let from = self.of_held.nrows() - held;
         let of_held = self.of_held.view((from, from), (held, held));
+        // As the solver does: no pin counts as better than pins repeat.
         let floor = floor_px(captures).powi(2);
         let weight = |pin: &Pin| pin.stated.max(floor).recip();
         let mut information = DMatrix::zeros(count, all);
@@ -286,6 +289,7 @@ impl Plan {
         }
         let inverse = ScaledCholesky::new(&of_fit)?.inverse();
         let mut by_held = DMatrix::identity(all, all).columns(count, held).into_owned();
+        // The matrix G of the module's formula, above an identity for the fixed parameters themselves.
         by_held.rows_mut(0, count).copy_from(&(-&inverse * information.columns(count, held)));
         let mut covariance = &by_held * of_held * by_held.transpose();
         let mut of_pixels = covariance.view_mut((0, 0), (count, count));

@@ -144,6 +144,7 @@ impl Bench {
     /// Computes the fraction of the light that a tip removes along a ray.
     fn mark(&self, ray: &ViewRay, tip: &Point3<f64>) -> f64 {
         let to_tip = tip - ray.origin_in_camera;
+        // Distance of the tip from the ray.
         let miss_mm = ray.direction.cross(&to_tip).norm();
         // Behind the camera, or so far from the ray that the Gaussian is below 1e-6.
         if ray.direction.dot(&to_tip) < 0.0 || miss_mm > 4.0 * self.mark_radius_mm {

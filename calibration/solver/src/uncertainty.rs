@@ -57,12 +57,14 @@ pub fn surface_derivatives(
         contact_in_sensor_mm: place_in_sensor,
         axis_in_sensor: None,
     };
+    // Seating and lean move pins, not the surface.
     let bare = Model { seating_offset_mm: 0.0, lean_mm: 0.0, ..model.clone() };
     let mut columns = vec![nalgebra::Vector2::zeros(); parameters.len()];
     bare.differentiate(&contact, parameters, &mut columns).ok()?;
     let place = bare.camera_from_sensor.point(place_in_sensor);
     let normal = bare.camera_from_sensor.vector(normal_in_sensor);
     let by_place = bare.camera.project_with_jacobians(&place).ok()?.by_point;
+    // Two conditions keep the pixel, the third keeps the point in the moved tangent plane.
     let system = Matrix3::from_rows(&[
         by_place.row(0).into_owned(),
         by_place.row(1).into_owned(),

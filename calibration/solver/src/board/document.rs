@@ -287,6 +287,7 @@ impl Board {
         }
         let mut seen = BTreeMap::new();
         for marker in &self.markers {
+            // The detector tries all rotations, so that markers must differ in all of them.
             let words = [0, 1, 2, 3].map(|turns| marker.word(turns));
             let id = marker.id;
             if words[1..].contains(&words[0]) {

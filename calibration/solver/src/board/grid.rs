@@ -177,6 +177,7 @@ fn spread(saddles: &[Saddle], links: &[Links], seed: usize, taken: &mut [bool]) 
                 let way = 2 * axis;
                 if along(&saddles[to], way).dot(goal) > 0.0 { way } else { way + 1 }
             };
+            // The edge that was a saddle's first is the other saddle's second.
             let axis = 1 - way / 2;
             let onward = same(axis, &line);
             let forward = if di + dj > 0 { onward } else { onward ^ 1 };
@@ -226,6 +227,7 @@ fn fill(scene: &BoardPicture, grid: &mut Grid) {
             let Some(saddle) = saddle::refine(scene.image, at, scene.sigma_px, scene.noise) else {
                 continue;
             };
+            // The refinement may have found the saddle of a marker or of another corner.
             let near = (saddle.at - at).norm() <= SEARCH * spacing;
             // Every existing neighbour must be joined by an edge, from both ends.
             let joined = |other: &Saddle| {

@@ -59,6 +59,7 @@ impl Markers {
     ) -> Option<(usize, [u32; 2])> {
         let (mut best, mut second, mut found) = (f64::MIN, f64::MIN, None);
         for quarters in 0..4 {
+            // A marker that reaches out of the image is not read.
             let seen = self.fields(image, corners)?;
             for (square, pattern) in &self.patterns {
                 let correlation = pattern.iter().zip(&seen).map(|(a, b)| a * b).sum();
@@ -108,6 +109,7 @@ fn normalised(mut values: Vec<f64>) -> Option<Vec<f64>> {
 /// of Texture Mapping and Image Warping", 1989).
 fn square_to([a, b, c, d]: [Point2<f64>; 4]) -> Option<Matrix3<f64>> {
     let (p, q, s) = (b - c, d - c, (a - b) + (c - d));
+    // Three corners on a line make this 0 and the map infinite, which is refused below.
     let area = p.x * q.y - p.y * q.x;
     let (g, h) = ((s.x * q.y - s.y * q.x) / area, (p.x * s.y - p.y * s.x) / area);
     let x = (b - a) + b.coords * g;

@@ -87,6 +87,7 @@ pub fn find_corners_opencv(
 fn grid(image: &GreyImage, points: &[Point2<f64>], columns: usize) -> Grid {
     let mut rows: Vec<Vec<Point2<f64>>> = points.chunks_exact(columns).map(<[_]>::to_vec).collect();
     let turns: f64 = squares(&rows).map(|(_, [a, b, _, d])| (b - a).perp(&(d - a))).sum();
+    // OpenCV may number the corners of a mirrored board: rows are then reversed.
     if turns < 0.0 {
         rows.iter_mut().for_each(|row| row.reverse());
     }

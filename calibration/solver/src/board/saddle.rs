@@ -58,6 +58,7 @@ pub(super) fn find(image: &GreyImage, sigma_px: f64, noise: f64) -> Vec<Saddle> 
     let noise_of_response = (noise * 0.244 / sigma_px.powi(3)) as f32;
     let strongest = response.iter().copied().fold(0.0, f32::max);
     // The response is a product of two second derivatives, hence the square of the noise.
+    // The response is relative to the strongest corner, but must also stand out of the noise.
     let weakest = (WEAKEST * strongest).max((ABOVE_NOISE * noise_of_response).powi(2));
     let mut peaks = peaks(&response, image.width_px(), sigma_px.ceil() as usize, weakest);
     // Ties are broken by position, so that the order is the same in every run.
@@ -102,6 +103,7 @@ fn describe(hessian: &Matrix2<f64>, at: Point2<f64>, sigma_px: f64, noise: f64) 
     let eigen = hessian.symmetric_eigen();
     let (light, dark) = if eigen.eigenvalues[0] > eigen.eigenvalues[1] { (0, 1) } else { (1, 0) };
     let (rise, fall) = (eigen.eigenvalues[light], -eigen.eigenvalues[dark]);
+    // Opposite curvatures: brighter along one axis, darker along the other.
     let is_saddle = rise > 0.0 && fall > 0.0;
     if !is_saddle || rise.max(fall) > MAX_CURVATURE_RATIO * rise.min(fall) {
         return None;

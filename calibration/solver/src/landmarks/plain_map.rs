@@ -36,6 +36,7 @@ pub(super) fn read(
                 "\"{key}\" is not the number of a hole, and no `format` says what else this is"
             )),
             (_, Err(_)) => {
+                // The value is shown, because it is often a nested or shorter list.
                 problems.push(format!("hole {key}: expected [x, y, z] in mm, found {value}"));
             }
         }

@@ -57,9 +57,9 @@ struct Planned<'a> {
 /// The holes that had pins are listed in `captures.csv` in the folder, or else named by an image's file name. An image
 /// whose name says nothing may show any pins.
 ///
+/// # Errors
 /// Reports a folder that cannot be read or holds no captures, a missing reference, holes that the landmarks do not
 /// have, images that cannot be used; all of a kind together.
-/// do not have, pictures that cannot be used; all of a kind at once.
 pub fn read<'a>(
     folder: &Path,
     reference: Option<&Path>,
@@ -126,9 +126,11 @@ fn planned<'a>(
             .flat_map(|name| ENDINGS.map(|end| folder.join(format!("{name}.{end}"))))
             .find(|path| path.is_file()),
     };
+    // The reference may lie in the same folder and is no capture.
     let reference_name = reference.as_ref().and_then(|path| path.file_name()?.to_str());
     let pictures = || files.iter().filter(|file| Some(file.as_str()) != reference_name);
     let choose = Choose { landmarks, kind };
+    // True if some image's name does not tell the kind.
     let is_open = || pictures().any(|file| choose.kinds_in(file).is_none());
     if list.is_empty() && kind.is_none() && landmarks.kinds().len() > 1 && is_open() {
         let kinds = names(landmarks);

@@ -68,6 +68,7 @@ pub fn detect_all(
 ) -> Result<Vec<Detection>, Error> {
     let names: Vec<String> = pictures.iter().map(|path| path.display().to_string()).collect();
     let what = "looking for pins in";
+    // Memory is reserved with the size from the header, before the reference is decoded.
     let fits = |size_px| on_workers(what, size_px, [4, PINS_BYTES], || Ok(()));
     let reference = read(reference, fits)?;
     let reference_px = [reference.width_px(), reference.height_px()];

@@ -116,6 +116,7 @@ fn usable(
         .filter(|(v, c)| **v > DARK_FLOOR && !**c)
         .map(|(v, _)| *v)
         .collect();
+    // The median brightness of the lit surface is robust against reflections and dark borders.
     let threshold = LIT * median(&mut lit).unwrap_or(1.0);
     let reach = (2.0 * blur_px).ceil() as usize;
     let clipped_count = clipped.iter().filter(|clipped| **clipped).count();
@@ -177,6 +178,7 @@ fn subtract_background(
     let place = |pixel: usize, cells: usize| {
         let at = (pixel as f32 + 0.5) / cell as f32 - 0.5;
         let low = (at.max(0.0) as usize).min(cells - 1);
+        // Between the centres of the outermost cells and the border the background is constant.
         (low, (low + 1).min(cells - 1), (at - low as f32).clamp(0.0, 1.0))
     };
     for (y, row) in change.chunks_exact_mut(width).enumerate() {

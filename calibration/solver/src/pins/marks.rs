@@ -54,6 +54,7 @@ pub(super) fn find(difference: &Difference, options: &DetectionOptions) -> Detec
             Err(reason) => rejected.push((at(difference, peak), reason)),
         }
     }
+    // Roughly the volume of the mark: contrast times area.
     let strength = |mark: &PinMark| mark.contrast * mark.diameter_px.powi(2);
     marks.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
     Detection { marks, rejected, noise: difference.noise, saturated: difference.saturated }
@@ -120,6 +121,7 @@ fn measure(
     let (mut area_first, mut area_second) = (Vector2::zeros(), Matrix2::zeros());
     let origin = at(difference, region.pixels[0]);
     for &i in &region.pixels {
+        // Weights fall to 0 at the region's edge, so that pixels entering or leaving it do not shift the centre.
         let weight = f64::from(difference.change[i] - level);
         let offset = at(difference, i) - origin;
         sum += weight;

@@ -1,4 +1,4 @@
-//! The report as one HTML file.
+//! HTML report of an extrinsic calibration.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use crate::extrinsics::FAR_SIGMAS;
 use crate::model::FitParameter;
 
 impl ExtrinsicsReport<'_> {
-    /// One file with everything inline.
+    /// Writes the report as one file without external resources.
     pub fn to_html(&self) -> String {
         let mut body = self.summary();
         let warnings = self.warnings();
@@ -21,6 +21,7 @@ impl ExtrinsicsReport<'_> {
                 Self::list(&warnings)
             );
         }
+        // Writing to a string cannot fail, here and below.
         let _ =
             write!(body, "<h2>What was fitted and why</h2>\n{}", Self::list(&self.explanation()));
         body += &self.parameters_table();
@@ -85,7 +86,7 @@ impl ExtrinsicsReport<'_> {
     fn parameters_table(&self) -> String {
         let mut rows = String::new();
         for parameter in &self.chosen().fit.parameters {
-            // Dozens of seats say little one by one.
+            // Single values of dozens of seats say little.
             if matches!(parameter, FitParameter::Reseating(..)) {
                 continue;
             }
@@ -157,7 +158,7 @@ impl ExtrinsicsReport<'_> {
         )
     }
 
-    /// What other captures would make of it, and pins that are far off.
+    /// Writes the comparison with other captures, and the outlying pins.
     fn cross_checks(&self) -> String {
         let checks = &self.calibration.checks;
         let mut text = "<h2>Cross-checks</h2>\n".to_owned();

@@ -120,6 +120,7 @@ fn in_folder(folder: &Path, patterns: &[String]) -> Found {
     let mut found = Found::new();
     for side in SIDES {
         for pattern in patterns {
+            // Names are compared exactly, so that upper-case extensions are tried too.
             let endings =
                 ENDINGS.into_iter().flat_map(|end| [end.into(), end.to_ascii_uppercase()]);
             let files = endings.map(|end: String| folder.join(format!("{pattern}-{side}.{end}")));
@@ -147,6 +148,7 @@ fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
             [""] | ["pattern", "side", "file"] => {}
             [pattern, side, file] => {
                 let side = SIDES.into_iter().find(|known| *known == side);
+                // An unknown pattern is a fault, because it may be misspelt.
                 let known = patterns.iter().any(|known| known == pattern);
                 match side {
                     Some(side) if known => {

@@ -47,6 +47,7 @@ impl Begun {
             shard_file::check(array, shard, bytes)
                 .map_err(|what| stranger(format!("which is not what it should be: {what}")))?;
         }
+        // Only after all files have passed: a shard is kept completely or not at all.
         files.iter().try_for_each(|(name, bytes)| Ok(self.folder.put(name, bytes)?))
     }
 }

@@ -121,6 +121,7 @@ fn felt(
         match ready.answer(touch, &bodies[i], pattern.shear_mm, friction) {
             Ok(answer) => {
                 let way = answer.way_mm;
+                // Bodies are stored where the press ends, after pressing and shear.
                 let way = Pose::translation(way.x, way.y, way.z);
                 for body in sides[i].iter_mut().flat_map(|press| &mut press.bodies) {
                     body.sensor_from_body = way.then_in(body.sensor_from_body);
@@ -131,6 +132,7 @@ fn felt(
                     beyond_seam_mm: beyond_seam_mm(ready, &answer, i == 0),
                 });
             }
+            // The caller accepts presses that miss the surface.
             Err(error) if error.is_no_contact() && order.allow_no_contact => {}
             Err(error) => faults.push(fault(&format!("{} {side}", pattern.name), &error)),
         }
@@ -166,6 +168,7 @@ fn built(
 /// Computes the largest motion of the surface beyond the plane between the halves, mm. Stitching leaves it out,
 /// although the other half would change it first.
 fn beyond_seam_mm(ready: &Ready, answer: &Answer, is_left: bool) -> f64 {
+    // The seam's normal points from left to right.
     let sign = if is_left { 1.0 } else { -1.0 };
     let pose = ready.soft.sensor_from_stack;
     let is_beyond =

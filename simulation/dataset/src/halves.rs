@@ -79,6 +79,7 @@ pub(super) fn write(
         let places = as_usize(first.samples_of(shard));
         let is_there = names.iter().all(|name| store.has(name));
         let halves: Vec<Half> = match (is_there, tiling) {
+            // Nothing to write, and nothing to stitch: existing halves need not be read.
             (true, None) => Vec::new(),
             (true, Some(_)) => read_halves(store, arrays, places.clone())?,
             (false, _) => {

@@ -206,7 +206,9 @@ impl Begun {
         if let Some(felt) = felt {
             store.put("halves.csv", || Ok(felt.into_bytes()))?;
         }
+        // The data card may cast some halves, to compare contact models.
         store.put("README.md", || Ok(card::text(job)?.into_bytes()))?;
+        // The reference and the halves are independent and both take long.
         let (reference, cast) = rayon::join(
             || store.put("reference.npz", || halves::reference(job)),
             || halves::write(&store, job, halves, tiling),

@@ -113,6 +113,7 @@ pub fn prepare<R, E: From<Error>>(
     within("seam_margin_mm", order.seam_margin_mm, MARGIN_LIMITS_MM).map_err(Error::from)?;
     let named = patterns_of(order, explain, scene)?;
     let room = Room::new(scene, order, named.len());
+    // Fails early if memory is short, before anything expensive.
     room.work(|| Ok::<_, Error>(()))?;
     let presses =
         named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
@@ -121,6 +122,7 @@ pub fn prepare<R, E: From<Error>>(
     let ready = match order.contact {
         Contact::Linear(Linear { spacing_mm, .. }) => {
             let sensor = &scene.project.design.sensor;
+            // Shear needs more of the solver than pressing alone.
             let is_dragged = named.iter().any(|of| of.shear_mm != [0.0; 2]);
             let ready = Ready::for_all(sensor, spacing_mm, is_dragged, threads());
             Some(ready.map_err(Error::from)?)
@@ -150,6 +152,7 @@ pub fn prepare<R, E: From<Error>>(
     let plan = DatasetPlan::new(&patterns, order.seed, about);
     // Surfaces are as drawn, and a designed camera is exactly at its place.
     let uncertainty = scene.viewpoint.uncertainty(0.0);
+    // Without a covariance the data set has no standard deviations, rather than zeros.
     let is_said = scene.viewpoint.says_how_sure();
     let job = Job {
         surface: &surface,

@@ -81,6 +81,7 @@ pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Faul
     let finder = project.press_finder();
     for (line, content) in (1..).zip(text.lines()) {
         let content = content.split('#').next().unwrap_or_default().trim_end();
+        // Faults point to the first character that is not a space.
         let column = 1 + content.chars().take_while(|c| c.is_whitespace()).count();
         let content = content.trim_start();
         if content.is_empty() {
@@ -179,6 +180,7 @@ pub fn hash(patterns: &[NamedPresses]) -> String {
             let json = serde_json::to_vec(&(&body.name, &body.solid, &body.sensor_from_body));
             hasher.update(&json.expect("solids and poses are JSON"));
         }
+        // A pattern without shear is hashed by its presses alone.
         if pattern.shear_mm != [0.0; 2] {
             hasher.update(format!("{:?}", pattern.shear_mm).as_bytes());
         }

@@ -61,6 +61,7 @@ impl DatasetPlan {
         let bodies = patterns.iter().map(names).collect();
         let patterns: Vec<String> = patterns.iter().map(|pattern| pattern.name.clone()).collect();
         let count = patterns.len();
+        // A tenth, rounded down, but one as soon as there are enough patterns.
         let share = |of_ten: usize, at_least: usize| {
             (count * of_ten / 10).max(usize::from(count >= at_least))
         };

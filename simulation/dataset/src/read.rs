@@ -134,6 +134,7 @@ impl SampleArray {
             [&[count], of_sample].concat().into_iter().map(|size| size as usize).collect()
         };
         let along = array.sample_shape.iter().zip(&array.chunk_shape);
+        // Chunks at the border are stored whole, beyond the end of the array.
         let whole: Vec<u64> = along.map(|(size, chunk)| size.div_ceil(*chunk) * chunk).collect();
         let shape = axes(array.samples, &array.sample_shape);
         let shard = axes(array.samples_per_shard, &whole);
@@ -176,6 +177,7 @@ impl SampleArray {
             self.shard[1..].iter().zip(&self.chunk[1..]).map(|(all, one)| all / one).collect();
         let chunks: usize = grid.iter().product();
         let chunk_bytes = self.chunk.iter().product::<usize>() * size;
+        // Chunks of a shard are numbered sample by sample.
         let first = index % self.shard[0] * chunks;
         for (place, number) in places(&grid).zip(first..) {
             if let Some(values) = file.chunk(number, chunk_bytes).map_err(fault)? {
@@ -219,6 +221,7 @@ impl SampleArray {
             return;
         };
         let axis = rest.len();
+        // The last chunk along an axis may reach beyond it.
         let length = last.min(shape[axis] - start[axis]) * size;
         let (to, from) = (strides(shape), strides(chunk));
         for line in places(rest) {

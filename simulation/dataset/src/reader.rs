@@ -64,6 +64,7 @@ impl DatasetReader {
         let array = SampleArray::of_metadata(&folder, &self.bytes(&metadata)?)?;
         let foreign = |what| SampleError::Foreign { path: self.folder.join(&metadata), what };
         let (shape, expected) = (array.shape(), self.shape(name));
+        // Metadata with other sizes than the document's could make a reader allocate anything.
         if expected.as_deref() != Some(shape) {
             let expected = expected.unwrap_or_default();
             let message = format!("its shape is {shape:?}; the data set's is {expected:?}");

@@ -50,6 +50,7 @@ impl Room {
         let is_unsure = scene.viewpoint.says_how_sure();
         let shared = SHARED
             + if_so(is_unsure, UNSURE_SHARED)
+            // Standard deviations through refracting bodies need more memory.
             + if_so(scene.is_unsure_behind_bends(), BENT_BYTES)
             + 2 * patterns * of_halves;
         let (more, field) = match order.contact {

@@ -31,6 +31,7 @@ pub(super) fn stitched_array(
     element: Element,
     is: &str,
 ) -> ZarrArray {
+    // As many left halves as the index allows; at least one, even if the index is then larger.
     let lefts = MAX_INDEX_BYTES / (ENTRY_BYTES * tiling.chunks() * count);
     ZarrArray {
         element,
@@ -149,6 +150,7 @@ pub(super) fn write_array(
     (0..array.shards()).into_par_iter().try_for_each(|number| {
         store.put(&format!("{name}/{}", array.shard_path(number)), || {
             let mut shard = Shard::default();
+            // The chunks of all right halves are stored once at the beginning of each file.
             let of_rights: Vec<_> = rights.iter().map(|right| right.store(&mut shard)).collect();
             let samples = array.samples_of(number);
             for left in &lefts[samples.start as usize / count..samples.end as usize / count] {
@@ -159,6 +161,7 @@ pub(super) fn write_array(
                             (PartChunk::Shared(left), PartChunk::Shared(right)) => {
                                 merged(left, right, chunk_bytes).map(|chunk| shard.store(&chunk))
                             }
+                            // A chunk of one side is empty in the half of the other side.
                             _ => of_left[chunk].or(of_right[chunk]),
                         };
                         shard.push(stored);
@@ -179,6 +182,7 @@ fn runs<const N: usize>(
     for (place, pixel) in pixels {
         let place = N * place..N * (place + 1);
         let bytes = bytes_of(pixel);
+        // A pixel of equal bytes, such as 0.0 or a label, can be part of a run.
         let is_fill = bytes.iter().all(|byte| *byte == bytes[0]);
         let last = runs.last_mut().filter(|run| run.place.end == place.start);
         match last {
@@ -200,6 +204,7 @@ fn runs<const N: usize>(
             }
         }
     }
+    // Chunks are zero unless a run says otherwise.
     runs.retain(|run| run.content != RunContent::Fill(0));
     runs
 }

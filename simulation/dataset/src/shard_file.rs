@@ -51,6 +51,7 @@ impl<F: Read + Seek> ShardFile<F> {
             let message = format!("it has {length} bytes, less than its index of {bytes}");
             return Err(Fault::Damaged(message));
         };
+        // The index stands at the end of the file, followed by its checksum.
         file.seek(SeekFrom::Start(end))?;
         let mut index = vec![0; bytes as usize];
         file.read_exact(&mut index)?;
@@ -76,6 +77,7 @@ impl<F: Read + Seek> ShardFile<F> {
                 offset.saturating_add(length)
             ))
         };
+        // Damaged numbers must not lead out of the file, nor to a huge allocation.
         let is_inside = offset.checked_add(length).is_some_and(|end| end <= self.end);
         if !is_inside || length > zarr_most_packed(size) {
             return Err(damaged("it cannot lie there".into()));

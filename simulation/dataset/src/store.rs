@@ -145,6 +145,7 @@ impl<'a> Store<'a> {
 
     /// Marks the data set as complete. Returns the numbers of files found and made.
     pub(super) fn finish(&self) -> Result<(usize, usize), DatasetError> {
+        // The document itself counts as found if an earlier run completed the data set.
         let of_document = if self.folder.whole().is_some() { &self.found } else { &self.made };
         self.folder.finish(Map::new())?;
         of_document.fetch_add(1, Ordering::Relaxed);

@@ -35,6 +35,7 @@ impl Tiling {
         let mut best: Option<(f64, Self)> = None;
         for tiling in strips {
             let mixed = tiling.mixed_share();
+            // Tilings come from coarse to fine: the first good one has the fewest chunks.
             if mixed <= MOST_MIXED {
                 return tiling;
             }
@@ -90,6 +91,7 @@ impl Tiling {
     /// Lists the pixels of a chunk that lie in the image: their positions in the chunk and in the image.
     pub(super) fn pixels(&self, chunk: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
         let ([height, width], [rows, columns]) = (self.size_px, self.chunk_px);
+        // Chunks are numbered row by row.
         let across = self.grid()[1];
         let (top, left) = (chunk / across * rows, chunk % across * columns);
         (top..(top + rows).min(height)).flat_map(move |row| {

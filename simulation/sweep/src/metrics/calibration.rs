@@ -1,4 +1,4 @@
-//! What pictures of pins in the pin dome, or in the pin plate, will tell of the camera.
+//! Expected accuracy of the camera's pose from images of pins in the pin dome or pin plate.
 
 use fabkit_calibration::model::FitParameter;
 use fabkit_fixtures::{FixtureError, Project};
@@ -6,12 +6,12 @@ use fabkit_fixtures::{FixtureError, Project};
 use super::Computed;
 
 pub(super) fn compute(project: &Project, computed: &mut Computed) {
-    // `pin dome` or `pin plate`.
+    // The name is `pin dome` or `pin plate`.
     let what = project.pin_fixture_name().replace('-', " ");
     let forecast = match project.pin_forecast() {
         Ok(Ok(forecast)) => forecast,
         Ok(Err(why)) => return computed.notes.push(format!("{what}: {why}")),
-        // A sensor that states no surface has neither.
+        // A sensor that states no surface has neither fixture.
         Err(FixtureError::Unsuitable { .. }) => return,
         Err(FixtureError::Invalid(invalid)) => {
             let messages: Vec<&str> = invalid.problems.iter().map(|p| &*p.message).collect();

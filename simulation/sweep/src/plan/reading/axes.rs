@@ -1,4 +1,4 @@
-//! The axes of a plan.
+//! Reading of a plan's axes.
 
 use fabkit_text::{Content, Entry, Kind, Node, Position, Reading, did_you_mean, shown, suggestion};
 
@@ -123,6 +123,7 @@ fn range(
         }
     };
     let (from, to) = (from?, to?);
+    // Also true for equal ends, which leave no range.
     if from >= to {
         let message = format!("the axis {path} goes from {from} to {to}; it must grow");
         reading.problem(entry.key_position, path, "", message, "exchange the two ends");
@@ -144,7 +145,7 @@ fn steps(
     let [_, most] = LIMITS;
     let whole = (kind == Kind::Count && !log).then_some((to - from) as usize + 1);
     let Some(part) = find(parts, "steps") else {
-        // Between whole numbers there is nothing; everything else is drawn, if it is drawn.
+        // A range of whole numbers has a natural number of steps; other ranges without steps can only be sampled.
         if whole.is_none() && sampling == Sampling::Grid {
             let message = format!("the axis {path} lacks `steps`");
             let hint = "write `steps: 5`, or draw a sample with `sample: 1000`";
@@ -163,7 +164,7 @@ fn steps(
     Some(steps)
 }
 
-/// A value as text for an override: one value, or a list of values.
+/// Converts one value or a list of values to the text of an override.
 pub(super) fn value_text(reading: &mut Reading, path: &str, node: &Node) -> Option<String> {
     match &node.content {
         Content::Scalar(text) => Some(text.trim().to_owned()),
@@ -188,7 +189,7 @@ fn parameter_hint(path: &str, known: &Known) -> String {
     if hint.starts_with("did you mean") {
         return hint;
     }
-    // The last word alone: `radius` for `surface.radius`.
+    // Compares the last word alone: `radius` suggests `surface.radius`.
     let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
     let word = last(path);
     let same: Vec<&str> = paths.into_iter().filter(|path| last(path) == word).take(3).collect();

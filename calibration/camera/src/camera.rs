@@ -119,6 +119,7 @@ impl Camera {
         rules.within("field_of_view_rad", field_of_view_rad, 0.1, full_turn);
         rules.finish()?;
         let (width, height) = (f64::from(width_px), f64::from(height_px));
+        // The image's diagonal spans the full angle, half of it on each side of the centre.
         let half_rad = field_of_view_rad / 2.0;
         let square = half_rad * half_rad;
         // Horner's scheme; the factor outside makes the lowest power the square.
@@ -198,6 +199,7 @@ impl Camera {
         columns[3].y = 1.0;
         columns[4..4 + coefficients].copy_from_slice(&by_coefficients[..coefficients]);
         for (column, by) in columns[4 + coefficients..count].iter_mut().zip(&of_interface) {
+            // Interface parameters act on the pixel through the direction in front of the lens.
             *column = by_direction * by;
         }
         let by_parameters = ParameterDerivatives { columns, count };

@@ -137,6 +137,7 @@ pub(crate) fn check(
     let scale = |i: usize| covariance[(i, i)].abs().sqrt();
     let correlation = DMatrix::from_fn(n, n, |r, c| {
         let scale = scale(r) * scale(c);
+        // A parameter without variance must have zeros, which the checks below see unscaled.
         if scale > 0.0 { covariance[(r, c)] / scale } else { covariance[(r, c)] }
     });
     for (r, &row) in names.iter().enumerate() {
@@ -150,6 +151,7 @@ pub(crate) fn check(
         }
     }
     let least = correlation.symmetric_eigenvalues().min();
+    // Rounding makes the smallest eigenvalue of a singular matrix slightly negative.
     if least < -1e-6 {
         return Err(InvalidCovariance::NotPositive { least_correlation_eigenvalue: least });
     }

@@ -104,6 +104,7 @@ pub fn read(text: &str) -> Result<CameraEstimate, InvalidCameraFile> {
 }
 
 fn read_root(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
+    // The most specific key first: other formats may use common names.
     let has = |key: &str| root.get(key).is_some();
     if has(fabkit::VERSION_KEY) {
         fabkit::read(root)
@@ -143,6 +144,7 @@ fn parse<T>(
         Ok(_) => Err(InvalidCameraFile { faults: twice }),
         Err(InvalidCameraFile { mut faults }) => {
             faults.extend(twice);
+            // Duplicate keys are found first, but belong between the other faults.
             faults.sort_by_key(line);
             Err(InvalidCameraFile { faults })
         }

@@ -125,6 +125,7 @@ impl JointEstimate {
 
     /// Returns which groups of parameters have a variance.
     pub fn covered(&self) -> Covered {
+        // The interface's parameters are the camera's last ones.
         let of_interface = self.camera.parameter_count() - self.camera.interface().parameters().1;
         let any = |from: usize, to: usize| self.free().any(|i| (from..to).contains(&i));
         let pose = any(0, POSE_COUNT);

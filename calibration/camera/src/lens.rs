@@ -223,6 +223,7 @@ impl Lens {
     /// Returns the same model with other parameter values: intrinsics first, then the coefficients.
     pub(crate) fn with_parameters(&self, parameters: &[f64]) -> Result<Self, InvalidCamera> {
         let mut first = [f64::NAN; 4];
+        // Too few values become NaN, so that the constructor reports them.
         let split = parameters.len().min(4);
         first[..split].copy_from_slice(&parameters[..split]);
         let (intrinsics, rest) = (Intrinsics::from_values(&first), &parameters[split..]);
@@ -263,6 +264,7 @@ impl Lens {
             let Normalised { at, mut by_direction, mut by_coefficients } =
                 model.differentiate(direction);
             let scale = Vector2::new(model.intrinsics.fx_px, model.intrinsics.fy_px);
+            // From the normalised plane to pixels.
             by_direction.column_iter_mut().for_each(|mut c| c.component_mul_assign(&scale));
             by_coefficients.iter_mut().for_each(|c| c.component_mul_assign(&scale));
             let pixel = model.intrinsics.pixel(&at);
@@ -302,6 +304,7 @@ fn is_finite(pixel: &Point2<f64>) -> bool {
 #[cold]
 fn outside(direction: &Vector3<f64>, limit_rad: f64) -> OutsideDomain {
     let across = direction.x.hypot(direction.y);
+    // An error of its own: such a direction has no angle.
     if !(across.is_finite() && direction.z.is_finite()) || (across == 0.0 && direction.z == 0.0) {
         return OutsideDomain::NoDirection;
     }

@@ -19,6 +19,7 @@ pub(crate) fn increasing(
         if value == 0.0 {
             return x;
         }
+        // The bracket shrinks to the side on which the root lies.
         *(if value < 0.0 { &mut low } else { &mut high }) = x;
         // A slope of 0 makes this infinite or NaN, which fails the comparisons below: then the bracket is halved.
         let newton = x - value / slope;
@@ -60,6 +61,7 @@ fn zeros(coefficients: &[f64], upper: f64) -> Vec<f64> {
     let mut low = 0.0;
     for high in bounds {
         let (at_low, at_high) = (value(low), value(high));
+        // A zero exactly at the upper end counts here, and not again at the lower end of the next interval.
         if (at_low > 0.0 && at_high <= 0.0) || (at_low < 0.0 && at_high >= 0.0) {
             let sign = -at_low.signum();
             let rising = |x| (sign * value(x), sign * slope(x));

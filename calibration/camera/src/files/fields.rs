@@ -161,6 +161,7 @@ impl Fields {
     fn violation(&mut self, violation: LensViolation) {
         let LensViolation { field, value, limit } = violation;
         let place = self.places.iter().find(|(name, _)| *name == field).map(|(_, at)| *at);
+        // A size of 0 without a position was not read either.
         let unread = value.is_nan() || (value == 0.0 && place.is_none());
         if !unread || self.faults.is_empty() {
             self.fault(Fault::new(place, field, format!("is {}, but {limit}", readable(value))));

@@ -40,6 +40,7 @@ fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCame
     let node = fields.child(map, "intrinsics");
     if let Some(node) = node {
         fields.stands_on(&INTRINSICS, node.position);
+        // In sphere models Kalibr's intrinsics begin with the model's coefficients.
         fields.stands_on(&["xi", "alpha", "beta"], node.position);
     }
     let node = node?;

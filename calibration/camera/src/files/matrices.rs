@@ -51,6 +51,7 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
         return Err(fields.faults_of(size, None, Interface::None));
     };
     let coefficients = matrix_data(&mut fields, distortion, DISTORTION[0]);
+    // Violations of any coefficient point to the vector as a whole.
     fields.stands_on(&["k1", "k2", "p1", "p2", "k3", "k4"], distortion.position);
     let model = read_model(&mut fields, root, distortion.position, coefficients.len());
     let (Some(intrinsics), Some(model)) = (intrinsics, model) else {

@@ -119,6 +119,7 @@ fn read_root(root: &Node) -> Result<PoseFile, InvalidCameraFile> {
     let known = root.get("joint_covariance").filter(|node| !is_nothing(node));
     let joint = known.and_then(|node| read_joint(&mut fields, node));
     let of_joint = joint.as_ref().map(FiledJoint::pose);
+    // Contradicting covariances would give different results to different readers.
     if let Some((alone, together)) = covariance.zip(of_joint)
         && !agree(&alone, &together)
     {

@@ -130,6 +130,7 @@ struct Path {
 
 impl FlatRefraction {
     pub(super) fn new(flat: &Flat) -> Self {
+        // Derivatives of `Flat::normal` by both tilts.
         let (sx, cx) = flat.tilt_x_rad.sin_cos();
         let (sy, cy) = flat.tilt_y_rad.sin_cos();
         Self {
@@ -167,6 +168,7 @@ impl FlatRefraction {
             return Err(OutsideDomain::BeforeInterface { depth_mm: -depth_mm });
         }
         let gel = Layer { thickness_mm: depth_mm.max(0.0), index: self.gel_index };
+        // The path lies in the plane of the normal and the point: two coordinates are enough.
         let perpendicular = point.coords - self.normal_in_camera * height_mm;
         let radius_mm = perpendicular.norm();
         if !radius_mm.is_finite() {
@@ -212,6 +214,7 @@ impl FlatRefraction {
         // Derivatives of `w` at a fixed point, from the condition that the shifts add up to its radius.
         let squared = self.gel_index * self.gel_index;
         let root = (squared + (squared - 1.0) * path.w * path.w).sqrt();
+        // Moving the point deeper shifts it sideways by the tangent in the gel.
         let tangent_in_gel = path.w / root;
         let by_height = -tangent_in_gel * by_radius;
         let by_distance = (tangent_in_gel - path.w) * by_radius;

@@ -47,6 +47,7 @@ impl Sphere {
         rules.above("interface_radius_mm", self.radius_mm, 0.0, 1000.0);
         let off_centre_mm = self.centre_in_camera.coords.norm();
         rules.require(
+            // Close to the sphere itself the refraction becomes singular.
             off_centre_mm < 0.99 * self.radius_mm,
             "distance between the lens and interface_centre",
             off_centre_mm,
@@ -97,6 +98,7 @@ impl SphereRefraction {
         if far < radius - ON_INTERFACE_MM {
             return Err(OutsideDomain::BeforeInterface { depth_mm: radius - far });
         }
+        // Within the tolerance a point may lie slightly inside.
         let far = far.max(radius);
         let straight = self.centre + from_centre * (radius / far);
         // A concentric sphere is crossed along its normal.
@@ -110,6 +112,7 @@ impl SphereRefraction {
         if aside == 0.0 {
             return Ok(straight);
         }
+        // Angle at the centre between the lens and the point.
         let whole = aside.atan2(along);
         let excess = |phi: f64| {
             let (sin, cos) = phi.sin_cos();
@@ -117,6 +120,7 @@ impl SphereRefraction {
             let reach = squared.sqrt();
             let b = a * radius * sin / reach;
             let b_by_phi = a * radius * cos / reach - b * (a * radius * sin) / squared;
+            // Sines of the angles to the radius, where the ray enters the medium and at the point.
             let (near, beyond) = (b / (n * radius), b / (n * far));
             let turned_by_b = 1.0 / (n * radius * (1.0 - near * near).sqrt())
                 - 1.0 / (n * far * (1.0 - beyond * beyond).sqrt());

@@ -101,6 +101,7 @@ impl Projector for DoubleSphere {
         let scale = 1.0 / (alpha * d2 + (1.0 - alpha) * z1);
         let at = across * scale;
 
+        // Quotient rule for `across / denominator`, with the chain through z1 and d2.
         let z1_by_direction = (Vector3::z() + direction * (xi / d1)).transpose();
         let by_z1 = alpha * z1 / d2 + (1.0 - alpha);
         let d2_by_across = Vector3::new(across.x, across.y, 0.0).transpose() / d2;

@@ -95,6 +95,7 @@ impl Projector for Eucm {
 
         let by_across = across * (alpha * beta / d);
         let by_z = alpha * direction.z / d + (1.0 - alpha);
+        // Quotient rule for `across / denominator`.
         let denominator_by_direction = Vector3::new(by_across.x, by_across.y, by_z).transpose();
         let by_direction = Matrix2x3::new(scale, 0.0, 0.0, 0.0, scale, 0.0)
             - at * denominator_by_direction * scale;

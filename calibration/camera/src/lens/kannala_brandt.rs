@@ -114,6 +114,7 @@ impl Projector for KannalaBrandt {
             false => (Vector2::x(), 1.0 / direction.z),
         };
         let along_radius = slope * direction.z / squared;
+        // Stretch along the radius differs from that along the azimuth.
         let outward = azimuth * azimuth.transpose();
         let mut by_direction = Matrix2x3::zeros();
         by_direction.fixed_columns_mut::<2>(0).copy_from(
@@ -144,6 +145,7 @@ impl Projector for KannalaBrandt {
         };
         let theta = increasing(excess, 0.0, self.limit_rad, radius);
         let (sin, cos) = theta.sin_cos();
+        // The result has unit length.
         let across = normalised * (sin / radius);
         Some(Vector3::new(across.x, across.y, cos))
     }

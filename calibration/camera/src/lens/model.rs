@@ -54,6 +54,7 @@ impl LensModel {
         let mut counts: Vec<_> = Self::ALL.iter().filter(|model| model.of == name).collect();
         counts.sort_by_key(|model| model.coefficients.len());
         let coefficients = counts.iter().map(|model| model.coefficients);
+        // Variants of a model share their first coefficients.
         coefficients.reduce(|fewer, more| if is_given(more[fewer.len()]) { more } else { fewer })
     }
 }

@@ -61,6 +61,7 @@ impl OpenCv {
         rules.finish()?;
         let mut k = [0.0; 8];
         k[..count].copy_from_slice(coefficients);
+        // Missing coefficients are zero: four numbers are five with k3 = 0.
         let terms = if count == 8 { 8 } else { 5 };
         let (limit_tangent, is_pole) = limit_tangent(&k);
         let limit_rad = limit_tangent.atan();
@@ -122,6 +123,7 @@ impl OpenCv {
         }
         // The limit itself may be a pole: start anywhere but there.
         let start = if radius < self.limit_tangent { radius } else { 0.5 * self.limit_tangent };
+        // The radial part alone gives a start for the tangential terms.
         let r = match within {
             true => increasing(excess, 0.0, self.limit_tangent, start),
             false => self.limit_tangent,
@@ -151,6 +153,7 @@ impl OpenCv {
             let closer = (0..30).find_map(|halvings| {
                 let mut next = point + step * 0.5f64.powi(halvings);
                 let beyond = next.norm() / self.limit_tangent;
+                // Beyond the disc the distortion folds: steps end on its rim.
                 if beyond > 1.0 {
                     next /= beyond;
                 }
@@ -292,6 +295,7 @@ impl Projector for OpenCv {
         let u = point.norm_squared();
         let [.., k4, k5, k6] = self.k;
         let denominator = 1.0 + u * (k4 + u * (k5 + u * k6));
+        // Derivatives of the radial factor: those of the numerator, then those of the denominator.
         let by_k = point / denominator;
         let by_denominator = -by_k * self.stretch(u).0;
         let twice_xy = 2.0 * point.x * point.y;

@@ -3,6 +3,7 @@
 
 /// Computes the `t` at which `r` ceases to grow (`alpha > 1/2`) or becomes infinite (`alpha <= 1/2`).
 pub(super) fn limit(alpha: f64) -> f64 {
+    // For alpha > 1/2 the slope of r vanishes, else its denominator does.
     let cosine = if alpha > 0.5 { (1.0 - alpha) / alpha } else { alpha / (1.0 - alpha) };
     (-cosine).acos()
 }

@@ -193,7 +193,7 @@ mod tests {
                     assert!((slope - by[(row, parameter)]).abs() < 1e-8, "{row} {parameter}");
                 }
             }
-            // From where it was seen it looks as it did.
+            // From the original pose the interface is the original one.
             let again = values(&drawn.seen_from(&designed, 0.0, 1.41));
             for (a, b) in again.iter().zip(values(&seen)) {
                 assert!((a - b).abs() < 1e-12);

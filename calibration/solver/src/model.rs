@@ -21,9 +21,11 @@ const RESEATING_SHIFT_MM: f64 = 0.3;
 /// Turn of a dome on its seat, rad (one standard deviation): 1 degree.
 const RESEATING_TURN_RAD: f64 = 0.0175;
 
-/// Prior standard deviations of a layer's scattering, as a natural logarithm, and of the lateral spread of light in it,
-/// mm: a factor of two, and the range that published captures of one unit leave open.
+/// Prior standard deviation of a layer's scattering, as a natural logarithm: a factor of two, the range that published
+/// captures of one unit leave open.
 const SCATTER_SIGMA: f64 = 0.7;
+/// Prior standard deviation of the lateral spread of light in a layer, mm: the range that published captures of one
+/// unit leave open.
 const SPREAD_SIGMA_MM: f64 = 0.15;
 
 /// Number of a lens's parameters before its coefficients: two focal lengths, two coordinates of the centre.

@@ -179,7 +179,7 @@ mod tests {
         let chunk = "/codecs/0/configuration/chunk_shape";
         let numbers = [0, 1, 71, 73, 1_000_000, 1 << 31, 1 << 62, u64::MAX];
         for (axis, number) in (0..3).flat_map(|axis| numbers.map(|number| (axis, number))) {
-            // Each alone, and all together, as somebody would who wants to be believed.
+            // Each alone, and all together, as a forger would change them.
             for places in [&["/shape"][..], &[grid], &[chunk], &["/shape", grid, chunk]] {
                 let edit = |json: &mut Value| {
                     for place in places {

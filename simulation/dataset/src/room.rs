@@ -13,12 +13,14 @@ const SHARED: u64 = 24 + 24 + 1 + 8 + 1 + 150;
 const EACH: u64 = 150;
 /// Additional memory of a worker with a membrane around contacts, bytes per pixel.
 const MEMBRANE: u64 = 200;
-/// Additional memory of a worker with elastic layers, bytes per pixel, and their displacement table, bytes in total.
+/// Additional memory of a worker with elastic layers, bytes per pixel.
 const YIELDING: u64 = 60;
+/// Memory of the layers' displacement table for a worker, bytes.
 const FIELD: u64 = 40 << 20;
-/// Additional memory with an uncertain calibration, bytes per pixel: shared (standard deviations of the reference) and
-/// for each worker (those of the halves of a file).
+/// Additional shared memory with an uncertain calibration, bytes per pixel: standard deviations of the reference.
 const UNSURE_SHARED: u64 = 120;
+/// Additional memory of a worker with an uncertain calibration, bytes per pixel: standard deviations of the halves of a
+/// file.
 const UNSURE_EACH: u64 = 230;
 /// Memory of a half's part of samples, bytes per pixel: half an image of 5 bytes per pixel, incompressible in the worst
 /// case.

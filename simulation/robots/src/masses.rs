@@ -7,12 +7,16 @@ use fabkit_geometry::{Body, Clarity, Duty, Kind, Matrix3, Vector3};
 const KG_PER_MM3: f64 = 1e-6;
 const MM_PER_M: f64 = 1000.0;
 
-/// Densities of bought components by function and appearance, g/cm3, chosen and rounded: steel for screws; brass for
-/// inserts, nuts and spacers; glass; rubber and cables; electronics in plastic, and anything else.
+/// Density of screws, g/cm3: steel. This and the following densities apply to bought components without a known one;
+/// chosen and rounded.
 const STEEL: f64 = 7.85;
+/// Density of inserts, nuts and spacers, g/cm3: brass.
 const BRASS: f64 = 8.4;
+/// Density of clear components, g/cm3: glass.
 const GLASS: f64 = 2.2;
+/// Density of flexible components, g/cm3: rubber and cables.
 const BENDS: f64 = 1.6;
+/// Density of anything else, g/cm3: electronics in plastic.
 const UNKNOWN: f64 = 1.5;
 
 /// Mass of a body, and its source.

@@ -5,8 +5,9 @@ use fabkit_files::Error;
 use fabkit_geometry::{Point3, SurfacePoints, Vector3};
 use fabkit_mesh::convex_hull;
 
-/// Number of points of a dome, and of a pad along its longer side.
+/// Number of taxels of a dome.
 const OF_DOME: usize = 900;
+/// Number of steps of a pad's grid along its longer side.
 const OF_SIDE: usize = 32;
 /// Number of points around a dome's foot.
 const OF_RIM: usize = 96;

@@ -16,6 +16,7 @@ pub const MIN_SQUARES: u32 = 4;
 /// Largest number of squares along a side.
 pub const MAX_SQUARES: u32 = 100;
 
+/// Smallest and largest side of a square, mm.
 const SQUARE_LIMITS_MM: [f64; 2] = [0.1, 500.0];
 /// Smallest and largest number of bits along the side of a marker.
 const MARKER_BITS: [usize; 2] = [3, 8];

@@ -26,6 +26,7 @@ const MAX_SIDE_RATIO: f64 = 2.0;
 const SEARCH: f64 = 0.25;
 /// Standard deviation of the final smoothing, in spacings: wide against noise, narrow against distortion and markers.
 const SMOOTHING: f64 = 0.08;
+/// Limits of the final smoothing, px.
 const SMOOTHING_LIMITS_PX: [f64; 2] = [1.0, 3.0];
 
 /// Column and row within a grid, from an arbitrary origin; right-handed like the image (+x right, +y down).

@@ -13,11 +13,14 @@ pub const MAX_LIST_BYTES: usize = 64 << 20;
 const USUAL_SIGMA_PX: f64 = 0.1;
 /// Largest coordinate in an image, px.
 const MAX_COORDINATE_PX: f64 = 1e5;
+/// Smallest and largest standard deviation, px.
 const SIGMA_LIMITS_PX: [f64; 2] = [1e-6, 1e3];
 /// Number of problems after which reading stops: nobody reads more.
 const MAX_PROBLEMS: usize = 20;
 
+/// Required columns, in their order.
 const COLUMNS: [&str; 4] = ["view", "corner", "x_px", "y_px"];
+/// Optional last column.
 const SIGMA: &str = "sigma_px";
 
 /// Reads a list of corners: CSV with the columns `view`, `corner`, `x_px`, `y_px` and optionally `sigma_px`, in this

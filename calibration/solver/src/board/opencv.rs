@@ -21,7 +21,9 @@ const SMOOTHING_PX: f64 = 1.5;
 const REFINING_HALF_PX: i32 = 4;
 /// Error that remains without noise, px, as measured on rendered boards (`tests/solver/boards.rs`).
 const SYSTEMATIC_PX: f64 = 0.04;
+/// Largest number of OpenCV's refinement steps.
 const REFINING_STEPS: i32 = 30;
+/// Length of a step, px, at which OpenCV's refinement ends.
 const REFINING_STEP_PX: f64 = 1e-3;
 
 /// Reason why OpenCV found no corners.

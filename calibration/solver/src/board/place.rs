@@ -13,9 +13,10 @@ use crate::image::GreyImage;
 const MAY_LACK: f64 = 0.1;
 /// Smallest number of markers that must agree on the location of a ChArUco board.
 const FEWEST_MARKERS: usize = 2;
-/// Largest distance of a corner from the position extrapolated along its row or column: the larger of this many pixels
-/// and the following fraction of the spacing. Distortion changes slowly from square to square.
+/// Largest distance of a corner, px, from the position extrapolated along its row or column, unless [`JUMP_SPACINGS`]
+/// allows more: distortion changes slowly from square to square.
 const JUMP_PX: f64 = 1.0;
+/// Largest distance of a corner from that position, in spacings.
 const JUMP_SPACINGS: f64 = 0.06;
 
 /// Rotates a cell by `quarters` quarter turns.

@@ -20,8 +20,9 @@ const BORDER: f64 = 3.0;
 const MAX_CURVATURE_RATIO: f64 = 10.0;
 /// Largest distance of Newton's method from its start, in standard deviations.
 const MAX_WALK: f64 = 1.5;
+/// Largest number of steps of Newton's method.
 const NEWTON_STEPS: usize = 12;
-/// Length of the last step of Newton's method, px.
+/// Length of a step, px, below which Newton's method has converged.
 const STEP_PX: f64 = 1e-4;
 /// Smallest response of a candidate, as a fraction of the strongest: weaker ones are texture.
 const WEAKEST: f32 = 1e-3;

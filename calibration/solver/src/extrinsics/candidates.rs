@@ -18,6 +18,7 @@ const MIN_GEL_MM: f64 = 1.0;
 /// Number of fits through the drawn bodies. Bodies behind the first interface move pixels by half a pixel at most, and
 /// that changes by a hundredth with the pose.
 const DRAWN_ROUNDS: usize = 3;
+/// Parameter of the distance between the lens and a flat surface of gel.
 const INTERFACE_DISTANCE: FitParameter = FitParameter::Camera("interface_distance_mm");
 
 /// Media between lens and pins.

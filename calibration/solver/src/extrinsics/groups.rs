@@ -20,8 +20,9 @@ use crate::model::{Contact, FitParameter, Observation};
 const MOTIONS: usize = 6;
 /// Number of times that each motion's variance is searched after a common search of all.
 const ROUNDS: usize = 2;
-/// Units of the dome's six motions, one standard deviation: shift, mm, and turn about the middle of its pins, rad.
+/// Unit of the dome's three shifts, mm, one standard deviation.
 const SHIFT_MM: f64 = 0.1;
+/// Unit of the dome's three turns about the middle of its pins, rad, one standard deviation.
 const TURN_RAD: f64 = 0.005;
 /// Smallest number of degrees of freedom for an estimate of the error that presses of a pin share.
 const LEAST_FREE: f64 = 20.0;
@@ -30,6 +31,7 @@ const LEAST_CAPTURES: usize = 5;
 /// Search range of the variances of the dome's motions, in the units above and relative to the pins' variance:
 /// exponents of ten.
 const POWERS: [f64; 2] = [-3.0, 4.0];
+/// Number of steps of that search.
 const STEPS: usize = 28;
 
 /// Estimated errors of pins, domes and marks.

@@ -11,13 +11,16 @@ use crate::information::ScaledCholesky;
 use crate::model::{FitParameter, Model, Observation};
 use crate::observability::{Unobservable, unobservable};
 
+/// Largest number of iterations.
 const MAX_ITERATIONS: usize = 200;
 /// Length of a step, in standard deviations, after which the iteration ends: the next step would be shorter by orders
 /// of magnitude.
 const LAST_STEP: f64 = 0.01;
 /// Length of a step, in standard deviations, that need not be taken.
 const NO_STEP: f64 = 1e-6;
+/// Damping of the first step, as a fraction of the information's diagonal.
 const START_DAMPING: f64 = 1e-5;
+/// Damping at which the fit is given up.
 const MAX_DAMPING: f64 = 1e12;
 /// Number of iterations with unscaled steps. Most fits need fewer; slower ones creep or oscillate along one direction,
 /// and from then on the best multiple of each step is tried too.

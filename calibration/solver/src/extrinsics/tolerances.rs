@@ -8,17 +8,19 @@ use super::refine::PoseSolution;
 use crate::drawn::{INDEX_SIGMA, PLACE_SIGMA_MM};
 use crate::model::{Axis, FitParameter};
 
-/// Standard deviations of a camera's position along each axis, mm, and of its tilt, rad: a board in its seat, and a
-/// lens that is screwed until it is focused. Values chosen, not measured.
+/// Standard deviation of a camera's position along each axis, mm: a board in its seat, and a lens that is screwed until
+/// it is focused. Chosen, not measured.
 const CAMERA_MM: f64 = 1.0;
+/// Standard deviation of a camera's tilt, rad. Chosen, not measured.
 const TILT_RAD: f64 = 0.035;
 /// Standard deviation of the depth that all pins go in beyond the drawing, mm: printed seats and pins. Chosen.
 const SEATING_MM: f64 = 0.15;
 /// Standard deviation of the tips' lean, mm: as on the one published unit.
 const LEAN_MM: f64 = 0.5;
-/// Standard deviations of a lens whose file has no covariance: relative, of its focal lengths, and of its coefficients.
-/// Chosen: boards in a few dozen images achieve this.
+/// Relative standard deviation of the focal lengths of a lens whose file has no covariance. Chosen: boards in a few
+/// dozen images achieve this.
 const FOCAL_SHARE: f64 = 0.01;
+/// Standard deviation of a coefficient of a lens whose file has no covariance. Chosen likewise.
 const COEFFICIENT: f64 = 0.02;
 /// Number of standard deviations beyond which the unit differs from the drawing.
 pub const TOLERANCE_SIGMAS: f64 = 3.0;

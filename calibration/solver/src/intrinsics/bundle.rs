@@ -12,12 +12,15 @@ use nalgebra::{
 use super::BoardView;
 use crate::information::ScaledCholesky;
 
+/// Largest number of iterations for one scale of the residuals.
 const MAX_ITERATIONS: usize = 200;
 /// Largest number of times that the scale of the residuals is estimated again.
 const MAX_ROUNDS: usize = 6;
 /// Relative decrease of the cost below which the iteration ends.
 const COST_TOLERANCE: f64 = 1e-12;
+/// Damping of the first step, as a fraction of the normal matrix's diagonal.
 const START_DAMPING: f64 = 1e-4;
+/// Damping at which the iteration ends.
 const MAX_DAMPING: f64 = 1e10;
 /// Threshold of the Huber loss, in standard deviations: longer residuals count by their length (Huber 1964).
 const HUBER: f64 = 3.0;

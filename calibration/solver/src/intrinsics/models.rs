@@ -21,10 +21,13 @@ pub(super) fn like(model: LensModel, other: &Camera, angle_rad: f64) -> Option<C
     Some(camera)
 }
 
-// Sampling of the directions, chosen: steps outwards, rings and spokes of each fan, and iterations of each fit.
+/// Number of stages in which the fit proceeds outwards.
 const PARTS: u32 = 12;
+/// Number of rings in the fan of directions.
 const RINGS: u32 = 24;
+/// Number of directions on a ring.
 const SPOKES: u32 = 8;
+/// Number of iterations of each fit.
 const ITERATIONS: usize = 15;
 
 /// Fits a camera to the pixels of a fan of directions by least squares.

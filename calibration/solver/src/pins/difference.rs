@@ -116,7 +116,7 @@ fn usable(
         .filter(|(v, c)| **v > DARK_FLOOR && !**c)
         .map(|(v, _)| *v)
         .collect();
-    // The median brightness of the lit surface is robust against reflections and dark borders.
+    // The median intensity of the lit surface is robust against reflections and dark borders.
     let threshold = LIT * median(&mut lit).unwrap_or(1.0);
     let reach = (2.0 * blur_px).ceil() as usize;
     let clipped_count = clipped.iter().filter(|clipped| **clipped).count();

@@ -11,8 +11,9 @@ use super::{Crop, ExtrinsicsReport, magnification};
 use crate::model::{FitParameter, Observation};
 use crate::uncertainty::{SurfaceSigma, surface_sigma};
 
-/// Numbers of rings, and of places on a ring, of the uncertainty maps.
+/// Number of rings of the uncertainty maps.
 const RINGS: usize = 14;
+/// Number of places on a ring.
 const PLACES: usize = 48;
 /// Size of a crop's pixel in the drawing.
 const ENLARGED: f64 = 6.0;

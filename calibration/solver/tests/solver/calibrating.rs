@@ -201,7 +201,7 @@ fn an_explanation_that_fails_leaves_the_choice_to_the_others() {
     let (failed, error) = &result.selection.failed[0];
     assert_eq!(failed.to_string(), "plain");
     assert!(matches!(error, SolveError::Unseen { .. }), "{error}");
-    // Without a design's pose they all begin there, and every reason is told with their names.
+    // Without a designed pose they all start there, and every error is reported with their names.
     let refused = calibrate(&camera.into(), &observations, &behind, None, &options).unwrap_err();
     let message = refused.to_string();
     assert!(message.contains("cannot be seen from the starting pose"), "{message}");

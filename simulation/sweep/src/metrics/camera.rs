@@ -155,7 +155,7 @@ mod tests {
         assert!(seen.range_mm_per_px < 1e-12);
     }
 
-    /// A plane askew, against differences of neighbouring pixels.
+    /// A tilted plane, compared with differences of neighbouring pixels.
     #[test]
     fn the_change_of_range_is_that_between_pixels() {
         let camera = Camera::equidistant(640, 480, 2.0).unwrap();

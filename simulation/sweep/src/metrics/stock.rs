@@ -107,7 +107,7 @@ pub fn densities(design: &Design) -> BTreeMap<&str, f64> {
 mod tests {
     use super::*;
 
-    /// A material that nobody knows leaves masses empty: fine for a user's, a slip for ours.
+    /// An unknown material leaves masses empty: acceptable for a user's design, a mistake in a built-in one.
     #[test]
     fn all_materials_of_built_in_sensors_are_known() {
         for name in fabkit_designs::builtin_names() {

@@ -89,6 +89,7 @@ pub struct InvalidCamera {
 pub(crate) struct Rules(Vec<LensViolation>);
 
 impl Rules {
+    /// Records a violation unless `holds`.
     pub(crate) fn require(
         &mut self,
         holds: bool,

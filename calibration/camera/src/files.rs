@@ -103,6 +103,7 @@ pub fn read(text: &str) -> Result<CameraEstimate, InvalidCameraFile> {
     parse(text, read_root)
 }
 
+/// Recognises the format of a camera file and reads it.
 fn read_root(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     // The most specific key first: other formats may use common names.
     let has = |key: &str| root.get(key).is_some();

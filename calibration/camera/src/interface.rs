@@ -145,6 +145,7 @@ impl Refraction {
         }
     }
 
+    /// Computes [`Refraction::towards`] with derivatives by the point and by the interface's parameters.
     pub(crate) fn differentiate(&self, point: &Point3<f64>) -> Result<Bent, OutsideDomain> {
         match self {
             Self::None => Ok(Bent {

@@ -86,9 +86,11 @@ pub(crate) trait Projector: Sized {
     ) -> Result<Self, InvalidCamera>;
     /// Names of the coefficients, in their order.
     fn names(&self) -> &'static [&'static str];
+    /// Coefficients of the model, in the order of their names.
     fn coefficients(&self) -> &[f64];
     /// Largest incidence angle, radians, up to which the map is one to one.
     fn limit_rad(&self) -> f64;
+    /// Returns whether a direction lies in the domain.
     fn contains(&self, direction: &Vector3<f64>) -> bool;
     /// Maps a direction to the normalised plane. Only for directions inside the domain ([`Projector::contains`]).
     fn normalise(&self, direction: &Vector3<f64>) -> Vector2<f64>;
@@ -253,6 +255,7 @@ impl Lens {
         })
     }
 
+    /// Computes [`Lens::project`] with derivatives by the direction and by the coefficients.
     pub(crate) fn differentiate(
         &self,
         direction: &Vector3<f64>,
@@ -301,6 +304,7 @@ fn is_finite(pixel: &Point2<f64>) -> bool {
     pixel.x.is_finite() && pixel.y.is_finite()
 }
 
+/// Returns the error of a direction outside the domain.
 #[cold]
 fn outside(direction: &Vector3<f64>, limit_rad: f64) -> OutsideDomain {
     let across = direction.x.hypot(direction.y);

@@ -45,6 +45,7 @@ pub(crate) fn first_zero(coefficients: &[f64], upper: f64) -> Option<f64> {
     zeros(coefficients, upper).first().copied()
 }
 
+/// Finds all sign changes of a polynomial in `(0, upper]`, ascending.
 fn zeros(coefficients: &[f64], upper: f64) -> Vec<f64> {
     let Some(degree) = coefficients.iter().rposition(|c| *c != 0.0).filter(|d| *d > 0) else {
         return Vec::new();

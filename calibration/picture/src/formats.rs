@@ -59,6 +59,7 @@ impl Format {
         }
     }
 
+    /// Creates an error for a file of this format.
     pub(crate) fn unreadable(self, reason: impl ToString) -> PictureError {
         let format = match self {
             Self::Png => "PNG",
@@ -69,6 +70,7 @@ impl Format {
         PictureError::Unreadable { format, reason: reason.to_string() }
     }
 
+    /// Reads width and height, px, from the header.
     pub(crate) fn size_px(self, bytes: &[u8]) -> Result<[u32; 2], PictureError> {
         let wrong = |reason: String| self.unreadable(reason);
         let small = |(width, height): (usize, usize)| {
@@ -111,6 +113,7 @@ impl Format {
         }
     }
 
+    /// Decodes a JPEG file.
     fn jpeg_values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
         let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options());
         decoder.decode_headers().map_err(|e| self.unreadable(e))?;
@@ -129,6 +132,7 @@ impl Format {
         Ok((space.num_components(), Values::U8(values)))
     }
 
+    /// Decodes a TIFF file.
     fn tiff_values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
         use tiff::ColorType::{Gray, GrayA, RGB, RGBA};
         let wrong = |e: tiff::TiffError| self.unreadable(e);
@@ -176,6 +180,7 @@ fn png(bytes: &[u8]) -> png::Decoder<Cursor<&[u8]>> {
     decoder
 }
 
+/// Decodes a PNG file.
 fn png_values(bytes: &[u8]) -> Result<Decoded, png::DecodingError> {
     let mut reader = png(bytes).read_info()?;
     let size = reader.output_buffer_size().ok_or(png::DecodingError::LimitsExceeded)?;

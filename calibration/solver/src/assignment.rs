@@ -198,6 +198,7 @@ fn match_marks(model: &Model, captures: &[MarkedCapture<'_>], gate_px: f64) -> V
     observations
 }
 
+/// Compares the assignment with the labels.
 fn discrepancies(
     model: &Model,
     captures: &[MarkedCapture<'_>],
@@ -258,6 +259,7 @@ fn distances_px(model: &Model, observations: &[Observation]) -> Vec<f64> {
     observations.iter().map(distance).collect()
 }
 
+/// Creates the contact of a pin in a capture.
 fn contact_of(pin: &PinLandmark, capture: usize) -> Contact {
     Contact {
         capture,

@@ -138,6 +138,7 @@ fn exposure(image: &GreyImage) -> Option<NotFound> {
     (range < LEAST_RANGE).then_some(NotFound::Flat)
 }
 
+/// Finds the corners with one smoothing.
 fn find_at_scale(scene: &grid::BoardPicture, board: &Board) -> Result<Vec<FoundCorner>, NotFound> {
     let saddles = saddle::find(scene.image, scene.sigma_px, scene.noise);
     let mut grids = grid::grow(scene, &saddles);

@@ -114,6 +114,7 @@ pub fn read_list(text: &str) -> Result<BTreeMap<String, Vec<ListedPin>>, Invalid
     if problems.is_empty() { Ok(list) } else { Err(InvalidList { problems }) }
 }
 
+/// Reads a row: the file and its pin.
 fn row<'a>(
     cell: &dyn Fn(&str) -> Option<&'a str>,
     complete: bool,

@@ -305,6 +305,7 @@ pub fn solve_pose(
     Err(first_error.unwrap_or(SolveError::TooFew { unknowns: 6, coordinates }))
 }
 
+/// Returns whether all contacts lie close to one plane.
 fn in_one_plane(observations: &[Observation]) -> bool {
     let points = observations.iter().map(|o| o.contact.contact_in_sensor_mm.coords);
     let count = observations.len().max(1) as f64;

@@ -165,6 +165,7 @@ fn grey<T: Copy + Into<f32>>(values: &[T], channels: u32, white: f32) -> Vec<f32
         .collect()
 }
 
+/// Checks the limits of an image's size.
 fn check_size(width_px: u32, height_px: u32) -> Result<(), ImageError> {
     let sides = MIN_SIDE_PX..=MAX_SIDE_PX;
     let pixels = u64::from(width_px) * u64::from(height_px);

@@ -247,6 +247,7 @@ pub fn calibrate(
     finish(&views, model, candidates, fit)
 }
 
+/// Checks that all values are finite and possible.
 fn check(views: &[BoardView]) -> Result<(), CalibrateError> {
     for view in views {
         for corner in &view.corners {
@@ -260,6 +261,7 @@ fn check(views: &[BoardView]) -> Result<(), CalibrateError> {
     Ok(())
 }
 
+/// Lists the corners of all views with their points in the camera frame, mm.
 fn points<'a>(
     views: &'a [BoardView],
     state: &'a State,
@@ -277,6 +279,7 @@ fn largest_angle(views: &[BoardView], state: &State) -> f64 {
     points(views, state).map(|(_, point)| angle(point)).fold(0.0, f64::max)
 }
 
+/// Computes the root mean square length of all residuals, px.
 fn rms_px(views: &[BoardView], state: &State) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for (corner, point) in points(views, state) {
@@ -288,6 +291,7 @@ fn rms_px(views: &[BoardView], state: &State) -> f64 {
     (sum / f64::max(count, 1.0)).sqrt()
 }
 
+/// Computes the quality of a model's fit.
 fn candidate(views: &[BoardView], model: LensModel, fit: Option<&BundleSolution>) -> LensCandidate {
     let coordinates: usize = views.iter().map(|view| 2 * view.corners.len()).sum();
     let n = coordinates as f64;
@@ -343,6 +347,7 @@ fn predicts_better(new: &[f64], old: &[f64]) -> bool {
     mean > error
 }
 
+/// Derives the result from the chosen fit.
 fn finish(
     views: &[BoardView],
     model: LensModel,

@@ -180,6 +180,7 @@ impl PinLandmarks {
         kinds.into_iter().collect()
     }
 
+    /// Reports everything that is wrong.
     fn check(&self) -> Result<(), InvalidDocument> {
         let mut problems = Vec::new();
         if self.pins.is_empty() || self.pins.len() > MAX_PINS {

@@ -426,6 +426,7 @@ impl Model {
         Ok(projection.by_point * self.camera_from_sensor.rotation())
     }
 
+    /// Computes the offset of a contact's mark with the present depth and light, px.
     fn mark_offset(&self, contact: &Contact) -> Vector2<f64> {
         self.mark_offsets.of(&contact.contact_in_sensor_mm).map_or_else(Vector2::zeros, |offset| {
             let [scatter, spread] = offset.by_light;

@@ -299,6 +299,7 @@ impl Plan {
 }
 
 impl Pin {
+    /// Computes a pin's derivatives and error covariances; `None` if the camera does not see it.
     fn new(
         index: usize,
         pin: &PinLandmark,

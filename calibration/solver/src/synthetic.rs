@@ -112,6 +112,7 @@ impl Bench {
         self.model.camera_from_sensor.point(self.model.seated(contact) + play)
     }
 
+    /// Renders the surface with marks of the given tips.
     fn picture(
         &mut self,
         light: f64,
@@ -154,6 +155,7 @@ impl Bench {
     }
 }
 
+/// Creates the contact of a pin in a capture.
 fn contact(pin: &PinLandmark, capture: usize) -> Contact {
     Contact {
         capture,

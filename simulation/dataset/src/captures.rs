@@ -116,6 +116,7 @@ impl HalfCaptures {
 
 type Found = BTreeMap<(String, &'static str), Vec<PathBuf>>;
 
+/// Finds the images of each half in a folder, by their names.
 fn in_folder(folder: &Path, patterns: &[String]) -> Found {
     let mut found = Found::new();
     for side in SIDES {
@@ -131,6 +132,7 @@ fn in_folder(folder: &Path, patterns: &[String]) -> Found {
     found
 }
 
+/// Reads the images of each half from a list.
 fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
     let mut found = Found::new();
     let shown = csv.display();

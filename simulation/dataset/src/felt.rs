@@ -107,6 +107,7 @@ pub(super) fn prepare(
     }
 }
 
+/// Solves for the contact on both sides, and moves the bodies to the end of the press.
 fn felt(
     pattern: &NamedPresses,
     touch: &TouchSurface,
@@ -148,6 +149,7 @@ fn bodies_of(presses: &[Press]) -> Vec<PressBody> {
     presses.iter().flat_map(|press| press.bodies.clone()).collect()
 }
 
+/// Creates a pattern from presses in their final poses.
 fn built(
     pattern: &NamedPresses,
     sides: &[Vec<Press>; 2],

@@ -140,6 +140,7 @@ pub(super) fn shard_of<'a>(arrays: &'a [ZarrArray], name: &str) -> Option<(&'a Z
     })
 }
 
+/// Packs one kind of values of some halves into a shard.
 fn pack(
     array: &ZarrArray,
     halves: &[Half],

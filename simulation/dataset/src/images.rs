@@ -53,6 +53,7 @@ impl HalfImages<'_> {
         }
     }
 
+    /// Returns the image of a half, rendered if it is simulated.
     fn picture(
         &self,
         store: &Store,
@@ -155,6 +156,7 @@ impl HalfImages<'_> {
         Ok(())
     }
 
+    /// Cuts a half's image into its part of samples.
     fn part(
         &self,
         job: &Job,

@@ -169,6 +169,7 @@ pub fn prepare<R, E: From<Error>>(
     work(&job, room)
 }
 
+/// Reads the patterns that a request names.
 fn patterns_of(
     order: &DatasetRequest,
     explain: &dyn Fn(PressError) -> Error,
@@ -190,6 +191,7 @@ fn patterns_of(
     })
 }
 
+/// Reads the images that a request names, if any.
 fn captures_of(
     order: &DatasetRequest,
     named: &[NamedPresses],

@@ -111,6 +111,7 @@ pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Faul
 /// Problem, and advice.
 type Wrong = (String, String);
 
+/// Parses a line of the list.
 fn pattern(content: &str, finder: &PressFinder) -> Result<NamedPresses, Wrong> {
     let (name, ids) = match content.split_once('=') {
         Some((name, ids)) => (name.trim(), ids),

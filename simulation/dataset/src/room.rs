@@ -41,6 +41,7 @@ pub struct Room {
 }
 
 impl Room {
+    /// Adds up the memory for a request.
     pub(super) fn new(scene: &SensorView, order: &DatasetRequest, patterns: usize) -> Self {
         let camera = scene.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()];

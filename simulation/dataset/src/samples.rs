@@ -61,6 +61,7 @@ pub(super) struct Parts {
 }
 
 impl Parts {
+    /// Cuts a half's values into chunks.
     pub(super) fn new(
         job: &Job,
         tiling: &Tiling,

@@ -102,6 +102,7 @@ pub(super) struct Store<'a> {
 }
 
 impl<'a> Store<'a> {
+    /// Creates a writer for a known number of files.
     pub(super) fn new(
         folder: &'a Folder,
         files: usize,

@@ -46,6 +46,7 @@ impl Tiling {
         best.map_or_else(|| Self::cut(sides, size_px, size_px), |(_, tiling)| tiling)
     }
 
+    /// Cuts the image into chunks of a size.
     fn cut(sides: &[Side], size_px: [usize; 2], chunk_px: [usize; 2]) -> Self {
         let mut tiling = Self { size_px, chunk_px, sides: Vec::new() };
         let chunks = tiling.grid().into_iter().product();

@@ -49,6 +49,7 @@ pub(super) fn mass(
     Mass { volume_mm3, density_g_per_cm3, source, inertia }
 }
 
+/// Chooses a density for a body whose material has none, g/cm3.
 fn chosen(body: &Body) -> f64 {
     match body.duty {
         Duty::Fastens => STEEL,

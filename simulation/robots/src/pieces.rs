@@ -97,6 +97,7 @@ fn levels(triangles: &[Triangle], axis: usize) -> Vec<f64> {
     levels.into_iter().map(|(um, _)| um as f64 / 1e3).collect()
 }
 
+/// Computes the hull of a box's content, and the cut that saves most.
 fn block(
     triangles: &[Triangle],
     levels: &[Vec<f64>; 3],

@@ -82,6 +82,7 @@ fn alone<T: Send>(work: &(impl Fn() -> T + Sync)) -> Option<Result<T, Panic>> {
     thread::scope(|scope| scope.spawn(|| pool.install(|| attempt(work))).join().ok())
 }
 
+/// Runs work and returns its panic with the recorded place.
 fn attempt<T>(work: &impl Fn() -> T) -> Result<T, Panic> {
     CATCHING.fetch_add(1, Ordering::Relaxed);
     DEPTH.set(DEPTH.get() + 1);

@@ -85,6 +85,7 @@ pub struct Row {
 pub struct InvalidRow(#[from] serde_json::Error);
 
 impl Row {
+    /// Creates a row with the status ok and without metrics.
     pub(crate) fn new(variant: usize, parameters: Vec<Value>) -> Self {
         Self {
             variant,

@@ -117,6 +117,7 @@ impl Table {
         parquet("sweep", &self.columns())
     }
 
+    /// Lists names and values of all columns.
     fn columns(&self) -> Vec<(String, Column)> {
         let texts = |text: &dyn Fn(&Row) -> Option<String>| {
             Column::Texts(self.rows.iter().map(text).collect())

@@ -40,6 +40,7 @@ const SPHERE: [&str; 6] = [
 /// Key for drawn bodies behind an interface; absent if there are none.
 const BEHIND: &str = "behind";
 
+/// Writes a camera in fabkit's own format.
 pub(super) fn write(estimate: &CameraEstimate) -> String {
     let camera = estimate.camera();
     let mut text = format!(
@@ -75,6 +76,7 @@ fn write_pairs(text: &mut String, pairs: impl Iterator<Item = (&'static str, f64
     }
 }
 
+/// Returns keys and values of an interface, calibrated or not.
 fn interface_values(interface: &Interface) -> (&'static [&'static str], Vec<f64>) {
     match interface {
         Interface::None | Interface::Drawn => (&[], Vec::new()),
@@ -104,6 +106,7 @@ fn interface_values(interface: &Interface) -> (&'static [&'static str], Vec<f64>
     }
 }
 
+/// Reads a camera in fabkit's own format.
 pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     let mut fields = Fields::default();
     if let Some((version, line)) = fields.text(root, VERSION_KEY)
@@ -134,6 +137,7 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     fields.finish(size.into(), lens, interface, covariance)
 }
 
+/// Reads the lens; `None` if its model is missing or unknown.
 fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCamera>> {
     let (model, line) = fields.text(map, "model")?;
     let is_given = |name: &str| map.get(name).is_some();
@@ -150,6 +154,7 @@ fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCame
     Lens::of_model(model, intrinsics, &k)
 }
 
+/// Reads the interface; [`Interface::None`] if its kind is missing or unknown.
 fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
     let Some((kind, line)) = fields.text(map, "kind") else { return Interface::None };
     match kind {

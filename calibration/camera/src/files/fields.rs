@@ -46,6 +46,7 @@ impl Fields {
         self.parse_number(node, key)
     }
 
+    /// Reads a finite number; NaN if it is not one.
     pub(super) fn parse_number(&mut self, node: &Node, field: &str) -> f64 {
         let text = node.text().unwrap_or("a list or mapping");
         let number = text.parse().ok().filter(|number: &f64| number.is_finite());
@@ -64,6 +65,7 @@ impl Fields {
         node.items().iter().map(|i| self.parse_number(i, field)).collect()
     }
 
+    /// Reads a list of exactly `N` numbers; missing ones become NaN.
     pub(super) fn exactly<const N: usize>(&mut self, node: &Node, field: &str) -> [f64; N] {
         // A list with unreadable entries is already reported: its length is not reported on top.
         let before = self.faults.len();
@@ -89,6 +91,7 @@ impl Fields {
         0
     }
 
+    /// Reads a required word with its position.
     pub(super) fn text<'a>(&mut self, map: &'a Node, key: &str) -> Option<(&'a str, Position)> {
         let node = self.child(map, key)?;
         let text = node.text();

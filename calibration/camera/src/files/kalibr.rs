@@ -10,6 +10,7 @@ use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 use crate::lens::{DoubleSphere, Eucm, INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
 
+/// Reads a camera chain with one camera.
 pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     let mut fields = Fields::default();
     for entry in root.entries().iter().filter(|e| e.key.starts_with("cam") && e.key != "cam0") {
@@ -35,6 +36,7 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     }
 }
 
+/// Reads the lens; `None` if something required is missing or unknown.
 fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCamera>> {
     let (model, line) = fields.text(map, "camera_model")?;
     let node = fields.child(map, "intrinsics");

@@ -32,6 +32,7 @@ pub(super) fn is_recognised(root: &Node) -> bool {
     first(root, &MATRIX).is_some()
 }
 
+/// Reads a camera in OpenCV's or ROS's format.
 pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     let mut fields = Fields::default();
     let mut size = |spellings: &[&'static str], field: &'static str| {
@@ -82,6 +83,7 @@ fn matrix_data(fields: &mut Fields, node: &Node, field: &str) -> Vec<f64> {
     }
 }
 
+/// Reads the camera matrix, and reports skew or another form.
 fn read_intrinsics(fields: &mut Fields, node: &Node) -> Intrinsics {
     fields.stands_on(&INTRINSICS, node.position);
     let k = matrix_data(fields, node, MATRIX[0]);
@@ -164,6 +166,7 @@ fn without_prism_and_tilt<'a>(fields: &mut Fields, node: &Node, k: &'a [f64]) ->
     used
 }
 
+/// Returns the coefficients if their number is allowed, else reports it.
 fn count_is<'a>(
     fields: &mut Fields,
     node: &Node,
@@ -191,6 +194,7 @@ fn parts(camera: &Camera) -> Result<([f64; 9], &[f64], DistortionModel), String>
     }
 }
 
+/// Writes OpenCV's format, or returns in words what would be lost.
 pub(super) fn write_opencv(camera: &Camera) -> Result<String, String> {
     let (matrix, k, model) = parts(camera)?;
     let as_matrix = |name: &str, rows: usize, columns: usize, data: &[f64]| {
@@ -209,6 +213,7 @@ pub(super) fn write_opencv(camera: &Camera) -> Result<String, String> {
     ))
 }
 
+/// Writes ROS's format, or returns in words what would be lost.
 pub(super) fn write_ros(camera: &Camera) -> Result<String, String> {
     let (matrix, k, model) = parts(camera)?;
     let [fx, _, cx, _, fy, cy, ..] = matrix;

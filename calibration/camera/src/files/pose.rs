@@ -102,6 +102,7 @@ pub fn read_pose(text: &str) -> Result<PoseFile, InvalidCameraFile> {
     parse(text, read_root)
 }
 
+/// Reads a pose file's tree.
 fn read_root(root: &Node) -> Result<PoseFile, InvalidCameraFile> {
     let mut fields = Fields::default();
     let camera_from_sensor = match fields.child(root, "camera_from_sensor") {
@@ -189,6 +190,7 @@ fn is_nothing(node: &Node) -> bool {
     node.text() == Some("")
 }
 
+/// Reads an `N` x `N` matrix; entries that cannot be read become NaN.
 fn matrix<const N: usize>(fields: &mut Fields, node: &Node, name: &str) -> [[f64; N]; N] {
     let rows = node.items();
     if rows.len() != N {

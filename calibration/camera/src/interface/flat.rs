@@ -56,6 +56,7 @@ impl Flat {
         Vector3::new(sy, -sx * cy, cx * cy)
     }
 
+    /// Names and values of the parameters that can be calibrated.
     pub(super) fn parameters(&self) -> [(&'static str, f64); 4] {
         [
             ("interface_distance_mm", self.distance_mm),
@@ -70,6 +71,7 @@ impl Flat {
         Self { distance_mm, tilt_x_rad, tilt_y_rad, index_outside, ..*self }
     }
 
+    /// Checks the limits of all values.
     pub(super) fn check(&self, rules: &mut Rules) {
         rules.above("interface_distance_mm", self.distance_mm, 0.0, 1000.0);
         rules.within("interface_tilt_x_rad", self.tilt_x_rad, -1.0, 1.0);
@@ -129,6 +131,7 @@ struct Path {
 }
 
 impl FlatRefraction {
+    /// Precomputes normal, derivatives and relative indices.
     pub(super) fn new(flat: &Flat) -> Self {
         // Derivatives of `Flat::normal` by both tilts.
         let (sx, cx) = flat.tilt_x_rad.sin_cos();
@@ -202,6 +205,7 @@ impl FlatRefraction {
         })
     }
 
+    /// Computes [`FlatRefraction::towards`] with derivatives by the point and by the parameters.
     pub(super) fn differentiate(&self, point: &Point3<f64>) -> Result<Bent, OutsideDomain> {
         let path = self.path(point)?;
         let normal = self.normal_in_camera;
@@ -241,6 +245,7 @@ impl FlatRefraction {
         Ok(Bent { direction, by_point, by_parameters })
     }
 
+    /// Computes the ray in the gel whose light reaches the lens from a unit direction.
     pub(super) fn outward(&self, direction: &Vector3<f64>) -> Result<ViewRay, OutsideDomain> {
         let normal = self.normal_in_camera;
         let cosine = direction.dot(&normal);

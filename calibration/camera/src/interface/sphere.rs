@@ -27,6 +27,7 @@ pub struct Sphere {
 }
 
 impl Sphere {
+    /// Names and values of the parameters that can be calibrated.
     pub(super) fn parameters(&self) -> [(&'static str, f64); 5] {
         [
             ("interface_centre_x_mm", self.centre_in_camera.x),
@@ -43,6 +44,7 @@ impl Sphere {
         Self { centre_in_camera, radius_mm, index_outside, ..*self }
     }
 
+    /// Checks the limits of all values.
     pub(super) fn check(&self, rules: &mut Rules) {
         rules.above("interface_radius_mm", self.radius_mm, 0.0, 1000.0);
         let off_centre_mm = self.centre_in_camera.coords.norm();
@@ -70,6 +72,7 @@ pub(crate) struct SphereRefraction {
 }
 
 impl SphereRefraction {
+    /// Precomputes the relative index and the lens's distance from the centre.
     pub(super) fn new(sphere: &Sphere) -> Self {
         let centre = sphere.centre_in_camera.coords;
         Self {
@@ -170,6 +173,7 @@ impl SphereRefraction {
         Ok(Bent { direction: x, by_point: -solve * by_target, by_parameters })
     }
 
+    /// Computes the ray outside the sphere whose light reaches the lens from a unit direction.
     pub(super) fn outward(&self, direction: &Vector3<f64>) -> ViewRay {
         let b = direction.dot(&self.centre);
         let slack = self.radius_mm * self.radius_mm - self.off_centre_mm * self.off_centre_mm;

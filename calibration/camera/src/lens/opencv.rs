@@ -91,6 +91,7 @@ impl OpenCv {
         Vector2::new(self.k[3], self.k[2])
     }
 
+    /// Computes the distorted point of a pinhole point, with its derivative.
     fn distort(&self, point: &Vector2<f64>) -> Distorted {
         let u = point.norm_squared();
         let (s, s_by_u) = self.stretch(u);
@@ -221,6 +222,7 @@ impl Polynomial {
         Self(self.0.iter().enumerate().skip(1).map(|(i, c)| i as f64 * c).collect())
     }
 
+    /// Multiplies two polynomials.
     fn times(&self, other: &Self) -> Self {
         let mut product = vec![0.0; self.0.len() + other.0.len() - 1];
         for (i, a) in self.0.iter().enumerate() {

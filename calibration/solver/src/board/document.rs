@@ -202,6 +202,7 @@ impl Board {
         all.filter(|[column, row]| (column + row) % 2 == 1).collect()
     }
 
+    /// Lists the corners at their nominal places.
     fn regular_corners(
         squares: [u32; 2],
         square_mm: f64,
@@ -215,6 +216,7 @@ impl Board {
         Ok((0..columns * rows).map(corner).collect())
     }
 
+    /// Reports everything that is wrong.
     fn check(&self) -> Result<(), InvalidDocument> {
         let nominal = Self::regular_corners(self.squares, self.square_mm)?;
         let mut problems = Vec::new();
@@ -252,6 +254,7 @@ impl Board {
         DOCUMENT.accept(problems)
     }
 
+    /// Reports everything that is wrong with the markers.
     fn check_markers(&self, problems: &mut Vec<String>) {
         match self.marker_mm {
             Some(side) if side > 0.3 * self.square_mm && side < self.square_mm => {}
@@ -323,6 +326,7 @@ impl BoardMarker {
     }
 }
 
+/// Checks the limits of the numbers of squares.
 fn check_squares(squares: [u32; 2]) -> Result<(), InvalidDocument> {
     if squares.iter().all(|n| (MIN_SQUARES..=MAX_SQUARES).contains(n)) {
         return Ok(());

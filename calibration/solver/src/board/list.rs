@@ -86,6 +86,7 @@ pub fn read_corners(
     if problems.is_empty() { Ok(views) } else { Err(InvalidList { problems }) }
 }
 
+/// Reads a row: the view and its corner.
 fn row<'a>(
     cells: &[&'a str],
     count: usize,

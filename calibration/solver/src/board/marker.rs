@@ -27,6 +27,7 @@ pub(super) struct Markers {
 }
 
 impl Markers {
+    /// Prepares the patterns of a board's markers.
     pub(super) fn new(board: &Board) -> Self {
         let fields = board.markers.first().map_or(0, |marker| marker.bits.len()) + 2;
         let pattern = |bits: &[String]| {

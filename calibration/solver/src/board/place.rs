@@ -43,6 +43,7 @@ pub(super) fn place(image: &GreyImage, board: &Board, grids: &[Grid]) -> Result<
     Ok(placed)
 }
 
+/// Locates the largest grid on a checkerboard by its outline.
 fn checkerboard(board: &Board, grids: &[Grid]) -> Result<Grid, NotFound> {
     let [columns, rows] = board.inner_corners();
     let expected = columns * rows;
@@ -83,6 +84,7 @@ fn steps(placed: &Grid) -> impl Iterator<Item = Vector2<f64>> {
         .filter_map(|((c, r), saddle)| placed.get(&(c + 1, *r)).map(|next| next.at - saddle.at))
 }
 
+/// Locates all grids on a ChArUco board by its markers, and joins them.
 fn charuco(image: &GreyImage, board: &Board, grids: &[Grid]) -> Result<Grid, NotFound> {
     let markers = Markers::new(board);
     let [columns, rows] = board.inner_corners().map(|n| n as i32);

@@ -100,6 +100,7 @@ pub(super) fn refine(
     None
 }
 
+/// Derives a saddle's edges, contrast and uncertainty from the Hessian; `None` if it is no corner.
 fn describe(hessian: &Matrix2<f64>, at: Point2<f64>, sigma_px: f64, noise: f64) -> Option<Saddle> {
     let eigen = hessian.symmetric_eigen();
     let (light, dark) = if eigen.eigenvalues[0] > eigen.eigenvalues[1] { (0, 1) } else { (1, 0) };

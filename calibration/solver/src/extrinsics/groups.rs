@@ -153,6 +153,7 @@ struct PinPress {
 /// Presses of each pin, by the bits of its contact.
 type Presses = BTreeMap<[u64; 3], Vec<PinPress>>;
 
+/// Collects the presses of each pin.
 fn presses(groups: &[Group]) -> Presses {
     let mut presses = Presses::new();
     for group in groups {
@@ -214,6 +215,7 @@ fn bits(contact: &Contact) -> [u64; 3] {
     <[f64; 3]>::from(contact.contact_in_sensor_mm).map(f64::to_bits)
 }
 
+/// Computes residuals and derivatives of each capture.
 fn groups(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> Vec<Group> {
     let captures = observations.iter().map(|o| o.contact.capture + 1).max().unwrap_or(0);
     let middle =
@@ -269,6 +271,7 @@ struct Likelihood {
 }
 
 impl Likelihood {
+    /// Computes the likelihood; `None` if a matrix is singular or no degree of freedom is left.
     fn of(groups: &[Group], prior: &DVector<f64>, dome: &[f64; MOTIONS]) -> Option<Self> {
         let count = prior.len();
         let mut information = DMatrix::from_diagonal(prior);

@@ -236,6 +236,7 @@ impl Normal {
         }
     }
 
+    /// Builds the normal equations of a model, and returns its cost.
     fn build(
         &mut self,
         model: &Model,

@@ -246,6 +246,7 @@ fn best(
     likeliest(&drawn).or_else(|| likeliest(&among)).unwrap_or(nearest)
 }
 
+/// Fits a candidate and computes everything by which it is judged.
 fn judge(
     candidate: ParameterSet,
     start: &Model,

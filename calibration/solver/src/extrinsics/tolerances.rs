@@ -113,6 +113,7 @@ impl Expected<'_> {
         all
     }
 
+    /// Lists the differences of the pose from the designed one; empty without a design.
     fn of_pose(&self, fit: &PoseSolution) -> Vec<Difference> {
         let Some(nominal) = self.nominal else { return Vec::new() };
         let sigma = |at: usize| fit.covariance[(at, at)].max(0.0).sqrt();

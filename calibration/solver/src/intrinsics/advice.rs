@@ -60,6 +60,7 @@ pub struct Advice {
     pub warnings: Vec<String>,
 }
 
+/// Examines a calibration and formulates warnings.
 pub(super) fn advise(views: &[BoardView], fit: &BundleSolution, rays: &Rays) -> Advice {
     let coverage = coverage(views, &fit.state);
     let influence = influence(fit);
@@ -133,6 +134,7 @@ fn are_frontal(state: &State) -> bool {
     normals.map(tilt_deg).all(|tilt| tilt < FRONTAL_DEG)
 }
 
+/// Computes the influence of each view.
 fn influence(fit: &BundleSolution) -> Vec<ViewInfluence> {
     let count = fit.informations.len();
     let total: DMatrix<f64> = fit.informations.iter().sum();
@@ -159,6 +161,7 @@ fn influence(fit: &BundleSolution) -> Vec<ViewInfluence> {
     fit.informations.iter().zip(&fit.state.cameras_from_board).map(one).collect()
 }
 
+/// Counts the corners in each cell of the image.
 fn coverage(views: &[BoardView], state: &State) -> ImageCoverage {
     let camera = &state.camera;
     let [columns, rows] = COVERAGE;

@@ -120,6 +120,7 @@ fn typical(views: &[BoardView], state: &State) -> Option<f64> {
     Some((*median / MEDIAN_LENGTH).max(1e-9))
 }
 
+/// Minimises the cost for a fixed scale of the residuals.
 fn descend(views: &[BoardView], start: State, free: &[bool], scale: f64) -> Option<State> {
     let mut state = start;
     let mut normal = Normal::build(views, &state, free, scale)?;
@@ -188,6 +189,7 @@ struct Step {
 }
 
 impl Normal {
+    /// Builds the normal equations; `None` if a corner lies outside the lens's domain.
     fn build(views: &[BoardView], state: &State, free: &[bool], scale: f64) -> Option<Self> {
         let columns: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
         let count = columns.len();
@@ -242,6 +244,7 @@ impl Normal {
         Some(Self { views: normals, cost })
     }
 
+    /// Solves for a damped step; `None` if the equations are singular.
     fn step(&self, damping: f64) -> Option<Step> {
         let count = self.views.first()?.camera_gradient.len();
         let mut camera = DMatrix::zeros(count, count);

@@ -85,6 +85,7 @@ impl Place {
         self
     }
 
+    /// Propagates the information of the parameters to the ray.
     fn sigma(&self, information: &ScaledCholesky, scale: f64) -> RaySigma {
         let rows = |matrix: &DMatrix<f64>| -> f64 {
             let squares = matrix.row_iter().map(|row| information.variance(&row.transpose()));

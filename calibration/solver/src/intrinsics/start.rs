@@ -56,6 +56,7 @@ fn with_focal_factor(nominal: &Camera, factor: f64) -> Option<Camera> {
     nominal.with_parameters(&values).ok()
 }
 
+/// Computes the median length of residuals, px; `None` if it is infinite.
 fn median_px(views: &[BoardView], state: &State) -> Option<f64> {
     let pairs = views.iter().zip(&state.cameras_from_board);
     let mut lengths: Vec<f64> = pairs

@@ -253,6 +253,7 @@ impl<'a> Choose<'a, '_> {
         of_each.map(|pins| pins.concat())
     }
 
+    /// Reads a capture's pins from its file name.
     fn by_name(&self, file: &str) -> Result<Planned<'a>, Error> {
         if let Some(pins) = self.kinds_in(file) {
             // Not a complete label: many protrusions of a half leave no mark, and too few do to determine how the
@@ -265,6 +266,7 @@ impl<'a> Choose<'a, '_> {
         Ok(Planned { file: file.into(), pins, labelled, marks: None })
     }
 
+    /// Reads a capture's pins, and perhaps their marks, from the list.
     fn by_list(&self, file: &str, listed: &[ListedPin]) -> Result<Planned<'a>, Error> {
         let pin = |p: &ListedPin| self.pin(file, p.hole, p.kind.as_deref());
         let pins = listed.iter().map(pin).collect::<Result<Vec<_>, _>>()?;
@@ -315,6 +317,7 @@ fn same_file(a: &Path, b: &Path) -> bool {
     listing::real_path(a) == listing::real_path(b)
 }
 
+/// Lists the file names of a folder's images, in natural order.
 fn pictures_in(folder: &Path) -> Result<Vec<String>, PinCaptureError> {
     let unreadable = |source| PinCaptureError::Folder { folder: folder.into(), source };
     let mut files = Vec::new();
@@ -332,6 +335,7 @@ fn pictures_in(folder: &Path) -> Result<Vec<String>, PinCaptureError> {
     Ok(files)
 }
 
+/// Reads the list of captures, if the folder has one.
 fn list_in(folder: &Path) -> Result<BTreeMap<String, Vec<ListedPin>>, Error> {
     let path = folder.join(LIST);
     if !path.is_file() {

@@ -63,6 +63,7 @@ pub(super) struct Difference {
 }
 
 impl Difference {
+    /// Computes the change of each pixel, and its noise.
     pub fn new(
         reference: &GreyImage,
         pressed: &GreyImage,

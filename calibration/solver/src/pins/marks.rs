@@ -25,6 +25,7 @@ const HIDDEN_SIGMA: f64 = 0.3;
 /// Smallest standard deviation of a centre, px, because pixels are not points.
 const SIGMA_FLOOR_PX: f64 = 0.02;
 
+/// Finds the marks of pins, and the changes that are not pins.
 pub(super) fn find(difference: &Difference, options: &DetectionOptions) -> Detection {
     let side = difference.shorter_px as f64;
     let diameters_px = [options.min_diameter * side, options.max_diameter * side];
@@ -99,6 +100,7 @@ fn grow(difference: &Difference, peak: usize, level: f32) -> Region {
     Region { pixels, open_steps, hidden_steps }
 }
 
+/// Measures the mark of a region, or returns the reason why it is not a pin's.
 fn measure(
     difference: &Difference,
     region: &Region,

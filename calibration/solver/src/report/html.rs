@@ -49,6 +49,7 @@ impl ExtrinsicsReport<'_> {
         page(&format!("Camera pose of {}", self.sensor), &body)
     }
 
+    /// Writes the main figures and the pose.
     fn summary(&self) -> String {
         let chosen = self.chosen();
         let plain = self.calibration.plain();
@@ -83,6 +84,7 @@ impl ExtrinsicsReport<'_> {
         )
     }
 
+    /// Writes the fitted parameters.
     fn parameters_table(&self) -> String {
         let mut rows = String::new();
         for parameter in &self.chosen().fit.parameters {
@@ -99,6 +101,7 @@ impl ExtrinsicsReport<'_> {
         format!("<table><tr><th>fitted</th><th>value</th><th>sigma</th></tr>\n{rows}</table>\n")
     }
 
+    /// Writes the explanations that were tried.
     fn trials_table(&self) -> String {
         let selection = &self.calibration.selection;
         let mut rows = String::new();
@@ -129,6 +132,7 @@ impl ExtrinsicsReport<'_> {
         )
     }
 
+    /// Writes the captures with their errors.
     fn captures_table(&self) -> String {
         let mut rows = String::new();
         for (i, record) in self.captures.iter().enumerate() {
@@ -214,6 +218,7 @@ impl ExtrinsicsReport<'_> {
         text
     }
 
+    /// Writes the repeatability of each hole.
     fn repeatability_table(&self) -> String {
         let mut rows = String::new();
         for row in self.repeatability() {

@@ -126,6 +126,7 @@ impl IntrinsicsReport<'_> {
     }
 }
 
+/// Describes an image.
 fn picture_json(picture: &PictureRecord) -> Value {
     json!({
         "file": picture.file,
@@ -135,6 +136,7 @@ fn picture_json(picture: &PictureRecord) -> Value {
     })
 }
 
+/// Describes the uncertainty of rays over a part of the image.
 fn rays_json(RaySigmas { typical, worst }: &RaySigmas) -> Value {
     json!({
         "typical_mrad": 1e3 * typical.angle_rad,
@@ -144,6 +146,7 @@ fn rays_json(RaySigmas { typical, worst }: &RaySigmas) -> Value {
     })
 }
 
+/// Describes a lens model that was tried.
 fn candidate_json(candidate: &LensCandidate) -> Value {
     json!({
         "model": candidate.model.name(),

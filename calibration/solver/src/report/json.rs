@@ -74,6 +74,7 @@ impl ExtrinsicsReport<'_> {
         })
     }
 
+    /// Describes the comparison with other captures.
     fn cross_checks_json(&self) -> Value {
         let checks = &self.calibration.checks;
         let without = self.captures.iter().enumerate().map(|(capture, record)| {
@@ -130,6 +131,7 @@ impl ExtrinsicsReport<'_> {
         })
     }
 
+    /// Describes a capture with its pins.
     fn capture_json(&self, capture: usize) -> Value {
         let record = &self.captures[capture];
         let pins: Vec<Value> = self
@@ -156,6 +158,7 @@ impl ExtrinsicsReport<'_> {
     }
 }
 
+/// Describes an explanation with its differences from the drawing.
 fn explanation_json(trial: &Trial) -> Value {
     let differs = trial.differs().map(|difference| {
         json!({
@@ -174,6 +177,7 @@ fn explanation_json(trial: &Trial) -> Value {
     })
 }
 
+/// Describes a trial with its errors.
 fn trial_json(trial: &Trial) -> Value {
     json!({
         "name": trial.candidate.to_string(),

@@ -34,6 +34,7 @@ pub(super) struct HoleRow {
 }
 
 impl HoleRow {
+    /// Computes the statistics of the pins in one hole.
     fn new(hole: u32, pins: &[Seen]) -> Self {
         let count = pins.len() as f64;
         let mean = pins.iter().map(|seen| seen.pixel).sum::<Vector2<f64>>() / count;
@@ -180,6 +181,8 @@ impl ExtrinsicsReport<'_> {
         ])
     }
 
+    /// Computes the surface's uncertainty at places on a dome, with their pixels; `None` if pins' axes are unknown or
+    /// parallel.
     fn places_on_dome(&self) -> Option<Vec<([f64; 2], SurfaceSigma)>> {
         let calibration = self.calibration;
         let contacts: Vec<(Point3<f64>, Vector3<f64>)> = calibration

@@ -377,6 +377,7 @@ impl ExtrinsicsReport<'_> {
     }
 }
 
+/// Describes the distance of the gel's surface, and whether it was fixed.
 fn gel_distance(trial: &Trial) -> String {
     let Interface::Flat(flat) = trial.fit.model.camera.interface() else { return String::new() };
     let distance = format!("{:.1} mm", flat.distance_mm);

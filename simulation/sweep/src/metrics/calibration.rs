@@ -5,6 +5,7 @@ use fabkit_fixtures::{FixtureError, Project};
 
 use super::Computed;
 
+/// Computes the group's metrics; notes say why some are missing.
 pub(super) fn compute(project: &Project, computed: &mut Computed) {
     // The name is `pin dome` or `pin plate`.
     let what = project.pin_fixture_name().replace('-', " ");

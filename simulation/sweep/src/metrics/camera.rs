@@ -80,6 +80,7 @@ impl<'a> View<'a> {
         self.places.as_ref().map(|(places, area_mm2)| (&places[..], *area_mm2))
     }
 
+    /// Finds the places on the surface that lie in the image.
     fn look_around(&self) -> Result<Option<(Vec<Place>, f64)>, InvalidSolid> {
         let Some(touch) = &self.sensor.touch else { return Ok(None) };
         let surface = SurfacePoints::new(touch)?;
@@ -115,6 +116,7 @@ fn scale(by_place: &Matrix2x3<f64>, sight: &Vector3<f64>, normal: &Vector3<f64>)
     Some(Scale { mm_per_px, range_mm_per_px: by_px.norm() })
 }
 
+/// Computes the group's metrics.
 pub(super) fn compute(view: &View, computed: &mut Computed) {
     let Some((places, area_mm2)) = view.places() else { return };
     let seen: Vec<&Place> = places.iter().filter(|place| place.hidden_by.is_none()).collect();

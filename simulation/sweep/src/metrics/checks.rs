@@ -5,6 +5,7 @@ use fabkit_geometry::Sensor;
 
 use super::Computed;
 
+/// Computes the group's metrics.
 pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut Computed) {
     let report = match check_variant(sensor, memo) {
         Ok(report) => report,

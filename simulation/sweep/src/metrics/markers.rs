@@ -25,6 +25,7 @@ struct Marker {
     widths_mm: [f64; 2],
 }
 
+/// Computes the group's metrics; nothing for a sensor without markers.
 pub(super) fn compute(view: &View, computed: &mut Computed) -> Result<(), InvalidSolid> {
     let markers = markers(view.sensor())?;
     if markers.is_empty() {
@@ -84,6 +85,7 @@ fn markers(sensor: &Sensor) -> Result<Vec<Marker>, InvalidSolid> {
     Ok(Vec::new())
 }
 
+/// Finds the markers among a solid's features.
 fn of_body(solid: &Solid, sensor_from_body: &Pose) -> Result<Vec<Marker>, InvalidSolid> {
     let mut names = BTreeSet::new();
     let mut markers = Vec::new();
@@ -114,6 +116,7 @@ fn hides(markers: &[Marker], way: &[Point3<f64>]) -> bool {
     way.windows(2).any(|piece| stands_on(markers, &piece[0], &piece[1]))
 }
 
+/// Returns whether a marker blocks the straight line between two points.
 fn stands_on(markers: &[Marker], eye: &Point3<f64>, place: &Point3<f64>) -> bool {
     let sight = place - eye;
     let length_mm = sight.norm();

@@ -21,6 +21,7 @@ struct Sum {
     mass_g: Option<f64>,
 }
 
+/// Computes the group's metrics; those that need an unknown density or price are missing.
 pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), InvalidSolid> {
     let mut by_material: BTreeMap<&str, Sum> = BTreeMap::new();
     let mut cost_usd = Some(0.0);

@@ -33,6 +33,7 @@ struct Known {
 }
 
 impl Memo {
+    /// Returns the measurements of a solid's mesh, from the cache if possible.
     fn measured(&self, solid: &Solid) -> Result<Measured, MeshError> {
         let key = solid.shape_key();
         let known = self.0.lock().ok().and_then(|known| known.by_shape.get(&key).copied());
@@ -56,6 +57,7 @@ impl Memo {
     }
 }
 
+/// Computes the group's metrics; a part that cannot be meshed leaves a note.
 pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut Computed) {
     let (mut triangles, mut volume_mm3, mut area_mm2) = (0, 0.0, 0.0);
     for part in sensor.parts() {

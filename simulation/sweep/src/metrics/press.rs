@@ -9,6 +9,7 @@ use super::Computed;
 const BALL_RADIUS_MM: f64 = 4.0;
 const DEPTH_MM: f64 = 1.0;
 
+/// Computes the group's metrics; a press without solution leaves a note.
 pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) {
     let Some(touch) = &sensor.touch else { return };
     // The press would be deeper than the surface can give way.

@@ -11,6 +11,7 @@ const LIMIT_MM: f64 = 5.0;
 /// missed.
 const LINES: usize = 600;
 
+/// Computes the group's metric; nothing without printed parts.
 pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), InvalidSolid> {
     let mut smallest_mm: Option<f64> = None;
     for part in sensor.parts().filter(|part| part_limits(part).is_some()) {

@@ -56,6 +56,7 @@ const RELATIONS: [(&str, Relation); 6] = [
 ];
 
 impl Relation {
+    /// Returns whether the relation holds between two numbers.
     fn holds(self, left: f64, right: f64) -> bool {
         match self {
             Self::Less => left < right,
@@ -171,6 +172,7 @@ impl Constraint {
 }
 
 impl Term {
+    /// Reads a term, and checks its names.
     fn read(text: &str, known: &Known) -> Result<Self, Wrong> {
         let text = text.trim();
         let term = |factor, what, unit| Self { factor, what, unit, text: text.to_owned() };

@@ -206,6 +206,7 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
     reading.finish(Some(plan))
 }
 
+/// Reads the key `fix`.
 fn is_true(reading: &mut Reading, entry: &Entry) -> bool {
     match reading.scalar("fix", &entry.value) {
         Some("true") => true,
@@ -219,6 +220,7 @@ fn is_true(reading: &mut Reading, entry: &Entry) -> bool {
     }
 }
 
+/// Reports unknown keys.
 fn check_keys(reading: &mut Reading, entries: &[Entry]) {
     for entry in entries {
         if !KEYS.contains(&&*entry.key) {
@@ -243,6 +245,7 @@ fn fixed(reading: &mut Reading, entries: &[Entry]) -> (Vec<String>, Vec<(String,
     (overrides, places)
 }
 
+/// Reads the metrics of the plan.
 fn metrics_of(reading: &mut Reading, node: &Node) -> Vec<&'static Metric> {
     let mut wanted = Vec::new();
     for item in reading.list("metrics", node) {
@@ -260,6 +263,7 @@ fn metrics_of(reading: &mut Reading, node: &Node) -> Vec<&'static Metric> {
     metrics::METRICS.iter().filter(is_wanted).collect()
 }
 
+/// Reads the objectives of the plan.
 fn objectives_of(reading: &mut Reading, node: &Node, known: &Known) -> Vec<Objective> {
     let mut objectives = Vec::new();
     for entry in reading.map("objectives", node) {

@@ -56,6 +56,7 @@ fn heading(cells: &[&str]) -> String {
     format!("<tr>{cells}</tr>\n")
 }
 
+/// Writes the plan's main figures.
 fn summary(plan: &Plan, table: &Table) -> String {
     let chosen = match plan.sampling {
         Sampling::Grid => "all combinations of the axes' values".to_owned(),
@@ -111,6 +112,7 @@ fn reasons(table: &Table) -> String {
     html
 }
 
+/// Writes the metrics that no row has, with the notes.
 fn empty(table: &Table) -> String {
     let empty = table.empty_metrics();
     if empty.is_empty() || table.rows().iter().all(|row| row.status != Status::Ok) {
@@ -127,6 +129,7 @@ fn empty(table: &Table) -> String {
     )
 }
 
+/// Writes the rows on the Pareto front.
 fn front(plan: &Plan, table: &Table) -> String {
     if plan.objectives().is_empty() {
         return String::new();

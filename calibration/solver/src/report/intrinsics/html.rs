@@ -46,6 +46,7 @@ impl IntrinsicsReport<'_> {
         page(&format!("Camera of {}", self.sensor), &body)
     }
 
+    /// Writes the main figures.
     fn summary(&self) -> String {
         let calibration = self.calibration;
         let corners: usize = calibration.views.iter().map(|view| view.corners.len()).sum();
@@ -77,6 +78,7 @@ impl IntrinsicsReport<'_> {
         format!("<table>{rows}</table>\n")
     }
 
+    /// Writes the camera's parameters.
     fn parameters_table(&self) -> String {
         let estimate = &self.calibration.estimate;
         let sigmas = estimate.sigmas().unwrap_or_default();
@@ -93,6 +95,7 @@ impl IntrinsicsReport<'_> {
         )
     }
 
+    /// Writes the lens models that were tried.
     fn models_table(&self) -> String {
         let mut rows = String::new();
         for candidate in &self.calibration.candidates {
@@ -124,6 +127,7 @@ impl IntrinsicsReport<'_> {
         )
     }
 
+    /// Lists residuals with view and corner, thinned out to at most [`MAX_DOTS`].
     fn residuals(&self) -> Vec<(&str, &CornerObservation, Vector2<f64>)> {
         let all = self.calibration.views.iter().flat_map(|view| {
             let pairs = view.corners.iter().zip(&view.residuals_px);
@@ -135,6 +139,7 @@ impl IntrinsicsReport<'_> {
         all.into_iter().step_by(every).collect()
     }
 
+    /// Draws coverage and residuals on the image.
     fn image_map(&self) -> String {
         let camera = self.calibration.estimate.camera();
         let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
@@ -191,6 +196,7 @@ impl IntrinsicsReport<'_> {
         Some(format!("{map}<figcaption>{caption}</figcaption>"))
     }
 
+    /// Plots residuals against the angle off the axis.
     fn residual_against_angle(&self) -> String {
         let camera = self.calibration.estimate.camera();
         let residuals = self.residuals();
@@ -211,6 +217,7 @@ impl IntrinsicsReport<'_> {
         plot.finish("residual against the angle off the axis")
     }
 
+    /// Writes the views.
     fn views_table(&self) -> String {
         let mut rows = String::new();
         for (view, growth, tilt_deg, adds_nothing) in self.views() {

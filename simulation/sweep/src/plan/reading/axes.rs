@@ -8,6 +8,7 @@ use super::{LIMITS, find, is_of};
 
 const KEYS: [&str; 4] = ["from", "to", "steps", "scale"];
 
+/// Reads all axes of a plan.
 pub(super) fn read(
     reading: &mut Reading,
     node: &Node,
@@ -25,6 +26,7 @@ pub(super) fn read(
     axes.collect()
 }
 
+/// Reads one axis; `None` if it is invalid.
 fn axis(
     reading: &mut Reading,
     entry: &Entry,
@@ -66,6 +68,7 @@ fn axis(
     Some(PlanAxis { path: path.into(), kind, values })
 }
 
+/// Reads a range; `None` if it is invalid.
 fn range(
     reading: &mut Reading,
     path: &str,
@@ -133,6 +136,7 @@ fn range(
     (reading.found.len() == before).then_some(Range { from, to, log, steps })
 }
 
+/// Reads the number of steps; `None` for a range that is only sampled.
 fn steps(
     reading: &mut Reading,
     path: &str,
@@ -183,6 +187,7 @@ pub(super) fn value_text(reading: &mut Reading, path: &str, node: &Node) -> Opti
     }
 }
 
+/// Suggests parameters with a similar path or the same last word.
 fn parameter_hint(path: &str, known: &Known) -> String {
     let paths: Vec<&str> = known.parameters.keys().map(String::as_str).collect();
     let hint = suggestion(path, paths.iter().copied(), "");

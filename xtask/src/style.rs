@@ -31,7 +31,7 @@ struct Counts {
 /// Prints one line for each folder, or for this repository.
 pub fn run(folders: &[String]) -> Result<(), String> {
     let folders: Vec<PathBuf> = match folders {
-        [] => vec![root()],
+        [] => vec![root().to_owned()],
         _ => folders.iter().map(PathBuf::from).collect(),
     };
     println!(

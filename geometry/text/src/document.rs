@@ -10,8 +10,8 @@ use crate::place::{Found, Place, Written, WrittenText};
 use crate::tree::{Content, Entry, Node};
 use crate::unknown::{instead, meant};
 use crate::{
-    Field, Kind, Refusal, Scalar, Shape, Source, SourceKind, TextLayer, did_you_mean, join, shown,
-    similar, UNKNOWN_PARAMETER,
+    Field, Kind, Refusal, Scalar, Shape, Source, SourceKind, TextLayer, UNKNOWN_PARAMETER,
+    did_you_mean, join, shown, similar,
 };
 
 /// All written values, from every layer.

@@ -185,7 +185,7 @@ impl SensorView {
         &self,
         cast: &Cast,
         look: impl FnOnce(Seen) -> Result<R, E>,
-    // Only a press that geometrically touches can get here without visible contact: the camera does not see it.
+        // Only a press that geometrically touches can get here without visible contact: the camera does not see it.
     ) -> Result<R, E> {
         let meetings = self.meetings(cast)?;
         let ready = self.ready(cast)?;

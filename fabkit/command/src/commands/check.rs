@@ -2,7 +2,7 @@
 
 use fabkit_application::checks::{Batch, CheckReport, Finding};
 use fabkit_application::source::Target;
-use fabkit_application::{Explained, UnknownName, documents, fixtures};
+use fabkit_application::{Explained, UnknownName, documents};
 
 use super::Outcome;
 use super::progress::Progress;

@@ -450,7 +450,7 @@ impl Spots {
             let looks = self.looks.get(i).and_then(Option::as_ref);
             let Some((looks, evened)) = looks.zip(evened.as_ref()) else {
                 return Some(said.middle(&place, *size));
-            // With shadows, the place of the best correlation is more reliable than the centre of the dark spot.
+                // With shadows, the place of the best correlation is more reliable than the centre of the dark spot.
             };
             let by = minus(&place, &rest);
             Some(plus(&rest, &looks.moved(&self.scaling, evened, &by, size.pitch_px)?))

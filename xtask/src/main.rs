@@ -17,6 +17,7 @@ mod real_captures;
 mod run;
 mod rust_tests;
 mod samples;
+mod style;
 mod test;
 mod variants;
 
@@ -42,6 +43,7 @@ Tasks:
                      Fail each system call, kill, crowd and starve commands; look at what is on disk
   edits              Change each numeric parameter of the sensors alone by 10 % and 25 %; what is refused, and
                      why, and what --fix makes of it
+  style [FOLDER...]  Count habits that make code hard to read for newcomers, here or in other repositories
   bench-peers        Time fabkit beside its peers, print the ratios and write docs/benchmarks.md
   bench-depth        Cast ground truth beside Embree and Open3D; rates and errors
   variants N         Export N random variants of sensors and fixtures; trimesh judges every file.
@@ -72,6 +74,7 @@ fn main() -> ExitCode {
         "light" => light::run(&env::args().skip(2).collect::<Vec<_>>()),
         "pages" => pages::run(&env::args().skip(2).collect::<Vec<_>>()),
         "edits" => edits::run(),
+        "style" => style::run(&env::args().skip(2).collect::<Vec<_>>()),
         "bench-depth" => bench_depth::run(),
         "real-captures" => real_captures::run(env::args_os().nth(2).map(Into::into)),
         "bench-peers" => bench_peers::run(),

@@ -1,4 +1,4 @@
-//! A lens behind its interface, with an image size.
+//! A camera: a lens behind its interface, with an image size.
 
 use std::ops::Deref;
 
@@ -9,13 +9,13 @@ use crate::interface::{Bent, Interface, MAX_INTERFACE_PARAMETERS, Refraction};
 use crate::lens::{Intrinsics, KannalaBrandt, Lens, LensProjection, MAX_COEFFICIENTS};
 use crate::view_ray::ViewRay;
 
-/// Most parameters that any camera has: intrinsics, coefficients, interface.
+/// Largest number of parameters of any camera: intrinsics, coefficients and interface.
 pub const MAX_PARAMETERS: usize = 4 + MAX_COEFFICIENTS + MAX_INTERFACE_PARAMETERS;
 
-/// Largest image, pixels.
+/// Largest number of pixels of an image.
 pub const MAX_PIXELS: u64 = 64_000_000;
 
-/// A camera: valid by construction, prepared for questions, and cheap to copy.
+/// Camera that is valid by construction, precomputed for projection, and cheap to copy.
 ///
 /// ```
 /// use std::f64::consts::FRAC_PI_2;
@@ -37,18 +37,18 @@ pub struct Camera {
     refraction: Refraction,
 }
 
-/// A projected point with its derivatives.
+/// Projected point with its derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Projection {
-    /// Column and row.
+    /// Column and row, px.
     pub pixel: Point2<f64>,
-    /// Pixels per mm of the point in the camera frame, 2 x 3.
+    /// Derivative of the pixel by the point in the camera frame, px/mm, 2 x 3.
     pub by_point: Matrix2x3<f64>,
-    /// Pixels per unit of each parameter, in the order of [`Camera::parameters`].
+    /// Derivative of the pixel by each parameter, px per unit, in the order of [`Camera::parameters`].
     pub by_parameters: ParameterDerivatives,
 }
 
-/// The columns of a 2 x N Jacobian, one for each of [`Camera::parameters`]; a slice without a heap.
+/// Columns of a 2 x N Jacobian, one for each of [`Camera::parameters`], stored without heap allocation.
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterDerivatives {
     columns: [Vector2<f64>; MAX_PARAMETERS],
@@ -64,11 +64,11 @@ impl Deref for ParameterDerivatives {
 }
 
 impl Camera {
-    /// A camera whose image has `width_px` columns and `height_px` rows.
+    /// Creates a camera whose image has `width_px` columns and `height_px` rows.
     ///
     /// # Errors
-    /// An empty image or one above [`MAX_PIXELS`]; an optical axis more than an image size outside
-    /// the image; an interface that cannot be. All at once.
+    /// Reports all of these together: an empty image or one above [`MAX_PIXELS`]; an optical axis more than one image
+    /// size outside the image; an interface with impossible values.
     pub fn new(
         width_px: u32,
         height_px: u32,
@@ -86,14 +86,14 @@ impl Camera {
         Ok(Self { width_px, height_px, lens, interface, refraction: Refraction::new(&interface) })
     }
 
-    /// The lens that a data sheet promises: pixels from the centre grow with the angle.
+    /// Creates the equidistant lens of a data sheet: the distance from the image centre is proportional to the angle.
     ///
-    /// `field_of_view_rad` is the full angle of view over the image's *diagonal*, on which makers
-    /// of small cameras state it: it spans `hypot(width, height)` pixels. Real wide-angle lenses
-    /// are within about a tenth of it, which is near enough to start a calibration.
+    /// `field_of_view_rad` is the full angle of view over the image's *diagonal*, `hypot(width, height)` pixels long,
+    /// because makers of small cameras state it there. Real wide-angle lenses are within about a tenth of this model,
+    /// which is near enough to start a calibration.
     ///
     /// # Errors
-    /// An image size as in [`Camera::new`], or a field of view outside 0.1 to 2 pi radians.
+    /// Fails for an image size as in [`Camera::new`], or a field of view outside 0.1 to 2 pi radians.
     pub fn equidistant(
         width_px: u32,
         height_px: u32,
@@ -102,11 +102,11 @@ impl Camera {
         Self::nominal(width_px, height_px, field_of_view_rad, [0.0; 4])
     }
 
-    /// The same for a lens with a law of its own: the radius over the focal length is the angle times
-    /// 1 + k0 angle^2 + k1 angle^4 + ..., and `terms` are these k.
+    /// Creates a lens with a field of view and a radial polynomial: radius / focal length = angle x (1 + k0 angle^2 +
+    /// k1 angle^4 + ...), where `terms` are the k. See [`Camera::equidistant`] for the field of view.
     ///
     /// # Errors
-    /// As for [`Camera::equidistant`]; terms that no lens has, as for [`KannalaBrandt::new`].
+    /// Fails as [`Camera::equidistant`], or for terms that [`KannalaBrandt::new`] refuses.
     pub fn nominal(
         width_px: u32,
         height_px: u32,
@@ -119,8 +119,10 @@ impl Camera {
         rules.within("field_of_view_rad", field_of_view_rad, 0.1, full_turn);
         rules.finish()?;
         let (width, height) = (f64::from(width_px), f64::from(height_px));
+        // The image's diagonal spans the full angle, half of it on each side of the centre.
         let half_rad = field_of_view_rad / 2.0;
         let square = half_rad * half_rad;
+        // Horner's scheme; the factor outside makes the lowest power the square.
         let series = terms.iter().rev().fold(0.0, |sum, term| (sum + term) * square);
         let px_per_rad = width.hypot(height) / 2.0 / (half_rad * (1.0 + series));
         let intrinsics = Intrinsics {
@@ -133,52 +135,50 @@ impl Camera {
         Self::new(width_px, height_px, lens, Interface::None)
     }
 
-    /// Columns of the image.
+    /// Number of columns of the image.
     pub fn width_px(&self) -> u32 {
         self.width_px
     }
 
-    /// Rows of the image.
+    /// Number of rows of the image.
     pub fn height_px(&self) -> u32 {
         self.height_px
     }
 
-    /// The lens.
+    /// Lens of the camera.
     pub fn lens(&self) -> &Lens {
         &self.lens
     }
 
-    /// What stands between lens and scene.
+    /// Refracting interface between lens and scene.
     pub fn interface(&self) -> &Interface {
         &self.interface
     }
 
-    /// The largest angle to +z, in front of the lens, that has a pixel; see
-    /// [`Lens::angle_limit_rad`].
+    /// Largest incidence angle that has a pixel, radians; see [`Lens::angle_limit_rad`].
     pub fn angle_limit_rad(&self) -> f64 {
         self.lens.angle_limit_rad()
     }
 
-    /// Whether a pixel lies in the image, whose outermost pixels reach half a pixel beyond their
-    /// centres.
+    /// Returns whether a pixel lies in the image, including the outer half of the outermost pixels.
     pub fn sees(&self, pixel: &Point2<f64>) -> bool {
         let within = |value: f64, count: u32| value >= -0.5 && value < f64::from(count) - 0.5;
         within(pixel.x, self.width_px) && within(pixel.y, self.height_px)
     }
 
-    /// The pixel at which a point behind the interface is seen, inside the image or not.
+    /// Computes the pixel of a point behind the interface, inside the image or not.
     ///
     /// # Errors
-    /// The point is in front of the interface, beyond the lens's domain, or not finite.
+    /// Fails if the point is in front of the interface, beyond the lens's domain, or not finite.
     #[inline]
     pub fn project(&self, point_in_camera: &Point3<f64>) -> Result<Point2<f64>, OutsideDomain> {
         self.lens.project(&self.refraction.towards(point_in_camera)?)
     }
 
-    /// [`Camera::project`] with derivatives by the point and by every parameter.
+    /// Computes [`Camera::project`] with derivatives by the point and by every parameter.
     ///
     /// # Errors
-    /// As [`Camera::project`].
+    /// Fails as [`Camera::project`].
     pub fn project_with_jacobians(
         &self,
         point_in_camera: &Point3<f64>,
@@ -191,6 +191,7 @@ impl Camera {
         let (_, interface_parameters) = self.interface.parameters();
         let count = 4 + coefficients + interface_parameters;
 
+        // Columns 0 to 3 belong to fx, fy, cx and cy: the pixel is linear in them.
         let mut columns = [Vector2::zeros(); MAX_PARAMETERS];
         columns[0].x = normalised.x;
         columns[1].y = normalised.y;
@@ -198,40 +199,42 @@ impl Camera {
         columns[3].y = 1.0;
         columns[4..4 + coefficients].copy_from_slice(&by_coefficients[..coefficients]);
         for (column, by) in columns[4 + coefficients..count].iter_mut().zip(&of_interface) {
+            // Interface parameters act on the pixel through the direction in front of the lens.
             *column = by_direction * by;
         }
         let by_parameters = ParameterDerivatives { columns, count };
         Ok(Projection { pixel, by_point: by_direction * by_point, by_parameters })
     }
 
-    /// The ray, in the last medium, of all points that are seen at a pixel.
+    /// Computes the ray, in the last medium, of all points that project to a pixel.
     ///
     /// # Errors
-    /// The lens shows nothing at this pixel, or its direction runs past a flat interface.
+    /// Fails if the pixel lies outside the lens's image, or its ray does not meet a flat interface.
     #[inline]
     pub fn unproject(&self, pixel: &Point2<f64>) -> Result<ViewRay, OutsideDomain> {
         self.refraction.outward(self.lens.unproject(pixel)?)
     }
 
-    /// How many parameters this camera has.
+    /// Returns the number of parameters of this camera.
     pub fn parameter_count(&self) -> usize {
         4 + self.lens.coefficients().len() + self.interface.parameters().1
     }
 
-    /// The same lens with nothing before it.
+    /// Returns the same lens without an interface.
     #[must_use]
     pub fn in_air(&self) -> Self {
         Self { interface: Interface::None, refraction: Refraction::None, ..*self }
     }
 
-    /// The same lens, said to be known by itself: see [`Interface::Drawn`].
+    /// Returns the same lens with [`Interface::Drawn`]: the drawing says what stands in front of it.
     #[must_use]
     pub fn behind_drawing(&self) -> Self {
         Self { interface: Interface::Drawn, ..self.in_air() }
     }
 
-    /// A part of its picture as the picture of a camera of its own, from a column and a row, px: it sees along the same rays.
-    /// Its axis may lie anywhere outside.
+    /// Returns the camera of a rectangular part of the image, which starts at column and row `first_px` and has
+    /// `size_px` pixels. The rays of its pixels are those of the whole camera. Its optical axis may lie anywhere
+    /// outside of the part.
     ///
     /// ```
     /// use fabkit_camera::{Camera, Point2};
@@ -244,17 +247,18 @@ impl Camera {
     /// ```
     ///
     /// # Errors
-    /// An empty part.
+    /// Fails for an empty part, or for one above [`MAX_PIXELS`].
     pub fn part(&self, first_px: [u32; 2], size_px: [u32; 2]) -> Result<Self, InvalidCamera> {
         let [width_px, height_px] = size_px;
         check_around(width_px, height_px, &self.interface).finish()?;
         let mut values: Vec<f64> = self.lens.parameters().map(|(_, value)| value).collect();
+        // Not through `Camera::new`, which refuses principal points far outside the image.
         values[2] -= f64::from(first_px[0]);
         values[3] -= f64::from(first_px[1]);
         Ok(Self { width_px, height_px, lens: self.lens.with_parameters(&values)?, ..*self })
     }
 
-    /// The same view in another number of pixels: what a simulator renders, or a picture that was shrunk, shows.
+    /// Returns the same view in another number of pixels, as for a rendered or downscaled image.
     ///
     /// ```
     /// use fabkit_camera::{Camera, Point2};
@@ -268,7 +272,7 @@ impl Camera {
     /// ```
     ///
     /// # Errors
-    /// A picture without pixels, or with more than cameras have.
+    /// Fails for an image without pixels, or with more than [`MAX_PIXELS`].
     pub fn resized(&self, size_px: [u32; 2]) -> Result<Self, InvalidCamera> {
         let [width_px, height_px] = size_px;
         check_around(width_px, height_px, &self.interface).finish()?;
@@ -279,22 +283,23 @@ impl Camera {
         let mut values: Vec<f64> = self.lens.parameters().map(|(_, value)| value).collect();
         for (i, by) in by.into_iter().enumerate() {
             values[i] *= by;
+            // The image's corner lies at -0.5, and corners must stay corners.
             values[i + 2] = (values[i + 2] + 0.5) * by - 0.5;
         }
         Ok(Self { width_px, height_px, lens: self.lens.with_parameters(&values)?, ..*self })
     }
 
-    /// Names with units, and values, of everything that can be calibrated: `fx_px`, `fy_px`,
-    /// `cx_px`, `cy_px`, the lens's coefficients, the interface's parameters.
+    /// Returns names with units, and values, of all parameters that can be calibrated: `fx_px`, `fy_px`, `cx_px`,
+    /// `cy_px`, the lens's coefficients, the interface's parameters.
     pub fn parameters(&self) -> Vec<(&'static str, f64)> {
         let (of_interface, count) = self.interface.parameters();
         self.lens.parameters().chain(of_interface.into_iter().take(count)).collect()
     }
 
-    /// The same kind of camera with other numbers, in the order of [`Camera::parameters`].
+    /// Returns the same kind of camera with other parameter values, in the order of [`Camera::parameters`].
     ///
     /// # Errors
-    /// Another count of numbers, or numbers that no camera has; see [`Camera::new`].
+    /// Fails for another number of values, or values that [`Camera::new`] or the lens refuses.
     pub fn with_parameters(&self, parameters: &[f64]) -> Result<Self, InvalidCamera> {
         let count = self.parameter_count();
         let mut rules = Rules::default();
@@ -309,7 +314,7 @@ impl Camera {
     }
 }
 
-/// The rules of [`Camera::new`] that do not depend on its lens.
+/// Checks the conditions of [`Camera::new`] that do not depend on the lens.
 pub(crate) fn check_around(width_px: u32, height_px: u32, interface: &Interface) -> Rules {
     let mut rules = Rules::default();
     check_size(&mut rules, width_px, height_px);

@@ -1,10 +1,10 @@
-//! What a camera cannot be, and what it cannot answer.
+//! Errors of invalid cameras, and of points or pixels outside a camera's domain.
 
 use std::fmt;
 
 use thiserror::Error;
 
-/// Why a point has no pixel or a pixel no ray.
+/// Reason why a point has no pixel or a pixel has no ray.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum OutsideDomain {
     /// The direction lies beyond the angle up to which the lens's map can be inverted.
@@ -14,23 +14,23 @@ pub enum OutsideDomain {
         limit_rad.to_degrees()
     )]
     Angle {
-        /// Angle between the direction in front of the lens and +z.
+        /// Incidence angle of the direction, radians.
         angle_rad: f64,
-        /// The largest angle that the lens maps.
+        /// Largest incidence angle that the lens maps, radians.
         limit_rad: f64,
     },
-    /// No direction within the lens's domain is seen at this pixel.
+    /// No direction within the lens's domain maps to this pixel.
     #[error(
         "pixel ({x_px:.3}, {y_px:.3}) lies outside the image of the lens model, which ends at \
          {:.3} degrees",
         limit_rad.to_degrees()
     )]
     Pixel {
-        /// Column.
+        /// Column of the pixel.
         x_px: f64,
-        /// Row.
+        /// Row of the pixel.
         y_px: f64,
-        /// The largest angle that the lens maps.
+        /// Largest incidence angle that the lens maps, radians.
         limit_rad: f64,
     },
     /// The point lies on the lens's side of the refractive interface.
@@ -39,7 +39,7 @@ pub enum OutsideDomain {
         /// Distance to the interface, mm, positive.
         depth_mm: f64,
     },
-    /// The pixel's direction runs past the flat interface.
+    /// The ray of the pixel does not meet the flat interface.
     #[error(
         "the ray meets the flat interface at {:.3} degrees to its normal; it must be below 90",
         angle_rad.to_degrees()
@@ -48,19 +48,19 @@ pub enum OutsideDomain {
         /// Angle between the direction in front of the lens and the interface's normal.
         angle_rad: f64,
     },
-    /// A coordinate is not finite, or the point is the lens's centre, which is in no direction.
+    /// A coordinate is not finite, or the point is the lens's centre, which has no direction.
     #[error("the point or pixel is not finite, or the point is the centre of the lens")]
     NoDirection,
 }
 
-/// One value that a camera cannot have.
+/// Single value that a camera cannot have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LensViolation {
     /// The parameter's name, with its unit: `fx_px`.
     pub field: &'static str,
-    /// What was given.
+    /// Value that was given.
     pub value: f64,
-    /// What it must fulfil, in words: `must be above 0 and at most 1000000`.
+    /// Condition that the value must fulfil, in words: `must be above 0 and at most 1000000`.
     pub limit: String,
 }
 
@@ -70,25 +70,26 @@ impl fmt::Display for LensViolation {
     }
 }
 
-/// A number without rows of zeros.
+/// Formats a number in plain digits, or with an exponent if it is below 1e-6 or at least 1e12.
 pub(crate) fn readable(value: f64) -> String {
     let plain = value == 0.0 || (1e-6..1e12).contains(&value.abs()) || !value.is_finite();
     if plain { format!("{value}") } else { format!("{value:e}") }
 }
 
-/// Everything that is wrong with the parameters of a camera.
+/// All invalid parameters of a camera.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{}", violations.iter().map(LensViolation::to_string).collect::<Vec<_>>().join("; "))]
 pub struct InvalidCamera {
-    /// At least one.
+    /// Violated conditions, at least one.
     pub violations: Vec<LensViolation>,
 }
 
-/// Collects violations, so that all are reported at once.
+/// Collector of violations, so that all are reported together.
 #[derive(Default)]
 pub(crate) struct Rules(Vec<LensViolation>);
 
 impl Rules {
+    /// Records a violation unless `holds`.
     pub(crate) fn require(
         &mut self,
         holds: bool,
@@ -101,13 +102,13 @@ impl Rules {
         }
     }
 
-    /// `above < value <= most`; NaN fulfils nothing.
+    /// Requires `above < value <= most`; NaN fails.
     pub(crate) fn above(&mut self, field: &'static str, value: f64, above: f64, most: f64) {
         let holds = value > above && value <= most;
         self.require(holds, field, value, format!("must be above {above} and at most {most}"));
     }
 
-    /// `least <= value <= most`; NaN fulfils nothing.
+    /// Requires `least <= value <= most`; NaN fails.
     pub(crate) fn within(&mut self, field: &'static str, value: f64, least: f64, most: f64) {
         let holds = (least..=most).contains(&value);
         self.require(holds, field, value, format!("must be {least} to {most}"));

@@ -1,4 +1,4 @@
-//! A camera and how sure we are of it.
+//! A camera with the covariance of its parameters.
 
 use nalgebra::DMatrix;
 use thiserror::Error;
@@ -6,61 +6,61 @@ use thiserror::Error;
 use crate::camera::Camera;
 use crate::interface::Interface;
 
-/// A calibrated camera with the covariance of its parameters.
+/// Calibrated camera with the covariance of its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraEstimate {
-    /// The most likely camera.
+    /// Most likely camera.
     camera: Camera,
     covariance: Option<DMatrix<f64>>,
 }
 
-/// Why a matrix is not the covariance of a camera's parameters.
+/// Reason why a matrix is not the covariance of a camera's parameters.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum InvalidCovariance {
-    /// Not N x N.
+    /// The matrix is not N x N.
     #[error("the covariance is {rows} x {columns}, but there are {parameters} parameters")]
     WrongSize {
-        /// Rows given.
+        /// Number of rows given.
         rows: usize,
-        /// Columns given.
+        /// Number of columns given.
         columns: usize,
-        /// How many parameters it is of.
+        /// Number of parameters that the covariance must have.
         parameters: usize,
     },
-    /// Infinite or not a number.
+    /// An entry is infinite or not a number.
     #[error("the covariance of {row} and {column} is not finite")]
     NotFinite {
-        /// A parameter.
+        /// Parameter of the entry's row.
         row: &'static str,
-        /// A parameter.
+        /// Parameter of the entry's column.
         column: &'static str,
     },
-    /// Two entries that must agree do not.
+    /// The matrix is not symmetric at an entry.
     #[error("the covariance of {row} and {column} is not that of {column} and {row}")]
     NotSymmetric {
-        /// A parameter.
+        /// Parameter of the entry's row.
         row: &'static str,
-        /// A parameter.
+        /// Parameter of the entry's column.
         column: &'static str,
     },
-    /// Some combination of parameters would have a negative variance.
+    /// The matrix is not positive semidefinite: some combination of parameters has a negative variance.
     #[error(
         "the covariance has a negative eigenvalue ({least_correlation_eigenvalue:e}, of its \
          correlations)"
     )]
     NotPositive {
-        /// Of the correlation matrix.
+        /// Smallest eigenvalue of the correlation matrix.
         least_correlation_eigenvalue: f64,
     },
 }
 
 impl CameraEstimate {
-    /// A camera with what is known about its uncertainty: nothing, or a symmetric positive
-    /// semidefinite N x N matrix in the order of [`Camera::parameters`], in their units. A
-    /// parameter that was held has a row and column of zeros.
+    /// Creates an estimate with the covariance of the camera's parameters: `None` if it is unknown, or a symmetric
+    /// positive semidefinite N x N matrix in the order of [`Camera::parameters`], in their units. A parameter that was
+    /// fixed has a row and a column of zeros.
     ///
     /// # Errors
-    /// A matrix that is not a covariance of this camera's parameters.
+    /// Fails for a matrix that is not a covariance of this camera's parameters.
     pub fn new(
         camera: Camera,
         covariance: Option<DMatrix<f64>>,
@@ -72,8 +72,8 @@ impl CameraEstimate {
         Ok(Self { camera, covariance })
     }
 
-    /// The same, said to be of the lens by itself: see [`Interface::Drawn`](crate::Interface::Drawn). Only what
-    /// has no interface is changed.
+    /// Marks a camera without interface as calibrated without what stands in front of it; see
+    /// [`Interface::Drawn`](crate::Interface::Drawn). A camera with an interface is returned unchanged.
     #[must_use]
     pub fn behind_drawing(self) -> Self {
         let camera = match self.camera.interface() {
@@ -83,7 +83,8 @@ impl CameraEstimate {
         Self { camera, ..self }
     }
 
-    /// The same lens for who does not look at the drawing, or finds out what is before the lens.
+    /// Turns [`Interface::Drawn`] into [`Interface::None`], for callers who ignore the drawing or solve for the
+    /// interface.
     #[must_use]
     pub fn undrawn(self) -> Self {
         let camera = match self.camera.interface() {
@@ -93,22 +94,22 @@ impl CameraEstimate {
         Self { camera, ..self }
     }
 
-    /// The most likely camera.
+    /// Most likely camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// N x N in the order of [`CameraEstimate::names`]; `None` if nothing is known.
+    /// Covariance, N x N in the order of [`CameraEstimate::names`]; `None` if it is unknown.
     pub fn covariance(&self) -> Option<&DMatrix<f64>> {
         self.covariance.as_ref()
     }
 
-    /// Names of the parameters, with units, in the order of the covariance.
+    /// Returns the names of the parameters, with units, in the order of the covariance.
     pub fn names(&self) -> Vec<&'static str> {
         self.camera.parameters().into_iter().map(|(name, _)| name).collect()
     }
 
-    /// Standard deviation of each parameter, in its unit.
+    /// Returns the standard deviation of each parameter, in its unit.
     pub fn sigmas(&self) -> Option<Vec<f64>> {
         let variances = self.covariance()?.diagonal();
         Some(variances.iter().map(|v| v.max(0.0).sqrt()).collect())
@@ -116,13 +117,13 @@ impl CameraEstimate {
 }
 
 impl From<Camera> for CameraEstimate {
-    /// Nothing is known about its uncertainty.
+    /// Creates an estimate with unknown covariance.
     fn from(camera: Camera) -> Self {
         Self { camera, covariance: None }
     }
 }
 
-/// Whether a matrix is a covariance of these parameters.
+/// Checks that a matrix is a covariance of the parameters in `names`.
 pub(crate) fn check(
     names: &[&'static str],
     covariance: &DMatrix<f64>,
@@ -132,10 +133,11 @@ pub(crate) fn check(
     if (rows, columns) != (n, n) {
         return Err(InvalidCovariance::WrongSize { rows, columns, parameters: n });
     }
-    // Parameters differ in scale by many orders: only correlations can be judged by one tolerance.
+    // Parameters differ in scale by many orders of magnitude, so only correlations can be compared with one tolerance.
     let scale = |i: usize| covariance[(i, i)].abs().sqrt();
     let correlation = DMatrix::from_fn(n, n, |r, c| {
         let scale = scale(r) * scale(c);
+        // A parameter without variance must have zeros, which the checks below see unscaled.
         if scale > 0.0 { covariance[(r, c)] / scale } else { covariance[(r, c)] }
     });
     for (r, &row) in names.iter().enumerate() {
@@ -149,6 +151,7 @@ pub(crate) fn check(
         }
     }
     let least = correlation.symmetric_eigenvalues().min();
+    // Rounding makes the smallest eigenvalue of a singular matrix slightly negative.
     if least < -1e-6 {
         return Err(InvalidCovariance::NotPositive { least_correlation_eigenvalue: least });
     }

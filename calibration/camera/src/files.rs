@@ -1,7 +1,7 @@
-//! Camera files: our own, OpenCV's, ROS's and Kalibr's, all YAML.
+//! Camera files in YAML: fabkit's own format, OpenCV's, ROS's and Kalibr's.
 //!
-//! [`read`] recognises the format by its keys. Only our own format keeps everything; [`write()`]
-//! refuses any other that would lose something, and says what.
+//! [`read`] recognises the format by its keys. Only fabkit's own format keeps everything; [`write()`] refuses another
+//! format that would lose something, and names what.
 //!
 //! | format | keys that tell it | lenses |
 //! |---|---|---|
@@ -10,10 +10,10 @@
 //! | [`CameraFormat::Ros`] | `distortion_model` beside a camera matrix | OpenCV, Kannala-Brandt |
 //! | [`CameraFormat::Kalibr`] | `cam0` | OpenCV (4 terms), Kannala-Brandt, double sphere, EUCM |
 //!
-//! Kalibr's `omni` without distortion is read as the EUCM that it is.
+//! Kalibr's `omni` without distortion is read as the equivalent EUCM.
 //!
-//! All four put pixel centres at integers, so intrinsics pass unchanged. OpenCV's and Kalibr's
-//! own code stops at 90 degrees; the same coefficients describe the same lens here beyond that.
+//! All four formats put pixel centres at integers, so intrinsics are copied unchanged. The code of OpenCV and Kalibr
+//! stops at 90 degrees; here the same coefficients describe the same lens beyond that.
 //!
 //! ```
 //! use fabkit_camera::files::{self, CameraFormat};
@@ -42,24 +42,24 @@ pub use self::pose::{FiledJoint, PoseFile, read_pose};
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 
-/// A kind of camera file.
+/// Format of a camera file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CameraFormat {
     /// fabkit's own YAML: lossless, with interface and covariance.
     Fabkit,
-    /// `cv::FileStorage` YAML with `camera_matrix` and `distortion_coefficients`.
+    /// YAML of `cv::FileStorage` with `camera_matrix` and `distortion_coefficients`.
     OpenCv,
-    /// The YAML of ROS's `camera_info_manager`.
+    /// YAML of ROS's `camera_info_manager`.
     Ros,
-    /// A Kalibr `camchain.yaml` with one camera.
+    /// Kalibr's `camchain.yaml` with one camera.
     Kalibr,
 }
 
 impl CameraFormat {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 4] = [Self::Fabkit, Self::OpenCv, Self::Ros, Self::Kalibr];
 
-    /// `fabkit`, `opencv`, `ros` or `kalibr`.
+    /// Name on the command line: `fabkit`, `opencv`, `ros` or `kalibr`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Fabkit => "fabkit",
@@ -70,11 +70,11 @@ impl CameraFormat {
     }
 }
 
-/// Everything that is wrong with a camera file.
+/// All faults of a camera file.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{}", faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct InvalidCameraFile {
-    /// At least one, in the order of the file where lines are known.
+    /// Faults, at least one, in the order of the file where lines are known.
     pub faults: Vec<Fault>,
 }
 
@@ -84,26 +84,28 @@ impl From<Fault> for InvalidCameraFile {
     }
 }
 
-/// A format cannot hold a camera.
+/// Error of a format that cannot hold a camera without loss.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("a camera file of format `{}` would lose {}", format.name(), lost.join(" and "))]
 pub struct LossyConversion {
-    /// The one that was asked for.
+    /// Requested format.
     pub format: CameraFormat,
-    /// What it has no place for, in words.
+    /// Parts of the camera that the format cannot hold, in words.
     pub lost: Vec<String>,
 }
 
 /// Reads a camera file of any format in [`CameraFormat`].
 ///
 /// # Errors
-/// Text above 1 MiB or that is not YAML; a format that is not recognised; missing, misspelt or
-/// impossible values. Everything that can be seen at once is reported at once.
+/// Reports text above 1 MiB or that is not YAML; a format that is not recognised; missing, misspelt or impossible
+/// values. All faults that can be found together are reported together.
 pub fn read(text: &str) -> Result<CameraEstimate, InvalidCameraFile> {
     parse(text, read_root)
 }
 
+/// Recognises the format of a camera file and reads it.
 fn read_root(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
+    // The most specific key first: other formats may use common names.
     let has = |key: &str| root.get(key).is_some();
     if has(fabkit::VERSION_KEY) {
         fabkit::read(root)
@@ -121,12 +123,13 @@ fn read_root(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     }
 }
 
-/// Reads a text as YAML, then what it holds; keys that are written twice are faults too.
+/// Parses a text as YAML, then reads its content with `read`. Duplicate keys are faults too.
 fn parse<T>(
     text: &str,
     read: impl Fn(&Node) -> Result<T, InvalidCameraFile>,
 ) -> Result<T, InvalidCameraFile> {
     const CAMERA: Dialect = Dialect { tags: &["opencv-matrix"], ..Dialect::new("camera", 1, "") };
+    // Editors on Windows may write a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     // OpenCV's first line, `%YAML:1.0`, is not YAML.
     let commented = match text.starts_with("%YAML") {
@@ -142,22 +145,23 @@ fn parse<T>(
         Ok(_) => Err(InvalidCameraFile { faults: twice }),
         Err(InvalidCameraFile { mut faults }) => {
             faults.extend(twice);
+            // Duplicate keys are found first, but belong between the other faults.
             faults.sort_by_key(line);
             Err(InvalidCameraFile { faults })
         }
     }
 }
 
-/// Where a fault stands; those of the whole file come first.
+/// Returns the line of a fault; faults of the whole file sort first.
 fn line(fault: &Fault) -> Option<usize> {
     fault.position.map(|at| at.line)
 }
 
-/// Writes a camera file that [`read`] gives back to the last bit.
+/// Writes a camera file that [`read`] restores to the last bit.
 ///
 /// # Errors
-/// Any format but fabkit's own has no place for an interface, a covariance, or some lenses. To
-/// give those up deliberately, make a [`CameraEstimate`] without them.
+/// Fails for any format but fabkit's own if the camera has an interface, a covariance, or a lens that the format cannot
+/// hold. To give those up deliberately, create a [`CameraEstimate`] without them.
 pub fn write(estimate: &CameraEstimate, format: CameraFormat) -> Result<String, LossyConversion> {
     if format == CameraFormat::Fabkit {
         return Ok(fabkit::write(estimate));
@@ -170,7 +174,7 @@ pub fn write(estimate: &CameraEstimate, format: CameraFormat) -> Result<String, 
     };
     let mut lost = Vec::new();
     match camera.interface() {
-        // All formats hold a lens by itself.
+        // A lens without interface is what all formats hold.
         Interface::None | Interface::Drawn => {}
         other => lost.push(format!("the refractive interface ({})", other.kind_name())),
     }
@@ -187,17 +191,17 @@ pub fn write(estimate: &CameraEstimate, format: CameraFormat) -> Result<String, 
     }
 }
 
-/// Numbers in a YAML list, each in the shortest form that reads back as the same number, here and
-/// in Python.
+/// Formats numbers as a YAML list, each in the shortest form that reads back as the same number, in fabkit and in
+/// Python.
 pub fn list(values: impl IntoIterator<Item = f64>) -> String {
     let numbers: Vec<String> = values.into_iter().map(number).collect();
     format!("[{}]", numbers.join(", "))
 }
 
-/// The shortest form that reads back as the same number, here and in Python.
+/// Formats a number in the shortest form that reads back as the same number, in fabkit and in Python.
 ///
-/// YAML 1.1, which PyYAML follows, takes `1e-17` for a word: a number with an exponent needs a
-/// point and the exponent a sign.
+/// YAML 1.1, which PyYAML follows, reads `1e-17` as a string: a number with an exponent needs a decimal point, and the
+/// exponent a sign.
 fn number(value: f64) -> String {
     let shortest = format!("{value:?}");
     let Some((mantissa, exponent)) = shortest.split_once('e') else { return shortest };

@@ -1,4 +1,4 @@
-//! A refracting surface between the lens and the scene.
+//! Refracting surfaces between the lens and the scene.
 
 mod flat;
 mod sphere;
@@ -13,28 +13,29 @@ use crate::view_ray::ViewRay;
 use flat::FlatRefraction;
 use sphere::SphereRefraction;
 
-/// Most parameters that an interface has.
+/// Largest number of parameters of an interface.
 pub(crate) const MAX_INTERFACE_PARAMETERS: usize = 5;
 
-/// A point this little in front of the interface counts as lying on it: it was computed there.
+/// Tolerance, mm: a point this little in front of the interface counts as lying on it, because it was computed as a
+/// point of it.
 const ON_INTERFACE_MM: f64 = 1e-9;
 
-/// What light passes on its way to the lens.
+/// Refracting surface between the lens and the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Interface {
-    /// Nothing: lens and scene share one medium, or the lens was fitted to what it saw through all that there is.
+    /// No surface: lens and scene share one medium, or the lens was calibrated through all media in front of it.
     None,
-    /// The lens is known by itself, and what it looks through from a drawing. Rays are those that leave the
-    /// lens: whoever has the drawing follows them further.
+    /// The lens is calibrated alone, and a drawing describes the media in front of it. Rays are those that leave the
+    /// lens; the owner of the drawing traces them further.
     Drawn,
-    /// A plane, or a plane-parallel pane of glass.
+    /// Plane, or plane-parallel pane of glass.
     Flat(Flat),
-    /// A sphere around the lens.
+    /// Sphere around the lens.
     Sphere(Sphere),
 }
 
 impl Interface {
-    /// How the interface is called in messages and files.
+    /// Name of the interface's kind in messages and files.
     pub fn kind_name(&self) -> &'static str {
         match self {
             Self::None => "none",
@@ -44,8 +45,8 @@ impl Interface {
         }
     }
 
-    /// Whether rays are bent again behind it, by bodies that are drawn: a camera's own rays are then those that leave its
-    /// interface, and whoever has the drawing follows them further.
+    /// Returns whether drawn bodies behind the interface refract rays again. The camera's rays are then those that
+    /// leave its interface; the owner of the drawing traces them further.
     pub fn is_drawn_behind(&self) -> bool {
         match self {
             Self::None | Self::Drawn => false,
@@ -54,7 +55,7 @@ impl Interface {
         }
     }
 
-    /// Names with units and values of what can be calibrated.
+    /// Returns names with units and values of the parameters that can be calibrated, and their number.
     pub(crate) fn parameters(&self) -> ([(&'static str, f64); MAX_INTERFACE_PARAMETERS], usize) {
         let mut all = [("", 0.0); MAX_INTERFACE_PARAMETERS];
         let count = match self {
@@ -65,8 +66,9 @@ impl Interface {
         (all, count)
     }
 
-    /// The same interface with other numbers; `parameters` has as many as it has now.
+    /// Returns the same interface with other parameter values; `parameters` has as many as [`Interface::parameters`].
     pub(crate) fn with_parameters(&self, parameters: &[f64]) -> Self {
+        // Missing values become NaN, which `check` refuses.
         let value = |i: usize| parameters.get(i).copied().unwrap_or(f64::NAN);
         match self {
             Self::None | Self::Drawn => *self,
@@ -94,10 +96,10 @@ fn fill<const N: usize>(
     N
 }
 
-/// Both indices within what exists, and the scene's not below the lens's.
+/// Checks that both refractive indices are 1 to 4, and that the scene's is not below the lens's.
 ///
-/// The lens looks out of the thinner medium, as a lens in air does. Then no ray is ever reflected
-/// totally, and every point behind the interface is seen.
+/// The lens is in the optically thinner medium, as a lens in air is. Then no ray is totally reflected, and every point
+/// behind the interface is visible.
 fn check_indices(rules: &mut Rules, index_inside: f64, index_outside: f64) {
     rules.within("interface_index_inside", index_inside, 1.0, 4.0);
     rules.require(
@@ -108,7 +110,7 @@ fn check_indices(rules: &mut Rules, index_inside: f64, index_outside: f64) {
     );
 }
 
-/// An interface prepared for questions.
+/// Interface with the quantities precomputed that refraction needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Refraction {
     None,
@@ -116,9 +118,9 @@ pub(crate) enum Refraction {
     Sphere(SphereRefraction),
 }
 
-/// A direction in front of the lens with its derivatives.
+/// Direction in front of the lens, with its derivatives by the point and by the interface's parameters.
 pub(crate) struct Bent {
-    /// Of any length.
+    /// Direction, of any length.
     pub direction: Vector3<f64>,
     pub by_point: Matrix3<f64>,
     pub by_parameters: [Vector3<f64>; MAX_INTERFACE_PARAMETERS],
@@ -133,7 +135,7 @@ impl Refraction {
         }
     }
 
-    /// Direction, of any length, in which the lens sees a point.
+    /// Computes the direction, of any length, from the lens towards the image of a point behind the interface.
     #[inline]
     pub(crate) fn towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
         match self {
@@ -143,6 +145,7 @@ impl Refraction {
         }
     }
 
+    /// Computes [`Refraction::towards`] with derivatives by the point and by the interface's parameters.
     pub(crate) fn differentiate(&self, point: &Point3<f64>) -> Result<Bent, OutsideDomain> {
         match self {
             Self::None => Ok(Bent {
@@ -155,7 +158,7 @@ impl Refraction {
         }
     }
 
-    /// The ray in the last medium that reaches the lens from unit `direction`.
+    /// Computes the ray, in the last medium, whose light reaches the lens from the unit `direction`.
     #[inline]
     pub(crate) fn outward(&self, direction: Vector3<f64>) -> Result<ViewRay, OutsideDomain> {
         match self {
@@ -166,9 +169,10 @@ impl Refraction {
     }
 }
 
-/// Snell's law for a unit `direction` that leaves through a surface with unit `normal`, both
-/// pointing outward, from index `ratio * n` into index `n`.
+/// Refracts a unit `direction` by Snell's law at a surface with unit `normal`. Both point outward; `ratio` is the index
+/// before the surface over the index behind it.
 fn refract(direction: &Vector3<f64>, normal: &Vector3<f64>, ratio: f64) -> Vector3<f64> {
     let along = (direction - normal * direction.dot(normal)) * ratio;
+    // Rounding may push the argument slightly below zero; total reflection does not occur (see `check_indices`).
     along + normal * (1.0 - along.norm_squared()).max(0.0).sqrt()
 }

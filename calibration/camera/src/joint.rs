@@ -1,8 +1,8 @@
-//! A camera at its place: what is known of camera and pose together.
+//! Joint estimate of a camera and its pose.
 //!
-//! A lens that is calibrated a little long makes a pose come out a little far, and where the pins
-//! were, the two errors cancel. Who takes them for independent counts them twice; what carries both
-//! is one covariance.
+//! Errors of camera and pose are correlated: a focal length that is calibrated slightly too long makes the pose come
+//! out slightly too far, and at the pins the two errors cancel. Treating them as independent counts them twice; one
+//! joint covariance does not.
 
 use std::fmt;
 
@@ -11,11 +11,11 @@ use nalgebra::DMatrix;
 use crate::camera::Camera;
 use crate::estimate::{CameraEstimate, InvalidCovariance, check};
 
-/// How many parameters a pose has.
+/// Number of parameters of a pose.
 pub const POSE_COUNT: usize = 6;
 
-/// The parameters of a pose, with units, in their order: a small rotation about the camera's axes
-/// through the sensor's origin, then the sensor's origin in the camera frame.
+/// Names of a pose's parameters with units, in their order: a small rotation about the camera's axes through the
+/// sensor's origin, then the sensor's origin in the camera frame.
 pub const POSE_PARAMETERS: [&str; POSE_COUNT] = [
     "rotation_x_rad",
     "rotation_y_rad",
@@ -25,11 +25,11 @@ pub const POSE_PARAMETERS: [&str; POSE_COUNT] = [
     "translation_z_mm",
 ];
 
-/// A camera, and how sure it and its pose are, together.
+/// Camera with the joint covariance of its pose and its parameters.
 ///
-/// The one place that says what the parameters are called and how they are ordered: those of the
-/// pose, [`POSE_PARAMETERS`], then those of the camera, [`Camera::parameters`]. A parameter that
-/// nothing is known about, or that was held, has a row and a column of zeros.
+/// This type alone defines the names and the order of the parameters: those of the pose, [`POSE_PARAMETERS`], then
+/// those of the camera, [`Camera::parameters`]. A parameter that is unknown, or was fixed in the calibration, has a row
+/// and a column of zeros.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointEstimate {
     camera: Camera,
@@ -37,35 +37,34 @@ pub struct JointEstimate {
     is_joint: bool,
 }
 
-/// What a [`JointEstimate`] covers: which of its parameters have a variance.
+/// Groups of parameters of a [`JointEstimate`] that have a variance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Covered {
-    /// The pose.
+    /// The pose has a variance.
     pub pose: bool,
-    /// The lens: its intrinsics and coefficients.
+    /// The lens has a variance: any of its intrinsics or coefficients.
     pub lens: bool,
-    /// The refractive interface.
+    /// The refractive interface has a variance.
     pub interface: bool,
-    /// Pose and camera are both covered, but what they have in common is not known: they count as
-    /// independent.
+    /// Pose and camera both have a variance, but their correlation is unknown, so that they count as independent.
     pub as_if_independent: bool,
 }
 
 impl JointEstimate {
-    /// A camera with the covariance of its pose and its parameters, which were solved for together.
+    /// Creates an estimate from the joint covariance of a pose and a camera that were solved for together.
     ///
     /// # Errors
-    /// A matrix of another size, or one that is no covariance.
+    /// Fails for a matrix of another size, or one that is no covariance.
     pub fn new(camera: Camera, covariance: DMatrix<f64>) -> Result<Self, InvalidCovariance> {
         check(&Self::names_for(&camera), &covariance)?;
         Ok(Self { camera, covariance, is_joint: true })
     }
 
-    /// A camera and a pose of which each is known by itself, as files from before say it. Zeros
-    /// stand for what nobody says.
+    /// Creates an estimate from a camera and a pose whose covariances are known separately, as in older files. Unknown
+    /// entries are zero.
     ///
     /// # Errors
-    /// A matrix of the pose that is no covariance.
+    /// Fails if the pose's matrix is no covariance.
     pub fn independent(
         estimate: &CameraEstimate,
         pose: Option<&[[f64; POSE_COUNT]; POSE_COUNT]>,
@@ -84,48 +83,49 @@ impl JointEstimate {
         Ok(Self { camera, covariance, is_joint: false })
     }
 
-    /// The most likely camera.
+    /// Most likely camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// Of all parameters, in the order of [`JointEstimate::names`] and in their units.
+    /// Covariance of all parameters, in the order of [`JointEstimate::names`] and in their units.
     pub fn covariance(&self) -> &DMatrix<f64> {
         &self.covariance
     }
 
-    /// Names of the parameters with units, in the order of the covariance.
+    /// Returns the names of the parameters with units, in the order of the covariance.
     pub fn names(&self) -> Vec<&'static str> {
         Self::names_for(&self.camera)
     }
 
-    /// The names of pose and camera, in their order, whatever is known about them.
+    /// Returns the names of the parameters of a pose and `camera`, in the order of the covariance.
     pub fn names_for(camera: &Camera) -> Vec<&'static str> {
         let of_camera = camera.parameters().into_iter().map(|(name, _)| name);
         POSE_PARAMETERS.into_iter().chain(of_camera).collect()
     }
 
-    /// The pose's part of the covariance, whatever the camera's parameters are.
+    /// Returns the pose's 6 x 6 block of the covariance.
     pub fn pose_covariance(&self) -> [[f64; POSE_COUNT]; POSE_COUNT] {
         std::array::from_fn(|r| std::array::from_fn(|c| self.covariance[(r, c)]))
     }
 
-    /// The camera by itself, wherever it is; without a covariance if nothing is known about it.
+    /// Returns the camera's own estimate; without a covariance if all its variances are zero.
     pub fn camera_estimate(&self) -> CameraEstimate {
         let n = self.camera.parameter_count();
         let part = self.covariance.view((POSE_COUNT, POSE_COUNT), (n, n)).into_owned();
         let part = Some(part).filter(|part| part.diagonal().iter().any(|variance| *variance > 0.0));
-        // A part of a covariance is one.
+        // The check cannot fail in theory, because a diagonal block of a covariance is a covariance.
         CameraEstimate::new(self.camera, part).unwrap_or_else(|_| self.camera.into())
     }
 
-    /// The parameters that have a variance, by their place in the order.
+    /// Returns the indices of the parameters that have a variance.
     pub fn free(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.covariance.nrows()).filter(|&i| self.covariance[(i, i)] > 0.0)
     }
 
-    /// What the covariance covers.
+    /// Returns which groups of parameters have a variance.
     pub fn covered(&self) -> Covered {
+        // The interface's parameters are the camera's last ones.
         let of_interface = self.camera.parameter_count() - self.camera.interface().parameters().1;
         let any = |from: usize, to: usize| self.free().any(|i| (from..to).contains(&i));
         let pose = any(0, POSE_COUNT);
@@ -137,8 +137,8 @@ impl JointEstimate {
 }
 
 impl fmt::Display for Covered {
-    /// `pose, lens, shape`: for the account of what a sigma of ground truth contains, which always
-    /// has the shape's.
+    /// Writes `pose, lens, shape`: the contributions to a sigma of ground truth, which always includes that of the
+    /// shape.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let parts = [("pose", self.pose), ("lens", self.lens), ("interface", self.interface)];
         for (name, _) in parts.into_iter().filter(|(_, covered)| *covered) {

@@ -1,7 +1,7 @@
-//! Central lenses: directions to pixels and back.
+//! Central lens models: maps from directions to pixels and back.
 //!
-//! Every model maps a direction to the *normalised plane*, where a pinhole would have `(x/z, y/z)`,
-//! and [`Intrinsics`] map that plane to pixels. A model is one file that knows nothing of pixels.
+//! Every model maps a direction to the *normalised plane*, where a pinhole would have `(x/z, y/z)`, and [`Intrinsics`]
+//! map that plane to pixels. Each model has its own file, which knows nothing of pixels.
 
 mod double_sphere;
 mod eucm;
@@ -20,16 +20,16 @@ pub use opencv::OpenCv;
 
 use crate::error::{InvalidCamera, OutsideDomain, Rules};
 
-/// Most coefficients that a model has besides its [`Intrinsics`].
+/// Largest number of coefficients of a model besides its [`Intrinsics`].
 pub(crate) const MAX_COEFFICIENTS: usize = 8;
 
 /// Names of the intrinsics, in their order.
 pub(crate) const INTRINSICS: [&str; 4] = ["fx_px", "fy_px", "cx_px", "cy_px"];
 
-/// A lens that ends closer to its axis than this is a misprint, not a lens.
+/// Smallest accepted incidence angle limit, radians. A lens that ends closer to its axis has mistyped coefficients.
 const LEAST_ANGLE_LIMIT_RAD: f64 = 0.01;
 
-/// Scale and principal point: `column = fx_px * x + cx_px`, `row = fy_px * y + cy_px`.
+/// Focal lengths and principal point: `column = fx_px * x + cx_px`, `row = fy_px * y + cy_px`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intrinsics {
     /// Columns per unit of the normalised plane.
@@ -61,55 +61,57 @@ impl Intrinsics {
     }
 }
 
-/// A direction on the normalised plane, with derivatives.
+/// Point of the normalised plane with its derivatives.
 pub(crate) struct Normalised {
     pub at: Vector2<f64>,
     pub by_direction: Matrix2x3<f64>,
-    /// As many as the model has coefficients; the rest is zero.
+    /// Derivative by each coefficient; zero beyond the model's number of coefficients.
     pub by_coefficients: [Vector2<f64>; MAX_COEFFICIENTS],
 }
 
-/// What a lens model answers. Directions need not be of unit length, but must not be zero.
+/// Interface of a lens model. Directions need not have unit length, but must not be zero.
 pub(crate) trait Projector: Sized {
-    /// How it is called in messages and files.
+    /// Name of the model in messages and files.
     const NAME: &'static str;
-    /// How Kalibr calls it, where it knows it without distortion.
+    /// Name of the model in Kalibr, if Kalibr has it without distortion.
     const KALIBR: Option<&'static str> = None;
 
-    /// A lens of as many coefficients as the model may have; what is missing is NaN.
+    /// Creates a lens from coefficients; missing ones become NaN, which the constructors refuse.
     ///
     /// # Errors
-    /// Those of the model's own constructor.
+    /// Fails as the model's own constructor.
     fn from_coefficients(
         intrinsics: Intrinsics,
         coefficients: &[f64],
     ) -> Result<Self, InvalidCamera>;
-    /// Names of the coefficients in their order.
+    /// Names of the coefficients, in their order.
     fn names(&self) -> &'static [&'static str];
+    /// Coefficients of the model, in the order of their names.
     fn coefficients(&self) -> &[f64];
-    /// The largest angle to +z up to which the map is one to one.
+    /// Largest incidence angle, radians, up to which the map is one to one.
     fn limit_rad(&self) -> f64;
+    /// Returns whether a direction lies in the domain.
     fn contains(&self, direction: &Vector3<f64>) -> bool;
-    /// Only for directions that it contains.
+    /// Maps a direction to the normalised plane. Only for directions inside the domain ([`Projector::contains`]).
     fn normalise(&self, direction: &Vector3<f64>) -> Vector2<f64>;
-    /// Only for directions that it contains.
+    /// Computes [`Projector::normalise`] with derivatives. Only for directions inside the domain.
     fn differentiate(&self, direction: &Vector3<f64>) -> Normalised;
-    /// The direction, of any length; `None` outside the domain.
+    /// Inverts [`Projector::normalise`]. The direction has any length; `None` outside the domain.
     fn direction(&self, normalised: &Vector2<f64>) -> Option<Vector3<f64>>;
 }
 
-/// The lens models: each is registered here, and in [`LensModel::ALL`].
+/// Calls a macro with all lens models. A new model is registered here and in [`LensModel::ALL`].
 macro_rules! for_all_models {
     ($then:ident $($more:tt)*) => {
         $then! {
             [
                 /// Pinhole with OpenCV's radial and tangential distortion.
                 OpenCv
-                /// A polynomial in the incidence angle; OpenCV's `fisheye`, Kalibr's `equidistant`.
+                /// Polynomial in the incidence angle; OpenCV's `fisheye`, Kalibr's `equidistant`.
                 KannalaBrandt
-                /// Two unit spheres, one behind the other.
+                /// Double sphere: projection through two unit spheres.
                 DoubleSphere
-                /// The extended unified camera model.
+                /// Extended unified camera model.
                 Eucm
             ]
             $($more)*
@@ -118,25 +120,25 @@ macro_rules! for_all_models {
 }
 
 impl LensModel {
-    /// All models. Of two that are as simple and explain the pictures equally well the first is
-    /// taken: the EUCM before the double sphere, because its focal length is the scale on the axis
-    /// whatever its coefficients are.
+    /// All models. Of two that have equally many coefficients and explain the images equally well, the first is chosen:
+    /// the EUCM before the double sphere, because its focal length is the scale on the axis, whatever its coefficients
+    /// are.
     pub const ALL: [Self; 5] =
         [Self::KannalaBrandt, Self::Eucm, Self::DoubleSphere, Self::OpenCv5, Self::OpenCv8];
 }
 
 macro_rules! declare_lens {
     ([$($(#[$doc:meta])+ $model:ident)+]) => {
-        /// How directions become pixels.
+        /// Lens: map from directions to pixels.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Lens {
             $($(#[$doc])+ $model($model),)+
         }
 
-        /// What makes a lens of intrinsics and coefficients.
+        /// Constructor of a lens from intrinsics and coefficients.
         type Make = fn(Intrinsics, &[f64]) -> Result<Lens, InvalidCamera>;
 
-        /// Each model by its name.
+        /// Constructor of each model by its name.
         const MAKERS: &[(&str, Make)] = &[
             $((
                 $model::NAME,
@@ -179,7 +181,7 @@ fn kalibr_name_of<P: Projector>(_: &P) -> Option<&'static str> {
 }
 
 impl Lens {
-    /// Scale and principal point.
+    /// Focal lengths and principal point.
     pub fn intrinsics(&self) -> Intrinsics {
         with_model!(self, model => model.intrinsics)
     }
@@ -189,28 +191,28 @@ impl Lens {
         with_model!(self, model => model.names())
     }
 
-    /// The model's parameters besides its intrinsics.
+    /// Coefficients of the model, without its intrinsics.
     pub fn coefficients(&self) -> &[f64] {
         with_model!(self, model => model.coefficients())
     }
 
-    /// The largest incidence angle, radians, up to which directions and pixels determine each
-    /// other; found when the lens was made.
+    /// Largest incidence angle, radians, up to which directions and pixels determine each other. Computed when the lens
+    /// is created.
     pub fn angle_limit_rad(&self) -> f64 {
         with_model!(self, model => model.limit_rad())
     }
 
-    /// How the model is called in messages and files.
+    /// Name of the model in messages and files.
     pub fn model_name(&self) -> &'static str {
         with_model!(self, model => name_of(model))
     }
 
-    /// How Kalibr calls the model, where it knows it without distortion.
+    /// Name of the model in Kalibr, if Kalibr has it without distortion.
     pub(crate) fn kalibr_name(&self) -> Option<&'static str> {
         with_model!(self, model => kalibr_name_of(model))
     }
 
-    /// A lens of a model by its name; `None` where no model has it.
+    /// Creates a lens of the model with this name; `None` if no model has the name.
     pub(crate) fn of_model(
         name: &str,
         intrinsics: Intrinsics,
@@ -220,23 +222,24 @@ impl Lens {
         maker.map(|(_, make)| make(intrinsics, coefficients))
     }
 
-    /// The same model with other numbers: intrinsics first, then as many coefficients as now.
+    /// Returns the same model with other parameter values: intrinsics first, then the coefficients.
     pub(crate) fn with_parameters(&self, parameters: &[f64]) -> Result<Self, InvalidCamera> {
         let mut first = [f64::NAN; 4];
+        // Too few values become NaN, so that the constructor reports them.
         let split = parameters.len().min(4);
         first[..split].copy_from_slice(&parameters[..split]);
         let (intrinsics, rest) = (Intrinsics::from_values(&first), &parameters[split..]);
         Self::of_model(self.model_name(), intrinsics, rest).expect("its own model is known")
     }
 
-    /// Names and values, intrinsics first.
+    /// Returns names and values of all parameters, intrinsics first.
     pub(crate) fn parameters(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let coefficients = self.coefficient_names().iter().zip(self.coefficients());
         let intrinsics = INTRINSICS.into_iter().zip(self.intrinsics().values());
         intrinsics.chain(coefficients.map(|(name, value)| (*name, *value)))
     }
 
-    /// Where a direction, of any length but zero, is seen.
+    /// Projects a direction, of any length but zero, to a pixel.
     #[inline]
     pub(crate) fn project(&self, direction: &Vector3<f64>) -> Result<Point2<f64>, OutsideDomain> {
         with_model!(self, model => {
@@ -244,6 +247,7 @@ impl Lens {
                 return Err(outside(direction, model.limit_rad()));
             }
             let pixel = model.intrinsics.pixel(&model.normalise(direction));
+            // `x / inf` is 0: a direction at infinite z would pass for the axis.
             if !is_finite(&pixel) || direction.z.is_infinite() {
                 return Err(OutsideDomain::NoDirection);
             }
@@ -251,6 +255,7 @@ impl Lens {
         })
     }
 
+    /// Computes [`Lens::project`] with derivatives by the direction and by the coefficients.
     pub(crate) fn differentiate(
         &self,
         direction: &Vector3<f64>,
@@ -262,6 +267,7 @@ impl Lens {
             let Normalised { at, mut by_direction, mut by_coefficients } =
                 model.differentiate(direction);
             let scale = Vector2::new(model.intrinsics.fx_px, model.intrinsics.fy_px);
+            // From the normalised plane to pixels.
             by_direction.column_iter_mut().for_each(|mut c| c.component_mul_assign(&scale));
             by_coefficients.iter_mut().for_each(|c| c.component_mul_assign(&scale));
             let pixel = model.intrinsics.pixel(&at);
@@ -272,7 +278,7 @@ impl Lens {
         })
     }
 
-    /// Unit direction in front of the lens that is seen at a pixel.
+    /// Computes the unit direction in front of the lens that projects to a pixel.
     #[inline]
     pub(crate) fn unproject(&self, pixel: &Point2<f64>) -> Result<Vector3<f64>, OutsideDomain> {
         if !is_finite(pixel) {
@@ -281,7 +287,7 @@ impl Lens {
         with_model!(self, model => {
             let direction = model.direction(&model.intrinsics.normalised(pixel));
             let unit = direction.map(|d| d.normalize());
-            // Pixels so far out that their squares overflow show nothing either.
+            // At pixels so far out that their squares overflow, the direction is not finite.
             unit.filter(|d| d.x.is_finite() && d.y.is_finite() && d.z.is_finite()).ok_or(
                 OutsideDomain::Pixel {
                     x_px: pixel.x,
@@ -293,28 +299,30 @@ impl Lens {
     }
 }
 
-/// Not so where coordinates are not, or where their squares overflow or vanish.
+/// Returns whether a pixel is finite. It is not if coordinates are not, or if their squares overflow or vanish.
 fn is_finite(pixel: &Point2<f64>) -> bool {
     pixel.x.is_finite() && pixel.y.is_finite()
 }
 
+/// Returns the error of a direction outside the domain.
 #[cold]
 fn outside(direction: &Vector3<f64>, limit_rad: f64) -> OutsideDomain {
     let across = direction.x.hypot(direction.y);
+    // An error of its own: such a direction has no angle.
     if !(across.is_finite() && direction.z.is_finite()) || (across == 0.0 && direction.z == 0.0) {
         return OutsideDomain::NoDirection;
     }
     OutsideDomain::Angle { angle_rad: across.atan2(direction.z), limit_rad }
 }
 
-/// The first numbers of a slice; what is missing is NaN, which every constructor refuses.
+/// Returns the first `N` values of a slice. Missing ones become NaN, which every constructor refuses.
 fn array<const N: usize>(values: &[f64]) -> [f64; N] {
     std::array::from_fn(|i| values.get(i).copied().unwrap_or(f64::NAN))
 }
 
-/// Rules that every lens must fulfil before its domain can be looked for.
+/// Checks the parameters that every lens must have before its domain can be computed.
 fn check(intrinsics: &Intrinsics, names: &[&'static str], coefficients: &[f64]) -> Rules {
-    /// Longer focal lengths and farther centres do not occur in cameras of 64 Mpx.
+    /// Largest focal length and distance of the principal point, px: more than any camera of 64 Mpx has.
     const MOST_PX: f64 = 1e6;
     let mut rules = Rules::default();
     rules.above("fx_px", intrinsics.fx_px, 0.0, MOST_PX);
@@ -327,7 +335,7 @@ fn check(intrinsics: &Intrinsics, names: &[&'static str], coefficients: &[f64]) 
     rules
 }
 
-/// Refuses a lens whose domain is next to nothing.
+/// Refuses a lens with a domain below [`LEAST_ANGLE_LIMIT_RAD`], naming its first coefficient.
 fn check_limit(
     first_coefficient: (&'static str, f64),
     limit_rad: f64,

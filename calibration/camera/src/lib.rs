@@ -1,4 +1,4 @@
-//! Cameras: from points to pixels and back, exactly and with derivatives.
+//! Camera models: exact maps from points to pixels and back, with derivatives.
 //!
 //! # Conventions
 //!
@@ -7,13 +7,13 @@
 //! - Pixels are `(column, row)`; the centre of the first pixel is `(0, 0)`, so that an image of
 //!   width `w` spans columns `-0.5` to `w - 0.5`.
 //! - A [`Lens`] is central: it maps *directions* to pixels. An *incidence angle* is the angle
-//!   between a direction in front of the lens and +z. Each lens knows the largest one,
+//!   between a direction in front of the lens and +z. Each lens knows its largest incidence angle,
 //!   [`Lens::angle_limit_rad`], up to which direction and pixel determine each other. Beyond it
-//!   every question is answered with [`OutsideDomain`], never with a number.
-//! - An [`Interface`] stands between lens and scene, as the window or the gel of a tactile sensor
-//!   does. Points are then points *behind* it, in the last medium, and [`ViewRay`]s start on it.
-//! - Parameters have a fixed order: the lens's, then the interface's, named with their unit in
-//!   [`Camera::parameters`]; Jacobians and covariances follow that order.
+//!   every function returns [`OutsideDomain`], never a number.
+//! - An [`Interface`] is the refracting surface between lens and scene, such as the window or the gel of a
+//!   tactile sensor. Points are then points *behind* it, in the last medium, and [`ViewRay`]s start on it.
+//! - Parameters have a fixed order: first the lens's, then the interface's. [`Camera::parameters`] names them
+//!   with their units. Jacobians and covariances follow that order.
 //!
 //! ```
 //! use fabkit_camera::{Camera, Interface, Intrinsics, KannalaBrandt, Lens, Point3};

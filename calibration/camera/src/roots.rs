@@ -1,10 +1,10 @@
-//! Roots that cannot be missed: brackets first, Newton's method inside them.
+//! Root finding in brackets, so that no root is missed: Newton's method inside a bracket that always shrinks.
 
-/// The root of an increasing function between `low` and `high`, to the last digits.
+/// Finds the root of an increasing function between `low` and `high`, to the last digits.
 ///
-/// `f` returns value and slope, with `f(low) <= 0 <= f(high)`. Newton's method is used while it
-/// stays in the bracket and at least halves its step; otherwise the bracket is halved, so that the
-/// search ends whatever the slope does.
+/// `f` returns value and slope, with `f(low) <= 0 <= f(high)`. A Newton step is taken if it stays in the bracket and is
+/// at most half of the previous step; otherwise the bracket is halved, so that the search ends even if the slope is
+/// wrong.
 pub(crate) fn increasing(
     f: impl Fn(f64) -> (f64, f64),
     mut low: f64,
@@ -19,7 +19,9 @@ pub(crate) fn increasing(
         if value == 0.0 {
             return x;
         }
+        // The bracket shrinks to the side on which the root lies.
         *(if value < 0.0 { &mut low } else { &mut high }) = x;
+        // A slope of 0 makes this infinite or NaN, which fails the comparisons below: then the bracket is halved.
         let newton = x - value / slope;
         let halves = (newton - x).abs() <= 0.5 * last_step.abs();
         let next = match newton >= low && newton <= high && halves {
@@ -35,14 +37,15 @@ pub(crate) fn increasing(
     x
 }
 
-/// The smallest `x` in `(0, upper]` where a polynomial that is positive at 0 ceases to be so.
+/// Finds the smallest `x` in `(0, upper]` where a polynomial that is positive at 0 ceases to be positive.
 ///
-/// `coefficients[i]` belongs to `x^i`. A polynomial is monotone between the roots of its
-/// derivative, which are found in the same way one degree lower, so that none is overlooked.
+/// `coefficients[i]` belongs to `x^i`. The polynomial is monotone between the roots of its derivative, which are found
+/// by recursion one degree lower, so that no root is missed.
 pub(crate) fn first_zero(coefficients: &[f64], upper: f64) -> Option<f64> {
     zeros(coefficients, upper).first().copied()
 }
 
+/// Finds all sign changes of a polynomial in `(0, upper]`, ascending.
 fn zeros(coefficients: &[f64], upper: f64) -> Vec<f64> {
     let Some(degree) = coefficients.iter().rposition(|c| *c != 0.0).filter(|d| *d > 0) else {
         return Vec::new();
@@ -59,6 +62,7 @@ fn zeros(coefficients: &[f64], upper: f64) -> Vec<f64> {
     let mut low = 0.0;
     for high in bounds {
         let (at_low, at_high) = (value(low), value(high));
+        // A zero exactly at the upper end counts here, and not again at the lower end of the next interval.
         if (at_low > 0.0 && at_high <= 0.0) || (at_low < 0.0 && at_high >= 0.0) {
             let sign = -at_low.signum();
             let rising = |x| (sign * value(x), sign * slope(x));

@@ -1,4 +1,4 @@
-//! One decoder each.
+//! The decoder of each file format, and the JPEG encoder.
 
 use std::io::Cursor;
 
@@ -12,14 +12,15 @@ use zune_jpeg::JpegDecoder;
 
 use crate::{PictureError, Values};
 
-/// Memory that a decoder may use besides the picture itself, bytes: rows, palettes, texts.
+/// Memory that a decoder may use besides the image itself, bytes: rows, palettes, texts.
 const BESIDES: usize = 32 << 20;
-/// The widest pixels that are decoded: four values of 16 bits, in bytes.
+/// Size of the widest pixels that are decoded, bytes: four values of 16 bits.
 const WIDEST: usize = 8;
 
-/// What [`crate::jpeg`] says.
+/// Encodes an image as JPEG; see [`crate::jpeg`].
 pub(crate) fn jpeg(size_px: [u32; 2], values: &[u8], quality: u8) -> Result<Vec<u8>, PictureError> {
     let wrong = |reason: &str| Format::Jpeg.unreadable(reason);
+    // A side above 65,535 px becomes 0, so that no number of channels fits and it is refused below.
     let [width, height] = size_px.map(|px| u16::try_from(px).unwrap_or(0));
     let pixels = usize::from(width) * usize::from(height);
     let color = match values.len().checked_div(pixels) {
@@ -34,7 +35,7 @@ pub(crate) fn jpeg(size_px: [u32; 2], values: &[u8], quality: u8) -> Result<Vec<
     Ok(file)
 }
 
-/// A kind of file.
+/// Format of an image file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {
     Png,
@@ -43,11 +44,11 @@ pub(crate) enum Format {
     Bmp,
 }
 
-/// Samples of a pixel, and all values.
+/// Samples per pixel, and the values of all pixels.
 type Decoded = (usize, Values);
 
 impl Format {
-    /// By the first bytes.
+    /// Recognises a format by the first bytes of a file.
     pub(crate) fn of(bytes: &[u8]) -> Option<Self> {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => Some(Self::Png),
@@ -58,6 +59,7 @@ impl Format {
         }
     }
 
+    /// Creates an error for a file of this format.
     pub(crate) fn unreadable(self, reason: impl ToString) -> PictureError {
         let format = match self {
             Self::Png => "PNG",
@@ -68,6 +70,7 @@ impl Format {
         PictureError::Unreadable { format, reason: reason.to_string() }
     }
 
+    /// Reads width and height, px, from the header.
     pub(crate) fn size_px(self, bytes: &[u8]) -> Result<[u32; 2], PictureError> {
         let wrong = |reason: String| self.unreadable(reason);
         let small = |(width, height): (usize, usize)| {
@@ -78,6 +81,7 @@ impl Format {
             Self::Png => {
                 let mut decoder = png(bytes);
                 let header = decoder.read_header_info().map_err(|e| wrong(e.to_string()))?;
+                // The header alone tells the size: nothing is decoded yet.
                 Ok([header.width, header.height])
             }
             Self::Jpeg => {
@@ -99,7 +103,7 @@ impl Format {
         }
     }
 
-    /// All values; the size has been checked.
+    /// Decodes the values of all pixels. The caller has checked the size before.
     pub(crate) fn values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
         match self {
             Self::Png => png_values(bytes).map_err(|e| self.unreadable(e)),
@@ -109,10 +113,11 @@ impl Format {
         }
     }
 
+    /// Decodes a JPEG file.
     fn jpeg_values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
         let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options());
         decoder.decode_headers().map_err(|e| self.unreadable(e))?;
-        // Colours of any kind become red, green, blue.
+        // Every colour space (YCbCr, CMYK) is converted to RGB; greyscale stays a single channel.
         let grey = decoder.input_colorspace() == Some(ColorSpace::Luma);
         let space = if grey { ColorSpace::Luma } else { ColorSpace::RGB };
         decoder.set_options(options().jpeg_set_out_colorspace(space));
@@ -127,6 +132,7 @@ impl Format {
         Ok((space.num_components(), Values::U8(values)))
     }
 
+    /// Decodes a TIFF file.
     fn tiff_values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
         use tiff::ColorType::{Gray, GrayA, RGB, RGBA};
         let wrong = |e: tiff::TiffError| self.unreadable(e);
@@ -146,7 +152,7 @@ impl Format {
                 return Err(self.unreadable(reason));
             }
         };
-        // Of such a file the decoder gives the first plane alone.
+        // From a file with separate colour planes the `tiff` crate decodes only the first plane.
         let planes: Option<u16> =
             decoder.find_tag_unsigned(Tag::PlanarConfiguration).map_err(wrong)?;
         if samples > 1 && planes == Some(PlanarConfiguration::Planar.to_u16()) {
@@ -160,7 +166,8 @@ impl Format {
     }
 }
 
-/// What JPEG and BMP have in common: sides are checked by whoever knows how many pixels are too many.
+/// Returns the decoder options for JPEG and BMP. The limit of 65,536 px per side is loose on purpose: the caller checks
+/// the number of pixels.
 fn options() -> DecoderOptions {
     DecoderOptions::default().set_max_width(1 << 16).set_max_height(1 << 16).set_strict_mode(true)
 }
@@ -168,19 +175,22 @@ fn options() -> DecoderOptions {
 fn png(bytes: &[u8]) -> png::Decoder<Cursor<&[u8]>> {
     let limits = png::Limits { bytes: BESIDES };
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
-    // Palettes and fewer bits than 8 become values of 8 bits.
+    // Palettes and depths below 8 bits are expanded to 8 bits.
     decoder.set_transformations(png::Transformations::EXPAND);
     decoder
 }
 
+/// Decodes a PNG file.
 fn png_values(bytes: &[u8]) -> Result<Decoded, png::DecodingError> {
     let mut reader = png(bytes).read_info()?;
     let size = reader.output_buffer_size().ok_or(png::DecodingError::LimitsExceeded)?;
     let mut values = vec![0; size];
     let frame = reader.next_frame(&mut values)?;
+    // An image of an animation may be smaller than the buffer that the header announces.
     values.truncate(frame.buffer_size());
     let values = match frame.bit_depth {
         png::BitDepth::Sixteen => {
+            // PNG stores 16-bit samples in big-endian order.
             let (pairs, _) = values.as_chunks::<2>();
             Values::U16(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect())
         }

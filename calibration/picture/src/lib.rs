@@ -1,8 +1,8 @@
-//! Reads pictures that cameras took: PNG, JPEG, TIFF and BMP, told apart by their first bytes. Writes JPEG as cameras do.
+//! Reads images that cameras took (PNG, JPEG, TIFF and BMP, recognised by their first bytes) and writes JPEG.
 //!
-//! Values are those of the file, row by row from the top, without what viewers add: colour profiles are
-//! not applied, and orientation tags are left alone, because calibration wants pixels where the chip has
-//! them. Transparency is dropped. Of a TIFF the first picture counts.
+//! Values are those of the file, row by row from the top. Colour profiles and orientation tags are ignored, because
+//! calibration needs pixels where the image sensor has them. Transparency is dropped. Only the first image of a TIFF
+//! file is read.
 //!
 //! ```
 //! let file = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/colour.jpg"));
@@ -18,33 +18,33 @@ mod formats;
 
 use formats::Format;
 
-/// How files of these kinds end, in lower case.
+/// File name extensions of the readable formats, in lower case.
 pub const ENDINGS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp"];
 
-/// What a file holds.
+/// Decoded image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
-    /// Columns.
+    /// Number of columns.
     pub width_px: u32,
-    /// Rows.
+    /// Number of rows.
     pub height_px: u32,
-    /// Values of a pixel: 1 for grey, 3 for red, green, blue.
+    /// Number of values per pixel: 1 for grey, 3 for red, green and blue.
     pub channels: u32,
-    /// Row by row from the top.
+    /// Values row by row from the top, the channels of a pixel next to each other.
     pub values: Values,
 }
 
-/// The values of all pixels.
+/// Values of all pixels, in the depth of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Values {
-    /// Of 8 bits, or fewer spread over 8.
+    /// Values of 8 bits. Files with fewer bits are expanded to 8.
     U8(Vec<u8>),
-    /// Of 16 bits.
+    /// Values of 16 bits.
     U16(Vec<u16>),
 }
 
 impl Values {
-    /// One of them, 0 to 1 for the largest that the file could hold.
+    /// Returns value `i` scaled to 0 to 1, where 1 is the largest value that its depth can hold. `None` beyond the end.
     pub fn get(&self, i: usize) -> Option<f32> {
         match self {
             Self::U8(values) => values.get(i).map(|v| f32::from(*v) / 255.0),
@@ -52,7 +52,7 @@ impl Values {
         }
     }
 
-    /// How many there are.
+    /// Returns the number of values: pixels times channels.
     pub fn len(&self) -> usize {
         match self {
             Self::U8(values) => values.len(),
@@ -60,39 +60,39 @@ impl Values {
         }
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// Why a picture cannot be read.
+/// Reason why an image cannot be read or written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PictureError {
-    /// It begins like no picture.
+    /// The first bytes belong to none of the four formats.
     #[error("not a readable PNG, JPEG, TIFF or BMP picture")]
     Unknown,
-    /// Damaged, or of a kind that cameras do not write.
+    /// The file is damaged, or uses a variant of its format that cameras do not write.
     #[error("not a readable {format}: {reason}")]
     Unreadable {
-        /// Which kind it began as.
+        /// Format that the first bytes announce.
         format: &'static str,
-        /// What the decoder says.
+        /// Message of the decoder or encoder.
         reason: String,
     },
-    /// More pixels than asked for.
+    /// The image has more pixels than the caller allows.
     #[error("{width_px} x {height_px} px are more than {most} pixels")]
     TooLarge {
-        /// Columns.
+        /// Number of columns.
         width_px: u32,
-        /// Rows.
+        /// Number of rows.
         height_px: u32,
-        /// The limit.
+        /// Largest number of pixels allowed.
         most: u64,
     },
 }
 
-/// Whether a file's name ends as one of these pictures does.
+/// Returns whether a file name ends with one of [`ENDINGS`], in upper or lower case.
 ///
 /// ```
 /// assert!(fabkit_picture::is_named_as_one("01_05.JPG") && !fabkit_picture::is_named_as_one("jpg"));
@@ -101,19 +101,20 @@ pub fn is_named_as_one(name: &str) -> bool {
     name.rsplit_once('.').is_some_and(|(_, end)| ENDINGS.contains(&&*end.to_ascii_lowercase()))
 }
 
-/// Width and height, px, from the header: to refuse a picture before anything is decoded.
+/// Returns width and height, px, from the header of a file, so that a large image can be refused before it is decoded.
 ///
 /// # Errors
-/// [`PictureError`], but never [`PictureError::TooLarge`].
+/// Returns any [`PictureError`] except [`PictureError::TooLarge`].
 pub fn size_px(bytes: &[u8]) -> Result<[u32; 2], PictureError> {
     Format::of(bytes).ok_or(PictureError::Unknown)?.size_px(bytes)
 }
 
-/// Reads a picture of at most so many pixels. Memory is that of the result, and of the file's own values
-/// where they are wider.
+/// Reads an image of at most `most_pixels` pixels.
+///
+/// Memory: the result, and the file's own values where they have more channels.
 ///
 /// # Errors
-/// [`PictureError`]; sizes are checked before anything is decoded.
+/// Returns a [`PictureError`]. The size is checked before anything is decoded.
 pub fn read(bytes: &[u8], most_pixels: u64) -> Result<Picture, PictureError> {
     let format = Format::of(bytes).ok_or(PictureError::Unknown)?;
     let [width_px, height_px] = format.size_px(bytes)?;
@@ -121,6 +122,7 @@ pub fn read(bytes: &[u8], most_pixels: u64) -> Result<Picture, PictureError> {
         return Err(PictureError::TooLarge { width_px, height_px, most: most_pixels });
     }
     let (samples, values) = format.values(bytes)?;
+    // One sample is grey and two are grey with alpha; three are RGB and four RGBA.
     let channels = if samples < 3 { 1 } else { 3 };
     let values = match values {
         Values::U8(values) => Values::U8(first(values, samples, channels)),
@@ -132,8 +134,8 @@ pub fn read(bytes: &[u8], most_pixels: u64) -> Result<Picture, PictureError> {
     Ok(Picture { width_px, height_px, channels: channels as u32, values })
 }
 
-/// Writes values of 8 bits, row by row, as JPEG of a quality from 1 to 100: one channel as grey, three as red, green and
-/// blue, their colours as fine as their brightness. The same bytes on every machine.
+/// Encodes values of 8 bits, row by row, as JPEG of a quality from 1 to 100. One channel is written as grey, three as
+/// red, green and blue without chroma subsampling. The bytes are the same on every machine.
 ///
 /// ```
 /// let grey = [90; 16 * 8];
@@ -144,7 +146,7 @@ pub fn read(bytes: &[u8], most_pixels: u64) -> Result<Picture, PictureError> {
 /// ```
 ///
 /// # Errors
-/// Other than one or three values a pixel, or a side of 0 or of more than 65,535 px.
+/// Fails unless there are one or three values per pixel and both sides are 1 to 65,535 px.
 pub fn jpeg(
     [width, height]: [u32; 2],
     values: &[u8],
@@ -153,7 +155,7 @@ pub fn jpeg(
     formats::jpeg([width, height], values, quality)
 }
 
-/// The first `channels` of each pixel's samples: those behind are transparency.
+/// Keeps the first `channels` samples of each pixel; the remaining one is transparency. Works in place.
 fn first<T: Copy>(mut values: Vec<T>, samples: usize, channels: usize) -> Vec<T> {
     if samples != channels {
         let pixels = values.len() / samples;

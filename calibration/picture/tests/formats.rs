@@ -1,4 +1,4 @@
-//! Files of one picture, 16 x 12 px, as another library (Pillow) wrote it in each format.
+//! Images of 16 x 12 px that another library (Pillow) wrote in each format.
 
 use fabkit_picture::{Picture, PictureError, Values, read, size_px};
 
@@ -10,7 +10,7 @@ macro_rules! file {
 
 const PIXELS: u64 = 16 * 12;
 
-/// Red rises to the right, green downwards, and blue falls along both.
+/// Returns an image whose red rises to the right, green downwards, and whose blue falls along both.
 fn colour() -> Picture {
     let at = |x: u8, y: u8| [15 * x, 20 * y, 255 - 9 * (x + y)];
     let values = (0..12).flat_map(|y| (0..16).flat_map(move |x| at(x, y))).collect();

@@ -1,10 +1,10 @@
-//! Which mark is which hole.
+//! Assignment of marks to holes.
 //!
-//! Labels say which holes had pins, not which mark is which, and may be wrong. Sorting marks by
-//! their distance from the centre, as is often done, mixes up the holes of one ring. Here the
-//! holes are projected and each mark goes to the nearest one; the pose that this gives is fitted
-//! robustly, and all is repeated until nothing changes. The start is the design's pose, turned
-//! about the sensor's axis as the marks want it: cameras get mounted in any of several turns.
+//! Labels say which holes had pins, not which mark belongs to which hole, and they may be wrong. Sorting marks by their
+//! distance from the centre, as is often done, confuses the holes of one ring. Here the holes are projected, and each
+//! mark is assigned to the nearest one. The resulting pose is fitted robustly, and both steps are repeated until
+//! nothing changes. The start is the designed pose, turned about the sensor's axis by the angle that fits the marks
+//! best, because cameras are mounted at any of several angles.
 
 use std::f64::consts::TAU;
 
@@ -16,88 +16,88 @@ use crate::extrinsics::{Loss, refine};
 use crate::landmarks::PinLandmark;
 use crate::model::{Contact, FitParameter, Model, Observation};
 
-/// Turns tried about the sensor's axis where labels tell them apart.
+/// Number of turns about the sensor's axis that are tried if labels can distinguish them.
 const TURNS: usize = 24;
-/// Farthest a mark may be from where the design's pose puts its hole, in parts of the picture's
-/// shorter side.
+/// Largest distance between a mark and its hole, projected with the designed pose, as a fraction of the image's shorter
+/// side.
 const FIRST_GATE: f64 = 0.2;
-/// Once fitted, a mark belongs to no hole if it is this many times the typical distance away.
+/// Largest distance between a mark and its hole after a fit, as a multiple of the median distance.
 const GATE: f64 = 5.0;
-/// Or less than this, px.
+/// Lower bound of that distance, px.
 const MIN_GATE_PX: f64 = 8.0;
-/// Rounds of assigning and fitting.
+/// Largest number of rounds of assigning and fitting.
 const ROUNDS: usize = 10;
-/// Robust limit of the fits between rounds, in units of [`PROVISIONAL_SIGMA_PX`].
+/// Huber threshold of the fits between rounds, in units of [`PROVISIONAL_SIGMA_PX`].
 const HUBER: f64 = 1.5;
-/// Standard deviation assumed while assigning: pins play, and the camera is not yet refined.
+/// Standard deviation assumed while assigning, px: pins have play, and the camera is not yet refined.
 const PROVISIONAL_SIGMA_PX: f64 = 4.0;
 
-/// A mark as detected, or measured by hand.
+/// Mark that was detected, or measured by hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mark {
-    /// Its centre, px.
+    /// Centre of the mark, px.
     pub pixel: Point2<f64>,
     /// Standard deviation of each coordinate, px.
     pub sigma_px: f64,
 }
 
-/// What is known of one capture.
+/// Marks of one capture, with the pins that may have made them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MarkedCapture<'a> {
-    /// All marks, pins or not.
+    /// All marks, including those that no pin made.
     pub marks: Vec<Mark>,
-    /// The pins that may have made them.
+    /// Pins that may have made the marks.
     pub pins: Vec<&'a PinLandmark>,
-    /// Whether `pins` is a label, which should be complete; otherwise it is all that exist.
+    /// True if `pins` comes from a label, which should be complete; otherwise it lists all pins that exist.
     pub labelled: bool,
 }
 
-/// The result.
+/// Result of an assignment.
 #[derive(Clone, Debug)]
 pub struct Assignment {
-    /// Marks with their holes, by capture and then hole.
+    /// Marks with their contacts, sorted by capture and then hole.
     pub observations: Vec<Observation>,
-    /// What did not fit.
+    /// Marks and labels that do not fit together.
     pub discrepancies: Vec<Discrepancy>,
-    /// The pose that the assignment implies.
+    /// Model with the pose that the assignment implies.
     pub model: Model,
 }
 
-/// Something about a capture that is not as its label says.
+/// Difference between a capture and its label.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Discrepancy {
     /// A labelled pin has no mark.
     Missing {
-        /// Counts from 0.
+        /// Index of the capture, from 0.
         capture: usize,
         /// Number of the hole.
         hole: u32,
     },
-    /// A mark is not where a labelled pin would be.
+    /// A mark is at no labelled pin.
     Spurious {
-        /// Counts from 0.
+        /// Index of the capture, from 0.
         capture: usize,
-        /// Where.
+        /// Position of the mark, px.
         pixel: Point2<f64>,
     },
-    /// A labelled hole has no mark, but another one has.
+    /// A labelled hole has no mark, but a hole without label has one.
     Mislabelled {
-        /// Counts from 0.
+        /// Index of the capture, from 0.
         capture: usize,
-        /// What the label says.
+        /// Hole of the label.
         labelled: u32,
-        /// Where the mark is.
+        /// Hole of the mark.
         found: u32,
     },
 }
 
 /// Assigns marks to holes.
 ///
-/// `all` are the pins of the whole fixture, among which the true hole of a mislabelled pin is
-/// looked for. Without a single label the turn about the sensor's axis is taken from `nominal`:
-/// a dome's rings look the same under some turns.
+/// `all` are the pins of the whole fixture, among which the true hole of a mislabelled pin is searched. If no capture
+/// has a label, the turn about the sensor's axis is taken from `nominal`, because a dome's rings look the same under
+/// some turns.
 ///
-/// `None` where fewer than three marks find a hole from any turn.
+/// Returns `None` if from no turn three marks can be assigned to holes.
 pub fn assign(
     camera: &Camera,
     nominal: &Pose,
@@ -123,8 +123,8 @@ pub fn assign(
     Some(Assignment { observations, discrepancies, model })
 }
 
-/// Assigns and fits in turns. The cost counts each mark by its squared distance up to the gate, so
-/// that turns which leave marks over are not preferred.
+/// Assigns and fits alternately. The returned cost adds each mark's squared distance, or that of the first gate for an
+/// unassigned mark, so that turns with unassigned marks are not preferred.
 fn settle(
     mut model: Model,
     captures: &[MarkedCapture<'_>],
@@ -142,12 +142,14 @@ fn settle(
             .iter()
             .map(|o| Observation { sigma_px: PROVISIONAL_SIGMA_PX, ..o.clone() })
             .collect();
+        // If the fit fails, the next round still has a smaller gate.
         if let Ok(fit) = refine(&model, &FitParameter::POSE, &provisional, Loss::Huber(HUBER)) {
             model = fit.model;
         }
         let mut distances = distances_px(&model, &observations);
         distances.sort_by(f64::total_cmp);
         let typical_px = distances[distances.len() / 2];
+        // The gate shrinks as the fit improves, but never below the play of pins or above the start.
         gate_px = (GATE * typical_px).clamp(MIN_GATE_PX, first_gate_px);
         previous = observations;
     }
@@ -160,7 +162,7 @@ fn settle(
     Some((model, previous, cost))
 }
 
-/// Pairs of mark and pin, the nearest first, each used once and none farther than the gate.
+/// Pairs marks with pins, nearest first. Each is used once, and no pair is farther apart than `gate_px`.
 fn match_marks(model: &Model, captures: &[MarkedCapture<'_>], gate_px: f64) -> Vec<Observation> {
     let mut observations = Vec::new();
     for (index, capture) in captures.iter().enumerate() {
@@ -183,7 +185,7 @@ fn match_marks(model: &Model, captures: &[MarkedCapture<'_>], gate_px: f64) -> V
         let mut taken_holes = std::collections::BTreeSet::new();
         let mut found = Vec::new();
         for (_, p, m) in pairs {
-            // Two kinds of pin may stand in the list for one hole; only one was in it.
+            // The list may have two kinds of pin for one hole, but only one was in it.
             if free_marks[m] && taken_holes.insert(contacts[p].hole) {
                 free_marks[m] = false;
                 let Mark { pixel, sigma_px } = capture.marks[m];
@@ -196,6 +198,7 @@ fn match_marks(model: &Model, captures: &[MarkedCapture<'_>], gate_px: f64) -> V
     observations
 }
 
+/// Compares the assignment with the labels.
 fn discrepancies(
     model: &Model,
     captures: &[MarkedCapture<'_>],
@@ -216,6 +219,7 @@ fn discrepancies(
             .map(|pin| pin.hole)
             .filter(|hole| capture.labelled && !here.iter().any(|o| o.contact.hole == *hole));
         let mut missing: Vec<u32> = missing.collect();
+        // Several kinds of pin may be listed for one hole.
         missing.dedup();
         for mark in &capture.marks {
             if here.iter().any(|o| o.pixel == mark.pixel) {
@@ -227,6 +231,7 @@ fn discrepancies(
             };
             let nearest = all.iter().filter_map(distance).min_by(|a, b| a.0.total_cmp(&b.0));
             let labelled = |hole: u32| capture.pins.iter().any(|pin| pin.hole == hole);
+            // A mark at an unlabelled hole explains a missing label, as long as one is left.
             match (nearest.filter(|(_, hole)| !labelled(*hole)), missing.is_empty()) {
                 (Some((_, found)), false) => {
                     let labelled = missing.remove(0);
@@ -254,6 +259,7 @@ fn distances_px(model: &Model, observations: &[Observation]) -> Vec<f64> {
     observations.iter().map(distance).collect()
 }
 
+/// Creates the contact of a pin in a capture.
 fn contact_of(pin: &PinLandmark, capture: usize) -> Contact {
     Contact {
         capture,

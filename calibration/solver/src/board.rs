@@ -1,16 +1,15 @@
-//! Calibration boards: what is printed on them, and finding their corners in pictures.
+//! Calibration boards: their printed pattern, and the detection of their corners in images.
 //!
 //! # Board frame
 //!
-//! As printed and seen from the front: origin at the upper left corner of the first square, +x to
-//! the right, +y down, +z into the board; the corners lie at z = 0. The same convention as
-//! OpenCV's.
+//! As printed and seen from the front: origin at the upper left corner of the first square, +x to the right, +y down,
+//! +z into the board; the corners lie at z = 0. This is OpenCV's convention.
 //!
-//! # How corners are found
+//! # Detection
 //!
-//! Saddles of brightness are candidates (`saddle`); candidates joined by edges form grids (`grid`),
-//! whatever the lens does to lines; a grid is laid on the board by its outline or by its markers
-//! (`place`, `marker`); and what does not fit its row and its column is dropped.
+//! Saddle points of the intensity are candidates (`saddle`). Candidates joined by edges form grids (`grid`), whatever
+//! the lens does to straight lines. A grid is located on the board by its outline or by its markers (`place`,
+//! `marker`), and corners that do not fit their row and column are dropped.
 
 mod document;
 mod grid;
@@ -33,65 +32,64 @@ pub use opencv::{OpenCvError, find_corners_opencv};
 
 use crate::image::GreyImage;
 
-/// Smoothing with which candidates are sought, px: sharp pictures first, then blurred or very
-/// large ones, then very small squares.
+/// Standard deviations of the smoothing with which candidates are searched, px: first for sharp images, then for
+/// blurred or very large ones, then for very small squares.
 const SCALES_PX: [f64; 4] = [1.5, 3.0, 1.0, 6.0];
-/// What remains of an error without noise: pixels are squares and distortion is not locally
-/// affine. As measured on rendered boards.
+/// Error that remains without noise, px, because pixels are squares and distortion is not locally affine. Measured on
+/// rendered boards.
 const SYSTEMATIC_PX: f64 = 0.02;
 
-/// Brightness from which a pixel counts as saturated.
+/// Smallest intensity of a saturated pixel, where white is 1.
 const SATURATED: f32 = 0.995;
-/// The saturated part of a picture, percent, that explains why no board is found.
+/// Percentage of saturated pixels that explains why no board is found.
 const SATURATED_PERCENT: u32 = 30;
-/// Brightness between the darkest and the brightest hundredth of a picture below which it shows
-/// nothing.
+/// Smallest range of intensities, between the darkest and the brightest hundredth of the pixels, of an image with
+/// contrast.
 const LEAST_RANGE: f32 = 0.04;
 
-/// A corner of the board in a picture.
+/// Corner of the board, found in an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoundCorner {
-    /// Which corner of the board.
+    /// Number of the corner on the board.
     pub id: u32,
-    /// Column and row; the centre of the first pixel is (0, 0).
+    /// Column and row, px; the centre of the first pixel is (0, 0).
     pub pixel: Point2<f64>,
-    /// Standard deviation in each direction, as the picture's noise and the corner's contrast
-    /// predict it, px.
+    /// Standard deviation in each direction, px, predicted from the image's noise and the corner's contrast.
     pub sigma_px: f64,
 }
 
-/// Why no board was found.
+/// Reason why no board was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotFound {
-    /// White where the board should be.
+    /// Too many pixels are white.
     #[error("{percent} % of the picture is saturated: lower the exposure")]
     Saturated {
-        /// Percent of all pixels.
+        /// Percentage of saturated pixels.
         percent: u32,
     },
-    /// One brightness all over.
+    /// All pixels have nearly the same intensity.
     #[error("the picture has no contrast: is there light, is the lens uncovered?")]
     Flat,
-    /// No grid of corners.
+    /// The image shows no grid of corners.
     #[error("no grid of dark and light squares is to be seen")]
     NoGrid,
-    /// The largest grid is not the board.
+    /// The largest grid does not have the size of the checkerboard.
     #[error(
         "a checkerboard must be in sight as a whole: a grid of {found} corners was found, and the \
          board has {expected}"
     )]
     Incomplete {
-        /// Corners of the largest grid.
+        /// Number of corners of the largest grid.
         found: usize,
-        /// Corners of the board.
+        /// Number of corners of the board.
         expected: usize,
     },
-    /// Squares but no markers, or not the board's.
+    /// There are squares, but too few markers of this board.
     #[error("{read} markers of this board could be read, and {needed} must agree")]
     NoMarkers {
-        /// How many agreed.
+        /// Number of markers that agree.
         read: usize,
-        /// How many must.
+        /// Number of markers that must agree.
         needed: usize,
     },
 }
@@ -99,8 +97,8 @@ pub enum NotFound {
 /// Finds a board's corners, sorted by id.
 ///
 /// # Errors
-/// [`NotFound`]: a picture without contrast, no grid, a checkerboard that is not in sight as a whole, a ChArUco board without
-/// legible markers.
+/// Returns [`NotFound`] for an image without contrast, no grid, a checkerboard that is not entirely in the image, or a
+/// ChArUco board without legible markers.
 pub fn find_corners(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>, NotFound> {
     let noise = saddle::noise(image);
     let mut best: Result<Vec<FoundCorner>, NotFound> = Err(NotFound::NoGrid);
@@ -111,7 +109,7 @@ pub fn find_corners(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>
         let is_better = match (&found, &best) {
             (Ok(new), Ok(old)) => new.len() > old.len(),
             (Ok(_), Err(_)) => true,
-            // The reason that got farther says more.
+            // Of two failures the one that got farther says more.
             (Err(new), Err(old)) => *old == NotFound::NoGrid && *new != NotFound::NoGrid,
             (Err(_), Ok(_)) => false,
         };
@@ -125,7 +123,7 @@ pub fn find_corners(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>
     best.map_err(|why| exposure(image).unwrap_or(why))
 }
 
-/// Whether the exposure is to blame.
+/// Returns an exposure problem, if one explains that no board was found.
 fn exposure(image: &GreyImage) -> Option<NotFound> {
     let mut values = image.values().to_vec();
     let count = values.len();
@@ -135,10 +133,12 @@ fn exposure(image: &GreyImage) -> Option<NotFound> {
         return Some(NotFound::Saturated { percent });
     }
     let mut quantile = |index: usize| *values.select_nth_unstable_by(index, f32::total_cmp).1;
+    // Hundredths instead of extremes, so that a few hot or dead pixels do not count.
     let range = quantile(count - 1 - count / 100) - quantile(count / 100);
     (range < LEAST_RANGE).then_some(NotFound::Flat)
 }
 
+/// Finds the corners with one smoothing.
 fn find_at_scale(scene: &grid::BoardPicture, board: &Board) -> Result<Vec<FoundCorner>, NotFound> {
     let saddles = saddle::find(scene.image, scene.sigma_px, scene.noise);
     let mut grids = grid::grow(scene, &saddles);
@@ -149,7 +149,7 @@ fn find_at_scale(scene: &grid::BoardPicture, board: &Board) -> Result<Vec<FoundC
     Ok(numbered(placed, board, SYSTEMATIC_PX))
 }
 
-/// A grid that lies on the board, as a list sorted by id; `systematic_px` is the detector's.
+/// Lists a placed grid's corners by id; `systematic_px` is the detector's error without noise.
 fn numbered(placed: grid::Grid, board: &Board, systematic_px: f64) -> Vec<FoundCorner> {
     let [columns, _] = board.inner_corners();
     let mut corners: Vec<FoundCorner> = placed

@@ -1,37 +1,36 @@
-//! Which pins stood in which picture, as people write it down.
+//! Lists of captures: which pins were in which image, as people write it down.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Point2;
 
-/// Longest list of captures, bytes.
+/// Largest list, bytes.
 pub const MAX_BYTES: usize = 1 << 20;
-/// Most rows in a list.
+/// Largest number of rows in a list.
 pub const MAX_ROWS: usize = 20_000;
 
-/// One pin of a capture, as a list says it.
+/// Pin of a capture in a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ListedPin {
     /// Number of the hole.
     pub hole: u32,
-    /// Which kind of pin, where a fixture has several.
+    /// Kind of pin, if the fixture has several.
     pub kind: Option<String>,
-    /// Where it is seen and with which standard deviation, px, if somebody measured that. Then its
-    /// picture is not looked at.
+    /// Position of its mark and standard deviation, px, if somebody measured them. The image is then not searched.
     pub pixel: Option<(Point2<f64>, f64)>,
 }
 
-/// Why a list of captures, or of corners, cannot be read.
+/// Errors of a list of captures or of corners.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", .problems.join("\n"))]
 pub struct InvalidList {
-    /// Each with its line; at least one.
+    /// Problems, at least one, each with its line.
     pub problems: Vec<String>,
 }
 
-/// The hole numbers in a file's name: `01_05_08_17_26` or `7-12-20`, two or more, in any order.
+/// Reads the hole numbers from a file name: `01_05_08_17_26` or `7-12-20`, two or more, in any order.
 ///
-/// `None` where the name holds anything else, for example `ref`.
+/// Returns `None` if the name contains anything else, for example `ref`.
 ///
 /// ```
 /// use fabkit_calibration::captures::holes_from_name;
@@ -49,11 +48,11 @@ pub fn holes_from_name(stem: &str) -> Option<Vec<u32>> {
     (distinct.len() == holes.len()).then_some(holes)
 }
 
-/// Reads a list of captures: CSV with the columns `file`, `hole`, and if wanted `kind`, `x_px`,
-/// `y_px` and `sigma_px`; one row for each pin. Lines that begin with `#` are comments.
+/// Reads a list of captures: CSV with the columns `file`, `hole`, and optionally `kind`, `x_px`, `y_px` and `sigma_px`;
+/// one row for each pin. Lines that begin with `#` are comments.
 ///
 /// # Errors
-/// [`InvalidList`] with all lines that are wrong.
+/// Returns an [`InvalidList`] with all invalid lines.
 ///
 /// ```
 /// use fabkit_calibration::captures::read_list;
@@ -89,6 +88,7 @@ pub fn read_list(text: &str) -> Result<BTreeMap<String, Vec<ListedPin>>, Invalid
         return Err(InvalidList { problems });
     }
     let mut list: BTreeMap<String, Vec<ListedPin>> = BTreeMap::new();
+    // One row more than allowed is enough to notice that there are too many.
     for (number, line) in lines.take(MAX_ROWS + 1) {
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         let cell =
@@ -114,6 +114,7 @@ pub fn read_list(text: &str) -> Result<BTreeMap<String, Vec<ListedPin>>, Invalid
     if problems.is_empty() { Ok(list) } else { Err(InvalidList { problems }) }
 }
 
+/// Reads a row: the file and its pin.
 fn row<'a>(
     cell: &dyn Fn(&str) -> Option<&'a str>,
     complete: bool,
@@ -122,6 +123,7 @@ fn row<'a>(
         return Err("as many cells as there are columns are needed".into());
     }
     let file = cell("file").ok_or("no file")?;
+    // A list must not lead out of its folder.
     if file.contains(['/', '\\']) {
         return Err(format!("`{file}`: names of files in the same folder only"));
     }
@@ -135,6 +137,7 @@ fn row<'a>(
         })
     };
     let (x, y) = (number("x_px", -1e5..=1e5)?, number("y_px", -1e5..=1e5)?);
+    // Default precision of a position that somebody measured by hand, px.
     let sigma_px = number("sigma_px", 1e-3..=100.0)?.unwrap_or(0.3);
     let pixel = match (x, y) {
         (Some(x), Some(y)) => Some((Point2::new(x, y), sigma_px)),

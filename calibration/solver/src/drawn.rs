@@ -1,48 +1,46 @@
-//! The interface that the design draws between lens and pins.
+//! Interface that the design draws between lens and pins.
 //!
-//! It stands still in the sensor, whatever the camera's pose is: a camera that is mounted askew sees it
-//! askew. So a fit does not solve for its place in the camera frame; it follows from the pose, but for what
-//! molds and prints leave open.
+//! The interface is fixed in the sensor, whatever the camera's pose is: relative to a tilted camera it is tilted. So a
+//! fit does not solve for its place in the camera frame. The place follows from the pose, up to the tolerances of molds
+//! and prints.
 
 use fabkit_camera::{Flat, Interface, Sphere};
 use fabkit_geometry::{Point3, Pose, Vector3};
 use nalgebra::SMatrix;
 
-/// How far the interface may lie from where it is drawn, mm (one standard deviation): cast against a printed
-/// lid, which is good to some tenths, in a shell that is printed too.
+/// Standard deviation of the interface's distance from its drawn place, mm: it is cast against a printed lid, which is
+/// good to some tenths, in a shell that is printed too.
 pub const PLACE_SIGMA_MM: f64 = 0.3;
-/// How well a medium's refractive index is known (one standard deviation): silicones of one kind are sold
-/// with 1.40 to 1.43.
+/// Standard deviation of a medium's refractive index: silicones of one kind are sold with 1.40 to 1.43.
 pub const INDEX_SIGMA: f64 = 0.01;
 
-/// Most parameters of an interface, as in [`fabkit_camera::Camera::parameters`].
+/// Largest number of parameters of an interface, as in [`fabkit_camera::Camera::parameters`].
 pub(crate) const PARAMETERS: usize = 5;
 
-/// Derivatives of an interface's parameters, in the order of [`fabkit_camera::Camera::parameters`], by the
-/// pose's six and by the shift, in their units.
+/// Derivatives of an interface's parameters, in the order of [`fabkit_camera::Camera::parameters`], by the six
+/// parameters of the pose and by the shift, in their units.
 pub(crate) type ByPose = SMatrix<f64, PARAMETERS, 7>;
 
-/// An interface at its place in the sensor.
+/// Interface at its place in the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnInterface {
-    /// As the camera sees it from where the design puts it.
+    /// Interface relative to the camera at its designed pose.
     seen: Interface,
     shape: Shape,
     index_outside: f64,
 }
 
-/// Sensor frame, mm.
+/// Shape of the interface, sensor frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
-    /// A point of the first face, and the unit normal away from the lens.
+    /// Plane through `point` of the first face, with the unit normal away from the lens.
     Flat { point: Point3<f64>, normal: Vector3<f64>, as_seen: Flat },
-    /// It moves along `ahead`, the way the camera of the design looks.
+    /// Sphere that shifts along `ahead`, the viewing direction of the camera at its designed pose.
     Sphere { centre: Point3<f64>, ahead: Vector3<f64>, as_seen: Sphere },
 }
 
 impl DrawnInterface {
-    /// What a camera sees from `camera_from_sensor`, at its place in the sensor; `None` if nothing bends its
-    /// rays.
+    /// Creates the interface from the one that a camera at `camera_from_sensor` has; `None` if that refracts no rays.
     pub fn new(seen: &Interface, camera_from_sensor: &Pose) -> Option<Self> {
         let sensor_from_camera = camera_from_sensor.inverse();
         let (shape, index_outside) = match seen {
@@ -69,17 +67,18 @@ impl DrawnInterface {
         Some(Self { seen: *seen, shape, index_outside })
     }
 
-    /// As the camera sees it from where the design puts it.
+    /// Interface relative to the camera at its designed pose.
     pub fn as_designed(&self) -> &Interface {
         &self.seen
     }
 
-    /// The index behind it that the design gives.
+    /// Refractive index behind the interface by design.
     pub fn index_outside(&self) -> f64 {
         self.index_outside
     }
 
-    /// As a camera sees it from elsewhere, if it lies `shift_mm` farther from the lens than drawn.
+    /// Computes the interface relative to a camera at another pose, if it lies `shift_mm` farther from the lens than
+    /// drawn.
     #[must_use]
     pub fn seen_from(
         &self,
@@ -91,6 +90,7 @@ impl DrawnInterface {
             Shape::Flat { point, normal, as_seen } => {
                 let n = camera_from_sensor.vector(normal);
                 let distance_mm = n.dot(&camera_from_sensor.point(point).coords) + shift_mm;
+                // Inverts `Flat::normal`: (sin ty, -sin tx cos ty, cos tx cos ty).
                 let (tilt_x_rad, tilt_y_rad) = ((-n.y).atan2(n.z), n.x.clamp(-1.0, 1.0).asin());
                 let placed = Flat { distance_mm, tilt_x_rad, tilt_y_rad, ..as_seen };
                 Interface::Flat(Flat { index_outside, ..placed })
@@ -102,13 +102,13 @@ impl DrawnInterface {
         }
     }
 
-    /// How [`DrawnInterface::seen_from`] changes.
+    /// Computes the derivatives of [`DrawnInterface::seen_from`] by the pose and the shift.
     pub(crate) fn by_pose(&self, camera_from_sensor: &Pose, shift_mm: f64) -> ByPose {
         let mut by = ByPose::zeros();
         let translation = *camera_from_sensor.translation_mm();
         match self.shape {
             Shape::Flat { normal, .. } => {
-                // distance = n . t + what the pose does not change.
+                // The distance is n . t plus a term that the pose does not change.
                 let n = camera_from_sensor.vector(normal);
                 let (across, along) = ((n.y * n.y + n.z * n.z), (1.0 - n.x * n.x).sqrt());
                 for axis in 0..3 {
@@ -193,7 +193,7 @@ mod tests {
                     assert!((slope - by[(row, parameter)]).abs() < 1e-8, "{row} {parameter}");
                 }
             }
-            // From where it was seen it looks as it did.
+            // From the original pose the interface is the original one.
             let again = values(&drawn.seen_from(&designed, 0.0, 1.41));
             for (a, b) in again.iter().zip(values(&seen)) {
                 assert!((a - b).abs() < 1e-12);

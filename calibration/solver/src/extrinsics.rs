@@ -1,8 +1,8 @@
-//! Where the camera is, from pins at known places.
+//! Extrinsic calibration: the camera's pose from pins at known places.
 //!
-//! [`calibrate`] does all of it: it estimates how well pins repeat, fits every explanation of the
-//! pixels that the landmarks allow, judges each on captures it has not seen, and says what it chose
-//! and what the pins cannot tell. [`solve_pose`] is the bare solver.
+//! [`calibrate`] is the complete procedure. It estimates how well pins repeat, fits every explanation of the pixels
+//! that the landmarks allow, judges each on held-out captures, and reports its choice and what the pins cannot
+//! determine. [`solve_pose`] is the bare solver.
 
 mod candidates;
 mod crosschecks;
@@ -30,32 +30,32 @@ pub use tolerances::{Difference, TOLERANCE_SIGMAS};
 use self::tolerances::Expected;
 use crate::model::{FitParameter, MarkOffsets, Model, Observation};
 
-/// Residuals beyond this many standard deviations count by their length: one in ninety if all are
-/// normal.
+/// Threshold of the Huber loss, in standard deviations: one normally distributed residual in ninety is longer.
 const HUBER: f64 = 3.0;
 /// Refractive index of silicone gels.
 pub const SILICONE_INDEX: f64 = 1.41;
-/// The scatter is believed from this many degrees of freedom on.
+/// Smallest number of degrees of freedom from which the scatter is used.
 const MIN_SCATTER_FREEDOM: usize = 5;
-/// Contacts within this part of their extent from a common plane lie in it.
+/// Largest extent of the contacts across a plane, as a fraction of their largest extent, for which they count as
+/// coplanar.
 const PLANE: f64 = 0.02;
 
-/// How to calibrate.
+/// Options of an extrinsic calibration.
 #[derive(Clone, Copy, Debug)]
 pub struct CalibrationOptions<'a> {
     /// Refractive index of the gel behind an interface that is tried.
     pub gel_index: f64,
-    /// What the design draws between lens and pins, if that is known.
+    /// Bodies that the design draws between lens and pins, if known.
     pub drawn: Option<Drawing<'a>>,
-    /// How residuals count.
+    /// Loss of the residuals.
     pub loss: Loss,
-    /// Where marks are found beside their tips, if that is known.
+    /// Offsets of marks from their tips, if known.
     pub mark_offsets: Option<&'a MarkOffsets>,
-    /// How the surface lies at a contact; without, pins are taken to be pushed straight in.
+    /// Normals of the surface at contacts; without them pins are taken to be pushed along the normal.
     pub outward: Option<Outward<'a>>,
 }
 
-/// The outward unit normal of a surface at a place, sensor frame.
+/// Function that returns a surface's outward unit normal at a place, sensor frame.
 #[derive(Clone, Copy)]
 pub struct Outward<'a>(pub &'a dyn Fn(&Point3<f64>) -> Vector3<f64>);
 
@@ -77,44 +77,43 @@ impl Default for CalibrationOptions<'_> {
     }
 }
 
-/// The result, with all that is needed to judge it.
+/// Result of an extrinsic calibration, with everything needed to judge it.
 #[derive(Clone, Debug)]
 pub struct PoseCalibration {
-    /// The camera as it was given.
+    /// Camera as given.
     pub given: CameraEstimate,
-    /// The observations, with standard deviations that include the play of the pins.
+    /// Observations, with standard deviations that include the play of the pins.
     pub observations: Vec<Observation>,
-    /// How well pins repeat, if any hole has pins in several captures.
+    /// Repeatability of the pins, if any hole has pins in several captures.
     pub scatter: Option<PinScatter>,
-    /// What was tried and chosen.
+    /// Explanations that were tried, and the choice.
     pub selection: Selection,
-    /// Covariance of the chosen fit's parameters: enlarged where residuals are larger than the
-    /// observations' standard deviations explain, and with the part of the given camera's errors
-    /// that the fit takes up.
+    /// Covariance of the chosen fit's parameters. It is enlarged if the residuals are larger than the observations'
+    /// standard deviations explain, and includes the part of the given camera's errors that the fit takes up.
     pub covariance: DMatrix<f64>,
-    /// The chosen camera, and how sure it and its pose are together.
+    /// Chosen camera, with the joint covariance of it and its pose.
     pub joint: JointEstimate,
-    /// How large the errors of pins and of captures are, and what the fit has of them alone.
+    /// Estimated errors of pins and of captures, and the covariance that they cause.
     pub errors: Scatter,
-    /// What other captures would make of it.
+    /// Comparison with fits to other captures.
     pub checks: CrossChecks,
-    /// Residuals over what they should be; 1 if the model and the standard deviations are right.
+    /// Ratio of the residuals to their expected size; 1 if the model and the standard deviations are right.
     pub misfit: f64,
 }
 
 impl PoseCalibration {
-    /// What was chosen.
+    /// Returns the chosen trial.
     pub fn chosen(&self) -> &Trial {
         &self.selection.trials[self.selection.chosen]
     }
 
-    /// The pose alone, with the camera as given; `None` if that could not be fitted.
+    /// Returns the fit of the pose alone, with the camera as given; `None` if it failed.
     pub fn plain(&self) -> Option<&Trial> {
         self.selection.trials.iter().find(|trial| trial.candidate == ParameterSet::PLAIN)
     }
 
-    /// Standard deviations of the pose's six parameters from leaving out each capture in turn, over those that are claimed
-    /// for the same errors: 1 where the claim is right. `None` for fewer than three captures.
+    /// Computes the jackknife standard deviations of the pose's six parameters, from leaving out each capture in turn,
+    /// relative to those claimed for the same errors; 1 if the claim is right. `None` for fewer than three captures.
     pub fn jackknife_ratio(&self) -> Option<[f64; POSE_COUNT]> {
         let chosen = self.chosen();
         let count = chosen.left_out.len() as f64;
@@ -134,18 +133,18 @@ impl PoseCalibration {
             let mean = all.iter().map(|off| off[i]).sum::<f64>() / count;
             let squares = all.iter().map(|off| (off[i] - mean).powi(2)).sum::<f64>();
             let claimed = self.errors.of_pixels[(i, i)].max(f64::MIN_POSITIVE).sqrt();
-            // Quenouille and Tukey: (n - 1) / n of the squares' sum.
+            // Jackknife variance (Quenouille and Tukey): (n - 1) / n of the sum of squares.
             ((count - 1.0) / count * squares).sqrt() / claimed
         }))
     }
 
-    /// The chosen model.
+    /// Returns the chosen model.
     pub fn model(&self) -> &Model {
         &self.chosen().fit.model
     }
 }
 
-/// Why nothing was calibrated.
+/// Reason why a calibration failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
     /// All contacts lie in a plane, as those of one ring do.
@@ -153,21 +152,21 @@ pub enum CalibrationError {
         "all {pins} pins touch in one plane, as the holes of one ring do: distance and tilt would be guesses"
     )]
     OnePlane {
-        /// How many there are.
+        /// Number of pins.
         pins: usize,
     },
     /// No explanation of the pixels can be fitted.
     #[error("no explanation of the pixels can be fitted{}", reasons(.failed))]
     NoExplanation {
-        /// Each with why, in the order in which they were tried.
+        /// Explanations with their errors, in the order in which they were tried.
         failed: Vec<(ParameterSet, SolveError)>,
     },
-    /// Numbers beyond what can be computed with.
+    /// The covariance contains numbers that are too large or not finite.
     #[error("the covariance cannot be computed: {0}")]
     Covariance(#[from] InvalidCovariance),
 }
 
-/// Every reason once, a line each, with the explanations that it stopped.
+/// Lists every error once, a line each, with the explanations that failed by it.
 fn reasons(failed: &[(ParameterSet, SolveError)]) -> String {
     let mut by_reason: Vec<(&SolveError, Vec<String>)> = Vec::new();
     for (candidate, error) in failed {
@@ -181,14 +180,13 @@ fn reasons(failed: &[(ParameterSet, SolveError)]) -> String {
     by_reason.into_iter().map(line).collect()
 }
 
-/// Calibrates from assigned pins.
+/// Calibrates pose and, if the pixels require it, camera from assigned pins.
 ///
-/// The camera's own covariance is handed on to the pose. `start` is a pose near enough to see all pins, for example [`crate::assignment::Assignment`]'s.
-/// Where `nominal` is given, the distance from it takes part as what is known beforehand.
+/// The camera's own covariance is propagated to the pose. `start` is a pose from which all pins are visible, for
+/// example that of [`crate::assignment::Assignment`]. If `nominal` is given, it acts as a prior of the translation.
 ///
 /// # Errors
-/// [`CalibrationError`]: pins in one plane; too few pins, or pins that cannot be seen, under every
-/// explanation.
+/// Fails for pins in one plane, or if every explanation fails because there are too few pins or pins are not visible.
 pub fn calibrate(
     camera: &CameraEstimate,
     observations: &[Observation],
@@ -202,7 +200,9 @@ pub fn calibrate(
     let captures = observations.iter().map(|o| o.contact.capture + 1).max().unwrap_or(0);
     let scatter = pin_scatter(observations);
     let believed = scatter.filter(|s| s.degrees_of_freedom >= MIN_SCATTER_FREEDOM);
-    // The pictures' noise is within the scatter; a pin seen worse than it repeats keeps its own.
+    // The scatter includes the images' noise. A pin that is detected worse than pins repeat keeps its own standard
+    // deviation.
+    // The scatter counts both coordinates together, a standard deviation each by itself.
     let floor_px = believed.map_or(0.0, |scatter| scatter.rms_px / std::f64::consts::SQRT_2);
     let of_mark = |o: &Observation| {
         let found = options.mark_offsets?.of(&o.contact.contact_in_sensor_mm);
@@ -215,7 +215,7 @@ pub fn calibrate(
             Observation { sigma_px, ..o.clone() }
         })
         .collect();
-    // What is before the lens is for the pixels to say.
+    // The fits decide which medium is in front of the lens.
     let camera = &camera.clone().undrawn();
     let mut model = Model::new(*camera.camera(), *start);
     model.expected_translation_mm = nominal.map(|pose| *pose.translation_mm());
@@ -225,6 +225,7 @@ pub fn calibrate(
         .map_err(|failed| CalibrationError::NoExplanation { failed })?;
     let fit = &selection.trials[selection.chosen].fit;
     let coordinates = 2 * observations.len();
+    // At least 1, so that a fit without redundancy has a finite misfit.
     let freedom = coordinates.saturating_sub(fit.parameters.len()).max(1);
     let misfit = (fit.cost / freedom as f64).sqrt();
     let errors = groups::scatter(fit, &observations, options.loss);
@@ -243,13 +244,13 @@ pub fn calibrate(
     })
 }
 
-/// The pose that rays through the observed pixels give without a starting value; `None` for fewer
-/// than six pins, or pins whose contacts lie in a plane.
+/// Computes the pose from rays through the observed pixels, without a starting value; `None` for fewer than six pins,
+/// or contacts in a plane.
 pub fn pose_without_start(camera: &Camera, observations: &[Observation]) -> Option<Pose> {
     let mut rays = Vec::with_capacity(observations.len());
     let mut points = Vec::with_capacity(observations.len());
     for observation in observations {
-        // A pixel outside the lens's image has no ray; refinement will deal with its pin.
+        // A pixel outside the lens's image has no ray; the refinement will handle its pin.
         if let Ok(ray) = camera.unproject(&observation.pixel) {
             rays.push(ray);
             points.push(observation.contact.contact_in_sensor_mm);
@@ -258,11 +259,11 @@ pub fn pose_without_start(camera: &Camera, observations: &[Observation]) -> Opti
     linear::pose_from_rays(&rays, &points)
 }
 
-/// Solves for the pose through the bodies that a design draws, from a model near enough to see all pins; with
-/// it for what molds, prints and data sheets leave open of them.
+/// Solves for the pose through the bodies that a design draws, and for the parameters of these that molds, prints and
+/// data sheets leave uncertain. All pins must be visible from `start`.
 ///
 /// # Errors
-/// As [`refine`]; an interface that is not before the camera.
+/// Fails as [`refine`], or if the drawn interface is not in front of the camera.
 pub fn solve_drawn(
     observations: &[Observation],
     start: &Model,
@@ -280,10 +281,10 @@ pub fn solve_drawn(
     candidates::fit_drawn(drawing, start, &parameters, observations, loss)
 }
 
-/// Solves for the pose alone, from a linear solution if there is one and else from `nominal`.
+/// Solves for the pose alone, starting from a linear solution if there is one and else from `nominal`.
 ///
 /// # Errors
-/// As [`refine`], also where there is neither a linear solution nor a nominal pose.
+/// Fails as [`refine`], also if there is neither a linear solution nor a nominal pose.
 pub fn solve_pose(
     camera: &Camera,
     observations: &[Observation],
@@ -304,6 +305,7 @@ pub fn solve_pose(
     Err(first_error.unwrap_or(SolveError::TooFew { unknowns: 6, coordinates }))
 }
 
+/// Returns whether all contacts lie close to one plane.
 fn in_one_plane(observations: &[Observation]) -> bool {
     let points = observations.iter().map(|o| o.contact.contact_in_sensor_mm.coords);
     let count = observations.len().max(1) as f64;
@@ -311,5 +313,6 @@ fn in_one_plane(observations: &[Observation]) -> bool {
     let spread: nalgebra::Matrix3<f64> =
         points.map(|p| (p - mean) * (p - mean).transpose()).sum::<nalgebra::Matrix3<f64>>() / count;
     let eigenvalues = spread.symmetric_eigenvalues();
+    // The smallest extent against the largest one; rounding can make an eigenvalue negative.
     eigenvalues.min().max(0.0).sqrt() <= PLANE * eigenvalues.max().sqrt()
 }

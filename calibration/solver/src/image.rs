@@ -1,33 +1,33 @@
-//! Grey pictures and how they are read.
+//! Grey images and their files.
 
 use fabkit_picture::{Picture, PictureError, Values};
 
-/// Most pixels in a picture.
+/// Largest number of pixels of an image.
 pub const MAX_PIXELS: u64 = 64 << 20;
-/// Longest side, px.
+/// Longest side of an image, px.
 pub const MAX_SIDE_PX: u32 = 16_384;
-/// Shortest side, px: below, a pin or a board's corner has no pixels to be found by.
+/// Shortest side of an image, px: below, a pin or a board's corner has too few pixels to be detected.
 pub const MIN_SIDE_PX: u32 = 64;
 
-/// A picture of brightness, 0 for black to 1 for the largest value its file can hold.
+/// Grey image of intensities from 0 for black to 1 for the largest value that its file can hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GreyImage {
     width_px: usize,
     height_px: usize,
-    /// Row by row from the top.
+    /// Intensities row by row from the top.
     values: Vec<f32>,
 }
 
-/// Why a picture cannot be used.
+/// Reason why an image cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ImageError {
-    /// Not a picture, or a damaged one.
+    /// The file is no image, or a damaged one.
     #[error(transparent)]
     Unreadable(#[from] PictureError),
-    /// Values that are not one finite brightness for each pixel.
+    /// The values are not one finite intensity for each pixel.
     #[error("needs one finite brightness per pixel")]
     Values,
-    /// Too large or too small.
+    /// The image is too large or too small.
     #[error(
         "{width_px} x {height_px} px; sides are {MIN_SIDE_PX} px to {MAX_SIDE_PX} px, {MAX_PIXELS} pixels in all"
     )]
@@ -40,11 +40,11 @@ pub enum ImageError {
 }
 
 impl GreyImage {
-    /// A picture from brightness row by row from the top.
+    /// Creates an image from intensities row by row from the top.
     ///
     /// # Errors
-    /// [`ImageError::Size`] outside the limits; [`ImageError::Values`] where the number of values is not
-    /// width times height or one is not finite.
+    /// Returns [`ImageError::Size`] outside the limits, or [`ImageError::Values`] if the number of values is not width
+    /// times height or one is not finite.
     pub fn new(width_px: u32, height_px: u32, values: Vec<f32>) -> Result<Self, ImageError> {
         check_size(width_px, height_px)?;
         let (width_px, height_px) = (width_px as usize, height_px as usize);
@@ -54,20 +54,21 @@ impl GreyImage {
         Ok(Self { width_px, height_px, values })
     }
 
-    /// Width and height of a file's picture, px, from its header: to refuse it before anything is decoded.
+    /// Reads width and height of an image file, px, from its header, so that a large image can be refused before it is
+    /// decoded.
     ///
     /// # Errors
-    /// [`ImageError`].
+    /// Fails if the header is unreadable, or for a size outside the limits.
     pub fn size_px(bytes: &[u8]) -> Result<[u32; 2], ImageError> {
         let [width_px, height_px] = fabkit_picture::size_px(bytes)?;
         check_size(width_px, height_px)?;
         Ok([width_px, height_px])
     }
 
-    /// Reads a PNG, JPEG, TIFF or BMP. Colours are weighted as in ITU-R BT.709; transparency is ignored.
+    /// Reads a PNG, JPEG, TIFF or BMP file. Colours are weighted as in ITU-R BT.709; transparency is ignored.
     ///
     /// # Errors
-    /// [`ImageError`]; sizes are checked before anything is decoded.
+    /// Fails for an unreadable file or a size outside the limits. The size is checked before anything is decoded.
     pub fn read(bytes: &[u8]) -> Result<Self, ImageError> {
         Self::size_px(bytes)?;
         let Picture { width_px, height_px, channels, values } =
@@ -79,12 +80,12 @@ impl GreyImage {
         Self::new(width_px, height_px, values)
     }
 
-    /// As a grey PNG of 8 bits.
+    /// Encodes the image as a grey PNG of 8 bits.
     pub fn to_png(&self) -> Vec<u8> {
         let bytes: Vec<u8> =
             self.values.iter().map(|v| (255.0 * v.clamp(0.0, 1.0)).round() as u8).collect();
         let mut file = Vec::new();
-        // Sides were checked when the picture was made.
+        // The casts are safe: sides were checked when the image was created.
         let mut encoder = png::Encoder::new(&mut file, self.width_px as u32, self.height_px as u32);
         encoder.set_color(png::ColorType::Grayscale);
         encoder.set_depth(png::BitDepth::Eight);
@@ -93,31 +94,31 @@ impl GreyImage {
         file
     }
 
-    /// Width, px.
+    /// Width of the image, px.
     pub fn width_px(&self) -> usize {
         self.width_px
     }
 
-    /// Height, px.
+    /// Height of the image, px.
     pub fn height_px(&self) -> usize {
         self.height_px
     }
 
-    /// Brightness row by row from the top.
+    /// Intensities row by row from the top.
     pub fn values(&self) -> &[f32] {
         &self.values
     }
 
-    /// Brightness at a pixel.
+    /// Returns the intensity of a pixel.
     ///
     /// # Panics
-    /// Outside the picture.
+    /// Panics outside the image.
     pub fn at(&self, x: usize, y: usize) -> f32 {
         assert!(x < self.width_px, "column {x} of {}", self.width_px);
         self.values[y * self.width_px + x]
     }
 
-    /// Blurred by a Gaussian of standard deviation `sigma_px`; the border is repeated outwards.
+    /// Returns the image blurred by a Gaussian of standard deviation `sigma_px`; the border is repeated outwards.
     #[must_use]
     pub fn blurred(&self, sigma_px: f32) -> Self {
         let reach = (3.0 * sigma_px).ceil() as isize;
@@ -125,6 +126,7 @@ impl GreyImage {
             (-reach..=reach).map(|i| (-0.5 * (i as f32 / sigma_px).powi(2)).exp()).collect();
         let sum: f32 = kernel.iter().sum();
         kernel.iter_mut().for_each(|k| *k /= sum);
+        // A Gaussian is separable: rows first, then columns.
         let along = |values: &[f32], length: usize, stride: usize, out: &mut [f32]| {
             for line in 0..values.len() / length {
                 // Rows are contiguous; columns begin one pixel apart.
@@ -139,6 +141,7 @@ impl GreyImage {
                 }
             }
         };
+        // Two passes with a one-dimensional kernel instead of one with its square.
         let mut rows = vec![0.0; self.values.len()];
         along(&self.values, self.width_px, 1, &mut rows);
         let mut both = vec![0.0; self.values.len()];
@@ -147,7 +150,7 @@ impl GreyImage {
     }
 }
 
-/// The brightness of pixels whose values go up to `white`.
+/// Converts pixels whose values go up to `white` to intensities.
 fn grey<T: Copy + Into<f32>>(values: &[T], channels: u32, white: f32) -> Vec<f32> {
     let sample = |value: T| value.into() / white;
     if channels == 1 {
@@ -162,6 +165,7 @@ fn grey<T: Copy + Into<f32>>(values: &[T], channels: u32, white: f32) -> Vec<f32
         .collect()
 }
 
+/// Checks the limits of an image's size.
 fn check_size(width_px: u32, height_px: u32) -> Result<(), ImageError> {
     let sides = MIN_SIDE_PX..=MAX_SIDE_PX;
     let pixels = u64::from(width_px) * u64::from(height_px);

@@ -1,39 +1,38 @@
-//! Information matrices: what pixels say about parameters whose units differ by many orders.
+//! Information matrices of parameters whose units differ by many orders of magnitude.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Squared sines below this are rounding: a parameter that close to a combination of others is not
-/// determined.
+/// Threshold of squared sines: below, a parameter is a combination of others up to rounding, and not determined.
 const SINGULAR: f64 = 1e-12;
 
-/// What stands for no information at all, so that nothing is divided by 0.
+/// Replacement for zero information, so that nothing is divided by 0.
 const LEAST_DIAGONAL: f64 = 1e-300;
 
-/// The Cholesky factor of an information matrix in units of its own, in which all parameters are
-/// alike.
+/// Cholesky factor of an information matrix that is scaled to make parameters comparable.
 #[derive(Clone, Debug)]
 pub(crate) struct ScaledCholesky {
-    /// One over the unit of each parameter.
+    /// Inverse of each parameter's unit.
     scale: DVector<f64>,
     factor: Cholesky<f64, Dyn>,
 }
 
 impl ScaledCholesky {
-    /// In units that make it a matrix of correlations; `None` where a combination of parameters is
-    /// not determined.
+    /// Factors the matrix in units that make it a correlation matrix; `None` if a combination of parameters is not
+    /// determined.
     pub fn new(information: &DMatrix<f64>) -> Option<Self> {
         let scaled = Self::damped(information, 0.0)?;
-        // Pivots are sines of the angles to what went before.
+        // A pivot is the sine of the angle between a parameter and those before it.
         let pivots = scaled.factor.l_dirty().diagonal();
         pivots.iter().all(|pivot| pivot * pivot > SINGULAR).then_some(scaled)
     }
 
-    /// The same with a little added to what is known of each parameter, as a share of it.
+    /// Factors the matrix after adding `share` of each diagonal entry to it, as in the Levenberg-Marquardt method.
     pub fn damped(information: &DMatrix<f64>, share: f64) -> Option<Self> {
         Self::scaled(information, information.diagonal().map(f64::sqrt), share)
     }
 
-    /// In units of what is known of each parameter beforehand, which is added.
+    /// Factors the matrix in units of the parameters' prior standard deviations `sigmas`, with the prior's information
+    /// added.
     pub fn with_prior(information: &DMatrix<f64>, sigmas: &DVector<f64>) -> Option<Self> {
         Self::scaled(information, sigmas.map(f64::recip), 1.0)
     }
@@ -42,23 +41,24 @@ impl ScaledCholesky {
         let (n, scale) = (scale.len(), scale.map(|v| v.max(LEAST_DIAGONAL.sqrt())));
         let entry = |i, j| information[(i, j)] / (scale[i] * scale[j]);
         let scaled = DMatrix::from_fn(n, n, |i, j| entry(i, j) + if i == j { added } else { 0.0 });
+        // Fails if the scaled matrix is not positive definite.
         Some(Self { factor: Cholesky::new(scaled)?, scale })
     }
 
-    /// The step for a gradient.
+    /// Solves for the step that belongs to a gradient.
     pub fn solve(&self, gradient: &DVector<f64>) -> DVector<f64> {
         self.factor.solve(&gradient.component_div(&self.scale)).component_div(&self.scale)
     }
 
-    /// The variance of a quantity with these derivatives. Parameters that cannot be told apart do
-    /// not spoil it, as they would if it were put together from their covariance.
+    /// Computes the variance of a quantity with the given derivatives. Nearly dependent parameters do not spoil it, as
+    /// they would if the variance were computed from their covariance.
     pub fn variance(&self, derivatives: &DVector<f64>) -> f64 {
         let mut half = derivatives.component_div(&self.scale);
         self.factor.l_dirty().solve_lower_triangular_mut(&mut half);
         half.norm_squared()
     }
 
-    /// The covariance, exactly symmetric.
+    /// Computes the covariance, exactly symmetric.
     pub fn inverse(&self) -> DMatrix<f64> {
         let inverse = self.factor.inverse();
         let n = self.scale.len();

@@ -1,13 +1,12 @@
-//! A camera's intrinsics from pictures of a board.
+//! Intrinsic calibration: a camera's parameters from images of a board.
 //!
-//! The start is the nominal lens of the sensor's design; the poses follow from rays (`planar`,
-//! `start`); camera and poses are then refined together (`bundle`) under each lens model
-//! (`models`), and the pictures choose among them by the Bayesian information criterion. The
-//! covariance is that of the residuals actually found, and what the pictures do not tell is said
-//! in words (`advice`).
+//! It starts from the nominal lens of the sensor's design. Poses follow from rays (`planar`, `start`). Camera and poses
+//! are then refined together (`bundle`) under each lens model (`models`), and the Bayesian information criterion
+//! chooses a model. The covariance is that of the residuals actually found, and what the images do not determine is
+//! reported in words (`advice`).
 //!
-//! The board's scale is not among the unknowns: a board printed at 101 % moves all poses by 1 %
-//! and leaves the camera as it is.
+//! The board's scale is not among the unknowns: a board printed at 101 % scales all poses by 1 % and leaves the camera
+//! unchanged.
 
 mod advice;
 mod bundle;
@@ -26,48 +25,46 @@ pub use advice::{Advice, COVERAGE, ImageCoverage, ViewInfluence};
 use bundle::{BundleSolution, State};
 pub use rays::{GRID, RaySigma, RaySigmas, Rays};
 
-/// Fewer views cannot tell the camera from the poses.
+/// Smallest number of views: fewer cannot separate the camera from the poses.
 pub const MIN_VIEWS: usize = 3;
-/// Most views that are solved together.
+/// Largest number of views that are solved together.
 pub const MAX_VIEWS: usize = 1000;
-/// Fewest corners that make a view.
+/// Smallest number of corners in a view.
 pub const MIN_CORNERS: usize = planar::MIN_CORNERS;
-/// A model is taken instead of one that is as simple or simpler if the information criterion is
-/// lower by more than this: "very strong" evidence (R. Kass and A. Raftery, "Bayes Factors", JASA
-/// 1995).
+/// Decrease of the information criterion for which a model replaces one that is as simple or simpler: "very strong"
+/// evidence (R. Kass and A. Raftery, "Bayes Factors", JASA 1995).
 pub const STRONG_EVIDENCE: f64 = 10.0;
 
-/// A corner of the board seen in a picture.
+/// Corner of the board observed in an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CornerObservation {
-    /// Which corner.
+    /// Number of the corner.
     pub id: u32,
-    /// Where it is on the board: x and y, mm.
+    /// Position on the board, x and y, mm.
     pub in_board_mm: Point2<f64>,
-    /// Where it is seen: column and row.
+    /// Position in the image: column and row, px.
     pub pixel: Point2<f64>,
-    /// Standard deviation in each direction, px. Only ratios matter: the scale follows from the
-    /// residuals.
+    /// Standard deviation in each direction, px. Only ratios matter, because the scale follows from the residuals.
     pub sigma_px: f64,
 }
 
-/// One picture of the board.
+/// Image of the board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardView {
-    /// What messages call it, for example its file.
+    /// Name in messages, for example its file.
     pub name: String,
-    /// What is seen of the board.
+    /// Corners of the board that were detected.
     pub corners: Vec<CornerObservation>,
 }
 
-/// A view after calibration.
+/// View after calibration.
 #[derive(Clone, Debug)]
 pub struct SolvedView {
-    /// As in [`BoardView`].
+    /// Name as in [`BoardView`].
     pub name: String,
-    /// Board frame to camera frame.
+    /// Pose: board frame to camera frame, mm.
     pub camera_from_board: Pose,
-    /// What was used.
+    /// Corners that were used.
     pub corners: Vec<CornerObservation>,
     /// Observed minus projected, px, for each corner.
     pub residuals_px: Vec<Vector2<f64>>,
@@ -75,115 +72,115 @@ pub struct SolvedView {
     pub rms_px: f64,
 }
 
-/// How well a lens model explains the pictures.
+/// Lens model with its fit to the images.
 #[derive(Clone, Debug)]
 pub struct LensCandidate {
-    /// Which.
+    /// Lens model.
     pub model: LensModel,
-    /// Its parameters.
+    /// Number of its parameters.
     pub parameters: usize,
-    /// Root mean square length of the residuals, px, and the Bayesian information criterion;
-    /// nothing if the model cannot see what the pictures show.
+    /// Quality of its fit; `None` if the model cannot map what the images show.
     pub fit: Option<CandidateFit>,
 }
 
-/// See [`LensCandidate`].
+/// Quality of a [`LensCandidate`]'s fit.
 #[derive(Clone, Copy, Debug)]
 pub struct CandidateFit {
     /// Root mean square length of the residuals, px.
     pub rms_px: f64,
-    /// The same for each view as if it had taken no part, to first order; infinite where the others
-    /// do not determine the camera.
+    /// Root mean square length of the residuals, px, for each view as if it had been held out, to first order; infinite
+    /// if the others do not determine the camera.
     pub held_out_rms_px: f64,
-    /// `n ln(cost / n) + p ln n` for `n` coordinates and `p` parameters of the lens; only
-    /// differences mean something.
+    /// Bayesian information criterion `n ln(cost / n) + p ln n` for `n` coordinates and `p` parameters of the lens.
+    /// Only differences are meaningful.
     pub criterion: f64,
 }
 
-/// A calibrated camera and what is to be said about it.
+/// Calibrated camera, with its quality.
 #[derive(Clone, Debug)]
 pub struct LensCalibration {
-    /// The camera with the covariance of its parameters.
+    /// Camera with the covariance of its parameters.
     pub estimate: CameraEstimate,
-    /// The model chosen.
+    /// Chosen lens model.
     pub model: LensModel,
     /// All models tried, in the order of preference.
     pub candidates: Vec<LensCandidate>,
-    /// The views used.
+    /// Views that were used.
     pub views: Vec<SolvedView>,
     /// Root mean square length of all residuals, px.
     pub rms_px: f64,
-    /// Standard deviation of the residuals in those that the views state: 1 if corners are as good
-    /// as the detector says and lens and board are as modelled.
+    /// Ratio of the residuals' standard deviation to that stated by the views: 1 if corners are as good as the detector
+    /// states and lens and board are as modelled.
     pub residual_scale: f64,
-    /// Scale of the image on the axis, px per radian, with its standard deviation: what models
-    /// with different parameters have in common. From columns.
+    /// Scale of the image on the axis, px per radian, along columns, and its standard deviation. It is comparable
+    /// between models with different parameters.
     pub focal_px: [f64; 2],
-    /// How well rays are known, whatever parameters are.
+    /// Uncertainty of the rays, which is comparable between models.
     pub rays: Rays,
-    /// What the pictures do not tell.
+    /// Report of what the images do not determine.
     pub advice: Advice,
 }
 
-/// Why there is no calibration.
+/// Reason why an intrinsic calibration failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrateError {
-    /// Too few pictures show the board.
+    /// Too few images show the board.
     #[error(
         "views with at least {MIN_CORNERS} corners of the board: {usable}; {MIN_VIEWS} are needed"
     )]
     TooFewViews {
-        /// How many do.
+        /// Number of usable views.
         usable: usize,
     },
-    /// Too many.
+    /// There are too many views.
     #[error("{views} views; at most {MAX_VIEWS} are solved together")]
     TooManyViews {
-        /// How many.
+        /// Number of views.
         views: usize,
     },
-    /// A coordinate is not a number, or a standard deviation is not above 0.
+    /// A coordinate is not a number or too large, or a standard deviation is not above 0.
     #[error("{view}: corner {id} has impossible coordinates or an impossible sigma")]
     Impossible {
-        /// Which view.
+        /// Name of the view.
         view: String,
-        /// Which corner.
+        /// Number of the corner.
         id: u32,
     },
-    /// In no way does the board look flat.
+    /// No pose of the board explains its corners under the focal lengths tried.
     #[error(
         "no pose of the board explains what is seen, with the nominal focal length of {focal_px:.0} px \
          per radian or half or twice that"
     )]
     NoStart {
-        /// Of the nominal camera.
+        /// Focal length of the nominal camera, px per radian.
         focal_px: f64,
     },
     /// No lens model fits.
     #[error("none of the lens models ({}) fits these views", .tried.join(", "))]
     NoModel {
-        /// What was tried.
+        /// Names of the models tried.
         tried: Vec<&'static str>,
     },
-    /// Some combination of the camera's parameters can change without a trace in these views.
+    /// Some combination of the camera's parameters can change almost without effect in these views.
     #[error("these views do not determine the camera: {reason}")]
     NotObservable {
-        /// Why, as far as it can be told.
+        /// Probable cause, for messages.
         reason: String,
     },
-    /// Numbers beyond what can be computed with.
+    /// The covariance contains numbers that are too large or not finite.
     #[error("the covariance cannot be computed: {0}")]
     Covariance(#[from] InvalidCovariance),
 }
 
-/// Calibrates a camera, beginning at the nominal one of the sensor's design.
+/// Calibrates a camera, starting from the nominal one of the sensor's design.
 ///
-/// Of `models` the simplest is taken, with the fewest parameters; of those as simple the first.
-/// Another needs strong evidence on its side ([`STRONG_EVIDENCE`]), and if it has more parameters,
-/// an error on views that are held out that is lower by more than its standard error. Views with fewer than [`MIN_CORNERS`] corners are left out.
+/// The model with the fewest parameters among `models` is chosen; of equally simple ones the first. Another model needs
+/// strong evidence ([`STRONG_EVIDENCE`]), and if it has more parameters, also an error on held-out views that is lower
+/// by more than its standard error. Views with fewer than [`MIN_CORNERS`] corners are left out.
 ///
 /// # Errors
-/// [`CalibrateError`].
+/// Returns [`CalibrateError`] for too few or too many views, impossible values, or views that no model fits or that do
+/// not determine the camera.
 ///
 /// # Example
 /// ```
@@ -229,6 +226,7 @@ pub fn calibrate(
         return Err(CalibrateError::TooFewViews { usable: views.len() });
     }
     let no_start = || CalibrateError::NoStart { focal_px: nominal.lens().intrinsics().fx_px };
+    // Each lens model starts from this camera, as far out as corners were seen.
     let rough = start::state(&views, nominal).ok_or_else(no_start)?;
     let angle_rad = largest_angle(&views, &rough);
     let mut fits = Vec::new();
@@ -249,6 +247,7 @@ pub fn calibrate(
     finish(&views, model, candidates, fit)
 }
 
+/// Checks that all values are finite and possible.
 fn check(views: &[BoardView]) -> Result<(), CalibrateError> {
     for view in views {
         for corner in &view.corners {
@@ -262,6 +261,7 @@ fn check(views: &[BoardView]) -> Result<(), CalibrateError> {
     Ok(())
 }
 
+/// Lists the corners of all views with their points in the camera frame, mm.
 fn points<'a>(
     views: &'a [BoardView],
     state: &'a State,
@@ -273,12 +273,13 @@ fn points<'a>(
     })
 }
 
-/// Between the optical axis and any corner.
+/// Returns the largest angle between the optical axis and any corner, rad.
 fn largest_angle(views: &[BoardView], state: &State) -> f64 {
     let angle = |point: Point3<f64>| point.x.hypot(point.y).atan2(point.z);
     points(views, state).map(|(_, point)| angle(point)).fold(0.0, f64::max)
 }
 
+/// Computes the root mean square length of all residuals, px.
 fn rms_px(views: &[BoardView], state: &State) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for (corner, point) in points(views, state) {
@@ -290,23 +291,24 @@ fn rms_px(views: &[BoardView], state: &State) -> f64 {
     (sum / f64::max(count, 1.0)).sqrt()
 }
 
+/// Computes the quality of a model's fit.
 fn candidate(views: &[BoardView], model: LensModel, fit: Option<&BundleSolution>) -> LensCandidate {
     let coordinates: usize = views.iter().map(|view| 2 * view.corners.len()).sum();
     let n = coordinates as f64;
     let parameters = model.parameter_count();
     let fit = fit.map(|fit| CandidateFit {
         rms_px: rms_px(views, &fit.state),
-        // Perfect data cost nothing.
+        // Perfect data have no cost; nothing is divided by 0.
         held_out_rms_px: rms_px(views, &fit.state)
             * (fit.held_out.iter().sum::<f64>() / fit.cost.max(f64::MIN_POSITIVE)).sqrt(),
-        // Perfect data have a cost of rounding alone, whose logarithm says nothing.
+        // Perfect data have a cost of rounding errors only, whose logarithm is meaningless.
         criterion: n * (fit.cost / n).max(1e-12).ln() + parameters as f64 * n.ln(),
     });
     LensCandidate { model, parameters, fit }
 }
 
-/// Candidates from the simplest on; each has to show that it is worth more than the one before. Those
-/// whose parameters the views do not determine stand back.
+/// Chooses among candidates from the simplest on: each must be better than the one before. Candidates whose parameters
+/// the views do not determine are considered only if there are no others.
 fn choose(
     candidates: &[LensCandidate],
     fits: &[(LensModel, Option<BundleSolution>)],
@@ -316,7 +318,7 @@ fn choose(
     let (determined, others): (Vec<_>, Vec<_>) =
         fitted.partition(|(.., fit)| ScaledCholesky::new(&fit.informations.iter().sum()).is_some());
     let mut fitted = if determined.is_empty() { others } else { determined };
-    // Stable: of those as simple, the first is asked first.
+    // The sort is stable: of equally simple candidates the first comes first.
     fitted.sort_by_key(|(_, candidate, ..)| candidate.parameters);
     let mut fitted = fitted.into_iter();
     let mut chosen = fitted.next()?;
@@ -330,12 +332,12 @@ fn choose(
     Some(chosen.0)
 }
 
-/// Whether costs of views that were held out are lower by more than one standard error of their
-/// difference (L. Breiman and others, "Classification and Regression Trees", 1984).
+/// Returns whether the costs of held-out views are lower by more than one standard error of their difference (L.
+/// Breiman and others, "Classification and Regression Trees", 1984).
 fn predicts_better(new: &[f64], old: &[f64]) -> bool {
     let [new_sum, old_sum] = [new, old].map(|costs| costs.iter().sum::<f64>());
     if !old_sum.is_finite() {
-        // Too few views to hold one out: the criterion alone.
+        // There are too few views to hold one out: the criterion alone decides.
         return true;
     }
     let count = new.len() as f64;
@@ -345,6 +347,7 @@ fn predicts_better(new: &[f64], old: &[f64]) -> bool {
     mean > error
 }
 
+/// Derives the result from the chosen fit.
 fn finish(
     views: &[BoardView],
     model: LensModel,
@@ -377,7 +380,7 @@ fn finish(
     });
     Ok(LensCalibration {
         views: solved.collect(),
-        // Boards are looked at in air: this is the lens by itself.
+        // Boards are seen in air, so that this is the lens without the media of the sensor.
         estimate: CameraEstimate::new(fit.state.camera, Some(covariance))?.behind_drawing(),
         model,
         candidates,

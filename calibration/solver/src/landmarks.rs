@@ -1,5 +1,4 @@
-//! Where the pins of a calibration dome touch the sensor: the link between the printed fixture and
-//! the solver.
+//! Pin landmarks: the contacts of a calibration dome's pins, which link the printed fixture to the solver.
 
 mod plain_map;
 
@@ -9,41 +8,41 @@ use fabkit_geometry::{Point3, Vector3};
 use fabkit_text::{InvalidDocument, JsonFormat};
 use serde::{Deserialize, Serialize};
 
-/// What `format` says in a file of landmarks.
+/// Value of `format` in a file of landmarks.
 pub const FORMAT: &str = "fabkit-pin-landmarks";
-/// The version this crate reads and writes.
+/// Version that this crate reads and writes.
 pub const VERSION: u32 = 1;
-/// Longest file, bytes: of the most pins, with room to spare.
+/// Largest file, bytes: room for [`MAX_PINS`] pins and more.
 pub const MAX_BYTES: usize = 1 << 26;
-/// Most pins in a file: more than the largest set of halves has protrusions, on either side.
+/// Largest number of pins in a file: more than the largest set of halves has protrusions, on either side.
 pub const MAX_PINS: usize = 100_000;
 
-/// Farthest coordinate that can belong to a fingertip's fixture, mm.
+/// Largest coordinate of a fingertip's fixture, mm.
 const MAX_COORDINATE_MM: f64 = 1000.0;
-/// How far an axis may be from unit length.
+/// Tolerance of an axis's unit length.
 const UNIT_TOLERANCE: f64 = 1e-6;
-/// `kind` of the pins of a plain map, which does not name any.
+/// Value of `kind` for the pins of a plain map, which has no kinds.
 const UNNAMED_KIND: &str = "pin";
 
-/// One kind of pin pushed home in one hole.
+/// Kind of pin in one hole, pushed home.
 ///
 /// Points and vectors are arrays of three numbers in JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "PinForm", from = "PinForm")]
 pub struct PinLandmark {
-    /// The number beside the hole, from 1.
+    /// Number beside the hole, from 1.
     pub hole: u32,
-    /// Which pin, for example `long`. Pins of one kind share their seating offset.
+    /// Kind of pin, for example `long`. Pins of one kind share their seating offset.
     pub kind: String,
     /// Centre of the pin's rounded tip, sensor frame, mm.
     pub tip_centre_in_sensor_mm: Point3<f64>,
-    /// The tip's foremost point, where it touches the sensor first, sensor frame, mm.
+    /// Foremost point of the tip, which touches the sensor first, sensor frame, mm.
     pub contact_in_sensor_mm: Point3<f64>,
-    /// Unit vector in which the pin is pushed, sensor frame. A plain map of points does not say.
+    /// Unit vector in which the pin is pushed, sensor frame. `None` for a plain map, unless its points lie on a sphere.
     pub axis_in_sensor: Option<Vector3<f64>>,
 }
 
-/// [`PinLandmark`] as it stands in files.
+/// Form of [`PinLandmark`] in files.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PinForm {
@@ -79,7 +78,7 @@ impl From<PinForm> for PinLandmark {
     }
 }
 
-/// Every hole of a fixture with every kind of pin that fits it.
+/// Landmarks of a fixture: every hole with every kind of pin that fits it.
 ///
 /// ```
 /// use fabkit_calibration::landmarks::PinLandmarks;
@@ -92,9 +91,9 @@ impl From<PinForm> for PinLandmark {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PinLandmarks {
-    /// [`FORMAT`].
+    /// Always [`FORMAT`].
     pub format: String,
-    /// [`VERSION`].
+    /// Always [`VERSION`].
     pub version: u32,
     /// Name of the sensor.
     pub sensor: String,
@@ -102,7 +101,7 @@ pub struct PinLandmarks {
     pub fixture: String,
     /// Radius of the pins' rounded tips, mm; 0 for points.
     pub tip_radius_mm: f64,
-    /// Sorted by hole, then kind.
+    /// Landmarks, sorted by hole, then kind.
     pub pins: Vec<PinLandmark>,
 }
 
@@ -114,11 +113,11 @@ const DOCUMENT: JsonFormat = JsonFormat {
 };
 
 impl PinLandmarks {
-    /// Sorts the pins and checks them.
+    /// Creates landmarks from pins, which are sorted and checked.
     ///
     /// # Errors
-    /// Numbers that are not finite or absurdly large, axes that are not of unit length, a hole
-    /// that has the same kind of pin twice, no pins or too many.
+    /// Reports numbers that are not finite or absurdly large, axes that are not of unit length, a hole that has the
+    /// same kind of pin twice, no pins or too many.
     pub fn new(
         sensor: &str,
         fixture: &str,
@@ -138,14 +137,13 @@ impl PinLandmarks {
         Ok(landmarks)
     }
 
-    /// Reads a document of this format, or a plain map of hole number to `[x, y, z]` in mm, sensor
-    /// frame.
+    /// Reads a document of this format, or a plain map from hole number to `[x, y, z]`, mm, sensor frame.
     ///
-    /// The points of a plain map are taken as contacts. Where they lie on a sphere, the pins are
-    /// taken to point at its centre; where they do not, their axes are unknown.
+    /// The points of a plain map are taken as contacts. If they lie on a sphere, the pins are taken to point at its
+    /// centre; otherwise their axes are unknown.
     ///
     /// # Errors
-    /// Text that is neither, with line and column; other formats and versions; what
+    /// Reports text that is neither, with line and column; other formats and versions; everything that
     /// [`PinLandmarks::new`] refuses.
     pub fn from_json(text: &str) -> Result<Self, InvalidDocument> {
         let value = DOCUMENT.parse(text)?;
@@ -161,13 +159,13 @@ impl PinLandmarks {
         Self::new(&found.sensor, &found.fixture, found.tip_radius_mm, found.pins)
     }
 
-    /// As indented JSON with a final newline.
+    /// Writes indented JSON with a final newline.
     pub fn to_json(&self) -> String {
         let text = serde_json::to_string_pretty(self);
         text.expect("strings and finite numbers can be written") + "\n"
     }
 
-    /// The pin in a hole. Without a kind, the hole's only pin.
+    /// Finds the pin in a hole. Without a kind, the hole must have a single pin.
     pub fn find(&self, hole: u32, kind: Option<&str>) -> Option<&PinLandmark> {
         let mut here = self.pins.iter().filter(|pin| pin.hole == hole);
         match kind {
@@ -176,12 +174,13 @@ impl PinLandmarks {
         }
     }
 
-    /// The kinds of pin, sorted.
+    /// Returns the kinds of pin, sorted.
     pub fn kinds(&self) -> Vec<&str> {
         let kinds: BTreeSet<&str> = self.pins.iter().map(|pin| pin.kind.as_str()).collect();
         kinds.into_iter().collect()
     }
 
+    /// Reports everything that is wrong.
     fn check(&self) -> Result<(), InvalidDocument> {
         let mut problems = Vec::new();
         if self.pins.is_empty() || self.pins.len() > MAX_PINS {
@@ -208,6 +207,7 @@ impl PinLandmarks {
                 }
             }
             let length = pin.axis_in_sensor.map_or(1.0, |axis| axis.norm());
+            // `partial_cmp` makes NaN a fault too.
             if (length - 1.0).abs().partial_cmp(&UNIT_TOLERANCE) != Some(std::cmp::Ordering::Less) {
                 wrong(format!("axis_in_sensor has length {length}; it must be 1"));
             }

@@ -1,12 +1,12 @@
-//! From pictures of pins and boards to cameras and poses that know how sure they are.
+//! Camera calibration: from images of pins and boards to cameras and poses with their uncertainty.
 //!
 //! # Conventions
 //!
-//! - Millimetres and radians, `f64`. Names say unit and frame: `contact_in_sensor_mm`.
-//! - Sensor frame: origin at the centre of the sensing surface's base circle, +z toward the tip.
+//! - Millimetres and radians, `f64`. Names carry unit and frame: `contact_in_sensor_mm`.
+//! - Sensor frame: origin at the centre of the sensing surface's base circle, +z towards the tip.
 //! - Camera frame as in OpenCV: +z forward, +x right, +y down; pixel centres lie at integers.
 //! - A pose named `camera_from_sensor` maps sensor coordinates to camera coordinates.
-//! - A pin's axis points the way the pin is pushed: into the sensor.
+//! - A pin's axis points in the direction in which the pin is pushed: into the sensor.
 
 #![forbid(unsafe_code)]
 

@@ -1,9 +1,9 @@
-//! What is between a pin's nominal contact and its pixel, and which parts of it can be solved for.
+//! Measurement model: from a pin's nominal contact to its pixel, with the parameters that can be solved for.
 //!
-//! A pin's nominal contact, sensor frame, is displaced by the seating offset along the pin and by
-//! the lean around the sensor's axis, then moved with the dome as it was seated in that capture,
-//! then carried into the camera's frame and projected. Each of these has a derivative. Its mark is
-//! found some way beside that pixel, which is known beforehand and hardly changes with any of them.
+//! A pin's nominal contact, sensor frame, is displaced by the seating offset along the pin and by the lean around the
+//! sensor's axis. It is then moved with the dome as seated in that capture, transformed into the camera frame and
+//! projected. Each of these steps has a derivative. The pin's mark is found at an offset from that pixel, which is
+//! known beforehand and hardly depends on any of the parameters.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,34 +14,36 @@ use nalgebra::{Matrix2x3, Point2, Rotation3, SMatrix, Vector2};
 
 use crate::drawn::{self, DrawnInterface};
 
-/// Nearer to the sensor's axis than this there is no way round it, mm.
+/// Radius around the sensor's z axis below which there is no tangential direction, mm.
 const ON_AXIS_MM: f64 = 0.1;
-/// How far a dome can seat from its place, mm (one standard deviation).
+/// Shift of a dome from its nominal place when it is seated, mm (one standard deviation).
 const RESEATING_SHIFT_MM: f64 = 0.3;
-/// How far a dome can turn on its seat, rad (one standard deviation): 1 degree.
+/// Turn of a dome on its seat, rad (one standard deviation): 1 degree.
 const RESEATING_TURN_RAD: f64 = 0.0175;
 
-/// How well it is known how much a layer scatters, as a logarithm, and how far light goes sideways in it, mm (one standard
-/// deviation each): a factor of two, and what published captures of one unit leave open.
+/// Prior standard deviation of a layer's scattering, as a natural logarithm: a factor of two, the range that published
+/// captures of one unit leave open.
 const SCATTER_SIGMA: f64 = 0.7;
+/// Prior standard deviation of the lateral spread of light in a layer, mm: the range that published captures of one
+/// unit leave open.
 const SPREAD_SIGMA_MM: f64 = 0.15;
 
-/// Parameters of a lens before its coefficients: two focal lengths, two coordinates of the centre.
+/// Number of a lens's parameters before its coefficients: two focal lengths, two coordinates of the centre.
 const INTRINSICS: usize = 4;
 
-/// A coordinate axis.
+/// Coordinate axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Axis {
-    /// x.
+    /// The x axis.
     X,
-    /// y.
+    /// The y axis.
     Y,
-    /// z.
+    /// The z axis.
     Z,
 }
 
 impl Axis {
-    /// All three.
+    /// All three axes.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
     fn index(self) -> usize {
@@ -55,45 +57,45 @@ impl Axis {
     }
 }
 
-/// How a dome sits in one capture, against where it should.
+/// Deviation of a dome in one capture from its nominal place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum MountingError {
-    /// Shifted along the sensor's x, mm.
+    /// Shift along the sensor's x axis, mm.
     ShiftX,
-    /// Shifted along the sensor's y, mm.
+    /// Shift along the sensor's y axis, mm.
     ShiftY,
-    /// Turned about the sensor's z, rad.
+    /// Turn about the sensor's z axis, rad.
     Turn,
 }
 
-/// Something that can be solved for.
+/// Parameter that a fit can solve for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum FitParameter {
     /// Rotation of the pose, about an axis of the camera frame through the sensor's origin, rad.
     Rotation(Axis),
     /// Translation of the pose: the sensor's origin in the camera frame, mm.
     Translation(Axis),
-    /// How much farther than nominal all pins go in along their axes, mm.
+    /// Depth by which all pins go in beyond nominal along their axes, mm.
     SeatingOffset,
-    /// How far all pins lean sideways, the same way round the sensor's z axis, mm at the tip. That
-    /// is what happens when a dome is turned a little while its pins stick to the surface.
+    /// Sideways lean of all pins, in the same sense around the sensor's z axis, mm at the tip. It occurs when a dome is
+    /// turned a little while its pins stick to the surface.
     Lean,
-    /// Both focal lengths by one factor: 0.01 is one percent longer.
+    /// Common factor of both focal lengths: 0.01 is one percent longer.
     FocalScale,
-    /// How much farther from the lens than drawn the interface lies, mm: see [`Model::drawn`].
+    /// Distance by which the interface lies farther from the lens than drawn, mm; see [`Model::drawn`].
     InterfaceShift,
-    /// How much more than assumed the layer scatters, as a logarithm: it moves marks, see [`MarkOffset`].
+    /// Natural logarithm of the layer's scattering relative to the assumed one; it moves marks, see [`MarkOffset`].
     LayerScatter,
-    /// How much farther than assumed light goes sideways in the layer, mm: it moves marks as well.
+    /// Lateral spread of light in the layer beyond the assumed one, mm; it moves marks as well.
     LayerSpread,
-    /// A parameter of the camera, by the name that [`Camera::parameters`] gives it.
+    /// Parameter of the camera, by its name in [`Camera::parameters`].
     Camera(&'static str),
-    /// How the dome sits in one capture.
+    /// Deviation of the dome in one capture, by the capture's index.
     Reseating(usize, MountingError),
 }
 
 impl FitParameter {
-    /// The six of a pose, in the order of [`POSE_PARAMETERS`]: rotation, then translation.
+    /// Six parameters of a pose, in the order of [`POSE_PARAMETERS`]: rotation, then translation.
     pub const POSE: [Self; 6] = [
         Self::Rotation(Axis::X),
         Self::Rotation(Axis::Y),
@@ -103,16 +105,16 @@ impl FitParameter {
         Self::Translation(Axis::Z),
     ];
 
-    /// What a drawing leaves open of the interface that it draws.
+    /// Parameters of a drawn interface that its drawing leaves uncertain.
     pub const DRAWN: [Self; 2] = [Self::InterfaceShift, Self::Camera("interface_index_outside")];
 
-    /// What of the light moves marks.
+    /// Parameters of the light that move marks.
     pub const LIGHT: [Self; 2] = [Self::LayerScatter, Self::LayerSpread];
 
-    /// What is known before any picture is taken, as one standard deviation in the parameter's
-    /// unit: assembly holds the camera to a few degrees and millimetres, a pin stops within 2 mm,
-    /// a lens is within a few tens of percent of its data sheet. A combination about which
-    /// pictures say little more than this is called not observable.
+    /// Returns the standard deviation of what is known before any image is taken, in the parameter's unit. Assembly
+    /// holds the camera to a few degrees and millimetres, a pin stops within 2 mm, a lens is within a few tens of
+    /// percent of its data sheet. A combination of parameters about which images say little more than this is called
+    /// not observable.
     pub fn prior_sigma(self) -> f64 {
         match self {
             Self::Rotation(_) => 0.1,
@@ -135,7 +137,7 @@ impl FitParameter {
 }
 
 impl FitParameter {
-    /// What it is, for people: `the camera's distance (translation_z_mm)`.
+    /// Describes the parameter for people: `the camera's distance (translation_z_mm)`.
     pub fn in_words(self) -> String {
         let what = match self {
             Self::Rotation(_) => "the camera's orientation",
@@ -181,103 +183,102 @@ impl fmt::Display for FitParameter {
     }
 }
 
-/// A pin in a hole, pushed home in one capture.
+/// Contact of a pin that is pushed home in one hole, in one capture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
-    /// Counts from 0.
+    /// Index of the capture, from 0.
     pub capture: usize,
     /// Number of the hole.
     pub hole: u32,
-    /// Nominal, mm.
+    /// Nominal contact, sensor frame, mm.
     pub contact_in_sensor_mm: Point3<f64>,
-    /// The way the pin is pushed, if known; unit length.
+    /// Direction in which the pin is pushed, if known; unit length.
     pub axis_in_sensor: Option<Vector3<f64>>,
 }
 
-/// A contact and where it was seen.
+/// Contact with its observed mark.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// Which pin.
+    /// Contact that made the mark.
     pub contact: Contact,
-    /// Where, px.
+    /// Observed position of the mark, px.
     pub pixel: Point2<f64>,
     /// Standard deviation of each coordinate, px.
     pub sigma_px: f64,
 }
 
-/// Everything between contacts and pixels.
+/// Measurement model: all parameters between contacts and pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
-    /// The camera with its interface.
+    /// Camera with its interface.
     pub camera: Camera,
-    /// Sensor frame to camera frame, mm.
+    /// Pose: sensor frame to camera frame, mm.
     pub camera_from_sensor: Pose,
-    /// See [`FitParameter::SeatingOffset`].
+    /// Value of [`FitParameter::SeatingOffset`].
     pub seating_offset_mm: f64,
-    /// See [`FitParameter::Lean`].
+    /// Value of [`FitParameter::Lean`].
     pub lean_mm: f64,
-    /// The translation that the design gives the pose, if it takes part in a fit as what is known
-    /// beforehand; see [`FitParameter::prior_sigma`].
+    /// Translation of the pose by design, mm, if it takes part in a fit as prior knowledge; see
+    /// [`FitParameter::prior_sigma`].
     pub expected_translation_mm: Option<Vector3<f64>>,
-    /// Shift in x and y, mm, and turn, rad, for each capture; captures beyond the end sit as they
-    /// should.
+    /// Shift in x and y, mm, and turn, rad, of the dome in each capture; later captures have none.
     pub reseatings: Vec<[f64; 3]>,
-    /// The interface that the design draws, if the camera's is that one: it stands still in the sensor, and
-    /// the camera's follows from the pose.
+    /// Interface that the design draws, if the camera's interface is that one. It is fixed in the sensor, and the
+    /// camera's interface follows from the pose.
     pub drawn: Option<DrawnInterface>,
-    /// See [`FitParameter::InterfaceShift`].
+    /// Value of [`FitParameter::InterfaceShift`].
     pub interface_shift_mm: f64,
-    /// See [`FitParameter::LayerScatter`].
+    /// Value of [`FitParameter::LayerScatter`].
     pub layer_scatter_log: f64,
-    /// See [`FitParameter::LayerSpread`].
+    /// Value of [`FitParameter::LayerSpread`].
     pub layer_spread_mm: f64,
-    /// How far from where they are contacts seem to be, because light is bent again behind the camera's
-    /// interface; the rest seem to be where they are.
+    /// Apparent displacements of contacts, because bodies behind the camera's interface refract light again. Contacts
+    /// that are not listed have none.
     pub displacements: Displacements,
-    /// How far from the pixels of their tips marks are found; the rest are found there.
+    /// Offsets of marks from the pixels of their tips. Contacts that are not listed have none.
     pub mark_offsets: MarkOffsets,
 }
 
-/// Where the mark of a pin is found beside the pixel of its tip.
+/// Offset of a pin's mark from the pixel of its tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarkOffset {
-    /// How far, px.
+    /// Offset, px.
     pub by_px: Vector2<f64>,
-    /// How much farther for each millimetre that the pin goes in deeper, px/mm.
+    /// Derivative by the pin's depth, px/mm.
     pub by_depth: Vector2<f64>,
-    /// By each of [`FitParameter::LIGHT`], px for one of its unit.
+    /// Derivatives by each of [`FitParameter::LIGHT`], px per unit of the parameter.
     pub by_light: [Vector2<f64>; 2],
-    /// Standard deviation along each coordinate, px.
+    /// Standard deviation of each coordinate, px.
     pub sigma_px: f64,
 }
 
-/// Offsets of marks, by the contacts of their pins, sensor frame.
+/// Offsets of marks, by the nominal contacts of their pins, sensor frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MarkOffsets(BTreeMap<[u64; 3], MarkOffset>);
 
 impl MarkOffsets {
-    /// Of each contact's nominal place.
+    /// Creates the map from nominal contacts, sensor frame, mm, and their offsets.
     pub fn new(all: impl IntoIterator<Item = (Point3<f64>, MarkOffset)>) -> Self {
         Self(all.into_iter().map(|(place, offset)| (key(&place), offset)).collect())
     }
 
-    /// Of a contact's nominal place, if it is known.
+    /// Returns the offset of a nominal contact, if it has one.
     pub fn of(&self, place: &Point3<f64>) -> Option<MarkOffset> {
         self.0.get(&key(place)).copied()
     }
 
-    /// Whether none is known.
+    /// Returns whether there are no offsets.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 }
 
-/// By contacts, sensor frame, mm.
+/// Apparent displacements, mm, by nominal contacts, sensor frame, mm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Displacements(BTreeMap<[u64; 3], Vector3<f64>>);
 
 impl Displacements {
-    /// Of each contact's nominal place.
+    /// Creates the map from nominal contacts and their displacements, both sensor frame, mm.
     pub fn new(all: impl IntoIterator<Item = (Point3<f64>, Vector3<f64>)>) -> Self {
         Self(all.into_iter().map(|(place, by)| (key(&place), by)).collect())
     }
@@ -290,12 +291,13 @@ impl Displacements {
     }
 }
 
+// Bit patterns make coordinates comparable: contacts are looked up by exactly the numbers that were put in.
 fn key(place: &Point3<f64>) -> [u64; 3] {
     [place.x, place.y, place.z].map(f64::to_bits)
 }
 
 impl Model {
-    /// A camera at a pose, and pins where they should be.
+    /// Creates the model of a camera at a pose, with all pins at their nominal places.
     pub fn new(camera: Camera, camera_from_sensor: Pose) -> Self {
         Self {
             camera,
@@ -313,7 +315,7 @@ impl Model {
         }
     }
 
-    /// The same behind an interface that the design draws, where it is drawn.
+    /// Returns the same model with the drawn interface at its drawn place; `None` if no such camera exists.
     #[must_use]
     pub fn behind(mut self, drawn: &DrawnInterface) -> Option<Self> {
         self.drawn = Some(*drawn);
@@ -322,7 +324,7 @@ impl Model {
         Some(self)
     }
 
-    /// The camera with the drawn interface as it is seen from its pose.
+    /// Returns the camera with the drawn interface at its place relative to the camera's pose.
     fn camera_behind(&self, index_outside: f64) -> Option<Camera> {
         let Some(drawn) = &self.drawn else { return Some(self.camera) };
         let pose = &self.camera_from_sensor;
@@ -340,19 +342,19 @@ impl Model {
         }
     }
 
-    /// Where the mark of a contact is seen, px.
+    /// Computes the pixel of a contact's mark.
     ///
     /// # Errors
-    /// It lies outside what the camera can see.
+    /// Fails if the contact lies outside what the camera can see.
     pub fn project(&self, contact: &Contact) -> Result<Point2<f64>, OutsideDomain> {
         let tip = self.camera.project(&self.camera_from_sensor.point(self.seated(contact)))?;
         Ok(tip + self.mark_offset(contact))
     }
 
-    /// [`Model::project`] with its derivatives by each of `parameters`, in their units.
+    /// Computes [`Model::project`] with its derivatives by each of `parameters`, px per unit, into `columns`.
     ///
     /// # Errors
-    /// As [`Model::project`].
+    /// Fails as [`Model::project`].
     pub fn differentiate(
         &self,
         contact: &Contact,
@@ -362,14 +364,17 @@ impl Model {
         let seated = self.seated(contact);
         let point = self.camera_from_sensor.point(seated);
         let projection = self.camera.project_with_jacobians(&point)?;
+        // The pose and the shift also move a drawn interface in front of the lens.
         let turned = point - self.camera_from_sensor.translation_mm();
         let by_interface = self.by_interface(&projection.by_parameters);
         let of_mark = self.mark_offsets.of(&contact.contact_in_sensor_mm);
         let by_sensor: Matrix2x3<f64> = projection.by_point * self.camera_from_sensor.rotation();
         let intrinsics = self.camera.lens().intrinsics();
         let turn = self.reseatings.get(contact.capture).map_or(0.0, |[_, _, turn]| *turn);
+        // First order in the turn, as in `seated`.
         let turned_with_dome = |v: Vector3<f64>| v + turn * Vector3::z().cross(&v);
         for (column, parameter) in columns.iter_mut().zip(parameters) {
+            // Each derivative follows the chain of `project`: seat and displacement, pose, lens, offset of the mark.
             *column = match parameter {
                 FitParameter::Rotation(axis) => {
                     projection.by_point * axis.unit().cross(&turned.coords)
@@ -411,16 +416,17 @@ impl Model {
         Ok(projection.pixel + self.mark_offset(contact))
     }
 
-    /// Change of a mark's pixel with its contact's place in the sensor frame, px/mm.
+    /// Computes the derivative of a mark's pixel by its contact in the sensor frame, px/mm.
     ///
     /// # Errors
-    /// As [`Model::project`].
+    /// Fails as [`Model::project`].
     pub fn by_place(&self, contact: &Contact) -> Result<Matrix2x3<f64>, OutsideDomain> {
         let point = self.camera_from_sensor.point(self.seated(contact));
         let projection = self.camera.project_with_jacobians(&point)?;
         Ok(projection.by_point * self.camera_from_sensor.rotation())
     }
 
+    /// Computes the offset of a contact's mark with the present depth and light, px.
     fn mark_offset(&self, contact: &Contact) -> Vector2<f64> {
         self.mark_offsets.of(&contact.contact_in_sensor_mm).map_or_else(Vector2::zeros, |offset| {
             let [scatter, spread] = offset.by_light;
@@ -431,7 +437,8 @@ impl Model {
         })
     }
 
-    /// Change of a pixel with pose and shift by way of the drawn interface, which they move before the lens.
+    /// Computes the derivative of a pixel by pose and shift through the drawn interface, which both move in front of
+    /// the lens.
     fn by_interface(&self, by_parameters: &[Vector2<f64>]) -> SMatrix<f64, 2, 7> {
         let Some(drawn) = &self.drawn else { return SMatrix::zeros() };
         let by_pose = drawn.by_pose(&self.camera_from_sensor, self.interface_shift_mm);
@@ -441,7 +448,7 @@ impl Model {
         parts.sum()
     }
 
-    /// The same model with each parameter moved by its step; `None` where no such camera exists.
+    /// Returns the model with each parameter changed by its step; `None` if no such camera exists.
     #[must_use]
     pub fn stepped(&self, parameters: &[FitParameter], steps: &[f64]) -> Option<Self> {
         let mut next = self.clone();
@@ -467,27 +474,30 @@ impl Model {
                 }
                 FitParameter::Reseating(capture, seat) => {
                     if next.reseatings.len() <= *capture {
+                        // Captures without a step keep their nominal seat.
                         next.reseatings.resize(capture + 1, [0.0; 3]);
                     }
                     next.reseatings[*capture][*seat as usize] += step;
                 }
             }
         }
+        // All camera parameters at once: between two single steps the camera may be invalid.
         if let Some(values) = values {
             next.camera = self.camera.with_parameters(&values).ok()?;
         }
         let rotation: Matrix3<f64> =
             Rotation3::new(turn).matrix() * self.camera_from_sensor.rotation();
         next.camera_from_sensor = Pose::new(rotation, shift)?;
+        // The drawn interface follows the new pose and shift, with the index just stepped.
         if let Some(index_outside) = next.index_outside().filter(|_| next.drawn.is_some()) {
             next.camera = next.camera_behind(index_outside)?;
         }
         Some(next)
     }
 
-    /// What a parameter's value is now, in its unit: rotations as the components of the rotation
-    /// vector of the whole pose. A focal scale is a step from the camera's own focal length: 0.
-    /// `None` for the name of a parameter that the camera does not have.
+    /// Returns the value of a parameter, in its unit. Rotations are the components of the rotation vector of the whole
+    /// pose. A focal scale is relative to the camera's own focal length, hence 0. `None` for a parameter that the
+    /// camera does not have.
     pub fn value(&self, parameter: FitParameter) -> Option<f64> {
         Some(match parameter {
             FitParameter::Rotation(axis) => {
@@ -512,7 +522,7 @@ impl Model {
         })
     }
 
-    /// Where the contact is in the sensor frame with everything that displaces it, mm.
+    /// Computes the contact in the sensor frame with everything that displaces it, mm.
     pub fn seated(&self, contact: &Contact) -> Point3<f64> {
         let displaced = self.displaced(contact);
         let Some([x, y, turn]) = self.reseatings.get(contact.capture) else {
@@ -521,9 +531,9 @@ impl Model {
         displaced + Vector3::new(*x, *y, 0.0) + *turn * Vector3::z().cross(&displaced.coords)
     }
 
-    /// How far a parameter is from what is known of it beforehand, and how well that is known, if
-    /// that takes part in a fit. A dome's seat has more unknowns than its few pins could fix, and
-    /// the camera stands where the design puts it but for its assembly.
+    /// Returns a parameter's deviation from its prior value and the prior's standard deviation, if the prior takes part
+    /// in a fit. A dome's seat has more unknowns than its few pins can fix, and the camera is at its designed place up
+    /// to assembly errors.
     pub(crate) fn prior(&self, parameter: FitParameter) -> Option<(f64, f64)> {
         let away = match parameter {
             FitParameter::Reseating(capture, seat) => {
@@ -545,7 +555,7 @@ impl Model {
         Some((away, parameter.prior_sigma()))
     }
 
-    /// Whether the drawing says beforehand what a parameter is.
+    /// Returns whether a parameter has a prior: that of the drawing, or that of the light.
     pub(crate) fn is_drawn(&self, parameter: FitParameter) -> bool {
         self.drawn.is_some() && FitParameter::DRAWN.contains(&parameter)
             || FitParameter::LIGHT.contains(&parameter)
@@ -563,7 +573,7 @@ impl Model {
     }
 }
 
-/// Unit vector the way round the sensor's axis; zero on it.
+/// Returns the tangential unit vector around the sensor's z axis; zero close to the axis.
 fn way_round(point: Point3<f64>) -> Vector3<f64> {
     let radius_mm = point.x.hypot(point.y);
     if radius_mm < ON_AXIS_MM {

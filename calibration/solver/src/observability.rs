@@ -1,19 +1,17 @@
-//! What a set of pins will tell, before anything is printed.
+//! Observability: how well a set of pins determines the parameters, before anything is printed.
 //!
-//! The Fisher information of the pixels, `sum J^T J / sigma^2`, gives the smallest covariance that
-//! any unbiased solver can reach (the Cramer-Rao bound). To say what *cannot* be told, each
-//! parameter is measured in units of what is known beforehand ([`FitParameter::prior_sigma`]): in
-//! these units the information's eigenvalues are squared ratios of the uncertainty before to that
-//! after, and comparable. A combination is called not observable if the pictures do not even bring
-//! its uncertainty down to a third.
+//! The Fisher information of the pixels, `sum J^T J / sigma^2`, gives the smallest covariance that any unbiased solver
+//! can reach (the Cramer-Rao bound). To find what *cannot* be determined, each parameter is measured in units of its
+//! prior standard deviation ([`FitParameter::prior_sigma`]). In these units the information's eigenvalues are
+//! comparable: 1 plus an eigenvalue is the squared ratio of the uncertainty before to that after. A combination is
+//! called not observable if the images do not even reduce its uncertainty to a third.
 //!
-//! The seating offset is the important case. Pins of one length, all pointing at the dome's
-//! centre, have their tips on one sphere. An offset makes that sphere smaller, which scales the
-//! tips about its centre; and a camera without refraction sees a scaled scene at a scaled distance
-//! just the same. Then the information matrix is exactly singular, with the offset and the camera's
-//! translation along the line to the dome's centre in its null space, whatever the number of
-//! captures, even if the lens is known perfectly. Two lengths put two spheres into the scene; the
-//! ratio of their radii changes with the offset and does not change with scale.
+//! The seating offset is the important case. Pins of one length, all pointing at the dome's centre, have their tips on
+//! one sphere. An offset makes that sphere smaller, which scales the tips about its centre, and a scaled scene at a
+//! scaled distance looks the same to a camera without refraction. Then the information matrix is exactly singular, with
+//! the offset and the camera's translation along the line to the dome's centre in its null space, whatever the number
+//! of captures, even if the lens is known perfectly. Two lengths give two spheres; the ratio of their radii changes
+//! with the offset, but not with scale.
 
 use fabkit_camera::Camera;
 use fabkit_geometry::Pose;
@@ -23,57 +21,56 @@ use crate::information::ScaledCholesky;
 use crate::landmarks::PinLandmark;
 use crate::model::{Contact, FitParameter, Model, Observation};
 
-/// A direction is observable if the pictures bring its uncertainty below this part of the prior.
+/// Largest ratio of the uncertainty after the images to the prior for an observable direction.
 const OBSERVABLE: f64 = 1.0 / 3.0;
-/// Parameters with a smaller part in a direction than this are not named.
+/// Smallest component of a parameter in a direction for which it is named.
 const NAMED_PART: f64 = 0.25;
 
-/// How many pictures, and how good.
+/// Number and quality of the planned images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Pictures with pins.
+    /// Number of images with pins.
     pub captures: usize,
-    /// Pins pushed home in each, spread evenly over the pins given.
+    /// Number of pins pushed home in each, spread evenly over the given pins.
     pub pins_per_capture: usize,
     /// Standard deviation of each pixel coordinate, px.
     pub sigma_px: f64,
 }
 
-/// A combination of parameters that the pictures do not fix.
+/// Combination of parameters that the images do not determine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unobservable {
-    /// The parameters that can change together without a trace, with their part in the
-    /// combination: a unit vector in units of prior standard deviations. The largest first.
+    /// Parameters that can change together almost without effect, with their components in the combination: a unit
+    /// vector in units of prior standard deviations, without components below a quarter. The largest comes first.
     pub terms: Vec<(FitParameter, f64)>,
-    /// Uncertainty after the pictures over that before; 1 where they say nothing.
+    /// Ratio of the uncertainty after the images to that before; 1 if they carry no information.
     pub remaining: f64,
 }
 
-/// What to expect.
+/// Predicted uncertainty of a calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
-    /// Standard deviation of each parameter, given pictures and prior, in its unit.
+    /// Standard deviation of each parameter, given images and prior, in its unit.
     pub sigmas: Vec<(FitParameter, f64)>,
-    /// Covariance, in the order of `sigmas`.
+    /// Covariance of the parameters, in the order of `sigmas`.
     pub covariance: DMatrix<f64>,
-    /// Standard deviation of the camera's position in the sensor frame, root of the sum of squares
-    /// over the axes, mm.
+    /// Standard deviation of the camera's position in the sensor frame, root of the sum of squares over the axes, mm.
     pub position_sigma_mm: f64,
-    /// The same for its orientation, degrees.
+    /// Standard deviation of the camera's orientation, root of the sum of squares over the axes, degrees.
     pub rotation_sigma_deg: f64,
-    /// Combinations that stay unknown; the worst first. Empty if all is well.
+    /// Combinations that stay undetermined, the worst first. Empty if all is well.
     pub unobservable: Vec<Unobservable>,
     /// Holes whose pins the camera cannot see; they do not contribute.
     pub unseen_holes: Vec<u32>,
 }
 
 impl Prediction {
-    /// Standard deviation of a parameter; `None` if it was not asked for.
+    /// Returns the standard deviation of a parameter; `None` if it was not among those predicted.
     pub fn sigma(&self, parameter: FitParameter) -> Option<f64> {
         self.sigmas.iter().find(|(found, _)| *found == parameter).map(|(_, sigma)| *sigma)
     }
 
-    /// Whether a parameter has a named part in no unobservable combination.
+    /// Returns whether a parameter is named in no unobservable combination.
     pub fn is_observable(&self, parameter: FitParameter) -> bool {
         let named = |u: &Unobservable| u.terms.iter().any(|(found, _)| *found == parameter);
         !self.unobservable.iter().any(named)
@@ -112,8 +109,8 @@ pub fn predict(
     predict_from(&model, pins, &vec![true; pins.len()], effort, parameters)
 }
 
-/// The same for a model, which may stand behind a drawn interface, and pins of which parts of the sensor hide
-/// those that are not in `is_seen`.
+/// Predicts as [`predict`] for a model, which may have a drawn interface. Pins that are hidden by parts of the sensor
+/// are false in `is_seen`.
 pub fn predict_from(
     model: &Model,
     pins: &[PinLandmark],
@@ -135,11 +132,13 @@ pub fn predict_from(
         match model.differentiate(&contact, parameters, &mut columns) {
             Ok(pixel) if *is_seen && model.camera.sees(&pixel) => {
                 seen += 1;
+                // The weight follows below, when the number of visible pins is known.
                 add_information(&mut information, &columns, 1.0);
             }
             _ => unseen_holes.push(pin.hole),
         }
     }
+    // The visible pins stand for all that will be pressed: their information is scaled to that number.
     unseen_holes.dedup();
     let pressed = effort.captures * effort.pins_per_capture;
     information *= pressed as f64 / seen.max(1) as f64 / effort.sigma_px.powi(2);
@@ -164,8 +163,8 @@ pub fn predict_from(
     }
 }
 
-/// The combinations that pixels leave unknown, of all but what the drawing says: that is known as well as it
-/// says.
+/// Finds the combinations that pixels leave undetermined, among the parameters that have no prior from the drawing or
+/// of the light.
 fn without_drawn(
     model: &Model,
     information: &DMatrix<f64>,
@@ -174,7 +173,7 @@ fn without_drawn(
     told_without(model, information, parameters, &|p| model.is_drawn(p))
 }
 
-/// The combinations that pixels leave unknown, of all parameters but some that are known beforehand.
+/// Finds the combinations that pixels leave undetermined, among all parameters but those known beforehand.
 fn told_without(
     model: &Model,
     information: &DMatrix<f64>,
@@ -193,6 +192,7 @@ fn told_without(
     for (i, at) in drawn.iter().enumerate() {
         known[(i, i)] += sigma(model, parameters[*at]).powi(-2);
     }
+    // Schur complement: the information about the rest, with the known parameters free within their priors.
     let mixed = part(&rest, &drawn);
     let told = match ScaledCholesky::new(&known) {
         Some(factor) => part(&rest, &rest) - &mixed * factor.inverse() * mixed.transpose(),
@@ -202,14 +202,14 @@ fn told_without(
     unobservable(&told, &rest)
 }
 
-/// What is known beforehand: by the drawing, or in general.
+/// Returns a parameter's prior standard deviation: that of the drawing if it has one, else the general one.
 fn sigma(model: &Model, parameter: FitParameter) -> f64 {
     let drawn = model.prior(parameter).filter(|_| model.is_drawn(parameter));
     drawn.map_or(parameter.prior_sigma(), |(_, sigma)| sigma)
 }
 
-/// The combinations of parameters that pixels leave unknown, as observed. What a fit knows
-/// beforehand does not count.
+/// Finds the combinations of parameters that the observed pixels leave undetermined. Priors that take part in a fit do
+/// not count, except those of the light.
 pub fn unobservable_from(
     model: &Model,
     parameters: &[FitParameter],
@@ -225,7 +225,7 @@ pub fn unobservable_from(
     told_without(model, &information, parameters, &|p| FitParameter::LIGHT.contains(&p))
 }
 
-/// Adds `weight J^T J` of one pixel.
+/// Adds `weight J^T J` of one pixel to an information matrix.
 fn add_information(information: &mut DMatrix<f64>, columns: &[Vector2<f64>], weight: f64) {
     for (i, a) in columns.iter().enumerate() {
         for (j, b) in columns[..=i].iter().enumerate() {
@@ -238,7 +238,7 @@ fn add_information(information: &mut DMatrix<f64>, columns: &[Vector2<f64>], wei
     }
 }
 
-/// The combinations of parameters about which an information matrix says too little.
+/// Finds the combinations of parameters that an information matrix leaves undetermined.
 pub(crate) fn unobservable(
     information: &DMatrix<f64>,
     parameters: &[FitParameter],
@@ -253,10 +253,12 @@ pub(crate) fn unobservable(
     let eigen = scaled.symmetric_eigen();
     let mut found: Vec<Unobservable> = Vec::new();
     for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        // Rounding can make an eigenvalue slightly negative.
         let remaining = 1.0 / (1.0 + value.max(0.0)).sqrt();
         if remaining <= OBSERVABLE {
             continue;
         }
+        // The sign of an eigenvector is arbitrary: the largest component is made positive.
         let largest = vector.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
         let sign = largest.unwrap_or(1.0).signum();
         let mut terms: Vec<(FitParameter, f64)> = parameters
@@ -272,7 +274,7 @@ pub(crate) fn unobservable(
     found
 }
 
-/// `(I + D^-2)^-1`: never worse than the prior, and finite where the information is singular.
+/// Computes the covariance `(I + D^-2)^-1`: never worse than the prior, and finite where the information is singular.
 fn with_prior(
     model: &Model,
     information: &DMatrix<f64>,
@@ -280,17 +282,16 @@ fn with_prior(
 ) -> DMatrix<f64> {
     let sigmas = parameters.iter().map(|parameter| sigma(model, *parameter));
     let sigmas = DVector::from_iterator(parameters.len(), sigmas);
-    // Numbers that are none leave the prior.
+    // If the information is not finite, the prior alone remains.
     ScaledCholesky::with_prior(information, &sigmas).map_or_else(
         || DMatrix::from_diagonal(&sigmas.map(|sigma| sigma.powi(2))),
         |factor| factor.inverse(),
     )
 }
 
-/// Covariance of the camera's position in the sensor frame, mm^2, from that of a pose.
+/// Computes the covariance of the camera's position in the sensor frame, mm^2, from that of a pose.
 ///
-/// The position is `-R^T t`; with the rotation stepped as `exp(w) R` it moves by
-/// `-R^T (dt + t x w)`.
+/// The position is `-R^T t`. With the rotation stepped as `exp(w) R` it moves by `-R^T (dt + t x w)`.
 pub(crate) fn position_covariance(
     covariance: &DMatrix<f64>,
     parameters: &[FitParameter],

@@ -1,10 +1,9 @@
-//! Finding where pins press, from a picture without contact and one with it.
+//! Detection of pin marks from an image without contact and one with it.
 //!
-//! A contact darkens the sensing surface. The logarithm of the ratio of the two pictures does not
-//! care how bright a place is, and its slow part (the illumination's drift, the gel's overall
-//! strain) is removed as the local median. What is left is noise of a known size, pin marks, and
-//! the thin rims along edges that moved a little. Bubbles and scratches are in both pictures and
-//! cancel; reflections saturate or brighten and are left out.
+//! A contact darkens the sensing surface. The logarithm of the ratio of the two images does not depend on how bright a
+//! place is. Its slow part (drift of the illumination, overall strain of the gel) is removed as the local median. The
+//! rest is noise of a known size, pin marks, and the thin rims of edges that moved a little. Bubbles and scratches are
+//! in both images and cancel. Reflections saturate or brighten and are left out.
 
 mod difference;
 mod marks;
@@ -16,7 +15,7 @@ pub use difference::{DetectionError, background_cell_px};
 use crate::image::GreyImage;
 use difference::Difference;
 
-/// Which way a contact changes the picture.
+/// Sign of the change of intensity at a contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Polarity {
     /// Contacts are darker, as where a translucent layer gets thinner over a black skin.
@@ -26,19 +25,19 @@ pub enum Polarity {
     Brighter,
 }
 
-/// What counts as the mark of a pin. Lengths are fractions of the picture's shorter side, so that
-/// the same values serve every camera.
+/// Criteria for pin marks. Lengths are fractions of the image's shorter side, so that the same values serve every
+/// camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectionOptions {
-    /// Which way a contact changes the picture.
+    /// Sign of the change of intensity at a contact.
     pub polarity: Polarity,
     /// Smallest diameter of a mark at half its contrast.
     pub min_diameter: f64,
     /// Largest diameter of a mark at half its contrast.
     pub max_diameter: f64,
-    /// Smallest contrast: the natural logarithm of the ratio of brightness.
+    /// Smallest contrast: natural logarithm of the ratio of intensities.
     pub min_contrast: f64,
-    /// Shorter side, px, of the picture that the two are parts of; `None` where they are whole.
+    /// Shorter side, px, of the whole image if the two images are parts of it; `None` if they are whole.
     pub part_of_px: Option<u32>,
 }
 
@@ -54,53 +53,53 @@ impl Default for DetectionOptions {
     }
 }
 
-/// The mark of one pin.
+/// Mark of a pin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PinMark {
-    /// Its centre, px; pixel centres lie at integers.
+    /// Centre of the mark, px; pixel centres lie at integers.
     pub pixel: Point2<f64>,
-    /// Standard deviation of each coordinate of the centre, px: the picture's noise, and what is
-    /// hidden where the mark is cut. Not the play of the pin.
+    /// Standard deviation of each coordinate of the centre, px, from the image's noise and from hidden parts of a cut
+    /// mark. The play of the pin is not included.
     pub sigma_px: f64,
-    /// Natural logarithm of the ratio of brightness at its strongest point.
+    /// Natural logarithm of the ratio of intensities at the strongest point.
     pub contrast: f64,
     /// Diameter of a disc with the area of the mark at half its contrast, px.
     pub diameter_px: f64,
-    /// Part of its outline that lies against something dark, saturated or the picture's border: the
-    /// rest of the mark may be hidden there.
+    /// Fraction of the outline that borders on dark or saturated pixels or the image's border: the rest of the mark may
+    /// be hidden there.
     pub hidden_outline: f64,
 }
 
-/// Why something that changed is not a pin.
+/// Reason why a change is not a pin's mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rejection {
     /// Smaller than a pin's mark.
     TooSmall,
     /// Larger than a pin's mark.
     TooLarge,
-    /// Long and thin, as the rim of an edge that moved.
+    /// Long and thin, like the rim of an edge that moved.
     Elongated,
-    /// Mostly hidden: its centre cannot be known.
+    /// Mostly hidden, so that its centre is unknown.
     Hidden,
 }
 
-/// What was found in a pair of pictures.
+/// Result of the detection in a pair of images.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detection {
     /// Pin marks, the strongest first.
     pub marks: Vec<PinMark>,
-    /// What changed as much and is not a pin, with its strongest pixel.
+    /// Changes of sufficient contrast that are not pins, with their strongest pixel.
     pub rejected: Vec<(Point2<f64>, Rejection)>,
     /// Standard deviation of the smoothed logarithm of the ratio where nothing touches.
     pub noise: f64,
-    /// Share of what is lit that is saturated in either picture, 0 to 1: marks are cut there.
+    /// Fraction of lit pixels that are saturated in either image, 0 to 1: marks are cut there.
     pub saturated: f64,
 }
 
-/// Finds the marks of pins in `pressed`, compared with `reference` without contact.
+/// Finds the marks of pins in `pressed`, compared with `reference`, the image without contact.
 ///
 /// # Errors
-/// [`DetectionError`]: pictures of different size, identical, saturated, or dark.
+/// Returns a [`DetectionError`] for images of different size, identical, saturated or dark images.
 ///
 /// ```
 /// use fabkit_calibration::image::GreyImage;

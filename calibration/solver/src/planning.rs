@@ -1,17 +1,18 @@
-//! How far off the surface will be, before anything is pressed: pins with play in a dome that is taken off and put on again,
-//! and what is known of marks and lens.
+//! Planning of captures: predicts the error of the surface before anything is pressed, from the play of the pins, the
+//! reseating of the dome, and the uncertainty of marks and lens.
 //!
-//! The solver weighs pins one by one (`W`), with priors `P`; pins err by `S`, which ties those of a capture together by
-//! the dome's seat, and all presses of one pin by what is not known of its mark. With the derivatives `X` of the pixels by
-//! what is solved for and `B` by what is held, of covariance `C`, to first order
+//! The solver weighs pins independently (`W`) and uses priors `P`. The true covariance `S` of the pins' errors
+//! correlates the pins of a capture through the dome's seat, and all presses of one pin through the uncertainty of its
+//! mark. With the derivatives `X` of the pixels by the solved parameters, and `B` by the fixed ones, which have the
+//! covariance `C`, to first order
 //!
 //! ```text
 //! A = X'WX + P        covariance = A^-1 (X'W S WX + P) A^-1 + G C G'        G = -A^-1 X'WB
 //! ```
 //!
-//! and a place of the surface moves with all of it as in [`crate::uncertainty`]. Held are the lens, and how deep all pins sit
-//! in their holes, unless solving for that is better. Simulated calibrations judge it
-//! (`cargo test --release -p fabkit-tests --test calibration planning::`).
+//! A point of the surface moves with all parameters as in [`crate::uncertainty`]. Fixed are the lens and the depth of
+//! all pins in their holes, unless solving for the depth is better. Simulated calibrations check these formulas (`cargo
+//! test --release -p fabkit-tests --test calibration planning::`).
 
 use fabkit_camera::CameraEstimate;
 use fabkit_geometry::{Point3, Vector3};
@@ -23,94 +24,95 @@ use crate::model::{Contact, FitParameter, Model};
 use crate::observability::position_covariance;
 use crate::uncertainty::surface_derivatives;
 
-/// How far pins and their dome are from where they should be, one standard deviation each.
+/// Tolerances of pins and their dome, one standard deviation each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Looseness {
-    /// Of a tip across its pin, along each of two axes, mm.
+    /// Deviation of a tip across its pin, along each of two axes, mm.
     pub across_mm: f64,
-    /// Of a tip along its pin, mm.
+    /// Deviation of a tip along its pin, mm.
     pub along_mm: f64,
-    /// Of all tips together along their pins, the same in all captures, mm.
+    /// Common deviation of all tips along their pins, the same in all captures, mm.
     pub seating_mm: f64,
-    /// Of the dome in a capture, along the sensor's axes, mm.
+    /// Shift of the dome in a capture, along the sensor's axes, mm.
     pub dome_mm: [f64; 3],
-    /// By how much it is turned about axes along those through the middle of its pins, rad.
+    /// Turn of the dome in a capture, about axes parallel to the sensor's through the mean contact of its pins, rad.
     pub dome_rad: [f64; 3],
 }
 
-/// What is planned with.
+/// Inputs of a plan.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup<'a> {
-    /// Camera, pose, and how far marks are found from tips.
+    /// Model with camera, pose, and offsets of marks from tips.
     pub model: &'a Model,
-    /// What will be solved for.
+    /// Parameters that will be solved for.
     pub parameters: &'a [FitParameter],
-    /// The model's lens by its own calibration.
+    /// Model's lens with the covariance of its own calibration.
     pub lens: &'a CameraEstimate,
-    /// What may be pressed.
+    /// Pins that may be pressed.
     pub pins: &'a [PinLandmark],
-    /// Which of them nothing hides.
+    /// True for each pin that nothing hides.
     pub is_seen: &'a [bool],
-    /// How far pins are from there.
+    /// Tolerances of the pins.
     pub looseness: Looseness,
-    /// Standard deviation of a mark's place along each coordinate of a picture, px.
+    /// Standard deviation of a mark's position in an image, each coordinate, px.
     pub noise_px: f64,
     /// Points of the surface with their outward unit normals, sensor frame, mm.
     pub places: &'a [(Point3<f64>, Vector3<f64>)],
 }
 
-/// Pins that may be pressed, and what they tell.
+/// Pins that may be pressed, with their contributions to the information.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// What is solved for, how deep pins sit, and the lens.
+    /// All parameters: those solved for, the seating offset, and the lens.
     parameters: Vec<FitParameter>,
-    /// How many of them are solved for.
+    /// Number of parameters that are solved for; they come first.
     solved: usize,
     model: Model,
-    /// Of those: one over the variance that is known beforehand, or 0.
+    /// Prior information of each solved parameter, one over the variance, or 0.
     priors: Vec<f64>,
-    /// Covariance of the rest.
+    /// Covariance of the remaining parameters.
     of_held: DMatrix<f64>,
     pins: Vec<Pin>,
-    /// Mean over places of the surface of `D'D`, `D` the derivatives of a point by all parameters, mm2.
+    /// Mean of `places`.
     surface: DMatrix<f64>,
-    /// The same of each place.
+    /// Matrix `D'D` of each place of the surface, where `D` are the derivatives of its point by all parameters, mm2 per
+    /// unit squared.
     places: Vec<DMatrix<f64>>,
 }
 
-/// One pin in one hole, where the camera sees it.
+/// Pin in a hole that the camera sees.
 #[derive(Clone, Debug)]
 struct Pin {
-    /// Its place among those that were given.
+    /// Index among the given pins.
     index: usize,
-    /// Pixels by all parameters.
+    /// Derivative of the pixel by all parameters.
     by: DMatrix<f64>,
     by_dome: Matrix2x6<f64>,
-    /// By itself, anew in each press, px2.
+    /// Covariance of the pin's own error, independent in each press, px2.
     own: Matrix2<f64>,
-    /// The same in each press, px2.
+    /// Covariance of the mark's offset, the same error in each press, px2.
     of_mark: Matrix2<f64>,
-    /// What its detector says, px2.
+    /// Variance that the detector states, px2.
     stated: f64,
 }
 
-/// What a plan comes to.
+/// Expected result of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expectation {
-    /// Standard deviation of a point of the surface that a pixel shows, root mean square over the surface, mm.
+    /// Standard deviation of a surface point that a pixel shows, root mean square over the surface, mm.
     pub surface_mm: f64,
-    /// The same where it is largest.
+    /// Standard deviation of the surface point where it is largest, mm.
     pub worst_mm: f64,
-    /// Of the camera's place, root of the sum of squares over the axes, mm.
+    /// Standard deviation of the camera's position, root of the sum of squares over the axes, mm.
     pub position_mm: f64,
-    /// By how much the same pin is off from capture to capture, root mean square, px.
+    /// Scatter of one pin's mark from capture to capture, root mean square distance, px.
     pub scatter_px: f64,
-    /// Whether it is better to solve for how deep all pins sit than to take it for as drawn.
+    /// True if solving for the depth of all pins is better than fixing it as drawn.
     pub seating_solved: bool,
 }
 
 impl Plan {
-    /// Works out what each pin tells, and how the surface moves.
+    /// Computes the contribution of each pin and the surface's derivatives.
     pub fn new(setup: &Setup<'_>) -> Self {
         let Setup { model, parameters, lens, pins, .. } = *setup;
         let covariance = lens.covariance();
@@ -124,6 +126,7 @@ impl Plan {
         };
         let rest: Vec<FitParameter> =
             std::iter::once(FitParameter::SeatingOffset).chain(held).collect();
+        // The seating offset comes first and is independent of the lens.
         let of_held = DMatrix::from_fn(rest.len(), rest.len(), |r, c| {
             let both = place(&rest[r]).zip(place(&rest[c]));
             let of_seating =
@@ -131,6 +134,7 @@ impl Plan {
             covariance.zip(both).map_or(of_seating, |(matrix, at)| matrix[at])
         });
         let all = [parameters, &rest[..]].concat();
+        // The dome turns about the middle of its pins.
         let middle = pins.iter().map(|pin| pin.contact_in_sensor_mm.coords).sum::<Vector3<f64>>()
             / pins.len().max(1) as f64;
         let seen = pins.iter().enumerate().zip(setup.is_seen).filter(|(_, is_seen)| **is_seen);
@@ -162,18 +166,19 @@ impl Plan {
         }
     }
 
-    /// The pins that the camera sees, by their places among those that were given.
+    /// Returns the indices, among the given pins, of those that the camera sees.
     pub fn seen(&self) -> impl Iterator<Item = usize> + '_ {
         self.pins.iter().map(|pin| pin.index)
     }
 
-    /// What captures of these pins come to; `None` where they do not tell all that is solved for.
+    /// Predicts the result of captures with these pins; `None` if they do not determine all solved parameters.
     pub fn expect(&self, captures: &[Vec<usize>]) -> Option<Expectation> {
         let captures = self.known(captures);
         let of = |place: &DMatrix<f64>, covariance: &DMatrix<f64>| {
             trace_of_product(place, covariance).max(0.0)
         };
         let surface = |covariance: &DMatrix<f64>| of(&self.surface, covariance);
+        // Once with the depth of all pins fixed, once with it solved for.
         let with = |also: usize| Some((also, self.covariance(&captures, self.solved + also)?));
         let both = [0, 1].into_iter().filter_map(with);
         let (also, covariance) = both.min_by(|a, b| surface(&a.1).total_cmp(&surface(&b.1)))?;
@@ -189,15 +194,17 @@ impl Plan {
         })
     }
 
-    /// The pins of the next capture after `done`, of those that `may` go with those chosen before them: each the one that
-    /// makes the surface surest. With what it then is, where nothing but pins errs, root mean square, mm.
+    /// Chooses the pins of the next capture after `done`, greedily: each time the pin, among those that `may` accept
+    /// next to the pins chosen before, that gives the surface the smallest error. Also returns that error, root mean
+    /// square, mm, if only pins err.
     pub fn next(
         &self,
         done: &[Vec<usize>],
         count: usize,
         may: impl Fn(usize, &[usize]) -> bool,
     ) -> (Vec<usize>, f64) {
-        // What is known beforehand makes a beginning possible.
+        // Without pins the information is singular; weak priors allow a start.
+        // Only for the choice of pins; `expect` works without it.
         let vague: Vec<f64> =
             self.solved().iter().map(|parameter| parameter.prior_sigma().powi(-2)).collect();
         let vague = DMatrix::from_diagonal(&DVector::from_vec(vague));
@@ -228,7 +235,7 @@ impl Plan {
         captures.iter().map(|capture| capture.iter().filter_map(find).collect()).collect()
     }
 
-    /// What captures tell if each is weighed as it errs.
+    /// Computes the information of captures if each is weighed by its true covariance.
     fn information(&self, captures: &[Vec<&Pin>]) -> DMatrix<f64> {
         let count = self.solved;
         let mut information = DMatrix::zeros(count, count);
@@ -244,18 +251,20 @@ impl Plan {
         &self.parameters[..self.solved]
     }
 
-    /// Of all parameters, if the first `count` are solved for.
+    /// Computes the covariance of all parameters if the first `count` are solved for.
     fn covariance(&self, captures: &[Vec<&Pin>], count: usize) -> Option<DMatrix<f64>> {
         let all = self.parameters.len();
         let held = all - count;
+        // If the seating offset is solved for, the first row of `of_held` is left out.
         let from = self.of_held.nrows() - held;
         let of_held = self.of_held.view((from, from), (held, held));
+        // As the solver does: no pin counts as better than pins repeat.
         let floor = floor_px(captures).powi(2);
         let weight = |pin: &Pin| pin.stated.max(floor).recip();
         let mut information = DMatrix::zeros(count, all);
         let mut noise = DMatrix::zeros(count, count);
         for capture in captures {
-            // How the dome's seat of this capture moves what is solved for.
+            // Effect of the dome's seat in this capture on the solved parameters.
             let mut seat = DMatrix::zeros(count, 6);
             for pin in capture {
                 let by_fit = pin.by.columns(0, count);
@@ -266,7 +275,7 @@ impl Plan {
             }
             noise += &seat * seat.transpose();
         }
-        // All presses of a pin err together by its mark.
+        // All presses of a pin share the error of its mark's offset, so that their effects add up.
         for pin in &self.pins {
             let pressed = captures.iter().flatten().filter(|found| found.index == pin.index);
             let weighted = pin.by.columns(0, count).transpose() * weight(pin);
@@ -280,6 +289,7 @@ impl Plan {
         }
         let inverse = ScaledCholesky::new(&of_fit)?.inverse();
         let mut by_held = DMatrix::identity(all, all).columns(count, held).into_owned();
+        // The matrix G of the module's formula, above an identity for the fixed parameters themselves.
         by_held.rows_mut(0, count).copy_from(&(-&inverse * information.columns(count, held)));
         let mut covariance = &by_held * of_held * by_held.transpose();
         let mut of_pixels = covariance.view_mut((0, 0), (count, count));
@@ -289,6 +299,7 @@ impl Plan {
 }
 
 impl Pin {
+    /// Computes a pin's derivatives and error covariances; `None` if the camera does not see it.
     fn new(
         index: usize,
         pin: &PinLandmark,
@@ -297,6 +308,7 @@ impl Pin {
         middle: &Vector3<f64>,
     ) -> Option<Self> {
         let Setup { model, looseness, noise_px, .. } = *setup;
+        // An index without reseating: the dome is at its nominal place.
         let contact = Contact {
             capture: usize::MAX,
             hole: pin.hole,
@@ -331,7 +343,7 @@ impl Pin {
     }
 }
 
-/// Pixels of a capture by what is solved for, and their covariance.
+/// Stacks the derivatives of a capture's pixels by the solved parameters, and computes the pixels' covariance.
 fn stacked(capture: &[&Pin], count: usize) -> (DMatrix<f64>, DMatrix<f64>) {
     let rows = 2 * capture.len();
     let mut by = DMatrix::zeros(rows, count);
@@ -346,7 +358,8 @@ fn stacked(capture: &[&Pin], count: usize) -> (DMatrix<f64>, DMatrix<f64>) {
     (by, noise)
 }
 
-/// How well pins repeat along each coordinate, px: what the solver finds, and takes for the least that any of them errs.
+/// Computes the repeatability of pins for each coordinate, px: the solver finds this value and takes it as the smallest
+/// error of any pin.
 fn floor_px(captures: &[Vec<&Pin>]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for pin in captures.iter().flatten() {

@@ -1,7 +1,7 @@
-//! What was calibrated, for scripts and for people.
+//! Reports of a calibration, for scripts and for people.
 //!
-//! [`ExtrinsicsReport::to_json`] is the machine's account; [`ExtrinsicsReport::to_html`] one file
-//! that needs no network and no script, and prints on paper.
+//! [`ExtrinsicsReport::to_json`] is for scripts. [`ExtrinsicsReport::to_html`] is one file that needs no network and no
+//! script, and can be printed.
 
 mod html;
 mod intrinsics;
@@ -19,58 +19,58 @@ use crate::extrinsics::{PoseCalibration, Trial};
 use crate::landmarks::PinLandmarks;
 use crate::model::Observation;
 
-/// One picture of pins.
+/// Image of pins in a report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CaptureRecord {
     /// Name of its file.
     pub file: String,
-    /// How many pins its label names; `None` without a label.
+    /// Number of pins that its label names; `None` without a label.
     pub pins_expected: Option<usize>,
-    /// How many marks were found in it.
+    /// Number of marks found in it.
     pub pins_found: usize,
 }
 
-/// A part of a capture around a pin.
+/// Part of a capture around a pin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Crop {
-    /// Which of the calibration's observations.
+    /// Index of the observation in the calibration.
     pub observation: usize,
-    /// Its first column and row in the capture, px.
+    /// First column and row of the part in the capture, px.
     pub first_px: [u32; 2],
-    /// Its width and height, px.
+    /// Width and height of the part, px.
     pub size_px: [u32; 2],
-    /// Its file.
+    /// PNG file of the part.
     pub png: Vec<u8>,
 }
 
-/// A calibration with where it comes from.
+/// Extrinsic calibration with its sources.
 #[derive(Clone, Copy, Debug)]
 pub struct ExtrinsicsReport<'a> {
     /// Name of the sensor.
     pub sensor: &'a str,
-    /// Name of the camera's file.
+    /// Name of the camera file.
     pub camera_file: &'a str,
-    /// The pins that were to be had.
+    /// Pins that could be pressed.
     pub landmarks: &'a PinLandmarks,
-    /// In the order of the observations' capture numbers.
+    /// Captures, in the order of the observations' capture indices.
     pub captures: &'a [CaptureRecord],
-    /// What did not fit its label.
+    /// Differences between captures and their labels.
     pub discrepancies: &'a [Discrepancy],
-    /// The result.
+    /// Result of the calibration.
     pub calibration: &'a PoseCalibration,
-    /// Why the bodies that the design draws took no part, as a sentence.
+    /// Reason why the drawn bodies were not used, as a sentence.
     pub not_drawn: Option<&'a str>,
-    /// Why it is not known how far from their tips marks are found, if it is not.
+    /// Reason why the offsets of marks from their tips are unknown, if they are.
     pub not_marked: Option<&'a str>,
-    /// The largest share of what is lit that is saturated in a capture, 0 to 1.
+    /// Largest fraction of lit pixels that are saturated in a capture, 0 to 1.
     pub saturated: f64,
-    /// Pins that are far off, as far as there are pictures of them.
+    /// Outlying pins, as far as there are images of them.
     pub crops: &'a [Crop],
 }
 
 impl ExtrinsicsReport<'_> {
-    /// The observations of a capture with their residuals, observed minus projected, px: of the fit
-    /// and of the fit to the other captures.
+    /// Lists the observations of a capture with two residuals, observed minus projected, px: of the fit to all captures
+    /// and of the fit to the others.
     fn of_capture(
         &self,
         capture: usize,
@@ -87,7 +87,7 @@ impl ExtrinsicsReport<'_> {
     }
 }
 
-/// Root mean square length; `None` for nothing, or where a residual is missing.
+/// Computes the root mean square length; `None` for an empty list, or if a residual is missing.
 fn rms_px(residuals: impl Iterator<Item = Option<Vector2<f64>>>) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0usize);
     for residual in residuals {
@@ -97,8 +97,8 @@ fn rms_px(residuals: impl Iterator<Item = Option<Vector2<f64>>>) -> Option<f64> 
     (count > 0).then(|| (sum / count as f64).sqrt())
 }
 
-/// How many times their length residuals are drawn, so that the longest one takes about this part of
-/// the picture's width: a round number, so that lengths can be judged.
+/// Returns the factor by which residuals are enlarged in drawings, so that the longest takes about 3 % of the image's
+/// width: a round number, so that lengths can be read off.
 fn magnification(residuals_px: impl Iterator<Item = Vector2<f64>>, width_px: f64) -> f64 {
     const LONGEST: f64 = 0.03;
     let longest_px = residuals_px.map(|residual| residual.norm()).fold(1e-9, f64::max);

@@ -1,7 +1,7 @@
-//! Captures whose truth is known: for tests, and to try a fixture before it is printed.
+//! Synthetic captures with known truth, for tests and to try a fixture before it is printed.
 //!
-//! Pictures come from the model itself: each pixel's ray is compared with the contacts, so that a
-//! mark is as large and as oblique as the camera and its interface make it.
+//! Images come from the measurement model itself: each pixel's ray is compared with the contacts, so that a mark is as
+//! large and as oblique as the camera and its interface make it.
 
 use fabkit_camera::{OutsideDomain, ViewRay};
 use fabkit_geometry::sequences::Random;
@@ -11,34 +11,34 @@ use crate::image::{GreyImage, ImageError};
 use crate::landmarks::PinLandmark;
 use crate::model::{Contact, Model, Observation};
 
-/// A sensor with a known camera, and how its captures come about.
+/// Simulated sensor with a known camera, and the parameters of its images.
 #[derive(Clone, Debug)]
 pub struct Bench {
-    /// The truth.
+    /// True model.
     pub model: Model,
-    /// How far a tip is from where it should be, mm: standard deviation in each direction.
+    /// Play of the tips, mm: standard deviation in each direction.
     pub play_mm: f64,
     /// Radius at which a mark has faded to 1/e, mm.
     pub mark_radius_mm: f64,
-    /// Part of the light that a mark takes away at its centre.
+    /// Fraction of the light that a mark removes at its centre.
     pub contrast: f64,
-    /// Standard deviation of a pixel's brightness, of 1 for white.
+    /// Standard deviation of a pixel's intensity, where white is 1.
     pub brightness_noise: f64,
-    /// Where the random numbers come from.
+    /// Generator of the random numbers.
     pub noise: Random,
 }
 
-/// A picture of pins with what is true about it.
+/// Image of pins with the true positions of its marks.
 #[derive(Clone, Debug)]
 pub struct SyntheticCapture {
-    /// The picture.
+    /// Rendered image.
     pub image: GreyImage,
-    /// Hole and pixel of each pin, play included.
+    /// Hole and true pixel of each pin, play included.
     pub pins: Vec<(u32, Point2<f64>)>,
 }
 
 impl Bench {
-    /// A quiet bench: 8-bit noise, marks of 0.8 mm, no play.
+    /// Creates a bench with noise as of 8-bit images, marks of 0.8 mm and no play.
     pub fn new(model: Model, seed: u64) -> Self {
         Self {
             model,
@@ -50,10 +50,10 @@ impl Bench {
         }
     }
 
-    /// Where pins are seen, without pictures: each pin's play, and normal noise of `sigma_px`.
+    /// Simulates observations without images: with each pin's play, and normal noise of `sigma_px`.
     ///
     /// # Errors
-    /// A pin that the camera cannot see.
+    /// Fails for a pin that the camera cannot see.
     pub fn observe(
         &mut self,
         captures: &[Vec<&PinLandmark>],
@@ -76,18 +76,18 @@ impl Bench {
         Ok(observations)
     }
 
-    /// The picture without contact, in light of the given strength: 1 is usual.
+    /// Renders the image without contact, at a light level relative to the usual 1.
     ///
     /// # Errors
-    /// The camera's image is too small or too large for a picture.
+    /// Fails if the camera's image is too small or too large for a [`GreyImage`].
     pub fn reference(&mut self, light: f64) -> Result<GreyImage, ImageError> {
         self.picture(light, &[])
     }
 
-    /// A picture of pins.
+    /// Renders an image of pins.
     ///
     /// # Errors
-    /// As [`Bench::reference`]. Pins that cannot be seen leave no mark.
+    /// Fails as [`Bench::reference`]. Pins that cannot be seen leave no mark.
     pub fn capture(
         &mut self,
         capture: usize,
@@ -106,12 +106,13 @@ impl Bench {
         Ok(SyntheticCapture { image: self.picture(light, &tips)?, pins: truth })
     }
 
-    /// Where a pin touches this time, camera frame, mm.
+    /// Computes the tip of a pin with the play of this press, camera frame, mm.
     fn tip(&mut self, contact: &Contact) -> Point3<f64> {
         let play = self.play_mm * Vector3::from_fn(|_, _| self.noise.normal());
         self.model.camera_from_sensor.point(self.model.seated(contact) + play)
     }
 
+    /// Renders the surface with marks of the given tips.
     fn picture(
         &mut self,
         light: f64,
@@ -130,7 +131,7 @@ impl Bench {
                     values.push((0.05 + noise).clamp(0.0, 1.0) as f32);
                     continue;
                 };
-                // Brighter on one side, darker toward the edge, specks that every picture shows.
+                // Brighter on one side, darker towards the edge, with specks that are the same in every image.
                 let slope = 1.0 + 0.15 * (pixel.x - half.x) / half.x;
                 let speck = if (x / 3 * 7 + y / 3 * 13) % 97 == 0 { 0.93 } else { 1.0 };
                 let surface = 0.62 * light * slope * (1.0 - 0.3 * from_centre.powi(2)) * speck;
@@ -141,10 +142,12 @@ impl Bench {
         GreyImage::new(width, height, values)
     }
 
-    /// How much of the light a tip takes away along a ray.
+    /// Computes the fraction of the light that a tip removes along a ray.
     fn mark(&self, ray: &ViewRay, tip: &Point3<f64>) -> f64 {
         let to_tip = tip - ray.origin_in_camera;
+        // Distance of the tip from the ray.
         let miss_mm = ray.direction.cross(&to_tip).norm();
+        // Behind the camera, or so far from the ray that the Gaussian is below 1e-6.
         if ray.direction.dot(&to_tip) < 0.0 || miss_mm > 4.0 * self.mark_radius_mm {
             return 0.0;
         }
@@ -152,6 +155,7 @@ impl Bench {
     }
 }
 
+/// Creates the contact of a pin in a capture.
 fn contact(pin: &PinLandmark, capture: usize) -> Contact {
     Contact {
         capture,

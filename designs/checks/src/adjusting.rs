@@ -1,4 +1,4 @@
-//! Lenses that are focused: each in a step that brings it, with something that turns it.
+//! Lenses that are focused: a step of the chain must focus each one, with fingers or a tool that can turn it.
 
 use fabkit_geometry::{Body, Occasion, Sensor, Step};
 
@@ -27,16 +27,17 @@ rule! {
 }
 
 fn apply(case: &Case<'_>) -> Looked {
-    // Tools are looked at with the ways of what they fix.
+    // Tools are examined together with the motions of the parts that they fix.
     let mut ways = motion::ways(case);
     Ok(([mem::take(&mut ways.findings), examine(case.sensor)].concat(), ways.tools))
 }
 
+/// Returns whether a tool or hand can adjust the body.
 fn is_adjustable(body: &Body) -> bool {
     body.reach.iter().any(|reach| reach.occasion == Occasion::Adjustment)
 }
 
-/// All findings about what the chain sets right, and what it forgets.
+/// Finds steps that adjust what they cannot adjust, and adjustable bodies that no step adjusts.
 pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
     let forgotten = sensor.bodies.iter().filter(|body| is_forgotten(sensor, body)).map(|body| {
         let message =
@@ -50,7 +51,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
     forgotten.chain(wrong).collect()
 }
 
-/// A kit of loose parts has no steps that could do it.
+/// Returns whether a body is adjustable and no step adjusts it. False for kits of loose parts, which have no steps.
 fn is_forgotten(sensor: &Sensor, body: &Body) -> bool {
     let is_done = |step: &Step| step.adjustments.iter().any(|one| one.body == body.name);
     is_adjustable(body)
@@ -59,6 +60,7 @@ fn is_forgotten(sensor: &Sensor, body: &Body) -> bool {
         && !sensor.chain.iter().any(is_done)
 }
 
+/// Returns the error of an adjustment: a body that cannot be adjusted, or that does not take part in the step.
 fn wrong(sensor: &Sensor, step: &Step, body: &str) -> Option<Finding> {
     let (message, fix) = match sensor.body(body) {
         Some(of) if !is_adjustable(of) => {

@@ -1,10 +1,10 @@
 //! Trapped air: the liquid rises, and air leaves a cavity only through openings above it.
 //!
-//! The cavity is cut into columns along the direction that is up while it cures. Air at the top of
-//! a column climbs into a neighbouring column of the same void whose top is higher. Where it cannot
-//! climb on is a local top, and there must be an opening; otherwise a bubble stays, down to the
-//! height over which it spills. The search is the merge tree of the columns' tops (Carr, Snoeyink
-//! and Axen, "Computing Contour Trees in All Dimensions", 2003).
+//! The cavity is divided into columns along the direction that is up during the cure. Air at the top of a column moves
+//! to a neighbouring column of the same void whose top is higher. A column without such a neighbour is a local top and
+//! needs an opening. Without one, a bubble stays there, down to the height at which it spills into a neighbouring void.
+//! The search is the merge tree of the columns' tops (Carr, Snoeyink and Axen, "Computing Contour Trees in All
+//! Dimensions", 2003).
 
 use fabkit_geometry::{CompiledSolid, Point3, Pour, Ray, Vector3};
 use rayon::prelude::*;
@@ -41,10 +41,10 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok((found.collect(), rising.len()))
 }
 
-/// Columns along the longer side of the cavity.
+/// Number of columns along the longer side of the cavity.
 pub(crate) const COLUMNS: usize = 320;
 
-/// Tops that differ by less are one plateau, mm.
+/// Largest height difference of column tops that form one plateau, mm.
 const LEVEL_MM: f64 = 1e-6;
 
 /// One stretch of a column inside the layer.
@@ -54,10 +54,11 @@ struct Column {
     bottom_mm: f64,
     top_mm: f64,
     top: Point3<f64>,
+    /// Whether its top lies on an opening.
     vented: bool,
 }
 
-/// A bubble that cannot leave.
+/// A bubble of air that cannot leave.
 struct Pocket {
     top: Point3<f64>,
     depth_mm: f64,
@@ -67,13 +68,13 @@ struct Pocket {
 /// The cavity as columns on a square grid.
 struct Columns {
     columns: Vec<Column>,
-    /// First column of each cell, row by row; one more at the end.
+    /// Index of the first column of each cell, row by row, with the number of columns appended.
     first: Vec<usize>,
     size: [usize; 2],
     cell_mm: f64,
 }
 
-/// All findings about one pour.
+/// Finds air pockets of one pour.
 pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Memo) -> Vec<Finding> {
     let Some(layer) = scene.places(place.assembly, &pour.layer).first().copied() else {
         return Vec::new();
@@ -87,6 +88,7 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Mem
     findings
 }
 
+/// Reports the pockets of one layer.
 fn pockets(place: &Place, pour: &Pour, layer: &CompiledSolid) -> Vec<Finding> {
     let grid = Columns::of(layer, pour);
     let pockets = grid.pockets();
@@ -105,7 +107,7 @@ fn pockets(place: &Place, pour: &Pour, layer: &CompiledSolid) -> Vec<Finding> {
             .in_assembly(place.assembly)
             .of([pour.layer.as_str()])
             .at(Some(pocket.top))
-            // Shallower pockets are beyond the grid's resolution.
+            // The cell size is the limit: the grid does not resolve shallower pockets.
             .measured(pocket.depth_mm, grid.cell_mm, "mm")
         })
         .collect()
@@ -119,10 +121,11 @@ impl Columns {
         let half = 0.5 * (bounds.max - bounds.min);
         let [half_u, half_v] = [u, v].map(|w| w.abs().dot(&half));
         let cell_mm = 2.0 * half_u.max(half_v) / COLUMNS as f64;
-        // An odd share of a cell keeps columns off walls that lie in round numbers.
+        // An offset of an odd fraction of a cell keeps columns off walls at round coordinates.
+        // One more cell than needed, so that the offset below leaves no uncovered edge.
         let count = |half_mm: f64| (2.0 * half_mm / cell_mm).ceil() as usize + 1;
         let size = [count(half_u), count(half_v)];
-        // A small vent may lie between the columns.
+        // A small vent may lie between columns, so openings are widened by half the diagonal of a cell.
         let spread_mm = cell_mm * std::f64::consts::FRAC_1_SQRT_2;
         let place = |i: usize, n: usize| (i as f64 - 0.5 * n as f64 + 0.518) * cell_mm;
         let rows: Vec<Vec<Column>> = (0..size[1])
@@ -133,12 +136,14 @@ impl Columns {
                 for i in 0..size[0] {
                     let offset: Vector3<f64> = place(i, size[0]) * u + place(j, size[1]) * v;
                     let ray = Ray { origin: bounds.centre() + offset, direction: up };
+                    // Columns of this cell start here; normals are only computed if one of their tops is near an
+                    // opening.
                     let from = row.len();
                     row.extend(caster.ends(body, &ray).iter().map(|&[bottom_mm, top_mm]| {
                         let top = ray.at(top_mm);
                         Column { cell: [i, j], bottom_mm, top_mm, top, vented: false }
                     }));
-                    // Few tops are near an opening, and only they need to know which way they face.
+                    // Normals are expensive, and only the few columns with tops near an opening need them.
                     let is_near = |column: &Column| {
                         pour.openings.iter().any(|o| opening::is_beside(o, &column.top, spread_mm))
                     };
@@ -160,6 +165,7 @@ impl Columns {
         let mut next = 0;
         for cell in 0..=size[0] * size[1] {
             let at = [cell % size[0], cell / size[0]];
+            // Cells without columns get an empty range.
             while next < columns.len() && is_before(columns[next].cell, at) {
                 next += 1;
             }
@@ -168,7 +174,7 @@ impl Columns {
         Self { columns, first, size, cell_mm }
     }
 
-    /// Columns of the eight cells around that share some height with this one.
+    /// Iterates over columns of the eight surrounding cells whose height range overlaps that of the column `index`.
     fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> {
         let column = self.columns[index];
         let range = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
@@ -183,10 +189,11 @@ impl Columns {
         })
     }
 
-    /// Floods the cavity from its highest tops down.
+    /// Sweeps the cavity from its highest tops down and returns the pockets that have no opening.
     fn pockets(&self) -> Vec<Pocket> {
         let mut order: Vec<usize> = (0..self.columns.len()).collect();
         order.sort_unstable_by(|&a, &b| {
+            // The index breaks ties, so that the result does not depend on the sort.
             self.columns[b].top_mm.total_cmp(&self.columns[a].top_mm).then(a.cmp(&b))
         });
         let mut voids = Voids::new(&self.columns);
@@ -194,13 +201,16 @@ impl Columns {
         let mut from = 0;
         while from < order.len() {
             let level_mm = self.columns[order[from]].top_mm;
+            // Tops of one plateau are opened together: within it no top is higher than another.
             let below = |&i: &usize| level_mm - self.columns[i].top_mm > LEVEL_MM;
             let to = order[from..].iter().position(below).map_or(order.len(), |n| from + n);
+            // A void that meets an opening only at this level held air above it, down to this level.
             for bubble in voids.sink_to(&order[from..to], |index| self.neighbours(index)) {
                 pockets.extend(self.pocket(&bubble, level_mm));
             }
             from = to;
         }
+        // Voids that never met an opening hold air down to the floor.
         let floor_mm = self.columns.iter().map(|c| c.bottom_mm).fold(f64::INFINITY, f64::min);
         for bubble in voids.closed() {
             pockets.extend(self.pocket(&bubble, floor_mm));
@@ -208,7 +218,7 @@ impl Columns {
         pockets
     }
 
-    /// The air that columns hold above a height, unless it is too shallow for the grid.
+    /// Computes the air that columns hold above the height `spill_mm`; `None` if it is too shallow for the grid.
     fn pocket(&self, members: &[usize], spill_mm: f64) -> Option<Pocket> {
         let highest = members
             .iter()
@@ -225,22 +235,27 @@ impl Columns {
     }
 }
 
+/// Returns whether cell `a` comes before cell `b`, row by row.
 fn is_before(a: [usize; 2], b: [usize; 2]) -> bool {
     (a[1], a[0]) < (b[1], b[0])
 }
 
-/// Voids above the present level: connected columns, and whether air can leave them.
+/// Voids above the current level: a union-find forest of columns that knows whether air can leave each void.
 struct Voids {
+    /// Union-find parents.
     parent: Vec<usize>,
+    /// Number of columns in the tree of each root.
     size: Vec<usize>,
-    /// The columns of a void that has no way out, as a ring from any of them: two rings become one where
-    /// two of their links are exchanged, without a list for each of a hundred thousand columns.
+    /// Linked rings through the columns of each void without an opening. Exchanging two links merges two rings, which
+    /// avoids a list for each of a hundred thousand columns.
     next: Vec<usize>,
+    /// Whether the void of each root has an opening.
     vented: Vec<bool>,
+    /// Whether each column has been reached by the sweep.
     is_open: Vec<bool>,
-    /// What one level connects, and the voids it meets with whether they had a way out; kept from level
-    /// to level.
+    /// Connections made by the current level. Kept to reuse the allocation.
     links: Vec<(usize, usize)>,
+    /// Voids met by the current level, each with whether it had an opening before. Kept to reuse the allocation.
     joined: Vec<(usize, bool)>,
 }
 
@@ -258,8 +273,8 @@ impl Voids {
         }
     }
 
-    /// Opens the columns of one level and joins what they connect. Returns the voids that have
-    /// met a way out at this level and had none above it.
+    /// Opens the columns of one level and joins the voids that they connect. Returns the voids that met an opening at
+    /// this level and had none above it, as lists of columns.
     fn sink_to<I: Iterator<Item = usize>>(
         &mut self,
         level: &[usize],
@@ -273,6 +288,7 @@ impl Voids {
         for &index in level {
             self.joined.push((index, self.vented[index]));
             for other in neighbours(index) {
+                // Lower tops are not reached yet.
                 if !self.is_open[other] {
                     continue;
                 }
@@ -281,6 +297,7 @@ impl Voids {
                 self.joined.push((root, self.vented[root]));
             }
         }
+        // Sorted for `dedup`, and so that the order of neighbours does not matter.
         self.joined.sort_unstable();
         self.joined.dedup();
         for link in 0..self.links.len() {
@@ -291,6 +308,8 @@ impl Voids {
         for void in 0..self.joined.len() {
             let (void, was_vented) = self.joined[void];
             let root = self.root(void);
+            // Closed voids keep their ring whole; voids with an opening need it only once, for the list that is
+            // returned here.
             if !self.vented[root] {
                 if root != void {
                     self.next.swap(void, root);
@@ -302,19 +321,21 @@ impl Voids {
         freed
     }
 
-    /// The columns of a void that has no way out, by any of them.
+    /// Returns the columns of a void without an opening, given any of them.
     fn members(&self, of: usize) -> Vec<usize> {
         let follow = |&index: &usize| Some(self.next[index]).filter(|&next| next != of);
         std::iter::successors(Some(of), follow).collect()
     }
 
-    /// Voids that have no way out at all, when all columns are open.
+    /// Iterates over voids without any opening after all columns have been opened.
     fn closed(&self) -> impl Iterator<Item = Vec<usize>> {
         let is_closed = |&i: &usize| self.parent[i] == i && !self.vented[i];
         (0..self.parent.len()).filter(is_closed).map(|root| self.members(root))
     }
 
+    /// Merges the trees of two columns.
     fn join(&mut self, a: usize, b: usize) {
+        // Union by size.
         let (a, b) = (self.root(a), self.root(b));
         if a != b {
             let large = if self.size[a] >= self.size[b] { a } else { b };
@@ -325,8 +346,10 @@ impl Voids {
         }
     }
 
+    /// Finds the root of a column's tree.
     fn root(&mut self, mut index: usize) -> usize {
         while self.parent[index] != index {
+            // Path halving.
             self.parent[index] = self.parent[self.parent[index]];
             index = self.parent[index];
         }

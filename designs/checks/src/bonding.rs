@@ -1,4 +1,4 @@
-//! Layers that do not stick to what they are cast onto, or tear off it.
+//! Layers that do not stick to the body they are cast onto, or that tear off it.
 
 use fabkit_geometry::{Loose, Sensor};
 
@@ -9,7 +9,7 @@ use crate::rule::Rule;
 use crate::tearing;
 
 rule! {
-    /// Layers stick to what they are cast onto.
+    /// Layers stick to the bodies they are cast onto.
     Bonding = "bonding",
     examines: "layers",
     finds: "layers that are cast onto what they do not stick to",
@@ -24,8 +24,9 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok((loose, case.sensor.layers().count()))
 }
 
-/// A layer that is cast onto something that it does not stick to: its shape may hold it all the same.
+/// Reports a layer that does not stick to the body it is cast onto. A warning, since its shape may hold it.
 fn unbonded(sensor: &Sensor, loose: &Loose) -> Finding {
+    // Bought bodies have no material; their description stands in for it.
     let from = |name: &str| {
         let body = sensor.body(name);
         let from =

@@ -1,4 +1,4 @@
-//! What rules look at: a sensor, and what several of them ask of it.
+//! Input of the rules: a sensor, and intermediate results that several rules share.
 
 use std::cell::{RefCell, RefMut};
 
@@ -8,25 +8,25 @@ use crate::finding::Finding;
 use crate::memo::Memo;
 use crate::scene::{Assemblies, InvalidBody, Placed};
 
-/// What a rule found, and how much it looked at.
+/// Findings of a rule, and the number of items that it examined.
 pub(crate) type Looked = Result<(Vec<Finding>, usize), InvalidBody>;
 
-/// A sensor as rules look at it.
+/// A sensor with the intermediate results that rules share.
 pub(crate) struct Case<'a> {
     pub(crate) sensor: &'a Sensor,
     pub(crate) scene: &'a Assemblies<'a>,
     pub(crate) memo: &'a Memo,
-    /// Bodies that may overlap.
+    /// Pairs of bodies that may overlap.
     pub(crate) pairs: Vec<Pair<'a>>,
     pub(crate) pours: Vec<(Place<'a>, &'a Pour)>,
     pub(crate) removals: Vec<Removal<'a>>,
-    /// Is called after each pair, pour and pull.
+    /// Progress callback, called after each pair, pour and pull.
     pub(crate) tick: &'a (dyn Fn() + Sync),
-    /// Found once for several rules.
+    /// Cached result of the motion search, which two rules report.
     pub(crate) ways: RefCell<Option<Ways>>,
 }
 
-/// What was found of ways and of tools, and how much was looked at.
+/// Findings about the motions of bodies and about tools, and the number of each examined.
 #[derive(Default)]
 pub(crate) struct Ways {
     pub(crate) findings: Vec<Finding>,
@@ -35,25 +35,26 @@ pub(crate) struct Ways {
 }
 
 impl<'a> Case<'a> {
-    /// The pours whose air rises somewhere. A direction of no length is reported by the chain's rule.
+    /// Iterates over the pours whose up direction has a length. A direction of length zero is reported by the rule of
+    /// the chain.
     pub(crate) fn rising(&self) -> impl Iterator<Item = &(Place<'a>, &'a Pour)> {
         self.pours.iter().filter(|(_, pour)| pour.up.norm() > 0.0)
     }
 
-    /// What was found of ways, looked for by whoever asks first.
+    /// Returns the findings about motions, computed by `find` on the first call.
     pub(crate) fn ways(&self, find: impl FnOnce() -> Ways) -> RefMut<'_, Ways> {
         RefMut::map(self.ways.borrow_mut(), |ways| ways.get_or_insert_with(find))
     }
 }
 
-/// Where something happens.
+/// Step and assembly to which a finding belongs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place<'a> {
     pub(crate) step: &'a str,
     pub(crate) assembly: &'a str,
 }
 
-/// A tool, and what stands against it when it is pulled.
+/// A tool that is pulled, and the bodies that are in contact with it at that time.
 pub(crate) struct Removal<'a> {
     pub(crate) place: Place<'a>,
     pub(crate) pull: &'a Pull,
@@ -61,11 +62,11 @@ pub(crate) struct Removal<'a> {
     pub(crate) cast: Vec<&'a Placed<'a>>,
 }
 
-/// One pair of bodies whose boxes meet.
+/// A pair of bodies whose bounding boxes overlap.
 pub(crate) struct Pair<'a> {
     pub(crate) assembly: &'a str,
     pub(crate) a: &'a Placed<'a>,
     pub(crate) b: &'a Placed<'a>,
-    /// Index of the press fit that is declared for it.
+    /// Index of the press fit that is declared for the pair.
     pub(crate) fit: Option<usize>,
 }

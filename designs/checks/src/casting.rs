@@ -1,8 +1,8 @@
-//! Virtual casting: what the walls of a pour enclose is the layer, no more and no less.
+//! Virtual casting: the cavity that the walls of a pour enclose must equal the layer.
 //!
-//! Along lines in three directions, a wall must begin where the layer ends. What lies between them
-//! is volume that the liquid would fill as well; what both claim is volume that it cannot fill. The
-//! two together, the symmetric difference of cavity and layer, must vanish.
+//! Along lines in three directions, a wall must begin where the layer ends. A gap between the two is volume that the
+//! liquid would fill as well. An overlap is volume that it cannot fill. The sum of both, the symmetric difference of
+//! cavity and layer, must vanish.
 
 use std::collections::BTreeMap;
 
@@ -38,46 +38,51 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok((found.collect(), case.pours.len()))
 }
 
-/// Lines of each of the three directions.
+/// Number of lines in each of the three directions.
 pub(crate) const LINES: usize = 8192;
 
-/// Lines handled at once; sums do not depend on the number of threads.
+/// Number of lines per job. It is fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 512;
 
-/// Layer and wall are together if they are nearer than this, across the face, mm.
+/// Largest distance across the faces at which layer and wall touch, mm.
 pub(crate) const GAP_MM: f64 = 1e-6;
 
 /// Largest symmetric difference of cavity and layer as a fraction of the layer's volume.
 pub(crate) const MISMATCH_LIMIT: f64 = 1e-6;
 
-/// Below this steepness the distance across a face says nothing about the one along the line.
+/// Smallest steepness (cosine between line and normal) for converting distances along a line to distances across a
+/// face.
 const LEAST_STEEPNESS: f64 = 1e-4;
 
-/// What lies beyond the layer's surface at one end of a stretch.
+/// Space beyond the layer's surface at one end of a stretch.
 enum Beyond {
     /// A wall, or a declared opening.
     Closed,
-    /// Nothing up to a wall, `gap_mm` away along the line, `across_mm` from face to face.
+    /// A gap up to a wall: `gap_mm` wide along the line and `across_mm` wide across the faces.
     Gap { wall: usize, gap_mm: f64, across_mm: f64 },
-    /// Nothing at all, behind a face that the line meets so steeply.
+    /// No wall at all; the line leaves through a face at the steepness `steep`.
     Leak { steep: f64 },
 }
 
-/// How a wall misses the layer.
+/// Volumes by which a wall differs from the layer.
 #[derive(Clone, Copy, Debug, Default)]
 struct Mismatch {
     gap_mm3: f64,
     overlap_mm3: f64,
-    /// Largest distance across the face, mm, and where.
+    /// Largest distance across the faces, mm, with its position.
     widest: Option<(f64, Point3<f64>)>,
 }
 
 #[derive(Clone, Debug, Default)]
+/// Sums over lines.
 struct Tally {
+    /// Volume of the layer, mm3.
     layer_mm3: f64,
+    /// Differences by wall.
     by_wall: BTreeMap<usize, Mismatch>,
-    /// For each direction; one that looks straight out of the leak sees all of it.
+    /// Leak area for each direction; the direction that looks straight out of the leak sees all of it.
     leak_mm2: [f64; DIRECTIONS.len()],
+    /// A point just outside a leak.
     leak: Option<Point3<f64>>,
 }
 
@@ -87,6 +92,7 @@ impl Tally {
         for (sum, more) in self.leak_mm2.iter_mut().zip(other.leak_mm2) {
             *sum += more;
         }
+        // The first leak in the order of the jobs, whatever thread found it.
         self.leak = self.leak.or(other.leak);
         for (wall, more) in other.by_wall {
             let sum = self.by_wall.entry(wall).or_default();
@@ -105,6 +111,7 @@ impl Tally {
     }
 }
 
+/// Returns the wider of two gaps.
 fn wider(
     a: Option<(f64, Point3<f64>)>,
     b: Option<(f64, Point3<f64>)>,
@@ -116,19 +123,19 @@ fn wider(
     }
 }
 
-/// One pour with its bodies.
+/// A pour with its bodies.
 struct Cavity<'a> {
     pour: &'a Pour,
     layer: &'a Placed<'a>,
     walls: Vec<&'a Placed<'a>>,
 }
 
-/// All findings about one pour.
+/// Finds differences between the cavity and the layer of one pour.
 pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Memo) -> Vec<Finding> {
     let bodies = scene.bodies(place.assembly);
     let is_wall = |placed: &&Placed| pour.walls.iter().any(|wall| wall == placed.name);
     let Some(layer) = bodies.iter().find(|placed| placed.name == pour.layer) else {
-        // The chain's own rule says so.
+        // The rule of the chain reports missing layers.
         return Vec::new();
     };
     let cavity = Cavity { pour, layer, walls: bodies.iter().filter(is_wall).collect() };
@@ -142,6 +149,7 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Mem
     findings
 }
 
+/// Reports leaks, and differences between cavity and layer by wall.
 fn findings_of(place: &Place, cavity: &Cavity, bodies: &[Placed]) -> Vec<Finding> {
     let tally = cast(cavity);
     let pour = cavity.pour;
@@ -149,7 +157,7 @@ fn findings_of(place: &Place, cavity: &Cavity, bodies: &[Placed]) -> Vec<Finding
     if tally.leak.is_some() {
         findings.push(leak(place, cavity, &tally, bodies));
     }
-    // Several placements of one wall are one body to whoever reads this.
+    // A finding names a body, so placements of one wall are summed.
     let mut by_name = BTreeMap::<&str, Mismatch>::new();
     for (wall, more) in &tally.by_wall {
         let sum = by_name.entry(cavity.walls[*wall].name).or_default();
@@ -196,7 +204,7 @@ fn mismatched(
 
 fn leak(place: &Place, cavity: &Cavity, tally: &Tally, bodies: &[Placed]) -> Finding {
     let layer = cavity.layer;
-    // What stands there may merely have been forgotten.
+    // A body may stand there and have been left out of the walls.
     let other = tally.leak.and_then(|point| {
         let others = bodies.iter().filter(|b| b.name != layer.name);
         others
@@ -215,6 +223,7 @@ fn leak(place: &Place, cavity: &Cavity, tally: &Tally, bodies: &[Placed]) -> Fin
         .measured(tally.leak_mm2.into_iter().fold(0.0, f64::max), 0.0, "mm2")
 }
 
+/// Casts all lines through the layer.
 fn cast(cavity: &Cavity) -> Tally {
     let bounds = cavity.layer.body.bounds();
     let bundles = DIRECTIONS.map(|d| Bundle::through(&bounds, d.into(), LINES));
@@ -229,7 +238,7 @@ fn cast(cavity: &Cavity) -> Tally {
 }
 
 fn cast_chunk(cavity: &Cavity, bundle: &Bundle, direction: usize, from: usize) -> Tally {
-    // Each direction alone measures the whole.
+    // Each direction alone measures the whole volume, so a third of it is counted for each.
     let cell_mm2 = bundle.cell_mm2() / DIRECTIONS.len() as f64;
     let mut tally = Tally::default();
     let mut line = Line { cavity, caster: Caster::default(), layer: Vec::new(), walls: Vec::new() };
@@ -252,6 +261,7 @@ fn cast_chunk(cavity: &Cavity, bundle: &Bundle, direction: usize, from: usize) -
                     }
                     Beyond::Leak { steep } => {
                         tally.leak_mm2[direction] += bundle.cell_mm2() / steep.max(LEAST_STEEPNESS);
+                        // The point is moved outwards, so that a body that stands there contains it.
                         tally.leak.get_or_insert(ray.at(end_mm + sign * 10.0 * GAP_MM));
                     }
                 }
@@ -261,8 +271,8 @@ fn cast_chunk(cavity: &Cavity, bundle: &Bundle, direction: usize, from: usize) -
     tally
 }
 
-/// Where a line runs in the layer and in the walls, mm. Normals take as long as the rest, and nearly all
-/// lines of a sound mold need none.
+/// Intervals of one line inside the layer and inside the walls, mm. Normals are computed on demand: they take as long
+/// as the intervals, and nearly all lines of a sound mold need none.
 struct Line<'a> {
     cavity: &'a Cavity<'a>,
     caster: Caster,
@@ -284,18 +294,20 @@ impl Line<'_> {
         }
     }
 
-    /// The layer's face, or a wall's, at a place on the line.
+    /// Returns the face of the layer (`wall` is `None`) or of a wall at a position on the line.
     fn face(&mut self, wall: Option<usize>, ray: &Ray, at_mm: f64) -> Option<Crossing> {
         let body = wall.map_or(&self.cavity.layer.body, |wall| &self.cavity.walls[wall].body);
         let mut stretches = self.caster.stretches(body, ray);
+        // Exact comparison is safe: intervals and crossings come from the same spans of the solid.
         stretches.find_map(|s| [s.enter, s.exit].into_iter().find(|end| end.t == at_mm))
     }
 
+    /// Returns the steepness of a face at a position on the line; 1 if there is no face.
     fn steepness(&mut self, wall: Option<usize>, ray: &Ray, at_mm: f64) -> f64 {
         self.face(wall, ray, at_mm).map_or(1.0, |face| steepness(ray, &face))
     }
 
-    /// Length, depth across the faces, and middle of what a line has in layer and wall.
+    /// Returns the length, the depth across the faces, and the middle of the interval that layer and wall share.
     fn overlap(
         &mut self,
         ray: &Ray,
@@ -306,23 +318,24 @@ impl Line<'_> {
         let enter = if layer[0] >= other[0] { (None, layer[0]) } else { (Some(wall), other[0]) };
         let exit = if layer[1] <= other[1] { (None, layer[1]) } else { (Some(wall), other[1]) };
         let length_mm = exit.1 - enter.1;
-        // It is no deeper than long.
+        // The depth across the faces never exceeds the length.
         if length_mm <= GAP_MM {
             return None;
         }
+        // The less steep face bounds the depth.
         let [at_enter, at_exit] = [enter, exit].map(|(of, at_mm)| self.steepness(of, ray, at_mm));
         let depth_mm = length_mm * at_enter.min(at_exit);
         (depth_mm > GAP_MM).then(|| (length_mm, depth_mm, ray.at(0.5 * (enter.1 + exit.1))))
     }
 
-    /// What follows where the line leaves the layer, forwards (`sign` 1) or backwards (-1).
+    /// Finds what lies beyond the end of a stretch of the layer, forwards (`sign` 1) or backwards (-1).
     fn beyond(&mut self, ray: &Ray, end_mm: f64, sign: f64) -> Beyond {
-        // Each wall with its face towards the layer, and how far away that and its far side are.
+        // Distances along the line from the layer's end to the near and the far face of each wall.
         let ahead = |(wall, ends): &(usize, [f64; 2])| {
             let [near, far] = if sign > 0.0 { *ends } else { [ends[1], ends[0]] };
             (*wall, near, (near - end_mm) * sign, (far - end_mm) * sign)
         };
-        // Whatever the angle, a wall that begins here and is thick closes it.
+        // A wall that begins here and is thick enough closes the cavity at any angle, so no normal is needed.
         let thick_mm = GAP_MM / LEAST_STEEPNESS;
         let closes = |(_, _, near_mm, far_mm)| near_mm <= GAP_MM && far_mm > thick_mm;
         if self.walls.iter().map(ahead).any(closes) {
@@ -331,7 +344,7 @@ impl Line<'_> {
         let Some(end) = self.face(None, ray, end_mm) else { return Beyond::Closed };
         let steep = steepness(ray, &end);
         let tolerance_mm = GAP_MM / steep.max(LEAST_STEEPNESS);
-        // The nearest wall that does not end at once.
+        // Nearest wall that does not end at once.
         let lasting = self.walls.iter().map(ahead).filter(|(_, _, _, far)| *far > tolerance_mm);
         let nearest = lasting.min_by(|a, b| a.2.total_cmp(&b.2));
         if nearest.is_some_and(|(_, _, near_mm, _)| near_mm <= tolerance_mm) {

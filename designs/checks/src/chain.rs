@@ -1,4 +1,4 @@
-//! The casting chain: what it names exists, and comes in an order that works.
+//! Casting chain: every name in it exists, and its steps come in an order that works.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,7 +17,7 @@ use crate::scene::Assemblies;
 use crate::waiting;
 
 rule! {
-    /// The chain names what exists, in an order that works.
+    /// The steps of the chain name what exists, in an order that works.
     Chain = "chain",
     examines: "steps",
     finds: "steps that name what does not exist, or come in an order that does not work",
@@ -31,13 +31,13 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok((found.concat(), case.sensor.chain.len()))
 }
 
-/// How far a unit vector's length may be off.
+/// Largest deviation of a unit vector's length from 1.
 const UNIT_ROUNDING: f64 = 1e-9;
 
-/// Points at which an opening is looked for on its layer.
+/// Number of points of an opening's disc that are searched for the layer's surface.
 const OPENING_POINTS: u32 = 256;
 
-/// Every pour with its place, in order.
+/// Iterates over all pours with their steps and assemblies, in order.
 pub(crate) fn pours(sensor: &Sensor) -> impl Iterator<Item = (Place<'_>, &Pour)> {
     sensor.chain.iter().filter_map(|step| match (&step.action, &step.assembly) {
         (Action::Pour(pour), Some(assembly)) => {
@@ -47,7 +47,7 @@ pub(crate) fn pours(sensor: &Sensor) -> impl Iterator<Item = (Place<'_>, &Pour)>
     })
 }
 
-/// The layer that a step makes.
+/// Returns the layer that a step pours or sprays.
 fn made(step: &Step) -> Option<&str> {
     match &step.action {
         Action::Pour(Pour { layer, .. }) | Action::Spray(Spray { layer, .. }) => Some(layer),
@@ -55,16 +55,17 @@ fn made(step: &Step) -> Option<&str> {
     }
 }
 
-/// Every pull, in order, with what has been cast by then and not been taken away.
+/// Returns all pulls in order, each with the bodies against which the tool is pulled.
 ///
-/// A tool has against it the layers that stand there. A layer that is itself taken out of the mold
-/// in which it was cast has against it the printed walls that are still there.
+/// For a mold part, these are the layers that have been cast by then and have not been taken out. For a layer that is
+/// taken out of the mold in which it was cast, they are the walls of that mold that are parts and still stand there.
 pub(crate) fn removals<'a>(sensor: &'a Sensor, scene: &'a Assemblies<'a>) -> Vec<Removal<'a>> {
     let mut cast = BTreeSet::new();
     let mut poured_here = BTreeMap::<(&str, &str), &[String]>::new();
     let mut gone = BTreeSet::new();
     let mut removals = Vec::new();
     for step in &sensor.chain {
+        // Layers count as cast in all assemblies from here on.
         cast.extend(made(step));
         let Some(assembly) = step.assembly.as_ref().map(|a| a.0.as_str()) else { continue };
         if let Action::Pour(pour) = &step.action {
@@ -73,6 +74,7 @@ pub(crate) fn removals<'a>(sensor: &'a Sensor, scene: &'a Assemblies<'a>) -> Vec
         let Action::Demold(pulls) = &step.action else { continue };
         for pull in pulls {
             let body = pull.body.as_str();
+            // Only a layer that was cast in this assembly has an entry.
             let walls = poured_here.get(&(assembly, body));
             let stands_against = |other: &str| match walls {
                 Some(walls) => {
@@ -98,7 +100,7 @@ pub(crate) fn removals<'a>(sensor: &'a Sensor, scene: &'a Assemblies<'a>) -> Vec
     removals
 }
 
-/// All findings about the chain itself.
+/// Finds errors of the chain itself.
 pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> Vec<Finding> {
     let mut examiner = Examiner {
         scene,
@@ -123,14 +125,15 @@ struct Examiner<'a> {
     scene: &'a Assemblies<'a>,
     names: BTreeSet<&'a str>,
     layers: BTreeSet<&'a str>,
-    /// Layers that have been cast, and in which step.
+    /// Layers that have been cast, each with the step that made it.
     made_in: BTreeMap<&'a str, &'a str>,
-    /// Bodies that some step names.
+    /// Bodies that a step names.
     used: BTreeSet<&'a str>,
     findings: Vec<Finding>,
 }
 
 impl<'a> Examiner<'a> {
+    /// Adds an error about a step.
     fn wrong<'b>(
         &mut self,
         step: &Step,
@@ -145,6 +148,7 @@ impl<'a> Examiner<'a> {
         });
     }
 
+    /// Checks one step.
     fn step(&mut self, step: &'a Step) {
         if let Some(assembly) =
             step.assembly.as_ref().filter(|a| self.scene.bodies(&a.0).is_empty())
@@ -179,10 +183,12 @@ impl<'a> Examiner<'a> {
             }
         }
         if let Some(layer) = made(step) {
+            // Only after the checks, so that the step itself does not count as an earlier one.
             self.made_in.insert(layer, &step.name);
         }
     }
 
+    /// Checks a pour: assembly, layer, walls, mixture, cure and openings.
     fn pour(&mut self, step: &'a Step, pour: &'a Pour) {
         if step.assembly.is_none() {
             let message = "a pour needs an assembly in which its cavity stands";
@@ -217,7 +223,7 @@ impl<'a> Examiner<'a> {
         }
     }
 
-    /// A body must exist, and stand where the step happens.
+    /// Checks that a body exists and stands in the assembly of the step.
     fn stands(&mut self, step: &Step, body: &'a str) -> bool {
         self.used.insert(body);
         if !self.names.contains(body) {
@@ -233,7 +239,7 @@ impl<'a> Examiner<'a> {
         true
     }
 
-    /// What is cast must be a layer, and be cast once.
+    /// Checks that a cast body is a layer, and that it is cast only once.
     fn layer(&mut self, step: &Step, layer: &'a str) {
         if !self.layers.contains(layer) {
             let message = format!("there is no layer `{layer}`");
@@ -247,7 +253,7 @@ impl<'a> Examiner<'a> {
         }
     }
 
-    /// A wall must stand there, and if it is itself a layer, have been cast before.
+    /// Checks that a wall stands in the assembly and, if it is a layer, has been cast before.
     fn wall(&mut self, step: &Step, layer: &str, wall: &'a str) {
         if !self.stands(step, wall) {
             return;
@@ -261,14 +267,17 @@ impl<'a> Examiner<'a> {
         }
     }
 
+    /// Checks that a direction is a unit vector.
     fn direction(&mut self, step: &Step, direction: &Vector3<f64>, what: &str) {
         let off = (direction.norm() - 1.0).abs();
+        // NaN compares false with everything.
         if off.is_nan() || off > UNIT_ROUNDING {
             let message = format!("{what} is not a unit vector");
             self.wrong(step, [], message, "normalise it");
         }
     }
 
+    /// Checks shares, density and waste of a mixture.
     fn mixture(&mut self, step: &Step, layer: &str, mix: &Mix, waste: f64) {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         if mix.by_mass.is_empty() {
@@ -286,16 +295,18 @@ impl<'a> Examiner<'a> {
         }
     }
 
+    /// Checks duration and temperature of a cure.
     fn cure(&mut self, step: &Step, cure: &Cure) {
+        // Absolute zero.
         let above_zero = cure.celsius > -273.15 && cure.celsius.is_finite();
-        // A liquid that stays one takes no time.
+        // Zero hours are valid: a liquid that never cures takes no time.
         if !(cure.hours >= 0.0 && cure.hours.is_finite() && above_zero) {
             let message = "the cure has no time or temperature";
             self.wrong(step, [], message, "state both as the data sheet does");
         }
     }
 
-    /// Every layer is cast, and nothing is there that no step needs.
+    /// Checks that every layer is cast, and that a step needs every body.
     fn completeness(&mut self, sensor: &'a Sensor) {
         for layer in sensor.layers() {
             if !self.made_in.contains_key(layer.name.as_str()) {
@@ -309,12 +320,12 @@ impl<'a> Examiner<'a> {
                 );
             }
         }
-        // A kit of loose parts has no steps that could need them.
+        // Kits of loose parts have no steps.
         if sensor.chain.is_empty() {
             return;
         }
         let layers = &self.layers;
-        // What is used up, such as a primer, stands nowhere; the step's words name it.
+        // Consumables, such as a primer, have no placement; only the step's instruction names them.
         let is_used_up = |body: &&Body| body.kind == Kind::Bought && body.placements.is_empty();
         let unused = sensor
             .bodies
@@ -334,7 +345,7 @@ impl<'a> Examiner<'a> {
     }
 }
 
-/// Whether some point of an opening's disc lies on a body's surface.
+/// Returns whether some point of an opening's disc lies on a body's surface.
 ///
 /// The points are Vogel's sunflower ("A better way to construct the sunflower head", 1979).
 fn lies_on(opening: &Opening, body: &CompiledSolid) -> bool {

@@ -1,4 +1,4 @@
-//! Rules applied to a sensor.
+//! Entry points that apply rules to a sensor.
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -14,61 +14,62 @@ use crate::rule::Rule;
 use crate::scene::{Assemblies, InvalidBody};
 use crate::{RULES, adjusting, chain, interference, waiting};
 
-/// How much one rule looked at.
+/// Number of items that one rule examined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Examined {
-    /// Which rule.
+    /// The rule.
     pub rule: Rule,
-    /// How many.
+    /// Number of items.
     pub count: usize,
-    /// Of what, in the plural.
+    /// Kind of items, a noun in the plural.
     pub what: &'static str,
 }
 
-/// Everything that the rules found.
+/// Findings of all rules, with what was examined.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckReport {
-    /// In the order of [`Rule::ALL`], then of the sensor's lists and its chain.
+    /// Findings in the order of [`Rule::ALL`]; within a rule, in the order of the sensor's lists and its chain.
     pub findings: Vec<Finding>,
-    /// One entry for each of [`Rule::ALL`]; hardware adds its own.
+    /// One entry for each rule that was applied, in the order of [`Rule::ALL`]; calibration hardware adds its own.
     pub examined: Vec<Examined>,
-    /// What to mix.
+    /// Amounts to mix for each pour and spray.
     pub batches: Vec<Batch>,
 }
 
 impl CheckReport {
-    /// How many findings keep the sensor from being built.
+    /// Returns the number of errors, which are the findings that keep the sensor from being built.
     pub fn errors(&self) -> usize {
         self.findings.iter().filter(|finding| finding.severity == Severity::Error).count()
     }
 
-    /// The findings of one rule.
+    /// Iterates over the findings of one rule.
     pub fn of(&self, rule: Rule) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(move |finding| finding.rule == rule)
     }
 }
 
-/// Applies every rule.
+/// Applies every rule to a sensor.
 ///
 /// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
+/// [`InvalidBody`] if the solid of a body is not valid.
 pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
     check_watched(sensor, &|_, _| {})
 }
 
-/// The same; `progress` is told from any thread how much of how much is looked at, in pairs of bodies,
-/// pours and pulls.
+/// Applies every rule and reports progress: `progress` is called from any thread, with the number of finished pairs of
+/// bodies, pours and pulls, and their total number.
 ///
 /// # Errors
-/// As [`check`].
+/// Same as [`check`].
 pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport, InvalidBody> {
     check_all(sensor, &Rule::ALL, &Memo::default(), progress)
 }
 
-/// The same as [`check`] by some of [`Rule::ALL`], for those who look at many sensors that have much in common: what
-/// `memo` knows to be clean is not looked at again. What is found along the way comes along, though it be of another
-/// rule: tools that do not reach their screws are found with [`Rule::Motion`].
+/// Applies some of [`Rule::ALL`], for callers that check many sensors that have much in common: what `memo` knows to be
+/// clean is not examined again.
 ///
+/// Rules that share their work report together. For example, [`Rule::Motion`] also returns findings about tools that do
+/// not reach their screws.
 /// ```
 /// use fabkit_checks::{Memo, Rule, check, check_rules, example};
 /// let memo = Memo::default();
@@ -80,7 +81,7 @@ pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport,
 /// ```
 ///
 /// # Errors
-/// As [`check`].
+/// Same as [`check`].
 pub fn check_rules(
     sensor: &Sensor,
     rules: &[Rule],
@@ -97,11 +98,12 @@ fn check_all(
 ) -> Result<CheckReport, InvalidBody> {
     let mut report = apply(sensor, &|declared| rules.contains(&declared.rule), memo, progress)?;
     if rules.contains(&Rule::Sight) {
-        // One cause, one finding: what straight rays say already is not said again.
+        // Refracted rays report the same cause as straight rays: their errors and warnings are dropped if straight rays
+        // found any.
         let is_said = report.of(Rule::Sight).any(|finding| finding.severity != Severity::Note);
         let mut seen = crate::seen::examine(sensor)?;
         seen.retain(|finding| finding.severity == Severity::Note || !is_said);
-        // Where the rule's other findings are.
+        // Inserts them behind the last finding of this rule or an earlier one, which keeps the order of reports.
         let rank = |rule| Rule::ALL.iter().position(|known| *known == rule);
         let before = |finding: &Finding| rank(finding.rule) <= rank(Rule::Sight);
         let place = report.findings.iter().rposition(before).map_or(0, |last| last + 1);
@@ -110,11 +112,13 @@ fn check_all(
     Ok(CheckReport { batches: batches(sensor), ..report })
 }
 
-/// Is told how much is done, and how much there is to do.
+/// Callback that receives the number of finished items and the total number of items.
 pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
-/// The same for many sensors that have much in common; nothing is weighed, `batches` stays empty, and
-/// overhangs, which keep no sensor from being built, are not looked for.
+/// Applies the rules that can keep a sensor from being built, for callers that check many variants of a sensor.
+///
+/// Masses are not computed (`batches` stays empty), and rules that are not for variants, such as overhangs, are left
+/// out.
 ///
 /// ```
 /// use fabkit_checks::{Memo, check, check_variant, example};
@@ -127,7 +131,7 @@ pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 /// ```
 ///
 /// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
+/// [`InvalidBody`] if the solid of a body is not valid.
 pub fn check_variant(sensor: &Sensor, memo: &Memo) -> Result<CheckReport, InvalidBody> {
     apply(sensor, &|declared| declared.for_variants, memo, &|_, _| {})
 }
@@ -144,6 +148,8 @@ fn apply(
     let pairs = if overlaps { interference::pairs(sensor, scene) } else { Vec::new() };
     let pours: Vec<_> = chain::pours(sensor).collect();
     let removals = chain::removals(sensor, scene);
+    // Denominator of the progress: one tick for each pair, for each pour in `casting`, for each rising pour in `air`,
+    // and for each pull.
     let rising = pours.iter().filter(|(_, pour)| pour.up.norm() > 0.0).count();
     let all = pairs.len() + pours.len() + rising + removals.len();
     let done = AtomicUsize::new(0);
@@ -158,40 +164,41 @@ fn apply(
     Ok(CheckReport { findings, examined, batches: Vec::new() })
 }
 
-/// What the camera sees alone, without the rest of [`check`].
+/// Applies only the rule of the camera's view, with straight rays.
 ///
 /// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
+/// [`InvalidBody`] if the solid of a body is not valid.
 pub fn sight(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(crate::sight::examine(sensor, &Assemblies::new(sensor)?).0)
 }
 
-/// How much the camera sees through the drawn bodies of what is sold as seen, without the rest of [`check`].
+/// Applies only the comparison of the drawn bodies with the share of the surface that a published sensor is said to
+/// see.
 ///
 /// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
+/// [`InvalidBody`] if the solid of a body is not valid.
 pub fn seen(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     crate::seen::examine(sensor)
 }
 
-/// What the chain says of lenses that are focused and of steps that overlap in time, without the rest of
-/// [`check`].
+/// Applies only the rules for lenses that are focused by hand and for steps that overlap in time.
 pub fn handwork(sensor: &Sensor) -> Vec<Finding> {
     [adjusting::examine(sensor), waiting::examine(sensor)].concat()
 }
 
-/// Whether everything gets to its place, and its tools with it, without the rest of [`check`].
+/// Applies only the rule of motions: whether every body and every tool can reach its place.
 ///
 /// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
+/// [`InvalidBody`] if the solid of a body is not valid.
 pub fn motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(check_rules(sensor, &[Rule::Motion], &Memo::default())?.findings)
 }
 
-/// The overlaps of those pairs of bodies, by name, that are asked for; fits that none of them has are no finding.
+/// Finds overlaps between those pairs of bodies for which `is_asked` returns true, given their names. Press fits are
+/// ignored: neither do they allow an overlap, nor is a missing one reported.
 ///
 /// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
+/// [`InvalidBody`] if the solid of a body is not valid.
 pub fn interference_of(
     sensor: &Sensor,
     is_asked: &dyn Fn(&str, &str) -> bool,

@@ -1,4 +1,5 @@
-//! What is poured cures against everything that it touches, and what is to come apart does not grow together.
+//! Chemistry of casting: liquids cure against everything that they touch, and bodies that are to be separated do not
+//! bond.
 
 use fabkit_geometry::{Action, Assembly, Body, Curing, Sensor, Sort};
 
@@ -8,7 +9,7 @@ use crate::finding::Finding;
 use crate::rule::Rule;
 
 rule! {
-    /// What is poured cures against what it touches, and does not grow together with its mold.
+    /// Liquids cure against the walls that they touch, and do not bond to their molds.
     Chemistry = "chemistry",
     examines: "faces of liquids",
     finds: "silicone that does not cure against what it touches, or grows together with its mold",
@@ -22,36 +23,36 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok(examine(case.sensor))
 }
 
-/// What a liquid touches and must be kept from.
+/// Contact of a liquid with a wall that would spoil the cast.
 #[derive(Clone, Copy, Debug)]
 pub struct Hazard<'a> {
-    /// The step that pours or sprays it, by its place in the chain.
+    /// Index of the step that pours or sprays the liquid.
     pub step: usize,
-    /// What it becomes.
+    /// Layer that the liquid becomes.
     pub layer: &'a Body,
-    /// What it touches.
+    /// Wall that it touches.
     pub wall: &'a Body,
-    /// What happens.
+    /// Harm that the contact does.
     pub harm: Harm,
-    /// The step that keeps it from happening, by its place in the chain; none where nobody does.
+    /// Index of the step that prevents the harm by sealing or releasing the wall; `None` if no step does.
     pub kept_off_in: Option<usize>,
 }
 
-/// What becomes of a liquid on a wall that nobody has prepared.
+/// Harm that an unprepared wall does to a liquid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Harm {
-    /// It stays sticky: the wall keeps this kind from curing.
+    /// The wall inhibits this kind of cure, so the liquid stays sticky.
     Inhibits(Curing),
-    /// It becomes one piece with the wall, and one of them is to come off.
+    /// The liquid bonds to the wall, although one of the two is to come off.
     GrowsTogether,
 }
 
-/// All hazards, those that the chain has dealt with too, in the order of the chain.
+/// Returns all hazards in the order of the chain, including those that a step of the chain prevents.
 pub fn hazards(sensor: &Sensor) -> Vec<Hazard<'_>> {
     contacts(sensor).filter_map(Contact::hazard).collect()
 }
 
-/// All findings, and how many faces of liquids were looked at.
+/// Finds hazards that no step prevents. Also returns the number of pairs of liquid and wall.
 pub(crate) fn examine(sensor: &Sensor) -> (Vec<Finding>, usize) {
     let open = contacts(sensor)
         .filter_map(Contact::hazard)
@@ -60,6 +61,7 @@ pub(crate) fn examine(sensor: &Sensor) -> (Vec<Finding>, usize) {
     (open.collect(), contacts(sensor).count())
 }
 
+/// Iterates over all pairs of a poured or sprayed layer and a body that it touches.
 fn contacts(sensor: &Sensor) -> impl Iterator<Item = Contact<'_>> {
     sensor.chain.iter().enumerate().flat_map(move |(index, step)| {
         let (layer, beside): (_, &[String]) = match &step.action {
@@ -75,7 +77,7 @@ fn contacts(sensor: &Sensor) -> impl Iterator<Item = Contact<'_>> {
     })
 }
 
-/// A liquid, what it touches, and in which step.
+/// A liquid and a wall that it touches in a step.
 struct Contact<'a> {
     sensor: &'a Sensor,
     index: usize,
@@ -84,13 +86,13 @@ struct Contact<'a> {
 }
 
 impl<'a> Contact<'a> {
-    /// The wall keeps the liquid from curing, or grows together with it.
+    /// Returns the hazard of this contact: the wall inhibits the cure, or the liquid bonds to it.
     fn hazard(self) -> Option<Hazard<'a>> {
         let Self { index: step, layer, wall, .. } = self;
         let told = |harm, kept_off_in| Hazard { step, layer, wall, harm, kept_off_in };
         let inhibited = layer.substance.cures.filter(|c| wall.substance.inhibits.contains(c));
         let inhibited = inhibited.map(|curing| told(Harm::Inhibits(curing), self.sealed_in()));
-        // What is not cured need not be released.
+        // An inhibited liquid does not cure, so bonding matters only once the wall is sealed.
         match inhibited {
             Some(Hazard { kept_off_in: None, .. }) => inhibited,
             _ if self.grows_together() => {
@@ -101,14 +103,15 @@ impl<'a> Contact<'a> {
         }
     }
 
-    /// What seals the wall is said by its maker and by a step until now.
+    /// Finds the step, up to this one, whose instruction names the sealer that the wall's material asks for.
     fn sealed_in(&self) -> Option<usize> {
         let by = self.wall.sealed_by?;
         let mut until_now = self.sensor.chain[..=self.index].iter();
         until_now.position(|step| step.instruction.to_lowercase().contains(by))
     }
 
-    /// Silicone on cured silicone is one piece, unless release agent lies between them.
+    /// Returns whether both are silicone and not both stay in the sensor: silicone bonds to cured silicone unless
+    /// release agent lies between them. Silicone that cures by moisture does not count.
     fn grows_together(&self) -> bool {
         let is_silicone = |body: &Body| {
             body.substance.sort == Some(Sort::Silicone)
@@ -118,9 +121,11 @@ impl<'a> Contact<'a> {
         !both_stay && is_silicone(self.layer) && is_silicone(self.wall)
     }
 
+    /// Finds the first step, up to this one, whose instruction mentions a release and that concerns the wall.
     fn released_in(&self) -> Option<usize> {
         let mut chain = self.sensor.chain[..=self.index].iter().enumerate();
         let said = chain.find(|(at, step)| {
+            // A release in an earlier step counts only if that step names the wall.
             let is_meant = *at == self.index || step.bodies.contains(&self.wall.name);
             is_meant && step.instruction.to_lowercase().contains("release")
         });
@@ -129,6 +134,7 @@ impl<'a> Contact<'a> {
 }
 
 impl Hazard<'_> {
+    /// Converts the hazard to a finding.
     fn told(&self) -> Finding {
         let Self { layer, wall, .. } = self;
         let (message, fix) = match self.harm {
@@ -167,11 +173,12 @@ impl Hazard<'_> {
     }
 }
 
+/// Returns the body's material, or its description if it has none.
 fn stuff(body: &Body) -> &str {
     if body.material.is_empty() { &body.summary } else { &body.material }
 }
 
-/// Whether a body is a part of the sensor in use.
+/// Returns whether a body is part of the finished sensor.
 pub(crate) fn in_use(body: &Body) -> bool {
     body.placements.iter().any(|placement| placement.assembly == Assembly::sensor())
 }

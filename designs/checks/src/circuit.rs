@@ -1,6 +1,6 @@
-//! Circuits: lamps that shine and do not burn, nets that connect, boards that are there.
+//! Circuits: LEDs have enough voltage and are not overloaded, nets connect at least two pins, boards exist.
 //!
-//! What is etched is judged elsewhere, by its copper; this looks at what the circuit says, with or without a board.
+//! Etched copper is checked elsewhere. This rule checks what the circuit states, with or without a board.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use crate::rule::Rule;
 use crate::scene::InvalidBody;
 
 rule! {
-    /// Lamps shine and do not burn, nets connect, boards are there.
+    /// LEDs shine and are not overloaded, nets connect, boards exist.
     Circuit = "circuit",
     examines: "circuits",
     finds: "lamps that need more than the supply has, that burn or burn their resistors, that no \
@@ -33,13 +33,13 @@ fn apply(case: &Case<'_>) -> Looked {
     examine(case.sensor)
 }
 
-/// Shares of currents that differ by less are the same.
+/// Largest relative difference of currents that count as equal.
 const SAME: f64 = 1e-9;
 
-/// Points around a land that are looked at.
+/// Number of points on the outline of a land that are checked.
 const AROUND: usize = 8;
 
-/// All findings about circuits, and how many there are.
+/// Finds errors in circuits. Also returns the number of circuits.
 pub(crate) fn examine(sensor: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let mut findings = Vec::new();
     for circuit in &sensor.circuits {
@@ -55,21 +55,24 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<(Vec<Finding>, usize), InvalidB
     Ok((findings, sensor.circuits.len()))
 }
 
+/// Creates an error that starts with the circuit's name.
 fn error(circuit: &Circuit, what: &str, fix: &str) -> Finding {
     Finding::error(Rule::Circuit, format!("{}: {what}", circuit.name), fix)
 }
 
-/// Whether a number is one, and more than nothing; a comparison alone would let NaN pass.
+/// Returns whether a value is finite and above 0. A comparison alone would let infinity pass.
 fn is_positive(value: f64) -> bool {
     value.is_finite() && value > 0.0
 }
 
-/// Nets with one end, and pins that do not exist, or are on two nets or, of lamps and resistors, on none.
+/// Finds nets with fewer than two pins, pins that do not exist, pins on two nets, and unconnected pins of LEDs and
+/// resistors.
 fn nets(circuit: &Circuit) -> Vec<Finding> {
     let mut found = Vec::new();
     let mut on: BTreeMap<(&str, &str), Vec<&str>> = BTreeMap::new();
     for Net { name, pins, .. } in &circuit.nets {
         for (part, pin) in pins {
+            // Collects the nets of each pin, to find pins on two nets.
             on.entry((part, pin)).or_default().push(name);
         }
         if pins.len() < 2 {
@@ -90,6 +93,7 @@ fn nets(circuit: &Circuit) -> Vec<Finding> {
             found.push(error(circuit, &what, "let each pin be on one net, or make one of both"));
         }
     }
+    // Other parts may have unused pins.
     let has_two_ends =
         |part: &&CircuitPart| matches!(part.kind, CircuitKind::Led | CircuitKind::Resistor);
     for part in circuit.parts.iter().filter(has_two_ends) {
@@ -103,9 +107,10 @@ fn nets(circuit: &Circuit) -> Vec<Finding> {
     found
 }
 
-/// What a resistor and its lamps bear.
+/// Compares voltage, current and power of a resistor and its LEDs with their ratings.
 fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
     let names = one.designators.join(", ");
+    // The checks below divide by these values or compare with them.
     let is_known = [one.supply_v, one.forward_v, one.ohms, one.rated_w, one.led_rated_a];
     if let Some(value) = is_known.into_iter().find(|value| !is_positive(*value)) {
         let what = format!("{names} is calculated with {value}, which must be more than 0");
@@ -146,9 +151,10 @@ fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
     found
 }
 
-/// Lamps whose current nothing limits.
+/// Compares the number of LEDs with the number for which resistors are calculated.
 fn counted(circuit: &Circuit) -> Option<Finding> {
     let there = circuit.parts.iter().filter(|part| part.kind == CircuitKind::Led).count();
+    // Each designator is a resistor of its own, which `leds` LEDs share.
     let shared = circuit.resistors.iter().map(|one| one.designators.len() * one.leds as usize);
     let calculated: usize = shared.sum();
     (there != calculated).then(|| {
@@ -158,8 +164,8 @@ fn counted(circuit: &Circuit) -> Option<Finding> {
     })
 }
 
-/// Lamps that are turned round beside others: where several meet, all do so with the same end. Only two in a row
-/// meet with both.
+/// Finds LEDs that are reversed: on a net with more than two pins, all LEDs must connect with the same end. On a net
+/// with two pins, two LEDs in series connect with different ends. The minority counts as reversed.
 fn polarity(circuit: &Circuit) -> Vec<Finding> {
     let is_led = |part: &str| circuit.part(part).is_some_and(|part| part.kind == CircuitKind::Led);
     let mut found = Vec::new();
@@ -170,6 +176,7 @@ fn polarity(circuit: &Circuit) -> Vec<Finding> {
         };
         let (anodes, cathodes) = (ends("A"), ends("K"));
         if !anodes.is_empty() && !cathodes.is_empty() {
+            // The smaller group is taken to be wrong.
             let is_anode = anodes.len() <= cathodes.len();
             let (turned, end) = if is_anode { (anodes, "anode") } else { (cathodes, "cathode") };
             let what = format!(
@@ -183,7 +190,7 @@ fn polarity(circuit: &Circuit) -> Vec<Finding> {
     found
 }
 
-/// What the supply gives, and whether the total is that of the resistors.
+/// Compares the stated current with that of the resistors, and the supply with both.
 fn supply(circuit: &Circuit) -> Vec<Finding> {
     let mut found = Vec::new();
     let each = circuit.resistors.iter().map(|one| one.designators.len() as f64 * one.current_a());
@@ -210,6 +217,7 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
     }
     if let Some(most_a) = circuit
         .supply_a
+        // NaN must fail the check.
         .filter(|most| circuit.current_a.is_nan() || circuit.current_a > most * (1.0 + SAME))
     {
         let what = format!(
@@ -223,7 +231,7 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
     found
 }
 
-/// The board is there, and what has a place is on it.
+/// Checks that the board exists and that all placed lands lie on it.
 fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Vec<Finding>, InvalidBody> {
     let Some(name) = circuit.board.as_deref() else { return Ok(Vec::new()) };
     let Some(body) = sensor.body(name) else {
@@ -232,6 +240,8 @@ fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Vec<Finding>, InvalidBody
     };
     let solid = CompiledSolid::new(&body.solid)
         .map_err(|source| InvalidBody { body: name.to_owned(), source })?;
+    // The lines start 1 mm below the board.
+    // Outside of the board, so that the first crossing is its lower face.
     let bottom = solid.bounds().min.z - 1.0;
     let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
     let mut is_on = |[x, y]: [f64; 2]| {
@@ -258,15 +268,17 @@ fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Vec<Finding>, InvalidBody
     Ok(found)
 }
 
-/// The outline of a land in the frame of its part, mm: corners, or points of the circle.
+/// Iterates over points on the outline of a land, in the frame of its part, mm: corners and middles of sides, or points
+/// of the circle.
 fn around(land: &Land) -> impl Iterator<Item = [f64; 2]> {
     let Land { at_mm: [x, y], size_mm, is_round, .. } = land.clone();
     (0..AROUND).map(move |i| {
         let (sin, cos) = (i as f64 * std::f64::consts::TAU / AROUND as f64).sin_cos();
-        // Those of a circle, pushed out to the rectangle.
+        // For a rectangle, the circle's points are pushed out to its sides.
         let [a, b] = if is_round {
             [size_mm[0] * cos, size_mm[0] * sin]
         } else {
+            // Distance to the side of a unit square in this direction, which pushes the point out to the square.
             let far = cos.abs().max(sin.abs());
             [size_mm[0] * cos / far, size_mm[1] * sin / far]
         };

@@ -1,21 +1,21 @@
-//! What a rule says of itself. Each does so in its own file, and is registered by a line in `lib.rs`.
+//! Declarations of rules. Each rule declares itself in its own file and is registered by a line in `lib.rs`.
 
 use crate::case::{Case, Looked};
 use crate::rule::Rule;
 
-/// What a rule says of itself.
+/// Declaration of a rule.
 pub(crate) struct Declaration {
     pub(crate) rule: Rule,
-    /// What it looks at, in the plural.
+    /// Kind of items that it examines, a noun in the plural.
     pub(crate) examines: &'static str,
-    /// What it finds, and its limits with their sources, for the table of rules.
+    /// Texts for the table of rules: what the rule finds, and its limits with their sources.
     pub(crate) told: [&'static str; 2],
-    /// Whether it is asked about each of many variants.
+    /// Whether the rule is applied to each of many variants of a sensor.
     pub(crate) for_variants: bool,
     pub(crate) look: fn(&Case<'_>) -> Looked,
 }
 
-/// Declares the rule of a file: [`Rule`] gets a constant of its name, and the file a `RULE`.
+/// Declares the rule of a file: adds a constant to [`Rule`] and a `RULE` to the file.
 macro_rules! rule {
     (
         $(#[$summary:meta])+

@@ -1,10 +1,9 @@
-//! Demolding: nothing that was cast is in the way of a tool that is taken off.
+//! Demolding: no cast material is in the way of a tool that is taken off.
 //!
-//! On a grid of lines along the pull, cast material ahead of the tool holds it back: an undercut.
-//! A rigid tool must have none. A silicone tool gives way sideways, by the distance from the place
-//! that is held to the nearest place from which the tool comes off freely; stretched around an axis
-//! through the cast, a displacement `u` at the radius `r` is a hoop strain `u / r` (Timoshenko and
-//! Goodier, "Theory of Elasticity", section 28).
+//! On a grid of lines along the pull, cast material ahead of the tool holds it back: an undercut. A rigid tool must
+//! have none. A silicone tool stretches sideways by the distance from the undercut to the nearest place from which the
+//! tool comes off freely. Stretched around an axis through the cast, a displacement `u` at the radius `r` is a hoop
+//! strain `u / r` (Timoshenko and Goodier, "Theory of Elasticity", section 28).
 
 use fabkit_geometry::proofs::{Shadow, obstacles};
 use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pull, Ray, Vector3};
@@ -41,21 +40,21 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok((pulled.collect::<Vec<_>>().concat(), removals.len()))
 }
 
-/// Lines along the longer side of what tool and cast have in common.
+/// Number of lines along the longer side of the region that tool and cast share.
 pub(crate) const LINES: usize = 320;
 
-/// Places at most at which the depth of an undercut is measured.
+/// Maximum number of cells at which the depth of an undercut is measured.
 const PROBES: usize = 2048;
 
-/// Cast material ahead that reaches across the tool's face by less is contact, mm.
+/// Largest length of cast material ahead of the tool, across its face, that counts as contact, mm.
 const CONTACT_MM: f64 = 1e-6;
 
-/// What a line along the pull meets; distances along it are comparable from line to line.
+/// Intersections of one line along the pull; positions are comparable from line to line.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
-    /// Where cast material ends, the last of it; minus infinity where there is none.
+    /// Last end of cast material; minus infinity if there is none.
     cast_end_mm: f64,
-    /// Where the tool ends that has cast material ahead of it.
+    /// End of the tool, if cast material lies ahead of it.
     held: Option<Held>,
 }
 
@@ -63,7 +62,7 @@ struct Cell {
 struct Held {
     tool_end_mm: f64,
     place: Point3<f64>,
-    /// Which of the cast bodies holds it.
+    /// Index of the cast body that holds the tool.
     by: usize,
 }
 
@@ -71,21 +70,21 @@ struct Grid {
     cells: Vec<Cell>,
     size: [usize; 2],
     cell_mm: f64,
-    /// The axis of the pull through the cast, in cells.
+    /// Axis of the pull through the centre of the cast, in cells.
     axis: [f64; 2],
 }
 
-/// Where and how much a tool is held.
+/// Undercut that holds a tool.
 struct Undercut {
     area_mm2: f64,
     depth_mm: f64,
     strain: f64,
     place: Point3<f64>,
-    /// Which of the cast bodies holds it there.
+    /// Index of the cast body that holds the tool at `place`.
     by: usize,
 }
 
-/// All findings about one tool: what was cast and stands in the assembly against it.
+/// Finds undercuts of one tool.
 pub(crate) fn examine(removal: &Removal, memo: &Memo) -> Vec<Finding> {
     let key = Key::new(4).vector(&removal.pull.direction).word(removal.tools.len() as u64);
     let bodies = removal.tools.iter().chain(&removal.cast);
@@ -103,13 +102,14 @@ fn undercuts(removal: &Removal) -> Vec<Finding> {
     let direction = pull.direction.normalize();
     let undercuts = tools.iter().filter_map(|tool| {
         let bounds = cast.iter().fold(Aabb::nothing(), |sum, c| sum.hull(&c.body.bounds()));
-        // What is held stands in the shadow of both.
+        // A tool can only be held where its projection overlaps that of the cast.
         let grid = Grid::along(&direction, tool, cast, &bounds)?;
         grid.undercut()
     });
     undercuts.filter_map(|undercut| judge(place, pull, cast, &undercut)).collect()
 }
 
+/// Converts an undercut to a finding: an error if the tool is rigid or tears, else a note.
 fn judge(place: &Place, pull: &Pull, cast: &[&Placed], undercut: &Undercut) -> Option<Finding> {
     let Undercut { area_mm2, depth_mm, strain, .. } = *undercut;
     let finding = match pull.strain_limit {
@@ -156,8 +156,7 @@ fn judge(place: &Place, pull: &Pull, cast: &[&Placed], undercut: &Undercut) -> O
 }
 
 impl Grid {
-    /// Casts the grid; nothing if tool and cast have no shadow in common, or if it is known that
-    /// nothing is held.
+    /// Casts the grid of lines. `None` if the projections of tool and cast do not overlap, or if nothing is held.
     fn along(
         direction: &Vector3<f64>,
         tool: &Placed,
@@ -180,9 +179,9 @@ impl Grid {
             return None;
         }
         let cell_mm = sides[0].max(sides[1]) / LINES as f64;
-        // A margin of one cell, so that what is free beside the cast is seen.
+        // A margin of one cell, so that the free space beside the cast is included.
         let size = sides.map(|side| (side / cell_mm).ceil() as usize + 2);
-        // An odd share of a cell keeps lines off walls that lie in round numbers.
+        // An offset of an odd fraction of a cell keeps lines off walls at round coordinates.
         let place = |axis: usize, i: usize| common[axis][0] + (i as f64 - 0.518) * cell_mm;
         let ray = |i: usize, j: usize| Ray {
             origin: Point3::from(place(0, i) * u + place(1, j) * v),
@@ -193,7 +192,8 @@ impl Grid {
             if boxes.is_empty() {
                 return None;
             }
-            // Where nothing is proven, lines tell whether anything is held; only then is all needed.
+            // Where the proof by boxes fails, a first pass with the lines through the boxes finds whether anything is
+            // held; the full grid is cast only then.
             let middle = [0, 1].map(|k| 0.5 * (common[k][0] + common[k][1]));
             let centre = Point3::from(middle[0] * u + middle[1] * v);
             let shadow = Shadow::of(&boxes, &centre, &[u, v], sides.map(|side| 0.5 * side));
@@ -229,15 +229,17 @@ impl Grid {
             .collect();
         let probes: Vec<&(usize, Held)> =
             held.iter().step_by(held.len().div_ceil(PROBES).max(1)).collect();
+        // Measured at a sample of the held cells, since each search takes long.
         let depths_mm: Vec<f64> = probes
             .par_iter()
             .map(|(index, held)| self.way_out_cells(*index, held.tool_end_mm) * self.cell_mm)
             .collect();
+        // Distance of a cell from the axis of the pull.
         let radius_mm = |index: usize| {
             let [i, j] = [index % self.size[0], index / self.size[0]];
             (i as f64 - self.axis[0]).hypot(j as f64 - self.axis[1]) * self.cell_mm
         };
-        // A place on the axis itself is displaced by its own width.
+        // At the axis itself, the displacement stands in for the radius, which limits the strain to 1.
         let strain = probes
             .iter()
             .zip(&depths_mm)
@@ -254,9 +256,9 @@ impl Grid {
         })
     }
 
-    /// Distance, in cells, to the nearest cell from which a tool that ends at this height comes off.
+    /// Returns the distance, in cells, to the nearest cell at which a tool that ends at `tool_end_mm` comes off.
     ///
-    /// Squares around the cell are searched until none farther out can be nearer.
+    /// Square rings around the cell are searched until no ring farther out can be nearer.
     fn way_out_cells(&self, index: usize, tool_end_mm: f64) -> f64 {
         let [width, height] = self.size.map(|n| n as isize);
         let [i, j] = [index as isize % width, index as isize / width];
@@ -268,6 +270,7 @@ impl Grid {
         };
         let mut nearest = f64::INFINITY;
         let mut ring = 1;
+        // A ring's nearest cell is `ring` cells away.
         while (ring as f64) < nearest {
             for along in -ring..=ring {
                 for [di, dj] in [[along, -ring], [along, ring], [-ring, along], [ring, along]] {
@@ -283,8 +286,9 @@ impl Grid {
     }
 }
 
-/// What one line along the pull meets.
+/// Intersects one line along the pull with tool and cast.
 fn cell(ray: &Ray, tool: &Placed, cast: &[&Placed], caster: &mut Caster) -> Cell {
+    // The first stretch of the tool must pass all cast material ahead.
     let hindmost = caster.ends(&tool.body, ray).first().map(|[_, exit]| *exit);
     let mut cell = Cell { cast_end_mm: f64::NEG_INFINITY, held: None };
     for (by, layer) in cast.iter().enumerate() {
@@ -292,7 +296,7 @@ fn cell(ray: &Ray, tool: &Placed, cast: &[&Placed], caster: &mut Caster) -> Cell
         cell.cast_end_mm = cell.cast_end_mm.max(exit);
         let Some(tool_end_mm) = hindmost else { continue };
         let beyond_mm = exit - enter.max(tool_end_mm);
-        // Across the faces it is no more than along the line: most lines need no normals.
+        // The length across the faces never exceeds that along the line, so most lines need no normals.
         if beyond_mm <= CONTACT_MM {
             continue;
         }
@@ -301,6 +305,7 @@ fn cell(ray: &Ray, tool: &Placed, cast: &[&Placed], caster: &mut Caster) -> Cell
         let faces = [tool_end, last];
         let steep = faces.iter().flatten().map(|exit| steepness(ray, exit));
         if beyond_mm * steep.fold(1.0, f64::min) > CONTACT_MM {
+            // The first cast body that holds the tool is named.
             cell.held = cell.held.or(Some(Held { tool_end_mm, place: ray.at(tool_end_mm), by }));
         }
     }

@@ -1,4 +1,4 @@
-//! The smallest sensor that has something to check: a puck of gel, cast in a dish under a lid.
+//! Example: the smallest sensor that exercises the rules, a puck of gel, cast in a dish under a lid.
 
 use fabkit_geometry::{
     Action, Angle, Assembly, Body, Cure, Mix, NominalCamera, Opening, Placement, Point3, Pose,
@@ -11,7 +11,7 @@ pub const RADIUS_MM: f64 = 10.0;
 /// Height of the puck, mm.
 pub const HEIGHT_MM: f64 = 2.0;
 
-/// Thickness of the lid, mm: two fingers hold it.
+/// Thickness of the lid, mm; thick enough for two fingers to hold it.
 pub const LID_MM: f64 = 5.0;
 
 /// Radius of the lid's hole, through which the puck is poured, mm.
@@ -20,6 +20,7 @@ pub const GATE_RADIUS_MM: f64 = 1.0;
 /// Name of its only assembly.
 pub const MOLD: &str = "mold";
 
+/// Creates a printed part in the mold's assembly.
 fn part(name: &str, solid: Solid, genus: i32) -> Body {
     Body::made(name, String::new(), Process::Sla, solid)
         .from("resin")
@@ -30,6 +31,7 @@ fn part(name: &str, solid: Solid, genus: i32) -> Body {
 
 /// A dish around the puck, 2 mm thick.
 fn dish() -> Solid {
+    // The well is cut beyond the dish's top, so that no two faces coincide.
     let overlap = fabkit_geometry::CUT_OVERLAP_MM;
     let well = Solid::cylinder(RADIUS_MM, HEIGHT_MM + overlap);
     Solid::cylinder(RADIUS_MM + 2.0, HEIGHT_MM + 2.0).at(0.0, 0.0, -2.0).minus(well)
@@ -41,6 +43,7 @@ fn lid() -> Solid {
     Solid::cylinder(RADIUS_MM + 2.0, LID_MM).at(0.0, 0.0, HEIGHT_MM).minus(gate)
 }
 
+/// Creates a step in the mold's assembly.
 fn step(name: &str, action: Action) -> Step {
     Step {
         name: name.into(),
@@ -56,7 +59,8 @@ fn step(name: &str, action: Action) -> Step {
     }
 }
 
-/// Dish, lid and puck on z = 0; poured through the lid, then lid and dish taken off.
+/// Builds the sensor: dish, lid and puck, with the puck's lower face at z = 0. It is poured through the lid; then lid
+/// and dish are taken off.
 pub fn puck() -> Sensor {
     let pour = Pour {
         layer: "puck".into(),

@@ -1,4 +1,4 @@
-//! What a rule has to say.
+//! Findings of rules.
 
 use std::fmt;
 
@@ -6,14 +6,14 @@ use fabkit_geometry::Point3;
 
 use crate::rule::Rule;
 
-/// How bad it is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
     /// The sensor cannot be built as described.
     Error,
-    /// It may work, or the description may be incomplete.
+    /// The sensor may work, or its description may be incomplete.
     Warning,
-    /// Worth knowing.
+    /// Information that needs no action.
     Note,
 }
 
@@ -27,42 +27,42 @@ impl fmt::Display for Severity {
     }
 }
 
-/// What was measured, against what is allowed.
+/// A measured value and the limit that it is compared with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// Found.
+    /// Measured value.
     pub value: f64,
-    /// Allowed, in the same unit.
+    /// Allowed value, in the same unit.
     pub limit: f64,
-    /// For example `mm3`; empty for plain ratios.
+    /// Unit, for example `mm3`; empty for plain ratios.
     pub unit: &'static str,
 }
 
-/// Something that a rule found.
+/// A finding of a rule.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// Which rule.
+    /// The rule that made the finding.
     pub rule: Rule,
-    /// How bad it is.
+    /// Severity of the finding.
     pub severity: Severity,
-    /// In which step of the chain, if in one.
+    /// Name of the step of the chain, if the finding belongs to one.
     pub step: Option<String>,
-    /// In which assembly, if in one.
+    /// Name of the assembly, if the finding belongs to one.
     pub assembly: Option<String>,
-    /// The bodies concerned, the first one most; may be empty.
+    /// Names of the bodies concerned, the most important one first; may be empty.
     pub bodies: Vec<String>,
-    /// Where, in the assembly's frame, mm.
+    /// Position in the assembly's frame, mm.
     pub place: Option<Point3<f64>>,
-    /// The figure that is wrong, if it is one.
+    /// Measured value with its limit, if the finding is about a number.
     pub measured: Option<Measured>,
-    /// What is wrong, as one sentence without a full stop.
+    /// Problem, as one sentence without a full stop.
     pub message: String,
-    /// What to do about it.
+    /// Suggested remedy.
     pub fix: String,
 }
 
 impl Finding {
-    /// An error with nothing but a message; the methods below add the rest.
+    /// Creates an error with only a message and a remedy; the methods below add the rest.
     pub fn error(rule: Rule, message: impl Into<String>, fix: impl Into<String>) -> Self {
         Self {
             rule,
@@ -77,42 +77,42 @@ impl Finding {
         }
     }
 
-    /// With another severity.
+    /// Sets the severity.
     #[must_use]
     pub fn with_severity(mut self, severity: Severity) -> Self {
         self.severity = severity;
         self
     }
 
-    /// Found in a step of the chain.
+    /// Sets the step of the chain.
     #[must_use]
     pub fn in_step(mut self, step: &str) -> Self {
         self.step = Some(step.into());
         self
     }
 
-    /// Found in an assembly.
+    /// Sets the assembly.
     #[must_use]
     pub fn in_assembly(mut self, assembly: &str) -> Self {
         self.assembly = Some(assembly.into());
         self
     }
 
-    /// About these bodies, the first one most.
+    /// Sets the bodies concerned, the most important one first.
     #[must_use]
     pub fn of<'a>(mut self, bodies: impl IntoIterator<Item = &'a str>) -> Self {
         self.bodies = bodies.into_iter().map(str::to_owned).collect();
         self
     }
 
-    /// At a place in the assembly's frame, mm.
+    /// Sets the position in the assembly's frame, mm.
     #[must_use]
     pub fn at(mut self, place: Option<Point3<f64>>) -> Self {
         self.place = place;
         self
     }
 
-    /// With the figure that is wrong and its limit.
+    /// Sets the measured value and its limit.
     #[must_use]
     pub fn measured(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
         self.measured = Some(Measured { value, limit, unit });

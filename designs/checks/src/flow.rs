@@ -1,4 +1,4 @@
-//! A closed mold lets its surplus out through gates and vents while a hand presses it shut.
+//! Flow of surplus liquid out of a closed mold, through gates and vents, while a hand presses it shut.
 
 use fabkit_geometry::{Pour, Sensor};
 
@@ -28,27 +28,27 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok((flows.collect(), pours.len()))
 }
 
-/// What a hand presses a lid or core down with: 10 N on 10 cm2, Pa (chosen).
+/// Pressure of a hand on a lid or core, 10 N on 10 cm2, Pa (chosen).
 const PRESSURE_PA: f64 = 1e4;
 
-/// Length of a vent in its diameters: a plate of 3 mm with vents of 0.6 mm (chosen).
+/// Length of a vent in diameters, from a 3 mm plate with vents of 0.6 mm (chosen).
 const LENGTH_DIAMETERS: f64 = 5.0;
 
-/// Share of the layer that is pressed out: molds are filled until they overflow (chosen).
+/// Fraction of the layer's volume that is pressed out; molds are filled until they overflow (chosen).
 const SURPLUS: f64 = 0.5;
 
-/// Longest that anybody presses, s (chosen).
+/// Longest time that somebody presses, s (chosen).
 const LONGEST_S: f64 = 60.0;
 
-/// Openings that together make up so much of the layer's largest shadow are a free surface.
+/// Fraction of the layer's projected area above which the openings together count as a free surface.
 const FREE: f64 = 0.3;
 
-/// Lines that measure a layer.
+/// Number of lines that measure a layer.
 const LINES: usize = 2_048;
 
-/// The time that a pour's surplus takes through its openings, where that is too long.
+/// Computes the time that the surplus of a pour takes through its openings, and reports it if it is too long.
 ///
-/// Hagen and Poiseuille: through a pipe of radius r and length l, a pressure p drives pi r^4 p / (8 mu l).
+/// Hagen-Poiseuille: a pressure p drives the flow rate pi r^4 p / (8 mu l) through a pipe of radius r and length l.
 pub(crate) fn examine(
     sensor: &Sensor,
     place: &Place,
@@ -67,6 +67,7 @@ pub(crate) fn examine(
     }
     let area_mm2: f64 =
         pour.openings.iter().map(|o| std::f64::consts::PI * o.radius_mm.powi(2)).sum();
+    // An open mold needs no vents.
     if area_mm2 > FREE * shadow_mm2 {
         return None;
     }

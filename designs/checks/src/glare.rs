@@ -1,9 +1,9 @@
-//! Mirror images of lamps: where a face between air and something clear shows the camera a lamp.
+//! Glare: mirror images of LEDs in faces between air and a clear body.
 //!
-//! Rays leave the pupil evenly over the picture. At each face with air on one side, a few percent of the
-//! light is thrown back (Fresnel); if what is thrown back ends on a lamp, the lamp is seen there, brighter
-//! than the surface behind it. Up to the first face nothing bends the rays, and the place is exact; behind
-//! it rays go on straight, and the place is off by what refraction makes.
+//! Rays leave the pupil evenly over the image. At each face with air on one side, a few percent of the light is
+//! reflected (Fresnel). If the reflected ray ends on a light source, the camera sees the source there, brighter than
+//! the surface behind it. Rays are not refracted: the position of an image in the first face is exact, that in a later
+//! face is off by the refraction before it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +21,7 @@ use crate::scene::{Assemblies, InvalidBody, Placed};
 use crate::sight::{Cone, pixels};
 
 rule! {
-    /// No lamp is mirrored into the picture.
+    /// No light source is mirrored into the image.
     Glare = "glare",
     examines: "lamps",
     finds: "lamps mirrored into the picture by a face between air and something clear",
@@ -35,28 +35,28 @@ fn apply(case: &Case<'_>) -> Looked {
     examine(case.sensor, case.scene)
 }
 
-/// Rays over the picture: a lamp of 3 x 3 mm, 30 mm behind its mirror, is met by about eight.
+/// Number of rays over the image: about eight meet a light source of 3 x 3 mm that is 30 mm behind its mirror.
 const RAYS: usize = 8_192;
 
-/// Bodies that are no further apart than that touch, and no light is thrown back between them, mm.
+/// Largest gap between bodies that touch and reflect no light between them, mm.
 const TOGETHER_MM: f64 = 1e-3;
 
-/// Share of the picture from which on mirror images are told of: a lamp or two.
+/// Smallest fraction of the image for which mirror images are reported: a light source or two.
 const LEAST_TOLD: f64 = 0.005;
 
-/// Share of the view, from its axis, that they must leave free: beside a flat window, bare lamps are
-/// mirrored near the picture's edge by nearly every published sensor.
+/// Fraction of the field of view, from its axis, in which mirror images are a warning. In nearly every published sensor
+/// with a flat window, bare LEDs are mirrored near the image's edge.
 const MIDDLE: f64 = 0.5;
 
-/// A body in the light.
+/// A body of the sensor with its optical properties.
 struct Lit<'a> {
     placed: &'a Placed<'a>,
     clarity: Clarity,
-    /// What of it shines.
+    /// Emitting solid, if the body is a light source.
     lamp: Option<CompiledSolid>,
 }
 
-/// One ray that shows a lamp.
+/// A ray that shows a mirror image of a light source.
 struct Image<'a> {
     mirror: &'a str,
     lamp: usize,
@@ -65,10 +65,10 @@ struct Image<'a> {
     place: Point3<f64>,
 }
 
-/// All findings, and how many lamps there are.
+/// Finds mirror images. Also returns the number of light sources.
 ///
 /// # Errors
-/// [`InvalidBody`] if what shines of a lamp is no solid.
+/// [`InvalidBody`] if the emitting solid of a light source is not valid.
 pub(crate) fn examine(
     sensor: &Sensor,
     scene: &Assemblies,
@@ -104,6 +104,7 @@ fn sum_px(images: &[&Image]) -> f64 {
 fn finding(mirror: &str, images: &[&Image], share: f64, lamps: usize) -> Finding {
     let seen: BTreeSet<usize> = images.iter().map(|image| image.lamp).collect();
     let mut angles: Vec<f64> = images.iter().map(|image| image.angle_rad.to_degrees()).collect();
+    // The median angle stands for all rays of the image.
     angles.sort_by(f64::total_cmp);
     let middle_deg = angles[angles.len() / 2];
     let message = format!(
@@ -125,10 +126,11 @@ fn lit<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Result<Vec<Lit<'a>>, In
     let mut number = BTreeMap::<&str, usize>::new();
     for placed in scene.bodies(&Assembly::sensor().0) {
         let Some(body) = sensor.body(placed.name) else { continue };
+        // Placements are counted by name, to find the emitter of each copy.
         let place = number.entry(placed.name).or_default();
         let lamp = lamp(body, *place)?;
         *place += 1;
-        // The pupil lies in the lens, or in the housing around it.
+        // The pupil lies inside the lens or the housing around it, which would block every ray.
         if !placed.body.contains(&pupil) {
             lit.push(Lit { placed, clarity: body.clarity(), lamp });
         }
@@ -136,7 +138,7 @@ fn lit<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Result<Vec<Lit<'a>>, In
     Ok(lit)
 }
 
-/// What shines of a body in one of its places in the sensor, by that place's number.
+/// Compiles the emitting solid of a body at its placement number `place` in the sensor.
 fn lamp(body: &Body, place: usize) -> Result<Option<CompiledSolid>, InvalidBody> {
     let mut in_sensor = body.placements.iter().filter(|place| place.assembly == Assembly::sensor());
     let (Some(solid), Some(placement)) = (&body.lamp, in_sensor.nth(place)) else {
@@ -146,10 +148,11 @@ fn lamp(body: &Body, place: usize) -> Result<Option<CompiledSolid>, InvalidBody>
     compiled.map(Some).map_err(|source| InvalidBody { body: body.name.clone(), source })
 }
 
-/// Every ray that shows a lamp, and the pixels of the whole picture.
+/// Returns every ray that shows a mirror image, and the number of pixels of the whole image.
 fn look<'a>(camera: &NominalCamera, bodies: &[Lit<'a>]) -> (Vec<Image<'a>>, f64) {
     let pupil = camera.sensor_from_camera.point(Point3::origin());
     let axis = camera.sensor_from_camera.vector(Vector3::z());
+    // A view can be wider than all directions.
     let half = (camera.field_of_view.rad() / 2.0).min(std::f64::consts::PI);
     let cone = Cone { axis, cosine: half.cos() };
     let solid_angle = cone.solid_angle(RAYS);
@@ -165,6 +168,7 @@ fn look<'a>(camera: &NominalCamera, bodies: &[Lit<'a>]) -> (Vec<Image<'a>>, f64)
             let angle_rad = direction.dot(&axis).clamp(-1.0, 1.0).acos();
             let faces = faces(bodies, &ray, caster);
             let images = faces.into_iter().filter_map(|(mirror, t, normal)| {
+                // Law of reflection; the sign of the normal does not matter.
                 let thrown = direction - 2.0 * direction.dot(&normal) * normal;
                 let thrown = Ray { origin: ray.at(t), direction: thrown };
                 let lamp = first_lamp(bodies, &thrown, caster)?;
@@ -177,7 +181,8 @@ fn look<'a>(camera: &NominalCamera, bodies: &[Lit<'a>]) -> (Vec<Image<'a>>, f64)
     (rays.into_iter().flat_map(|(images, _)| images).collect(), all_px)
 }
 
-/// The faces between air and something clear that a ray passes before it ends: whose, where, the normal.
+/// Finds the faces between air and a clear body that a ray crosses before it ends. Returns the body's name, the
+/// distance along the ray, mm, and the normal.
 fn faces<'a>(
     bodies: &[Lit<'a>],
     ray: &Ray,
@@ -190,6 +195,7 @@ fn faces<'a>(
             if stretch.exit.t <= 0.0 {
                 continue;
             }
+            // LEDs end rays even if their body is clear.
             if *clarity == Clarity::Clear && lamp.is_none() {
                 clear.push((placed.name, stretch));
             } else {
@@ -203,6 +209,7 @@ fn faces<'a>(
     };
     let mut faces = Vec::new();
     for (name, Stretch { enter, exit }) in &clear {
+        // The outside of a face lies before its entry and behind its exit.
         let sides = [(enter, -TOGETHER_MM), (exit, TOGETHER_MM)];
         for (crossing, outwards_mm) in sides {
             if crossing.t > 0.0 && crossing.t < ends && is_air(crossing.t + outwards_mm) {
@@ -213,7 +220,7 @@ fn faces<'a>(
     faces
 }
 
-/// The lamp that a ray ends on, by its number, unless it ends elsewhere.
+/// Returns the index of the light source on which a ray ends; `None` if it ends elsewhere.
 fn first_lamp(bodies: &[Lit], ray: &Ray, caster: &mut Caster) -> Option<usize> {
     let mut enters = |body: &CompiledSolid| {
         let mut enters = caster.stretches(body, ray).map(|stretch| stretch.enter.t);
@@ -231,6 +238,7 @@ fn first_lamp(bodies: &[Lit], ray: &Ray, caster: &mut Caster) -> Option<usize> {
         }
     }
     let (t, number) = first?;
+    // The ray must meet the emitter where it meets the body, not the LED's housing beside it.
     let shines = enters(bodies[number].lamp.as_ref()?)? <= t + TOGETHER_MM;
     shines.then_some(number)
 }

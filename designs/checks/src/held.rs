@@ -1,8 +1,9 @@
-//! What holds what in the finished sensor: by standing in the way, by a screw, by a press fit, by sticking.
+//! Retention: which bodies of the finished sensor hold each other, by blocking, screws, press fits or bonds.
 //!
-//! For each of six ways, a body that moves takes along what it pushes and what is fixed to it. A body from
-//! which that chain does not lead to the sensor's housing can leave that way. The same graph, with areas times
-//! strengths, says how much force what is touched bears: the least cut between it and the housing.
+//! For each of six directions, a body that moves takes along the bodies that it pushes and those that are fixed to it.
+//! If this does not lead to the sensor's housing, the body can leave along that direction. The same graph, with areas
+//! times strengths as capacities, gives the force that the touched body bears: the minimum cut between it and the
+//! housing.
 
 mod graph;
 mod load;
@@ -20,7 +21,7 @@ use crate::rule::Rule;
 use graph::Graph;
 
 rule! {
-    /// Every body of the finished sensor is held in every direction, and bears its load.
+    /// Every body of the finished sensor is held in every direction and bears its load.
     Held = "held",
     examines: "pairs of bodies that meet",
     finds: "bodies that can leave the finished sensor, screws without a thread, pieces that \
@@ -36,9 +37,9 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok(examine(case.sensor, case.scene))
 }
 
-/// All findings, and how many pairs of bodies meet.
+/// Finds bodies that are not held. Also returns the number of pairs of bodies that meet.
 pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
-    // A kit of calibration hardware is held by hand, rubber bands and gravity.
+    // Kits of calibration hardware are held by hand, rubber bands and gravity.
     if sensor.load_n.is_none() {
         return (Vec::new(), 0);
     }
@@ -51,7 +52,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     (findings, graph.links.len())
 }
 
-/// What can leave, each group of bodies once, with all the ways.
+/// Finds groups of bodies that can leave, each reported once with all its directions.
 fn leaving(graph: &Graph) -> Vec<Finding> {
     let mut groups: Vec<(Vec<&str>, Vec<&str>)> = Vec::new();
     for (way, word) in WAY_WORDS.iter().enumerate() {
@@ -67,6 +68,7 @@ fn leaving(graph: &Graph) -> Vec<Finding> {
             1 => String::new(),
             n => format!(" with {} more", n - 1),
         };
+        // Words are pushed in order, so equal ones are neighbours.
         ways.dedup();
         let idle: Vec<&str> = graph.idle_at(&names).into_iter().collect();
         let idle = match idle.is_empty() {

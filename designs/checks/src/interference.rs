@@ -1,5 +1,4 @@
-//! Bodies of one assembly overlap only where a press fit is declared, and there by no more than
-//! declared.
+//! Interference: bodies of one assembly overlap only where a press fit is declared, and not deeper than declared.
 
 use fabkit_geometry::measure::overlap_volume;
 use fabkit_geometry::proofs::meetings;
@@ -29,41 +28,41 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok((found, case.pairs.len()))
 }
 
-/// Lines through the box that two bodies share.
+/// Number of lines through the box that two bodies share.
 pub(crate) const LINES: u32 = 20_000;
 
-/// Lines of each direction on which the depth of a press fit is measured.
+/// Number of lines per direction that measure the depth of a press fit.
 const FIT_LINES: usize = 4_000;
 
-/// Directions in which the thickness of an overlap is sought.
+/// Number of directions in which the thickness of an overlap is searched.
 const FAN: u32 = 24;
 
-/// Places at most at which the thickness of a fit is measured: fits are alike all around.
+/// Maximum number of points at which the thickness of a press fit is measured; press fits are alike all around.
 const FIT_PROBES: usize = 128;
 
-/// Rounds of following the normals at the ends of the shortest way.
+/// Number of refinement rounds along the normals at the ends of the shortest line.
 const REFINEMENTS: usize = 3;
 
-/// What those rounds may leave, as a fraction of the thickness.
+/// Relative error of the thickness that may remain after the refinement.
 const REFINEMENT_REST: f64 = 1e-3;
 
 /// Rounding allowed in the depth of a press fit, mm.
 const FIT_ROUNDING_MM: f64 = 1e-6;
 
-/// What was found about a pair.
+/// Result for one pair.
 struct Verdict {
     finding: Option<Finding>,
-    /// Whether it overlaps at all.
+    /// Whether the two bodies overlap at all.
     overlaps: bool,
 }
 
-/// All pairs that have to be looked at.
+/// Returns all pairs of bodies whose bounding boxes overlap.
 pub(crate) fn pairs<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Vec<Pair<'a>> {
     let assemblies = scene.assemblies.iter();
     assemblies.flat_map(|(assembly, bodies)| pairs_of(sensor, assembly, bodies)).collect()
 }
 
-/// All findings; `tick` is called after each pair.
+/// Finds overlaps, and press fits that overlap nowhere; `tick` is called after each pair.
 pub(crate) fn examine(
     sensor: &Sensor,
     pairs: &[Pair],
@@ -76,6 +75,7 @@ pub(crate) fn examine(
         verdict
     };
     let verdicts: Vec<Verdict> = pairs.par_iter().map(verdict).collect();
+    // Press fits that overlap in any assembly.
     let mut met = vec![false; sensor.press_fits.len()];
     let mut findings = Vec::new();
     for (pair, verdict) in pairs.iter().zip(verdicts) {
@@ -101,6 +101,7 @@ pub(crate) fn examine(
     findings
 }
 
+/// Iterates over the pairs of one assembly whose bounding boxes overlap.
 fn pairs_of<'a>(
     sensor: &'a Sensor,
     assembly: &'a str,
@@ -118,11 +119,11 @@ fn pairs_of<'a>(
     })
 }
 
-/// As [`examine_pair`], unless the same bodies in the same places were clean before.
+/// Calls [`examine_pair`] unless the same bodies at the same poses were clean before.
 fn remembered(sensor: &Sensor, pair: &Pair, memo: &Memo) -> Verdict {
     let key = Key::new(u64::from(pair.fit.is_some())).key(pair.a.key).key(pair.b.key);
     let key = match pair.fit {
-        // Which of the two is pressed in makes no difference to their depth.
+        // The depth does not depend on which of the two is pressed in.
         Some(fit) => key.number(sensor.press_fits[fit].interference_mm),
         None => key,
     };
@@ -135,6 +136,7 @@ fn remembered(sensor: &Sensor, pair: &Pair, memo: &Memo) -> Verdict {
     verdict.filter(|_| !is_clean).unwrap_or(clean)
 }
 
+/// Examines a pair: its overlap, or the depth of its press fit.
 fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
     let Pair { assembly, a, b, fit } = *pair;
     if let Some(fit) = fit {
@@ -144,6 +146,7 @@ fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
     }
     let overlap = match overlap_volume(&a.body, &b.body, LINES) {
         Ok(overlap) => overlap,
+        // Two unbounded bodies have no finite overlap.
         Err(error) => {
             let fix = "bound at least one of them";
             let finding = Finding::error(Rule::Interference, error.to_string(), fix)
@@ -167,12 +170,14 @@ fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
     Verdict { finding, overlaps: volume_mm3 > 0.0 }
 }
 
+/// Compares the depth of a press fit with its declaration.
 fn examine_fit(
     fit: &PressFit,
     assembly: &str,
     inner: &CompiledSolid,
     outer: &CompiledSolid,
 ) -> Verdict {
+    // The depth is found only to within the refinement's tolerance.
     let allowed_mm = fit.interference_mm * (1.0 + REFINEMENT_REST) + FIT_ROUNDING_MM;
     let Some((depth_mm, place)) = deepest(inner, outer, allowed_mm) else {
         return Verdict { finding: None, overlaps: false };
@@ -191,10 +196,10 @@ fn examine_fit(
     Verdict { finding, overlaps: true }
 }
 
-/// How deep two bodies reach into each other, and where: the largest of the thicknesses that their
-/// common volume has at points within it.
+/// Finds the deepest overlap of two bodies and its position: the largest of the thicknesses that their common volume
+/// has at points within it.
 ///
-/// What is no more than `allowed_mm` need not be known better than that.
+/// The search stops as soon as a depth is known not to exceed `allowed_mm`.
 pub(crate) fn deepest(
     a: &CompiledSolid,
     b: &CompiledSolid,
@@ -206,24 +211,28 @@ pub(crate) fn deepest(
     }
     let mut casters = [Caster::default(), Caster::default()];
     let mut met = Vec::new();
+    // Outside of these boxes the bodies provably share nothing, so lines that miss them are skipped.
     let boxes = meetings(a, b)?;
     for direction in DIRECTIONS {
         let bundle = Bundle::through(&common, direction.into(), FIT_LINES);
         for ray in bundle.through_boxes(&boxes).map(|index| bundle.line(index)) {
             let [in_a, in_b] = &mut casters;
             let in_a = in_a.ends(a, &ray);
+            // Lines that miss the first body need not be cast through the second.
             let in_b = if in_a.is_empty() { &[] } else { in_b.ends(b, &ray) };
             for [from_b, to_b] in in_b {
                 for [from_a, to_a] in in_a {
                     let (enter, exit) = (from_a.max(*from_b), to_a.min(*to_b));
-                    // Contact is no overlap.
+                    // Touching is no overlap.
                     if exit - enter > FIT_ROUNDING_MM {
+                        // The middle of the interval lies inside the common volume.
                         met.push((exit - enter, ray.at(0.5 * (enter + exit))));
                     }
                 }
             }
         }
     }
+    // An even sample of the points.
     let probes = met.iter().step_by(met.len().div_ceil(FIT_PROBES).max(1));
     probes
         .map(|&(known_mm, point)| {
@@ -232,10 +241,11 @@ pub(crate) fn deepest(
         .max_by(|x, y| x.0.total_cmp(&y.0))
 }
 
-/// Thickness of what two bodies have in common at a point within it: the shortest way through.
+/// Computes the thickness of the common volume of two bodies at a point within it: the length of the shortest line
+/// through the point.
 ///
-/// Lines of a fan end near the faces that bound it; lines along the normals of those faces are
-/// shorter, and the shortest of all is followed further, until one is no longer than `allowed_mm`.
+/// Lines of a fan end near the bounding faces. Lines along the normals of those faces are shorter. The shortest of all
+/// is refined further, until one is no longer than `allowed_mm`.
 fn thickness_mm(
     a: &CompiledSolid,
     b: &CompiledSolid,
@@ -247,14 +257,17 @@ fn thickness_mm(
     let through = |direction: Vector3<f64>, casters: &mut [Caster; 2]| {
         let ray = Ray { origin: point, direction };
         let stretches = common_stretches(a, b, &ray, casters);
+        // The stretch that contains the point itself.
         stretches.into_iter().find(|s| s.enter.t <= 0.0 && s.exit.t >= 0.0)
     };
     let mut shortest: Option<Stretch> = None;
+    // Called with `None`, returns the shortest stretch so far.
     let mut keep_shorter = |found: Option<Stretch>| {
         let both = shortest.into_iter().chain(found);
         shortest = both.min_by(|x, y| x.length_mm().total_cmp(&y.length_mm()));
         shortest
     };
+    // The line that found the point is already short enough.
     if known_mm <= allowed_mm {
         return known_mm;
     }
@@ -279,7 +292,7 @@ fn thickness_mm(
     keep_shorter(None).map_or(known_mm, |s| s.length_mm().min(known_mm))
 }
 
-/// Directions spread evenly over half a sphere (Swinbank and Purser, "Fibonacci grids", 2006).
+/// Returns a direction of an even distribution over half a sphere (Swinbank and Purser, "Fibonacci grids", 2006).
 fn fan_direction(index: u32) -> Vector3<f64> {
     let z = (f64::from(index) + 0.5) / f64::from(FAN);
     let (sin, cos) = (f64::from(index) * std::f64::consts::PI * (3.0 - 5f64.sqrt())).sin_cos();
@@ -287,7 +300,7 @@ fn fan_direction(index: u32) -> Vector3<f64> {
     Vector3::new(radius * cos, radius * sin, z)
 }
 
-/// What a line has in both bodies.
+/// Returns the stretches of a line that lie inside both bodies.
 fn common_stretches(
     a: &CompiledSolid,
     b: &CompiledSolid,
@@ -304,7 +317,7 @@ fn common_stretches(
         for x in &in_a {
             let enter = if x.enter.t >= y.enter.t { x.enter } else { y.enter };
             let exit = if x.exit.t <= y.exit.t { x.exit } else { y.exit };
-            // Contact is no overlap.
+            // Touching is no overlap.
             if exit.t - enter.t > FIT_ROUNDING_MM {
                 common.push(Stretch { enter, exit });
             }

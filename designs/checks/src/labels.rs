@@ -1,4 +1,4 @@
-//! Whether printed parts can be told apart, and letters are where they do no harm.
+//! Labels: printed parts can be told apart, and letters are where they do no harm.
 
 use fabkit_geometry::{
     Body, CompiledSolid, LETTERED, PlacedPrimitive, Point3, Process, Ray, Sensor, Solid, Vector3,
@@ -26,19 +26,19 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok(examine(case.sensor, case.scene))
 }
 
-/// Parts whose sizes differ by less look alike, mm: nobody sees it without a gauge.
+/// Largest difference in size of parts that look alike, mm: nobody sees it without a gauge.
 const ALIKE_MM: f64 = 0.5;
 
-/// What is nearer to a face than this touches it, mm.
+/// Largest distance at which a body touches a face, mm.
 const TOUCH_MM: f64 = 0.05;
 
-/// Distance of the lines through a letter, mm: about the width of a stroke.
+/// Spacing of the lines through a letter, mm: about the width of a stroke.
 const STEP_MM: f64 = 0.5;
 
-/// How the notes of parts say why they carry none.
+/// Prefix of the note with which a part says why it carries no label.
 const BARE: &str = "carries no label: ";
 
-/// Applies the rule; the second figure is how many printed parts there are.
+/// Finds missing labels and covered letters. Also returns the number of printed parts.
 pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
     let printed: Vec<&Body> = sensor.parts().filter(|part| is_printed(part)).collect();
     let (lettered, bare): (Vec<&Body>, Vec<&Body>) =
@@ -50,13 +50,15 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     (findings, printed.len())
 }
 
+/// Returns whether a part is printed.
 fn is_printed(part: &Body) -> bool {
     matches!(part.process(), Some(Process::Fdm | Process::Sla | Process::PolyJet))
 }
 
-/// Letters on a face that another body lies against, in whatever assembly.
+/// Finds letters on a face that another body touches in any assembly.
 fn covered(part: &Body, scene: &Assemblies) -> Option<Finding> {
     for (assembly, bodies) in &scene.assemblies {
+        // All copies of the part in this assembly.
         let own = bodies.iter().filter(|placed| placed.name == part.name);
         for letter in own.flat_map(|placed| placed.body.leaves().iter().filter(|l| is_letter(l))) {
             let mut others = bodies.iter().filter(|placed| placed.name != part.name);
@@ -81,18 +83,20 @@ fn covered(part: &Body, scene: &Assemblies) -> Option<Finding> {
     None
 }
 
+/// Returns whether a primitive belongs to a label.
 fn is_letter(leaf: &PlacedPrimitive) -> bool {
     LETTERED.contains(&leaf.feature.as_str())
 }
 
-/// Where a body is on or in a letter.
+/// Returns a point at which a body touches or overlaps a letter.
 fn touched(letter: &PlacedPrimitive, other: &Placed) -> Option<Point3<f64>> {
     let alone = CompiledSolid::new(&letter.primitive.clone().placed(letter.body_from_leaf)).ok()?;
+    // Most bodies are excluded by their boxes.
     if alone.bounds().grown(TOUCH_MM).common(&other.body.bounds()).is_empty() {
         return None;
     }
     let Solid::Extrusion(_) = &letter.primitive else { return None };
-    // Letters are extruded along their z axis, which looks out of the face.
+    // Letters are extruded along their z axis, which points out of the face.
     let in_leaf = CompiledSolid::new(&letter.primitive).ok()?.bounds();
     let mut caster = Caster::default();
     let count = |axis: usize| (in_leaf.size_mm()[axis] / STEP_MM).ceil().max(1.0) as usize;
@@ -110,6 +114,7 @@ fn touched(letter: &PlacedPrimitive, other: &Placed) -> Option<Point3<f64>> {
             let top_mm = in_leaf.size_mm()[2] + TOUCH_MM;
             let hit = caster
                 .stretches(&other.body, &ray)
+                // Stretches that end at the letter's foot lie below the letter.
                 .find(|stretch| stretch.exit.t > TOUCH_MM && stretch.enter.t < top_mm);
             if let Some(hit) = hit {
                 return Some(ray.at(hit.enter.t.max(0.0)));
@@ -119,11 +124,13 @@ fn touched(letter: &PlacedPrimitive, other: &Placed) -> Option<Point3<f64>> {
     None
 }
 
-/// Parts of different names and the same size without a letter on either.
+/// Finds parts of different names and the same size that carry no letters.
 fn twins(bare: &[&Body]) -> Vec<Finding> {
     let size = |part: &Body| {
+        // Sizes as the parts lie on the bed.
         let body = CompiledSolid::new(&part.solid.clone().placed(part.bed_from_body)).ok()?;
         let mut size = body.bounds().size_mm();
+        // Sorted, since nobody sees the orientation in a bag of parts.
         size.sort_by(f64::total_cmp);
         Some(size)
     };
@@ -141,7 +148,7 @@ fn twins(bare: &[&Body]) -> Vec<Finding> {
         if alike.is_empty() {
             continue;
         }
-        // Where letters were asked for and find no room, nothing but a pen helps.
+        // If letters were asked for and had no room, only marking by hand helps.
         let has_no_room = std::iter::once(part).chain(&alike).all(|part| why(part).is_some());
         let severity = if has_no_room { Severity::Note } else { Severity::Error };
         let alike: Vec<&str> = alike.into_iter().map(|other| other.name.as_str()).collect();
@@ -165,12 +172,12 @@ fn twins(bare: &[&Body]) -> Vec<Finding> {
     findings
 }
 
-/// Why a part carries none, as far as somebody says so.
+/// Returns the reason why a part carries no label, if its notes give one.
 fn why(part: &Body) -> Option<&str> {
     part.notes.iter().find_map(|note| note.strip_prefix(BARE))
 }
 
-/// Which parts carry no label, and why.
+/// Lists the parts without a label for which a reason is given, as a note.
 fn told(bare: &[&Body]) -> Option<Finding> {
     let first = bare.iter().find(|part| why(part).is_some())?;
     let named: Vec<String> =

@@ -1,11 +1,10 @@
-//! Daylight: whether straight lines lead from outside to what the camera looks at.
+//! Daylight: straight lines that lead from outside to the surface that the camera looks at.
 //!
-//! Rays leave the pupil towards what is there to be seen, and end on the first face that stops light. From
-//! there, lines go out into the half space that the camera looks from; those that meet nothing that stops
-//! light, only air and what is clear or lets light through, lead outside. Their share is the share of the
-//! daylight around the sensor that falls on what the camera looks at; holes in the face that the sensor is
-//! mounted with are covered by what it is mounted on. Lines are straight: neither refraction
-//! nor what walls throw back is counted.
+//! Rays leave the pupil towards the bodies in view and end on the first opaque face. From there, lines leave into the
+//! half space in front of the face. A line that meets only air and clear or translucent bodies leads outside. The
+//! fraction of such lines is the fraction of the surrounding daylight that falls on the surface. Openings in the
+//! mounting face are closed by whatever the sensor is mounted on. Neither refraction nor reflection from walls is
+//! counted.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +20,7 @@ use crate::scene::{Assemblies, Placed};
 use crate::sight::{Cone, bodies, pixels};
 
 rule! {
-    /// No daylight falls on what the camera looks at.
+    /// No daylight falls on the surface that the camera looks at.
     Leak = "leak",
     examines: "lines to where daylight might be",
     finds: "straight lines from outside to what the camera looks at, through gaps and what is \
@@ -36,36 +35,37 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok(examine(case.sensor, case.scene))
 }
 
-/// Rays towards what is there to be seen, and the most places of it that are looked at.
+/// Number of rays towards the bodies in view, and maximum number of points on them from which lines start.
 const PLACES: (usize, usize) = (2_048, 256);
 
-/// Lines out from each place.
+/// Number of lines from each point.
 const LINES: usize = 32;
 
-/// Largest share of the daylight around that may get in. Chosen: of the 500 lx of a room a quarter of one,
-/// where an LED 30 mm away gives thousands; cameras tell a few parts of a thousand from each other.
+/// Largest fraction of the surrounding daylight that may get in (chosen): a quarter of a lux of the 500 lx of a room,
+/// where an LED 30 mm away gives thousands. Cameras distinguish a few parts in a thousand.
 const MOST_SHARE: f64 = 5e-4;
 
-/// Off the face on which a ray ends, mm.
+/// Offset from the face on which a ray ends, mm.
 const OFF_MM: f64 = 1e-3;
 
-/// Turn from one line to the next, rad: the golden angle spreads them evenly.
+/// Rotation from one line to the next, rad: the golden angle spreads them evenly.
 const GOLDEN_RAD: f64 = 2.399_963_229_728_653;
 
-/// A line that leads out.
+/// A line that leads outside.
 struct Open<'a> {
-    /// What it passes last: through it, as it lets light pass, or by a gap in it or beside it.
+    /// Last body that it passes: through it if the body transmits light, otherwise through a gap in it or beside it.
     by: &'a str,
     is_through: bool,
     place: Point3<f64>,
 }
 
-/// All findings, and how many lines were followed.
+/// Finds leaks of daylight. Also returns the number of lines that were followed.
 pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
     if sensor.sight.is_empty() {
         return (Vec::new(), 0);
     }
     let placed = scene.bodies(&Assembly::sensor().0);
+    // Opaque bodies stop light, all others let it pass.
     let (stops, passes): (Vec<&Placed>, Vec<&Placed>) =
         placed.iter().partition(|placed| placed.of.clarity() == Clarity::Opaque);
     let faces = faces(sensor, scene);
@@ -87,6 +87,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     (findings.into_iter().collect(), count)
 }
 
+/// Reports the gap or body through which most light gets in.
 fn finding(sensor: &Sensor, open: &[Open], share: f64) -> Finding {
     let mut ways = BTreeMap::<(&str, bool), usize>::new();
     for one in open {
@@ -109,7 +110,7 @@ fn finding(sensor: &Sensor, open: &[Open], share: f64) -> Finding {
         .measured(share, MOST_SHARE, "")
 }
 
-/// Places on what the camera looks at where light ends, and the directions out of them.
+/// Samples points on the opaque surfaces that the camera looks at, each with its normal.
 fn faces(sensor: &Sensor, scene: &Assemblies) -> Vec<(Point3<f64>, Vector3<f64>)> {
     let camera = &sensor.camera;
     let pupil = camera.sensor_from_camera.point(Point3::origin());
@@ -127,9 +128,11 @@ fn faces(sensor: &Sensor, scene: &Assemblies) -> Vec<(Point3<f64>, Vector3<f64>)
             if met.clarity == Clarity::Opaque && ends.is_none_or(|(t, _)| enter.t < t) {
                 ends = Some((enter.t, enter.normal));
             }
+            // Nearest body in view.
             wanted = if met.is_wanted { wanted.min(enter.t) } else { wanted };
         }
         let (t, normal) = ends?;
+        // The ray counts only if the body in view comes first, or is the opaque body itself.
         (wanted <= t).then(|| (ray.at(t) + OFF_MM * normal, normal))
     };
     let found: Vec<Option<_>> =
@@ -139,16 +142,18 @@ fn faces(sensor: &Sensor, scene: &Assemblies) -> Vec<(Point3<f64>, Vector3<f64>)
     found.into_iter().step_by(stride).collect()
 }
 
-/// One of many lines out of a face, more of them the steeper: as light that falls on it counts.
+/// Returns a line out of a face. The lines have a cosine-weighted distribution, as irradiance does.
 fn outwards((origin, normal): &(Point3<f64>, Vector3<f64>), number: usize) -> Ray {
     let share = ((number % LINES) as f64 + 0.5) / LINES as f64;
     let (sin, cos) = (number as f64 * GOLDEN_RAD).sin_cos();
     let [u, v] = basis(normal);
+    // A uniform distribution over the disc, projected up to the hemisphere, is cosine-weighted.
     let direction = share.sqrt() * (cos * u + sin * v) + (1.0 - share).sqrt() * normal;
     Ray { origin: *origin, direction }
 }
 
-/// Whether anything stops a line; what stopped the last one is asked first.
+/// Returns whether an opaque body blocks a line. Starts with the body that blocked the last line, since neighbouring
+/// lines usually end on the same one.
 fn is_stopped(stops: &[&Placed], ray: &Ray, caster: &mut Caster, last: &mut usize) -> bool {
     let order = (0..stops.len()).map(|i| (i + *last) % stops.len());
     let mut stops_it =
@@ -158,7 +163,7 @@ fn is_stopped(stops: &[&Placed], ray: &Ray, caster: &mut Caster, last: &mut usiz
     found.is_some()
 }
 
-/// Where a line that nothing stops gets out; nowhere, if that is the face that the sensor is mounted with.
+/// Finds where an unblocked line gets out; `None` if it leaves through the mounting face.
 fn way_out<'a>(
     [stops, passes]: [&[&'a Placed<'a>]; 2],
     ray: &Ray,
@@ -170,30 +175,33 @@ fn way_out<'a>(
             last = Some((t, placed, is_through));
         }
     };
-    // The last one past which it goes: the gap is in it, or beside it.
+    // A gap is reported at the last opaque body whose bounding box the line passes.
     for placed in stops {
         if let Some(t) = leaves(ray, &placed.body.bounds()) {
             add(t, placed, false);
         }
     }
     for placed in passes {
+        // Where the line leaves a transmitting body for the last time.
         if let Some([_, exit]) = caster.ends(&placed.body, ray).last() {
             add(*exit, placed, true);
         }
     }
     let (t, by, is_through) = last?;
+    // Gaps at the mounting face are covered by whatever the sensor is mounted on.
     let is_mounted = !is_through && ray.at(t).z <= mounted_z(stops) + OFF_MM;
     (!is_mounted).then(|| Open { by: by.name, is_through, place: ray.at(t) })
 }
 
-/// Where what is made ends below: whatever the sensor is mounted on closes holes there.
+/// Returns the lowest z of the made bodies, mm. Whatever the sensor is mounted on closes openings there.
 fn mounted_z(stops: &[&Placed]) -> f64 {
     let made = stops.iter().filter(|placed| placed.of.is_made());
     made.map(|placed| placed.body.bounds().min.z).fold(f64::INFINITY, f64::min)
 }
 
-/// Where a line leaves a box that it passes, mm.
+/// Returns the distance at which a line leaves a box that it passes, mm.
 fn leaves(ray: &Ray, bounds: &Aabb) -> Option<f64> {
+    // Slab method.
     let (mut enter, mut exit) = (0.0_f64, f64::INFINITY);
     for axis in 0..3 {
         let ends = [bounds.min, bounds.max]

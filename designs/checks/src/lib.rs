@@ -1,12 +1,12 @@
-//! Rules that a sensor must keep to be built: nothing overlaps, molds are the negatives of what they
-//! cast, air leaves them, tools come off, and the chain that says so is complete.
+//! Design rules for sensors: bodies do not overlap, molds are the negatives of the layers that are cast in them, air
+//! can leave the molds, tools come off, and the casting chain is complete.
 //!
 //! # Conventions
 //!
-//! - Nothing here knows a sensor by name or a triangle: the rules ask the exact geometry along
-//!   lines. Where a rule samples, its resolution is in [`RESOLUTION`] and in its own file.
-//! - Places are in the frame of the assembly in which something was found, mm.
-//! - Same sensor, same findings, in the same order, on any number of threads.
+//! - No rule knows a sensor by name, and none works on triangles: the rules intersect the exact geometry with lines.
+//!   Where a rule samples, its resolution is stated in [`RESOLUTION`] and in the rule's file.
+//! - Points are in the frame of the assembly in which a finding was made, mm.
+//! - The same sensor gives the same findings in the same order on any number of threads.
 //!
 //! ```
 //! use fabkit_checks::{Rule, check, example};
@@ -79,7 +79,7 @@ pub use slicing::{Chosen, PrintSettings, print_settings};
 
 use declaration::Declaration;
 
-/// The rules for every sensor and every kit of parts, in the order of reports.
+/// All rules for sensors and for kits of loose parts, in the order of reports.
 const RULES: [Declaration; 21] = [
     chain::RULE,
     interference::RULE,
@@ -105,8 +105,9 @@ const RULES: [Declaration; 21] = [
 ];
 
 impl Rule {
-    /// The rules of [`check`] for every sensor and every kit of parts, in the order of reports.
+    /// All rules that [`check`] applies to sensors and to kits of loose parts, in the order of reports.
     pub const ALL: [Self; RULES.len()] = {
+        // A `const` cannot use iterators, hence the loop.
         let mut all = [RULES[0].rule; RULES.len()];
         let mut next = 0;
         while next < RULES.len() {
@@ -116,13 +117,14 @@ impl Rule {
         all
     };
 
-    /// What one of [`Rule::ALL`] finds, and its limits with where they come from, for people.
+    /// Returns what the rule finds, and its limits with their sources, as text for people. `None` for the rules of
+    /// [`Rule::HARDWARE`] that are not in [`Rule::ALL`].
     pub fn told(self) -> Option<[&'static str; 2]> {
         RULES.iter().find(|declared| declared.rule == self).map(|declared| declared.told)
     }
 }
 
-/// How finely the rules look, for people.
+/// Sampling resolution of the rules, as text for people.
 pub const RESOLUTION: &str = "overlap: 20 000 lines per pair; casting: 3 x 8192 lines per layer, \
                               faces within 1e-6 mm are together; air and tools: 320 columns \
                               across, pockets shallower than a column are not seen; \

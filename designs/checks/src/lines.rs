@@ -4,15 +4,15 @@ use fabkit_geometry::proofs::Shadow;
 use fabkit_geometry::sequences::EvenPoints;
 use fabkit_geometry::{Aabb, CompiledSolid, Crossing, Point3, Ray, Scratch, Vector3};
 
-/// Askew to everything that parts are made of, so that no face of an ordinary part is grazed, and
-/// far enough apart that each face is met steeply by one of them.
+/// Directions of sampling lines. They are oblique to everything that parts are made of, so that lines graze no face of
+/// an ordinary part, and nearly orthogonal, so that one of them meets each face steeply.
 pub(crate) const DIRECTIONS: [[f64; 3]; 3] =
     [[0.1234, 0.0917, 1.0], [1.0, 0.1234, 0.0917], [0.0917, 1.0, 0.1234]];
 
-/// Where lines pass the shadow of what they look at, whose sides are from 0 to 1.
+/// Positions of lines in the projection of the sampled box, whose sides are scaled to 0..1.
 const PLACES: EvenPoints<2> = EvenPoints::square([0.5; 2]);
 
-/// Lines of one direction spread evenly over the shadow of a box.
+/// Parallel lines spread evenly over the projection of a box.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bundle {
     direction: Vector3<f64>,
@@ -37,12 +37,12 @@ impl Bundle {
         }
     }
 
-    /// The area that one line stands for, mm2.
+    /// Area of one line's share of the projection, mm2.
     pub(crate) fn cell_mm2(&self) -> f64 {
         4.0 * self.half_mm[0] * self.half_mm[1] / self.count as f64
     }
 
-    /// The lines that may pass any of some boxes, by their numbers.
+    /// Iterates over the indices of the lines that may pass any of some boxes.
     pub(crate) fn through_boxes(&self, boxes: &[Aabb]) -> impl Iterator<Item = usize> + use<> {
         let shadow = Shadow::of(boxes, &self.centre, &self.across, self.half_mm);
         (0..self.count).filter(move |&index| shadow.holds(PLACES.at(index + 1)))
@@ -56,14 +56,15 @@ impl Bundle {
     }
 }
 
-/// Two unit vectors across a unit direction; they and it are right-handed.
+/// Returns two unit vectors that form a right-handed basis with a unit direction, which comes last.
 pub(crate) fn basis(direction: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    // The axis with the smallest component is farthest from parallel to the direction.
     let least = direction.iamin();
     let u = Vector3::ith(least, 1.0).cross(direction).normalize();
     [u, direction.cross(&u)]
 }
 
-/// Buffers for casting lines; one per thread.
+/// Buffers for intersecting lines with bodies; one per thread.
 #[derive(Debug, Default)]
 pub(crate) struct Caster {
     scratch: Scratch,
@@ -71,7 +72,7 @@ pub(crate) struct Caster {
     ends: Vec<[f64; 2]>,
 }
 
-/// One stretch of a line inside a body.
+/// Stretch of a line inside a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
     pub(crate) enter: Crossing,
@@ -85,7 +86,7 @@ impl Stretch {
 }
 
 impl Caster {
-    /// The stretches of a line (of unit direction) inside a body, in order.
+    /// Iterates over the stretches of a line (of unit direction) inside a body, in order.
     pub(crate) fn stretches(
         &mut self,
         body: &CompiledSolid,
@@ -97,7 +98,7 @@ impl Caster {
 }
 
 impl Caster {
-    /// The same without what lies at their ends: from where to where, mm.
+    /// Returns the stretches as intervals [enter, exit], mm, without normals, which is faster.
     pub(crate) fn ends(&mut self, body: &CompiledSolid, ray: &Ray) -> &[[f64; 2]] {
         body.stretches_into(ray, &mut self.scratch, &mut self.ends);
         &self.ends
@@ -105,14 +106,14 @@ impl Caster {
 }
 
 impl Caster {
-    /// Where a line (of unit direction) enters a body first beyond its origin.
+    /// Returns the first entry of a line (of unit direction) into a body beyond the line's origin.
     pub(crate) fn first_entry(&mut self, body: &CompiledSolid, ray: &Ray) -> Option<Crossing> {
         body.first_crossing(ray, 0.0, true, &mut self.scratch)
     }
 }
 
-/// Sine of the angle between a line and the face that it crosses; how much of a length along the
-/// line counts across the face.
+/// Returns the sine of the angle between a line and the face that it crosses. It converts a length along the line to a
+/// length across the face.
 pub(crate) fn steepness(ray: &Ray, crossing: &Crossing) -> f64 {
     ray.direction.dot(&crossing.normal).abs()
 }

@@ -1,32 +1,32 @@
-//! How much of each component a layer takes.
+//! Masses of the components of each mixture.
 
 use fabkit_geometry::measure::{Estimate, ray_volume};
 use fabkit_geometry::{Action, CompiledSolid, Cure, Mix, Sensor};
 use rayon::prelude::*;
 
-/// Lines through a layer; enough for about 1e-5 of its volume.
+/// Number of lines through a layer; gives about 1e-5 of its volume.
 const LINES: u32 = 60_000;
 
-/// One mixture of the chain.
+/// A mixture that one step of the chain needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Batch {
-    /// The step that needs it.
+    /// Name of the step.
     pub step: String,
-    /// The layer that it becomes.
+    /// Name of the layer that the mixture becomes.
     pub layer: String,
-    /// The layer's exact volume, integrated along lines, mm3.
+    /// Exact volume of the layer, integrated along lines, mm3.
     pub volume: Estimate,
-    /// Surplus, as a fraction of the layer's mass.
+    /// Surplus as a fraction of the layer's mass.
     pub waste: f64,
-    /// Each component with its mass, waste included, g.
+    /// Name and mass of each component, surplus included, g.
     pub components_g: Vec<(String, f64)>,
-    /// Whether air is drawn out in a vacuum.
+    /// Whether the mixture is degassed in a vacuum.
     pub degas: bool,
-    /// How it cures.
+    /// Cure of the mixture.
     pub cure: Cure,
 }
 
-/// The mixtures of all pours and sprays whose layers exist and are valid, in the chain's order.
+/// Computes the mixtures of all pours and sprays whose layers exist and are valid, in the chain's order.
 ///
 /// ```
 /// use fabkit_checks::batches;
@@ -37,6 +37,7 @@ pub struct Batch {
 /// assert!((batch.components_g[0].1 - 0.5 * 0.6283 * 1.1).abs() < 1e-3);
 /// ```
 pub fn batches(sensor: &Sensor) -> Vec<Batch> {
+    // Collected first, so that volumes are computed in parallel.
     let liquids: Vec<(&str, &str, &Mix, f64, Cure)> = sensor
         .chain
         .iter()

@@ -1,9 +1,8 @@
-//! What has been found clean before.
+//! Cache of examinations that found nothing.
 //!
-//! Variants of one sensor have much in common, and one sensor has the same layers in several tools.
-//! What a rule found nothing about need not be looked at again: a rule's answer depends on the shapes
-//! and their places alone. What it found something about is looked at again, so that every finding
-//! says what it would say without a memory.
+//! Variants of one sensor have much in common, and one sensor has the same layers in several tools. The findings of a
+//! rule depend only on shapes and their poses, so an examination without findings need not be repeated. An examination
+//! with findings is repeated, so that every finding reads as it would without the cache.
 
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hasher};
@@ -11,21 +10,22 @@ use std::sync::Mutex;
 
 use fabkit_geometry::{Placement, Solid, Vector3};
 
-/// Answers kept at most: some 30 MB.
+/// Maximum number of cached keys: about 30 MB.
 const MOST_KEPT: usize = 1_000_000;
 
-/// Remembers, over many calls of [`check_variant`](crate::check_variant), what was clean.
+/// Cache of clean examinations over many calls of [`check_variant`](crate::check_variant).
 ///
-/// May be shared by threads; answers do not depend on what is in it.
+/// It can be shared between threads. Results do not depend on its content.
 #[derive(Debug, Default)]
 pub struct Memo {
     clean: Mutex<HashSet<u128>>,
 }
 
 impl Memo {
-    /// Whether this was found clean before; otherwise `examine` tells, and is remembered.
+    /// Returns true if `key` is known to be clean; otherwise runs `examine` and caches a clean result.
     pub(crate) fn is_clean(&self, key: &Key, examine: impl FnOnce() -> bool) -> bool {
         let key = key.finish();
+        // A poisoned lock only means that nothing is cached.
         if self.clean.lock().is_ok_and(|clean| clean.contains(&key)) {
             return true;
         }
@@ -40,14 +40,15 @@ impl Memo {
     }
 }
 
-/// All that an answer depends on, as 128 bits: two of a billion answers are taken for each other once
-/// in 10^20 sweeps.
+/// Hash of everything that an examination depends on, 128 bits: among a billion examinations, two collide once in 10^20
+/// sweeps.
 #[derive(Clone, Debug)]
 pub(crate) struct Key([DefaultHasher; 2]);
 
 impl Key {
-    /// `rule` tells one rule's answers from another's.
+    /// Creates a key; `rule` keeps the keys of different rules apart.
     pub(crate) fn new(rule: u64) -> Self {
+        // Two hashers with different seeds give 128 bits.
         Self([0, 1].map(|half| {
             let mut hasher = DefaultHasher::new();
             hasher.write_u64(half);
@@ -62,6 +63,7 @@ impl Key {
     }
 
     pub(crate) fn number(self, number: f64) -> Self {
+        // Bits, not values: 0.0 and -0.0 are different keys, which costs at most a repeated examination.
         self.word(number.to_bits())
     }
 
@@ -69,7 +71,7 @@ impl Key {
         vector.iter().fold(self, |key, v| key.number(*v))
     }
 
-    /// One that has been finished.
+    /// Appends a finished key.
     pub(crate) fn key(self, key: u128) -> Self {
         self.word(key as u64).word((key >> 64) as u64)
     }
@@ -80,7 +82,7 @@ impl Key {
     }
 }
 
-/// A shape in its place.
+/// Returns the key of a solid at a placement.
 pub(crate) fn of_body(solid: &Solid, placement: &Placement) -> u128 {
     let pose = &placement.assembly_from_body;
     let shape = solid.shape_key();

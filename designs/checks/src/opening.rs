@@ -1,4 +1,4 @@
-//! Where a layer may border on air.
+//! Openings: where a layer may border on air.
 
 use fabkit_geometry::{Opening, Point3, Vector3};
 
@@ -7,14 +7,13 @@ use crate::memo::Key;
 /// Rounding allowed between an opening and the surface that it lies on, mm.
 const ON_SURFACE_MM: f64 = 1e-6;
 
-/// A surface inclined by more than this to its opening is a wall: cosine.
+/// Smallest cosine between the surface's normal and the opening's axis; a steeper surface is a wall.
 const STEEPEST: f64 = 0.5;
 
-/// Whether a point of a layer's surface lies on an opening's disc.
+/// Returns whether a point of a layer's surface lies on an opening's disc.
 ///
-/// A vent on a domed surface is no plane disc: the surface may leave the disc's plane by no more
-/// than its slope over the distance from the centre. `spread_mm` widens the disc for callers that
-/// see the surface only at points so far apart.
+/// The surface under a vent on a dome is not flat: it may leave the disc's plane by at most its slope times the
+/// distance from the centre. `spread_mm` widens the disc for callers that know the surface only at points so far apart.
 pub(crate) fn holds(
     opening: &Opening,
     point: &Point3<f64>,
@@ -30,19 +29,19 @@ pub(crate) fn holds(
     along_mm.abs() <= radial_mm * slope + ON_SURFACE_MM
 }
 
-/// Whether a point is as near to an opening's axis as its disc, widened by `spread_mm`, reaches.
+/// Returns whether a point is within the radius of an opening, widened by `spread_mm`, from its axis.
 pub(crate) fn is_beside(opening: &Opening, point: &Point3<f64>, spread_mm: f64) -> bool {
     from_axis(opening, point).1 <= opening.radius_mm + ON_SURFACE_MM + spread_mm
 }
 
-/// Distance along an opening's axis, and from it, mm.
+/// Returns the distance along an opening's axis and the distance from it, mm.
 fn from_axis(opening: &Opening, point: &Point3<f64>) -> (f64, f64) {
     let offset = point - opening.point;
     let along_mm = offset.dot(&opening.axis);
     (along_mm, (offset - along_mm * opening.axis).norm())
 }
 
-/// Openings as part of a key.
+/// Appends openings to a cache key.
 pub(crate) fn keyed(key: Key, openings: &[Opening]) -> Key {
     openings.iter().fold(key, |key, opening| {
         key.vector(&opening.point.coords).vector(&opening.axis).number(opening.radius_mm)

@@ -1,9 +1,9 @@
-//! Outlets: an opening lets air out only where a way leads from it to the outside.
+//! Outlets: an opening lets air out only if a path leads from it to the outside.
 //!
-//! From a place where the layer ends in the opening, straight lines are followed through what its walls
-//! leave free, first along the opening's axis, then from places along those lines to their sides, until
-//! one meets nothing any more. Where none does, the room behind the opening is closed: a channel with
-//! one end, a vent that a lid covers.
+//! The search starts at a point where the layer ends in the opening. It follows straight lines through the space
+//! between the walls: first along the opening's axis, then sideways from points along those lines, until a line meets
+//! nothing any more. If none does, the space behind the opening is closed, like a channel with one end or a vent under
+//! a lid.
 
 use std::collections::{HashSet, VecDeque};
 
@@ -17,23 +17,23 @@ use crate::opening;
 use crate::rule::Rule;
 use crate::scene::Assemblies;
 
-/// Distance of places from which lines are followed, mm; what is narrower may be missed. It has no common
-/// measure with what parts are made in: a line in the plane in which two parts meet would slip between them.
+/// Spacing of the points from which lines are followed, mm; narrower channels may be missed. It is not a multiple of
+/// usual dimensions: a line in the plane in which two parts meet would slip between them.
 const STEP_MM: f64 = 0.293_1;
 
-/// Off a surface, so that a place is clearly on one side of it, mm.
+/// Offset from a surface, so that a point is clearly on one side of it, mm.
 const OFF_MM: f64 = 1e-3;
 
-/// Places of an opening's disc that are tried for one where the layer ends.
+/// Number of points of an opening's disc that are tried as starts.
 const STARTS: u32 = 64;
 
-/// Turn from one of them to the next, rad: the golden angle spreads them evenly.
+/// Rotation from one such point to the next, rad: the golden angle spreads them evenly.
 const GOLDEN_RAD: f64 = 2.399_963_229_728_653;
 
-/// Places after which a room counts as too large to be a bubble.
+/// Number of points after which a space counts as too large to be a bubble.
 const MOST_PLACES: usize = 20_000;
 
-/// All findings about one pour.
+/// Finds openings of one pour that lead into a closed space.
 pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Memo) -> Vec<Finding> {
     let Some(layer) = scene.places(place.assembly, &pour.layer).first().copied() else {
         return Vec::new();
@@ -42,9 +42,11 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Mem
     let walls: Vec<_> =
         bodies.filter(|placed| pour.walls.iter().any(|wall| wall == placed.name)).collect();
     let key = opening::keyed(Key::new(17).key(layer.key), &pour.openings);
+    // The path depends on the walls too, unlike the search for pockets.
     let key = walls.iter().fold(key, |key, wall| key.key(wall.key));
     let mut findings = Vec::new();
     memo.is_clean(&key, || {
+        // The layer comes first: it also blocks lines, since it is liquid.
         let mut solids = vec![&layer.body];
         solids.extend(walls.iter().map(|wall| &wall.body));
         let mut way = Way::new(&solids);
@@ -56,7 +58,7 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Mem
     findings
 }
 
-/// One cause, one finding, whatever the number of openings.
+/// Reports all closed openings in one finding, since they usually have one cause.
 fn finding(place: &Place, pour: &Pour, closed: &[&Opening]) -> Option<Finding> {
     let first = closed.first()?;
     let others = match closed.len() {
@@ -77,13 +79,13 @@ fn finding(place: &Place, pour: &Pour, closed: &[&Opening]) -> Option<Finding> {
     )
 }
 
-/// Whether a way leads from an opening to the outside.
+/// Returns whether a path leads from an opening to the outside.
 fn leads_out(opening: &Opening, way: &mut Way) -> bool {
-    // Where the layer does not end in it, other rules say so.
+    // An opening in which the layer does not end is reported by other rules.
     start(opening, way.solids).is_none_or(|start| way.is_found(start, opening.axis))
 }
 
-/// A place just outside of the layer, on the opening's disc.
+/// Finds a point on the opening's disc just outside the layer and outside all walls.
 fn start(opening: &Opening, solids: &[&CompiledSolid]) -> Option<Point3<f64>> {
     let (layer, walls) = solids.split_first()?;
     let [u, v] = basis(&opening.axis);
@@ -94,19 +96,20 @@ fn start(opening: &Opening, solids: &[&CompiledSolid]) -> Option<Point3<f64>> {
     };
     (0..STARTS).map(on_disc).find_map(|at| {
         let outside = at + OFF_MM * opening.axis;
+        // Just inside the layer on one side, outside of it on the other.
         let is_end = layer.contains(&(at - OFF_MM * opening.axis)) && !layer.contains(&outside);
         (is_end && !walls.iter().any(|wall| wall.contains(&outside))).then_some(outside)
     })
 }
 
-/// Ways between bodies, the layer first.
+/// Search for paths between bodies; the first body is the layer.
 struct Way<'a> {
     solids: &'a [&'a CompiledSolid],
-    /// Places from which a way out has been found: openings into one room share them.
+    /// Grid cells from which a path out is known; openings into one space share them.
     outside: HashSet<[i64; 3]>,
-    /// Places that lines have reached from the present opening.
+    /// Grid cells reached from the current opening.
     seen: HashSet<[i64; 3]>,
-    /// Those to look around from, with the direction of the line that led there.
+    /// Queue of points to search from, each with the direction of the line that reached it.
     reached: VecDeque<(Point3<f64>, Vector3<f64>)>,
     caster: Caster,
 }
@@ -122,17 +125,19 @@ impl<'a> Way<'a> {
         }
     }
 
-    /// Whether any line leads out.
+    /// Returns whether a path leads out from `start`.
     fn is_found(&mut self, start: Point3<f64>, axis: Vector3<f64>) -> bool {
         self.seen.clear();
         self.reached.clear();
         let is_found = self.search(start, axis);
         if is_found {
+            // Every cell reached on the way is connected with the outside, too.
             self.outside.extend(self.seen.drain());
         }
         is_found
     }
 
+    /// Searches the space behind an opening, breadth first.
     fn search(&mut self, start: Point3<f64>, axis: Vector3<f64>) -> bool {
         if self.follow(start, axis) {
             return true;
@@ -140,7 +145,9 @@ impl<'a> Way<'a> {
         let [u, v] = basis(&axis);
         while let Some((place, along)) = self.reached.pop_front() {
             let across = [axis, -axis, u, -u, v, -v];
+            // Only directions across the line that led here; along it all points are known.
             let mut across = across.into_iter().filter(|to| to.dot(&along).abs() < 0.5);
+            // So large a space holds the air without a vent.
             if across.any(|to| self.follow(place, to)) || self.seen.len() > MOST_PLACES {
                 return true;
             }
@@ -148,19 +155,20 @@ impl<'a> Way<'a> {
         false
     }
 
-    /// Notes the places along a line up to the first body; whether there is none, or the way out from
-    /// one of the places is known.
+    /// Follows a line up to the first body and queues the points along it. Returns whether the line meets no body, or
+    /// reaches a point from which a path out is known.
     fn follow(&mut self, origin: Point3<f64>, direction: Vector3<f64>) -> bool {
         let ray = Ray { origin, direction };
         let mut free_mm = f64::INFINITY;
         for solid in self.solids {
             let ahead = self.caster.ends(solid, &ray).iter().find(|[_, exit]| *exit > 0.0);
+            // The first body ahead, or zero if the line starts inside one.
             free_mm = ahead.map_or(free_mm, |[enter, _]| free_mm.min(enter.max(0.0)));
         }
         if free_mm.is_infinite() {
             return true;
         }
-        // Not on the surface that ends the line.
+        // The last point stays off the surface that ends the line.
         let steps = ((free_mm - OFF_MM).max(0.0) / STEP_MM) as usize;
         (1..=steps).any(|i| {
             let place = origin + STEP_MM * i as f64 * direction;

@@ -1,9 +1,8 @@
-//! Where printed parts hang over: what a printer must support from below.
+//! Overhangs of printed parts, which a printer must support from below.
 //!
-//! Lines upwards through a part as it lies on the bed find every face that looks down; neighbours that
-//! lean too far are one region. What is near to where the part carries it prints as a ledge, and what spans
-//! a gap between two walls as a bridge, as far as the process bridges; what is farther must be supported,
-//! and the part's notes should say so.
+//! Vertical lines through a part on the bed find every face that points down. Adjacent faces that lean too far form a
+//! region. Faces near the edge where the part carries them print as a ledge, and faces between two walls print as a
+//! bridge, if the process can span the gap. The rest must be supported, and the part's notes should say so.
 
 mod grid;
 
@@ -22,7 +21,7 @@ use crate::rule::Rule;
 use grid::{Column, Down, Grid, Region};
 
 rule! {
-    /// What a printer must support is told to whoever prints it.
+    /// Overhangs that need supports are noted on the part.
     Overhang = "overhang",
     examines: "printed parts",
     finds: "what hangs over as a printed part lies on its bed",
@@ -35,36 +34,37 @@ fn apply(case: &Case<'_>) -> Looked {
     examine(case.sensor)
 }
 
-/// Steepest overhang of usual filament printers without support, from the vertical, degrees. Resin is
-/// supported wherever it lies, by whoever slices it.
+/// Steepest overhang that usual filament printers print without support, from the vertical, degrees. Resin parts have
+/// no such limit: whoever slices them supports them anyway.
 const USUAL_DEG: f64 = 45.0;
 
-/// What is drawn at a limit keeps it, degrees.
+/// Tolerance, so that a face drawn exactly at the limit passes, degrees.
 const ROUNDING_DEG: f64 = 0.5;
 
-/// Lines across the longer side of a part.
+/// Number of lines across the longer side of a part.
 const ACROSS: f64 = 72.0;
 
-/// What is carried on both sides of a gap no wider than this prints by itself, mm: usual filament printers
-/// span it without sagging visibly. Nothing else that is printed hardens on its way through the air.
+/// Widest gap that usual filament printers bridge without visible sagging, mm. Other processes cannot bridge: their
+/// material does not harden in the air.
 const BRIDGE_MM: f64 = 10.0;
 
-/// What is lower than this lies on the bed, mm.
+/// Height below which a face lies on the bed, mm.
 const ON_BED_MM: f64 = 0.05;
 
-/// What a part's process makes without support.
+/// Limits of a part's process without support.
 #[derive(Clone, Copy)]
 struct Limits {
-    /// The steepest overhang, from the vertical, degrees.
+    /// Steepest overhang, from the vertical, degrees.
     lean_deg: f64,
-    /// The widest gap that is spanned, mm.
+    /// Widest gap that can be bridged, mm.
     bridge_mm: f64,
 }
 
 impl Limits {
-    /// None where supports are nothing to speak of, and no machine says otherwise.
+    /// Returns the limits; `None` if the process needs no note about supports and no machine states a limit.
     fn of(part: &Body) -> Option<Self> {
         let machine = part.machine.as_ref();
+        // Usual limits exist only for filament.
         let usual = |figure: f64| (part.process() == Some(Process::Fdm)).then_some(figure);
         let lean_deg = machine.and_then(|own| own.overhang_deg).or(usual(USUAL_DEG))?;
         let bridge_mm = machine.and_then(|own| own.bridge_mm).or(usual(BRIDGE_MM));
@@ -72,7 +72,7 @@ impl Limits {
     }
 }
 
-/// Applies the rule; the second figure is how many parts it looked at.
+/// Finds overhangs in all printed parts whose notes do not mention supports. Also returns the number of parts examined.
 pub(crate) fn examine(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let printed: Vec<(&Body, Limits)> =
         kit.parts().filter_map(|part| Some((part, Limits::of(part)?))).collect();
@@ -83,21 +83,23 @@ pub(crate) fn examine(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody
     Ok((found.into_iter().flatten().collect(), printed.len()))
 }
 
-/// What hangs over as a part lies on its bed, whatever its notes say; nothing of a part of a process whose
-/// supports are nothing to speak of.
+/// Finds the overhang of a part as it lies on the bed, whatever its notes say; `None` for processes without limits.
 ///
 /// # Errors
-/// A solid that is none.
+/// [`InvalidBody`] if the solid of the part is not valid.
 pub(crate) fn hanging(part: &Body) -> Result<Option<Finding>, InvalidBody> {
     Limits::of(part).map_or(Ok(None), |limits| measured(part, limits))
 }
 
+/// Finds the overhang of a part unless its notes mention supports.
 fn of_part(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody> {
     if says_supports(part) { Ok(None) } else { measured(part, limits) }
 }
 
+/// Measures overhangs on a grid of vertical lines.
 fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
+    // Letters are too small to need supports.
     let on_bed = without_letters(&part.solid).placed(part.bed_from_body);
     let body = CompiledSolid::new(&on_bed).map_err(invalid)?;
     let bounds = body.bounds();
@@ -106,7 +108,7 @@ fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody>
     }
     let size = bounds.max - bounds.min;
     let cell_mm = size.x.max(size.y) / ACROSS;
-    // Off the middles, so that no line runs along a face of an ordinary part.
+    // The offset keeps lines off faces of ordinary parts, which lie at round coordinates.
     let at = |axis: usize, index: usize| bounds.min[axis] + (index as f64 + 0.4721) * cell_mm;
     let counts = [0, 1].map(|axis| (size[axis] / cell_mm).ceil().max(1.0) as usize);
     let mut caster = Caster::default();
@@ -122,6 +124,7 @@ fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody>
                 let looks_down = -stretch.enter.normal.z;
                 let lean_deg = looks_down.clamp(-1.0, 1.0).asin().to_degrees();
                 if lean_deg > limits.lean_deg + ROUNDING_DEG && z_mm > bounds.min.z + ON_BED_MM {
+                    // Area of the inclined face over one cell.
                     let area_mm2 = cell_mm * cell_mm / looks_down;
                     column.down.push(Down { z_mm, lean_deg, area_mm2 });
                 }
@@ -132,6 +135,7 @@ fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody>
     let bridge_mm = limits.bridge_mm;
     let regions = Grid { columns: &grid, counts, cell_mm, bridge_mm }.regions();
     let hanging = regions.iter().filter_map(|region| Some((region, region.hangs?)));
+    // The finding is placed at the largest region.
     let largest = hanging.clone().max_by(|a, b| a.0.area_mm2.total_cmp(&b.0.area_mm2));
     let Some((worst, ([x, y], z_mm))) = largest else { return Ok(None) };
     let area_mm2: f64 = hanging.clone().map(|(region, _)| region.area_mm2).sum();
@@ -141,7 +145,7 @@ fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody>
     Ok(Some(finding.at(Some(part.bed_from_body.inverse().point(place)))))
 }
 
-/// What is told of a part: its worst region, and the area and steepest overhang of all, mm2 and degrees.
+/// Reports a part: its worst region, and the area (mm2) and steepest overhang (degrees) of all regions.
 fn finding(part: &Body, limits: Limits, worst: &Region, [area_mm2, steepest]: [f64; 2]) -> Finding {
     let Limits { lean_deg, bridge_mm } = limits;
     let by = part.machine.as_ref().map_or_else(|| part.process_word(), |own| own.name.clone());
@@ -166,9 +170,10 @@ fn finding(part: &Body, limits: Limits, worst: &Region, [area_mm2, steepest]: [f
     }
 }
 
-/// Whether the part's notes tell of supports already; bridges are measured.
+/// Returns whether the part's notes mention supports. Notes that deny them do not count.
 fn says_supports(part: &Body) -> bool {
     part.notes.iter().any(|note| {
+        // Denials contain the word, too, so they are removed first.
         let denied = ["no support", "without support", "not need support", "no supports"];
         let note = denied.iter().fold(note.to_lowercase(), |note, word| note.replace(word, ""));
         note.contains("support")

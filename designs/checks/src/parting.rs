@@ -1,8 +1,8 @@
-//! Parting lines: where two tools together shape a surface that is touched, their joint shows on it, as a
-//! seam that is felt, wears first, and darkens the picture.
+//! Parting lines: where two tools together shape the touch surface, their joint leaves a seam that is felt, wears first
+//! and darkens the image.
 //!
-//! Lines leave the sensor's middle (or, from a flat pad, its face) and end on what a step makes. Where that
-//! is the surface that is touched, the tool behind it is asked for; of one surface there should be one.
+//! Lines leave the sensor's centre (or, for a flat pad, its foot) and end on the layer that a step makes. If the line
+//! ends on the touch surface, the tool behind it is recorded. One tool should shape the whole surface.
 
 use fabkit_geometry::sequences::EvenPoints;
 use fabkit_geometry::{
@@ -18,7 +18,7 @@ use crate::rule::Rule;
 use crate::scene::Assemblies;
 
 rule! {
-    /// One tool shapes what is touched, without a seam.
+    /// One tool shapes the touch surface, without a seam.
     Parting = "parting",
     examines: "steps that shape what is touched",
     finds: "two tools that meet on the surface that is touched: a seam",
@@ -31,28 +31,28 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok(examine(case.sensor, case.scene))
 }
 
-/// Lines.
+/// Number of lines.
 const LINES: usize = 1_024;
 
-/// How far what a step makes may end below the surface that is touched, mm: under a coat a seam shows.
+/// Largest distance of the made layer from the touch surface, mm: a seam shows through a coat.
 const NEAR_MM: f64 = 0.2;
 
-/// How far behind the surface the tool is looked for, mm.
+/// Distance behind the surface at which the tool is searched, mm.
 const BEHIND_MM: f64 = 0.01;
 
-/// Smallest share of the touched surface that a tool shapes, to count.
+/// Smallest fraction of the touch surface that a tool must shape to count.
 const LEAST_SHARE: f64 = 0.02;
 
-/// A tool behind a part of the surface.
+/// A tool behind part of the surface.
 struct Shaping<'a> {
     tool: &'a str,
-    /// How many lines ended on it.
+    /// Number of lines that ended on it.
     count: usize,
-    /// The highest place where one did, in the sensor's frame.
+    /// Highest of those points, in the sensor's frame.
     highest: Point3<f64>,
 }
 
-/// All findings, and how many steps shape what is touched.
+/// Finds parting lines on the touch surface. Also returns the number of steps that shape it.
 pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
     let Some(touch) = &sensor.touch else { return (Vec::new(), 0) };
     let lines = lines(touch);
@@ -65,14 +65,14 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     (findings, count)
 }
 
-/// In the sensor's frame, towards what is touched.
+/// Returns lines towards the touch surface, in the sensor's frame.
 fn lines(touch: &TouchSurface) -> Vec<Ray> {
     let places = EvenPoints::square([0.5; 2]);
     let places = (1..=LINES).map(|number| places.at(number));
     match touch {
         TouchSurface::Dome(dome) => {
             let origin = Point3::new(0.0, 0.0, dome.foot_z_mm.max(dome.centre_z_mm));
-            // All directions above the horizon alike (Archimedes: equal heights are equal areas).
+            // Directions uniform over the upper hemisphere (Archimedes: equal heights are equal areas).
             let ray = |[u, v]: [f64; 2]| {
                 let ((sin, cos), across) =
                     ((std::f64::consts::TAU * u).sin_cos(), (1.0 - v * v).sqrt());
@@ -82,6 +82,7 @@ fn lines(touch: &TouchSurface) -> Vec<Ray> {
         }
         TouchSurface::Plane(plane) => {
             let [low, high] = Profile::new(plane.outline.clone()).bounds_mm();
+            // Starts below the top in any case.
             let foot = plane.foot_z_mm.min(plane.top_z_mm - BEHIND_MM);
             let at = |axis: usize, share: f64| low[axis] + share * (high[axis] - low[axis]);
             let ray = |[u, v]: [f64; 2]| Ray {
@@ -93,7 +94,7 @@ fn lines(touch: &TouchSurface) -> Vec<Ray> {
     }
 }
 
-/// The tools that shape what a step makes where it is touched, by how much.
+/// Counts the lines for which each tool of a step shapes the touch surface.
 fn shaping<'a>(
     sensor: &'a Sensor,
     scene: &Assemblies,
@@ -108,7 +109,7 @@ fn shaping<'a>(
     };
     let Some((assembly, made_from_sensor)) = pose(sensor, step, layer) else { return Vec::new() };
     let Some(made) = scene.places(&assembly.0, layer).first().copied() else { return Vec::new() };
-    // What stays in the sensor is no tool.
+    // A wall that stays in the sensor is no tool.
     let tools = tools.iter().filter(|tool| !stands_in(sensor, tool, &Assembly::sensor()));
     let mut shaping: Vec<(Shaping, &CompiledSolid)> = tools
         .filter_map(|tool| {
@@ -123,8 +124,10 @@ fn shaping<'a>(
             origin: made_from_sensor.point(line.origin),
             direction: made_from_sensor.vector(line.direction),
         };
+        // Outer end of the layer along the line.
         let Some(last) = caster.stretches(&made.body, &ray).last() else { continue };
         let touched = line.at(last.exit.t);
+        // The line left through a face that is not touched.
         if touch.depth_mm(&touched).0.abs() > NEAR_MM {
             continue;
         }
@@ -139,7 +142,8 @@ fn shaping<'a>(
     shaping.into_iter().map(|(shaping, _)| shaping).filter(|s| s.count > 0).collect()
 }
 
-/// Where a step happens, and its frame from the sensor's, if what it makes stands in both.
+/// Returns the assembly of a step and the transform from the sensor's frame to its frame, if the layer is placed in
+/// both.
 fn pose<'a>(sensor: &'a Sensor, step: &'a Step, layer: &str) -> Option<(&'a Assembly, Pose)> {
     let (assembly, body) = (step.assembly.as_ref()?, sensor.body(layer)?);
     let place = |assembly: &Assembly| {
@@ -150,17 +154,19 @@ fn pose<'a>(sensor: &'a Sensor, step: &'a Step, layer: &str) -> Option<(&'a Asse
     Some((assembly, here.then_in(in_sensor.inverse())))
 }
 
+/// Returns whether a body has a placement in an assembly.
 fn stands_in(sensor: &Sensor, body: &str, assembly: &Assembly) -> bool {
     let body = sensor.body(body);
     body.is_some_and(|body| body.placements.iter().any(|place| place.assembly == *assembly))
 }
 
-/// The finding, if there are two tools or more.
+/// Returns the finding if at least two tools shape the surface.
 fn finding(step: &Step, shaping: &[Shaping]) -> Option<Finding> {
     let all: usize = shaping.iter().map(|shaping| shaping.count).sum();
     let share = |shaping: &Shaping| shaping.count as f64 / all as f64;
     let mut shaping: Vec<&Shaping> = shaping.iter().filter(|s| share(s) >= LEAST_SHARE).collect();
     shaping.sort_by_key(|shaping| std::cmp::Reverse(shaping.count));
+    // A single tool leaves no parting line.
     let [first, second, ..] = shaping[..] else { return None };
     let layer = match &step.action {
         Action::Pour(pour) => &pour.layer,

@@ -1,4 +1,4 @@
-//! Whether a printer can make a part: it fits on the bed, its walls and holes are not too thin.
+//! Printability: a part fits on the printer's bed, and its walls and holes are not too thin.
 
 use fabkit_geometry::{
     Body, CompiledSolid, Machine, Point3, Process, Sensor, Solid, without_letters,
@@ -13,7 +13,7 @@ use crate::rule::Rule;
 use crate::scene::InvalidBody;
 
 rule! {
-    /// The printer can make it.
+    /// The printer can make the part.
     Printability = "printability",
     examines: "parts on own machines",
     finds: "walls, holes and beds that a machine cannot make",
@@ -26,34 +26,33 @@ fn apply(case: &Case<'_>) -> Looked {
     on_machines(case.sensor)
 }
 
-/// Lines through each part in each direction.
+/// Number of lines through each part in each direction.
 const LINES: usize = 6_000;
 
-/// Two faces bound a wall if their normals are nearly opposite: the cosine between them, that of an
-/// edge sharper than 26 degrees.
+/// Largest cosine between the normals of two faces that bound a wall. It is also that of an edge sharper than 26
+/// degrees.
 const OPPOSITE: f64 = -0.9;
 
-/// How messages about walls begin.
+/// Prefix of messages about walls.
 const WALL: &str = "a wall of";
 
-/// Rounding, mm.
+/// Rounding allowed, mm.
 const ROUNDING_MM: f64 = 1e-6;
 
-/// What a usual machine can make.
+/// Limits of a usual machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrintLimits {
     /// Thinnest wall, mm.
     pub wall_mm: f64,
     /// Smallest diameter of a hole, mm.
     pub hole_mm: f64,
-    /// Largest piece, width x depth x height, mm.
+    /// Largest part, width x depth x height, mm.
     pub bed_mm: [f64; 3],
 }
 
-/// The limits of a process; `None` for what is not printed.
+/// Returns the usual limits of a process; `None` if it is not printing.
 ///
-/// Those of ordinary desktop machines: two lines of a 0.4 mm nozzle, a few pixels of a resin
-/// printer's screen.
+/// They are those of ordinary desktop machines: two lines of a 0.4 mm nozzle, a few pixels of a resin printer's screen.
 pub fn print_limits(process: Process) -> Option<PrintLimits> {
     match process {
         Process::Fdm => {
@@ -69,12 +68,12 @@ pub fn print_limits(process: Process) -> Option<PrintLimits> {
     }
 }
 
-/// The limits of a part's process, or of the machine that it is made on.
+/// Returns the limits of a part: those of its machine, or else the usual ones of its process.
 pub fn part_limits(part: &Body) -> Option<PrintLimits> {
     machine_limits(part.process()?, part.machine.as_ref())
 }
 
-/// The limits of a process, on a machine if one is named.
+/// Returns the limits of a process, replaced by those that a machine states.
 pub fn machine_limits(process: Process, machine: Option<&Machine>) -> Option<PrintLimits> {
     let usual = print_limits(process)?;
     let Some(machine) = machine else { return Some(usual) };
@@ -91,11 +90,11 @@ pub fn machine_limits(process: Process, machine: Option<&Machine>) -> Option<Pri
     })
 }
 
-/// Applies the rule to the printed parts of a kit; the second figure is how many there are.
+/// Applies the rule to the printed parts of a kit. Also returns the number of parts.
 ///
-/// Walls are measured along exact lines: from where a line enters, along the face's normal to where
-/// it leaves again. Only faces that look away from each other bound a wall; an edge that is sharper
-/// than 26 degrees counts as one that is too thin.
+/// Walls are measured along exact lines: from the point where a line enters, along the face's normal to the opposite
+/// face. Only faces with nearly opposite normals bound a wall. An edge sharper than 26 degrees counts as a wall that is
+/// too thin.
 ///
 /// ```
 /// # let mut kit = fabkit_checks::example::puck();
@@ -110,18 +109,18 @@ pub fn machine_limits(process: Process, machine: Option<&Machine>) -> Option<Pri
 /// ```
 ///
 /// # Errors
-/// [`InvalidBody`] if a solid is none.
+/// [`InvalidBody`] if the solid of a part is not valid.
 pub fn printability(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let limits = kit.parts().filter_map(|part| Some((part, part_limits(part)?)));
     all(limits.collect())
 }
 
-/// The same of parts whose machine a file names, held against what it says of walls and holes, and
-/// against its bed. Walls that are too thin are warnings: sharp edges count as such, and print blunt.
+/// Applies the rule to parts whose machine a file names, with the stated limits of walls and holes and with the
+/// machine's bed. Walls that are too thin are warnings: sharp edges count as such, and print blunt.
 pub(crate) fn on_machines(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let stated = |part: &Body| {
         let machine = part.machine.as_ref()?;
-        // Laser and mill have a bed where one is stated.
+        // Usual beds exist only for printers; laser cutters and mills have a limit only if it is stated.
         let usual = print_limits(part.process()?);
         let [width, depth, height] = usual.map_or([f64::INFINITY; 3], |usual| usual.bed_mm);
         let bed = machine.bed_mm;
@@ -139,15 +138,17 @@ pub(crate) fn on_machines(kit: &Sensor) -> Result<(Vec<Finding>, usize), Invalid
     Ok((findings, count))
 }
 
+/// Examines printed parts in parallel, each against its limits.
 fn all(printed: Vec<(&Body, PrintLimits)>) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let found: Vec<Vec<Finding>> =
         printed.par_iter().map(|(part, limits)| examine(part, limits)).collect::<Result<_, _>>()?;
     Ok((found.into_iter().flatten().collect(), printed.len()))
 }
 
+/// Examines one part: size, smallest hole, thinnest wall.
 fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
-    // Ridges between letters are thin, and may be.
+    // Ridges between letters may be thin.
     let solid = without_letters(&part.solid);
     let body = CompiledSolid::new(&solid).map_err(invalid)?;
     let on_bed = CompiledSolid::new(&solid.placed(part.bed_from_body)).map_err(invalid)?;
@@ -155,6 +156,7 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
     let mut findings = Vec::new();
 
     let size = on_bed.bounds().max - on_bed.bounds().min;
+    // A part may be turned on the bed.
     let [long, short] = [size.x.max(size.y), size.x.min(size.y)];
     let [width, depth, height] = limits.bed_mm;
     let over = [(long, width.max(depth)), (short, width.min(depth)), (size.z, height)];
@@ -178,6 +180,7 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
 
     let tools = body.leaves().iter().filter(|leaf| leaf.is_tool);
     let holes = tools.filter_map(|leaf| match &leaf.primitive {
+        // Only round holes have a diameter.
         Solid::Cylinder(hole) => Some((2.0 * hole.radius_mm, leaf)),
         _ => None,
     });
@@ -193,6 +196,7 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
         );
     }
 
+    // 0 stands for no stated limit.
     let is_limited = limits.wall_mm > 0.0;
     let thinnest = is_limited.then(|| thinnest_wall(&body, limits.wall_mm, LINES)).flatten();
     if let Some((thickness, place)) = thinnest {
@@ -209,9 +213,8 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
     Ok(findings)
 }
 
-/// The thinnest wall below a limit, mm, and where it is; from `lines` lines in each of three
-/// directions, so that what is smaller than their distance is not seen. See [`printability`] for
-/// what a wall is.
+/// Finds the thinnest wall below a limit. Returns its thickness, mm, and its position. Samples `lines` lines in each of
+/// three directions; walls smaller than their spacing can be missed. See [`printability`] for the definition of a wall.
 pub fn thinnest_wall(
     body: &CompiledSolid,
     limit_mm: f64,
@@ -228,17 +231,20 @@ pub fn thinnest_wall(
         for ray in (0..lines).map(|index| bundle.line(index)) {
             let [along, across] = &mut casters;
             for stretch in along.stretches(body, &ray) {
-                // Across parallel faces; where they are not, a line across says more.
+                // Skips stretches that are clearly thicker across their faces than the limit. The factor 2 allows for
+                // faces that are not parallel.
                 let steep = steepness(&ray, &stretch.enter).max(steepness(&ray, &stretch.exit));
                 if stretch.length_mm() * steep > 2.0 * limit_mm {
                     continue;
                 }
+                // Through the wall, perpendicular to the face.
                 let inwards = fabkit_geometry::Ray {
                     origin: ray.at(stretch.enter.t),
                     direction: -stretch.enter.normal,
                 };
                 let wall = across
                     .stretches(body, &inwards)
+                    // The stretch that begins at the face itself.
                     .find(|wall| wall.enter.t.abs() < ROUNDING_MM && wall.exit.t > 0.0);
                 let Some(wall) = wall else { continue };
                 let is_wall = wall.exit.normal.dot(&stretch.enter.normal) < OPPOSITE;

@@ -1,28 +1,28 @@
-//! What a rule is called.
+//! Names of rules.
 
 use std::fmt;
 
-/// A rule, by its word.
+/// A rule, identified by the word that the command line and documents use.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Rule(pub(crate) &'static str);
 
 #[allow(non_upper_case_globals, reason = "rules are told apart as kinds are")]
 impl Rule {
-    /// What goes into each other by hand does so, and no two of them meet.
+    /// Parts that are joined by hand have play, and no two of them overlap.
     pub const Fit: Self = Self("fit");
-    /// Pins and mates come to rest where they are said to.
+    /// Pins and mating parts come to rest at their intended places.
     pub const Seating: Self = Self("seating");
-    /// A pattern of features cannot be taken for another one.
+    /// A pattern of features cannot be confused with another one.
     pub const Pattern: Self = Self("pattern");
-    /// What is measured tells what it is measured for.
+    /// The measurements determine the parameters that they are made for.
     pub const Observability: Self = Self("observability");
-    /// What presses does so to the depth that is stated.
+    /// Indenters press to the depth that is stated.
     pub const Pressing: Self = Self("pressing");
-    /// Samples cover what is to be learned.
+    /// Samples cover the range that is to be learned.
     pub const Coverage: Self = Self("coverage");
 
-    /// The rules that calibration hardware applies besides, each as far as it makes sense; walls and
-    /// holes are measured of all its printed parts, not of those alone whose machine a file names.
+    /// Additional rules for calibration hardware; each is applied where it makes sense. [`Rule::Printability`] measures
+    /// walls and holes of all printed parts of the hardware, not only of parts whose printer is named in a file.
     pub const HARDWARE: [Self; 7] = [
         Self::Fit,
         Self::Seating,
@@ -33,7 +33,7 @@ impl Rule {
         Self::Coverage,
     ];
 
-    /// The word used on the command line and in documents.
+    /// Returns the word used on the command line and in documents.
     pub fn word(self) -> &'static str {
         self.0
     }

@@ -1,4 +1,4 @@
-//! The bodies of a sensor, each in its place in each assembly, prepared for questions.
+//! Scene: the compiled bodies of a sensor at their poses in each assembly.
 
 use std::collections::BTreeMap;
 
@@ -7,37 +7,37 @@ use rayon::prelude::*;
 
 use crate::memo;
 
-/// Why a sensor cannot be examined.
+/// Error for a body whose solid is not valid.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{body}: {source}")]
 pub struct InvalidBody {
-    /// Which body.
+    /// Name of the body.
     pub body: String,
-    /// What is wrong with its solid.
+    /// Error of its solid.
     pub source: InvalidSolid,
 }
 
-/// One body in its place.
+/// A body at one placement.
 #[derive(Clone, Debug)]
 pub(crate) struct Placed<'a> {
     pub(crate) name: &'a str,
-    /// In the assembly's frame.
+    /// Solid in the assembly's frame.
     pub(crate) body: CompiledSolid,
-    /// The same for the same shape in the same place, see [`memo`].
+    /// Cache key of solid and pose, equal for equal ones; see [`memo`].
     pub(crate) key: u128,
-    /// Its shape in its own frame, and all else that is known of it.
+    /// The body itself, with its solid in its own frame.
     pub(crate) of: &'a Body,
-    /// Maps its own frame to the assembly's.
+    /// Transform from its own frame to the assembly's.
     pub(crate) pose: Pose,
-    /// Of each of its tools every room that it may take, in the assembly's frame.
+    /// Rooms that each of its tools may take, in the assembly's frame.
     pub(crate) tools: Vec<Vec<Tool>>,
 }
 
-/// A room of a tool.
+/// Room that a tool takes.
 #[derive(Clone, Debug)]
 pub(crate) struct Tool {
     pub(crate) room: CompiledSolid,
-    /// As of a body.
+    /// Cache key of solid and pose.
     pub(crate) key: u128,
 }
 
@@ -60,13 +60,13 @@ impl<'a> Placed<'a> {
 }
 
 impl Placed<'_> {
-    /// Whether a tool drives it in: a screw, a nut.
+    /// Returns whether a tool drives it in, as a screw or a nut.
     pub(crate) fn is_drawn(&self) -> bool {
         self.of.reach.iter().any(|reach| reach.is_drawn)
     }
 }
 
-/// Every assembly with its bodies, in the order of the sensor's lists.
+/// All assemblies with their bodies, in the order of the sensor's lists.
 #[derive(Clone, Debug)]
 pub(crate) struct Assemblies<'a> {
     pub(crate) assemblies: BTreeMap<&'a str, Vec<Placed<'a>>>,
@@ -74,6 +74,7 @@ pub(crate) struct Assemblies<'a> {
 
 impl<'a> Assemblies<'a> {
     pub(crate) fn new(sensor: &'a Sensor) -> Result<Self, InvalidBody> {
+        // Collected first, so that all solids are compiled in parallel.
         let places = |body: &'a Body| body.placements.iter().map(move |place| (body, place));
         let places: Vec<(&Body, &Placement)> = sensor.bodies.iter().flat_map(places).collect();
         let placed: Vec<(&str, Placed)> = places
@@ -87,12 +88,12 @@ impl<'a> Assemblies<'a> {
         Ok(Self { assemblies })
     }
 
-    /// The bodies of an assembly; none if there is no such assembly.
+    /// Returns the bodies of an assembly; empty if there is no such assembly.
     pub(crate) fn bodies(&self, assembly: &str) -> &[Placed<'a>] {
         self.assemblies.get(assembly).map_or(&[], Vec::as_slice)
     }
 
-    /// All places of one body in an assembly.
+    /// Returns all placements of one body in an assembly.
     pub(crate) fn places(&self, assembly: &str, name: &str) -> Vec<&Placed<'a>> {
         self.bodies(assembly).iter().filter(|placed| placed.name == name).collect()
     }

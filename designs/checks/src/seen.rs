@@ -1,15 +1,14 @@
-//! How much the camera sees, through the drawn bodies, of what the sensor is sold for.
+//! Fraction of the touch surface, or of the markers, that the camera sees through the drawn bodies.
 //!
-//! Places are looked at as ground truth looks at them: light is bent at the drawn faces, and ends at what is
-//! opaque. What is lost, and to what, is always told. It is a fault where the sensor cannot do what it is
-//! there for:
+//! Points are viewed as in ground truth: light is refracted at the drawn faces and ends at opaque bodies. The fraction
+//! that is lost, and its causes, are always reported as a note. They are a warning where the sensor cannot do its task:
 //!
 //! - A camera that follows *markers* must see them: a pin that it does not see measures nothing.
-//! - A camera that looks at a *surface* must see the middle of it, where things are touched: the third of the
-//!   area that is nearest to the tip of a dome, or to the middle of a pad. The foot of a dome, or the corners
-//!   of a pad, lie outside of the picture of most published sensors, which say so.
-//! - No body may hide much of what is left: an opening is there to be looked through. What lies beside the
-//!   picture is the lens's choice, what a rim hides is nobody's.
+//! - A camera that looks at a *surface* must see its middle, which is touched most: the third of the area that is
+//!   nearest to the tip of a dome or to the middle of a pad. The foot of a dome or the corners of a pad lie outside the
+//!   image of most published sensors, which say so.
+//! - No body may hide much of the rest. What lies outside the image is a choice of lens; what a rim hides is nobody's
+//!   choice.
 
 use std::collections::BTreeMap;
 
@@ -24,35 +23,35 @@ use crate::rule::Rule;
 use crate::scene::{Assemblies, InvalidBody};
 use crate::sight::{Cone, bodies, is_markers, listed};
 
-/// Places that are looked at; shares are good to about a hundredth.
+/// Number of points that are viewed; gives fractions to about a hundredth.
 const PLACES: usize = 256;
 
-/// Part of the surface that counts as its middle.
+/// Fraction of the surface that counts as its middle.
 const MIDDLE: f64 = 1.0 / 3.0;
 
-/// Largest share of the middle that may be lost: the picture of a published dome cuts off 4 % at its sides.
+/// Largest fraction of the middle that may be lost; the image of a published dome cuts off 4 % at its sides.
 const MOST_LOST: f64 = 0.1;
 
-/// The same of markers: the rim of a ring of lamps takes 2 % of what a published tip's camera follows.
+/// Largest fraction of markers that may be lost; the rim of an LED ring hides 2 % of the markers of a published tip.
 const MOST_MARKERS_LOST: f64 = 0.05;
 
-/// Largest share of the whole surface that one body may hide.
+/// Largest fraction of the whole surface that one body may hide.
 const MOST_HIDDEN: f64 = 0.1;
 
-/// Where a marker is met more flatly than that, a ray stands for no more of it.
+/// Smallest steepness with which a marker's face is weighted, which limits the weight of grazing rays.
 const LEAST_STEEPNESS: f64 = 0.05;
 
-/// A place, what it stands for, and whether it belongs to what must be seen.
+/// A point with its weight; `counts` tells whether it belongs to the part that must be seen.
 struct Place {
     point: Point3<f64>,
     weight: f64,
     counts: bool,
 }
 
-/// Shares by what keeps the camera from them, the largest first.
+/// Lost fractions by cause, the largest first.
 type Shares = Vec<(String, f64)>;
 
-/// All findings; none for what has no camera.
+/// Compares the visible fractions with their limits. Returns nothing for a sensor without a camera.
 pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     if sensor.sight.is_empty() {
         return Ok(Vec::new());
@@ -61,7 +60,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     let terms = camera.lens.projection.terms();
     let view_rad = camera.field_of_view.rad();
     let camera = Camera::nominal(camera.width_px, camera.height_px, view_rad, terms);
-    // Limits of parameters see to it that a camera can be.
+    // The limits of the parameters exclude invalid cameras.
     let Ok(camera) = camera else { return Ok(Vec::new()) };
     let sights = match Stack::of(sensor) {
         Ok(stack) => Sights::new(stack),
@@ -80,7 +79,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
             "depth SENSOR --reference --coverage-map FILE.png",
         ));
         if !is_markers(sensor) {
-            // One cause, one finding.
+            // One cause is reported once.
             findings.extend(middle(sensor, &counting).or_else(|| hidden(sensor, &all)));
         }
     }
@@ -93,7 +92,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(findings.into_iter().map(|finding| finding.in_assembly(&Assembly::sensor().0)).collect())
 }
 
-/// Spread evenly over the area of the surface.
+/// Samples points evenly over the area of the touch surface.
 fn of_touch(touch: &TouchSurface) -> Result<Vec<Place>, InvalidSolid> {
     let points = SurfacePoints::new(touch)?;
     let even = EvenPoints::square([0.5; 2]);
@@ -103,7 +102,7 @@ fn of_touch(touch: &TouchSurface) -> Result<Vec<Place>, InvalidSolid> {
     });
     let mut all: Vec<(f64, Point3<f64>)> = all.collect();
     if let SurfacePoints::Plane(pad) = &points {
-        // How far from the middle, as a share of the way to the edge of the pad's box.
+        // Distance from the middle, relative to the edge of the pad's bounding box.
         let bounds = pad.bounds_mm();
         for (out, point) in &mut all {
             let of_axis =
@@ -112,13 +111,13 @@ fn of_touch(touch: &TouchSurface) -> Result<Vec<Place>, InvalidSolid> {
         }
     }
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // The points nearest to the middle, by rank.
     let inner = (MIDDLE * all.len() as f64).round() as usize;
     let place = |(rank, (_, point))| Place { point, weight: 1.0, counts: rank < inner };
     Ok(all.into_iter().enumerate().map(place).collect())
 }
 
-/// On the faces of the markers that are turned to the camera, where straight rays meet them, whatever is
-/// before them.
+/// Samples points on the faces of the markers that straight rays from the pupil meet, ignoring all other bodies.
 fn of_markers(sensor: &Sensor) -> Result<Vec<Place>, InvalidBody> {
     let scene = Assemblies::new(sensor)?;
     let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
@@ -126,22 +125,24 @@ fn of_markers(sensor: &Sensor) -> Result<Vec<Place>, InvalidBody> {
     let cone = Cone::around(&all, &pupil);
     let mut caster = Caster::default();
     let mut places = Vec::new();
+    // Many rays miss the markers.
     let count = 16 * PLACES;
     for number in 0..count {
         let ray = Ray { origin: pupil, direction: cone.direction(number, count) };
         let wanted = all.iter().filter(|met| met.is_wanted);
         let met = wanted.filter_map(|met| caster.first_entry(&met.placed.body, &ray));
         if let Some(enter) = met.min_by(|a, b| a.t.total_cmp(&b.t)) {
+            // Area of the face for one ray.
             let weight = enter.t * enter.t / steepness(&ray, &enter).max(LEAST_STEEPNESS);
             places.push(Place { point: ray.at(enter.t), weight, counts: true });
         }
     }
-    // Each so-manieth is as good a sample as all.
+    // Every n-th point is as good a sample as all of them, and faster.
     let step = places.len().div_ceil(PLACES).max(1);
     Ok(places.into_iter().step_by(step).collect())
 }
 
-/// What is lost of all places, and of those that count.
+/// Returns the lost fractions of all points and of those that count.
 fn look(places: &[Place], viewer: &mut Viewer, stack: &Stack) -> (Shares, Shares) {
     let lost: Vec<Option<Lost>> =
         places.iter().map(|place| viewer.see(&place.point).err()).collect();
@@ -161,14 +162,15 @@ fn look(places: &[Place], viewer: &mut Viewer, stack: &Stack) -> (Shares, Shares
     (shares(&|_| true), shares(&|place| place.counts))
 }
 
+/// Returns the total lost fraction.
 fn sum(lost: &Shares) -> f64 {
     lost.iter().map(|(_, share)| share).sum()
 }
 
-/// What is lost, and to what.
+/// Reports as a note the fraction that is seen, and the causes of loss.
 fn note(of: &str, lost: &Shares, shown_by: &str) -> Finding {
     let seen = 100.0 * (1.0 - sum(lost));
-    // What is rounded to nothing is not worth a word.
+    // Causes below half a percent would be rounded to 0 %.
     let told: Shares = lost.iter().filter(|(_, share)| *share >= 0.005).cloned().collect();
     let rest = if told.is_empty() { String::new() } else { format!("; {}", in_words(&told, 0)) };
     let message = format!("the camera sees {seen:.0} % of {of}{rest}");
@@ -176,6 +178,7 @@ fn note(of: &str, lost: &Shares, shown_by: &str) -> Finding {
     Finding::error(Rule::Sight, message, fix).with_severity(Severity::Note)
 }
 
+/// Creates a warning about the bodies in view.
 fn warning(sensor: &Sensor, message: String, fix: String, measured: [f64; 2]) -> Finding {
     Finding::error(Rule::Sight, message, fix)
         .with_severity(Severity::Warning)
@@ -183,6 +186,7 @@ fn warning(sensor: &Sensor, message: String, fix: String, measured: [f64; 2]) ->
         .measured(measured[0], measured[1], "")
 }
 
+/// Warns if too much of the surface's middle is lost.
 fn middle(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
     let share = sum(lost);
     let message =
@@ -190,7 +194,9 @@ fn middle(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
     (share > MOST_LOST).then(|| warning(sensor, message, fix(lost), [share, MOST_LOST]))
 }
 
+/// Warns if one body hides too much of the surface.
 fn hidden(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
+    // Causes are names of bodies, or refraction and the image's edge.
     let is_body = |(by, _): &&(String, f64)| sensor.body(by).is_some();
     let (by, share) = lost.iter().find(is_body)?;
     let message = format!("{by} hides a part of the surface from the camera");
@@ -202,6 +208,7 @@ fn hidden(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
     (*share > MOST_HIDDEN).then(found)
 }
 
+/// Warns if too many markers are lost.
 fn markers(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
     let share = sum(lost);
     let message =
@@ -210,10 +217,12 @@ fn markers(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
     (share > MOST_MARKERS_LOST).then(|| warning(sensor, message, fix(lost), measured))
 }
 
+/// Returns a remedy for the largest loss.
 fn fix(lost: &Shares) -> String {
     lost.first().map_or_else(String::new, |(by, _)| fix_of(by))
 }
 
+/// Returns a remedy for one cause of loss.
 fn fix_of(by: &str) -> String {
     match by {
         fabkit_optics::BESIDE_PICTURE => {
@@ -228,7 +237,7 @@ fn fix_of(by: &str) -> String {
     }
 }
 
-/// Light that cannot be followed.
+/// Reports a sensor through which light cannot be followed.
 fn unknown(error: &InvalidStack) -> Finding {
     let message = format!("what the camera sees through the drawn bodies is not known: {error}");
     let fix = "say what light does in every body that the camera looks through: `refractive_index` in \

@@ -1,8 +1,8 @@
-//! Whether the camera sees what it is there to see, through what is clear, and with enough pixels.
+//! View of the camera: it sees what it should through clear bodies, and with enough pixels.
 //!
-//! Rays leave the camera's pupil evenly, once in all directions and once towards what is to be seen, which
-//! may be small; each stands for a piece of the surface that it meets, and for the pixels that look that way.
-//! Nothing bends them, and the lens is taken as equidistant: what is found is far larger than either error.
+//! Rays leave the pupil evenly, once in all directions and once towards the bodies in view, which may be small. Each
+//! ray represents a piece of the surface that it meets and the pixels in its direction. Rays are not refracted, and
+//! only the nominal projection of the lens is used; the limits are far larger than either error.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ use crate::scene::{Assemblies, Placed};
 use crate::softness;
 
 rule! {
-    /// The camera sees what it is there to see.
+    /// The camera sees what it should.
     Sight = "sight",
     examines: "bodies that are to be seen",
     finds: "what hides, or lies outside of the picture, or is looked at by too few pixels; light \
@@ -42,53 +42,53 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok((unseen, to_be_seen))
 }
 
-/// Rays in all directions, and again towards what is to be seen.
+/// Number of rays in all directions, and again towards the bodies in view.
 const RAYS: usize = 8_192;
 
-/// Largest share of what is there to be seen that may lie outside the camera's picture; some flat
-/// sensors look at the middle of their pads.
+/// Largest fraction of the bodies in view that may lie outside the image; some flat sensors look only at the middle of
+/// their pads.
 const MOST_UNSEEN: f64 = 2.0 / 3.0;
 
-/// Largest share that one body may hide: the window's rim of a small flat sensor takes a fifth.
+/// Largest fraction that one body may hide; the window's rim of a small flat sensor hides a fifth.
 const MOST_HIDDEN: f64 = 1.0 / 3.0;
 
-/// Fewest pixels that look at a surface, and at each of many markers: an optical mouse's chip of
-/// 30 x 30 pixels, the smallest in use, has one for each.
+/// Smallest number of pixels that look at a surface, and at each marker. The chip of an optical mouse with 30 x 30
+/// pixels, the smallest in use, has one for each marker.
 const LEAST_PIXELS: [f64; 2] = [100.0, 0.5];
 
-/// Largest share of the picture that looks out of the sensor.
+/// Largest fraction of the image that looks out of the sensor.
 const MOST_OUTSIDE: f64 = 0.01;
 
-/// Part of the picture's half width or height, or of its view, that markers must leave free at its edge: a
-/// maker's tolerance of the view is 1 to 2 percent, and a chip lies off its lens's axis by one more.
+/// Smallest margin between markers and the image's edge, as a fraction of the half width or height, or of the view. The
+/// makers' tolerance of the view is 1 to 2 percent, and a chip that is off the lens's axis takes another one.
 const LEAST_MARGIN: f64 = 0.03;
 
-/// Where a face is met more steeply than that, a ray stands for no more of it.
+/// Smallest steepness with which a face is weighted, which limits the weight of grazing rays.
 const LEAST_STEEPNESS: f64 = 0.05;
 
-/// What became of the rays.
+/// Sums over the rays.
 #[derive(Debug, Default)]
 struct Seen<'a> {
-    /// Of what is there to be seen, mm2: all, within the picture, and hidden by whom.
+    /// Area of the bodies in view, mm2: total, within the image, and hidden, by the body that hides it.
     all_mm2: f64,
     seen_mm2: f64,
     hidden_mm2: BTreeMap<&'a str, f64>,
-    /// Of the picture, px: on what is there to be seen, out of the sensor, and all.
+    /// Pixels that look at the bodies in view, pixels that look out of the sensor, and all pixels.
     on_it_px: f64,
     outside_px: f64,
     all_px: f64,
-    /// How far what is there to be seen reaches: 1 at the picture's edge.
+    /// Largest distance of the bodies in view from the image's centre; 1 at its edge.
     reach: f64,
 }
 
-/// A body that light does not pass as if it were not there.
+/// A body that blocks or scatters light, or that the camera should see.
 pub(crate) struct Met<'a> {
     pub(crate) placed: &'a Placed<'a>,
     pub(crate) clarity: Clarity,
     pub(crate) is_wanted: bool,
 }
 
-/// All findings, and how many bodies are there to be seen.
+/// Finds what keeps the camera from seeing. Also returns the number of bodies in view.
 pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
     if sensor.sight.is_empty() {
         return (Vec::new(), 0);
@@ -99,7 +99,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     let mut add = |finding: Finding| {
         findings.push(finding.in_assembly(&Assembly::sensor().0));
     };
-    // Of nothing, none is seen.
+    // If there is no area at all, none of it is seen.
     let share_of = |mm2: f64| if seen.all_mm2 > 0.0 { mm2 / seen.all_mm2 } else { 0.0 };
     let outside = seen.outside_px / seen.all_px;
     if outside > MOST_OUTSIDE {
@@ -122,6 +122,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
             ));
         }
     }
+    // A hidden surface has few pixels for that reason alone.
     let is_hidden = seen.hidden_mm2.values().any(|mm2| share_of(*mm2) > MOST_HIDDEN);
     let hidden: f64 = seen.hidden_mm2.values().sum();
     let unseen = 1.0 - share_of(seen.seen_mm2 + hidden);
@@ -147,42 +148,47 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     (findings, sensor.sight.len())
 }
 
-/// Whether what is there to be seen is many small things, each of which counts.
+/// Returns whether the bodies in view are many small markers, each of which counts.
 pub(crate) fn is_markers(sensor: &Sensor) -> bool {
     pieces(sensor) > sensor.sight.len()
 }
 
+/// Counts the pieces of the bodies in view.
 fn pieces(sensor: &Sensor) -> usize {
     let shells = sensor.sight.iter().filter_map(|name| sensor.body(name)?.shells);
     shells.map(|shells| shells.pieces).sum()
 }
 
+/// Formats the names of the bodies in view.
 pub(crate) fn listed(sensor: &Sensor) -> String {
     sensor.sight.join(" and ")
 }
 
+/// Returns the smallest number of pixels for the bodies in view.
 fn least_pixels(sensor: &Sensor) -> f64 {
     let [of_surface, of_marker] = LEAST_PIXELS;
     if is_markers(sensor) { of_marker * pieces(sensor) as f64 } else { of_surface }
 }
 
-/// What the camera's rays meet in the sensor.
+/// Returns the bodies that rays of the camera meet in the sensor.
 pub(crate) fn bodies<'a>(sensor: &Sensor, scene: &'a Assemblies) -> Vec<Met<'a>> {
     let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
     scene
         .bodies(&Assembly::sensor().0)
         .iter()
-        // The pupil lies in the lens, or in the housing around it.
+        // The pupil lies inside the lens or the housing around it, which would block every ray.
         .filter(|placed| !placed.body.contains(&pupil))
         .filter_map(|placed| {
             let clarity = sensor.body(placed.name)?.clarity();
             let is_wanted = sensor.sight.iter().any(|name| name == placed.name);
+            // Light passes other clear bodies as if they were not there.
             let counts = is_wanted || clarity != Clarity::Clear;
             counts.then_some(Met { placed, clarity, is_wanted })
         })
         .collect()
 }
 
+/// Casts rays in all directions and towards the bodies in view.
 fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Seen<'a> {
     let camera = &sensor.camera;
     let pupil = camera.sensor_from_camera.point(Point3::origin());
@@ -190,13 +196,14 @@ fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Seen<'a> {
     let bodies = bodies(sensor, scene);
     let wide = cast(camera, &bodies, &Cone::ALL, is_pad);
     let near = cast(camera, &bodies, &Cone::around(&bodies, &pupil), is_pad);
+    // The narrow cone samples the bodies in view; only the full sphere measures the image as a whole.
     Seen { outside_px: wide.outside_px, all_px: wide.all_px, ..near }
 }
 
-/// Directions around an axis.
+/// Cone of directions around an axis.
 pub(crate) struct Cone {
     pub(crate) axis: Vector3<f64>,
-    /// Of the angle between the axis and its outermost directions.
+    /// Cosine of the angle between the axis and the outermost directions.
     pub(crate) cosine: f64,
 }
 
@@ -204,7 +211,7 @@ impl Cone {
     /// All directions.
     const ALL: Self = Self { axis: Vector3::new(0.0, 0.0, 1.0), cosine: -1.0 };
 
-    /// The directions from a point to what is to be seen; all where the point lies amid it.
+    /// Creates the cone of directions from a point to the bodies in view; all directions if the point lies among them.
     pub(crate) fn around(bodies: &[Met], point: &Point3<f64>) -> Self {
         let wanted = bodies.iter().filter(|met| met.is_wanted).map(|met| met.placed.body.bounds());
         let bounds = wanted.fold(Aabb::nothing(), |hull, bounds| hull.hull(&bounds));
@@ -216,12 +223,12 @@ impl Cone {
         Self { axis: towards / distance, cosine: (1.0 - (radius / distance).powi(2)).sqrt() }
     }
 
-    /// The part of the unit sphere that one of so many rays stands for.
+    /// Returns the solid angle of one of `rays` rays.
     pub(crate) fn solid_angle(&self, rays: usize) -> f64 {
         2.0 * std::f64::consts::PI * (1.0 - self.cosine) / rays as f64
     }
 
-    /// One of so many directions; all of them together are spread evenly (a Fibonacci lattice).
+    /// Returns one of `rays` directions, which are spread evenly (a Fibonacci lattice).
     pub(crate) fn direction(&self, number: usize, rays: usize) -> Vector3<f64> {
         let along = 1.0 - (1.0 - self.cosine) * (number as f64 + 0.5) / rays as f64;
         let turn = number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
@@ -232,7 +239,7 @@ impl Cone {
     }
 }
 
-/// What becomes of the rays of a cone.
+/// Casts the rays of a cone and sums up what they meet.
 fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: bool) -> Seen<'a> {
     let pupil = camera.sensor_from_camera.point(Point3::origin());
     let solid_angle = cone.solid_angle(RAYS);
@@ -245,17 +252,19 @@ fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: boo
             let mut is_dark = false;
             for Met { placed, clarity, is_wanted } in bodies {
                 let Some(enter) = caster.first_entry(&placed.body, &ray) else { continue };
+                // A ray that meets no opaque body leads out of the sensor.
                 is_dark |= *clarity == Clarity::Opaque;
                 if *clarity != Clarity::Clear && first.is_none_or(|(t, _, _)| enter.t < t) {
                     first = Some((enter.t, placed.name, *is_wanted));
                 }
                 if *is_wanted && wanted.is_none_or(|(t, _)| enter.t < t) {
-                    // Of a pad, only what is pressed from above counts, not its sides.
+                    // On a pad only the pressed face counts, not its sides.
                     let share = if is_pad { enter.normal.z.abs() } else { 1.0 };
                     let steep = steepness(&ray, &enter).max(LEAST_STEEPNESS);
                     wanted = Some((enter.t, share * enter.t * enter.t / steep));
                 }
             }
+            // Pixels per steradian times the steradians of one ray.
             let pixels = pixels(camera, &ray.direction) * solid_angle;
             let is_first = matches!(first, Some((_, _, true)));
             let reach = if is_first { reach(camera, &ray.direction) } else { 0.0 };
@@ -264,6 +273,7 @@ fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: boo
         })
         .collect::<Vec<_>>()
         .into_iter()
+        // Summed in order, so that the result does not depend on the threads.
         .fold(Seen::default(), |mut seen, (pixels, first, area_mm2, is_dark, reach)| {
             seen.reach = seen.reach.max(reach);
             seen.all_px += pixels;
@@ -283,30 +293,32 @@ fn cast<'a>(camera: &NominalCamera, bodies: &[Met<'a>], cone: &Cone, is_pad: boo
         })
 }
 
-/// Where a direction in the sensor frame lies in the picture, px from its middle; how far off the axis
-/// it is, rad; and the length of a radian there, px.
+/// Projects a direction in the sensor's frame to the image. Returns the position relative to the image's centre, px,
+/// the angle off the axis, rad, and the lengths of a radian there along and across the radius, px.
 ///
-/// By the lens's law alone: nothing bends the ray.
+/// Uses only the projection of the lens, without refraction.
 fn image_of(camera: &NominalCamera, direction: &Vector3<f64>) -> ([f64; 2], f64, [f64; 2]) {
     let direction = camera.sensor_from_camera.inverse().vector(*direction);
     let focal_px = camera.focal_px();
     let across = direction.x.hypot(direction.y);
     let angle = across.atan2(direction.z);
     let radius_px = focal_px * camera.lens.projection.radius(angle);
+    // On the axis both lengths equal the focal length.
     let scale = if across > 0.0 { radius_px / across } else { focal_px };
     let along = focal_px * camera.lens.projection.slope(angle);
     ([direction.x * scale, direction.y * scale], angle, [along, scale])
 }
 
-/// How far from the picture's middle a direction lies: 1 at its edge.
+/// Returns the relative distance of a direction from the image's centre; 1 at its edge.
 fn reach(camera: &NominalCamera, direction: &Vector3<f64>) -> f64 {
     let ([x, y], angle, _) = image_of(camera, direction);
     let [width, height] = [camera.width_px, camera.height_px].map(f64::from);
+    // The image is a rectangle, and its field of view a cone.
     let sides = (x.abs() / (width / 2.0)).max(y.abs() / (height / 2.0));
     sides.max(angle / (camera.field_of_view.rad() / 2.0))
 }
 
-/// Pixels for each steradian around a direction in the sensor frame; none outside the picture.
+/// Returns the number of pixels per steradian around a direction in the sensor's frame; 0 outside the image.
 pub(crate) fn pixels(camera: &NominalCamera, direction: &Vector3<f64>) -> f64 {
     let [focal_px, scale] = image_of(camera, direction).2;
     if reach(camera, direction) <= 1.0 { focal_px * scale } else { 0.0 }

@@ -1,51 +1,50 @@
-//! How parts of filament are sliced: what their notes, their printers and the rules say, each with its reason.
+//! Print settings of filament parts, each with its reason: from notes, printers and the rules.
 
 use fabkit_geometry::{Action, Assembly, Body, Process, Sensor};
 
 use crate::scene::InvalidBody;
 use crate::{overhang, standing};
 
-/// Half the width of the usual nozzle of 0.4 mm, which is how most printers' own profiles print, mm.
+/// Usual layer height, mm: half the width of the usual nozzle of 0.4 mm, as in most printers' own profiles.
 const LAYER_MM: f64 = 0.2;
 
-/// What is cast shows the layers of its mold, mm; chosen: the finest that usual printers make without
-/// taking twice as long, and what the dome's molds note.
+/// Layer height of molds, mm, since a cast shows the layers of its mold. Chosen: the finest that usual printers make
+/// without taking twice as long; the dome's molds note it.
 const MOLD_LAYER_MM: f64 = 0.12;
 
-/// Line of a nozzle of 0.4 mm as PrusaSlicer and OrcaSlicer lay it, mm.
+/// Line width of a 0.4 mm nozzle in PrusaSlicer and OrcaSlicer, mm.
 const LINE_MM: f64 = 0.45;
 
-/// Closed above and below, mm: what PrusaSlicer's own profiles ask for at least is 0.7.
+/// Thickness of solid layers below and above, mm; PrusaSlicer's own profiles ask for at least 0.7.
 const SKIN_MM: f64 = 0.8;
 
-/// Brim of what may topple, and of what warps, mm; chosen: as PrusaSlicer's own profiles have it for those
-/// who ask for a brim.
+/// Width of the brim of parts that may topple or warp, mm. Chosen: the value of PrusaSlicer's own profiles with a brim.
 const BRIM_MM: f64 = 5.0;
 
-/// Filaments that lift their corners from the bed while they cool; their makers advise a brim.
+/// Filaments that lift their corners off the bed while they cool; their makers advise a brim.
 const WARPING: [&str; 4] = ["ABS", "ASA", "PA", "PC"];
 
-/// A setting and why it is so.
+/// A setting and the reason for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chosen<T> {
-    /// What the slicer is told.
+    /// Value for the slicer.
     pub value: T,
-    /// Why, in words.
+    /// Reason, as text.
     pub why: String,
 }
 
-/// What the slicer of a part of filament is told.
+/// Slicer settings of a filament part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintSettings {
     /// Height of a layer, mm.
     pub layer_mm: Chosen<f64>,
-    /// Width of a line that masses and times are estimated with, mm; the slicer takes the printer's own.
+    /// Line width for estimates of mass and time, mm; the slicer uses the printer's own.
     pub line_mm: f64,
-    /// Lines side by side along each outline.
+    /// Number of lines along each outline.
     pub perimeters: Chosen<u32>,
-    /// Solid layers below, and as many above.
+    /// Number of solid layers below, and the same number above.
     pub solid_layers: Chosen<u32>,
-    /// How much of the inside is filled, %.
+    /// Fraction of the inside that is filled, %.
     pub infill_percent: Chosen<f64>,
     /// Whether supports are printed.
     pub supports: Chosen<bool>,
@@ -53,18 +52,19 @@ pub struct PrintSettings {
     pub brim_mm: Chosen<f64>,
 }
 
-/// What a part is for, as far as slicing goes.
+/// Purpose of a part, which determines usual print settings.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
-    /// Something is cast in it, and it comes off.
+    /// Wall of a mold, which comes off the cast layer.
     Mold,
-    /// It stays in the sensor.
+    /// Part that stays in the sensor.
     Sensor,
-    /// All else.
+    /// Any other part.
     Tool,
 }
 
 impl Role {
+    /// Returns the purpose of a part: in the sensor, a wall of a pour, or any other.
     fn of(sensor: &Sensor, part: &Body) -> Self {
         let place = Assembly::sensor();
         if part.placements.iter().any(|placed| placed.assembly == place) {
@@ -78,14 +78,14 @@ impl Role {
     }
 }
 
-/// How a part is sliced; nothing of what is not made of filament: what prints resin takes layers and exposure
-/// from the resin's profile, and places supports by hand.
+/// Chooses the slicer settings of a part; `None` if it is not made of filament. Resin printers take layers and exposure
+/// from the resin's profile, and their supports are placed by hand.
 ///
-/// What the printer's owner says comes first, then what the part's own notes say, then what the rules find,
-/// then what is usual for a part of its kind.
+/// Settings stated for the machine come first, then those of the part's own notes, then the findings of the rules, then
+/// usual values for parts of its kind.
 ///
 /// # Errors
-/// [`InvalidBody`] if its solid is none.
+/// [`InvalidBody`] if the solid of the part is not valid.
 pub fn print_settings(sensor: &Sensor, part: &Body) -> Result<Option<PrintSettings>, InvalidBody> {
     if part.process() != Some(Process::Fdm) {
         return Ok(None);
@@ -95,6 +95,7 @@ pub fn print_settings(sensor: &Sensor, part: &Body) -> Result<Option<PrintSettin
     let by = part.machine.as_ref().map_or("", |machine| &machine.name);
     let layer_mm = said(own.and_then(|own| own.layer_mm), note.layer_mm, by)
         .unwrap_or_else(|| usual_layer(role));
+    // The small margin keeps a whole quotient from being rounded up.
     let layers = (SKIN_MM / layer_mm.value - 1e-9).ceil().max(1.0) as u32;
     Ok(Some(PrintSettings {
         line_mm: own.and_then(|own| own.line_mm).or(note.line_mm).unwrap_or(LINE_MM),
@@ -115,15 +116,18 @@ pub fn print_settings(sensor: &Sensor, part: &Body) -> Result<Option<PrintSettin
     }))
 }
 
+/// Creates a setting with its reason.
 fn chosen<T>(value: T, why: impl Into<String>) -> Chosen<T> {
     Chosen { value, why: why.into() }
 }
 
+/// Returns the setting of the machine, or else that of the part's notes.
 fn said<T>(own: Option<T>, note: Option<T>, by: &str) -> Option<Chosen<T>> {
     let own = own.map(|value| chosen(value, format!("as the process {by} says")));
     own.or_else(|| note.map(|value| chosen(value, "as the part's notes say")))
 }
 
+/// Returns the usual layer height for a purpose.
 fn usual_layer(role: Role) -> Chosen<f64> {
     match role {
         Role::Mold => chosen(MOLD_LAYER_MM, "what is cast in it shows its layers"),
@@ -131,6 +135,7 @@ fn usual_layer(role: Role) -> Chosen<f64> {
     }
 }
 
+/// Returns the usual number of perimeters for a purpose.
 fn usual_perimeters(role: Role) -> Chosen<u32> {
     match role {
         Role::Mold => chosen(4, "four lines keep what is cast out of the infill"),
@@ -139,6 +144,7 @@ fn usual_perimeters(role: Role) -> Chosen<u32> {
     }
 }
 
+/// Returns the usual infill for a purpose.
 fn usual_infill(role: Role) -> Chosen<f64> {
     match role {
         Role::Mold => chosen(20.0, "a mold is pressed together, and must stay flat"),
@@ -147,6 +153,7 @@ fn usual_infill(role: Role) -> Chosen<f64> {
     }
 }
 
+/// Chooses supports by the rule of overhangs.
 fn found_supports(part: &Body) -> Result<Chosen<bool>, InvalidBody> {
     Ok(match overhang::hanging(part)? {
         Some(finding) => chosen(true, finding.message),
@@ -154,6 +161,7 @@ fn found_supports(part: &Body) -> Result<Chosen<bool>, InvalidBody> {
     })
 }
 
+/// Chooses a brim by the rule of standing, or for filaments that warp.
 fn found_brim(part: &Body) -> Result<Chosen<f64>, InvalidBody> {
     if let Some(finding) = standing::unsteady(part)? {
         return Ok(chosen(BRIM_MM, finding.message));

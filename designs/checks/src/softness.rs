@@ -1,5 +1,4 @@
-//! Soft where it must give way, firm where it must hold; coats thin enough to be sprayed, and colours that
-//! carry contrast apart.
+//! Hardness of soft and holding parts, thickness of sprayed coats, and contrast between colours.
 
 use fabkit_geometry::{Action, Assembly, Body, Kind, Sensor, Shore, Vector3};
 
@@ -12,7 +11,7 @@ use crate::rule::Rule;
 use crate::scene::Assemblies;
 
 rule! {
-    /// Soft where it must give way, firm where it must hold.
+    /// Parts are soft where they must give way and firm where they must hold.
     Softness = "softness",
     examines: "bodies of known hardness",
     finds: "gels that are hard, molds that are soft, holders that give way, coats that run",
@@ -25,26 +24,27 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok(examine(case.sensor, case.scene))
 }
 
-/// Softest silicone that keeps its shape as a mold: makers sell Shore A 15 to 40 for molds (Smooth-On's Mold
-/// Star 15, 16 and 30); softer ones sag under what is poured.
+/// Softest silicone that keeps its shape as a mold. Makers sell Shore A 15 to 40 for molds (Smooth-On's Mold Star 15,
+/// 16 and 30); softer ones sag under the liquid.
 const SOFTEST_MOLD: Shore = Shore::A(15.0);
 
-/// Softest part that holds others; hard rubber wheels are Shore A 80.
+/// Softest part that can hold others; hard rubber wheels are Shore A 80.
 const SOFTEST_HOLDER: Shore = Shore::A(80.0);
 
-/// Hardest part that gives way when it is touched: a tire's tread; fingertips of robots have A 10 to 60.
+/// Hardest part that gives way to touch: a tire's tread. Fingertips of robots have Shore A 10 to 60.
 const HARDEST_TOUCHED: Shore = Shore::A(70.0);
 
-/// Thickest coat that is sprayed, mm: three passes of 0.1 mm. More runs, and stiffens the gel under it.
+/// Thickest coat that can be sprayed, mm: three passes of 0.1 mm. A thicker one runs, and stiffens the gel under it.
 const THICKEST_COAT_MM: f64 = 0.3;
 
-/// Lines through a coat.
+/// Number of lines through a coat.
 const LINES: usize = 256;
 
-/// Only where a face is met as steeply as that does the line tell its thickness.
+/// Smallest steepness at which a line measures the thickness of a coat.
 const STEEP: f64 = 0.9;
 
-/// All findings, and how many bodies were looked at.
+/// Finds bodies of the wrong hardness and coats that are too thick. Also returns the number of bodies of known
+/// hardness.
 pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
     let bodies = sensor.bodies.iter().filter(|body| body.substance.shore.is_some());
     let findings = bodies.clone().filter_map(firmness);
@@ -52,6 +52,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     (findings, bodies.count())
 }
 
+/// Compares the hardness of a body with the limits for its purpose.
 fn firmness(body: &Body) -> Option<Finding> {
     let shore = body.substance.shore?;
     let about = |message: String, fix: String| {
@@ -75,6 +76,7 @@ fn firmness(body: &Body) -> Option<Finding> {
     }
 }
 
+/// Finds sprayed layers that are too thick.
 fn coats<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> impl Iterator<Item = Finding> + use<'a> {
     let assembly = Assembly::sensor().0;
     sensor.chain.iter().filter_map(move |step| {
@@ -86,12 +88,13 @@ fn coats<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> impl Iterator<Item = 
         for ray in (0..LINES).map(|index| bundle.line(index)) {
             for stretch in caster.stretches(&placed.body, &ray) {
                 let steep = steepness(&ray, &stretch.enter).min(steepness(&ray, &stretch.exit));
+                // On steep sides of the coat, a vertical line runs along it.
                 if steep > STEEP {
                     lengths_mm.push(stretch.length_mm() * steep);
                 }
             }
         }
-        // Half of its lines: along the sides that it covers too, lines stay in it.
+        // The median of the lines: some run inside the coat along its sides and are too long.
         lengths_mm.sort_by(f64::total_cmp);
         let median = lengths_mm.get(lengths_mm.len() / 2);
         let mm = median.copied().filter(|mm| *mm > THICKEST_COAT_MM)?;
@@ -102,10 +105,11 @@ fn coats<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> impl Iterator<Item = 
     })
 }
 
-/// What the camera tells apart by its brightness is both dark, or both light.
+/// Finds pairs that the camera tells apart by brightness although both are dark or both light.
 pub(crate) fn contrasts(sensor: &Sensor) -> Vec<Finding> {
     let finding = |pair: &[String; 2]| {
         let [a, b] = [sensor.body(&pair[0])?, sensor.body(&pair[1])?];
+        // Bodies of unknown brightness are skipped.
         let is_dark = a.substance.is_dark?;
         if b.substance.is_dark? != is_dark {
             return None;

@@ -1,5 +1,4 @@
-//! How a printed part stands on its machine: whether it topples while it grows, and whether resin stays
-//! in it.
+//! Standing: whether a printed part topples while it is printed, and whether resin stays in it.
 
 use std::collections::BTreeMap;
 
@@ -29,34 +28,34 @@ fn apply(case: &Case<'_>) -> Looked {
     examine(case.sensor)
 }
 
-/// Height over the least width of the footprint that filament stands without a brim. Prusa's guide asks
-/// for one under what is tall and thin; the figure is chosen: at 6, a nozzle that catches a curled edge
-/// with 1 N lifts the foot with more than that of three lines' adhesion.
+/// Largest ratio of height to least footprint width at which filament stands without a brim. Prusa's guide asks for a
+/// brim under tall and thin parts; the figure is chosen: at 6, a nozzle that catches a curled edge with 1 N lifts the
+/// foot with more than the adhesion of three lines.
 const SLENDER: f64 = 6.0;
 
-/// Foot per height that filament needs without a brim, mm2 per mm; chosen: with 0.1 N/mm2 of adhesion a
-/// part twice as tall as its foot is wide bears 1 N at its top.
+/// Smallest footprint area per height without a brim, mm2 per mm. Chosen: with 0.1 N/mm2 of adhesion, a part twice as
+/// tall as its foot is wide bears 1 N at its top.
 const FOOT_MM: f64 = 1.0;
 
-/// What is lower than this does not topple, mm.
+/// Height below which a part does not topple, mm.
 const LOW_MM: f64 = 15.0;
 
-/// What is lower than this lies on the bed, mm: the first layer.
+/// Height below which material lies on the bed, mm: the first layer.
 const ON_BED_MM: f64 = 0.05;
 
-/// A stretch of air in a column, by its number: from where to where, mm.
+/// Interval of air in a column: the column's index, and the lower and upper height, mm.
 type Air = (usize, [f64; 2]);
 
-/// Lines across the longer side of a part.
+/// Number of lines across the longer side of a part.
 const ACROSS: f64 = 80.0;
 
-/// Resin that stays in a hollow and is worth a word, mm3: a drop.
+/// Smallest volume of trapped resin that is reported, mm3: a drop.
 const DROP_MM3: f64 = 20.0;
 
-/// Hollows wider than this may be open through a gap that lines miss, mm.
+/// Smallest spacing of the lines, mm. Hollows may be open through a gap that the lines miss.
 const LEAST_CELL_MM: f64 = 0.2;
 
-/// Applies the rules; the second figure is how many parts were looked at.
+/// Finds parts that topple and hollows that keep resin. Also returns the number of printed parts.
 pub(crate) fn examine(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let printed: Vec<&Body> = kit
         .parts()
@@ -69,18 +68,18 @@ pub(crate) fn examine(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody
     Ok((found.into_iter().flatten().collect(), printed.len()))
 }
 
-/// Why a part of filament may topple without a brim, whatever its notes say.
+/// Returns the finding that a filament part may topple without a brim, whatever its notes say.
 ///
 /// # Errors
-/// A solid that is none.
+/// [`InvalidBody`] if the solid of the part is not valid.
 pub(crate) fn unsteady(part: &Body) -> Result<Option<Finding>, InvalidBody> {
     Ok(standing(part)?.and_then(|standing| standing.topples(part)))
 }
 
-/// From where to where a line upwards is inside a part, mm above the bed.
+/// Intervals of a vertical line inside a part, mm above the bed.
 type Column = Vec<[f64; 2]>;
 
-/// Columns through a part as it lies.
+/// Columns through a part as it lies on the bed.
 struct Standing {
     counts: [usize; 2],
     cell_mm: f64,
@@ -89,6 +88,7 @@ struct Standing {
     columns: Vec<Column>,
 }
 
+/// Finds whether one part topples (filament) or keeps resin (other processes).
 fn of_part(part: &Body) -> Result<Vec<Finding>, InvalidBody> {
     let Some(standing) = standing(part)? else { return Ok(Vec::new()) };
     let found = match part.process() {
@@ -98,6 +98,7 @@ fn of_part(part: &Body) -> Result<Vec<Finding>, InvalidBody> {
     Ok(found.into_iter().collect())
 }
 
+/// Measures a part as it lies on the bed.
 fn standing(part: &Body) -> Result<Option<Standing>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
     let solid = without_letters(&part.solid).placed(part.bed_from_body);
@@ -105,6 +106,7 @@ fn standing(part: &Body) -> Result<Option<Standing>, InvalidBody> {
 }
 
 impl Standing {
+    /// Casts a grid of vertical lines through the body; `None` if it is empty or unbounded.
     fn of(body: &CompiledSolid) -> Option<Self> {
         let bounds = body.bounds();
         if bounds.is_empty() || !bounds.is_finite() {
@@ -112,7 +114,7 @@ impl Standing {
         }
         let size = bounds.size_mm();
         let cell_mm = (size[0].max(size[1]) / ACROSS).max(LEAST_CELL_MM);
-        // A ring of columns around the part, so that what flows out reaches it.
+        // A ring of empty columns around the part, so that every open hollow reaches it.
         let counts = [0, 1].map(|axis| (size[axis] / cell_mm).ceil() as usize + 2);
         let mut caster = Caster::default();
         let mut columns = Vec::with_capacity(counts[0] * counts[1]);
@@ -130,25 +132,27 @@ impl Standing {
         if !lowest.is_finite() {
             return None;
         }
-        // Boxes may be larger than what they hold.
+        // Bounding boxes may be larger than the body, so heights are measured from the lowest hit.
         columns.iter_mut().flatten().for_each(|ends| *ends = ends.map(|z| z - lowest));
         let low = Point3::new(bounds.min.x, bounds.min.y, bounds.min.z + lowest);
         Some(Self { counts, cell_mm, low, height_mm: highest - lowest, columns })
     }
 
-    /// Middle of a column at a height above the bed, in the frame of the bed.
+    /// Returns the point of a column at a height above the bed, in the frame of the bed.
     fn point(&self, index: usize, z_mm: f64) -> Point3<f64> {
         let at = |i: usize| (i as f64 - 1.0 + 0.4721) * self.cell_mm;
         let [x, y] = [index % self.counts[0], index / self.counts[0]];
         self.low + Vector3::new(at(x), at(y), z_mm)
     }
 
+    /// Finds whether the foot is too small or too narrow for the height.
     fn topples(&self, part: &Body) -> Option<Finding> {
         let on_bed = |column: &Column| column.first().is_some_and(|[low, _]| *low < ON_BED_MM);
         let foot: Vec<usize> =
             (0..self.columns.len()).filter(|i| on_bed(&self.columns[*i])).collect();
         let area_mm2 = foot.len() as f64 * self.cell_mm * self.cell_mm;
         let places: Vec<[f64; 2]> = foot.iter().map(|i| self.point(*i, 0.0).xy().into()).collect();
+        // Points are the middles of cells, so one cell is missing.
         let width_mm = least_width(&places) + self.cell_mm;
         if self.height_mm < LOW_MM {
             return None;
@@ -173,7 +177,8 @@ impl Standing {
         )
     }
 
-    /// Hollows that resin does not leave: closed ones, and those that only the plate closes.
+    /// Finds the largest hollow that resin does not leave: a closed one, or for SLA one that only the build plate
+    /// closes.
     fn holds_resin(&self, part: &Body) -> Option<Finding> {
         let (air, groups) = self.hollows();
         let (volume_mm3, is_closed, first) = groups
@@ -202,31 +207,37 @@ impl Standing {
         Some(if is_closed { finding.with_severity(Severity::Error) } else { finding })
     }
 
-    /// Stretches of air from the plate to the top, by column, and what they are together.
+    /// Returns the intervals of air from the plate to the top, and the hollows that they form, by the index of a root
+    /// interval.
     fn hollows(&self) -> (Vec<Air>, BTreeMap<usize, Hollow>) {
         let mut air: Vec<Air> = Vec::new();
         let mut starts = Vec::with_capacity(self.columns.len() + 1);
         for (index, column) in self.columns.iter().enumerate() {
             starts.push(air.len());
+            // Air begins at the plate.
             let mut from = 0.0;
             for [low, high] in column {
                 air.push((index, [from, *low]));
                 from = *high;
             }
+            // The last interval is open upwards.
             air.push((index, [from, f64::INFINITY]));
         }
         starts.push(air.len());
         let mut parents: Vec<usize> = (0..air.len()).collect();
         for index in 0..self.columns.len() {
             let [x, y] = [index % self.counts[0], index / self.counts[0]];
+            // Each pair of adjacent columns is visited once.
             let right = (x + 1 < self.counts[0]).then_some(index + 1);
             let above = (y + 1 < self.counts[1]).then_some(index + self.counts[0]);
             for beside in [right, above].into_iter().flatten() {
                 for a in starts[index]..starts[index + 1] {
                     for b in starts[beside]..starts[beside + 1] {
                         let shared = air[a].1[1].min(air[b].1[1]) - air[a].1[0].max(air[b].1[0]);
+                        // Touching intervals do not let resin through.
                         if shared > ON_BED_MM {
                             let [a, b] = [root(&mut parents, a), root(&mut parents, b)];
+                            // The root is the interval with the lowest index.
                             parents[a.max(b)] = a.min(b);
                         }
                     }
@@ -244,7 +255,7 @@ impl Standing {
     }
 }
 
-/// Air that is together.
+/// Connected intervals of air.
 struct Hollow {
     first: usize,
     /// Whether it reaches past the part.
@@ -259,6 +270,7 @@ impl Hollow {
     }
 }
 
+/// Finds the root of an interval, with path halving.
 fn root(parents: &mut [usize], mut of: usize) -> usize {
     while parents[of] != of {
         parents[of] = parents[parents[of]];
@@ -267,13 +279,14 @@ fn root(parents: &mut [usize], mut of: usize) -> usize {
     of
 }
 
+/// Creates a warning about a part.
 fn warning(part: &Body, message: String, fix: &str) -> Finding {
     Finding::error(Rule::Standing, message, fix)
         .with_severity(Severity::Warning)
         .of([part.name.as_str()])
 }
 
-/// Whether the part's notes tell of one of these.
+/// Returns whether the part's notes mention one of these words. Notes that deny them do not count.
 fn says(part: &Body, words: &[&str]) -> bool {
     part.notes.iter().any(|note| {
         let note = note.to_lowercase();
@@ -283,7 +296,7 @@ fn says(part: &Body, words: &[&str]) -> bool {
     })
 }
 
-/// The least distance of two parallel lines that hold all points between them, to a degree.
+/// Returns the smallest distance of two parallel lines that enclose all points, sampled every 3 degrees.
 fn least_width(points: &[[f64; 2]]) -> f64 {
     let width = |degree: i32| {
         let (sin, cos) = f64::from(degree).to_radians().sin_cos();

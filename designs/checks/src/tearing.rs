@@ -1,4 +1,4 @@
-//! Whether a press shears layers off what they are bonded to.
+//! Tearing: whether a press shears layers off the bodies they are bonded to.
 
 use fabkit_elastic::{BondLine, SoftStack};
 use fabkit_geometry::{Adhesion, Sensor};
@@ -6,22 +6,24 @@ use fabkit_geometry::{Adhesion, Sensor};
 use crate::finding::{Finding, Severity};
 use crate::rule::Rule;
 
-/// A fingertip's size.
+/// Radius of the pressing ball, mm: a fingertip's size.
 const BALL_RADIUS_MM: f64 = 4.0;
-/// What sensors are pressed by in use, or all of what gives way, mm.
+/// Depth of the press, mm, as in use; less if the soft layers are thinner.
 const DEPTH_MM: f64 = 1.0;
 
-/// Bonds along which a ball on the tip, or on the middle of a pad, drives the layer harder than they bear. Small strain
-/// and no friction: what is dragged along the surface drives bonds harder. What no solver can press says nothing here;
-/// bonds of unknown strength neither.
+/// Finds bonds that a ball pressed onto the tip, or onto the middle of a pad, shears harder than they bear. The solver
+/// assumes small strain and no friction; dragging along the surface would load bonds more. Sensors that no solver can
+/// press and bonds of unknown strength are skipped.
 pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
     let Some(touch) = &sensor.touch else { return Vec::new() };
+    // A thin layer cannot be pressed deeper than its thickness.
     let depth_mm = DEPTH_MM.min(touch.soft_mm());
     let press = SoftStack::at_tip(sensor).and_then(|soft| soft.press_tip(BALL_RADIUS_MM, depth_mm));
     let Ok(press) = press else { return Vec::new() };
     press.bonds.iter().filter_map(|line| torn(sensor, line, depth_mm)).collect()
 }
 
+/// Reports a bond line whose shear stress exceeds the strength of its bond.
 fn torn(sensor: &Sensor, line: &BondLine, depth_mm: f64) -> Option<Finding> {
     let below = line.below.as_deref()?;
     let adhesion = between(sensor, [&line.layer, below])?;
@@ -47,7 +49,7 @@ fn torn(sensor: &Sensor, line: &BondLine, depth_mm: f64) -> Option<Finding> {
     Some(finding.of([layer.as_str(), below]))
 }
 
-/// The strongest of what holds two bodies to each other.
+/// Returns the strongest bond between two bodies.
 fn between<'a>(sensor: &'a Sensor, pair: [&str; 2]) -> Option<&'a Adhesion> {
     let is_pair = |adhesion: &&Adhesion| {
         let [a, b] = adhesion.bodies.each_ref().map(String::as_str);

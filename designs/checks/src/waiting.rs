@@ -1,4 +1,4 @@
-//! Steps that overlap in time: what is done while an earlier step's cure is waited for.
+//! Steps that overlap in time: work during the cure of an earlier step.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,12 +7,13 @@ use fabkit_geometry::{Action, Duty, Sensor, Step};
 use crate::finding::Finding;
 use crate::rule::Rule;
 
-/// Hours that differ by less are the same.
+/// Largest difference of equal durations, h.
 const SAME_H: f64 = 1e-9;
 
-/// All findings about steps that are done during others.
+/// Finds errors in steps that are done during others.
 pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
     let steps = sensor.chain.iter().enumerate();
+    // Time used so far, by the step that is waited for.
     let mut hours = BTreeMap::new();
     steps
         .filter_map(|(at, step)| {
@@ -23,8 +24,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
         .collect()
 }
 
-/// What is wrong with a step that is done during another one; `hours` sums up what others have taken of
-/// its time.
+/// Checks a step that is done during another one. `hours` sums up the time of that one that other steps have used.
 fn overlap(
     sensor: &Sensor,
     at: usize,
@@ -42,6 +42,7 @@ fn overlap(
         return wrong(message, "name a step whose cure takes time");
     };
     let between = &sensor.chain[before + 1..at];
+    // All steps in between must be done during the same cure.
     if let Some(after) = between.iter().find(|other| other.during.as_deref() != Some(waiting)) {
         let message = format!(
             "it is done during `{waiting}`, but `{}` comes in between, when that has cured",
@@ -65,7 +66,7 @@ fn overlap(
     })
 }
 
-/// What a step's hands move or work on.
+/// Iterates over the bodies that the hands move or work on in a step.
 fn touched(step: &Step) -> impl Iterator<Item = &str> {
     let more: Vec<&str> = match &step.action {
         Action::Pour(pour) => named(&pour.walls, &pour.layer),
@@ -76,12 +77,14 @@ fn touched(step: &Step) -> impl Iterator<Item = &str> {
     step.bodies.iter().map(String::as_str).chain(more)
 }
 
+/// Returns a layer with other bodies, by name.
 fn named<'a>(bodies: &'a [String], layer: &'a str) -> Vec<&'a str> {
     bodies.iter().map(String::as_str).chain([layer]).collect()
 }
 
-/// What stands still while a step cures: what it works on, and all that steps have joined with that in its
-/// assembly and not taken away again. Of screws, nuts and pins there are more, loose ones.
+/// Returns the bodies that must rest while a step cures: those on which it works, and all that earlier steps have
+/// joined with them in the same assembly and not taken away again. Screws, nuts and pins are left out: names of
+/// fasteners stand for many pieces, most of them loose.
 fn cures(sensor: &Sensor, step: usize) -> BTreeSet<&str> {
     let here = &sensor.chain[step].assembly;
     let is_loose = |name: &&str| {
@@ -91,6 +94,7 @@ fn cures(sensor: &Sensor, step: usize) -> BTreeSet<&str> {
     let mut last = BTreeSet::new();
     let mut groups: Vec<BTreeSet<&str>> = Vec::new();
     for (at, other) in sensor.chain[..=step].iter().enumerate() {
+        // Without an assembly, only the step itself counts.
         if at != step && (here.is_none() || other.assembly != *here) {
             continue;
         }
@@ -99,6 +103,7 @@ fn cures(sensor: &Sensor, step: usize) -> BTreeSet<&str> {
             groups.iter_mut().for_each(|group| group.retain(|name| !named.contains(name)));
             continue;
         }
+        // Groups that share a body with this step become one.
         let (joined, apart) =
             groups.into_iter().partition::<Vec<_>, _>(|group| !group.is_disjoint(&named));
         last = joined.into_iter().flatten().chain(named).collect();

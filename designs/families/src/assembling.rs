@@ -1,4 +1,4 @@
-//! Words that every family builds with: where bodies stand, and the steps of a chain.
+//! Helpers that every family builds with: placements of bodies in assemblies, and the steps of a fabrication chain.
 
 use fabkit_geometry::{
     Action, Angle, Assembly, Body, Color, Cure, FixedBy, Fixing, Mix, Opening, Placement, Point3,
@@ -7,64 +7,64 @@ use fabkit_geometry::{
 
 use crate::materials::{Castable, Clarity};
 
-/// Name of an assembly, as a family's constants hold it.
+/// Name of an assembly; families hold these as constants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AssemblyName(pub &'static str);
 
-/// The sensor in use.
+/// The assembled sensor, as it is used.
 pub const SENSOR: AssemblyName = AssemblyName("sensor");
 
 impl AssemblyName {
-    /// The assembly.
+    /// Returns the assembly of this name.
     pub fn assembly(self) -> Assembly {
         Assembly(self.0.into())
     }
 
-    /// In the assembly's own frame.
+    /// Returns the placement at the origin of the assembly's frame.
     pub fn in_place(self) -> Placement {
         self.at(Pose::identity())
     }
 
-    /// At a pose.
+    /// Returns the placement at a pose in the assembly's frame.
     pub fn at(self, assembly_from_body: Pose) -> Placement {
         Placement::at(self.assembly(), assembly_from_body)
     }
 
-    /// At a height.
+    /// Returns the placement at a height above the origin of the assembly's frame, mm.
     pub fn at_z(self, z_mm: f64) -> Placement {
         self.at(Pose::translation(0.0, 0.0, z_mm))
     }
 
-    /// At a pose, moved along its z axis in the exploded picture.
+    /// Returns the placement at a pose, shifted by `out_mm` along the body's z axis in the exploded view.
     pub fn drawn_out(self, assembly_from_body: &Pose, out_mm: f64) -> Placement {
         let out = assembly_from_body.vector(Vector3::new(0.0, 0.0, out_mm));
         self.at(*assembly_from_body).moved_apart(out)
     }
 }
 
-/// In the sensor, in the sensor frame.
+/// Returns the placement at the origin of the sensor frame.
 pub fn in_sensor() -> Placement {
     SENSOR.in_place()
 }
 
-/// A day at room temperature.
+/// Cure for one day at room temperature.
 pub const ROOM_24_H: Cure = Cure { hours: 24.0, celsius: 23.0 };
 
-/// What glue needs before the next step.
+/// Time and temperature that glue needs before the next step.
 pub const GLUED: Cure = Cure { hours: 1.0, celsius: 23.0 };
 
-/// Upside down.
+/// Returns the pose that turns a body upside down, half a turn around the x axis.
 pub fn flipped() -> Pose {
     Pose::rotation_x(Angle::from_deg(180.0).expect("half a turn is finite"))
 }
 
-/// What a body is called and what it is for. It is made with it, and named by it wherever else it
-/// takes part, so that a slip does not compile.
+/// Name and purpose of a body. The body is made from this constant and named by it wherever else it takes part, so that
+/// a misspelt name does not compile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name {
-    /// `[a-z0-9-]{1,64}`.
+    /// Identifier of the body, `[a-z0-9-]{1,64}`.
     pub name: &'static str,
-    /// What it is for; of what is bought, its specification says that.
+    /// Purpose of the body. Empty for bought bodies, whose specification states it.
     pub summary: &'static str,
 }
 
@@ -75,17 +75,17 @@ impl AsRef<str> for Name {
 }
 
 impl Name {
-    /// A part that is made.
+    /// Returns a body of this name that is made by a process.
     pub fn made(self, process: Process, solid: Solid) -> Body {
         Body::made(self.name, self.summary, process, solid)
     }
 
-    /// A layer.
+    /// Returns a cast layer of this name.
     pub fn cast(self, solid: Solid) -> Body {
         Body::cast(self.name, self.summary, solid)
     }
 
-    /// A component of which a lab needs as many as it has places.
+    /// Returns a bought component of this name; one piece is needed for each placement.
     pub fn bought(
         self,
         specification: impl Into<String>,
@@ -102,10 +102,10 @@ impl From<Name> for String {
     }
 }
 
-/// Steel.
+/// Colour of steel.
 pub const STEEL: Color = [176, 180, 186];
 
-/// A component of which a lab needs as many as it has places.
+/// Returns a bought component; one piece is needed for each placement. Drawn in the colour of steel.
 pub fn bought(
     name: &str,
     specification: impl Into<String>,
@@ -115,7 +115,7 @@ pub fn bought(
     Body::bought(name, specification, solid).placed(placements).one_per_place().colored(STEEL)
 }
 
-/// Declares what bodies are called and what they are for: `SHELL "shell" "holds all";`.
+/// Declares names and purposes of bodies as constants: `SHELL "shell" "holds all";`.
 #[macro_export]
 macro_rules! bodies {
     ($($(#[$doc:meta])* $vis:vis $constant:ident $name:literal $($summary:literal)?;)+) => {$(
@@ -126,13 +126,13 @@ macro_rules! bodies {
 }
 pub use crate::bodies;
 
-/// Names of bodies.
+/// Returns the names as strings.
 pub fn names(of: &[Name]) -> Vec<String> {
     of.iter().copied().map(String::from).collect()
 }
 
-/// What a camera is there to see: layers that glow or darken as they are pressed, from the inside out,
-/// and the one that ends its view. Where one of them is opaque, those beyond it are hidden.
+/// Returns the names of the layers that a camera observes: those of `dim` that are not opaque, from the inside out,
+/// then `last`, at which its view ends. The layers in `dim` glow or darken as they are pressed.
 pub fn sight(dim: &[(Name, &Castable)], last: Name) -> Vec<String> {
     let is_opaque =
         |material: &Castable| material.material().figures.clarity == Some(Clarity::Opaque);
@@ -140,46 +140,47 @@ pub fn sight(dim: &[(Name, &Castable)], last: Name) -> Vec<String> {
     dim.chain([last]).map(String::from).collect()
 }
 
-/// A step that nobody has been told yet how to do.
+/// Step without an instruction yet.
 #[must_use]
 pub struct Doing(Step);
 
-/// A step that does not say yet where it comes from.
+/// Step with an instruction but without a source yet.
 #[must_use]
 pub struct Told(Step);
 
 impl Doing {
-    /// What to do, as a sentence to the person who does it.
+    /// Sets the instruction, a sentence addressed to the person who does the step.
     pub fn told(self, instruction: impl Into<String>) -> Told {
         Told(Step { instruction: instruction.into(), ..self.0 })
     }
 }
 
 impl Told {
-    /// More bodies that it needs: what a joint takes.
+    /// Adds further bodies that the step needs, such as the screws of a joint.
     pub fn also(self, bodies: impl IntoIterator<Item = String>) -> Self {
         Self(self.0.also(bodies))
     }
 
-    /// What keeps small bodies where it puts them: each piece on one of `onto`.
+    /// Adds how small bodies are fixed where the step puts them: each piece on one of `onto`.
     pub fn fixing(mut self, bodies: &[Name], onto: &[Name], by: FixedBy) -> Self {
         self.0.fixings.push(Fixing { bodies: names(bodies), onto: names(onto), by });
         self
     }
 
-    /// Section of the paper, or why fabkit chose it.
+    /// Sets the source: a section of the paper, or the reason why fabkit chose the step.
     pub fn source(self, source: impl Into<String>) -> Step {
         Step { source: source.into(), ..self.0 }
     }
 }
 
-/// One step of a chain, in an assembly or none, with the bodies that it needs or joins.
+/// Starts a step of a chain, in an assembly or in none, with the bodies that it needs or joins.
 pub fn step(
     name: impl Into<String>,
     place: impl Into<Option<AssemblyName>>,
     bodies: &[Name],
     action: Action,
 ) -> Doing {
+    // The types make sure that instruction and source, empty here, are filled in.
     Doing(Step {
         name: name.into(),
         instruction: String::new(),
@@ -194,55 +195,55 @@ pub fn step(
     })
 }
 
-/// The first step: print, cut or etch all parts.
+/// Returns the first step: print, cut or etch all parts.
 pub fn make(instruction: impl Into<String>) -> Told {
     step("make", None, &[], Action::Make).told(instruction)
 }
 
-/// Clean, prime, spray release agent.
+/// Starts a step that prepares bodies: clean, prime, spray release agent.
 pub fn prepare(name: &str, place: impl Into<Option<AssemblyName>>, bodies: &[Name]) -> Doing {
     step(name, place, bodies, Action::Prepare)
 }
 
-/// Put bodies together: press, screw, slide.
+/// Starts a step that joins bodies: press, screw, slide.
 pub fn assemble(name: &str, place: AssemblyName, bodies: &[Name]) -> Doing {
     step(name, place, bodies, Action::Assemble)
 }
 
-/// Glue bodies together.
+/// Starts a step that glues bodies together.
 pub fn bond(name: &str, place: AssemblyName, bodies: &[Name], cure: Cure) -> Doing {
     step(name, place, bodies, Action::Bond(cure))
 }
 
-/// Take tools off what was cast, one after the other.
+/// Starts a step that takes mold parts off what was cast, one after the other.
 pub fn demold(name: impl Into<String>, place: AssemblyName, pulls: Vec<Pull>) -> Doing {
     step(name, place, &[], Action::Demold(pulls))
 }
 
-/// What is poured or sprayed.
+/// Liquid to pour or spray.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Liquid {
-    /// What is mixed.
+    /// Components and their ratio.
     pub mix: Mix,
     /// Surplus to mix, as a fraction of the layer's mass.
     pub waste: f64,
-    /// How it cures.
+    /// Time and temperature of the cure.
     pub cure: Cure,
 }
 
-/// A material by its trade name, with so much surplus, as its maker says that it cures.
+/// Returns the liquid of a material with a surplus `waste`, cured as its maker specifies.
 pub fn liquid(material: &Castable, waste: f64) -> Liquid {
     Liquid { mix: mix(material), waste, cure: cure(material) }
 }
 
 impl Liquid {
-    /// The same, cured otherwise.
+    /// Replaces the cure.
     #[must_use]
     pub fn curing(self, cure: Cure) -> Self {
         Self { cure, ..self }
     }
 
-    /// Fills what these bodies enclose and becomes a layer.
+    /// Returns the action that pours the liquid into the space between `walls`, where it becomes `layer`.
     pub fn fills(
         self,
         walls: &[Name],
@@ -255,46 +256,46 @@ impl Liquid {
         Action::Pour(Pour { layer, walls, up, openings, mix, waste, cure })
     }
 
-    /// Coats bodies and becomes a layer.
+    /// Returns the action that sprays the liquid onto bodies, where it becomes `layer`.
     pub fn coats(self, onto: &[Name], layer: Name) -> Action {
         let Self { mix, waste, cure } = self;
         Action::Spray(Spray { layer: layer.into(), onto: names(onto), mix, waste, cure })
     }
 }
 
-/// What a layer is mixed from.
+/// Returns the mix that a layer of this material is made from.
 pub fn mix(material: &Castable) -> Mix {
     material.mix()
 }
 
-/// How a layer cures.
+/// Returns the cure of a layer of this material.
 pub fn cure(material: &Castable) -> Cure {
     material.cure()
 }
 
-/// How much a material shrinks as it cures, as a share.
+/// Returns the linear shrinkage of a material on curing, as a fraction.
 pub fn shrinkage(material: &Castable) -> f64 {
     material.shrinkage()
 }
 
-/// A rigid tool that comes off in a direction.
+/// Returns the removal of a rigid mold part in a direction.
 pub fn rigid(body: Name, direction: Vector3<f64>) -> Pull {
     Pull { body: body.into(), direction, strain_limit: None }
 }
 
-/// A body that comes off in a direction while a soft material gives way: the body's own, or what was
-/// cast.
+/// Returns the removal of a body in a direction during which a soft material stretches: the body's own, or that of the
+/// casting. The stretch is limited by the material's breaking strain.
 pub fn peeled(body: Name, direction: Vector3<f64>, material: &Castable) -> Pull {
     Pull { strain_limit: material.breaking_strain(), ..rigid(body, direction) }
 }
 
-/// The open top of what is poured, within `radius_mm` around the z axis, at a height; `up` is out of it.
+/// Returns the open top of a pour, a disc of `radius_mm` around the z axis at a height; `up` points out of the liquid.
 pub fn free_surface(radius_mm: f64, z_mm: f64, up: Vector3<f64>) -> Opening {
     let point = Point3::new(0.0, 0.0, z_mm);
     Opening { name: "free surface".into(), point, axis: up, radius_mm }
 }
 
-/// An opening of a layer at a pose, out of the layer along its z axis.
+/// Returns an opening of a layer at a pose whose z axis points out of the layer.
 pub fn opening(name: impl Into<String>, out: &Pose, radius_mm: f64) -> Opening {
     let (point, axis) = (out.point(Point3::origin()), out.vector(Vector3::z()));
     Opening { name: name.into(), point, axis, radius_mm }

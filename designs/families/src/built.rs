@@ -1,4 +1,4 @@
-//! One unit of a design as it measures: what is made is never quite what is drawn.
+//! Dimensions of one built unit of a design, which deviate from the drawing within tolerances.
 
 use std::collections::BTreeMap;
 
@@ -9,35 +9,37 @@ use crate::fixing::is_bought;
 use crate::registry::Trial;
 use crate::{Design, REGISTRY, SensorText};
 
-/// Permissible deviations of lengths without a tolerance of their own, ISO 2768-1 class m (medium): up to this
-/// size, mm, this far either way, mm.
+/// Permissible deviations of lengths without a stated tolerance, ISO 2768-1 class m (medium): (largest size, deviation
+/// either way), mm.
 const LENGTHS_MM: [(f64, f64); 6] =
     [(6.0, 0.1), (30.0, 0.2), (120.0, 0.3), (400.0, 0.5), (1000.0, 0.8), (2000.0, 1.2)];
-/// What that standard begins at, mm. What is thinner, such as a coat, is within this part of itself.
+/// Smallest size that ISO 2768-1 covers, mm. Thinner sizes, such as coats, deviate by at most [`OF_THIN`] of
+/// themselves.
 const THIN_MM: f64 = 0.5;
+// A fraction chosen here: the standard has no value below 0.5 mm.
 const OF_THIN: f64 = 0.2;
-/// The same standard's for angles with sides of 10 to 50 mm, which most are, deg.
+/// Permissible deviation of angles in ISO 2768-1 class m, deg, for sides of 10 to 50 mm, which most angles have.
 const ANGLE_DEG: f64 = 0.5;
 
-/// A length or an angle of one unit.
+/// Length or angle of one unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dimension {
     /// Dotted path of the parameter.
     pub path: String,
-    /// `mm` or `deg`.
+    /// Unit of the values: `mm` or `deg`.
     pub unit: &'static str,
-    /// As the design has it, in `unit`.
+    /// Value in the design, in `unit`.
     pub drawn: f64,
-    /// As this unit has it, in `unit`: as drawn where what was drawn of it by lot would break one of the design's rules, or move
-    /// something to where another one is drawn.
+    /// Value in this unit, in `unit`. Equals `drawn` where the random deviation would break a rule of the design, or
+    /// move a marker closer to the place where another one is drawn.
     pub built: f64,
-    /// How far it may be off either way, in `unit`.
+    /// Permissible deviation either way, in `unit`.
     pub tolerance: f64,
-    /// Whether the sensor's file states that, rather than ISO 2768-1.
+    /// True if the sensor's file states the tolerance; otherwise it comes from ISO 2768-1.
     pub is_stated: bool,
 }
 
-/// How far a length, mm, or an angle, deg, may be off where nobody says it; nothing of other kinds.
+/// Returns the default tolerance of a length, mm, or of an angle, deg; `None` for other kinds.
 ///
 /// ```
 /// use fabkit_designs::{built::usual_tolerance, parameters::Kind};
@@ -50,6 +52,7 @@ pub fn usual_tolerance(kind: Kind, value: f64) -> Option<f64> {
     match kind {
         Kind::Length if size < THIN_MM => Some(OF_THIN * size),
         Kind::Length => {
+            // Sizes beyond the table take its last tolerance.
             let of_size = LENGTHS_MM.iter().find(|(up_to, _)| size <= *up_to);
             Some(of_size.unwrap_or(&LENGTHS_MM[LENGTHS_MM.len() - 1]).1)
         }
@@ -58,15 +61,14 @@ pub fn usual_tolerance(kind: Kind, value: f64) -> Option<f64> {
     }
 }
 
-/// A unit of a design, with every length and angle of what is made off by so many tolerances as `off` says of its
-/// path.
+/// Builds a unit of a design in which every length and angle of a made part deviates by `off(path)` tolerances.
 ///
-/// What is bought is as its maker says, and the camera's sizes are its maker's. What is nought is not there, and
-/// stays so. Values that follow from others are off on their own, as what is made from them is. `overrides` and
-/// `others` are as for [`load`](crate::load).
+/// Sizes of bought pieces and of the camera stay as their makers state them. A size of zero means that the feature is
+/// absent, and stays zero. Values that are derived from others deviate on their own, as the feature made from them
+/// does. `overrides` and `others` are as for [`load`](crate::load).
 ///
 /// # Errors
-/// Everything that is wrong with the design as drawn.
+/// Every problem of the design as drawn.
 pub fn as_built(
     text: SensorText,
     overrides: &[String],
@@ -81,6 +83,7 @@ pub fn as_built(
         numbers.iter().filter_map(|number| dimension(number, off(&number.path))).collect();
     let lot = Lot { trial: &trial, text, set: &mine, others, drawn: &drawn };
     let kept = lot.keep(Sizes::new(), &dimensions);
+    // Sizes whose deviation had to be dropped stay as drawn.
     for dimension in dimensions.iter_mut().filter(|one| !kept.contains_key(&one.path)) {
         dimension.built = dimension.drawn;
     }
@@ -88,20 +91,21 @@ pub fn as_built(
     Ok((built, dimensions))
 }
 
-/// Values by path, as they would be written.
+/// Values by path, as text with unit, as a file would hold them.
 type Sizes = BTreeMap<String, String>;
 
-/// Whether a number is a size of something that is made, and is there.
+/// Returns whether a number is the size of a made feature that is present.
 fn is_made(number: &Number) -> bool {
     let is_size = matches!(number.kind, Kind::Length | Kind::Angle);
     let is_there = number.value.is_some_and(|value| value != 0.0);
     is_size && is_there && !is_bought(&number.path) && !number.path.starts_with("camera.")
 }
 
+/// Returns the deviating dimension of a number, `off` tolerances from its value.
 fn dimension(number: &Number, off: f64) -> Option<Dimension> {
     let drawn = number.value?;
     let tolerance = number.tolerance.or(usual_tolerance(number.kind, drawn))?;
-    // To a tenth of a micrometre: nobody measures more of it.
+    // Rounded to a tenth of a micrometre, finer than anybody measures.
     let built = (1e4 * (drawn + off * tolerance)).round() / 1e4;
     let [least, most] = number.range;
     Some(Dimension {
@@ -114,7 +118,7 @@ fn dimension(number: &Number, off: f64) -> Option<Dimension> {
     })
 }
 
-/// What sizes drawn by lot have to go together with.
+/// Design that random deviations of sizes have to be compatible with.
 struct Lot<'a> {
     trial: &'a Trial,
     text: SensorText<'a>,
@@ -124,7 +128,8 @@ struct Lot<'a> {
 }
 
 impl Lot<'_> {
-    /// Adds as many of these as can be had: all, or of each half of them as many, down to single ones.
+    /// Adds as many of the dimensions to `kept` as the design allows: all of them, or else as many as possible of each
+    /// half, down to single ones.
     fn keep(&self, kept: Sizes, dimensions: &[Dimension]) -> Sizes {
         let sizes =
             dimensions.iter().map(|one| (one.path.clone(), format!("{} {}", one.built, one.unit)));
@@ -135,21 +140,23 @@ impl Lot<'_> {
         match dimensions {
             [] | [_] => kept,
             all => {
+                // One bad deviation should not discard the others: bisect down to single sizes.
                 let (first, rest) = all.split_at(all.len() / 2);
                 self.keep(self.keep(kept, first), rest)
             }
         }
     }
 
-    /// Whether no rule is broken, and each piece of the drawing is there: a pattern that fills what there is has as many
-    /// pins in each of its rings in every unit.
+    /// Returns whether the sizes break no rule and keep every piece of the drawing. A pattern that fills the available
+    /// space could otherwise have another number of pins in a ring from unit to unit.
     fn can_be_had(&self, sizes: &Sizes) -> bool {
         self.trial.with(sizes, &[]).0.is_clean()
             && self.built(sizes).is_ok_and(|built| has_the_pieces_of(self.drawn, &built))
     }
 
+    /// Builds the design with deviating sizes.
     fn built(&self, sizes: &Sizes) -> Result<Design, InvalidDesign> {
-        // In place of what was set: nothing may be set twice.
+        // The deviating value replaces an override of the same path: no path may be set twice.
         let path = |set: &str| set.split_once('=').map_or("", |(path, _)| path.trim()).to_owned();
         let set = self.set.iter().filter(|set| !sizes.contains_key(&path(set))).cloned();
         let built = sizes.iter().map(|(path, text)| format!("{path}={text}"));
@@ -157,8 +164,8 @@ impl Lot<'_> {
     }
 }
 
-/// Whether there are the same bodies, as many of each, and what the camera follows is each nearer to its own place in
-/// the drawing than to any other's.
+/// Returns whether both designs have the same bodies in the same numbers, and each marker is closer to its own place in
+/// the drawing than to that of any other marker.
 fn has_the_pieces_of(drawn: &Design, built: &Design) -> bool {
     let bodies = |design: &Design| -> Vec<(String, usize)> {
         let bodies = design.sensor.bodies.iter();

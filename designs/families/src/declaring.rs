@@ -1,6 +1,6 @@
-//! How families declare their parameters and their layout.
+//! Macros by which families declare their parameters and their layout.
 
-/// Sections of parameters, one after the other: [`parameters!`] for each.
+/// Declares several sections of parameters, with [`parameters!`] for each.
 macro_rules! sections {
     ($($(#[doc = $doc:literal])+ pub struct $name:ident { $($fields:tt)+ })+) => {$(
         $crate::parameters! { $(#[doc = $doc])+ pub struct $name { $($fields)+ } }
@@ -8,9 +8,11 @@ macro_rules! sections {
 }
 pub(crate) use sections;
 
-/// Where things are, each stated once: what it is called, what it means, what it follows from. `let` for
-/// what nobody else needs.
+/// Declares a layout struct: each position or size with its name, documentation and formula, stated once. A `let`
+/// declares a local value that is not part of the struct.
 macro_rules! layout {
+    // Consumes one item per step: the rules behind `@` collect fields, their names and `let` statements in the three
+    // brackets.
     ($(#[$doc:meta])+ pub struct $name:ident from $p:ident: &$params:ty { $($rest:tt)+ }) => {
         $crate::layout!(@ $p: $params, [$(#[$doc])+ $name] [] [] [] $($rest)+);
     };
@@ -43,7 +45,7 @@ macro_rules! layout {
         }
 
         impl $name {
-            /// Derives it; meaningful only for parameters that satisfy the family's constraints.
+            /// Derives the layout; meaningful only for parameters that satisfy the family's constraints.
             pub fn new($p: &$params) -> Self {
                 $($lets)*
                 Self { $($made),* }

@@ -1,4 +1,4 @@
-//! A sensor as it is built, and the files beside those of its parts.
+//! Design of a sensor, and the companion files beside those of its parts.
 
 use std::any::Any;
 use std::fmt;
@@ -10,29 +10,29 @@ use fabkit_text::Setting;
 use crate::buying::Articles;
 use crate::materials::Castable;
 
-/// A sensor built from validated parameters.
+/// Sensor built from validated parameters.
 #[derive(Clone, Debug)]
 pub struct Design {
-    /// The family that read the files.
+    /// Name of the family that read the files.
     pub family: &'static str,
-    /// The parts, layers and components.
+    /// Parts, layers and components.
     pub sensor: Sensor,
     /// Every parameter in the order of the schema, with value and source.
     pub parameters: Vec<Setting>,
-    /// What follows from the parameters: name, value with unit; for `fabkit show`.
+    /// Quantities derived from the parameters, for `fabkit show`: name, and value with unit.
     pub derived: Vec<(String, String)>,
-    /// The materials that are cast, in the order of the parameters that name them.
+    /// Cast materials, in the order of the parameters that name them.
     pub materials: Vec<Castable>,
     /// Files that belong to the design besides those of its parts.
     pub companions: Vec<Companion>,
-    /// What may be bought, as fabkit and the user's files list it.
+    /// Articles that can be bought, from fabkit's lists and the user's files.
     pub articles: Articles,
 }
 
-/// A file beside those of the parts, such as a list of landmarks; written with every export.
+/// File beside those of the parts, such as a list of landmarks; written with every export.
 ///
-/// Whoever makes one from a document of a type of their own hands that on too. So nobody within the
-/// process reads a file again, or finds it by its name, and designs need not know what fixtures have.
+/// A companion may also carry the typed document that its bytes were written from. Code in this process then neither
+/// parses the file again nor finds it by its name, and this crate need not know the types of other crates.
 #[derive(Clone)]
 pub struct Companion {
     /// File name, for example `pin-dome.landmarks.json`.
@@ -41,7 +41,7 @@ pub struct Companion {
     document: Option<Arc<dyn Any + Send + Sync>>,
 }
 
-/// Worked out when somebody wants them, once for all copies.
+/// Bytes of a file, computed on first use, once for all clones.
 type Bytes = Arc<LazyLock<Vec<u8>, Box<dyn FnOnce() -> Vec<u8> + Send>>>;
 
 impl fmt::Debug for Companion {
@@ -50,7 +50,7 @@ impl fmt::Debug for Companion {
     }
 }
 
-/// As files: what a file says follows from its bytes.
+/// Compares as files: names and bytes. The document follows from the bytes.
 impl PartialEq for Companion {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name && self.bytes() == other.bytes()
@@ -60,14 +60,15 @@ impl PartialEq for Companion {
 impl Eq for Companion {}
 
 impl Companion {
-    /// A file for people and other programs.
+    /// Creates a companion from its bytes.
     pub fn new(name: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
         let bytes = bytes.into();
         Self::later(name, move || bytes)
     }
 
-    /// One whose bytes take long, for those who build a design and write no file. They are worked out while other
-    /// threads may wait for them: not in parallel, or these could be the threads that wait.
+    /// Creates a companion whose bytes are computed on first use, because that takes long and many callers build a
+    /// design without writing files. `bytes` runs inside a lock that other threads may wait for, so it must not run in
+    /// parallel: its workers could be the threads that wait.
     pub fn later(
         name: impl Into<String>,
         bytes: impl FnOnce() -> Vec<u8> + Send + 'static,
@@ -76,25 +77,25 @@ impl Companion {
         Self { name: name.into(), bytes: Arc::new(LazyLock::new(bytes)), document: None }
     }
 
-    /// What is in it.
+    /// Returns the content of the file.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// The same with what it says.
+    /// Attaches the typed document that the file was written from.
     #[must_use]
     pub fn of<T: Any + Send + Sync>(self, document: T) -> Self {
         Self { document: Some(Arc::new(document)), ..self }
     }
 
-    /// What it says, if that is a document of this type.
+    /// Returns the document if it is of type `T`.
     pub fn document<T: Any>(&self) -> Option<&T> {
         self.document.as_deref()?.downcast_ref()
     }
 }
 
 impl Design {
-    /// The documents of a type among its companions, in their order.
+    /// Returns the documents of type `T` among the companions, in their order.
     pub fn documents<T: Any>(&self) -> impl Iterator<Item = &T> {
         self.companions.iter().filter_map(Companion::document)
     }

@@ -1,4 +1,5 @@
-//! The families of sensors, each registered here alone, and the built-in sensors: every file of `sensors/`.
+//! Table of sensor families, the only place where each is registered, and of the built-in sensors: every file of
+//! `sensors/`.
 
 mod cap;
 mod dome;
@@ -9,7 +10,7 @@ mod sheet_mold;
 
 use crate::FamilyEntry;
 
-/// Every family.
+/// All families.
 pub(crate) const FAMILIES: &[FamilyEntry] = &[
     FamilyEntry::of::<cap::CapFamily>(),
     FamilyEntry::of::<dome::DomeFamily>(),
@@ -19,5 +20,5 @@ pub(crate) const FAMILIES: &[FamilyEntry] = &[
     FamilyEntry::of::<sheet_mold::SheetMoldFamily>(),
 ];
 
-/// Every built-in sensor: its name, and its text in `sensors/`.
+/// All built-in sensors: name, and YAML text from `sensors/`.
 pub(crate) const SENSORS: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sensors.rs"));

@@ -1,13 +1,13 @@
-//! Clearances by process: the one table that every part takes its fits from.
+//! Clearances by process: the single table that every part takes its fits from.
 
 use fabkit_geometry::Process;
 
-/// How two parts meet.
+/// Fit between two parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fit {
-    /// Holds by itself; pushed in by hand or with a vice.
+    /// Holds by friction; pushed in by hand or with a vice.
     Press,
-    /// Located without play worth naming; pushed in by hand.
+    /// Located with negligible play; pushed in by hand.
     Snug,
     /// Moves freely, stays centred.
     Slide,
@@ -15,12 +15,11 @@ pub enum Fit {
     Free,
 }
 
-/// Gap per side, mm, between a hole made by `process` and what goes in at its nominal size;
-/// negative where the two overlap.
+/// Returns the gap per side, mm, between a hole made by `process` and a body of the hole's nominal size; negative where
+/// the two overlap.
 ///
-/// Chosen for ordinary machines: a 0.4 mm nozzle closes holes by 0.1 to 0.2 mm, resin and laser
-/// stay within 0.05 mm, routed board edges within 0.1 mm. A lab replaces them by what its own
-/// coupon measures.
+/// The values are chosen for ordinary machines: a 0.4 mm nozzle closes holes by 0.1 to 0.2 mm, resin and laser stay
+/// within 0.05 mm, routed board edges within 0.1 mm. A lab replaces them by the measurements of its own coupon.
 pub fn gap_mm(process: Process, fit: Fit) -> f64 {
     let [press, snug, slide, free] = match process {
         Process::Fdm => [-0.05, 0.10, 0.20, 0.35],

@@ -1,11 +1,11 @@
-//! Bought fasteners and standard pieces, as solids and as the holes they need.
+//! Fasteners and standard pieces, as solids and as the holes they need.
 //!
-//! Heads and nuts are modelled at the largest size that their standard allows, because what is made
-//! has to take every piece that is sold; `designs/families/tests/families/hardware.rs` compares all of them with the
-//! standards' tables. Threads are cylinders of their nominal diameter.
+//! Heads and nuts are modelled at the largest size that their standard allows, because a part has to accept every piece
+//! on the market; `designs/families/tests/families/hardware.rs` compares all of them with the standards' tables.
+//! Threads are cylinders of their nominal diameter.
 //!
-//! A fastener's frame: origin where its head bears (pan) or ends flush (countersunk), z out of the
-//! material, so that the shaft goes down -z. A hole's frame is its fastener's.
+//! Frame of a fastener: the origin lies where its head bears (pan) or ends flush (countersunk), z points out of the
+//! material, so that the shaft extends along -z. A hole has the frame of its fastener.
 
 mod dowel;
 mod lens;
@@ -23,20 +23,20 @@ pub use o_ring::{ORing, SQUEEZED_PLAY_MM, stocked_cords};
 /// Shape of a screw's head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Head {
-    /// ISO 7045, bears on a plane.
+    /// Pan head, ISO 7045, which bears on a plane.
     Pan,
-    /// ISO 7046-1, a head of ISO 7721: 90 degrees, ends flush with the surface.
+    /// Countersunk head, ISO 7046-1, with the 90 degree cone of ISO 7721; ends flush with the surface.
     Countersunk,
 }
 
-/// A metric screw. `length_mm` counts as ordered: a countersunk head is part of it.
+/// Metric screw. `length_mm` is the ordered length, which includes a countersunk head.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Screw {
     /// Nominal thread diameter, mm.
     pub thread_mm: f64,
     /// Ordered length, mm.
     pub length_mm: f64,
-    /// Head.
+    /// Shape of the head.
     pub head: Head,
 }
 
@@ -46,28 +46,28 @@ struct Thread {
     pan_head_diameter: f64,
     pan_head_height: f64,
     countersunk: Countersunk,
-    /// ISO 273, medium.
+    /// Diameter of the clearance hole, ISO 273, medium.
     clearance_hole: f64,
-    /// Hole in plastic that the screw cuts its own thread into: about 0.82 of the nominal.
+    /// Diameter of the hole in plastic that the screw cuts its own thread into: about 0.82 of the nominal.
     pilot_hole: f64,
 }
 
-/// A countersunk head: its cone would end in a sharp edge, but is cut off by a short cylinder, so
-/// that its rim is narrower than the countersink that it lies in.
+/// Dimensions of a countersunk head, mm. Its cone would end in a sharp edge, but a short cylinder cuts it off, so that
+/// the rim is narrower than the countersink around it.
 struct Countersunk {
     standard: &'static str,
-    /// Over the rim.
+    /// Diameter of the rim.
     diameter: f64,
-    /// Where the cone would meet the head's flat face ("theoretical" in the standard).
+    /// Diameter at which the cone would meet the head's flat face ("theoretical" in the standard).
     sharp_diameter: f64,
-    /// The smallest countersink, at the surface.
+    /// Diameter of the smallest countersink, at the surface.
     sink_diameter: f64,
 }
 
-/// ISO 7045 (dk max, k max), ISO 7046-1 (dk max, theoretical dk max), ISO 15065 (Dc min).
+/// Table of threads: ISO 7045 (dk max, k max), ISO 7046-1 (dk max, theoretical dk max), ISO 15065 (Dc min).
 const THREADS: [Thread; 7] = [
-    // The ISO standards begin at M1.6. Pan: JCIS 10-70, type 3 (D, H max). Countersunk: DIN 963
-    // (dk, and k = 0.72 mm gives the sharp diameter); no standard countersink: the largest head.
+    // The ISO standards begin at M1.6. Pan: JCIS 10-70, type 3 (D, H max). Countersunk: DIN 963 (dk, and k = 0.72 mm
+    // gives the sharp diameter); there is no standard countersink, so it fits the largest head.
     Thread {
         nominal: 1.2,
         pan_head_diameter: 2.05,
@@ -182,22 +182,23 @@ impl Screw {
     /// M3 x 12, pan head.
     pub const M3X12: Self = Self { thread_mm: 3.0, length_mm: 12.0, head: Head::Pan };
 
+    /// Returns the table row of the thread.
     fn thread(&self) -> &'static Thread {
-        // Screws are made from the constants above, whose threads are all in the table.
+        // Screws are made from the constants above, whose threads are all in the table; the fallback is never used.
         THREADS.iter().find(|t| t.nominal == self.thread_mm).unwrap_or(&THREADS[0])
     }
 
-    /// Diameter of a hole that it passes through, mm.
+    /// Returns the diameter of the clearance hole, mm.
     pub fn clearance_hole_mm(&self) -> f64 {
         self.thread().clearance_hole
     }
 
-    /// Diameter of a hole in plastic that it cuts its thread into, mm.
+    /// Returns the diameter of a hole in plastic that the screw cuts its thread into, mm.
     pub fn pilot_hole_mm(&self) -> f64 {
         self.thread().pilot_hole
     }
 
-    /// Diameter of the head, mm.
+    /// Returns the diameter of the head, mm.
     pub fn head_diameter_mm(&self) -> f64 {
         match self.head {
             Head::Pan => self.thread().pan_head_diameter,
@@ -205,7 +206,7 @@ impl Screw {
         }
     }
 
-    /// The standard that it is ordered by.
+    /// Returns the standard that the screw is ordered by.
     pub fn standard(&self) -> &'static str {
         match self.head {
             Head::Pan if self.thread_mm < 1.6 => "JCIS 10-70",
@@ -214,17 +215,18 @@ impl Screw {
         }
     }
 
-    /// Its name among a sensor's bodies, for example `screw-m1-6x5`.
+    /// Returns the name of the screw among a sensor's bodies, for example `screw-m1-6x5`.
     pub fn name(&self) -> String {
         format!("screw-m{}x{}", self.thread_mm, self.length_mm).replace('.', "-")
     }
 
-    /// How it is ordered, for example `pan head screw ISO 7045 M1.6x5`.
+    /// Returns the text that the screw is ordered by, for example `pan head screw ISO 7045 M1.6x5`.
     pub fn ordered(&self) -> String {
         self.order().asked_for()
     }
 
-    /// What to ask a shop for, with the driver that turns it: ISO 4757 gives the cross recess of each thread.
+    /// Returns the order for a shop, with the driver that turns the screw: ISO 4757 gives the cross recess of each
+    /// thread.
     pub fn order(&self) -> Order {
         let head = match self.head {
             Head::Pan => "pan head",
@@ -240,8 +242,8 @@ impl Screw {
         Order::of(format!("{head} screw {}", self.standard()), size).with_tool(driver)
     }
 
-    /// Diameter of the countersink at the surface, mm, for a countersunk head with `gap_mm` to
-    /// spare on each side; of the hole for other heads.
+    /// Returns the diameter of the countersink at the surface, mm, for a countersunk head with clearance `gap_mm` per
+    /// side; for other heads, the diameter of the clearance hole.
     pub fn sink_diameter_mm(&self, gap_mm: f64) -> f64 {
         match self.head {
             Head::Pan => self.clearance_hole_mm(),
@@ -249,12 +251,13 @@ impl Screw {
         }
     }
 
-    /// Depth of that countersink, mm: from the surface to where its cone meets the hole.
+    /// Returns the depth of the countersink, mm: from the surface to where its cone meets the hole.
     pub fn sink_depth_mm(&self, gap_mm: f64) -> f64 {
+        // The cone has 90 degrees, so its depth is half the difference of the diameters.
         (self.sink_diameter_mm(gap_mm) - self.clearance_hole_mm()) / 2.0
     }
 
-    /// How far the head stands above the surface it bears on, mm.
+    /// Returns the height of the head above the surface it bears on, mm.
     pub fn head_height_mm(&self) -> f64 {
         match self.head {
             Head::Pan => self.thread().pan_head_height,
@@ -262,12 +265,12 @@ impl Screw {
         }
     }
 
-    /// How much a thread that is cut into plastic overlaps it, mm per side.
+    /// Returns the overlap of a self-cut thread with the plastic, mm per side.
     pub fn thread_overlap_mm(&self) -> f64 {
         (self.thread_mm - self.pilot_hole_mm()) / 2.0
     }
 
-    /// The screw.
+    /// Returns the solid of the screw.
     pub fn solid(&self) -> Solid {
         let (shaft, head, length) =
             (self.thread_mm / 2.0, self.head_diameter_mm() / 2.0, self.length_mm);
@@ -278,6 +281,7 @@ impl Screw {
                 [vec![[0.0, -length], [shaft, -length], [shaft, 0.0]], top.to_vec()].concat()
             }
             Head::Countersunk => {
+                // The cone has 90 degrees, so heights along it equal differences of radii.
                 let sharp = self.thread().countersunk.sharp_diameter / 2.0;
                 let (foot, rim) = (shaft - sharp, head - sharp);
                 let shaft = [[0.0, -length], [shaft, -length], [shaft, foot]];
@@ -287,10 +291,9 @@ impl Screw {
         Solid::revolution(Path::polygon(&outline)).named("screw")
     }
 
-    /// The passage through a plate of `depth_mm` below the origin, open above. A countersunk head
-    /// gets the smallest countersink of its standard and `gap_mm` on each side, so that even the
-    /// largest head does not stand proud; the cone goes on upwards so that it leaves a curved face
-    /// too.
+    /// Returns the passage through a plate of `depth_mm` below the origin, open above. A countersunk head gets the
+    /// smallest countersink of its standard plus `gap_mm` per side, so that even the largest head does not protrude.
+    /// The cone continues upwards, so that it also cuts through a curved face.
     pub fn clearance_tool(&self, depth_mm: f64, gap_mm: f64) -> Solid {
         let hole = self.clearance_hole_mm() / 2.0;
         let bottom = -depth_mm - CUT_OVERLAP_MM;
@@ -300,6 +303,7 @@ impl Screw {
             }
             Head::Countersunk => {
                 let rim = self.sink_diameter_mm(gap_mm) / 2.0;
+                // Height, mm, by which the cone continues above the surface.
                 let above = 1.0;
                 vec![
                     [0.0, bottom],
@@ -313,8 +317,8 @@ impl Screw {
         Solid::revolution(Path::polygon(&outline))
     }
 
-    /// The passage through `depth_mm` below the origin, with a counterbore `height_mm` high above
-    /// it and `gap_mm` to spare around the head.
+    /// Returns the passage through `depth_mm` below the origin, with a counterbore `height_mm` high above it and
+    /// clearance `gap_mm` around the head.
     pub fn sunk_tool(&self, depth_mm: f64, height_mm: f64, gap_mm: f64) -> Solid {
         let (hole, head) = (self.clearance_hole_mm() / 2.0, self.head_diameter_mm() / 2.0 + gap_mm);
         let (bottom, top) = (-depth_mm - CUT_OVERLAP_MM, height_mm + CUT_OVERLAP_MM);
@@ -328,38 +332,38 @@ impl Screw {
         ]))
     }
 
-    /// The hole that the screw cuts its thread into, `depth_mm` deep below the origin.
+    /// Returns the hole that the screw cuts its thread into, `depth_mm` deep below the origin.
     pub fn pilot_tool(&self, depth_mm: f64) -> Solid {
         Solid::cylinder(self.pilot_hole_mm() / 2.0, depth_mm + CUT_OVERLAP_MM).at_z(-depth_mm)
     }
 }
 
-/// A hexagon socket head screw, ISO 4762 (dk max of plain heads, k max).
+/// Hexagon socket head screw, ISO 4762 (dk max of plain heads, k max).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SocketScrew {
-    /// Thread, mm.
+    /// Nominal thread diameter, mm.
     pub thread_mm: f64,
     /// Diameter of the head, mm.
     pub head_diameter_mm: f64,
     /// Height of the head, mm.
     pub head_height_mm: f64,
-    /// Hole that it passes through, ISO 273 medium, mm.
+    /// Diameter of the clearance hole, ISO 273 medium, mm.
     pub clearance_hole_mm: f64,
 }
 
-/// Lengths that ISO 4762 has for M4, M5 and, but for the first, for M6, mm.
+/// Lengths that ISO 4762 lists for M4 and M5 and, except the first, for M6, mm.
 const SOCKET_LENGTHS_MM: [f64; 10] = [8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0];
 
 impl SocketScrew {
-    /// M4.
+    /// M4 socket screw.
     pub const M4: Self =
         Self { thread_mm: 4.0, head_diameter_mm: 7.0, head_height_mm: 4.0, clearance_hole_mm: 4.5 };
 
-    /// M5.
+    /// M5 socket screw.
     pub const M5: Self =
         Self { thread_mm: 5.0, head_diameter_mm: 8.5, head_height_mm: 5.0, clearance_hole_mm: 5.5 };
 
-    /// M6.
+    /// M6 socket screw.
     pub const M6: Self = Self {
         thread_mm: 6.0,
         head_diameter_mm: 10.0,
@@ -367,21 +371,22 @@ impl SocketScrew {
         clearance_hole_mm: 6.6,
     };
 
-    /// The standard's length that is nearest to a wanted one, mm.
+    /// Returns the standard length nearest to `wanted_mm`, mm.
     pub fn length_near_mm(wanted_mm: f64) -> f64 {
         let off = |length: &f64| (length - wanted_mm).abs();
         let nearest = SOCKET_LENGTHS_MM.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
         nearest.unwrap_or(wanted_mm)
     }
 
-    /// What to ask a shop for, with the key that turns it: the socket of ISO 4762.
+    /// Returns the order for a shop, with the hexagon key that turns the screw.
     pub fn order(&self, length_mm: f64) -> Order {
+        // ISO 4762: 3, 4 and 5 mm for M4, M5 and M6.
         let key_mm = self.thread_mm - 1.0;
         Order::of("socket head screw ISO 4762", format!("M{}x{length_mm}", self.thread_mm))
             .with_tool(format!("hexagon key {key_mm} mm"))
     }
 
-    /// The screw, its head bearing at z = 0.
+    /// Returns the solid of the screw, its head bearing at z = 0.
     pub fn solid(&self, length_mm: f64) -> Solid {
         let (shaft, head) = (self.thread_mm / 2.0, self.head_diameter_mm / 2.0);
         Solid::revolution(Path::polygon(&[

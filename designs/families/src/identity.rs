@@ -1,11 +1,11 @@
-//! Which design a file belongs to.
+//! Identity of the design that a file belongs to.
 
 use crate::Design;
 
-/// BLAKE3, in hex, over fabkit's version, the sensor's name and every parameter as `path=value`.
+/// Computes the BLAKE3 hash, in hex, of fabkit's version, the sensor's name and every parameter as `path=value`.
 ///
-/// Two files with the same hash were made from the same geometry. Sources, notes and comments do
-/// not count; the chord tolerance does not either, because it belongs to the file, not the design.
+/// Two files with the same hash were made from the same geometry. Sources, notes and comments do not count; the chord
+/// tolerance does not either, because it belongs to the file, not to the design.
 pub fn design_hash(design: &Design) -> String {
     let mut hasher = blake3::Hasher::new();
     let mut line = |key: &str, value: &str| {
@@ -16,7 +16,8 @@ pub fn design_hash(design: &Design) -> String {
     };
     line("fabkit", env!("CARGO_PKG_VERSION"));
     line("sensor", &design.sensor.name);
-    // What a family does by default it did before it could do otherwise.
+    // A default describes what the family did before the parameter existed: leaving it out keeps the hashes of older
+    // designs.
     for setting in design.parameters.iter().filter(|setting| !setting.is_default) {
         line(&setting.path, &setting.value);
     }

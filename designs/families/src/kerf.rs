@@ -1,24 +1,23 @@
-//! How wide a cutter's beam or tool is: the one table that exported outlines are widened by.
+//! Kerfs, the widths of a cutter's beam or tool: the single table by which exported outlines are widened.
 
 use fabkit_geometry::Process;
 
-/// Kerfs by a word of the material's name, mm; the first that fits counts.
+/// Laser kerfs by words of the material's name, mm; the first match counts.
 ///
-/// Chosen for CO2 lasers with the common 2 inch lens at the thickness of these sensors (2 to 6 mm):
-/// acrylic evaporates cleanly, wood chars a little wider, film and paper are thin enough for the
-/// focus alone. Machines differ by more than 0.05 mm: cut ten 20 mm squares side by side, measure
-/// what is missing, and say so with `--kerf`.
+/// Chosen for CO2 lasers with the common 2 inch lens at the thickness of these sensors (2 to 6 mm): acrylic evaporates
+/// cleanly, wood chars a little wider, film and paper are thin enough for the focus alone. Machines differ by more than
+/// 0.05 mm: cut ten 20 mm squares side by side, measure how much is missing, and pass that with `--kerf`.
 const LASER_KERFS_MM: &[(&[&str], f64)] = &[
     (&["acrylic", "pmma", "plexiglas"], 0.20),
     (&["wood", "mdf", "birch"], 0.25),
     (&["film", "paper", "card"], 0.10),
 ];
 
-/// For what the table does not name.
+/// Laser kerf of materials that the table does not name, mm.
 const OTHER_LASER_KERF_MM: f64 = 0.20;
 
-/// Width of the cut that a process makes in a material, mm; 0 where the maker of the part
-/// compensates (boards are routed to their outline) or where nothing is cut along a line.
+/// Returns the kerf of a process in a material, mm; 0 where the maker of the part compensates (boards are routed to
+/// their outline) or nothing is cut along a line.
 ///
 /// ```
 /// use fabkit_designs::kerf_mm;

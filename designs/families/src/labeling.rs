@@ -1,6 +1,6 @@
-//! Text on printed parts, placed by a rule that knows nothing of families: on the first flat or nearly
-//! flat face that has room for it, that nothing else touches and that is thick enough. Where the name
-//! does not fit, letters are smaller, then the name is cut short.
+//! Text labels on printed parts, placed by a rule that knows nothing of families: on the first flat or nearly flat face
+//! that has room, that nothing else touches and that is thick enough. Where the name does not fit, first the letters
+//! get smaller, then the name is shortened.
 
 mod face;
 mod words;
@@ -13,13 +13,13 @@ use crate::{choices, parameters};
 use face::{Faces, Found, MARGIN_MM};
 
 choices! {
-    /// Whether printed parts carry text.
+    /// Style of the text on printed parts.
     pub enum LabelStyle {
         /// No text.
         None = "none",
-        /// It stands out.
+        /// Text that stands out of the face.
         Raised = "raised",
-        /// It is cut in.
+        /// Text cut into the face.
         Sunken = "sunken",
     }
 }
@@ -40,44 +40,45 @@ parameters! {
     }
 }
 
-/// The key of the section in every family's files.
+/// Key of the section in the files of every family.
 pub const KEY: &str = "labels";
 
-/// What it is for.
+/// Summary of the section.
 pub const SUMMARY: &str = "Text on printed parts.";
 
-/// Its values where no file says anything else, for messages, and their text.
+/// Default values: file name for messages, and YAML text.
 pub const DEFAULTS: (&str, &str) = ("labels.yaml (defaults)", include_str!("labels.yaml"));
 
-/// How the notes of parts say why they carry none.
+/// Beginning of the note that explains why a part carries no label.
 const BARE: &str = "carries no label: ";
 
-/// The word for every part.
+/// Keyword that selects every part.
 const ALL: &str = "all";
 
 impl Labels {
-    /// Whether every part that has room is labelled, those of fixtures as well.
+    /// Returns whether every part that has room is labelled, including those of fixtures.
     pub(crate) fn is_of_all(&self) -> bool {
         self.parts.iter().any(|name| name == ALL)
     }
 }
 
-/// Lowest letters that can be read, mm: of filament from a nozzle of 0.4 mm, where strokes are as wide as
-/// its lines, and of resin, where the makers' guides ask for details of 0.15 mm (Formlabs) to 0.5 mm
-/// (Stratasys).
+/// Returns the smallest legible letter height, mm: for filament from a 0.4 mm nozzle, where strokes are as wide as its
+/// lines, and for resin, where the makers' guides ask for details of 0.15 mm (Formlabs) to 0.5 mm (Stratasys).
 fn least_mm(process: Option<Process>) -> f64 {
     if process == Some(Process::Fdm) { 3.0 } else { 2.5 }
 }
 
-/// Heights to try in this order, mm: as asked for, then lower ones.
+/// Returns the letter heights to try, in this order, mm: the requested one, then lower ones.
 fn heights_mm(asked_mm: f64, process: Option<Process>) -> impl Iterator<Item = f64> {
     let least_mm = least_mm(process);
     let steps = [1.0, 0.75, 0.5].map(|part| (part * asked_mm).max(least_mm).min(asked_mm));
+    // Near the smallest height, several steps may be clamped to the same value.
     let is_new = move |i: usize| i == 0 || steps[i] < steps[i - 1];
     (0..steps.len()).filter(move |i| is_new(*i)).map(move |i| steps[i])
 }
 
-/// Puts text on the parts that it is asked for; says on which, or reports why not.
+/// Adds text to the parts that `labels` selects. Returns the names of the labelled parts; reports a part that is named
+/// but cannot be labelled.
 pub(crate) fn apply(labels: &Labels, sensor: &mut Sensor, report: &mut Report) -> Vec<String> {
     if labels.style == LabelStyle::None {
         return Vec::new();
@@ -85,6 +86,7 @@ pub(crate) fn apply(labels: &Labels, sensor: &mut Sensor, report: &mut Report) -
     let printed: Vec<String> =
         sensor.bodies.iter().filter(|body| is_printed(body)).map(|b| b.name.clone()).collect();
     let is_all = labels.is_of_all();
+    // Every name that is no printed part is reported.
     for name in labels.parts.iter().filter(|name| *name != ALL && !printed.contains(name)) {
         report.require(
             false,
@@ -120,6 +122,7 @@ pub(crate) fn apply(labels: &Labels, sensor: &mut Sensor, report: &mut Report) -
                 bare.push((i, why));
             }
             Err(why) => {
+                // The letters are the problem, not the face, so no other part is tried.
                 let (path, hint) = match why {
                     LabelError::Low(_) => ("labels.height", "write higher letters"),
                     _ => ("labels.text", "write other letters"),
@@ -137,6 +140,7 @@ pub(crate) fn apply(labels: &Labels, sensor: &mut Sensor, report: &mut Report) -
     for (i, text, label) in written {
         let body = &mut sensor.bodies[i];
         names.push(body.name.clone());
+        // A note is needed only where the label differs from the part's name.
         if !text.eq_ignore_ascii_case(&body.name) {
             body.notes.push(format!("labelled {}", text.to_ascii_uppercase()));
         }
@@ -148,20 +152,21 @@ pub(crate) fn apply(labels: &Labels, sensor: &mut Sensor, report: &mut Report) -
     names
 }
 
+/// Returns whether a body is made by a printing process.
 fn is_printed(body: &Body) -> bool {
     body.is_made() && matches!(body.process(), Some(Process::Fdm | Process::Sla | Process::PolyJet))
 }
 
-/// The part that carries the label of what a part is printed with, if that is another one.
+/// Returns the part that carries the label of the group that `body` is printed with in one piece, if that is another
+/// part.
 fn leader<'a>(sensor: &'a Sensor, body: &Body) -> Option<&'a str> {
     let group = sensor.print_groups.iter().find(|group| group.parts.contains(&body.name))?;
-    // What is stiff takes letters; what others cover does not.
+    // The last part of a group is the stiff one. Letters go there: the others are soft or covered.
     let first = group.parts.last()?;
     (*first != body.name).then_some(first.as_str())
 }
 
-/// What is written on a part, and where: the longest text in the highest letters that there is a face
-/// for.
+/// Finds the text of a part and its place: the longest text in the largest letters for which a face has room.
 fn placed(
     labels: &Labels,
     body: &Body,
@@ -184,6 +189,7 @@ fn placed(
     Ok(None)
 }
 
+/// Reports that no face of a named part has room for its label.
 fn report_no_face(labels: &Labels, body: &Body, report: &mut Report) {
     let text = if labels.text.trim().is_empty() { &body.name } else { &labels.text };
     let size = Label::new(text, labels.height.mm(), Pose::identity()).map(|label| label.size_mm());

@@ -1,4 +1,4 @@
-//! The sensors: their parameters with sources, and the parametric parts made from them.
+//! Sensors: their parameters with sources, and the parametric parts made from them.
 
 pub mod assembling;
 pub mod blocks;
@@ -36,26 +36,26 @@ pub use registry::{
     SensorText, Start, camera_modules, extended_file,
 };
 
-/// The families and sensors that fabkit comes with.
+/// Families and built-in sensors that fabkit comes with.
 pub static REGISTRY: Registry = Registry::new(families::FAMILIES, families::SENSORS);
 
-/// Names of the built-in sensors, sorted.
+/// Returns the names of the built-in sensors, sorted.
 pub fn builtin_names() -> Vec<&'static str> {
     REGISTRY.builtin_names()
 }
 
-/// The YAML text of a built-in sensor.
+/// Returns the YAML text of a built-in sensor.
 pub fn builtin_yaml(name: &str) -> Option<&'static str> {
     REGISTRY.builtin_yaml(name)
 }
 
 /// Builds a design from YAML text and overrides.
 ///
-/// `file` names the text in messages. Each override is `path=value` as on the command line. Keys at
-/// the top that are among `others` are not read: other crates keep sections in the same files.
+/// `file` names the text in messages. Each override is `path=value` as on the command line. Top-level keys among
+/// `others` are skipped: other crates keep sections in the same files.
 ///
 /// # Errors
-/// Everything that is wrong, each with place, value, limit and a hint.
+/// Every problem, each with place, value, limit and a hint.
 pub fn load(
     file: &str,
     yaml: &str,
@@ -65,7 +65,7 @@ pub fn load(
     REGISTRY.load(file, yaml, overrides, others)
 }
 
-/// The JSON Schema (draft-07) of sensor files, without extensions.
+/// Returns the JSON Schema (draft-07) of sensor files, without extensions.
 pub fn json_schema() -> serde_json::Value {
     REGISTRY.json_schema(&[])
 }

@@ -1,21 +1,21 @@
-//! What a sensor must bear.
+//! Loads that a sensor must bear.
 
 use crate::materials::Force;
 use crate::parameters;
 
 parameters! {
-    /// What the sensor must bear.
+    /// Loads that the sensor must bear.
     pub struct Loads {
         /// What pushes, drags and pulls at the touched surface, and must not tear it off.
         touch: Force = 0.1..=1000.0,
     }
 }
 
-/// The key of the section in every family's files.
+/// Key of the section in the files of every family.
 pub const KEY: &str = "loads";
 
-/// What it is for.
+/// Summary of the section.
 pub const SUMMARY: &str = "What the sensor must bear.";
 
-/// Its values where no file says anything else, for messages, and their text.
+/// Default values: file name for messages, and YAML text.
 pub const DEFAULTS: (&str, &str) = ("loads.yaml (defaults)", include_str!("loads.yaml"));

@@ -1,4 +1,4 @@
-//! Families of sensors and built-in sensors, and how a file becomes a design.
+//! Registry of sensor families and built-in sensors, which turns a sensor file into a design.
 
 mod absent;
 mod extending;
@@ -32,10 +32,10 @@ use crate::materials::{Castable, adhere, check_kinds, hold, substances};
 use crate::own::{Known, add_to_schema};
 use crate::processes::{Workshop, assign, names, report_unnamed};
 
-/// The version of the file format that is read.
+/// Version of the file format that is read.
 pub const FORMAT: u32 = 1;
 
-/// Files of sensors.
+/// Dialect of sensor files.
 const SENSOR: Dialect = Dialect {
     base: "a built-in sensor",
     absent: absent::ABSENT,
@@ -43,7 +43,7 @@ const SENSOR: Dialect = Dialect {
 };
 
 fabkit_text::parameters! {
-    /// What every sensor file says besides its parameters.
+    /// Header that every sensor file has besides its parameters.
     pub struct Header {
         /// Name of the sensor and of its output folder.
         name: Name,
@@ -54,41 +54,41 @@ fabkit_text::parameters! {
     }
 }
 
-/// What a family makes of its parameters.
+/// Result of [`Family::build`].
 #[derive(Clone, Debug)]
 pub struct Built {
-    /// The parts, layers and components.
+    /// Parts, layers and components.
     pub sensor: Sensor,
-    /// What follows from the parameters: name, value with unit; for `fabkit show`.
+    /// Quantities derived from the parameters, for `fabkit show`: name, and value with unit.
     pub derived: Vec<(String, String)>,
-    /// What the sensor is mounted by, where an adapter can be screwed to it.
+    /// Face that the sensor is mounted by, if an adapter can be screwed to it.
     pub face: Option<MountFace>,
 }
 
-/// A family of sensors: parameters, what they must fulfil together, and the parts made of them.
+/// Family of sensors: parameters, the constraints between them, and the parts made from them.
 pub trait Family {
-    /// Declared with [`parameters!`](crate::parameters!).
+    /// Parameters, declared with [`parameters!`](crate::parameters!).
     type Parameters: Section;
-    /// The word behind `family:`.
+    /// Word behind `family:` in sensor files.
     const NAME: &'static str;
-    /// One line for people.
+    /// Summary in one line.
     const SUMMARY: &'static str;
-    /// The built-in sensor whose values serve as examples.
+    /// Built-in sensor whose values serve as examples.
     const EXAMPLE: &'static str;
-    /// Values that hold where no file says anything else: name for messages and YAML text of each file.
+    /// Default values: file name for messages and YAML text of each file.
     ///
-    /// What they ask for is what the family made before it had these parameters, so that they do not
-    /// count for the identity of a design.
+    /// The defaults describe what the family made before it had these parameters, so that they do not count for the
+    /// identity of a design.
     const DEFAULTS: &'static [(&'static str, &'static str)] = &[];
 
-    /// Reports impossible combinations. Each value is within its own limits by now.
+    /// Reports impossible combinations. Each value is already within its own limits.
     fn check(parameters: &Self::Parameters, report: &mut Report);
 
-    /// Makes the parts. Only called when nothing is wrong so far; `None` after reporting why.
+    /// Builds the parts. Called only while there is no problem; returns `None` after reporting one.
     fn build(parameters: &Self::Parameters, header: &Header, report: &mut Report) -> Option<Built>;
 }
 
-/// A [`Family`] in the table of families.
+/// Entry of the table of families: the type-erased form of a [`Family`].
 #[derive(Clone, Copy, Debug)]
 pub struct FamilyEntry {
     name: &'static str,
@@ -100,21 +100,21 @@ pub struct FamilyEntry {
     probe: fn(Reader) -> Report,
 }
 
-/// Reads what other crates keep in the same file, after the family's own parameters.
+/// Callback that reads the sections of other crates in the same file, after the family's own parameters.
 type ReadMore<'a> = &'a mut dyn FnMut(&mut Reader);
 
-/// Names of parts that other crates make for a sensor, as `parts:` calls them; nothing where they are not
-/// known.
+/// Callback that returns the names of parts that other crates make for a sensor, as `parts:` calls them; `None` where
+/// they are not known.
 type MoreNames<'a> = &'a mut dyn FnMut(&Sensor) -> Option<Vec<String>>;
 
-/// A design, where its values stand, and what is said of how parts are made.
+/// Design with the positions of its values in the files, and with the statements on how parts are made.
 struct Loaded {
     design: Design,
     report: Report,
     workshop: Workshop,
 }
 
-/// Settings and parts, as far as they came, and what is wrong.
+/// Result of reading and building: settings and parts, as far as they could be obtained, and the problems.
 struct Run {
     settings: Vec<Setting>,
     built: Option<Built>,
@@ -122,34 +122,34 @@ struct Run {
     report: Report,
 }
 
-/// A section that another crate keeps in sensor files.
+/// Section that another crate keeps in sensor files.
 ///
-/// What a file leaves out comes from the defaults, which are files of the same form.
+/// Values that a file leaves out come from the defaults, which are files of the same form.
 #[derive(Clone, Copy, Debug)]
 pub struct Extension {
-    /// The key at the top of the file.
+    /// Top-level key of the section.
     pub key: &'static str,
-    /// One line for people.
+    /// Summary in one line.
     pub summary: &'static str,
-    /// Name for messages and YAML text of each file with defaults; each holds `key:` alone.
+    /// Default values: file name for messages and YAML text of each file; each file holds `key:` alone.
     pub defaults: &'static [(&'static str, &'static str)],
 }
 
-/// The parameters of an extension.
+/// Parameters of an extension, as read.
 #[derive(Clone, Debug)]
 pub struct Extended<P> {
-    /// As read.
+    /// Typed parameters.
     pub parameters: P,
-    /// The same, as `fabkit show` prints them.
+    /// Parameters as `fabkit show` prints them.
     pub settings: Vec<Setting>,
-    /// Where values stand, to report on.
+    /// Report that knows the positions of the values, for further findings.
     pub report: Report,
-    /// What the file says of how parts are made.
+    /// Statements of the file on how parts are made.
     pub workshop: Workshop,
 }
 
 impl FamilyEntry {
-    /// The entry of a family.
+    /// Creates the entry of a family.
     pub const fn of<F: Family>() -> Self {
         Self {
             name: F::NAME,
@@ -162,22 +162,22 @@ impl FamilyEntry {
         }
     }
 
-    /// The word behind `family:`.
+    /// Returns the word behind `family:`.
     pub fn name(&self) -> &'static str {
         self.name
     }
 
-    /// One line for people.
+    /// Returns the summary in one line.
     pub fn summary(&self) -> &'static str {
         self.summary
     }
 
-    /// The built-in sensor whose values serve as examples.
+    /// Returns the built-in sensor whose values serve as examples.
     pub fn example(&self) -> &'static str {
         self.example
     }
 
-    /// Its parameters, and those that every family has.
+    /// Returns the family's parameters, followed by those that every family has.
     fn parameters(&self) -> Vec<Field> {
         let mut fields = (self.fields)();
         let shape = Adapter::shape(&());
@@ -189,20 +189,21 @@ impl FamilyEntry {
         fields
     }
 
-    /// Every key of a file of this family but `format`, `family` and `extends`.
+    /// Returns every key of this family's files except `format`, `family` and `extends`.
     fn all_fields(&self) -> Vec<Field> {
         [Header::fields(), self.parameters()].concat()
     }
 
-    /// Lays the values that hold where no file says anything else over a document.
+    /// Lays the family's default values into a document.
     fn lay_defaults(&self, document: &mut Document) {
         lay_shared_defaults(document);
-        // A family's own come last: they hold where those of all families say otherwise.
+        // The family's own defaults come last: they override those shared by all families.
         let files = [&[adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS], self.defaults];
         lay_defaults(document, &files.concat(), TextLayer::Default);
     }
 }
 
+/// Reads a document as the family `F` and builds its parts, then applies loads, adapter and labels.
 fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: ReadMore) -> Run {
     let header = Header::read(&mut reader, "", "", &());
     reader.take_settings(); // The header is no parameter.
@@ -211,14 +212,16 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     let labels = Labels::read(&mut reader, labeling::KEY, "", &());
     let loads = Loads::read(&mut reader, loads::KEY, "", &());
     let settings = reader.take_settings();
+    // Read after the family's settings have been taken, so that those of other crates stay separate.
     read_more(&mut reader);
     let known = reader.known::<Known>().cloned();
     let mut report = reader.finish(example);
     if let Some(known) = &known {
         check_kinds(&settings, &known.materials, &mut report);
     }
-    if let Some(parameters) = &parameters {
+    if let Some(parameters) = parameters.as_ref().filter(|_| !report.has_unknown_names()) {
         F::check(parameters, &mut report);
+        // Evaluates the rules on neighbouring values, to trace which parameters each limit follows from.
         report.trace("", parameters, F::check);
     }
     let mut built = match (&parameters, &header) {
@@ -242,7 +245,7 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     Run { settings, built, labels, report }
 }
 
-/// Looks at the values alone: what they must keep, and nothing built.
+/// Checks the values against the family's constraints without building anything.
 fn probe<F: Family>(mut reader: Reader) -> Report {
     Header::read(&mut reader, "", "", &());
     let parameters = F::Parameters::read(&mut reader, "", "", &());
@@ -253,7 +256,7 @@ fn probe<F: Family>(mut reader: Reader) -> Report {
     report
 }
 
-/// All families and built-in sensors.
+/// Table of all families and built-in sensors.
 #[derive(Clone, Copy, Debug)]
 pub struct Registry {
     families: &'static [FamilyEntry],
@@ -261,7 +264,7 @@ pub struct Registry {
 }
 
 impl Registry {
-    /// A registry of families and of built-in sensors, each with its name and YAML text.
+    /// Creates a registry of families and of built-in sensors, each sensor with its name and YAML text.
     pub const fn new(
         families: &'static [FamilyEntry],
         sensors: &'static [(&'static str, &'static str)],
@@ -269,38 +272,39 @@ impl Registry {
         Self { families, sensors }
     }
 
-    /// Names of the built-in sensors, sorted.
+    /// Returns the names of the built-in sensors, sorted.
     pub fn builtin_names(&self) -> Vec<&'static str> {
         let mut names: Vec<&str> = self.sensors.iter().map(|(name, _)| *name).collect();
         names.sort_unstable();
         names
     }
 
-    /// The YAML text of a built-in sensor.
+    /// Returns the YAML text of a built-in sensor.
     pub fn builtin_yaml(&self, name: &str) -> Option<&'static str> {
         self.sensors.iter().find(|(known, _)| *known == name).map(|(_, yaml)| *yaml)
     }
 
-    /// The files with values that families have where no file says anything else, as messages name
-    /// them, and their texts; some are several families'.
+    /// Returns the files with default values, each with its name for messages and its text. A file that several
+    /// families share appears several times.
     pub fn default_files(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let defaults = self.families.iter().flat_map(|family| family.defaults.iter().copied());
         let shared = [blocks::DEFAULTS, adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS];
         defaults.chain(shared)
     }
 
-    /// Dotted path of every parameter of a family, in order.
+    /// Returns the dotted path of every parameter of a family, in order.
     pub fn parameter_paths(&self, family: &str) -> Vec<String> {
         let family = self.families.iter().filter(|f| f.name == family);
         let root = Place::new(TextLayer::File, "", &SENSOR);
         family.flat_map(|f| Document::new(f.parameters(), root.clone()).paths()).collect()
     }
 
-    /// The JSON Schema (draft-07) of sensor files.
+    /// Returns the JSON Schema (draft-07) of sensor files.
     ///
-    /// `extensions` are the sections that other crates keep in the files: key, line for people,
-    /// fields. All of their values have defaults.
+    /// `extensions` are the sections that other crates keep in the files: key, summary, fields. All of their values
+    /// have defaults.
     pub fn json_schema(&self, extensions: &[(&str, &str, Vec<Field>)]) -> Json {
+        // A key is optional if the family's defaults give it a value.
         let optional = |family: &FamilyEntry| {
             let place = Place::new(TextLayer::Default, "", &SENSOR);
             let mut document = Document::new(family.parameters(), place);
@@ -324,7 +328,7 @@ impl Registry {
         schema
     }
 
-    /// The family that a built-in sensor belongs to, directly or through what it extends.
+    /// Returns the family that a built-in sensor belongs to, directly or through the sensor it extends.
     fn family_of(&self, name: &str) -> Option<&'static str> {
         let place = Place::new(TextLayer::Base, name, &SENSOR);
         let layers = self.layers(self.builtin_yaml(name)?, place, &[], &mut Vec::new())?;
@@ -333,11 +337,10 @@ impl Registry {
 
     /// Builds a design from YAML text and overrides (`path=value`).
     ///
-    /// `file` names the text in messages. Keys at the top that are among `others` are other crates';
-    /// what stands behind them is not read.
+    /// `file` names the text in messages. Top-level keys among `others` belong to other crates and are skipped.
     ///
     /// # Errors
-    /// Everything that is wrong, in the order of the file, then of the overrides.
+    /// Every problem, in the order of the file, then of the overrides.
     pub fn load(
         &self,
         file: &str,
@@ -348,7 +351,7 @@ impl Registry {
         self.load_text(SensorText::alone(file, yaml), overrides, others)
     }
 
-    /// The same of all that a sensor is read from.
+    /// Builds a design from a sensor's file, the files it extends and the user's file.
     ///
     /// # Errors
     /// As for [`Registry::load`].
@@ -359,13 +362,13 @@ impl Registry {
         others: &[&str],
     ) -> Result<Design, InvalidDesign> {
         let extra = Extra { others, section: None };
-        // What others make is not known here.
+        // If other crates keep sections in the file, the names of their parts are not known here.
         let mut names = |_: &Sensor| others.is_empty().then(Vec::new);
         self.load_with(text, overrides, extra, &mut |_| (), &mut names).map(|loaded| loaded.design)
     }
 
-    /// Builds a design and reads the section that another crate keeps in the file. `names` are the parts
-    /// of what that crate makes for the sensor, each as `parts:` calls it.
+    /// Builds a design and reads the section that another crate keeps in the file. `names` returns the names of the
+    /// parts that this crate makes for the sensor, as `parts:` calls them.
     ///
     /// # Errors
     /// As for [`Registry::load`].
@@ -376,6 +379,7 @@ impl Registry {
         extension: &Extension,
         names: impl Fn(&P, &Sensor) -> Vec<String>,
     ) -> Result<(Design, Extended<P>), InvalidDesign> {
+        // Two closures share the parameters: one reads them, the other names the parts that are made from them.
         let (parameters, mut settings) = (RefCell::new(None), Vec::new());
         let field =
             Field { name: extension.key, summary: extension.summary.into(), shape: P::shape(&()) };
@@ -383,6 +387,7 @@ impl Registry {
             *parameters.borrow_mut() = P::read(reader, extension.key, "", &());
             settings = reader.take_settings();
         };
+        // `None` while the extension's parameters cannot be read: its parts are not known then.
         let mut names = |sensor: &Sensor| Some(names(parameters.borrow().as_ref()?, sensor));
         let extra = Extra { others: &[], section: Some((extension, field)) };
         let Loaded { design, report, workshop } =
@@ -393,6 +398,7 @@ impl Registry {
         }
     }
 
+    /// Reads all layers, builds the design and completes it with processes, materials and articles.
     fn load_with(
         &self,
         text: SensorText,
@@ -419,7 +425,7 @@ impl Registry {
                 materials.iter().for_each(|material| material.light(&mut sensor));
                 substances(&mut sensor, &own.materials);
                 adhere(&mut sensor);
-                // Which fixtures a sensor has may follow from what it is made of.
+                // The fixtures of a sensor may depend on the materials of its parts, so their names are asked for last.
                 if !making.all_given().is_empty()
                     && let Some(more) = more_names(&sensor)
                 {
@@ -444,10 +450,12 @@ impl Registry {
                 Ok(Loaded { design, report, workshop })
             }
             _ if !report.is_clean() => Err(report.into_invalid()),
+            // A family that reports no problem has to build something.
             _ => Err(bug(text.file, format!("the family {} built nothing", family.name))),
         }
     }
 
+    /// Returns the values of a family's example, for hints in messages.
     fn example(&self, family: &FamilyEntry) -> Option<Example> {
         let (_, values) = self.values_of(family.example)?;
         let values = values.into_iter().map(|(path, w)| (path, w.text.shown())).collect();

@@ -1,51 +1,51 @@
-//! How the finished sensor is calibrated: which fixtures there are, what to type, and which pin goes where.
+//! Calibration of the finished sensor: fixtures, commands to type, and the pins for each capture.
 
 use serde::Serialize;
 
-/// All of it.
+/// Calibration instructions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Calibration {
-    /// The hardware that fabkit makes for this sensor.
+    /// Fixtures that fabkit makes for this sensor.
     pub fixtures: Vec<FixtureNote>,
-    /// What to type, in order.
+    /// Commands to type, in order.
     pub commands: Vec<Typed>,
-    /// The fixture whose holes the captures name; empty without one.
+    /// Fixture whose holes the captures refer to; empty if there is none.
     pub pins_in: String,
-    /// Pictures to take with pins in holes, in order.
+    /// Captures to take with pins in holes, in order.
     pub captures: Vec<Capture>,
 }
 
-/// A fixture.
+/// Fixture with its purpose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FixtureNote {
-    /// Behind `SENSOR/`.
+    /// Name of the fixture, without `SENSOR/`.
     pub name: String,
-    /// What it is for.
+    /// Purpose.
     pub summary: String,
 }
 
-/// A command line.
+/// Command line with its purpose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Typed {
-    /// What it is for.
+    /// Purpose.
     pub what: String,
-    /// What to type into a shell.
+    /// Command to type into a shell.
     pub line: String,
 }
 
-/// A picture with pins.
+/// Image to capture with pins in place.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Capture {
-    /// What to call the picture.
+    /// File name of the image.
     pub file: String,
-    /// Which pins.
+    /// Kind of pins.
     pub pins: String,
-    /// In which holes, by their engraved numbers.
+    /// Engraved numbers of the holes that the pins go into.
     pub holes: Vec<u32>,
 }
 
 impl Calibration {
-    /// The captures as the list that `calibrate extrinsics` reads from their folder: `file,hole,kind`.
+    /// Returns the captures as the list that `calibrate extrinsics` reads from their folder: `file,hole,kind`.
     ///
     /// ```
     /// use fabkit_guide::{Calibration, Capture};

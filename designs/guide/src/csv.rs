@@ -1,11 +1,12 @@
-//! The guide's tables for spreadsheets (RFC 4180).
+//! Tables of the guide for spreadsheets (RFC 4180).
 
 use crate::{Guide, Printing, Purchase, Tool, Use};
 
-/// Heads of the table of what to buy.
+/// Column heads of the table of purchases.
 pub const BOM_HEADS: &str = "kind,name,quantity,unit,of,what,article,size,maker,number,standard,pack,kit,packs,\
                              price_eur,cost_eur,substitutes,source,price_source,steps";
 
+/// Quotes a cell where its text requires it.
 fn quoted(text: &str) -> String {
     match text.contains(['"', ',', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
@@ -20,7 +21,7 @@ fn word(of: Tool) -> &'static str {
     }
 }
 
-/// From the layers' height to where time and mass are from.
+/// Formats the cells from the layer height to the source of time and mass.
 fn print_cells(print: &Printing) -> String {
     let supports = if print.supports { "yes" } else { "no" };
     let mass = print.mass_g.map_or(String::new(), |mass_g| format!("{mass_g:.2}"));
@@ -39,9 +40,10 @@ fn numbers(steps: &[usize]) -> String {
     steps.iter().map(usize::to_string).collect::<Vec<_>>().join(" ")
 }
 
-/// What matters of an article.
+/// Formats the relevant properties of an article.
 fn what(order: &Purchase) -> String {
     let figures = order.figures.iter().map(|figure| match &*figure.name {
+        // This figure is a sentence and needs no name.
         "what matters" => figure.value.clone(),
         name => format!("{name}: {}", figure.value),
     });
@@ -51,7 +53,7 @@ fn what(order: &Purchase) -> String {
     }
 }
 
-/// From `article` to `source`.
+/// Formats the cells from `article` to `price_source`.
 fn ordered(order: &Purchase) -> String {
     let money = |eur: Option<f64>| eur.map_or("not known".into(), |eur| format!("{eur:.2}"));
     let packs = order.packs.to_string();
@@ -64,7 +66,8 @@ fn ordered(order: &Purchase) -> String {
 }
 
 impl Guide {
-    /// What to buy, below the heads `kind`, `name`, `quantity`, `unit`, `of`, `what`, those of orders, `steps`.
+    /// Returns the table of purchases, with the heads `kind`, `name`, `quantity`, `unit`, `of`, `what`, those of
+    /// orders, and `steps`.
     pub fn bom_csv(&self) -> String {
         let mut csv = format!("{BOM_HEADS}\n");
         for piece in &self.bought {
@@ -93,7 +96,7 @@ impl Guide {
         csv
     }
 
-    /// What to make: `name,quantity,of,process,material,x_mm,y_mm,z_mm,volume_mm3,mass_g,
+    /// Returns the table of parts, with the heads `name,quantity,of,process,material,x_mm,y_mm,z_mm,volume_mm3,mass_g,
     /// layer_mm,perimeters,infill_percent,supports,brim_mm,print_minutes,print_mass_g,print_from,what,notes,steps`.
     pub fn parts_csv(&self) -> String {
         let mut csv = String::from(
@@ -103,6 +106,7 @@ impl Guide {
         for part in &self.made {
             let [x, y, z] = part.size_mm;
             let mass = part.mass_g.map_or(String::new(), |mass_g| format!("{mass_g:.2}"));
+            // Empty cells for a part without print settings.
             let print = part.print.as_ref().map_or(",".repeat(7), print_cells);
             let texts =
                 [&part.name, &part.process, &part.material, &part.summary].map(|t| quoted(t));

@@ -1,4 +1,4 @@
-//! What changes from one design to another: what can be used again, what to make, cast and buy.
+//! Difference between two designs: what can be reused, and what to make, cast and buy.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,63 +8,63 @@ use serde::Serialize;
 use crate::Tool;
 use crate::membership::stays;
 
-/// From one design to another.
+/// Difference from one design to another.
 #[derive(Clone, Debug, Serialize)]
 pub struct Difference {
-    /// `fabkit-diff`.
+    /// Format name, `fabkit-diff`.
     pub format: &'static str,
-    /// 1.
+    /// Format version, 1.
     pub version: u32,
-    /// What there is.
+    /// Existing design.
     pub from: DesignName,
-    /// What is wanted.
+    /// Wanted design.
     pub to: DesignName,
     /// Parameters whose values differ, by path.
     pub parameters: Vec<ParameterChange>,
-    /// Every body of either.
+    /// All bodies of either design.
     pub bodies: Vec<BodyChange>,
-    /// Steps by name: those that are done in one of them alone, or otherwise.
+    /// Steps that occur in one of the designs only, or differ, by name.
     pub steps: Vec<StepChange>,
 }
 
-/// Which design.
+/// Identity of a design.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DesignName {
-    /// Its name.
+    /// Name of the design.
     pub name: String,
-    /// Its title.
+    /// Title of the design.
     pub title: String,
-    /// Tells it from others of its name.
+    /// Hash that distinguishes it from other designs of the same name.
     pub design_hash: String,
 }
 
-/// A parameter that differs.
+/// Parameter that differs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterChange {
-    /// Dotted.
+    /// Dotted path.
     pub path: String,
-    /// As it is; `null` where there is none.
+    /// Existing value; `null` if there is none.
     pub from: Option<String>,
-    /// As it is to be.
+    /// Wanted value; `null` if there is none.
     pub to: Option<String>,
 }
 
-/// What becomes of a body.
+/// Kind of change of a body or step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Change {
-    /// It is what is wanted: the same shape from the same material.
+    /// Unchanged: the same shape from the same material.
     Same,
-    /// It is wanted otherwise.
+    /// Wanted in another form.
     Changed,
-    /// Nothing like it is there.
+    /// Only in the wanted design.
     Added,
-    /// It is not wanted any more.
+    /// Only in the existing design.
     Removed,
 }
 
 impl Change {
-    /// As in JSON.
+    /// Returns the word used in JSON.
     pub fn word(self) -> &'static str {
         match self {
             Self::Same => "same",
@@ -75,49 +75,49 @@ impl Change {
     }
 }
 
-/// A body of either design.
+/// Comparison of a body of either design.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BodyChange {
-    /// Its name.
+    /// Name of the body.
     pub name: String,
-    /// `part`, `board`, `layer` or `component`.
+    /// Kind: `part`, `board`, `layer` or `component`.
     pub kind: &'static str,
-    /// What it is of.
+    /// Use: part of the sensor, or tool.
     pub of: Tool,
-    /// What becomes of it.
+    /// Kind of change.
     pub change: Change,
-    /// In what it differs: `shape`, `material`, `process`, `order`.
+    /// Properties that differ: `shape`, `material`, `process`, `order`.
     pub differs: Vec<&'static str>,
-    /// What it was called, where the same thing had another name.
+    /// Old name, if the same part had another one.
     pub was: Option<String>,
-    /// How many there are, and how many are wanted, for one unit.
+    /// Existing and wanted quantity for one unit.
     pub quantity: [u32; 2],
-    /// How many are to be made, cast or bought besides what is there.
+    /// Number of pieces to make, cast or buy in addition.
     pub besides: u32,
 }
 
-/// A step that differs.
+/// Step that differs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StepChange {
-    /// Its name.
+    /// Name of the step.
     pub name: String,
-    /// What becomes of it.
+    /// Kind of change.
     pub change: Change,
 }
 
-/// A design to compare.
+/// Design to compare.
 #[derive(Clone, Copy)]
 pub struct Side<'a> {
-    /// Its bodies and steps.
+    /// Bodies and steps.
     pub sensor: &'a Sensor,
-    /// Its hash.
+    /// Hash of the design.
     pub design_hash: &'a str,
-    /// Its parameters: path and value.
+    /// Parameters: path and value.
     pub parameters: &'a [(String, String)],
 }
 
 impl Difference {
-    /// From one design to another.
+    /// Computes the difference from one design to another.
     pub fn between(from: Side, to: Side) -> Self {
         Self {
             format: "fabkit-diff",
@@ -130,17 +130,18 @@ impl Difference {
         }
     }
 
-    /// As JSON (`fabkit-diff` version 1).
+    /// Returns the difference as JSON (`fabkit-diff` version 1).
     pub fn to_json(&self) -> serde_json::Value {
         serde_json::to_value(self).expect("names and numbers alone")
     }
 
-    /// Bodies of a kind that something becomes of.
+    /// Iterates over the bodies with a kind of change.
     pub fn of(&self, change: Change) -> impl Iterator<Item = &BodyChange> {
         self.bodies.iter().filter(move |body| body.change == change)
     }
 }
 
+/// Returns the identity of a design.
 fn named(side: Side) -> DesignName {
     DesignName {
         name: side.sensor.name.clone(),
@@ -149,6 +150,7 @@ fn named(side: Side) -> DesignName {
     }
 }
 
+/// Compares the parameters by path.
 fn parameters(from: Side, to: Side) -> Vec<ParameterChange> {
     let map =
         |side: Side| -> BTreeMap<String, String> { side.parameters.iter().cloned().collect() };
@@ -163,11 +165,11 @@ fn parameters(from: Side, to: Side) -> Vec<ParameterChange> {
     differing.map(change).collect()
 }
 
-/// In what two bodies differ.
+/// Returns the properties in which two bodies differ.
 fn differs(a: &Body, b: &Body) -> Vec<&'static str> {
     let is_bought = b.kind == Kind::Bought;
     [
-        // Of what is bought, what to order says more than how it is drawn.
+        // For bought bodies, the specification says more than the drawn shape.
         ("shape", !is_bought && a.solid.shape_key() != b.solid.shape_key()),
         ("material", a.material != b.material),
         ("process", a.kind != b.kind),
@@ -185,7 +187,9 @@ fn kind(body: &Body) -> &'static str {
     }
 }
 
+/// Compares the bodies by name; an unchanged part may have another name.
 fn bodies(from: &Sensor, to: &Sensor) -> Vec<BodyChange> {
+    // An old body that has a namesake cannot be matched to another name.
     let mut taken: BTreeSet<&str> = to
         .bodies
         .iter()
@@ -195,7 +199,7 @@ fn bodies(from: &Sensor, to: &Sensor) -> Vec<BodyChange> {
     let mut all = Vec::new();
     for body in &to.bodies {
         let namesake = from.body(&body.name);
-        // What is the same under another name is there, too.
+        // The same part under another name exists already.
         let renamed = || {
             let is_it = |old: &&Body| {
                 !taken.contains(old.name.as_str()) && old.is_made() && differs(old, body).is_empty()
@@ -220,7 +224,7 @@ fn bodies(from: &Sensor, to: &Sensor) -> Vec<BodyChange> {
             differs,
             was: old.filter(|old| old.name != body.name).map(|old| old.name.clone()),
             quantity: [there, body.quantity],
-            // A layer that is the same is there if nothing of it is taken apart: that is left to the reader.
+            // An unchanged layer exists if the old sensor is not taken apart: that is up to the reader.
             besides: match (change, body.kind) {
                 (Change::Same, Kind::Cast) => 0,
                 _ => body.quantity.saturating_sub(usable),
@@ -245,6 +249,7 @@ fn tool(body: &Body) -> Tool {
     if stays(body) { Tool::Sensor } else { Tool::Tool }
 }
 
+/// Compares the steps by name.
 fn steps(from: &Sensor, to: &Sensor) -> Vec<StepChange> {
     let find = |sensor: &Sensor, name: &str| {
         let step = sensor.chain.iter().find(|step| step.name == name)?;

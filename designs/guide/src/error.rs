@@ -1,28 +1,28 @@
-//! What cannot be made.
+//! Errors of the guide.
 
 use fabkit_geometry::InvalidSolid;
 use fabkit_geometry::measure::MeasureError;
 
-/// A part that cannot be made.
+/// Part that cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoSuchPart {
-    /// A tree that is no solid.
+    /// Tree that is not a valid solid.
     #[error("{body}: {source}")]
     Solid {
-        /// Which part.
+        /// Name of the part.
         body: String,
-        /// Why.
+        /// Reason why it is not valid.
         source: InvalidSolid,
     },
-    /// A solid that no rule can be applied to.
+    /// Part whose print settings cannot be derived, with the reason.
     #[error("{0}")]
     Examined(String),
-    /// A solid that has no volume.
+    /// Solid whose volume cannot be measured.
     #[error("{body}: {source}")]
     Volume {
-        /// Which part.
+        /// Name of the part.
         body: String,
-        /// Why.
+        /// Reason why the measurement failed.
         source: MeasureError,
     },
 }

@@ -1,16 +1,16 @@
-//! From where to where a body reaches along a direction.
+//! Extent of a body along a direction, by casting rays.
 
 use fabkit_geometry::sequences::radical_inverse;
 use fabkit_geometry::{CompiledSolid, Point3, Ray, Scratch, Vector3};
 
-/// Lines through a body. The top of a ball of 30 mm is met to 0.01 mm, what is flat exactly.
+/// Number of rays through a body. They find the top of a ball of 30 mm to 0.01 mm, and flat faces exactly.
 const LINES: u64 = 1024;
 
-/// Boxes of round and of cut bodies may be larger than the bodies; where lines come as near as this, the box is
-/// right and the lines have missed the very end, mm.
+/// Tolerance for replacing the measured end by that of the bounding box, mm. The box of round or cut bodies may be too
+/// large, so it is used only where the rays come this close: then they have merely missed the end.
 const NEAR_MM: f64 = 0.02;
 
-/// The least and the greatest place along a unit vector that a body reaches, mm; `None` where no line meets it.
+/// Returns the smallest and largest coordinate of a body along a unit vector, mm; `None` if no ray hits it.
 pub(crate) fn extent(body: &CompiledSolid, along: &Vector3<f64>) -> Option<[f64; 2]> {
     let bounds = body.bounds();
     if bounds.is_empty() || !bounds.is_finite() {
@@ -25,6 +25,7 @@ pub(crate) fn extent(body: &CompiledSolid, along: &Vector3<f64>) -> Option<[f64;
     let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for index in 0..LINES {
+        // A low-discrepancy sequence covers the silhouette more evenly than random points.
         let at = |base| 2.0 * radical_inverse(index + 1, base) - 1.0;
         let origin = start + u * (at(2) * reach(&u)) + v * (at(3) * reach(&v));
         body.stretches_into(&Ray { origin, direction: *along }, &mut scratch, &mut stretches);

@@ -1,8 +1,8 @@
-//! The build package's pages: what to buy, what to make, what to mix, and each step, from the same
-//! description as the parts.
+//! Build guide: the lists of what to buy, make and mix, and every step, from the same description as the parts.
 //!
-//! A [`Guide`] holds facts alone; its JSON, its tables ([`Guide::bom_csv`], [`Guide::parts_csv`]) and its page
-//! ([`Guide::to_html`]) say the same. Nothing here opens a file or draws a body: pictures are handed in.
+//! A [`Guide`] holds facts only; its JSON, its tables ([`Guide::bom_csv`], [`Guide::parts_csv`]) and its page
+//! ([`Guide::to_html`]) present the same facts. This crate opens no files and renders no bodies: the caller passes the
+//! images.
 //!
 //! ```
 //! use fabkit_guide::{Guide, NoShop, Request};
@@ -67,52 +67,52 @@ pub use wiring::{Wire, WiredNet, WiredPart, WiredPin, WiredResistor, Wiring};
 /// Everything that a lab needs to know to build a design.
 #[derive(Clone, Debug, Serialize)]
 pub struct Guide {
-    /// `fabkit-guide`.
+    /// Format name, `fabkit-guide`.
     pub format: &'static str,
-    /// 1.
+    /// Format version, 1.
     pub version: u32,
-    /// The design's name.
+    /// Name of the design.
     pub name: String,
-    /// Its title.
+    /// Title of the design.
     pub title: String,
-    /// Who published it.
+    /// Publication that the design comes from.
     pub reference: String,
-    /// Tells it from other designs of its name.
+    /// Hash that distinguishes it from other designs of the same name.
     pub design_hash: String,
-    /// How many are built.
+    /// Number of units to build.
     pub units: u32,
-    /// How large and heavy one is; `null` where nothing stands together.
+    /// Size and mass of one unit; `null` if no bodies are placed together.
     pub outer: Option<Outer>,
     /// Parts to print, cut and etch.
     pub made: Vec<Made>,
-    /// What is cut from stock sheets, for all units.
+    /// Stock sheets to cut, for all units.
     pub sheets: Vec<SheetPlan>,
     /// Pieces to buy.
     pub bought: Vec<Bought>,
-    /// What is poured and sprayed, summed over all steps.
+    /// Components of poured and sprayed mixes, summed over all steps.
     pub liquids: Vec<Liquid>,
-    /// What parts are made from.
+    /// Stock that parts are made from.
     pub stock: Vec<Stock>,
-    /// What the work uses up, and its tools.
+    /// Consumables and tools.
     pub supplies: Vec<Supply>,
-    /// What everything that is bought costs.
+    /// Cost of everything that is bought.
     pub costs: Costs,
-    /// What is mixed, step by step.
+    /// Mixes, step by step.
     pub mixes: Vec<Mixed>,
-    /// What to mind.
+    /// Warnings.
     pub warnings: Vec<Warning>,
-    /// What to do.
+    /// Steps of the build.
     pub steps: Vec<GuideStep>,
-    /// What is soldered and wired.
+    /// Circuits to solder and wire.
     pub wiring: Vec<Wiring>,
-    /// When, for one unit.
+    /// Schedule.
     pub timeline: Timeline,
-    /// How it is calibrated; `null` of what is not.
+    /// Calibration of the finished sensor; `null` if there is none.
     pub calibration: Option<Calibration>,
 }
 
 impl Guide {
-    /// What a sensor or fixture needs.
+    /// Creates the guide of a sensor or fixture.
     ///
     /// # Errors
     /// A part that cannot be made.
@@ -136,6 +136,7 @@ impl Guide {
             units: request.units,
             outer: outer::outer(sensor, request)?,
             made,
+            // See `take_sheets`.
             sheets: Vec::new(),
             bought,
             liquids,
@@ -151,23 +152,25 @@ impl Guide {
         })
     }
 
-    /// All of it as JSON (`fabkit-guide` version 1).
+    /// Returns the guide as JSON (`fabkit-guide` version 1).
     pub fn to_json(&self) -> serde_json::Value {
         serde_json::to_value(self).expect("names and numbers alone")
     }
 }
 
-/// In a vacuum, h: until foam has risen and fallen, and as long again. Chosen.
+/// Degassing time in a vacuum, h: until foam has risen and collapsed, and as long again. Chosen.
 const VACUUM_H: f64 = 5.0 / 60.0;
 
-/// At rest, h: until bubbles of a millimetre have risen through a cup. Chosen.
+/// Resting time, h: until bubbles of a millimetre have risen through a cup. Chosen.
 const REST_H: f64 = 10.0 / 60.0;
 
-/// Of a pot life, what may go by before it is poured; chosen.
+/// Largest fraction of the pot life that is spent on removing air; chosen.
 const SHARE_OF_POT_LIFE: f64 = 1.0 / 3.0;
 
+/// Returns the time for air to leave a mix, h.
 fn air_h(degas: bool, action: &Action, pot_life_h: Option<f64>) -> f64 {
     let wanted_h = match action {
+        // A vacuum replaces the time at rest; sprays need neither.
         _ if degas => VACUUM_H,
         Action::Spray(_) => 0.0,
         _ => REST_H,
@@ -175,8 +178,10 @@ fn air_h(degas: bool, action: &Action, pot_life_h: Option<f64>) -> f64 {
     pot_life_h.map_or(wanted_h, |life_h| wanted_h.min(SHARE_OF_POT_LIFE * life_h))
 }
 
+/// Returns the mixes of all steps.
 fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
     let of = |batch: &Batch| {
+        // Batches refer to steps by name, the guide by number.
         let index = sensor.chain.iter().position(|step| step.name == batch.step)?;
         let pot_life_h = match &sensor.chain[index].action {
             Action::Pour(pour) => pour.mix.pot_life_h,
@@ -190,6 +195,7 @@ fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
             layer: batch.layer.clone(),
             volume_mm3: batch.volume.value_mm3,
             waste: batch.waste,
+            // A layer that is a tool is cast once for all units.
             batches: if membership::stays(layer) { units } else { 1 },
             components: components
                 .map(|(name, mass_g)| Component { name: name.clone(), mass_g: *mass_g })

@@ -1,4 +1,4 @@
-//! What is made, bought and mixed, with quantities.
+//! Lists of parts to make, pieces to buy and liquids to mix, with quantities.
 
 use std::collections::BTreeMap;
 
@@ -12,93 +12,98 @@ use crate::printing::{Printing, printing};
 use crate::shop::{Purchase, Shop, share_kits};
 use crate::{Mixed, Request};
 
-/// Lines through each part: good to a percent for thin sheets, to some thousandths for the rest.
+/// Number of rays through each part when its volume is measured: accurate to a percent for thin sheets, to some
+/// thousandths otherwise.
 pub(crate) const LINES: u32 = 20_000;
 
 pub(crate) const MM3_PER_CM3: f64 = 1e3;
 
-/// Whether a body is of the finished sensor, or helps to build it.
+/// Use of a body: part of the finished sensor, or tool to build it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tool {
-    /// It stays in each unit.
+    /// Stays in each unit.
     Sensor,
-    /// It is used again for the next unit.
+    /// Is used again for the next unit.
     Tool,
 }
 
-/// A part that a lab makes.
+/// Part that a lab makes.
 #[derive(Clone, Debug, Serialize)]
 pub struct Made {
-    /// The name of its file.
+    /// Name of the part and of its file.
     pub name: String,
-    /// What it is for.
+    /// Purpose of the part.
     pub summary: String,
-    /// What it is of.
+    /// Use: part of the sensor, or tool.
     pub of: Tool,
-    /// `fdm`, `sla`, `polyjet`, `laser`, `pcb` or `cnc`.
+    /// Process: `fdm`, `sla`, `polyjet`, `laser`, `pcb` or `cnc`.
     pub process: String,
-    /// From what.
+    /// Material of the part.
     pub material: String,
-    /// How many for all units.
+    /// Quantity for all units.
     pub quantity: u32,
-    /// Outer sizes of one as it lies on the bed, mm.
+    /// Outer dimensions of one piece as it lies on the bed, mm.
     pub size_mm: [f64; 3],
-    /// Of one, mm3.
+    /// Volume of one piece, mm3.
     pub volume_mm3: f64,
-    /// Of one, solid through and through, g; `null` where nobody knows its material's density.
+    /// Mass of one piece as a solid body, g; `null` if the density of its material is not known.
     pub mass_g: Option<f64>,
-    /// How it is printed, where it is made of filament.
+    /// Print settings, if it is printed from filament.
     pub print: Option<Printing>,
-    /// What to mind.
+    /// Notes for whoever makes it.
     pub notes: Vec<String>,
     /// Numbers of the steps that need it.
     pub steps: Vec<usize>,
 }
 
-/// A piece to buy.
+/// Piece to buy.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bought {
-    /// Its name in the design.
+    /// Name in the design.
     pub name: String,
-    /// What to order.
+    /// Specification of the piece.
     pub what: String,
-    /// What it is of.
+    /// Use: part of the sensor, or tool.
     pub of: Tool,
-    /// How many for all units.
+    /// Quantity for all units.
     pub quantity: u32,
     /// Numbers of the steps that need it.
     pub steps: Vec<usize>,
-    /// What to order.
+    /// Article and packs to order.
     pub order: Purchase,
 }
 
-/// A component of mixes.
+/// Component of mixes.
 #[derive(Clone, Debug, Serialize)]
 pub struct Liquid {
-    /// As it is sold.
+    /// Trade name.
     pub name: String,
-    /// For all batches, waste included, g.
+    /// Mass for all batches, waste included, g.
     pub mass_g: f64,
     /// Numbers of the steps that need it.
     pub steps: Vec<usize>,
-    /// What to order.
+    /// Article and packs to order.
     pub order: Purchase,
 }
 
+/// Returns the use of a body.
 fn of(body: &Body) -> Tool {
     if stays(body) { Tool::Sensor } else { Tool::Tool }
 }
 
+/// Returns the quantity of a body for all units; tools are made once.
 fn quantity(body: &Body, units: u32) -> u32 {
     if stays(body) { body.quantity.saturating_mul(units) } else { body.quantity }
 }
 
+/// Returns the numbers of the steps that need a body.
 fn steps_with(sensor: &Sensor, name: &str) -> Vec<usize> {
     let needs = |(_, step): &(usize, &fabkit_geometry::Step)| step.bodies.iter().any(|b| b == name);
     sensor.chain.iter().enumerate().filter(needs).map(|(index, _)| index + 1).collect()
 }
 
+/// Lists the parts to make.
 pub(crate) fn made(sensor: &Sensor, request: &Request<'_>) -> Result<Vec<Made>, NoSuchPart> {
     let made = |part: &Body| {
         let body = || part.name.clone();
@@ -128,6 +133,7 @@ pub(crate) fn made(sensor: &Sensor, request: &Request<'_>) -> Result<Vec<Made>, 
     sensor.parts().map(made).collect()
 }
 
+/// Lists the pieces to buy.
 pub(crate) fn bought(sensor: &Sensor, units: u32) -> Vec<Bought> {
     let bought = sensor.bodies.iter().filter(|body| body.kind == Kind::Bought);
     let entry = |body: &Body| Bought {
@@ -141,19 +147,20 @@ pub(crate) fn bought(sensor: &Sensor, units: u32) -> Vec<Bought> {
     bought.map(entry).collect()
 }
 
-/// As many packs as hold that many pieces, or their lengths together.
+/// Returns the purchase of enough packs for a number of pieces, or for the sum of their lengths.
 fn ordered(body: &Body, quantity: u32) -> Purchase {
     let unsaid = || Order::of(body.summary.clone(), "");
     let order = body.order.clone().unwrap_or_else(unsaid);
     let each = match (order.pack.unit, order.length_mm) {
         (Unit::Millimetre, Some(length_mm)) => length_mm,
         (Unit::Piece, _) => 1.0,
-        // Of what is sold by mass, volume or an unknown length, each takes a pack.
+        // Articles sold by mass, volume or unknown length: one pack for each piece.
         _ => order.pack.amount,
     };
     Purchase::of(&order, f64::from(quantity) * each)
 }
 
+/// Sums the components of all mixes.
 pub(crate) fn liquids(mixes: &[Mixed], shop: &dyn Shop) -> Vec<Liquid> {
     let mut liquids: BTreeMap<&str, Liquid> = BTreeMap::new();
     for mix in mixes {
@@ -162,6 +169,7 @@ pub(crate) fn liquids(mixes: &[Mixed], shop: &dyn Shop) -> Vec<Liquid> {
                 name: component.name.clone(),
                 mass_g: 0.0,
                 steps: Vec::new(),
+                // The amount is known only after all mixes have been added.
                 order: Purchase::of(&shop.article(&component.name), 0.0),
             });
             liquid.mass_g += component.mass_g * f64::from(mix.batches);
@@ -173,6 +181,7 @@ pub(crate) fn liquids(mixes: &[Mixed], shop: &dyn Shop) -> Vec<Liquid> {
     let mut liquids: Vec<Liquid> = liquids.into_values().collect();
     for liquid in &mut liquids {
         let order = shop.article(&liquid.name);
+        // If a component is sold by the piece, one is assumed to be enough.
         let needed = if order.pack.unit == Unit::Piece { 1.0 } else { liquid.mass_g };
         liquid.order.take(order.pack.count(needed));
     }

@@ -1,43 +1,43 @@
-//! What is mixed in a step.
+//! Mixes of steps.
 
 use serde::Serialize;
 
-/// One mix of a step.
+/// Mix of one step.
 #[derive(Clone, Debug, Serialize)]
 pub struct Mixed {
-    /// The step's number, from 1.
+    /// Number of the step, from 1.
     pub step: usize,
-    /// The layer that it becomes.
+    /// Layer that the mix becomes.
     pub layer: String,
-    /// The layer's volume, mm3.
+    /// Volume of the layer, mm3.
     pub volume_mm3: f64,
     /// Surplus in the masses, as a fraction of the layer's.
     pub waste: f64,
-    /// How often it is mixed: once for each unit, or once for what is cast as a tool.
+    /// Number of batches: one for each unit, or one for a layer that is cast as a tool.
     pub batches: u32,
     /// Masses of one batch, waste included.
     pub components: Vec<Component>,
-    /// Whether air is drawn out in a vacuum.
+    /// True if it is degassed in a vacuum.
     pub degas: bool,
-    /// How long air is given to leave it, h: in the vacuum, else at rest before it is poured; 0 of what is sprayed.
+    /// Time for air to leave the mix, h: in the vacuum, otherwise at rest before pouring; 0 for sprays.
     pub air_h: f64,
-    /// Where that is from: `chosen`.
+    /// Source of that time: `chosen`.
     pub air_source: &'static str,
-    /// Hours until it has cured.
+    /// Duration of the cure, h.
     pub cure_h: f64,
-    /// At how many degrees Celsius.
+    /// Temperature of the cure, degrees Celsius.
     pub cure_celsius: f64,
-    /// How long it can be worked with after mixing, h; `null` where its maker does not say.
+    /// Pot life after mixing, h; `null` if its maker does not state it.
     pub pot_life_h: Option<f64>,
-    /// How long hands need with it, h: until the step is done in which it cures.
+    /// Time for which the mix is handled, h: until the end of the work in the step in which it cures.
     pub in_hand_h: f64,
 }
 
-/// Part of a mix.
+/// Component of a mix.
 #[derive(Clone, Debug, Serialize)]
 pub struct Component {
-    /// As it is sold.
+    /// Trade name.
     pub name: String,
-    /// g.
+    /// Mass, g.
     pub mass_g: f64,
 }

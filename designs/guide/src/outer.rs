@@ -1,4 +1,4 @@
-//! How large and how heavy the finished thing is.
+//! Size and mass of the finished sensor or fixture.
 
 use fabkit_geometry::measure::ray_volume;
 use fabkit_geometry::{Action, Assembly, Body, CompiledSolid, Kind, Sensor, Vector3};
@@ -9,28 +9,29 @@ use crate::extent::extent;
 use crate::lists::{LINES, MM3_PER_CM3};
 use crate::{NoSuchPart, Request};
 
-/// Sizes and mass of what is built.
+/// Size and mass of an assembly.
 #[derive(Clone, Debug, Serialize)]
 pub struct Outer {
-    /// The assembly that is measured.
+    /// Name of the measured assembly.
     pub assembly: String,
-    /// Along x, y and z of the assembly's frame, mm.
+    /// Dimensions along x, y and z of the assembly's frame, mm.
     pub size_mm: [f64; 3],
-    /// What parts and layers weigh together, solid through and through, g.
+    /// Mass of parts and layers, taken as solid, g.
     pub mass_g: f64,
-    /// What is not in that mass, by name: nobody knows its material's density.
+    /// Names of bodies left out of the mass, because the density of their material is not known.
     pub unweighed: Vec<String>,
 }
 
-/// The finished sensor, or what a fixture's first assembly holds.
+/// Returns the name of the sensor's assembly, or of the first assembly of a fixture.
 pub(crate) fn assembly(sensor: &Sensor) -> Option<&str> {
     let mut placed = sensor.bodies.iter().flat_map(|body| &body.placements);
     let first = placed.clone().next();
+    // A fixture has no assembly `sensor`.
     let finished = placed.find(|place| place.assembly == Assembly::sensor());
     finished.or(first).map(|place| place.assembly.0.as_str())
 }
 
-/// Density of a layer's mix, as its step states it, g/cm3.
+/// Returns the density of a layer's mix as its step states it, g/cm3.
 fn mixed(sensor: &Sensor, layer: &str) -> Option<f64> {
     sensor.chain.iter().find_map(|step| match &step.action {
         Action::Pour(pour) if pour.layer == layer => Some(pour.mix.density_g_per_cm3),
@@ -39,16 +40,17 @@ fn mixed(sensor: &Sensor, layer: &str) -> Option<f64> {
     })
 }
 
-/// Measures it; `None` where nothing stands together.
+/// Measures the assembly; `None` if no body is placed in one.
 ///
 /// # Errors
-/// A solid that is none.
+/// Bodies that are not valid solids.
 pub(crate) fn outer(sensor: &Sensor, request: &Request<'_>) -> Result<Option<Outer>, NoSuchPart> {
     let Some(name) = assembly(sensor) else { return Ok(None) };
     let here = |body: &&Body| body.placements.iter().any(|place| place.assembly.0 == name);
     let bodies: Vec<&Body> = sensor.bodies.iter().filter(here).collect();
     let weighed = |body: &&Body| -> Option<f64> {
         match body.kind {
+            // Articles state no mass.
             Kind::Bought => None,
             Kind::Cast => mixed(sensor, &body.name).or((request.density)(&body.material)),
             Kind::Made(_) => (request.density)(&body.material),
@@ -65,7 +67,7 @@ pub(crate) fn outer(sensor: &Sensor, request: &Request<'_>) -> Result<Option<Out
             count += 1.0;
             let pose = place.assembly_from_body;
             for (axis, end) in ends.iter_mut().enumerate() {
-                // Along the axis as the body sees it; what the pose shifts comes on top.
+                // Measured along the axis in the body's frame; the translation of the pose is added.
                 let along = Vector3::ith(axis, 1.0);
                 let shift = pose.translation_mm()[axis];
                 if let Some([low, high]) = extent(&solid, &pose.inverse().vector(along)) {

@@ -1,4 +1,4 @@
-//! How parts of filament are printed, how long that takes, and what they then weigh.
+//! Print settings of filament parts, with estimated time and mass.
 
 use fabkit_checks::{PrintSettings, print_settings};
 use fabkit_geometry::sequences::EvenPoints;
@@ -7,67 +7,68 @@ use serde::Serialize;
 
 use crate::{Guide, NoSuchPart};
 
-/// What stands for figures that no slicer gave.
+/// Value of the field `from` of [`Printing`] for figures of this model instead of a slicer.
 const MODEL: &str = "model";
 
-/// Mean speed of the nozzle where plastic flows, everything that is not flow included, mm/s: what PrusaSlicer
-/// 2.5 makes of its default speeds, between 29.4 of plain shells and 17 of small parts with many corners.
-/// `guide --slice` of rtac0, 9dtact, tactip and shadowtac, 19 parts: at this pace, and before narrow places counted
-/// as filled, the model said 0.58 to 1.26 of the slicer's time, in the median 0.94. Fast printers take a third.
+/// Mean speed of the nozzle over the whole print, travel and pauses included, mm/s. PrusaSlicer 2.5 with its default
+/// speeds gives 29.4 for plain shells and 17 for small parts with many corners. Compared by `guide --slice` of rtac0,
+/// 9dtact, tactip and shadowtac, 19 parts: at this speed, and before narrow places counted as filled, the model gave
+/// 0.58 to 1.26 of the slicer's time, 0.94 in the median. Fast printers take a third.
 const PACE_MM_S: f64 = 25.0;
 
-/// Columns through a part that its inside is looked at along.
+/// Number of vertical rays by which a part's inside is sampled.
 const COLUMNS: usize = 400;
 
-/// Points of a part that are looked at.
+/// Approximate number of sampled points of a part.
 const POINTS: f64 = 1_500.0;
 
-/// Where columns stand in a box whose sides are from 0 to 1.
+/// Positions of the rays in a unit square.
 const PLACES: EvenPoints<2> = EvenPoints::square([0.5; 2]);
 
 const MM3_PER_CM3: f64 = 1e3;
 
-/// How a part is printed.
+/// Print settings of a part, with estimates.
 #[derive(Clone, Debug, Serialize)]
 pub struct Printing {
     /// Height of a layer, mm.
     pub layer_mm: f64,
-    /// Lines side by side along each outline.
+    /// Number of perimeter lines along each outline.
     pub perimeters: u32,
-    /// How much of the inside is filled, %.
+    /// Infill, %.
     pub infill_percent: f64,
-    /// Whether supports are printed.
+    /// True if supports are printed.
     pub supports: bool,
     /// Width of the brim, mm; 0 for none.
     pub brim_mm: f64,
-    /// Why layers, perimeters, solid layers, infill, supports and brim are so.
+    /// Reasons for layer height, perimeters, solid layers, infill, supports and brim, in this order.
     pub reasons: [String; 6],
-    /// Of one piece, alone on its bed.
+    /// Print time of one piece, alone on its bed, minutes.
     pub minutes: f64,
     /// Filament of one piece, mm3.
     pub filament_mm3: f64,
-    /// The same, g; `null` where nobody knows the material's density.
+    /// Filament of one piece, g; `null` if the material's density is not known.
     pub mass_g: Option<f64>,
-    /// Where time and mass are from: `model`, or the slicer with its version.
+    /// Source of time and mass: `model`, or the slicer with its version.
     pub from: String,
 }
 
-/// What a slicer says of one piece.
+/// Figures of a slicer for one piece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sliced {
     /// Estimated time, minutes.
     pub minutes: f64,
     /// Filament, mm3.
     pub filament_mm3: f64,
-    /// Which slicer, with its version.
+    /// Slicer with its version.
     pub slicer: String,
 }
 
 impl Guide {
-    /// Takes a slicer's figures for a part in place of the model's.
+    /// Replaces the model's figures for a part by those of a slicer.
     pub fn take_sliced(&mut self, part: &str, sliced: Sliced) {
         let made = self.made.iter_mut().find(|made| made.name == part);
         let Some(printing) = made.and_then(|made| made.print.as_mut()) else { return };
+        // The density is not stored, but follows from the model's figures.
         let density = printing.mass_g.map(|mass_g| mass_g / printing.filament_mm3);
         printing.mass_g = density.map(|density| density * sliced.filament_mm3);
         printing.minutes = sliced.minutes;
@@ -76,7 +77,8 @@ impl Guide {
     }
 }
 
-/// How a part is printed; nothing of what is not made of filament. `on_bed` is the part as it lies there.
+/// Returns the print settings of a part with estimates; `None` unless it is printed from filament. `on_bed` is the part
+/// as it lies on the bed.
 pub(crate) fn printing(
     sensor: &Sensor,
     part: &Body,
@@ -113,7 +115,7 @@ pub(crate) fn printing(
     }))
 }
 
-/// Across, along, and between: the nearest wall is at most a twelfth nearer than along one of these.
+/// Returns four horizontal directions: the true distance to a wall is at most a twelfth less than along one of these.
 fn headings() -> impl Iterator<Item = Vector3<f64>> {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     [[1.0, 0.0], [0.0, 1.0], [half, half], [half, -half]]
@@ -121,12 +123,12 @@ fn headings() -> impl Iterator<Item = Vector3<f64>> {
         .map(|[x, y]| Vector3::new(x, y, 0.0))
 }
 
-/// How much of a part's volume is plastic: all within its walls, floors and ceilings, and what infill leaves
-/// elsewhere. Supports are not counted.
+/// Returns the fraction of a part's volume that is plastic: everything within its walls, floors and ceilings, and the
+/// infill elsewhere. Supports are not counted.
 fn solid_share(body: &CompiledSolid, settings: &PrintSettings) -> f64 {
     let wall_mm = f64::from(settings.perimeters.value) * settings.line_mm;
     let skin_mm = f64::from(settings.solid_layers.value) * settings.layer_mm.value;
-    // What is left between two walls is filled where infill has no room.
+    // Where walls leave a gap too narrow for infill, slicers fill it.
     let reach_mm = 2.0 * wall_mm + 2.0 * settings.line_mm;
     let infill = settings.infill_percent.value / 100.0;
     let bounds = body.bounds();
@@ -145,7 +147,7 @@ fn solid_share(body: &CompiledSolid, settings: &PrintSettings) -> f64 {
     let step_mm = all_mm / POINTS;
     let (mut walls, mut points) = (0.0, 0.0);
     for (origin, [from, to]) in columns {
-        // Floors and ceilings are thinner than what is between points: their share is exact.
+        // Floors and ceilings are thinner than the distance of the points, so their share is computed exactly.
         let [bottom, top] = [from + skin_mm, to - skin_mm];
         points += to - from;
         walls += (to - from).min(2.0 * skin_mm);
@@ -159,6 +161,7 @@ fn solid_share(body: &CompiledSolid, settings: &PrintSettings) -> f64 {
             let is_wall = headings().any(|direction| {
                 let origin = point - direction * reach_mm;
                 body.stretches_into(&Ray { origin, direction }, &mut scratch, &mut stretches);
+                // The stretch of material that contains the point.
                 let here =
                     stretches.iter().find(|[low, high]| *low <= reach_mm && reach_mm <= *high);
                 here.is_none_or(|[low, high]| {

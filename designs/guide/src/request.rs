@@ -1,23 +1,23 @@
-//! What a guide is asked for.
+//! Request for a guide.
 
 use fabkit_checks::Stage;
 
 use crate::calibration::Calibration;
 use crate::shop::Shop;
 
-/// What a guide is asked for.
+/// Request for a guide.
 #[derive(Clone, Copy)]
 pub struct Request<'a> {
-    /// The design's hash, which tells it from others of its name.
+    /// Hash that distinguishes the design from others of its name.
     pub design_hash: &'a str,
-    /// How many sensors are to be built; molds and tools are made once.
+    /// Number of sensors to build; molds and tools are made once.
     pub units: u32,
-    /// Density of a material that parts are made of, g/cm3, as far as anybody knows it.
+    /// Returns the density of a material, g/cm3, if it is known.
     pub density: &'a dyn Fn(&str) -> Option<f64>,
-    /// What stands where in each step: of the same sensor, as [`fabkit_checks::stages`] tells it.
+    /// Placed bodies before and after each step of the same sensor, from [`fabkit_checks::stages`].
     pub stages: &'a [Stage<'a>],
-    /// What may be bought.
+    /// Articles that can be bought.
     pub shop: &'a dyn Shop,
-    /// How it is calibrated, where it is.
+    /// Calibration of the sensor, if there is one.
     pub calibration: Option<&'a Calibration>,
 }

@@ -1,43 +1,43 @@
-//! What is cut from stock sheets, and how many of them.
+//! Plans of parts cut from stock sheets.
 
 use serde::Serialize;
 
 use crate::Guide;
 
-/// The stock sheets of one material and thickness, for all units.
+/// Stock sheets of one material and thickness, for all units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SheetPlan {
-    /// What the files of its sheets are called, for example `sheet-acrylic-3mm`.
+    /// Name of the sheets' files, for example `sheet-acrylic-3mm`.
     pub name: String,
-    /// What it is of.
+    /// Material of the sheets.
     pub material: String,
-    /// How thick it is, mm.
+    /// Thickness, mm.
     pub thickness_mm: f64,
     /// Width and height of one sheet, mm.
     pub stock_mm: [f64; 2],
-    /// How many sheets.
+    /// Number of sheets.
     pub sheets: usize,
-    /// For each sheet, the corner of it that holds everything, mm: a remnant of this size will do.
+    /// For each sheet, width and height of the corner that holds all pieces, mm: a remnant of this size is enough.
     pub needs_mm: Vec<[f64; 2]>,
-    /// What is cut.
+    /// Pieces to cut.
     pub pieces: Vec<SheetPiece>,
     /// Length of all cuts, mm.
     pub cut_mm: f64,
-    /// Share of the sheets that the pieces take, 0 to 1.
+    /// Fraction of the sheets that the pieces cover, 0 to 1.
     pub used: f64,
 }
 
-/// A piece of a sheet.
+/// Piece cut from a sheet.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SheetPiece {
-    /// The part's name.
+    /// Name of the part.
     pub name: String,
-    /// How often it lies on all sheets.
+    /// Number of copies on all sheets.
     pub count: usize,
 }
 
 impl Guide {
-    /// Takes the plan of what is cut, which asks for kerfs and stock sizes that the guide does not know.
+    /// Sets the plans of sheets. They depend on kerfs and stock sizes, which the guide does not know.
     pub fn take_sheets(&mut self, plans: Vec<SheetPlan>) {
         self.sheets = plans;
     }

@@ -1,20 +1,20 @@
-//! What shops know of what is bought, and how many packs that makes.
+//! Articles in shops, and the number of packs to buy.
 
 use fabkit_geometry::{Order, Pack, Unit};
 use serde::Serialize;
 
-/// A list of what may be bought.
+/// List of articles that can be bought.
 pub trait Shop {
-    /// An article by its name: a component of a mix, a tool.
+    /// Returns an article by its name: a component of a mix, a tool.
     fn article(&self, name: &str) -> Order;
-    /// What parts of a material are made from by a process.
+    /// Returns the stock from which a process makes parts of a material.
     fn stock(&self, process: &str, material: &str) -> Order;
-    /// Supplies and tools that a sentence asks for, in the order of their names. `@mix`, `@degas` and `@warm` in
-    /// it stand for work that mixes, draws air out, and cures above room temperature.
+    /// Returns the supplies and tools that a sentence requires, ordered by name. `@mix`, `@degas` and `@warm` in it
+    /// stand for mixing, degassing, and curing above room temperature.
     fn asked_for(&self, sentence: &str) -> Vec<(Use, Order)>;
 }
 
-/// Knows no article: whatever is asked for may be of any maker.
+/// Shop without articles: anything may be of any maker.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoShop;
 
@@ -32,63 +32,63 @@ impl Shop for NoShop {
     }
 }
 
-/// Whether work uses something up.
+/// Distinction between consumables and tools.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Use {
-    /// It is used up.
+    /// Used up by the work.
     Supply,
-    /// It is used again, and no part of the costs.
+    /// Used again, and not part of the costs.
     Tool,
 }
 
-/// Nothing is known.
+/// Text for values that are not known.
 const NONE: &str = "none known";
 
-/// What to ask a shop for, how much of it, and what that costs. No text is empty.
+/// Order for a shop: article, number of packs and cost. No text is empty.
 #[derive(Clone, Debug, Serialize)]
 pub struct Purchase {
-    /// The article.
+    /// Name of the article.
     pub article: String,
-    /// Which of its sizes; `one size` where there is no other.
+    /// Size of the article; `one size` if there is no other.
     pub size: String,
-    /// Who makes it, or `any`.
+    /// Maker, or `any`.
     pub maker: String,
-    /// The maker's name or number for it, or `any`.
+    /// Name or number that the maker gives it, or `any`.
     pub number: String,
-    /// The standard that it follows, or `none`.
+    /// Standard that it follows, or `none`.
     pub standard: String,
-    /// What matters of it, by name.
+    /// Relevant properties, by name.
     pub figures: Vec<Figure>,
-    /// What is sold at once: `100 pieces`.
+    /// Pack size: `100 pieces`.
     pub pack: String,
-    /// What it is sold as together with others.
+    /// Kit in which it is sold together with other articles.
     pub kit: Option<String>,
-    /// How many packs to buy; 0 where it is there, or comes with the kit of another line.
+    /// Number of packs to buy; 0 if it is at hand, or comes with the kit of another line.
     pub packs: u32,
-    /// Of a pack, EUR; `null` where nobody knows.
+    /// Price of a pack, EUR; `null` if not known.
     pub price_eur: Option<f64>,
-    /// Of all packs, EUR; `null` where nobody knows.
+    /// Cost of all packs, EUR; `null` if not known.
     pub cost_eur: Option<f64>,
-    /// What may be bought in its place.
+    /// Possible substitutes.
     pub substitutes: String,
-    /// Where that comes from, but the price.
+    /// Source of the data, except the price.
     pub source: String,
-    /// Where the price comes from.
+    /// Source of the price.
     pub price_source: String,
 }
 
-/// What matters of an article.
+/// Relevant property of an article.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
-    /// What it is.
+    /// Name of the property.
     pub name: String,
-    /// With its unit, and where it comes from.
+    /// Value with its unit and source.
     pub value: String,
 }
 
 impl Purchase {
-    /// As many packs as hold what is needed, in the pack's unit.
+    /// Creates the purchase of enough packs for an amount in the pack's unit.
     pub(crate) fn of(order: &Order, needed: f64) -> Self {
         let or = |text: &str, other: &str| if text.is_empty() { other } else { text }.to_owned();
         let figures = order.figures.iter();
@@ -120,13 +120,13 @@ impl Purchase {
         purchase
     }
 
-    /// That many packs.
+    /// Sets the number of packs and the cost.
     pub(crate) fn take(&mut self, packs: u32) {
         self.packs = packs;
         self.cost_eur = self.price_eur.map(|price| price * f64::from(packs));
     }
 
-    /// The standard, or who makes it and what they call it, or that any will do.
+    /// Returns the text to order by: the standard, or maker and number, or `any`.
     pub fn ordered_by(&self) -> String {
         let made = match (&*self.maker, &*self.number) {
             ("any", "any") => "any".to_owned(),
@@ -142,7 +142,7 @@ impl Purchase {
     }
 }
 
-/// As people write it.
+/// Formats a pack size for people.
 fn packed(Pack { amount, unit }: Pack) -> String {
     match unit {
         Unit::Piece if amount == 1.0 => "1 piece".into(),
@@ -153,7 +153,7 @@ fn packed(Pack { amount, unit }: Pack) -> String {
     }
 }
 
-/// What is sold as one kit is bought once: as often as the component needs it that needs most.
+/// Charges a kit once: for as many packs as the component needs that needs most.
 pub(crate) fn share_kits<'p>(purchases: impl Iterator<Item = &'p mut Purchase>) {
     let mut paying: Vec<&mut Purchase> = Vec::new();
     for purchase in purchases {
@@ -161,6 +161,7 @@ pub(crate) fn share_kits<'p>(purchases: impl Iterator<Item = &'p mut Purchase>) 
         if let Some(first) = paying.iter_mut().find(same) {
             let packs = first.packs.max(purchase.packs);
             first.take(packs);
+            // It comes with the kit of the first line.
             purchase.take(0);
         } else {
             paying.push(purchase);

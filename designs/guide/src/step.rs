@@ -1,54 +1,54 @@
-//! A step as a guide tells it.
+//! Steps as a guide presents them.
 
 use serde::Serialize;
 
-/// What a step needs.
+/// Body that a step needs.
 #[derive(Clone, Debug, Serialize)]
 pub struct Need {
-    /// Its name in the design.
+    /// Name in the design.
     pub name: String,
-    /// How many for one unit.
+    /// Number of pieces for one unit.
     pub count: usize,
 }
 
-/// One step.
+/// Step of a build.
 #[derive(Clone, Debug, Serialize)]
 pub struct GuideStep {
-    /// From 1.
+    /// Number, from 1.
     pub number: usize,
-    /// Its name in the design.
+    /// Name in the design.
     pub name: String,
-    /// What is done: `make`, `prepare`, `assemble`, `bond`, `spray`, `pour` or `demold`.
+    /// Action: `make`, `prepare`, `assemble`, `bond`, `spray`, `pour` or `demold`.
     pub action: &'static str,
-    /// What to do, as a sentence.
+    /// Instruction, as a sentence.
     pub instruction: String,
-    /// Where bodies stand together.
+    /// Assembly in which the bodies are placed.
     pub assembly: Option<String>,
-    /// What it needs, in the order of the design.
+    /// Bodies that it needs, in the order of the design.
     pub needs: Vec<Need>,
-    /// What comes off in it, by name.
+    /// Names of the bodies that it takes off.
     pub removed: Vec<String>,
-    /// Who sets something right in it, by name.
+    /// Names of the bodies that are adjusted.
     pub adjusted: Vec<String>,
-    /// The number of the step whose cure is waited for meanwhile.
+    /// Number of the step that cures meanwhile.
     pub during: Option<usize>,
-    /// Section of the paper, or why it is so.
+    /// Section of the paper, or reason for the step.
     pub source: String,
-    /// What hands hold in it.
+    /// Tools to hold.
     pub tools: Vec<String>,
-    /// What to check when it is done.
+    /// Checks when it is done.
     pub checks: Vec<String>,
-    /// Which way things come and go.
+    /// Directions in which bodies come and go.
     pub ways: Vec<Way>,
 }
 
-/// Bodies that are brought to their places or taken away together.
+/// Bodies that are put in place or taken away together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Way {
-    /// Which, by name.
+    /// Names of the bodies.
     pub bodies: Vec<String>,
-    /// Whether they come; else they go.
+    /// True if they come, false if they go.
     pub is_coming: bool,
-    /// Which way, a unit vector of the assembly's frame.
+    /// Direction of motion, a unit vector in the assembly's frame.
     pub along: [f64; 3],
 }

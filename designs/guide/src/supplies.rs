@@ -1,4 +1,4 @@
-//! What parts are made from, what work uses up, which tools it takes, and what all of it costs.
+//! Stock that parts are made from, consumables, tools, and the total cost.
 
 use std::collections::BTreeMap;
 
@@ -8,68 +8,70 @@ use serde::Serialize;
 use crate::shop::{Purchase, Shop, Use};
 use crate::{Bought, Liquid, Made, Mixed};
 
-/// Share of a sheet that parts cover; chosen: gaps, edges and what does not fit are the rest.
+/// Fraction of a sheet that parts cover; chosen: gaps, edges and offcuts are the rest.
 const SHEET_USED: f64 = 0.75;
 
-/// Cures above this are warm, degrees Celsius.
+/// Temperature above which a cure counts as warm, degrees Celsius.
 const WARM_CELSIUS: f64 = 30.0;
 
 const MM3_PER_CM3: f64 = 1e3;
 
-/// What parts are made from.
+/// Stock that parts are made from.
 #[derive(Clone, Debug, Serialize)]
 pub struct Stock {
-    /// What it is: material, and for sheets how thick.
+    /// Material, and thickness for sheets.
     pub name: String,
-    /// `fdm`, `sla`, `polyjet`, `laser`, `pcb` or `cnc`.
+    /// Process: `fdm`, `sla`, `polyjet`, `laser`, `pcb` or `cnc`.
     pub process: String,
-    /// The parts that are made from it.
+    /// Names of the parts made from it.
     pub parts: Vec<String>,
-    /// How much of it they are, solid and without support.
+    /// Amount in the parts, solid and without support, in `unit`.
     pub amount: f64,
-    /// In what: `g`, `ml`, `pieces` or `cm2`.
+    /// Unit of the amount: `g`, `ml`, `pieces` or `cm2`.
     pub unit: &'static str,
-    /// What to order.
+    /// Article and packs to order.
     pub order: Purchase,
 }
 
-/// What work uses up, or is done with.
+/// Consumable or tool.
 #[derive(Clone, Debug, Serialize)]
 pub struct Supply {
-    /// What it is.
+    /// Name with size.
     pub name: String,
-    /// Whether it is used up.
+    /// Distinction between consumable and tool.
     pub used: Use,
-    /// Numbers of the steps that ask for it; nothing where the making of a part does.
+    /// Numbers of the steps that need it; empty if the making of a part does.
     pub steps: Vec<usize>,
-    /// What to order.
+    /// Article and packs to order.
     pub order: Purchase,
 }
 
-/// What everything that is bought costs together.
+/// Total cost of everything that is bought.
 #[derive(Clone, Debug, Serialize)]
 pub struct Costs {
-    /// EUR, in whole packs.
+    /// Sum for whole packs, EUR.
     pub total_eur: f64,
-    /// Names of what nobody knows the price of.
+    /// Names of articles whose price is not known.
     pub unknown: Vec<String>,
-    /// What is not in it.
+    /// Costs that the sum leaves out.
     pub leaves_out: &'static str,
 }
 
-/// What is not in the sum.
+/// Costs that the sum leaves out.
 const LEAVES_OUT: &str = "tools, shipping, and the hours of people and machines";
 
-/// Parts that share stock.
+/// Parts made from the same stock.
 #[derive(Default)]
 struct Pile<'a> {
     parts: Vec<&'a Made>,
 }
 
+/// Groups parts by the stock they are made from.
 pub(crate) fn stock(made: &[Made], shop: &dyn Shop) -> Vec<Stock> {
-    // Boards and machined parts are ordered one by one; sheets by how thick they are, in tenths of a millimetre.
+    // Boards and machined parts are ordered one by one; sheets are grouped by thickness, in tenths of a millimetre.
     let mut piles: BTreeMap<(String, String, String), Pile> = BTreeMap::new();
     for part in made {
+        // The smallest dimension of a sheet part is its thickness.
         let tenths = (10.0 * part.size_mm.iter().copied().fold(f64::INFINITY, f64::min)).round();
         let more = match &*part.process {
             "laser" => format!("{} mm thick", tenths / 10.0),
@@ -82,6 +84,7 @@ pub(crate) fn stock(made: &[Made], shop: &dyn Shop) -> Vec<Stock> {
     piles.into_iter().map(|(key, pile)| of_pile(key, &pile, shop)).collect()
 }
 
+/// Returns the stock of a group of parts.
 fn of_pile(
     (process, material, more): (String, String, String),
     Pile { parts }: &Pile,
@@ -100,6 +103,7 @@ fn of_pile(
             let area_mm2 = sum(&|part| {
                 let mut sizes = part.size_mm;
                 sizes.sort_by(f64::total_cmp);
+                // The two largest dimensions span the rectangle that the part takes from a sheet.
                 sizes[1] * sizes[2]
             });
             (area_mm2 / 100.0, "cm2", area_mm2 / (SHEET_USED * x * y))
@@ -109,7 +113,7 @@ fn of_pile(
             (mass_g, "g", mass_g)
         }
         (Unit::Millilitre, _) => (volume_ml, "ml", volume_ml),
-        // Of a material that nobody knows the density of, a pack.
+        // Without a density, one pack is assumed to be enough.
         (Unit::Gram, _) => (volume_ml, "ml", order.pack.amount),
         _ => (sum(&|_| 1.0), "pieces", sum(&|_| 1.0)),
     };
@@ -122,7 +126,7 @@ fn of_pile(
     Stock { name, process, parts, amount, unit, order }
 }
 
-/// Supplies and tools, in the order of their names, supplies first.
+/// Returns consumables, then tools, each ordered by name.
 pub(crate) fn supplies(
     sensor: &Sensor,
     (made, mixes): (&[Made], &[Mixed]),
@@ -135,8 +139,10 @@ pub(crate) fn supplies(
             name,
             used,
             steps: Vec::new(),
+            // A tiny amount makes one pack, whatever its size.
             order: Purchase::of(order, 1e-3),
         });
+        // Steps come in order, so comparing with the last one is enough to list each once.
         supply.steps.extend(step.filter(|step| supply.steps.last() != Some(step)));
     };
     for (index, step) in sensor.chain.iter().enumerate() {
@@ -159,7 +165,7 @@ pub(crate) fn supplies(
         for (used, order) in shop.asked_for(&body.summary) {
             ask(used, &order, None);
         }
-        // What no step names is put in somewhere.
+        // A body that no step names is still mounted somewhere, so its tools are needed.
         let is_named = sensor.chain.iter().any(|step| step.bodies.contains(&body.name));
         for tool in body.order.iter().filter(|_| !is_named).flat_map(|order| &order.tools) {
             ask(Use::Tool, &shop.article(tool), None);
@@ -173,6 +179,7 @@ pub(crate) fn supplies(
     all.into_values().collect()
 }
 
+/// Sums the costs of everything except tools.
 pub(crate) fn costs(
     bought: &[Bought],
     liquids: &[Liquid],

@@ -1,4 +1,4 @@
-//! When steps begin, and what they wait for.
+//! Schedule: the times of the steps, and the steps that they wait for.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,11 +7,11 @@ use serde::Serialize;
 
 use crate::membership::stays;
 
-/// Hands-on time of a step, h: chosen, since no paper says it. Cures decide how long a build takes; these only
-/// keep steps apart.
+/// Returns the hands-on time of a step, h: chosen, since no paper states it. Cures dominate the duration of a build;
+/// these times only keep steps apart.
 pub(crate) fn hands_on_h(action: &Action) -> f64 {
     match action {
-        // Printers need no hands; how long they take is a slicer's business.
+        // Printers need no hands; the print time is a slicer's business.
         Action::Make => 0.0,
         Action::Prepare | Action::Demold(_) | Action::Bond(_) => 0.25,
         Action::Assemble | Action::Spray(_) | Action::Pour(_) => 0.5,
@@ -20,69 +20,69 @@ pub(crate) fn hands_on_h(action: &Action) -> f64 {
 
 const HOURS_A_DAY: f64 = 24.0;
 
-/// When one step is done.
+/// Time interval of one step.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stretch {
-    /// The step's number, from 1.
+    /// Number of the step, from 1.
     pub step: usize,
-    /// Hours after the parts are there.
+    /// Start, in hours after all parts are made.
     pub start_h: f64,
-    /// When hands are free again, h.
+    /// End of the hands-on work, h.
     pub hands_end_h: f64,
-    /// When it has cured, h; the same where nothing cures.
+    /// End of the cure, h; equal to the end of the hands-on work if nothing cures.
     pub end_h: f64,
-    /// Whether the build takes longer when this does.
+    /// True if a delay of this step delays the build.
     pub is_critical: bool,
 }
 
-/// One person builds one unit, with all molds there; nights are not left out.
+/// Schedule of one person who builds one unit with all molds at hand; nights are not left out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Timeline {
-    /// In the order of the steps.
+    /// Intervals in the order of the steps.
     pub stretches: Vec<Stretch>,
-    /// Until all has cured, h.
+    /// Time until everything has cured, h.
     pub total_h: f64,
-    /// The same in days, rounded up.
+    /// Total time in days, rounded up.
     pub days: u32,
-    /// What hands do of it, h.
+    /// Hands-on time, h.
     pub hands_h: f64,
-    /// Numbers of the steps that the whole build waits for, in their order.
+    /// Numbers of the steps on the critical path, in order.
     pub critical: Vec<usize>,
-    /// What is done while something cures.
+    /// Steps that are done while something cures.
     pub meanwhile: Vec<Meanwhile>,
-    /// For all units.
+    /// Schedule for all units.
     pub units: Series,
-    /// What hands-on times rest on.
+    /// Source of the hands-on times.
     pub hands_on: &'static str,
 }
 
-/// Steps that fill the time of a cure.
+/// Steps that are done during a cure.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Meanwhile {
-    /// The number of the step that cures.
+    /// Number of the step that cures.
     pub during: usize,
-    /// The numbers of those that are done in that time.
+    /// Numbers of the steps that are done meanwhile.
     pub steps: Vec<usize>,
 }
 
-/// Several units, one behind the other through one set of molds and tools.
+/// Several units, one after the other with one set of molds and tools.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Series {
-    /// How many.
+    /// Number of units.
     pub count: u32,
-    /// Until the last of them has cured, h.
+    /// Time until the last unit has cured, h.
     pub total_h: f64,
-    /// What hands do of it, h: molds and tools are made once.
+    /// Hands-on time, h; molds and tools are made once.
     pub hands_h: f64,
-    /// Each unit is so far behind the one before, h.
+    /// Time between the starts of consecutive units, h.
     pub apart_h: f64,
-    /// What keeps the next one waiting: a mold or tool by name; `null` where it is the hands.
+    /// Bottleneck: name of a mold or tool; `null` for the hands.
     pub waits_for: Option<String>,
 }
 
 impl Timeline {
-    /// Of a chain. A step begins when hands are free, and when what it waits for has cured: all that was cast or
-    /// glued before, unless it says during which cure it is done.
+    /// Schedules a chain. A step starts when the hands are free and everything cast or glued before has cured, except
+    /// the cure of the step that it names in `during`.
     pub(crate) fn of(sensor: &Sensor, units: u32) -> Self {
         let chain = &sensor.chain;
         let numbers: BTreeMap<&str, usize> =
@@ -91,7 +91,7 @@ impl Timeline {
         let mut causes: Vec<Option<usize>> = Vec::new();
         for (index, step) in chain.iter().enumerate() {
             let during = step.during.as_deref().and_then(|name| numbers.get(name).copied());
-            // Nothing but the step whose cure is filled is still curing: what cured before that has been waited for.
+            // Everything before the step named in `during` has already been waited for.
             let is_waited_for = |earlier: &usize| during.is_none_or(|during| *earlier < during);
             let hands = index.checked_sub(1).map(|before| (before, stretches[before].hands_end_h));
             let cures = (0..index).filter(is_waited_for).map(|i| (i, stretches[i].end_h));
@@ -109,6 +109,7 @@ impl Timeline {
             causes.push(cause.map(|(cause, _)| cause));
         }
         let total_h = stretches.iter().map(|stretch| stretch.end_h).fold(0.0, f64::max);
+        // The critical path runs backwards from the step that ends last, along whatever each step waited for.
         let mut critical = (0..stretches.len()).find(|i| stretches[*i].end_h == total_h);
         while let Some(index) = critical {
             stretches[index].is_critical = true;
@@ -128,6 +129,7 @@ impl Timeline {
     }
 }
 
+/// Returns the steps that are done during each cure.
 fn meanwhile(chain: &[Step], numbers: &BTreeMap<&str, usize>) -> Vec<Meanwhile> {
     let mut found: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (index, step) in chain.iter().enumerate() {
@@ -139,7 +141,7 @@ fn meanwhile(chain: &[Step], numbers: &BTreeMap<&str, usize>) -> Vec<Meanwhile> 
     found.into_iter().map(|(during, steps)| Meanwhile { during, steps }).collect()
 }
 
-/// All that a step needs, makes or takes off, by name.
+/// Returns the names of all bodies that a step needs, makes or takes off.
 fn touched(step: &Step) -> BTreeSet<&str> {
     let more: Vec<&String> = match &step.action {
         Action::Pour(pour) => pour.walls.iter().chain([&pour.layer]).collect(),
@@ -151,12 +153,14 @@ fn touched(step: &Step) -> BTreeSet<&str> {
 }
 
 impl Series {
-    /// Alike jobs through a row of machines take as long as one, and as often more as the busiest machine works for
-    /// each (Johnson, Naval Res. Logist. Q. 1, 1954). Machines are the hands, and whatever is used again: a mold is
-    /// busy from the first step of a unit that needs it until the last one has ended.
+    /// Schedules several units: identical jobs through a row of machines take as long as one job, plus the load of the
+    /// busiest machine for each further job (Johnson, Naval Res. Logist. Q. 1, 1954). The machines are the hands and
+    /// everything that is used again: a mold is busy from the first step of a unit that needs it until the last one has
+    /// ended.
     fn of(sensor: &Sensor, stretches: &[Stretch], total_h: f64, count: u32) -> Self {
         let is_of_unit = |name: &str| sensor.body(name).is_some_and(stays);
         let mut busy: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
+        // Steps that concern tools alone are done once, all others for each unit.
         let (mut once_h, mut each_h) = (0.0, 0.0);
         for (step, stretch) in sensor.chain.iter().zip(stretches) {
             let touched = touched(step);
@@ -172,7 +176,7 @@ impl Series {
             }
         }
         let longest = busy.iter().map(|(tool, ends)| (*tool, ends[1] - ends[0]));
-        // Of several that are busy as long, the first by name.
+        // Among equally busy tools, the first by name.
         let longest = longest.fold(None, |most: Option<(&str, f64)>, (tool, hours)| match most {
             Some((_, most_h)) if most_h >= hours => most,
             _ => Some((tool, hours)),

@@ -1,4 +1,4 @@
-//! A step in words: what it takes, with which tools, which way things go, and what to check afterwards.
+//! Instructions for each step: tools, directions in which bodies move, and checks afterwards.
 
 mod checked;
 
@@ -10,10 +10,10 @@ use fabkit_geometry::{Action, Occasion, Placement, Sensor, Step};
 use crate::{GuideStep, Mixed, Need, Way};
 use checked::Measured;
 
-/// Warmer than this, an oven is needed, degrees Celsius; chosen: no room is.
+/// Largest cure temperature without an oven, degrees Celsius; chosen: no room is warmer.
 const ROOM_CELSIUS: f64 = 30.0;
 
-/// Every step of a sensor's chain.
+/// Returns all steps of a sensor's chain.
 pub(crate) fn steps(sensor: &Sensor, stages: &[Stage], mixes: &[Mixed]) -> Vec<GuideStep> {
     let measured = Measured::of(stages);
     let stages: BTreeMap<usize, &Stage> = stages.iter().map(|stage| (stage.step, stage)).collect();
@@ -30,6 +30,7 @@ pub(crate) fn steps(sensor: &Sensor, stages: &[Stage], mixes: &[Mixed]) -> Vec<G
     sensor.chain.iter().enumerate().map(told).collect()
 }
 
+/// Returns a step with everything that needs no solids.
 fn plain(sensor: &Sensor, index: usize, step: &Step) -> GuideStep {
     let number_of =
         |name: &String| sensor.chain.iter().position(|s| s.name == *name).map(|i| i + 1);
@@ -53,11 +54,13 @@ fn plain(sensor: &Sensor, index: usize, step: &Step) -> GuideStep {
     }
 }
 
-/// As many as stand where the step puts them; else as many as a lab needs.
+/// Counts the pieces of a body that the step places in its assembly; if it places none, those of the
+/// whole design.
 fn need(sensor: &Sensor, step: &Step, name: &str) -> Need {
     let count = sensor.body(name).map_or(1, |body| {
         let is_there = |placed: &&Placement| Some(&placed.assembly) == step.assembly.as_ref();
         match body.placements.iter().filter(is_there).count() {
+            // The step may need bodies that it does not place in its own assembly.
             0 => body.quantity as usize,
             count => count,
         }
@@ -65,7 +68,7 @@ fn need(sensor: &Sensor, step: &Step, name: &str) -> Need {
     Need { name: name.to_owned(), count }
 }
 
-/// What hands hold in it: what bodies ask for, and what mixing takes.
+/// Returns the tools of a step: those that its bodies need, and those for mixing.
 fn tools(step: &Step, stage: Option<&Stage>) -> Vec<String> {
     let mut tools: Vec<String> = Vec::new();
     let mut add = |tool: String| {
@@ -97,6 +100,7 @@ fn tools(step: &Step, stage: Option<&Stage>) -> Vec<String> {
         Action::Demold(_) => Some(Occasion::Removal),
         _ => None,
     };
+    // Pouring and demolding concern bodies that are already in place.
     let there = occasion.map_or(&[][..], |_| &stage.before[..]);
     let asked = coming.map(|stand| (stand, Some(Occasion::Arrival)));
     let asked = asked.chain(adjusted.map(|stand| (stand, Some(Occasion::Adjustment))));
@@ -109,7 +113,8 @@ fn tools(step: &Step, stage: Option<&Stage>) -> Vec<String> {
     tools
 }
 
-/// Which way things come and go; what is put together outside first, then how it comes.
+/// Returns the directions in which bodies come and go; bodies that are assembled separately first, then their arrival
+/// as a whole.
 fn ways(stage: &Stage) -> Vec<Way> {
     let mut all: Vec<Way> = Vec::new();
     stage.coming.iter().for_each(|came| add_ways(&mut all, came, true));
@@ -117,7 +122,9 @@ fn ways(stage: &Stage) -> Vec<Way> {
     all
 }
 
+/// Adds the motions of bodies that come or go together, and of their subassemblies.
 fn add_ways(all: &mut Vec<Way>, came: &Came, is_coming: bool) {
+    // Subassemblies are put together before they move as a whole.
     came.apart.iter().for_each(|came| add_ways(all, came, is_coming));
     let Some(out) = came.out else { return };
     let mut bodies: Vec<String> = Vec::new();
@@ -126,7 +133,7 @@ fn add_ways(all: &mut Vec<Way>, came: &Came, is_coming: bool) {
             bodies.push(stand.body.name.clone());
         }
     }
-    // No -0 in a file.
+    // Adding zero avoids -0 in files.
     let along = if is_coming { -out } else { out }.map(|v| v + 0.0);
     let way = Way { bodies, is_coming, along: along.into() };
     if !all.contains(&way) {

@@ -1,7 +1,7 @@
-//! What goes wrong in a lab, and why not here: rules over what is poured, on what, and how warm.
+//! Warnings about common failures in a lab: rules over liquids, the bodies they touch, and temperatures.
 //!
-//! What the design has dealt with is said too, with the step that deals with it: whoever leaves that step out
-//! should know what for.
+//! Problems that the design has solved are reported too, with the step that solves them, so that nobody skips this step
+//! unaware.
 
 mod liquids;
 mod safety;
@@ -13,22 +13,22 @@ use serde::Serialize;
 
 use crate::{Mixed, Timeline};
 
-/// One thing to mind.
+/// Warning for whoever builds the sensor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
-    /// `inhibition`, `gloves`, `release`, `primer`, `loose`, `heat`, `pot-life` or `safety`.
+    /// Rule: `inhibition`, `gloves`, `release`, `primer`, `loose`, `heat`, `pot-life` or `safety`.
     pub rule: &'static str,
     /// Numbers of the steps in which it matters.
     pub steps: Vec<usize>,
-    /// Layers and parts that it is about, by name.
+    /// Names of the layers and parts concerned.
     pub bodies: Vec<String>,
-    /// What happens, and why.
+    /// Failure and its cause.
     pub why: String,
-    /// What to do.
+    /// Action to take.
     pub do_this: String,
-    /// Who says so.
+    /// Source of the warning.
     pub source: String,
-    /// The number of the step that deals with it; `null` where it is left to the reader.
+    /// Number of the step that solves the problem; `null` if that is left to the reader.
     pub dealt_with_in: Option<usize>,
 }
 
@@ -62,7 +62,7 @@ impl Warning {
     }
 }
 
-/// All of them: what is left to the reader first, each group in the order of the steps.
+/// Returns all warnings: unsolved ones first, each group in the order of the steps.
 pub(crate) fn warnings(sensor: &Sensor, mixes: &[Mixed], timeline: &Timeline) -> Vec<Warning> {
     let mut all = liquids::on_walls(sensor);
     all.extend(liquids::primers(sensor));

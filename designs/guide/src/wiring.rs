@@ -1,113 +1,113 @@
-//! Who is connected to whom: circuits with their resistors worked out, wires and cables.
+//! Wiring: circuits with calculated resistors, wires and cables.
 
 use fabkit_geometry::{Circuit, CircuitKind, Connection, Sensor, SeriesResistor};
 use serde::Serialize;
 
-/// What is soldered and wired together.
+/// Circuit to solder and wire.
 #[derive(Clone, Debug, Serialize)]
 pub struct Wiring {
-    /// That of its board, or of what is wired.
+    /// Name of the board, or of the wired group.
     pub name: String,
-    /// The part that is etched; nothing where all is bought.
+    /// Part that is etched; `null` if everything is bought.
     pub board: Option<String>,
-    /// V.
+    /// Supply voltage, V.
     pub supply_v: f64,
-    /// All lamps at once, A; 0 where a data sheet has to tell.
+    /// Current of all LEDs together, A; 0 if a data sheet has to state it.
     pub current_a: f64,
-    /// What is soldered.
+    /// Soldered parts.
     pub parts: Vec<WiredPart>,
-    /// What is connected inside.
+    /// Nets.
     pub nets: Vec<WiredNet>,
-    /// Resistors and why they are what they are.
+    /// Resistors with their calculation.
     pub resistors: Vec<WiredResistor>,
     /// Wires and cables.
     pub connections: Vec<Wire>,
-    /// What to mind.
+    /// Notes.
     pub notes: Vec<String>,
 }
 
-/// Something that is soldered.
+/// Soldered part.
 #[derive(Clone, Debug, Serialize)]
 pub struct WiredPart {
-    /// `D1`, `R1`.
+    /// Designator: `D1`, `R1`.
     pub designator: String,
-    /// `led`, `resistor`, `switch`, `wire` or `test point`.
+    /// Kind: `led`, `resistor`, `switch`, `wire` or `test point`.
     pub kind: &'static str,
-    /// What to order.
+    /// Value or type to order.
     pub value: String,
-    /// Its package.
+    /// Package.
     pub package: String,
-    /// Its pins, with their nets.
+    /// Pins with their nets.
     pub pins: Vec<WiredPin>,
-    /// The piece of the list of what to buy, where it is drawn.
+    /// Name of the bought piece, if it is modelled.
     pub body: Option<String>,
 }
 
-/// A pin.
+/// Pin of a part.
 #[derive(Clone, Debug, Serialize)]
 pub struct WiredPin {
-    /// `A`, `K`, `1`.
+    /// Name of the pin: `A`, `K`, `1`.
     pub pin: String,
-    /// Nothing for a pin that stays free.
+    /// Net; `null` for a free pin.
     pub net: Option<String>,
 }
 
-/// What is connected.
+/// Net of a circuit.
 #[derive(Clone, Debug, Serialize)]
 pub struct WiredNet {
-    /// `V+`, `GND`.
+    /// Name of the net: `V+`, `GND`.
     pub name: String,
-    /// `D1.A`.
+    /// Connected pins, for example `D1.A`.
     pub pins: Vec<String>,
     /// Largest current, A.
     pub current_a: f64,
 }
 
-/// A resistor's calculation.
+/// Calculation of a resistor.
 #[derive(Clone, Debug, Serialize)]
 pub struct WiredResistor {
-    /// Which.
+    /// Designators of the resistors with this value.
     pub designators: Vec<String>,
-    /// V.
+    /// Supply voltage, V.
     pub supply_v: f64,
-    /// V.
+    /// Forward voltage of an LED, V.
     pub forward_v: f64,
-    /// LEDs that share one.
+    /// Number of LEDs that share one resistor.
     pub leds: u32,
-    /// What the formula gives, ohm; nothing where the resistor itself is given.
+    /// Calculated resistance, ohm; `null` if the resistor itself is given.
     pub exact_ohm: Option<f64>,
-    /// What is ordered, ohm.
+    /// Resistance to order, ohm.
     pub ohm: f64,
-    /// Through one LED, mA.
+    /// Current through one LED, mA.
     pub led_ma: f64,
-    /// Heat in the resistor, W.
+    /// Power dissipated in the resistor, W.
     pub power_w: f64,
-    /// What it bears, W.
+    /// Rated power, W.
     pub rated_w: f64,
-    /// All of it in one line.
+    /// Calculation in one line.
     pub calculation: String,
-    /// Where the values are from.
+    /// Source of the values.
     pub source: String,
 }
 
-/// A wire or a cable.
+/// Wire or cable.
 #[derive(Clone, Debug, Serialize)]
 pub struct Wire {
-    /// Where it begins.
+    /// Start.
     pub from: String,
-    /// Where it ends.
+    /// End.
     pub to: String,
-    /// What it carries.
+    /// Net or signal that it carries.
     pub carries: String,
-    /// The piece of the list of what to buy, where it is drawn.
+    /// Name of the bought piece, if it is modelled.
     pub by: Option<String>,
-    /// How long it is drawn in the sensor, mm; it goes on outside.
+    /// Modelled length inside the sensor, mm; the wire continues outside.
     pub drawn_mm: Option<f64>,
-    /// Of its insulation, where somebody says so.
+    /// Colour of the insulation, if stated.
     pub color: Option<String>,
 }
 
-/// All circuits of a sensor.
+/// Returns the wiring of all circuits of a sensor.
 pub(crate) fn wirings(sensor: &Sensor) -> Vec<Wiring> {
     sensor.circuits.iter().map(wiring).collect()
 }
@@ -165,6 +165,7 @@ fn wire(connection: &Connection) -> Wire {
 fn resistor(one: &SeriesResistor) -> WiredResistor {
     let led_ma = one.led_a() * 1e3;
     let over = format!("({} V - {} V)", one.supply_v, one.forward_v);
+    // LEDs in parallel share the current of one resistor equally.
     let shared =
         if one.leds > 1 { format!(", for each of {} LEDs", one.leds) } else { String::new() };
     let calculation = match (one.exact_ohms(), one.wanted_a) {

@@ -1,7 +1,7 @@
-//! Sheets to look at rather than to cut: dark areas and thin lines at true size.
+//! Printed pages with dark areas and thin lines at true size, such as calibration boards.
 //!
-//! A calibration board is as good as its scale. So these files name their page in millimetres and
-//! hold vectors only: no picture that a printer could resample, and no font that it could replace.
+//! A calibration board is only as good as its scale. These files therefore state their page size in millimetres and
+//! hold vectors only: no raster image that a printer could resample, and no font that it could replace.
 
 mod pdf;
 
@@ -13,38 +13,38 @@ use crate::drawing::{Drawing, Operation, lettering};
 use crate::svg::{escaped, outline, polyline};
 use crate::{Document, ExportError, VERSION, dxf};
 
-/// A printed page; origin in the lower left corner, x to the right and y upwards, mm.
+/// A printed page in mm, with its origin in the lower left corner, x to the right and y upwards.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Artwork {
     /// Width and height of the page, mm.
     pub page_mm: [f64; 2],
-    /// Closed polygons that together bound the dark areas: a point is dark if an odd number of
-    /// them is around it. Those around dark run one way, those around light in dark the other.
+    /// Closed polygons that bound the dark areas, by the even-odd rule. Boundaries of dark areas run one way, those of
+    /// light islands in them the other.
     pub dark: Vec<Path>,
     /// Open polylines, mm.
     pub strokes: Vec<Vec<[f64; 2]>>,
 }
 
-/// Width of thin lines, mm: every printer shows it, and a ruler is read to better than half of it.
+/// Width of thin lines, mm. Every printer shows it, and a ruler is read to better than half of it.
 pub(crate) const STROKE_MM: f64 = 0.15;
 
 impl Artwork {
-    /// Height of a label's letters, mm.
+    /// Height of a label's capitals, mm.
     pub const LABEL_MM: f64 = lettering::HEIGHT_MM;
 
     /// Adds a line of single-stroke capitals whose baseline starts at a point, mm.
     ///
-    /// Letters, digits, spaces, hyphens and full stops; anything else becomes a box.
+    /// Letters, digits, spaces, hyphens and full stops are supported; any other character becomes a box.
     pub fn label(&mut self, text: &str, start_mm: [f64; 2]) {
         self.strokes.extend(lettering::strokes(text, start_mm));
     }
 
-    /// How wide a label is, mm.
+    /// Width of a label, mm.
     pub fn label_width_mm(text: &str) -> f64 {
         lettering::width_mm(text)
     }
 
-    /// SVG 1.1 with the page's size in millimetres; user units are millimetres.
+    /// Writes SVG 1.1 with the page size in millimetres; user units are millimetres.
     ///
     /// ```
     /// use fabkit_export::Artwork;
@@ -57,8 +57,7 @@ impl Artwork {
     /// ```
     ///
     /// # Errors
-    /// [`ExportError::Nothing`] without dark areas, [`ExportError::NotCuttable`] for arcs of
-    /// ellipses.
+    /// [`ExportError::Nothing`] without dark areas, [`ExportError::NotCuttable`] for elliptic arcs.
     pub fn svg(&self, title: &str) -> Result<Vec<u8>, ExportError> {
         if self.dark.is_empty() {
             return Err(ExportError::Nothing);
@@ -67,7 +66,7 @@ impl Artwork {
         let dark: Result<Vec<_>, _> = self.dark.iter().map(|path| outline(path, height)).collect();
         let strokes: Vec<_> = self.strokes.iter().map(|s| polyline(s, height)).collect();
         let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
-        // Writing to a String cannot fail. White below: a viewer may show pages on grey.
+        // Writing to a String cannot fail. The white background covers a viewer's grey one.
         let _ = writeln!(
             xml,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\" width=\"{width}mm\" \
@@ -90,19 +89,18 @@ impl Artwork {
         Ok(xml.into_bytes())
     }
 
-    /// One page of PDF 1.4 (ISO 32000-1), its page box in points of 1/72 inch.
+    /// Writes one page of PDF 1.4 (ISO 32000-1), with its page box in points of 1/72 inch.
     ///
     /// # Errors
-    /// [`ExportError::Nothing`] without dark areas, [`ExportError::NotCuttable`] for anything but
-    /// straight lines.
+    /// [`ExportError::Nothing`] without dark areas, [`ExportError::NotCuttable`] for anything but straight lines.
     pub fn pdf(&self, title: &str) -> Result<Vec<u8>, ExportError> {
         pdf::write(self, title)
     }
 
-    /// DXF as of [`dxf`](crate::dxf()): boundaries of dark areas on the layer of engravings.
+    /// Writes DXF like [`dxf`](crate::dxf()), with the boundaries of dark areas on the engraving layer.
     ///
     /// # Errors
-    /// As [`Artwork::svg`].
+    /// See [`Artwork::svg`].
     pub fn dxf(&self, document: Document) -> Result<Vec<u8>, ExportError> {
         let contours = self.dark.iter().map(|path| (Operation::Engrave, path.clone())).collect();
         let drawing = Drawing { size_mm: self.page_mm, contours, strokes: self.strokes.clone() };
@@ -110,7 +108,7 @@ impl Artwork {
     }
 }
 
-/// Corners of a polygon.
+/// Returns the corners of a polygon.
 fn corners(path: &Path) -> Result<Vec<[f64; 2]>, ExportError> {
     let ends = path.segments.iter().map(|segment| match segment {
         Segment::Line { to } => Ok(*to),

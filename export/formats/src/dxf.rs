@@ -1,8 +1,7 @@
-//! DXF for laser cutters and board makers: AutoCAD 2000 (AC1015), ASCII, millimetres.
+//! DXF files for laser cutters and board makers: AutoCAD 2000 (AC1015), ASCII, millimetres.
 //!
-//! Written by hand: what cutters read is four kinds of entities, and the crates for it stamp files
-//! with the clock. Group codes and the tables and dictionaries that a file must have are those of
-//! Autodesk's "DXF Reference" for AutoCAD 2000.
+//! Written without a library: cutters read only four kinds of entities, and the available crates stamp files with the
+//! clock. Group codes and the required tables and dictionaries follow Autodesk's "DXF Reference" for AutoCAD 2000.
 
 use std::fmt::Write as _;
 
@@ -11,7 +10,7 @@ use fabkit_geometry::{Path, Segment};
 use crate::drawing::{Drawing, Operation, bulge};
 use crate::{Document, ExportError, VERSION};
 
-/// Handles of the objects that others point to; entities follow from [`FIRST_ENTITY`].
+/// Handles of objects that others refer to. Entities are numbered from [`FIRST_ENTITY`].
 const BLOCK_RECORD_TABLE: u32 = 0x1;
 const MODEL_SPACE: u32 = 0x2;
 const PAPER_SPACE: u32 = 0x3;
@@ -20,19 +19,20 @@ const GROUP_DICTIONARY: u32 = 0x5;
 const FIRST_TABLE: u32 = 0x10;
 const FIRST_ENTITY: u32 = 0x100;
 
-/// Writes a drawing as DXF: whole circles as CIRCLE, other outlines as closed LWPOLYLINE with true
-/// arcs, letters as open LWPOLYLINE; one layer per operation.
+/// Writes a drawing as DXF: full circles as CIRCLE, other outlines as closed LWPOLYLINE with true arcs, letters as open
+/// LWPOLYLINE; one layer per operation.
 ///
-/// Coordinates are the shortest decimals that read back as the same `f64`.
+/// Coordinates are the shortest decimals that parse to the same `f64`.
 ///
 /// # Errors
-/// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for arcs of ellipses.
+/// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for elliptic arcs.
 pub fn dxf(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
     if drawing.contours.is_empty() {
         return Err(ExportError::Nothing);
     }
     let mut entities = Groups::default();
     let mut handle = FIRST_ENTITY;
+    // Labels first: pieces that are cut out may shift.
     for stroke in &drawing.strokes {
         let vertices: Vec<_> = stroke.iter().map(|&point| (point, 0.0)).collect();
         entities.polyline(next(&mut handle), Operation::Label, &vertices, false);
@@ -60,7 +60,7 @@ fn next(handle: &mut u32) -> u32 {
     *handle - 1
 }
 
-/// Group codes with values, two lines each.
+/// Pairs of group code and value, two lines each.
 #[derive(Default)]
 struct Groups(String);
 
@@ -74,7 +74,7 @@ impl Groups {
         self.text(code, &value.to_string());
     }
 
-    /// A decimal point always, never an exponent; + 0.0 drops the sign of -0.
+    /// Writes a number with a decimal point and without exponent; adding 0.0 drops the sign of -0.
     fn real(&mut self, code: u16, value: f64) {
         let value = value + 0.0;
         let text = if value.fract() == 0.0 { format!("{value:.1}") } else { value.to_string() };
@@ -90,7 +90,7 @@ impl Groups {
         self.text(code, &format!("{handle:X}"));
     }
 
-    /// For people; readers skip it. One line of ASCII, which every code page contains.
+    /// Writes a comment, which readers skip, as one line of ASCII, which every code page contains.
     fn comment(&mut self, text: &str) {
         let plain = |c: char| if c.is_ascii_graphic() || c == ' ' { c } else { '?' };
         self.text(999, &text.chars().map(plain).collect::<String>());
@@ -103,6 +103,7 @@ impl Groups {
         self.text(0, "ENDSEC");
     }
 
+    /// Writes the header: version, units and extent.
     fn header(&mut self, size_mm: [f64; 2], next_handle: u32) {
         self.section("HEADER", |file| {
             let mut variable = |name: &str, code: u16, value: &str| {
@@ -123,6 +124,7 @@ impl Groups {
         });
     }
 
+    /// Writes the tables that AutoCAD requires; only layers carry information.
     fn tables(&mut self) {
         let mut handle = FIRST_TABLE;
         self.table("VPORT", next(&mut handle), 0);
@@ -131,6 +133,7 @@ impl Groups {
         for name in ["ByBlock", "ByLayer", "Continuous"] {
             self.record("LTYPE", next(&mut handle), "AcDbLinetypeTableRecord", name);
             self.text(3, "");
+            // A continuous line: fixed alignment code, no dashes, pattern length 0.
             self.int(72, 65);
             self.int(73, 0);
             self.real(40, 0.0);
@@ -146,6 +149,7 @@ impl Groups {
         self.end_table();
         self.table("STYLE", next(&mut handle), 1);
         self.record("STYLE", next(&mut handle), "AcDbTextStyleTableRecord", "Standard");
+        // No fixed height, width factor 1, not oblique.
         for (code, value) in [(40, 0.0), (41, 1.0), (50, 0.0)] {
             self.real(code, value);
         }
@@ -206,8 +210,9 @@ impl Groups {
         self.text(0, "ENDTAB");
     }
 
-    /// The two blocks that every drawing has; what lies in model space stands under ENTITIES.
+    /// Writes the two blocks that every drawing has; the content of model space is listed under ENTITIES.
     fn blocks(&mut self) {
+        // Far enough above the handles of `tables`, and below those of entities.
         let mut handle = FIRST_TABLE + 0x80;
         for (name, owner) in [("*Model_Space", MODEL_SPACE), ("*Paper_Space", PAPER_SPACE)] {
             for kind in ["BLOCK", "ENDBLK"] {
@@ -231,6 +236,7 @@ impl Groups {
         }
     }
 
+    /// Writes the root dictionary with an empty group dictionary.
     fn objects(&mut self) {
         self.text(0, "DICTIONARY");
         self.handle(5, ROOT_DICTIONARY);
@@ -246,6 +252,7 @@ impl Groups {
         self.int(281, 1);
     }
 
+    /// Writes a closed outline as a circle if it is one, otherwise as a polyline with bulges.
     fn outline(&mut self, handle: u32, on: Operation, path: &Path) -> Result<(), ExportError> {
         if let Some((centre, radius_mm)) = whole_circle(path) {
             self.entity("CIRCLE", handle, on, "AcDbCircle");
@@ -293,11 +300,11 @@ impl Groups {
     }
 }
 
-/// Centre and radius of a path whose arcs all run the same way around one centre.
+/// Returns centre and radius of a path whose arcs all run the same way around one centre.
 fn whole_circle(path: &Path) -> Option<([f64; 2], f64)> {
     let Some(Segment::Arc { centre, ccw, .. }) = path.segments.first() else { return None };
     let radius_mm = (path.start[0] - centre[0]).hypot(path.start[1] - centre[1]);
-    // Offsetting computes each arc's centre anew, within rounding.
+    // Offsetting recomputes the centre of each arc, so centres agree only within rounding.
     let near = |a: &[f64; 2]| (a[0] - centre[0]).hypot(a[1] - centre[1]) < 1e-9 * radius_mm;
     let same = |segment: &Segment| match segment {
         Segment::Arc { centre: other, ccw: turn, .. } => near(other) && turn == ccw,

@@ -1,100 +1,100 @@
-//! Why there are no bytes.
+//! Errors of writing files.
 
-/// What cannot be written in the format asked for.
+/// Errors of writing a file format.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// More than the format's counters hold.
+    /// Size above the format's counters.
     #[error("{what} needs {needed}, but the format holds {limit}")]
     TooLarge {
-        /// What does not fit.
+        /// Name of the quantity.
         what: &'static str,
-        /// How much it is.
+        /// Required size.
         needed: u64,
-        /// How much fits.
+        /// Largest size of the format.
         limit: u64,
     },
-    /// An archive or plate without a single object.
+    /// Archive or plate without a single object.
     #[error("there is nothing to write")]
     Nothing,
-    /// An object that does not fit on the printer's bed.
+    /// Object that does not fit on the printer's bed.
     #[error(
         "{name} needs {:.1} x {:.1} mm of the bed; {:.0} x {:.0} mm are usable",
         .size_mm[0], .size_mm[1], .usable_mm[0], .usable_mm[1]
     )]
     LargerThanBed {
-        /// Which object.
+        /// Name of the object.
         name: String,
-        /// Its footprint, mm.
+        /// Footprint of the object, mm.
         size_mm: [f64; 2],
-        /// The bed without its margin, mm.
+        /// Bed without its margin, mm.
         usable_mm: [f64; 2],
     },
-    /// A piece that does not fit on a stock sheet.
+    /// Piece that does not fit on a stock sheet.
     #[error(
         "{name} needs {:.1} x {:.1} mm; a stock sheet of {:.0} x {:.0} mm has {:.1} x {:.1} mm",
         .size_mm[0], .size_mm[1], .stock_mm[0], .stock_mm[1], .usable_mm[0], .usable_mm[1]
     )]
     LargerThanStock {
-        /// Which piece.
+        /// Name of the piece.
         name: String,
-        /// Its box, turned along the stock, mm.
+        /// Bounding box of the piece, turned along the stock, mm.
         size_mm: [f64; 2],
-        /// The whole stock sheet, mm.
+        /// Size of the stock sheet, mm.
         stock_mm: [f64; 2],
-        /// The stock without its margin, mm.
+        /// Stock without its margin, mm.
         usable_mm: [f64; 2],
     },
-    /// An outline that the beam closes or divides.
+    /// Outline that the beam closes or divides.
     #[error("a kerf of {kerf_mm} mm closes or divides {outline}")]
     KerfTooWide {
-        /// Which outline.
+        /// Description of the outline.
         outline: String,
         /// Width of the beam, mm.
         kerf_mm: f64,
     },
-    /// An outline that is not made of lines and circular arcs.
+    /// Outline that contains elliptic arcs.
     #[error("an arc of an ellipse cannot be drawn; outlines are lines and circular arcs")]
     NotCuttable,
-    /// An array whose shape does not hold its values.
+    /// Array whose shape does not match its number of values.
     #[error("array {name}: shape {shape:?} does not hold {values} values")]
     Shape {
-        /// Which array.
+        /// Name of the array.
         name: String,
-        /// As given.
+        /// Given shape.
         shape: Vec<usize>,
-        /// How many there are.
+        /// Number of values.
         values: usize,
     },
-    /// Pixels and picture size disagree.
+    /// Pixel data that does not match the image size.
     #[error("{width_px} x {height_px} pixels need {needed} bytes of RGB, there are {found}")]
     PictureSize {
         /// Width, px.
         width_px: u32,
         /// Height, px.
         height_px: u32,
-        /// Bytes that the size asks for.
+        /// Number of bytes that the size requires.
         needed: u64,
-        /// Bytes that are there.
+        /// Number of bytes given.
         found: usize,
     },
-    /// The PNG encoder refused.
+    /// Error of the PNG encoder.
     #[error("PNG: {0}")]
     Png(#[from] png::EncodingError),
-    /// The deflate encoder refused.
+    /// Error of the deflate encoder.
     #[error("deflate: {0}")]
     Deflate(#[from] std::io::Error),
-    /// A solid that cannot be sampled.
+    /// Solid that cannot be sampled.
     #[error("{name} cannot be sampled: {reason}")]
     Samples {
-        /// Which body.
+        /// Name of the body.
         name: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// The JSON encoder refused.
+    /// Error of the JSON encoder.
     #[error("JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// A table that no file can hold.
+    /// Table that cannot be written as Parquet.
     #[error("the table cannot be written: {0}")]
     Table(String),
 }

@@ -1,4 +1,4 @@
-//! GLB: a whole assembly as one binary glTF 2.0 file, for viewers.
+//! GLB files: a whole assembly as binary glTF 2.0, for viewers.
 
 mod content;
 mod json;
@@ -11,52 +11,52 @@ use self::content::Content;
 use self::json::{Document, Extension, Material, Mesh, Node, Primitive, Scene, Surface};
 use crate::ExportError;
 
-/// A body of a scene: one mesh, as often as it stands there.
+/// A body of a scene: one mesh at one or more places.
 #[derive(Clone, Debug)]
 pub struct GlbBody<'a> {
-    /// Name of its node and its mesh.
+    /// Name of the body's node and mesh.
     pub name: &'a str,
-    /// Name of what it looks like.
+    /// Name of the material.
     pub material: &'a str,
-    /// sRGB.
+    /// Colour, sRGB.
     pub color: [u8; 3],
-    /// How much of what is behind it pictures hide, 0 to 1.
+    /// Opacity, 0 to 1.
     pub opacity: f64,
-    /// Of what is seen through, where it is known.
+    /// Refractive index of a clear body, if known.
     pub refractive_index: Option<f64>,
-    /// In the body's own frame, mm.
+    /// Mesh in the body's own frame, mm.
     pub mesh: &'a ShadedMesh,
-    /// At least one.
+    /// Placements, at least one.
     pub places: Vec<GlbPlace>,
-    /// What else there is to say of it: an object.
+    /// Further data for the node: a JSON object.
     pub extras: Value,
 }
 
-/// Where one of them stands.
+/// A placement of a body.
 #[derive(Clone, Copy, Debug)]
 pub struct GlbPlace {
-    /// From the body's frame to the assembly's, mm.
+    /// Transform from the body's frame to the assembly's, mm.
     pub assembly_from_body: Pose,
-    /// How far it moves, in the assembly's frame, when all is taken apart, mm.
+    /// Displacement in the exploded view, in the assembly's frame, mm.
     pub apart_mm: Vector3<f64>,
 }
 
-/// All that a file holds.
+/// A scene of a GLB file.
 #[derive(Clone, Debug)]
 pub struct GlbScene<'a> {
     /// Name of the root node.
     pub name: &'a str,
     /// Name of the scene.
     pub label: &'a str,
-    /// Turns the assembly so that z points up.
+    /// Rotation of the assembly that makes z point up.
     pub upright_from_assembly: Pose,
-    /// In this order; at least one.
+    /// Bodies in file order; at least one.
     pub bodies: Vec<GlbBody<'a>>,
-    /// What else there is to say of the whole: an object.
+    /// Further data for the root node: a JSON object.
     pub extras: Value,
 }
 
-/// How long the animation that takes all apart lasts, s.
+/// Duration of the `explode` animation, s.
 pub const GLB_EXPLODE_S: f32 = 2.0;
 
 const METRES_PER_MM: f64 = 1e-3;
@@ -64,18 +64,18 @@ const GLTF: u32 = 0x4654_6C67;
 const JSON: u32 = 0x4E4F_534A;
 const BIN: u32 = 0x004E_4942;
 
-/// What is seen through is smooth; all else is as prints and rubber are.
+/// Roughness of clear bodies, which are smooth, and of all others, which look like prints and rubber.
 const CLEAR_ROUGHNESS: f64 = 0.15;
 const ROUGHNESS: f64 = 0.6;
 
-/// Writes a binary glTF 2.0 file of one scene or several, of which the first one is shown.
+/// Writes a binary glTF 2.0 file of one or more scenes, of which the first is shown.
 ///
-/// Meshes and the nodes of bodies are in mm, z up; the root node of a scene turns y up and scales to metres, as
-/// the standard demands. The animation `explode` moves each node from its place to where it is when all is taken
-/// apart. A mesh that stands in several scenes is written once.
+/// Meshes and the nodes of bodies are in mm, z up; the root node of a scene turns y up and scales to metres, as the
+/// standard demands. The animation `explode` moves each node from its place to its place in the exploded view. A mesh
+/// that occurs in several scenes is written once.
 ///
 /// # Errors
-/// [`ExportError::Nothing`] without scenes, or for one without bodies; [`ExportError::TooLarge`] beyond 4 GiB.
+/// [`ExportError::Nothing`] without scenes, or for a scene without bodies; [`ExportError::TooLarge`] beyond 4 GiB.
 pub fn glb(scenes: &[GlbScene]) -> Result<Vec<u8>, ExportError> {
     if scenes.is_empty() || scenes.iter().any(|scene| scene.bodies.is_empty()) {
         return Err(ExportError::Nothing);
@@ -85,6 +85,7 @@ pub fn glb(scenes: &[GlbScene]) -> Result<Vec<u8>, ExportError> {
         writer.scene(scene);
     }
     let Writer { mut document, mut content, moves, .. } = writer;
+    // The standard demands that used extensions are listed, and that the list is not empty.
     document.extensions_used =
         document.materials.iter().any(|m| m.extensions.is_some()).then(|| vec![json::IOR]);
     if !moves.is_empty() {
@@ -94,18 +95,18 @@ pub fn glb(scenes: &[GlbScene]) -> Result<Vec<u8>, ExportError> {
     container(&serde_json::to_vec(&document)?, &bytes)
 }
 
-/// What is written so far.
+/// State of a file while it is written.
 #[derive(Default)]
 struct Writer<'a> {
     document: Document,
     content: Content,
-    /// Meshes that are in it, with the names and materials of their bodies, in the order of their numbers.
+    /// Meshes written so far, with the name and material index of their bodies, by mesh index.
     meshes: Vec<(&'a ShadedMesh, &'a str, usize)>,
-    /// Nodes that move, with where they are before and after.
+    /// Nodes that move, with their positions before and after.
     moves: Vec<(usize, [[f64; 3]; 2])>,
 }
 
-/// From metres, y up, to the upright assembly, mm, z up.
+/// Creates the root node, which maps the upright assembly (mm, z up) to metres with y up.
 fn root(scene: &GlbScene) -> Node {
     let y_up = Pose::with_axes([Vector3::x(), -Vector3::z(), Vector3::y()], Default::default());
     let turned =
@@ -145,13 +146,13 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Adds a body's mesh and material once, and a node for each of its places; a body with several has a node
-    /// above them.
+    /// Adds a body's mesh and material once, and a node for each place; a body with several places gets a parent node.
     fn body(&mut self, root: usize, body: &GlbBody<'a>) {
         let mesh = self.mesh(body);
         let nodes = &mut self.document.nodes;
         let top = nodes.len();
         nodes[root].children.push(top);
+        // A body with one place needs no parent node.
         let is_one = body.places.len() == 1;
         if !is_one {
             nodes.push(Node::named(body.name, &Pose::identity()));
@@ -173,7 +174,7 @@ impl<'a> Writer<'a> {
         nodes[top].extras = Some(body.extras.clone());
     }
 
-    /// The number of its mesh, which has its name and its look: the same in each scene that it stands in.
+    /// Returns the index of a body's mesh, which is shared by scenes if mesh, name and material are the same.
     fn mesh(&mut self, body: &GlbBody<'a>) -> usize {
         let material = material(&mut self.document, body);
         let is_it = |(mesh, name, look): &(&ShadedMesh, &str, usize)| {
@@ -189,10 +190,11 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// The number of its material, which bodies that look the same share.
+/// Returns the index of a body's material, which is shared by bodies of the same look.
 fn material(document: &mut Document, body: &GlbBody) -> usize {
     let is_clear = body.opacity < 1.0;
     let [r, g, b] = body.color.map(linear);
+    // Opaque materials do not need the extension.
     let ior = body.refractive_index.filter(|_| is_clear);
     let material = Material {
         name: body.material.to_owned(),
@@ -211,17 +213,18 @@ fn material(document: &mut Document, body: &GlbBody) -> usize {
     })
 }
 
-/// From sRGB (IEC 61966-2-1) to light, which factors of colours are in. Rounded, since powers differ in their
-/// last digit between machines.
+/// Converts sRGB (IEC 61966-2-1) to linear light, as glTF's colour factors require. Rounded, since powers differ in
+/// their last digit between machines.
 fn linear(value: u8) -> f64 {
     let value = f64::from(value) / 255.0;
     let light = if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
     (light * 1e6).round() / 1e6
 }
 
-/// A rotation as x, y, z, w: from the largest of the four, which no rounding can harm.
+/// Returns a rotation as quaternion x, y, z, w. It divides by the largest component, which rounding cannot spoil.
 fn quaternion(pose: &Pose) -> [f64; 4] {
     let m = |row: usize, column: usize| pose.rotation()[(row, column)];
+    // Four times the squares of x, y, z and w.
     let trace = m(0, 0) + m(1, 1) + m(2, 2);
     let squares = [m(0, 0), m(1, 1), m(2, 2), trace].map(|d| 1.0 + 2.0 * d - trace);
     let largest = (0..4).fold(3, |best, i| if squares[i] > squares[best] { i } else { best });
@@ -233,12 +236,12 @@ fn quaternion(pose: &Pose) -> [f64; 4] {
         (_, _, 3) => difference(largest) / four,
         _ => (m(i, largest) + m(largest, i)) / four,
     });
-    // Of a turn and its negative the one whose last number is not negative.
+    // A quaternion and its negative are the same rotation; the one with non-negative w is written.
     let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };
     q.map(|x| sign * x + 0.0)
 }
 
-/// The 12 bytes of a header and two chunks, each a multiple of four long.
+/// Assembles the file: the 12 bytes of the header and two chunks, each padded to a multiple of four.
 fn container(json: &[u8], bytes: &[u8]) -> Result<Vec<u8>, ExportError> {
     let padded = |length: usize| length.next_multiple_of(4);
     let length = 28 + padded(json.len()) + padded(bytes.len());
@@ -250,7 +253,7 @@ fn container(json: &[u8], bytes: &[u8]) -> Result<Vec<u8>, ExportError> {
     let mut file = Vec::with_capacity(length);
     file.extend([GLTF, 2, total].into_iter().flat_map(u32::to_le_bytes));
     for (kind, chunk, filler) in [(JSON, json, b' '), (BIN, bytes, 0)] {
-        // Shorter than the whole, which fits.
+        // Smaller than the whole, which fits.
         let size = padded(chunk.len()) as u32;
         file.extend([size, kind].into_iter().flat_map(u32::to_le_bytes));
         file.extend(chunk);

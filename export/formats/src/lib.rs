@@ -1,16 +1,16 @@
-//! Meshes, drawings, pictures and trees to the bytes of file formats.
+//! Writers of file formats for meshes, drawings, images, arrays and solid trees.
 //!
-//! Every function here is pure: the same arguments give the same bytes, on any machine, on any
-//! number of threads, in debug and release. Nothing here opens a file.
+//! Every function is pure: equal arguments yield equal bytes on any machine, with any number of threads, in debug and
+//! release. Nothing here opens a file.
 //!
 //! # Conventions
 //!
-//! - Millimetres in every format that can say so, and in those that cannot (STL); below a node that scales to
-//!   metres in GLB, whose unit that is.
-//! - Placement is baked into the vertices; no file relies on a transform, because slicers disagree
-//!   about the unit of one. GLB, which no slicer is meant to read, has a node for each body.
+//! - Lengths are in millimetres, in formats that state the unit and in those that cannot (STL). GLB, whose unit is the
+//!   metre, has a root node that scales to it.
+//! - Placement is baked into the vertices. No file relies on a transform, because slicers disagree about its unit. GLB,
+//!   which is not meant for slicers, has a node for each body.
 //! - Triangles come as [`fabkit_mesh::PrintMesh`], which is closed and oriented by construction.
-//! - Archives carry the earliest time stamp their format knows, never the clock's.
+//! - Archives carry the earliest time stamp of their format, never the clock's.
 
 mod artwork;
 mod drawing;
@@ -75,10 +75,10 @@ pub use zarr::{
     zarr_group, zarr_most_packed, zarr_pack, zarr_sealed, zarr_unpack,
 };
 
-/// The version that files name as their maker.
+/// Version of fabkit that files name as their producer.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Pretty JSON with a final newline, as people and `diff` like it.
+/// Serialises a document as pretty JSON with a final newline.
 fn json_bytes(document: &impl serde::Serialize) -> Result<Vec<u8>, ExportError> {
     let mut bytes = serde_json::to_vec_pretty(document)?;
     bytes.push(b'\n');

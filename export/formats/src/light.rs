@@ -1,4 +1,4 @@
-//! What a sensor is to light, as one JSON document: for whoever wants to follow rays without fabkit.
+//! Optical description of a sensor as one JSON document, for ray tracing without fabkit.
 
 use fabkit_geometry::{Path, Pose, Solid};
 use serde::Serialize;
@@ -6,80 +6,80 @@ use serde::Serialize;
 use crate::tree::Units;
 use crate::{ExportError, VERSION, json_bytes};
 
-/// A lens and where it is.
+/// A camera's projection and pose.
 #[derive(Clone, Debug, Serialize)]
 pub struct LightCamera {
-    /// Camera frame to sensor frame, mm.
+    /// Transform from the camera frame to the sensor frame, mm.
     pub sensor_from_camera: Pose,
-    /// Columns.
+    /// Number of columns.
     pub width_px: u32,
-    /// Rows.
+    /// Number of rows.
     pub height_px: u32,
-    /// Name of its projection model.
+    /// Name of the projection model.
     pub lens: &'static str,
-    /// The model's numbers, by name.
+    /// Parameters of the model, by name.
     pub parameters: serde_json::Map<String, serde_json::Value>,
 }
 
-/// A place of a body in the finished sensor.
+/// Placement of a body in the finished sensor.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct LightPlacement {
-    /// Body frame to sensor frame, mm.
+    /// Transform from the body frame to the sensor frame, mm.
     pub sensor_from_body: Pose,
-    /// Whether it is the camera's own: what lets no light through, and has the pupil inside.
+    /// True if it is the camera's own body: an opaque body with the pupil inside.
     pub is_cameras_own: bool,
 }
 
-/// What a body is to light.
+/// Optical role of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightPart {
-    /// It lets light through.
+    /// Medium that transmits light.
     Medium,
-    /// It shows the touch.
+    /// Skin that shows the touch.
     Skin,
-    /// It ends rays.
+    /// Stop that ends rays.
     Stop,
 }
 
 /// A body of the finished sensor.
 #[derive(Clone, Debug, Serialize)]
 pub struct LightBody<'a> {
-    /// Its name.
+    /// Name of the body.
     pub name: &'a str,
-    /// `part`, `layer` or `component`.
+    /// Kind of body: `part`, `layer` or `component`.
     pub kind: &'a str,
-    /// From what; empty where nobody says.
+    /// Material; empty if not specified.
     pub material: &'a str,
-    /// `clear`, `translucent` or `opaque`.
+    /// Clarity: `clear`, `translucent` or `opaque`.
     pub clarity: &'a str,
-    /// Against air; `None` where nobody says.
+    /// Refractive index against air; `None` if not specified.
     pub refractive_index: Option<f64>,
-    /// Whether the camera is there to see it, or it gives way with the surface.
+    /// True if the camera is meant to see the body, or the body deforms with the surface.
     pub is_looked_at: bool,
-    /// What it is to light.
+    /// Optical role.
     pub part: LightPart,
-    /// Whether it counts as skin where light goes on from skin: all skin, media that are looked at, and gel that
-    /// stops light.
+    /// True if the body counts as skin where light continues from skin: all skin, media that are looked at, and opaque
+    /// gel.
     pub is_skin: bool,
-    /// Where it stands.
+    /// Placements of the body.
     pub placements: Vec<LightPlacement>,
-    /// Its exact shape, mm, in its own frame.
+    /// Exact shape, mm, in the body's own frame.
     pub solid: &'a Solid,
 }
 
-/// What touches things.
+/// Sensing surface.
 #[derive(Clone, Debug, Serialize)]
 pub struct LightSurface<'a> {
-    /// All that lies within the surface, down to far below the sensor, sensor frame, mm: a ray from a camera
-    /// starts in it, and its outer side is outside of it.
+    /// Solid of all points within the surface, down to far below the sensor, sensor frame, mm. Rays from the camera
+    /// start inside it; the surface's outer side is outside of it.
     pub solid: Solid,
-    /// The surface is that part of the solid's boundary which is not lower than this, sensor frame, mm.
+    /// Height above which the solid's boundary is the sensing surface, sensor frame, mm.
     pub foot_z_mm: f64,
-    /// Half axes and offset of a dome around z and the height of its centre; nothing for a pad.
+    /// Dome around z; `None` for a pad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dome: Option<LightDome>,
-    /// Outline and height of a flat pad; nothing for a dome.
+    /// Flat pad; `None` for a dome.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plane: Option<LightPlane<'a>>,
 }
@@ -87,39 +87,39 @@ pub struct LightSurface<'a> {
 /// A dome with a wall below its centre.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct LightDome {
-    /// Of the ellipsoid to which it is parallel, mm.
+    /// Equatorial half axis of the ellipsoid that the dome is parallel to, mm.
     pub equatorial_mm: f64,
-    /// The same along z, mm.
+    /// Polar half axis of that ellipsoid, along z, mm.
     pub polar_mm: f64,
-    /// How far outside of it, mm.
+    /// Outward distance from the ellipsoid, mm.
     pub offset_mm: f64,
-    /// Height of its centre, sensor frame, mm.
+    /// Height of the centre, sensor frame, mm.
     pub centre_z_mm: f64,
 }
 
 /// A flat pad.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct LightPlane<'a> {
-    /// Its edge, seen along z.
+    /// Edge, seen along z.
     pub outline: &'a Path,
-    /// Its height, sensor frame, mm.
+    /// Height, sensor frame, mm.
     pub top_z_mm: f64,
 }
 
-/// What the document says, before it becomes JSON.
+/// Content of the document.
 #[derive(Clone, Debug)]
 pub struct LightDocument<'a> {
-    /// Identifies the design and the maker's version.
+    /// Hash of the design and the fabkit version.
     pub design_hash: &'a str,
-    /// The sensor's name.
+    /// Name of the sensor.
     pub sensor: &'a str,
-    /// The camera as designed.
+    /// Camera as designed.
     pub camera: LightCamera,
-    /// All of the finished sensor.
+    /// All bodies of the finished sensor.
     pub bodies: Vec<LightBody<'a>>,
-    /// What touches things; `None` where nothing is known to press it.
+    /// Sensing surface; `None` if the sensor has none.
     pub surface: Option<LightSurface<'a>>,
-    /// What the numbers in `seen_by` of ground truth mean.
+    /// Names of the codes in `seen_by` of ground truth.
     pub seen_by_names: Vec<String>,
 }
 
@@ -137,10 +137,10 @@ struct Form<'a> {
     bodies: &'a [LightBody<'a>],
 }
 
-/// Writes what a sensor is to light, as JSON (`fabkit-light` version 1). Solids are as in a tree.
+/// Writes the optical description of a sensor as JSON (`fabkit-light` version 1). Solids have the form of a tree file.
 ///
 /// # Errors
-/// [`ExportError::Json`] if the encoder refuses.
+/// [`ExportError::Json`] if the encoder fails.
 pub fn light(document: &LightDocument) -> Result<Vec<u8>, ExportError> {
     json_bytes(&Form {
         format: "fabkit-light",

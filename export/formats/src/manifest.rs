@@ -1,217 +1,215 @@
-//! What an export consists of, as JSON.
+//! Manifest of an export, as JSON.
 
 use fabkit_geometry::{Aabb, Pose};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::{ExportError, MeshFigures, VERSION, json_bytes};
 
-/// Everything an export wrote (`fabkit-manifest` version 1).
+/// Record of everything that an export wrote (`fabkit-manifest` version 1).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// The sensor's name.
+    /// Name of the sensor.
     pub sensor: String,
-    /// For people.
+    /// Title for people.
     pub title: String,
-    /// The paper.
+    /// Paper that describes the sensor.
     pub reference: String,
-    /// Identifies the parameters and the maker's version.
+    /// Hash of the parameters and the fabkit version.
     pub design_hash: String,
-    /// How it was exported; unknown in the manifests of old versions.
+    /// Options of the export; missing in manifests of old versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub options: Option<OptionsEntry>,
-    /// Every parameter as it was used, in the order of the schema.
+    /// Every parameter as used, in the order of the schema.
     pub parameters: Vec<SettingEntry>,
-    /// The printer's profile that was given, and which parts it is for.
+    /// Printer profile, if given, and the parts it applies to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<ProfileEntry>,
-    /// What was exported, in the order of the design.
+    /// Exported bodies, in the order of the design.
     pub parts: Vec<PartEntry>,
-    /// The files, sorted by name.
+    /// Files, sorted by name.
     pub files: Vec<FileEntry>,
-    /// What else lies in the folder, sorted by name.
+    /// Other files in the folder, sorted by name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub others: Vec<OtherFile>,
 }
 
-/// What files depend on besides the design.
+/// Options of an export, on which files depend besides the design.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OptionsEntry {
     /// Largest distance between triangles and the exact surface, mm.
     pub tolerance_mm: f64,
-    /// Length of the edges of tetrahedra, mm; where it was said.
+    /// Edge length of tetrahedra, mm; `None` if not specified.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edge_mm: Option<f64>,
     /// Printer bed of the plates, mm.
     pub bed_mm: [f64; 2],
     /// Stock sheets of flat parts, mm.
     pub stock_mm: [f64; 2],
-    /// Width of the laser's cut, mm; by material where nothing was said.
+    /// Width of the laser's cut, mm; `None` for the materials' own values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kerf_mm: Option<f64>,
-    /// The printer's profile.
+    /// Printer profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<GivenProfile>,
-    /// Whether the profile is for all materials of its process.
+    /// True if the profile applies to all materials of its process.
     #[serde(default, skip_serializing_if = "is_false")]
     pub any_material: bool,
-    /// As designed, without making up for anything.
+    /// True if files are nominal, without any compensation.
     pub nominal: bool,
 }
 
-/// A printer's profile among the options.
+/// Reference to a printer profile among the options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GivenProfile {
-    /// Its name.
+    /// Name of the profile.
     pub name: String,
-    /// BLAKE3 of its values, in hex.
+    /// BLAKE3 of the profile's values, in hex.
     pub blake3: String,
 }
 
-/// A file in an export's folder that the export does not stand for.
+/// A file in an export's folder that is not part of the export.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OtherFile {
     /// Name within the folder.
     pub name: String,
-    /// Why it is not among the files.
+    /// Reason why the file is not part of the export.
     pub why: Otherness,
-    /// BLAKE3 of the content, in hex, of what an earlier export wrote.
+    /// BLAKE3 of the content, in hex, if an earlier export wrote it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub blake3: Option<String>,
 }
 
-/// Why a file in an export's folder is not among its files.
+/// Reason why a file in an export's folder is not among the export's files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Otherness {
-    /// An earlier export wrote it, of another version of the design or with other options.
+    /// Written by an earlier export of another version of the design or with other options.
     Stale,
-    /// An earlier export wrote it, and somebody has changed it since.
+    /// Written by an earlier export, and changed since.
     Changed,
-    /// No export wrote it.
+    /// Not written by any export.
     Foreign,
 }
 
 /// One parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SettingEntry {
-    /// Dotted path.
+    /// Dotted path of the parameter.
     pub path: String,
-    /// Value with unit.
+    /// Value with its unit.
     pub value: String,
 }
 
-/// A printer's profile, and what it was applied to.
+/// A printer profile and the parts it was applied to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProfileEntry {
     /// Name of the printer.
     pub name: String,
-    /// How the coupon was printed that it was measured on, for example `fdm`.
+    /// Process that printed the measured coupon, for example `fdm`.
     pub process: String,
-    /// From what.
+    /// Material of the coupon.
     pub material: String,
-    /// Whether it was to be applied to all materials of its process.
+    /// True if the profile was to be applied to all materials of its process.
     pub for_any_material: bool,
-    /// Parts whose STL and 3MF files make up for it.
+    /// Parts whose STL and 3MF files are compensated.
     pub applied: Vec<String>,
-    /// Those of them that are of another material than the coupon.
+    /// Compensated parts of another material than the coupon.
     pub applied_to_other_material: Vec<String>,
-    /// What is as designed, in the order of the design.
+    /// Bodies that stay as designed, in the order of the design.
     pub not_applied: Vec<NotApplied>,
 }
 
-/// A body that a printer's profile says nothing of.
+/// A body to which a printer profile does not apply.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NotApplied {
-    /// Its name.
+    /// Name of the body.
     pub part: String,
-    /// How it is made; empty for what is bought.
+    /// Process of the body; empty for bought components.
     pub process: String,
-    /// From what; empty for what is bought.
+    /// Material of the body; empty for bought components.
     pub material: String,
-    /// `other-process` or `other-material`.
+    /// Reason: `other-process` or `other-material`.
     pub because: String,
 }
 
-/// One body.
+/// A body of the export.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PartEntry {
-    /// Its name, and that of its files.
+    /// Name of the body and of its files.
     pub name: String,
-    /// `part`, `layer` or `component`.
+    /// Kind of body: `part`, `layer` or `component`.
     pub kind: String,
-    /// One line for people.
+    /// Summary in one line for people.
     pub summary: String,
-    /// How it is made, for example `fdm`; empty for what is bought.
+    /// Process, for example `fdm`; empty for bought components.
     pub process: String,
-    /// From what; empty for what is bought.
+    /// Material; empty for bought components.
     pub material: String,
-    /// How many a lab needs.
+    /// Number of copies that a lab needs.
     pub quantity: u32,
-    /// What its STL, 3MF, DXF and SVG files differ in from the nominal geometry.
+    /// Differences of its STL, 3MF, DXF and SVG files from the nominal geometry.
     pub compensation: Compensation,
-    /// Maps the part's own frame, after scaling about its origin, to that of its STL and 3MF
-    /// files, mm. Where `compensation.print` stretches the files, everything moves away from the
-    /// place of the part's origin, along the files' axes.
+    /// Transform from the part's own frame, after scaling about its origin, to that of its STL and 3MF files, mm. Where
+    /// `compensation.print` stretches the files, everything moves away from the position of the part's origin, along
+    /// the files' axes.
     pub file_from_part: Pose,
     /// Bounds in the files, mm.
     #[serde(serialize_with = "corners", deserialize_with = "from_corners")]
     pub bounds_in_file_mm: Aabb,
-    /// The mesh in its STL and 3MF files.
+    /// Figures of the mesh in its STL and 3MF files.
     pub mesh: MeshFigures,
-    /// The outlines in its DXF and SVG files, where there are any.
+    /// Figures of the outlines in its DXF and SVG files, if there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sheet: Option<SheetFigures>,
-    /// What it is made on, where a file says so, and what differs by that.
+    /// Machine for this part, if a user's file names one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine: Option<MachineEntry>,
 }
 
-/// What a part is made on.
+/// Machine that makes a part.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MachineEntry {
-    /// As its owner calls it.
+    /// Name that its owner gave it.
     pub name: String,
-    /// What differs from how the part is usually made.
+    /// Difference from how the part is usually made.
     pub note: String,
 }
 
-/// How exported copies differ from the nominal geometry, which pictures, trees and ground truth
-/// show.
+/// Differences of exported files from the nominal geometry, which images, trees and ground truth show.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Compensation {
-    /// Factor about the part's origin; 1 for none. Outlines grow in their plane only: a sheet is as
-    /// thick as its stock.
+    /// Scale about the part's origin; 1 for none. Outlines grow in their plane only: a sheet is as thick as its stock.
     pub scale: f64,
-    /// Width of the cut that the outlines in DXF and SVG files make room for, mm; 0 for none.
+    /// Width of the cut for which outlines in DXF and SVG files are widened, mm; 0 for none.
     pub kerf_mm: f64,
-    /// What the copy makes up for of the printer's own deviations, where there is a profile of it.
+    /// Compensation of the printer's own deviations, if a profile is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub print: Option<PrintCompensation>,
-    /// For people; `none` for nominal geometry.
+    /// Description for people; `none` for nominal geometry.
     pub note: String,
 }
 
-/// What STL and 3MF files make up for of one printer's deviations.
+/// Compensation of one printer's deviations in STL and 3MF files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PrintCompensation {
     /// Name of the printer's profile.
     pub profile: String,
-    /// Factors along x, y and z of the files.
+    /// Scale factors along x, y and z of the files.
     pub scale: [f64; 3],
-    /// The printer makes an upright round hole of diameter d as `hole_gain * d + hole_offset_mm`;
-    /// fitted holes have the diameter that comes out as designed.
+    /// Gain of the printer's hole diameters: an upright round hole of diameter d comes out as `hole_gain * d +
+    /// hole_offset_mm`. Fitted holes are drawn so that they come out as designed.
     pub hole_gain: f64,
-    /// See `hole_gain`, mm.
+    /// Offset of the printer's hole diameters, mm; see `hole_gain`.
     pub hole_offset_mm: f64,
-    /// How many holes are fitted.
+    /// Number of fitted holes.
     pub holes_fitted: usize,
-    /// How many round holes are not: they are not upright, or far from what was measured.
+    /// Number of round holes that are not fitted: they are not upright, or their diameters are far from those measured.
     pub holes_left: usize,
-    /// How far the printer's first layer spreads, mm. Files do not make up for it: slicers do.
+    /// Spread of the printer's first layer, mm. Slicers compensate it, files do not.
     pub elephant_foot_left_mm: f64,
 }
 
-/// What is cut, as written to DXF and SVG files.
+/// Figures of the cut outlines in DXF and SVG files.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SheetFigures {
     /// Thickness of the stock, mm.
@@ -224,22 +222,22 @@ pub struct SheetFigures {
     pub cut_mm: f64,
 }
 
-/// One file.
+/// A file of the export.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileEntry {
     /// Name within the export's folder.
     pub name: String,
-    /// Which bodies it holds; each as often as it lies in there.
+    /// Names of the bodies in the file, repeated for each copy.
     pub parts: Vec<String>,
-    /// How all of it is made, for plates and stock sheets.
+    /// Process of the whole file, for plates and stock sheets.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub process: Option<String>,
-    /// From what all of it is made, for plates and stock sheets.
+    /// Material of the whole file, for plates and stock sheets.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// In a word, `stl` or `3mf`: one of those that `export` knows, or what the name ends in.
+    /// Format as one word, such as `stl` or `3mf`: a name that `export` accepts, or the file's extension.
     pub format: String,
-    /// Size.
+    /// Size in bytes.
     pub bytes: u64,
     /// BLAKE3 of the content, in hex.
     pub blake3: String,
@@ -267,20 +265,21 @@ struct Head {
 }
 
 impl Manifest {
-    /// Of the document.
+    /// Version of the document.
     pub const VERSION: u32 = 1;
 
-    /// The document as JSON.
+    /// Writes the document as JSON.
     ///
     /// # Errors
-    /// [`ExportError::Json`] if the encoder refuses.
+    /// [`ExportError::Json`] if the encoder fails.
     pub fn to_json(&self) -> Result<Vec<u8>, ExportError> {
         let (format, version) = FORMAT;
         json_bytes(&Form { format, version, fabkit: VERSION, manifest: self })
     }
 
-    /// Reads the document; nothing if it is none, or one of a version that is not known.
+    /// Reads the document; `None` if it is not a manifest, or one of an unknown version.
     pub fn from_json(bytes: &[u8]) -> Option<Self> {
+        // Format and version first: the rest of another version would fail to parse for the wrong reason.
         let Head { format, version } = serde_json::from_slice(bytes).ok()?;
         ((format.as_str(), version) == FORMAT).then(|| serde_json::from_slice(bytes).ok())?
     }

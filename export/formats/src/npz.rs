@@ -1,21 +1,21 @@
-//! Arrays as NumPy reads them: NPY version 1.0 (NumPy Enhancement Proposal 1) in a ZIP archive.
+//! NumPy arrays: NPY version 1.0 (NumPy Enhancement Proposal 1), also in a ZIP archive as NPZ.
 
 use std::io::{self, Write};
 
 use crate::{ExportError, opc};
 
-/// The values of an array, row by row (C order).
+/// Values of an array, row by row (C order).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
-    /// `float64`.
+    /// 64-bit floating-point numbers, `float64`.
     F64(Vec<f64>),
-    /// `float32`.
+    /// 32-bit floating-point numbers, `float32`.
     F32(Vec<f32>),
-    /// `uint8`.
+    /// 8-bit unsigned integers, `uint8`.
     U8(Vec<u8>),
-    /// `uint16`.
+    /// 16-bit unsigned integers, `uint16`.
     U16(Vec<u16>),
-    /// `bool`.
+    /// Truth values, `bool`.
     Bool(Vec<bool>),
     /// Strings of any length.
     Text(Vec<String>),
@@ -24,16 +24,16 @@ pub enum Values {
 /// A named array.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
-    /// As in `numpy.load(file)[name]`; letters, digits and underscores.
+    /// Name as in `numpy.load(file)[name]`; letters, digits and underscores.
     pub name: String,
     /// Lengths of the axes, the slowest first.
     pub shape: Vec<usize>,
-    /// As many as the shape says.
+    /// Values, as many as the shape requires.
     pub values: Values,
 }
 
 impl Values {
-    /// The type as NumPy writes it.
+    /// NumPy's name of the type.
     fn descriptor(&self) -> String {
         match self {
             Self::F64(_) => "<f8".into(),
@@ -56,7 +56,7 @@ impl Values {
         }
     }
 
-    /// Fails where there is no room.
+    /// Writes the values; fails where there is not enough room.
     fn write(&self, to: &mut impl Write) -> io::Result<()> {
         match self {
             Self::F64(values) => values.iter().try_for_each(|v| to.write_all(&v.to_le_bytes())),
@@ -65,7 +65,7 @@ impl Values {
             Self::U16(values) => values.iter().try_for_each(|v| to.write_all(&v.to_le_bytes())),
             Self::Bool(values) => values.iter().try_for_each(|&v| to.write_all(&[u8::from(v)])),
             Self::Text(values) => {
-                // UTF-32, all as long as the longest.
+                // UTF-32, all padded to the longest.
                 let width = longest(values);
                 let mut padded = values.iter().flat_map(|v| v.chars().chain(padding(v, width)));
                 padded.try_for_each(|c| to.write_all(&u32::from(c).to_le_bytes()))
@@ -73,7 +73,7 @@ impl Values {
         }
     }
 
-    /// Bytes of one value.
+    /// Number of bytes of one value.
     fn item_bytes(&self) -> usize {
         match self {
             Self::F64(_) => 8,
@@ -85,7 +85,7 @@ impl Values {
     }
 }
 
-/// In characters; NumPy knows no strings of length 0.
+/// Length of the longest text in characters, at least 1: NumPy has no strings of length 0.
 fn longest(values: &[String]) -> usize {
     values.iter().map(|value| value.chars().count()).max().unwrap_or(0).max(1)
 }
@@ -94,10 +94,10 @@ fn padding(value: &str, width: usize) -> impl Iterator<Item = char> + use<> {
     std::iter::repeat_n('\0', width - value.chars().count())
 }
 
-/// The bytes of one array as an NPY file.
+/// Writes one array as an NPY file.
 ///
 /// # Errors
-/// A shape that does not fit the number of values.
+/// A shape that does not match the number of values.
 pub fn npy(array: &Array) -> Result<Vec<u8>, ExportError> {
     array.check()?;
     let mut bytes = header(&array.shape, &array.values.descriptor());
@@ -105,14 +105,15 @@ pub fn npy(array: &Array) -> Result<Vec<u8>, ExportError> {
     Ok(bytes)
 }
 
+/// Writes the header of an NPY file.
 pub(crate) fn header(shape: &[usize], descriptor: &str) -> Vec<u8> {
-    // A tuple of one needs its comma.
+    // A tuple of one element needs its comma.
     let shape: String = shape.iter().map(|n| format!("{n}, ")).collect();
     let mut header = format!(
         "{{'descr': '{descriptor}', 'fortran_order': False, 'shape': ({}), }}",
         shape.trim_end(),
     );
-    // Magic, version, length and header together are a multiple of 64, for aligned mapping.
+    // Magic, version, length and header together are a multiple of 64, for aligned memory mapping.
     const BEFORE_HEADER: usize = 10;
     let padding = 64 - (BEFORE_HEADER + header.len() + 1) % 64;
     header.extend(std::iter::repeat_n(' ', padding % 64));
@@ -137,10 +138,10 @@ fn wrong_shape(name: &str, shape: &[usize], values: usize) -> ExportError {
     ExportError::Shape { name: name.into(), shape: shape.into(), values }
 }
 
-/// Several arrays in one file, in the order given; not compressed, as `numpy.savez` does.
+/// Writes several arrays into one file, in the given order, uncompressed like `numpy.savez`.
 ///
 /// # Errors
-/// A shape that does not fit, or an archive of more than 4 GiB.
+/// A shape that does not match, or an archive of more than 4 GiB.
 pub fn npz(arrays: &[Array]) -> Result<Vec<u8>, ExportError> {
     arrays.iter().try_for_each(Array::check)?;
     let rows = arrays.iter().map(|array| array.shape.first().copied().unwrap_or_default());
@@ -149,7 +150,7 @@ pub fn npz(arrays: &[Array]) -> Result<Vec<u8>, ExportError> {
     pieces.finish()
 }
 
-/// [`npz`] of arrays that come row by row: none of them has to be in memory besides the file.
+/// Writer of an [`npz`] file whose arrays arrive row by row. Only the file itself is held in memory.
 #[derive(Clone, Debug)]
 pub struct NpzPieces {
     archive: opc::Reserved,
@@ -162,14 +163,15 @@ struct Growing {
     shape: Vec<usize>,
     descriptor: String,
     item_bytes: usize,
-    /// In its file.
+    /// Offset of the first value in the array's file.
     first_byte: usize,
-    /// As yet.
+    /// Number of bytes written so far.
     bytes: usize,
 }
 
 impl NpzPieces {
-    /// Arrays like these, whose values do not count, but with as many rows as said for each.
+    /// Reserves arrays with the names, types and shapes of `like`, whose values are ignored, but with the given numbers
+    /// of rows.
     ///
     /// # Errors
     /// An archive of more than 4 GiB.
@@ -177,6 +179,7 @@ impl NpzPieces {
         let (mut arrays, mut parts, mut headers) = (Vec::new(), Vec::new(), Vec::new());
         for (array, rows) in like.iter().zip(rows) {
             let mut shape = array.shape.clone();
+            // A scalar has no rows.
             shape.iter_mut().take(1).for_each(|first| *first = *rows);
             let (descriptor, item_bytes) = (array.values.descriptor(), array.values.item_bytes());
             let header = header(&shape, &descriptor);
@@ -193,10 +196,10 @@ impl NpzPieces {
         Ok(Self { archive, arrays })
     }
 
-    /// Adds the next values of the array at a place in the list.
+    /// Appends values to the array at an index.
     ///
     /// # Errors
-    /// More than there is room for, or of another kind.
+    /// More values than there is room for, or values of another type.
     pub fn push(&mut self, index: usize, values: &Values) -> Result<(), ExportError> {
         let array = &mut self.arrays[index];
         let so_far = array.bytes / array.item_bytes + values.len();
@@ -205,24 +208,24 @@ impl NpzPieces {
             return Err(refused());
         }
         let part = self.archive.part_mut(index);
+        // Writing into the slice fails when it is full.
         let room = part.get_mut(array.first_byte + array.bytes..).unwrap_or_default();
         values.write(&mut &mut *room).map_err(|_| refused())?;
         array.bytes += array.item_bytes * values.len();
         Ok(())
     }
 
-    /// The values of an array of [`Values::F64`] that are there: to look at them again without
-    /// another copy.
+    /// Returns the values written so far to an array of [`Values::F64`], so that they can be read again without a copy.
     pub fn values_f64(&self, index: usize) -> impl Iterator<Item = f64> + '_ {
         let Growing { first_byte, bytes, .. } = self.arrays[index];
         let (values, _) = self.archive.part(index)[first_byte..first_byte + bytes].as_chunks();
         values.iter().map(|value| f64::from_le_bytes(*value))
     }
 
-    /// The file.
+    /// Returns the file.
     ///
     /// # Errors
-    /// An array that is not full.
+    /// An array that is not complete.
     pub fn finish(self) -> Result<Vec<u8>, ExportError> {
         for Growing { name, shape, item_bytes, bytes, .. } in &self.arrays {
             if shape.iter().product::<usize>() != bytes / item_bytes {

@@ -1,8 +1,6 @@
-//! The container of 3MF and NPZ files: a ZIP archive as the Open Packaging Conventions (ISO/IEC
-//! 29500-2) want it.
+//! ZIP archives, the container of 3MF and NPZ files, as the Open Packaging Conventions (ISO/IEC 29500-2) require.
 //!
-//! Fixed time stamps, fixed order, and one portable deflate implementation: equal parts give equal
-//! archives everywhere.
+//! Fixed time stamps, fixed order and one portable deflate implementation: equal parts make equal archives everywhere.
 
 use std::io::Write;
 use std::ops::Range;
@@ -11,29 +9,30 @@ use flate2::{Compression, Crc, write::DeflateEncoder};
 
 use crate::ExportError;
 
-/// 1980-01-01, the earliest date of a ZIP archive: ((year - 1980) << 9) | (month << 5) | day.
+/// Earliest date of a ZIP archive, 1980-01-01: ((year - 1980) << 9) | (month << 5) | day.
 const DOS_DATE: u16 = (1 << 5) | 1;
 const DOS_TIME: u16 = 0;
-/// 2.0: the first version with deflate.
+/// Version 2.0, the first one with deflate.
 const VERSION_NEEDED: u16 = 20;
-/// On all parts of rtac0, level 6 gives files 2 % smaller and makes the whole export 1.5 times as long;
-/// level 1 gives files 40 % larger and saves a tenth of the time.
+/// Deflate level. On all parts of rtac0, level 6 makes files 2 % smaller and the whole export 1.5 times as long; level
+/// 1 makes files 40 % larger and saves a tenth of the time.
 const LEVEL: u32 = 4;
-/// Bytes before a part, its name aside.
+/// Number of bytes before a part, without its name.
 const LOCAL_HEADER: usize = 30;
-/// Bytes of an entry in the directory, its name aside, and of what ends it.
+/// Number of bytes of a directory entry, without its name, and of the record that ends the directory.
 const DIRECTORY_ENTRY: usize = 46;
 const DIRECTORY_END: usize = 22;
 
-/// How parts are packed; the numbers are the format's.
+/// Compression method of a part; the numbers are the format's.
 #[derive(Clone, Copy, Debug)]
 enum Method {
-    /// As they are: floating-point numbers pack badly and slowly.
+    /// Uncompressed: floating-point numbers compress badly and slowly.
     Store = 0,
-    /// RFC 1951.
+    /// Deflate, RFC 1951.
     Deflate = 8,
 }
 
+/// Directory data of a part that has been written.
 struct Stored<'a> {
     name: &'a str,
     method: Method,
@@ -43,7 +42,8 @@ struct Stored<'a> {
     offset: u32,
 }
 
-/// A ZIP archive of files, all of 1980-01-01, so that equal files give equal archives. Names must be ASCII.
+/// Packs files into a ZIP archive. All carry the date 1980-01-01, so that equal files make equal archives. Names must
+/// be ASCII.
 ///
 /// # Errors
 /// [`ExportError::TooLarge`] beyond 4 GiB or 65,535 files.
@@ -55,7 +55,7 @@ pub fn zip(files: &[(&str, &[u8])]) -> Result<Vec<u8>, ExportError> {
     archive(files)
 }
 
-/// Packs named parts in the order given. Names must be ASCII.
+/// Packs named parts in the given order, compressed. Names must be ASCII.
 pub(crate) fn archive(parts: &[(&str, &[u8])]) -> Result<Vec<u8>, ExportError> {
     let mut bytes = Vec::new();
     let mut entries = Vec::with_capacity(parts.len());
@@ -79,17 +79,17 @@ pub(crate) fn archive(parts: &[(&str, &[u8])]) -> Result<Vec<u8>, ExportError> {
     Ok(bytes)
 }
 
-/// An archive of parts as they are, of which only the sizes are known yet. They are filled in place:
-/// what is large is in memory once.
+/// Archive of uncompressed parts whose sizes are known in advance. Parts are filled in place, so that large ones are in
+/// memory only once.
 #[derive(Clone, Debug)]
 pub(crate) struct Reserved {
     bytes: Vec<u8>,
-    /// Names, and where the parts are.
+    /// Names and byte ranges of the parts.
     parts: Vec<(String, Range<usize>)>,
 }
 
 impl Reserved {
-    /// Makes room for named parts, all zeros, in the order given. Names must be ASCII.
+    /// Reserves room for named parts, all zeros, in the given order. Names must be ASCII.
     pub(crate) fn new(parts: Vec<(String, usize)>) -> Result<Self, ExportError> {
         let (mut end, mut places) = (0usize, Vec::with_capacity(parts.len()));
         let names: usize = parts.iter().map(|(name, _)| name.len()).sum();
@@ -101,22 +101,23 @@ impl Reserved {
             field("the archive", end)?;
             places.push((name, start..end));
         }
+        // Capacity for the directory too, so that appending it does not copy the whole archive.
         let mut bytes = vec![0; end + directory];
         bytes.truncate(end);
         Ok(Self { bytes, parts: places })
     }
 
-    /// The part at a place in the list.
+    /// Returns the part at an index.
     pub(crate) fn part(&self, index: usize) -> &[u8] {
         &self.bytes[self.parts[index].1.clone()]
     }
 
-    /// To be filled.
+    /// Returns the part at an index, to be filled.
     pub(crate) fn part_mut(&mut self, index: usize) -> &mut [u8] {
         &mut self.bytes[self.parts[index].1.clone()]
     }
 
-    /// The archive's bytes.
+    /// Completes the archive and returns its bytes.
     pub(crate) fn finish(self) -> Result<Vec<u8>, ExportError> {
         let Self { mut bytes, parts } = self;
         let mut entries = Vec::with_capacity(parts.len());
@@ -147,6 +148,7 @@ fn crc(content: &[u8]) -> u32 {
     crc.sum()
 }
 
+/// Appends the central directory and the record that ends it.
 fn write_directory(bytes: &mut Vec<u8>, entries: &[Stored]) -> Result<(), ExportError> {
     let mut directory = Vec::new();
     for entry in entries {
@@ -178,7 +180,7 @@ impl Stored<'_> {
         bytes.extend(self.name.as_bytes());
     }
 
-    /// The fields that a local header and a directory entry share, in their common order.
+    /// Writes the fields that a local header and a directory entry share, in their common order.
     fn write_common(&self, bytes: &mut Vec<u8>) {
         for word in [VERSION_NEEDED, 0, self.method as u16, DOS_TIME, DOS_DATE] {
             bytes.extend(word.to_le_bytes());
@@ -191,7 +193,7 @@ impl Stored<'_> {
     }
 }
 
-/// A size as ZIP stores it without its 64-bit extension, which 3MF readers need not know.
+/// Converts a size to 32 bits. ZIP's 64-bit extension is not used, since 3MF readers need not support it.
 fn field(what: &'static str, size: usize) -> Result<u32, ExportError> {
     u32::try_from(size).map_err(|_| ExportError::TooLarge {
         what,

@@ -11,24 +11,24 @@ use parquet::schema::types::Type;
 
 use crate::ExportError;
 
-/// Rows that are written, and can be read, together.
+/// Number of rows per row group.
 const GROUP: usize = 16_384;
 
 /// One column of a table, a value for each row.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Column {
-    /// Whole numbers.
+    /// Integers.
     Integers(Vec<i64>),
     /// Numbers; empty cells are null.
     Numbers(Vec<Option<f64>>),
     /// Texts; empty cells are null.
     Texts(Vec<Option<String>>),
-    /// Yes or no; empty cells are null.
+    /// Booleans; empty cells are null.
     Flags(Vec<Option<bool>>),
 }
 
 impl Column {
-    /// How many rows it has.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         match self {
             Self::Integers(values) => values.len(),
@@ -38,7 +38,7 @@ impl Column {
         }
     }
 
-    /// Whether it has none.
+    /// Returns whether the column has no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -53,7 +53,7 @@ impl Column {
     }
 }
 
-/// Named columns of one length as a Parquet file, uncompressed.
+/// Writes named columns of equal length as a Parquet file, uncompressed.
 ///
 /// ```
 /// use fabkit_export::{Column, parquet};
@@ -67,7 +67,7 @@ impl Column {
 /// ```
 ///
 /// # Errors
-/// Columns of different lengths, or none.
+/// Columns of different lengths, or no columns.
 pub fn parquet(name: &str, columns: &[(String, Column)]) -> Result<Vec<u8>, ExportError> {
     let rows = columns.first().map_or(0, |(_, column)| column.len());
     if columns.is_empty() || columns.iter().any(|(_, column)| column.len() != rows) {
@@ -76,6 +76,7 @@ pub fn parquet(name: &str, columns: &[(String, Column)]) -> Result<Vec<u8>, Expo
     write(name, columns, rows).map_err(|error| ExportError::Table(error.to_string()))
 }
 
+/// Writes columns of equal length in row groups.
 fn write(name: &str, columns: &[(String, Column)], rows: usize) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|(name, column)| {
         let repetition = match column {
@@ -88,7 +89,7 @@ fn write(name: &str, columns: &[(String, Column)], rows: usize) -> Result<Vec<u8
     });
     let fields = fields.collect::<Result<Vec<_>, _>>()?;
     let schema = Arc::new(Type::group_type_builder(name).with_fields(fields).build()?);
-    // Named after us, so that the bytes do not change with the library's version.
+    // Set explicitly, so that the bytes do not change with the library's version.
     let maker = format!("fabkit {}", crate::VERSION);
     let properties = Arc::new(WriterProperties::builder().set_created_by(maker).build());
     let mut file = SerializedFileWriter::new(Vec::new(), schema, properties)?;
@@ -122,7 +123,7 @@ fn write(name: &str, columns: &[(String, Column)], rows: usize) -> Result<Vec<u8
     file.into_inner()
 }
 
-/// The values that are there, and for each cell whether it is.
+/// Splits cells into the values that are present and a definition level (1 or 0) for each cell.
 fn dense<T, U>(cells: &[Option<T>], value: impl Fn(&T) -> U) -> (Vec<U>, Vec<i16>) {
     let levels = cells.iter().map(|cell| i16::from(cell.is_some())).collect();
     (cells.iter().flatten().map(value).collect(), levels)

@@ -1,10 +1,11 @@
-//! Arrays of lists, which NumPy keeps as Python objects: NPY version 1.0 with a pickle (protocol 3, PEP 3154's ancestor)
-//! inside. Only for programs that ask for such files; `numpy.load(file, allow_pickle=True)` reads them.
+//! Arrays of lists, which NumPy stores as Python objects: NPY version 1.0 with a pickle inside (protocol 3, the
+//! predecessor of PEP 3154's). Only for programs that require such files; `numpy.load(file, allow_pickle=True)` reads
+//! them.
 
 use crate::ExportError;
 use crate::npz::header;
 
-/// Lists of numbers as an array of such a shape, row by row (C order).
+/// Writes lists of numbers as an array of the given shape, row by row (C order).
 ///
 /// ```
 /// let file = fabkit_export::npy_of_lists(&[1, 2], &[vec![0.5], vec![]])?;
@@ -13,14 +14,14 @@ use crate::npz::header;
 /// ```
 ///
 /// # Errors
-/// A shape that does not fit the number of lists.
+/// A shape that does not match the number of lists.
 pub fn npy_of_lists(shape: &[usize], lists: &[Vec<f64>]) -> Result<Vec<u8>, ExportError> {
     if shape.iter().product::<usize>() != lists.len() {
         let (name, shape) = ("lists".to_owned(), shape.to_vec());
         return Err(ExportError::Shape { name, shape, values: lists.len() });
     }
     let mut bytes = header(shape, "|O");
-    // An empty array, whose state then follows: version, shape, type, order, values.
+    // Opcodes that reconstruct an empty array; its state follows: version, shape, type, order, values.
     bytes.extend(
         b"\x80\x03cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\nK\0\x85C\x01b\x87R",
     );

@@ -1,11 +1,11 @@
-//! Pictures as PNG.
+//! PNG images.
 
 use crate::ExportError;
 
-/// Writes an 8-bit sRGB PNG. `rgb` holds three bytes a pixel, row by row from the top.
+/// Writes an 8-bit sRGB PNG. `rgb` holds three bytes per pixel, row by row from the top.
 ///
 /// # Errors
-/// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty.
+/// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty.
 ///
 /// ```
 /// let red_dot = fabkit_export::png(1, 1, &[255, 0, 0])?;
@@ -20,19 +20,19 @@ pub fn png(width_px: u32, height_px: u32, rgb: &[u8]) -> Result<Vec<u8>, ExportE
     })
 }
 
-/// Writes an 8-bit grey PNG, for masks. Row by row from the top.
+/// Writes an 8-bit grey PNG, for masks, row by row from the top.
 ///
 /// # Errors
-/// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty.
+/// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty.
 pub fn grey8_png(width_px: u32, height_px: u32, grey: &[u8]) -> Result<Vec<u8>, ExportError> {
     check(width_px, height_px, 1, grey.len())?;
     encoded(width_px, height_px, grey, |encoder| encoder.set_color(png::ColorType::Grayscale))
 }
 
-/// Writes a 16-bit grey PNG, for values with a stated scale. Row by row from the top.
+/// Writes a 16-bit grey PNG, for values with a stated scale, row by row from the top.
 ///
 /// # Errors
-/// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty.
+/// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty.
 pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>, ExportError> {
     check(width_px, height_px, 1, grey.len())?;
     // PNG is big-endian.
@@ -43,11 +43,11 @@ pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>
     })
 }
 
-/// Writes a grey or a colour PNG with words that say what it is, as a `Comment` that tools show: one or three values a
-/// pixel from 0 to 255, in 8 bits, or in 16, where 255 is 65535.
+/// Writes a grey or colour PNG with a `Comment` text that image tools show. `grey` holds one or three intensities per
+/// pixel, 0 to 255; they are written with 8 bits, or with 16 where 255 becomes 65535.
 ///
 /// # Errors
-/// As for [`grey16_png`]; words that are no Latin-1.
+/// See [`grey16_png`]; also a comment that is not Latin-1.
 pub fn png_with_comment(
     width_px: u32,
     height_px: u32,
@@ -58,11 +58,13 @@ pub fn png_with_comment(
     let pixels = width_px as usize * height_px as usize;
     let is_colored = grey.len() == 3 * pixels;
     check(width_px, height_px, if is_colored { 3 } else { 1 }, grey.len())?;
+    // 255 * 257 = 65535.
     let deep = |value: &f64| ((value * 257.0).round() as u16).to_be_bytes();
     let data: Vec<u8> = match is_deep {
         true => grey.iter().flat_map(deep).collect(),
         false => grey.iter().map(|value| value.round() as u8).collect(),
     };
+    // The closure cannot return the error of the text chunk, so it is kept for later.
     let mut unwritten = None;
     let bytes = encoded(width_px, height_px, &data, |encoder| {
         encoder.set_color(if is_colored { png::ColorType::Rgb } else { png::ColorType::Grayscale });
@@ -83,6 +85,7 @@ fn check(width_px: u32, height_px: u32, channels: u64, found: usize) -> Result<(
     Ok(())
 }
 
+/// Encodes an 8-bit image with fixed compression settings, unless `set` changes its depth.
 fn encoded(
     width_px: u32,
     height_px: u32,
@@ -93,7 +96,7 @@ fn encoded(
     let mut encoder = png::Encoder::new(&mut bytes, width_px, height_px);
     encoder.set_depth(png::BitDepth::Eight);
     set(&mut encoder);
-    // Named, so that another version's defaults do not change the bytes.
+    // Set explicitly, so that another version's defaults do not change the bytes.
     encoder.set_filter(png::Filter::Adaptive);
     encoder.set_deflate_compression(png::DeflateCompression::Level(6));
     let mut writer = encoder.write_header()?;

@@ -1,40 +1,39 @@
-//! Laying parts out on printer beds.
+//! Layout of parts on printer beds.
 
 use crate::ExportError;
 
-/// A printer's bed and what to keep free.
+/// Size of a printer's bed, and the spacing to keep free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bed {
     /// Width (x) and depth (y), mm.
     pub size_mm: [f64; 2],
-    /// Between parts, and to the edge, mm.
+    /// Spacing between parts and to the edge, mm.
     pub spacing_mm: f64,
 }
 
 impl Default for Bed {
-    /// The 250 x 210 mm of a common desktop printer, 5 mm apart.
+    /// Returns the 250 x 210 mm of a common desktop printer, with 5 mm spacing.
     fn default() -> Self {
         Self { size_mm: [250.0, 210.0], spacing_mm: 5.0 }
     }
 }
 
-/// Where one item lies.
+/// Position of one item.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spot {
-    /// Which item: an index into the list given to [`pack`].
+    /// Index of the item in the list given to [`pack`].
     pub item: usize,
-    /// Which plate, from 0.
+    /// Index of the plate, from 0.
     pub plate: usize,
-    /// The item's corner nearest to the bed's origin, mm.
+    /// Corner of the item nearest to the bed's origin, mm.
     pub corner_mm: [f64; 2],
 }
 
-/// Lays rectangles out in rows on as few beds as that takes: deepest first, left to right, front
-/// to back (first-fit-decreasing shelves; Coffman et al., "Performance bounds for level-oriented
-/// two-dimensional packing algorithms", SIAM J. Comput. 1980).
+/// Lays rectangles out in rows on few beds: deepest first, left to right, front to back (first-fit-decreasing shelves;
+/// Coffman et al., "Performance bounds for level-oriented two-dimensional packing algorithms", SIAM J. Comput. 1980).
 ///
-/// Items are names and footprints (x, y) in mm; none is turned, because how a part lies is part of
-/// its design. The result is in the order of the items.
+/// Items are names and footprints (x, y) in mm. They are not turned, because a part's orientation belongs to its
+/// design. The result is in the order of the items.
 ///
 /// # Errors
 /// [`ExportError::LargerThanBed`] for the first item that fits on no bed.
@@ -55,7 +54,7 @@ pub fn pack(items: &[(&str, [f64; 2])], bed: Bed) -> Result<Vec<Spot>, ExportErr
         }
     }
     let mut order: Vec<usize> = (0..items.len()).collect();
-    // Stable: items of equal depth stay in the order given.
+    // The sort is stable: items of equal depth stay in the given order.
     order.sort_by(|&a, &b| items[b].1[1].total_cmp(&items[a].1[1]));
 
     struct Shelf {
@@ -77,6 +76,7 @@ pub fn pack(items: &[(&str, [f64; 2])], bed: Bed) -> Result<Vec<Spot>, ExportErr
             continue;
         }
         let has_room = |front: &f64| front + depth_mm + gap <= bed.size_mm[1];
+        // First plate with room for another shelf, or a new one.
         let plate = free_front_mm.iter().position(has_room).unwrap_or_else(|| {
             free_front_mm.push(gap);
             free_front_mm.len() - 1

@@ -1,21 +1,21 @@
-//! Point clouds as PLY (Turk, "The PLY Polygon File Format", Stanford 1994), binary.
+//! Point clouds as binary PLY (Turk, "The PLY Polygon File Format", Stanford 1994).
 
 /// One point of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CloudPoint {
-    /// Where, mm.
+    /// Position, mm.
     pub position_mm: [f64; 3],
     /// Unit normal.
     pub normal: [f64; 3],
-    /// sRGB.
+    /// Colour, sRGB.
     pub color: [u8; 3],
-    /// What it belongs to.
+    /// Label of the surface that the point lies on.
     pub label: u16,
 }
 
 /// A point cloud to which points are added one by one.
 ///
-/// Coordinates are 64-bit: a cloud loses nothing against the map it comes from.
+/// Coordinates are 64-bit, so that a cloud is as precise as the map it comes from.
 ///
 /// ```
 /// use fabkit_export::{Cloud, CloudPoint};
@@ -27,20 +27,20 @@ pub struct CloudPoint {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Cloud {
-    /// The header, but for the number of points.
+    /// Header before and after the number of points.
     header: [String; 2],
-    /// Room for the header, then the points.
+    /// Reserved room for the header, then the points.
     bytes: Vec<u8>,
     count: usize,
 }
 
-/// Digits of the largest number of points.
+/// Number of digits of the largest number of points.
 const MOST_DIGITS: usize = 20;
 
 impl Cloud {
-    /// Without points; `comment` is one line about frame and labels.
+    /// Creates a cloud without points; `comment` is one line about frame and labels.
     pub fn new(comment: &str) -> Self {
-        // A line break would end the comment and begin something else.
+        // A line break would end the comment and start another header line.
         let comment: String =
             comment.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
         let properties =
@@ -67,8 +67,9 @@ impl Cloud {
         self.count += 1;
     }
 
-    /// The file.
+    /// Returns the file.
     pub fn finish(mut self) -> Vec<u8> {
+        // The header is written last, at the end of its reserved room, and the unused bytes before it are dropped.
         let [before, after] = &self.header;
         let header = format!("{before}{}{after}", self.count);
         let room = before.len() + MOST_DIGITS + after.len();

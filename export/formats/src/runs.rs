@@ -1,39 +1,39 @@
-//! Pictures as runs, and runs as Zstandard frames without searching for matches.
+//! Images as runs of equal bytes, and their Zstandard frames without a search for matches.
 //!
-//! Stitched training targets are large and mostly one value: searching each for repetitions costs
-//! far more than writing it. Where it is known which stretches are filled with one byte, a frame
-//! (RFC 8878, section 3.1.1) can be put together from run-length and raw blocks alone. Any
-//! decompressor reads it.
+//! Stitched training targets are large and mostly of one value; searching each for repetitions costs far more than
+//! writing it. Where the uniform runs are known, a frame (RFC 8878, section 3.1.1) can be assembled from run-length and
+//! raw blocks alone. Any decompressor reads it.
 
 use std::ops::Range;
 
-/// A stretch of a picture's bytes.
+/// A run of an image's bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// Which bytes of the picture.
+    /// Byte range in the image.
     pub place: Range<usize>,
-    /// What they are.
+    /// Content of the range.
     pub content: RunContent,
 }
 
-/// What a [`Run`] holds.
+/// Content of a [`Run`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RunContent {
-    /// The same byte all along.
+    /// The same byte throughout.
     Fill(u8),
-    /// Bytes as they are.
+    /// Arbitrary bytes.
     Bytes(Vec<u8>),
 }
 
-/// Raw blocks swallow fills shorter than this: a block costs three bytes and one more for a run.
+/// Shortest fill that becomes a run-length block; shorter ones join raw blocks. A block costs three bytes, and a run
+/// one more.
 const LEAST_FILL: usize = 16;
-/// RFC 8878, section 3.1.1.2.4: no block is larger.
+/// Largest block, RFC 8878, section 3.1.1.2.4.
 const MAX_BLOCK: usize = 128 << 10;
 
 const RAW: u32 = 0;
 const RUN_LENGTH: u32 = 1;
 
-/// A frame of `length` bytes: runs in order of place, and zeros between, before and after them.
+/// Assembles a frame of `length` bytes from runs in ascending order; bytes outside of them are zero.
 ///
 /// # Panics
 /// If runs overlap or reach beyond the end.
@@ -53,14 +53,15 @@ pub fn zstd_of_runs<'a>(runs: impl IntoIterator<Item = &'a Run>, length: usize) 
     frame.finish()
 }
 
+/// A Zstandard frame under construction.
 #[derive(Default)]
 struct Frame {
     blocks: Vec<u8>,
-    /// Where the header of the last block stands.
+    /// Position of the last block's header.
     last_header: usize,
     length: usize,
     raw: Vec<u8>,
-    /// A fill that may still grow.
+    /// A fill that may still grow: byte and count.
     fill: (u8, usize),
 }
 
@@ -81,7 +82,7 @@ impl Frame {
         self.raw.extend_from_slice(bytes);
     }
 
-    /// Short fills join the raw bytes before them, long ones become blocks.
+    /// Ends a fill: a short one joins the raw bytes before it, a long one becomes blocks.
     fn end_fill(&mut self) {
         let (byte, mut count) = self.fill;
         self.fill.1 = 0;
@@ -104,7 +105,8 @@ impl Frame {
         }
     }
 
-    /// Section 3.1.1.2: bit 0 marks the last block, two bits its kind, 21 its size.
+    /// Writes a block. Its header (section 3.1.1.2) has the last-block flag in bit 0, two bits of type and 21 bits of
+    /// size.
     fn block(&mut self, kind: u32, size: usize, content: &[u8]) {
         self.last_header = self.blocks.len();
         let header = kind << 1 | (size as u32) << 3;
@@ -112,6 +114,7 @@ impl Frame {
         self.blocks.extend(content);
     }
 
+    /// Completes the frame; even an empty one needs a block.
     fn finish(mut self) -> Vec<u8> {
         self.end_fill();
         self.end_raw();
@@ -119,7 +122,7 @@ impl Frame {
             self.block(RAW, 0, &[]);
         }
         self.blocks[self.last_header] |= 1;
-        // Section 3.1.1.1: the magic number; content size of 8 bytes, one segment; the size.
+        // Section 3.1.1.1: magic number; descriptor with an 8-byte content size and a single segment; content size.
         let mut bytes = vec![0x28, 0xb5, 0x2f, 0xfd, 0b1110_0000];
         bytes.extend((self.length as u64).to_le_bytes());
         bytes.extend(self.blocks);

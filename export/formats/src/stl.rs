@@ -1,4 +1,4 @@
-//! Binary STL: triangles without units, names or neighbours.
+//! Binary STL files: triangles without units, names or connectivity.
 
 use fabkit_mesh::PrintMesh;
 
@@ -9,9 +9,9 @@ const TRIANGLE_BYTES: usize = 50;
 
 /// Writes a binary STL file, mm.
 ///
-/// The header names the maker, the part and the unit, for people: STL has no field for them. It
-/// does not begin with `solid`, by which readers would take the file for text. Facet normals are
-/// computed in `f64` from the vertices as written.
+/// The header names fabkit, the part and the unit for people, since STL has no fields for them. It does not begin with
+/// `solid`, which readers would take for the text format. Facet normals are computed in `f64` from the vertices as
+/// written.
 ///
 /// # Errors
 /// [`ExportError::TooLarge`] beyond 2^32 - 1 triangles.
@@ -41,8 +41,8 @@ pub fn stl(name: &str, mesh: &PrintMesh) -> Result<Vec<u8>, ExportError> {
     Ok(bytes)
 }
 
-/// Unit normal by the right-hand rule. In `f64`: differences and products of `f32` coordinates lose
-/// at most a few of its bits, where `f32` would turn thin triangles around.
+/// Computes the unit normal by the right-hand rule. In `f64`, differences and products of `f32` coordinates lose only a
+/// few bits; in `f32`, thin triangles would flip.
 fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
     let [a, b, c] = corners.map(|corner| corner.map(f64::from));
     let u: [f64; 3] = std::array::from_fn(|i| b[i] - a[i]);

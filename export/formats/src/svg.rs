@@ -1,4 +1,4 @@
-//! SVG for laser cutters: millimetres, true arcs, hairlines (SVG 1.1).
+//! SVG files for laser cutters: millimetres, true arcs, hairlines (SVG 1.1).
 
 use std::fmt::Write as _;
 
@@ -7,20 +7,20 @@ use fabkit_geometry::{Path, Segment};
 use crate::drawing::{Drawing, NestedSheet, Operation, sweep};
 use crate::{Document, ExportError, VERSION};
 
-/// Cutters take thinner lines than 0.001 inch for cuts, not for pictures.
+/// Width of lines to cut, mm. Cutters treat lines thinner than 0.001 inch as cuts, wider ones as images.
 const HAIRLINE_MM: f64 = 0.02;
 
-/// The longer side of a picture of a large sheet, and how much the picture of a small one is enlarged.
+/// Longer side of a large sheet's preview, px, and the largest scale of a small sheet's.
 const PICTURE_PX: f64 = 640.0;
 const MOST_PX_PER_MM: f64 = 4.0;
 
-/// Writes a drawing as SVG: user units are millimetres, one group per operation in its own colour,
-/// every outline one closed path of lines and circular arcs.
+/// Writes a drawing as SVG: user units are millimetres, one group per operation in its own colour, every outline one
+/// closed path of lines and circular arcs.
 ///
 /// SVG's y axis points down: the drawing's top edge is y = 0.
 ///
 /// # Errors
-/// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for arcs of ellipses.
+/// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for elliptic arcs.
 pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
     if drawing.contours.is_empty() {
         return Err(ExportError::Nothing);
@@ -47,14 +47,14 @@ pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError
     Ok(xml.into_bytes())
 }
 
-/// A picture of a sheet's used corner, for people: the stock grey to its edges, what is cut as lines that can be
-/// seen.
+/// Draws a preview of a sheet's used corner for people: the stock in grey, cuts as clearly visible lines.
 ///
 /// # Errors
-/// As [`svg`].
+/// See [`svg`].
 pub fn sheet_picture(sheet: &NestedSheet) -> Result<Vec<u8>, ExportError> {
     let [stock_width, stock_height] = sheet.drawing.size_mm;
     let [width, height] = sheet.needs_mm;
+    // Lines are 1.2 px wide at any scale; the view box selects the used corner, which is at the bottom.
     let px_per_mm = (PICTURE_PX / width.max(height)).min(MOST_PX_PER_MM);
     let (stroke, top) = (1.2 / px_per_mm, stock_height - height);
     let mut xml = format!(
@@ -72,7 +72,7 @@ pub fn sheet_picture(sheet: &NestedSheet) -> Result<Vec<u8>, ExportError> {
     Ok(xml.into_bytes())
 }
 
-/// One group of lines for each operation, with the attributes that `look` gives it.
+/// Writes one group of lines for each operation, with the attributes that `look` returns.
 fn lines(
     xml: &mut String,
     drawing: &Drawing,
@@ -82,6 +82,7 @@ fn lines(
     for operation in Operation::ALL {
         let mut paths = Vec::new();
         if operation == Operation::Label {
+            // Lettering has no outline of its own and belongs to the label layer.
             paths.extend(drawing.strokes.iter().map(|stroke| polyline(stroke, height)));
         }
         for (_, path) in drawing.contours.iter().filter(|(o, _)| *o == operation) {
@@ -99,6 +100,7 @@ fn lines(
     Ok(())
 }
 
+/// Returns the path data of a closed outline, with y turned downwards.
 pub(crate) fn outline(path: &Path, height_mm: f64) -> Result<String, ExportError> {
     let mut from = path.start;
     let mut data = format!("M {}", point(from, height_mm));
@@ -111,7 +113,7 @@ pub(crate) fn outline(path: &Path, height_mm: f64) -> Result<String, ExportError
                 let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
                 let turned = sweep(from, *to, *centre, *ccw).abs();
                 let large = u8::from(turned > std::f64::consts::PI);
-                // Sweep flag 1 turns from +x to +y, which is clockwise to the eye.
+                // Sweep flag 1 turns from +x to +y, which is clockwise on the screen.
                 write!(data, " A {radius} {radius} 0 {large} {} {end}", u8::from(!ccw))
             }
             Segment::EllipticArc { .. } => return Err(ExportError::NotCuttable),
@@ -122,6 +124,7 @@ pub(crate) fn outline(path: &Path, height_mm: f64) -> Result<String, ExportError
     Ok(data)
 }
 
+/// Returns the path data of an open polyline, with y turned downwards.
 pub(crate) fn polyline(points: &[[f64; 2]], height_mm: f64) -> String {
     let points: Vec<String> = points.iter().map(|&p| point(p, height_mm)).collect();
     format!("M {}", points.join(" L "))

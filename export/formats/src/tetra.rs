@@ -1,37 +1,38 @@
-//! Tetrahedra with materials and sets of faces: Gmsh's MSH 4.1 and 2.2, and VTK's legacy format, all as text.
+//! Tetrahedral meshes with materials and face sets: Gmsh's MSH 4.1 and 2.2, and VTK's legacy format, all as text.
 
 use std::fmt::Write as _;
 
-/// A mesh of tetrahedra.
+/// A tetrahedral mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct TetraMesh<'a> {
-    /// One line for people.
+    /// Title in one line for people.
     pub title: &'a str,
-    /// What else there is to say, line by line.
+    /// Further notes, line by line.
     pub notes: &'a [String],
     /// Nodes, mm.
     pub points_mm: &'a [[f64; 3]],
-    /// How long the file's unit is, mm: 1000 for a file in metres.
+    /// Unit of the file's lengths, mm: 1000 for a file in metres.
     pub unit_mm: f64,
-    /// Corners, of positive volume.
+    /// Corners of the tetrahedra, of positive volume.
     pub cells: &'a [[u32; 4]],
-    /// The material of each, by its place in `materials`.
+    /// Material of each tetrahedron, as an index into `materials`.
     pub material_of: &'a [u32],
     /// Names of materials.
     pub materials: &'a [String],
-    /// Named sets of triangles of the surface.
+    /// Named sets of surface triangles.
     pub faces: &'a [(&'a str, &'a [[u32; 3]])],
 }
 
-/// Tags of Gmsh's elements.
+/// Element types of Gmsh.
 const TRIANGLE: u32 = 2;
 const TETRAHEDRON: u32 = 4;
-/// VTK's.
+/// Cell type of VTK.
 const VTK_TETRA: u32 = 10;
-/// A title of VTK's is a line of at most 255 characters.
+/// Maximum length of a VTK title line, in characters.
 const MOST_TITLE: usize = 255;
 
-/// Gmsh's MSH 4.1 in ASCII: a volume for each material and a surface for each set, each a physical group of its name.
+/// Writes Gmsh's MSH 4.1 in ASCII: a volume for each material and a surface for each face set, each a physical group of
+/// its name.
 ///
 /// Gmsh reference manual, section "MSH file format".
 pub fn msh(mesh: &TetraMesh) -> Vec<u8> {
@@ -44,9 +45,11 @@ pub fn msh(mesh: &TetraMesh) -> Vec<u8> {
     text += "$EndComments\n";
     names(mesh, &mut text);
     text += "$Entities\n";
+    // Numbers of points, curves, surfaces and volumes.
     let _ = writeln!(text, "0 0 {} {}", mesh.faces.len(), mesh.materials.len());
     let [low, high] = bounds(mesh.points_mm).map(|end| end.map(|mm| mm / mesh.unit_mm));
     let bounds = [low, high].concat().iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+    // Tag, bounds, one physical group of the same number, no bounding entities.
     for i in 1..=mesh.faces.len() {
         let _ = writeln!(text, "{i} {bounds} 1 {i} 0");
     }
@@ -54,6 +57,7 @@ pub fn msh(mesh: &TetraMesh) -> Vec<u8> {
         let _ = writeln!(text, "{i} {bounds} 1 {i} 0");
     }
     let count = mesh.points_mm.len();
+    // A single block lists all nodes under volume 1.
     let _ = writeln!(text, "$EndEntities\n$Nodes\n1 {count} 1 {count}\n3 1 0 {count}");
     for node in 1..=count {
         let _ = writeln!(text, "{node}");
@@ -87,7 +91,7 @@ pub fn msh(mesh: &TetraMesh) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// Gmsh's MSH 2.2 in ASCII, which libigl and with it UIPC read: the same groups, by the tags of elements.
+/// Writes Gmsh's MSH 2.2 in ASCII, which libigl and thereby UIPC read, with the same groups as element tags.
 ///
 /// Gmsh reference manual, section "MSH file format version 2 (Legacy)".
 pub fn msh2(mesh: &TetraMesh) -> Vec<u8> {
@@ -143,8 +147,8 @@ fn names(mesh: &TetraMesh, text: &mut String) {
     *text += "$EndPhysicalNames\n";
 }
 
-/// VTK's legacy format, version 3.0, as an unstructured grid of tetrahedra alone: cells have `material`, nodes have one
-/// array of 0 and 1 for each set.
+/// Writes VTK's legacy format, version 3.0, as an unstructured grid of tetrahedra only: cells have `material`, nodes
+/// one array of 0 and 1 for each face set.
 ///
 /// VTK file formats, "Simple legacy formats".
 pub fn vtk(mesh: &TetraMesh) -> Vec<u8> {
@@ -155,6 +159,7 @@ pub fn vtk(mesh: &TetraMesh) -> Vec<u8> {
     );
     points(mesh, &mut text);
     let cells = mesh.cells.len();
+    // Each cell takes five numbers: the count and four nodes.
     let _ = writeln!(text, "CELLS {cells} {}", 5 * cells);
     for [a, b, c, d] in mesh.cells {
         let _ = writeln!(text, "4 {a} {b} {c} {d}");
@@ -179,7 +184,7 @@ pub fn vtk(mesh: &TetraMesh) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// The shortest digits that read as the same numbers.
+/// Writes the nodes with the shortest digits that parse to the same numbers.
 fn points(mesh: &TetraMesh, text: &mut String) {
     for point in mesh.points_mm {
         let [x, y, z] = point.map(|mm| mm / mesh.unit_mm);

@@ -1,5 +1,5 @@
-//! 3MF: named, coloured objects with units (3MF Core Specification 1.4), with a picture, and with what slicers
-//! are told of each object.
+//! 3MF files: named, coloured objects with units (3MF Core Specification 1.4), a thumbnail, and slicer settings for
+//! each object.
 
 mod slicers;
 
@@ -11,7 +11,7 @@ use crate::{ExportError, VERSION, opc};
 
 pub use slicers::SlicerSettings;
 
-/// Qualifies fabkit's own metadata, as section 3.4.1 of the specification demands.
+/// Namespace of fabkit's own metadata, which section 3.4.1 of the specification requires.
 const METADATA_NAMESPACE: &str = "urn:fabkit:metadata:1";
 
 const CONTENT_TYPES: &str = concat!(
@@ -36,38 +36,38 @@ const RELATIONSHIPS: &str = concat!(
     "</Relationships>\n",
 );
 
-/// Width and height of what file managers show of a file, px: what PrusaSlicer writes into its own.
+/// Width and height of the thumbnail, px, as PrusaSlicer writes it.
 const THUMBNAIL_PX: u32 = 256;
 
-/// What a file says about itself.
+/// Title and origin of a file.
 #[derive(Clone, Copy, Debug)]
 pub struct Document<'a> {
-    /// For people, for example `R-Tac0: shell`.
+    /// Title for people, for example `R-Tac0: shell`.
     pub title: &'a str,
-    /// Identifies the design and the maker's version.
+    /// Hash of the design and the fabkit version.
     pub design_hash: &'a str,
 }
 
-/// One thing to print.
+/// An object to print.
 #[derive(Clone, Copy, Debug)]
 pub struct Object<'a> {
-    /// Shown in the slicer's list.
+    /// Name in the slicer's list.
     pub name: &'a str,
-    /// Shown as the material's name.
+    /// Name of the material.
     pub material: &'a str,
-    /// sRGB.
+    /// Colour, sRGB.
     pub color: [u8; 3],
-    /// Where it lies, mm; the specification asks for coordinates that are not negative.
+    /// Mesh in its place, mm; the specification requires coordinates that are not negative.
     pub mesh: &'a PrintMesh,
-    /// What its slicer is told; nothing of what takes its settings from elsewhere.
+    /// Slicer settings; `None` for objects that take their settings from elsewhere.
     pub settings: Option<SlicerSettings>,
-    /// What people are told of these settings, and why they are so.
+    /// Explanation of these settings for people.
     pub about: &'a str,
 }
 
 /// Writes a 3MF file with one build item per object, mm, without transforms.
 ///
-/// Coordinates are written as the shortest decimals that read back as the same `f32`.
+/// Coordinates are the shortest decimals that parse to the same `f32`.
 ///
 /// # Errors
 /// [`ExportError::Nothing`] without objects, [`ExportError::TooLarge`] beyond 4 GiB.
@@ -75,11 +75,11 @@ pub fn three_mf(document: Document, objects: &[Object]) -> Result<Vec<u8>, Expor
     package(document, objects, None)
 }
 
-/// Writes a 3MF file with one build item that is made of all objects: what one print makes of
-/// several materials. Slicers load it as one piece and keep its parts together.
+/// Writes a 3MF file with one build item that consists of all objects: one print of several materials. Slicers load it
+/// as one piece and keep its parts together.
 ///
 /// # Errors
-/// As [`three_mf`].
+/// See [`three_mf`].
 pub fn three_mf_of_one_piece(
     document: Document,
     name: &str,
@@ -88,6 +88,7 @@ pub fn three_mf_of_one_piece(
     package(document, objects, Some(name))
 }
 
+/// Writes the archive: model, thumbnail and slicer configurations.
 fn package(
     document: Document,
     objects: &[Object],
@@ -111,11 +112,12 @@ fn package(
     opc::archive(&parts)
 }
 
-/// Objects follow the one material group, which has id 1.
+/// Returns the id of an object; the single material group has id 1.
 fn object_id(index: usize) -> usize {
     index + 2
 }
 
+/// Writes the model part.
 fn model_xml(document: Document, objects: &[Object], piece: Option<&str>) -> String {
     let mut materials: Vec<(&str, [u8; 3])> = Vec::new();
     let mut xml = Xml(String::new());
@@ -151,7 +153,7 @@ fn model_xml(document: Document, objects: &[Object], piece: Option<&str>) -> Str
         let pindex = materials.iter().position(|m| *m == material).unwrap_or_default();
         xml.object(object_id(index), pindex, object);
     }
-    // A component refers to an object that stands before it (section 4.2).
+    // A component must refer to an object before it in the file (section 4.2).
     let items = match piece {
         None => 0..objects.len(),
         Some(name) => {
@@ -181,7 +183,7 @@ impl Xml {
         self.0.push('\n');
     }
 
-    /// Text or attribute content. What has no place in XML 1.0 (section 2.2) becomes a space.
+    /// Writes text or attribute content. Characters that XML 1.0 does not allow (section 2.2) become spaces.
     fn escaped(&mut self, text: &str) {
         for c in text.chars() {
             match c {
@@ -202,7 +204,7 @@ impl Xml {
         self.line("</metadata>");
     }
 
-    /// An object made of the first `count` objects, where they are.
+    /// Writes an object made of the first `count` objects in their places.
     fn components(&mut self, id: usize, name: &str, count: usize) {
         self.put(&format!(r#"<object id="{id}" type="model" name=""#));
         self.escaped(name);
@@ -220,7 +222,7 @@ impl Xml {
         self.escaped(object.name);
         self.line("\">\n<mesh>\n<vertices>");
         for vertex in vertices {
-            // Display of f32 is the shortest decimal that reads back; + 0.0 drops the sign of -0.
+            // Display of f32 is the shortest decimal that parses to the same number; adding 0.0 drops the sign of -0.
             let [x, y, z] = vertex.map(|value| value + 0.0);
             // Writing to a String cannot fail.
             let _ = writeln!(self.0, r#"<vertex x="{x}" y="{y}" z="{z}"/>"#);

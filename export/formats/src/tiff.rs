@@ -1,4 +1,4 @@
-//! Single maps as TIFF (Adobe, "TIFF Revision 6.0", 1992), 32-bit floating point, not compressed.
+//! Maps as TIFF (Adobe, "TIFF Revision 6.0", 1992), 32-bit floating point, uncompressed.
 
 use crate::ExportError;
 
@@ -8,14 +8,14 @@ const LONG: u16 = 4;
 /// Writes a grey image of `float32`, row by row from the top, little-endian, as one strip.
 ///
 /// # Errors
-/// [`ExportError::PictureSize`] if size and pixels disagree or the picture is empty;
-/// [`ExportError::TooLarge`] beyond the format's 4 GiB.
+/// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty; [`ExportError::TooLarge`] beyond
+/// the format's 4 GiB.
 pub fn float_tiff(width_px: u32, height_px: u32, values: &[f32]) -> Result<Vec<u8>, ExportError> {
     let needed = u64::from(width_px) * u64::from(height_px);
     if needed == 0 || needed != values.len() as u64 {
         return Err(ExportError::PictureSize { width_px, height_px, needed, found: values.len() });
     }
-    // Tags in ascending order, as the format demands; sections 4 and 19 of the specification.
+    // Tags must be in ascending order; see sections 4 and 19 of the specification.
     const TAGS: u32 = 10;
     const DATA_AT: u32 = 8 + 2 + 12 * TAGS + 4;
     let limit = u64::from(u32::MAX - DATA_AT);
@@ -26,13 +26,13 @@ pub fn float_tiff(width_px: u32, height_px: u32, values: &[f32]) -> Result<Vec<u
     let tags: [(u16, u16, u32); TAGS as usize] = [
         (256, LONG, width_px),
         (257, LONG, height_px),
-        (258, SHORT, 32),                  // bits a sample
-        (259, SHORT, 1),                   // not compressed
+        (258, SHORT, 32),                  // bits per sample
+        (259, SHORT, 1),                   // uncompressed
         (262, SHORT, 1),                   // 0 is black
-        (273, LONG, DATA_AT),              // where the strip starts
-        (277, SHORT, 1),                   // samples a pixel
-        (278, LONG, height_px),            // rows in the strip
-        (279, LONG, bytes_of_data as u32), // its length
+        (273, LONG, DATA_AT),              // offset of the strip
+        (277, SHORT, 1),                   // samples per pixel
+        (278, LONG, height_px),            // rows per strip
+        (279, LONG, bytes_of_data as u32), // length of the strip
         (339, SHORT, 3),                   // IEEE floating point
     ];
     let mut bytes = b"II\x2a\0\x08\0\0\0".to_vec();
@@ -41,7 +41,7 @@ pub fn float_tiff(width_px: u32, height_px: u32, values: &[f32]) -> Result<Vec<u
         bytes.extend(tag.to_le_bytes());
         bytes.extend(kind.to_le_bytes());
         bytes.extend(1u32.to_le_bytes());
-        // A short stands in the first half of the field, which little-endian does by itself.
+        // A short occupies the first half of the field; a little-endian 32-bit number puts it there.
         bytes.extend(value.to_le_bytes());
     }
     bytes.extend(0u32.to_le_bytes());

@@ -1,4 +1,4 @@
-//! The exact geometry as JSON, for whoever wants to rebuild a part without fabkit.
+//! Exact geometry as JSON, for rebuilding a part without fabkit.
 
 mod figures;
 mod samples;
@@ -11,62 +11,62 @@ use serde::{Deserialize, Serialize};
 
 use crate::{ExportError, VERSION, json_bytes};
 
-/// Figures of a mesh as written, to compare a rebuilt part with.
+/// Figures of a written mesh, for comparison with a rebuilt part.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeshFigures {
     /// Largest distance between triangles and the exact surface, mm.
     pub chord_tolerance_mm: f64,
-    /// How many triangles.
+    /// Number of triangles.
     pub triangles: usize,
     /// Enclosed volume, mm^3.
     pub volume_mm3: f64,
     /// Surface area, mm^2.
     pub area_mm2: f64,
-    /// Through holes and handles.
+    /// Genus: number of through holes and handles.
     pub genus: i32,
 }
 
-/// What a tree file says, before it becomes JSON.
+/// Content of a tree file.
 #[derive(Clone, Copy, Debug)]
 pub struct TreeDocument<'a> {
-    /// Identifies the design and the maker's version.
+    /// Hash of the design and the fabkit version.
     pub design_hash: &'a str,
-    /// The sensor's name.
+    /// Name of the sensor.
     pub sensor: &'a str,
-    /// The body's name.
+    /// Name of the body.
     pub name: &'a str,
-    /// `part`, `layer` or `component`.
+    /// Kind of body: `part`, `layer` or `component`.
     pub kind: &'a str,
-    /// One line for people.
+    /// Summary in one line for people.
     pub summary: &'a str,
-    /// How it is made, for example `fdm`; empty for what is bought.
+    /// Process, for example `fdm`; empty for bought components.
     pub process: &'a str,
-    /// From what; empty for what is bought.
+    /// Material; empty for bought components.
     pub material: &'a str,
-    /// How many a lab needs.
+    /// Number of copies that a lab needs.
     pub quantity: u32,
-    /// For pictures and STEP.
+    /// Colour for images and STEP.
     pub color: Color,
-    /// 0 to 1.
+    /// Opacity, 0 to 1.
     pub opacity: f64,
-    /// The exact shape, mm, in the body's own frame.
+    /// Exact shape, mm, in the body's own frame.
     pub solid: &'a Solid,
-    /// Points others rely on, in the body's own frame.
+    /// Points that other parts rely on, in the body's own frame.
     pub landmarks: &'a [Landmark],
-    /// Where it is used.
+    /// Placements in assemblies.
     pub placements: &'a [Placement],
-    /// The mesh at the tolerance of the export.
+    /// Figures of the mesh at the export's tolerance.
     pub mesh: MeshFigures,
 }
 
-/// One primitive of the tree, numbered as faces and ray hits refer to it.
+/// A primitive of the tree, numbered as faces and ray hits refer to it.
 #[derive(Clone, Debug, Serialize)]
 pub struct LeafEntry<'a> {
-    /// Position in the list.
+    /// Index in the list.
     pub leaf: usize,
-    /// Innermost feature name around it; empty where there is none.
+    /// Name of the innermost feature around it; empty if there is none.
     pub feature: &'a str,
-    /// Maps the primitive's frame to the body's.
+    /// Transform from the primitive's frame to the body's.
     pub body_from_leaf: Pose,
 }
 
@@ -93,7 +93,7 @@ struct Form<'a> {
     solid: &'a Solid,
 }
 
-/// What numbers without a unit in their name are in.
+/// Units of numbers whose names do not state one.
 #[derive(Serialize)]
 pub(crate) struct Units {
     length: &'static str,
@@ -101,7 +101,7 @@ pub(crate) struct Units {
 }
 
 impl Units {
-    /// Of all documents.
+    /// Units of all documents.
     pub(crate) const USUAL: Self = Self { length: "mm", angle: "rad" };
 }
 
@@ -118,10 +118,10 @@ struct PlacementForm<'a> {
     assembly_from_body: Pose,
 }
 
-/// Writes a body's solid tree with what belongs to it, as JSON (`fabkit-tree` version 1).
+/// Writes a body's solid tree with its data, as JSON (`fabkit-tree` version 1).
 ///
 /// # Errors
-/// [`ExportError::Json`] if the encoder refuses.
+/// [`ExportError::Json`] if the encoder fails.
 pub fn tree(document: &TreeDocument) -> Result<Vec<u8>, ExportError> {
     let leaves = document.solid.leaves().into_iter().enumerate();
     let landmarks = document.landmarks.iter().map(|landmark| LandmarkForm {

@@ -1,13 +1,13 @@
-//! Arrays of many equal samples as Zarr version 3 with the sharding codec: one file, a shard, holds
-//! many samples, each in chunks that are compressed by themselves, so that any one can be read
-//! alone. Each chunk is followed by a checksum, as is the index.
+//! Zarr version 3 arrays of many equal samples, with the sharding codec.
 //!
-//! A shard ends with an index of where each chunk's bytes lie. Chunks that are equal can lie at one
-//! place: what is stitched from few parts then takes little more room than the parts do, and every
-//! reader sees whole samples.
+//! A shard is one file with many samples, each in chunks that are compressed separately, so that each can be read
+//! alone. Each chunk is followed by a checksum, and so is the index.
 //!
-//! Specifications: "Zarr core specification, version 3" and "Sharding codec, version 1.0"
-//! (zarr-specs). Everything here makes bytes; the caller decides where they go.
+//! A shard ends with an index of the chunks' positions. Equal chunks can share a position: data stitched from few parts
+//! then takes little more room than the parts, and every reader still sees whole samples.
+//!
+//! Specifications: "Zarr core specification, version 3" and "Sharding codec, version 1.0" (zarr-specs). Everything here
+//! makes bytes; the caller decides where they are stored.
 
 mod checksum;
 mod metadata;
@@ -21,17 +21,17 @@ pub use packing::{DamagedChunk, zarr_most_packed, zarr_pack, zarr_sealed, zarr_u
 
 use crate::{ExportError, json_bytes};
 
-/// The index's mark, twice, for a chunk that is not there: it reads as zeros.
+/// Index entry, offset and length, of a chunk that is not stored: it reads as zeros.
 const ABSENT: u64 = u64::MAX;
 
-/// What a value is.
+/// Type of an array's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Element {
-    /// 32-bit floating point.
+    /// 32-bit floating-point numbers.
     F32,
-    /// 16-bit unsigned.
+    /// 16-bit unsigned integers.
     U16,
-    /// 8-bit unsigned.
+    /// 8-bit unsigned integers.
     U8,
 }
 
@@ -44,7 +44,7 @@ impl Element {
         }
     }
 
-    /// Bytes of one value.
+    /// Number of bytes of one value.
     pub fn size(self) -> usize {
         match self {
             Self::F32 => 4,
@@ -54,36 +54,38 @@ impl Element {
     }
 }
 
-/// An array whose first axis counts samples; a shard is a file of several.
+/// An array whose first axis counts samples. A shard is a file of several samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZarrArray {
-    /// What a value is.
+    /// Type of the values.
     pub element: Element,
-    /// How many samples.
+    /// Number of samples.
     pub samples: u64,
-    /// Axes of one sample, the slowest first; empty for one value.
+    /// Shape of one sample, the slowest axis first; empty for a single value.
     pub sample_shape: Vec<u64>,
-    /// Axes of one chunk of a sample, at least 1 each; the last ones may reach beyond the sample.
+    /// Shape of one chunk of a sample, at least 1 each; the last chunks may extend beyond the sample.
     pub chunk_shape: Vec<u64>,
-    /// Samples in one file, at least 1.
+    /// Number of samples in one file, at least 1.
     pub samples_per_shard: u64,
-    /// Names of all axes, the samples' first.
+    /// Names of all axes, beginning with the sample axis.
     pub dimensions: Vec<String>,
-    /// What people and programs should know: units, frames.
+    /// Attributes for people and programs, such as units and frames.
     pub attributes: Value,
 }
 
 impl ZarrArray {
-    /// The content of the array's `zarr.json`.
+    /// Writes the content of the array's `zarr.json`.
     ///
     /// # Errors
-    /// Attributes that are no JSON.
+    /// Attributes that are not JSON.
     pub fn metadata(&self) -> Result<Vec<u8>, ExportError> {
         json_bytes(&self.document())
     }
 
+    /// Returns the metadata document.
     fn document(&self) -> Value {
         let axes = |count: u64, of_sample: &[u64]| [&[count], of_sample].concat();
+        // A shard covers whole chunks, also where the last ones extend beyond the sample.
         let whole: Vec<u64> = self
             .chunk_shape
             .iter()
@@ -123,38 +125,39 @@ impl ZarrArray {
         })
     }
 
-    /// Bytes of what lies at one place of the first two axes of a sample.
+    /// Number of bytes at one position of the first two axes of a sample.
     pub fn pixel_bytes(&self) -> usize {
         self.element.size() * self.sample_shape.iter().skip(2).product::<u64>() as usize
     }
 
-    /// How many files hold the samples.
+    /// Number of files that hold the samples.
     pub fn shards(&self) -> u64 {
         self.samples.div_ceil(self.samples_per_shard)
     }
 
-    /// The samples of a shard.
+    /// Returns the samples of a shard.
     pub fn samples_of(&self, shard: u64) -> std::ops::Range<u64> {
         let first = shard * self.samples_per_shard;
         first..(first + self.samples_per_shard).min(self.samples)
     }
 
-    /// The path of a shard below the array's folder.
+    /// Returns the path of a shard below the array's folder.
     pub fn shard_path(&self, shard: u64) -> String {
         let rest = "/0".repeat(self.sample_shape.len());
         format!("c/{shard}{rest}")
     }
 
-    /// How many chunks a sample has.
+    /// Number of chunks of a sample.
     pub fn chunks_per_sample(&self) -> u64 {
         self.chunks_along().product()
     }
 
+    /// Number of chunks along each axis of a sample.
     fn chunks_along(&self) -> impl Iterator<Item = u64> {
         self.sample_shape.iter().zip(&self.chunk_shape).map(|(axis, chunk)| axis.div_ceil(*chunk))
     }
 
-    /// One file from its samples, each packed whole by [`zarr_pack`], in order.
+    /// Assembles a file from samples, each packed whole by [`zarr_pack`], in order.
     pub fn shard(&self, packed: &[Vec<u8>]) -> Vec<u8> {
         let mut shard = Shard::default();
         for sample in packed {
@@ -165,14 +168,14 @@ impl ZarrArray {
     }
 }
 
-/// A file of chunks that grows.
+/// A shard that is being written.
 #[derive(Clone, Debug, Default)]
 pub struct Shard {
     bytes: Vec<u8>,
     index: Vec<u8>,
 }
 
-/// Where a chunk lies in a [`Shard`].
+/// Position of a chunk in a [`Shard`].
 #[derive(Clone, Copy, Debug)]
 pub struct StoredChunk {
     offset: u64,
@@ -180,22 +183,22 @@ pub struct StoredChunk {
 }
 
 impl Shard {
-    /// Adds what [`zarr_pack`] packed; it belongs to no sample yet.
+    /// Stores a chunk packed by [`zarr_pack`], without assigning it to a sample yet.
     pub fn store(&mut self, packed: &[u8]) -> StoredChunk {
         let offset = self.bytes.len() as u64;
         self.bytes.extend_from_slice(packed);
         StoredChunk { offset, length: packed.len() as u64 }
     }
 
-    /// Names the next chunk: those of the first sample row by row, then those of the second.
-    /// `None` is all zeros.
+    /// Assigns the next chunk: first those of the first sample row by row, then those of the second, and so on. `None`
+    /// stands for zeros.
     pub fn push(&mut self, chunk: Option<StoredChunk>) {
         let (offset, length) = chunk.map_or((ABSENT, ABSENT), |c| (c.offset, c.length));
         self.index.extend(offset.to_le_bytes());
         self.index.extend(length.to_le_bytes());
     }
 
-    /// The file: chunks that were not named are zeros.
+    /// Completes the file. Chunks that were not assigned are zeros.
     pub fn finish(mut self, array: &ZarrArray) -> Vec<u8> {
         let entries = array.samples_per_shard * array.chunks_per_sample();
         self.index.resize(16 * entries as usize, u8::MAX);
@@ -206,10 +209,10 @@ impl Shard {
     }
 }
 
-/// The content of a group's `zarr.json`.
+/// Writes the content of a group's `zarr.json`.
 ///
 /// # Errors
-/// Attributes that are no JSON.
+/// Attributes that are not JSON.
 pub fn zarr_group(attributes: &Value) -> Result<Vec<u8>, ExportError> {
     json_bytes(&json!({ "zarr_format": 3, "node_type": "group", "attributes": attributes }))
 }

@@ -1,6 +1,6 @@
-//! Reports as one HTML file each: the page, and drawings as inline SVG.
+//! Reports as single HTML files, with drawings as inline SVG.
 //!
-//! Pages need no network and no script, and print on paper. Drawings are in px of their own, y down.
+//! Pages need neither network nor scripts, and print well. Drawings have pixel coordinates of their own, y down.
 //!
 //! ```
 //! use fabkit_report::{Plot, page};

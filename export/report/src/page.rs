@@ -1,9 +1,9 @@
-//! The page around a report.
+//! HTML page of a report.
 
 use crate::escape;
 
-/// Light and dark as the reader's machine has it, from 400 px to a wide screen, and on paper. What is
-/// drawn says how it looks in attributes (see `svg.rs`), which these rules change in the dark.
+/// Style sheet of all reports: light or dark as the reader's system has it, from 400 px to wide screens, and for print.
+/// Drawings set their colours in attributes (see `svg.rs`), which these rules override in the dark.
 const STYLE: &str = "
 :root { color-scheme: light dark; --ink: #222; --paper: #fff; --quiet: #555; --line: #ccc; --chosen: #eef4fb; --warn: #fff6e0; }
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: var(--ink); background: var(--paper); overflow-wrap: break-word; }
@@ -21,7 +21,7 @@ svg [stroke='#e3e3e3'] { stroke: #3a3d41; } svg [stroke='#1f4e79'] { stroke: #7d
 @media print { body { margin: 0; max-width: none; } h2, figure, tr { break-inside: avoid; } h2 { break-after: avoid; } .table { overflow: visible; } }
 ";
 
-/// A whole page; `title` is plain text, `body` is HTML. Tables that are wider than the screen scroll.
+/// Creates a whole page; `title` is plain text, `body` is HTML. Tables that are wider than the screen scroll.
 ///
 /// ```
 /// let page = fabkit_report::page("Pins", "<table><tr><td>1</td></tr></table>");
@@ -31,10 +31,11 @@ pub fn page(title: &str, body: &str) -> String {
     page_with_style(title, "", body)
 }
 
-/// The same with rules of its own behind those of all reports.
+/// Creates a page with additional style rules after those of all reports.
 pub fn page_with_style(title: &str, style: &str, body: &str) -> String {
     let title = escape(title);
-    // A box that scrolls can be reached with the keyboard; all is in one landmark, where readers of the screen jump to.
+    // For accessibility: scrolling boxes can be focused with the keyboard, and all content is in one landmark for
+    // screen readers.
     let body = body
         .replace("<table>", "<div class=\"table\" tabindex=\"0\"><table>")
         .replace("</table>", "</table></div>");

@@ -1,40 +1,42 @@
-//! Points over two axes.
+//! Scatter plots.
 
 use crate::Svg;
 
 const GRID: &str = r##"stroke="#e3e3e3""##;
 const SIZE: [f64; 2] = [640.0, 272.0];
-/// Left, top, right, bottom: ticks and name below each other also in the larger letters of a narrow page.
+/// Margins left, top, right and bottom: ticks and axis name fit below each other, also in the larger letters of a
+/// narrow page.
 const MARGIN: [f64; 4] = [46.0, 10.0, 12.0, 46.0];
 
 /// A plot of points over two axes.
 #[derive(Clone, Debug)]
 pub struct Plot {
     svg: Svg,
-    /// Ends of the axes.
+    /// Ranges of the horizontal and the vertical axis.
     ranges: [[f64; 2]; 2],
 }
 
 impl Plot {
-    /// Axes that begin at 0; `limits` are their ends, `ticks` their steps.
+    /// Creates axes that begin at 0; `limits` are their ends, `ticks` their steps.
     pub fn new(limits: [f64; 2], ticks: [f64; 2], names: [&str; 2]) -> Self {
         Self::with_ticks(limits.map(|limit| [0.0, limit.max(1e-9)]), ticks, names)
     }
 
-    /// Axes from the first to the second value each, horizontal and vertical, a little wider, with
-    /// round ticks.
+    /// Creates axes that cover a range each, horizontal and vertical, a little wider, with round ticks.
     pub fn between(ranges: [[f64; 2]; 2], names: [&str; 2]) -> Self {
         let ranges = ranges.map(|[low, high]| {
-            // A range without width still needs an axis.
+            // A range of no width still needs an axis.
             let half = (0.54 * (high - low)).max(1e-3 * low.abs().max(high.abs())).max(1e-9);
             let middle = 0.5 * (low + high);
             [middle - half, middle + half]
         });
+        // About eight ticks across and five up.
         let ticks =
             [step(ranges[0][1] - ranges[0][0], 8.0), step(ranges[1][1] - ranges[1][0], 5.0)];
         Self::with_ticks(ranges, ticks, names)
     }
 
+    /// Draws grid, tick labels and axis names.
     fn with_ticks(ranges: [[f64; 2]; 2], ticks: [f64; 2], names: [&str; 2]) -> Self {
         let mut plot = Self { svg: Svg::new(SIZE[0], SIZE[1]), ranges };
         let bottom = SIZE[1] - MARGIN[3];
@@ -54,6 +56,7 @@ impl Plot {
         plot
     }
 
+    /// Maps a data point to the drawing, px. Vertical values are clamped to the axis.
     fn at(&self, point: [f64; 2]) -> [f64; 2] {
         let width = SIZE[0] - MARGIN[0] - MARGIN[2];
         let height = SIZE[1] - MARGIN[1] - MARGIN[3];
@@ -64,31 +67,31 @@ impl Plot {
         [MARGIN[0] + width * share(0), MARGIN[1] + height * (1.0 - share(1).clamp(0.0, 1.0))]
     }
 
-    /// A point in a colour, with what it says when pointed at.
+    /// Draws a point in a colour, with a tooltip.
     pub fn dot(&mut self, point: [f64; 2], fill: &str, title: &str) {
         let at = self.at(point);
         self.svg.dot(at, 3.0, fill, title);
     }
 
-    /// A straight line between two points; `style` are SVG attributes.
+    /// Draws a straight line between two points; `style` holds SVG attributes.
     pub fn line(&mut self, from: [f64; 2], to: [f64; 2], style: &str) {
         let (from, to) = (self.at(from), self.at(to));
         self.svg.line(from, to, style);
     }
 
-    /// A horizontal line; `style` are SVG attributes.
+    /// Draws a horizontal line across the plot; `style` holds SVG attributes.
     pub fn level(&mut self, value: f64, style: &str) {
         let [low, high] = self.ranges[0];
         self.line([low, value], [high, value], style);
     }
 
-    /// The plot as an element, with what it shows in words.
+    /// Returns the plot as an SVG element; `label` describes it in words.
     pub fn finish(self, label: &str) -> String {
         self.svg.finish(label)
     }
 }
 
-/// A step for an axis: 1, 2 or 5 times a power of ten, about `count` of them up to `limit`.
+/// Returns a round step of an axis: 1, 2 or 5 times a power of ten, so that about `count` steps reach `limit`.
 pub fn step(limit: f64, count: f64) -> f64 {
     let rough = (limit / count).max(1e-12);
     let power = 10f64.powf(rough.log10().floor());
@@ -96,21 +99,22 @@ pub fn step(limit: f64, count: f64) -> f64 {
     steps.into_iter().find(|step| *step >= rough).unwrap_or(rough)
 }
 
-/// The multiples of a step within a range.
+/// Iterates over the multiples of a step within a range.
 fn marks([low, high]: [f64; 2], tick: f64) -> impl Iterator<Item = f64> {
     let first = (low / tick - 1e-3).ceil();
     let last = (high / tick + 1e-3).floor();
-    // A step from `step` gives a few; anything else is no reason to fill the memory.
+    // A step from `step` yields a few; the limit guards against any other.
     (0..1000)
         .map(move |i| first + f64::from(i))
         .take_while(move |i| *i <= last)
         .map(move |i| i * tick)
 }
 
-/// As many digits as the step has.
+/// Formats a value with as many decimals as the step has.
 fn tidy(value: f64, tick: f64) -> String {
     let digits = (-tick.log10().floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{:.digits$}", value + 0.0);
+    // Rounded values of zero, with a sign or decimals, become a plain 0.
     if text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.')) {
         "0".into()
     } else {

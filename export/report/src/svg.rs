@@ -5,19 +5,18 @@ use std::fmt::Write;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-// Looks are attributes and not style sheets, which not every program that prints HTML applies to
-// drawings.
+// Styles are attributes instead of style sheets, which some programs that print HTML do not apply to drawings.
 
-/// The border of an image.
+/// Style of an image's border.
 pub const FRAME: &str = r##"fill="#fafafa" stroke="#999""##;
-/// A part of an image where nothing was seen.
+/// Style of a part of an image without data.
 pub const EMPTY: &str = r##"fill="#fbe9d0""##;
-/// A residual.
+/// Style of a residual vector.
 pub const VECTOR: &str = r##"stroke="#c0392b" stroke-width="1.4""##;
-/// What no model can go below.
+/// Style of a line at the lower bound that no model can undercut.
 pub const FLOOR: &str = r##"stroke="#d89b00" stroke-dasharray="5 4""##;
 
-/// A drawing that grows.
+/// A drawing under construction.
 #[derive(Clone, Debug)]
 pub struct Svg {
     width: f64,
@@ -26,12 +25,12 @@ pub struct Svg {
 }
 
 impl Svg {
-    /// An empty drawing.
+    /// Creates an empty drawing of a size in px.
     pub fn new(width: f64, height: f64) -> Self {
         Self { width, height, body: String::new() }
     }
 
-    /// A straight line; `style` are SVG attributes.
+    /// Draws a straight line; `style` holds SVG attributes.
     pub fn line(&mut self, from: [f64; 2], to: [f64; 2], style: &str) {
         let _ = write!(
             self.body,
@@ -40,7 +39,7 @@ impl Svg {
         );
     }
 
-    /// A dot in a colour of its own, with what it says when pointed at.
+    /// Draws a filled circle with a tooltip.
     pub fn dot(&mut self, centre: [f64; 2], radius: f64, fill: &str, title: &str) {
         let _ = write!(
             self.body,
@@ -51,7 +50,7 @@ impl Svg {
         );
     }
 
-    /// A rectangle from its upper left corner; `style` are SVG attributes.
+    /// Draws a rectangle from its upper left corner; `style` holds SVG attributes.
     pub fn rect(&mut self, corner: [f64; 2], size: [f64; 2], style: &str) {
         let _ = write!(
             self.body,
@@ -60,7 +59,7 @@ impl Svg {
         );
     }
 
-    /// A filled rectangle from its upper left corner, with what it says when pointed at.
+    /// Draws a filled rectangle from its upper left corner, with a tooltip.
     pub fn cell(&mut self, corner: [f64; 2], size: [f64; 2], fill: &str, title: &str) {
         let _ = write!(
             self.body,
@@ -73,7 +72,7 @@ impl Svg {
         );
     }
 
-    /// A picture from its upper left corner, its pixels as squares; `png` is its file.
+    /// Draws an image from its upper left corner, its pixels as squares; `png` is the file's content.
     pub fn picture(&mut self, corner: [f64; 2], size: [f64; 2], png: &[u8]) {
         let _ = write!(
             self.body,
@@ -86,7 +85,7 @@ impl Svg {
         );
     }
 
-    /// Anchored at `start`, `middle` or `end`.
+    /// Draws text anchored at its `start`, `middle` or `end`.
     pub fn text(&mut self, at: [f64; 2], anchor: &str, text: &str) {
         let _ = write!(
             self.body,
@@ -97,7 +96,7 @@ impl Svg {
         );
     }
 
-    /// The drawing as an element, with what it shows in words.
+    /// Returns the drawing as an SVG element; `label` describes it in words.
     pub fn finish(self, label: &str) -> String {
         format!(
             "<svg viewBox=\"0 0 {:.0} {:.0}\" role=\"img\" aria-label=\"{}\">{}</svg>\n",
@@ -109,14 +108,15 @@ impl Svg {
     }
 }
 
-/// From pale to dark for 0 to 1, readable in grey as well.
+/// Returns a colour from pale to dark for 0 to 1, readable in grey as well. Values that are not finite are darkest.
 pub fn shade(part: f64) -> String {
     let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 };
+    // From #ffeda0 to #7a0403.
     let mix = |from: f64, to: f64| (from + (to - from) * part).round() as u8;
     format!("#{:02x}{:02x}{:02x}", mix(255.0, 122.0), mix(237.0, 4.0), mix(160.0, 3.0))
 }
 
-/// Text that is safe inside HTML.
+/// Escapes text for HTML.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,6 +1,7 @@
 //! Lookup of a sensor's bodies by name.
 
 use fabkit_files::UnknownName;
+use fabkit_fixtures::fixture_names;
 use fabkit_geometry::{Body, Sensor};
 
 /// Finds the body with this name.
@@ -10,5 +11,20 @@ use fabkit_geometry::{Body, Sensor};
 pub fn find<'a>(sensor: &'a Sensor, name: &str) -> Result<&'a Body, UnknownName> {
     sensor.body(name).ok_or_else(|| {
         UnknownName::new("part", name, sensor.bodies.iter().map(|body| body.name.as_str()))
+    })
+}
+
+/// Finds the body that `SENSOR/NAME` means.
+///
+/// # Errors
+/// [`UnknownName`], which may suggest a fixture: its name is written the same way.
+pub fn find_target<'a>(sensor: &'a Sensor, name: &str) -> Result<&'a Body, UnknownName> {
+    find(sensor, name).map_err(|unknown| match unknown.closest {
+        Some(_) => unknown,
+        None => {
+            let fixtures = fixture_names().map(str::to_owned);
+            let all: Vec<String> = unknown.known.iter().cloned().chain(fixtures).collect();
+            UnknownName::new("part or fixture", name, all.iter().map(String::as_str))
+        }
     })
 }

@@ -64,9 +64,10 @@ impl Explained for SourceError {
             Self::Extended { why, .. } => {
                 return why.hint().or(Some("paths are relative to the file that extends".into()));
             }
-            Self::Sensor(unknown) => {
-                format!("{}; a file of your own ends in .yaml", unknown.hint())
-            }
+            Self::Sensor(unknown) => match &unknown.closest {
+                Some(_) => unknown.hint(),
+                None => format!("{}; a file of your own ends in .yaml", unknown.hint()),
+            },
             Self::Preset { sensor, unknown } if unknown.known.is_empty() => {
                 format!("{sensor} has no presets")
             }

@@ -8,7 +8,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use fabkit_application::ErrorSubject;
+use fabkit_application::{Error, ErrorSubject, reading};
 
 use crate::failure::{ErrorKind, Failure};
 
@@ -25,22 +25,38 @@ struct Role {
     option: String,
     path: PathBuf,
     identity: Identity,
+    /// True if the command cannot begin without it.
+    is_needed: bool,
 }
 
 impl Role {
-    fn new(option: &str, path: &Path) -> Self {
-        Self { option: option.into(), path: path.into(), identity: Identity::of(path) }
+    fn new(option: &str, path: &Path, is_needed: bool) -> Self {
+        Self { option: option.into(), path: path.into(), identity: Identity::of(path), is_needed }
+    }
+
+    fn is_missing(&self) -> bool {
+        matches!(self.identity, Identity::Missing(..))
     }
 }
 
 impl Roles {
     /// Adds input files; an option that was not given adds none.
     pub(crate) fn reads<P: AsRef<Path>>(
-        mut self,
+        self,
         option: &str,
         path: impl IntoIterator<Item = P>,
     ) -> Self {
-        self.inputs.extend(path.into_iter().map(|path| Role::new(option, path.as_ref())));
+        self.inputs(option, path, true)
+    }
+
+    fn inputs<P: AsRef<Path>>(
+        mut self,
+        option: &str,
+        path: impl IntoIterator<Item = P>,
+        is_needed: bool,
+    ) -> Self {
+        let path = path.into_iter();
+        self.inputs.extend(path.map(|path| Role::new(option, path.as_ref(), is_needed)));
         self
     }
 
@@ -65,7 +81,8 @@ impl Roles {
             let named = named.map(|field| field.trim()).filter(|field| is_read(field));
             files.extend(named.map(|field| folder.join(field)));
         }
-        self.reads(option, files)
+        // The reader of the list reports missing files, with the line that names them.
+        self.inputs(option, files, false)
     }
 
     /// Adds output files; an option that was not given adds none.
@@ -74,15 +91,21 @@ impl Roles {
         option: &str,
         path: impl IntoIterator<Item = P>,
     ) -> Self {
-        self.outputs.extend(path.into_iter().map(|path| Role::new(option, path.as_ref())));
+        self.outputs.extend(path.into_iter().map(|path| Role::new(option, path.as_ref(), false)));
         self
     }
 
-    /// Refuses outputs that are also inputs or other outputs, all at once.
+    /// Refuses missing inputs before anything is computed, and outputs that are also inputs or other outputs, all at
+    /// once.
     ///
     /// # Errors
-    /// Bad input that names both options.
+    /// Files that cannot be opened; bad input that names both options.
     pub(crate) fn check(&self) -> Result<(), Failure> {
+        let missing = self.inputs.iter().filter(|input| input.is_needed && input.is_missing());
+        let unreadable = missing.filter_map(|input| reading::open(&input.path).err());
+        if let Some(error) = Error::all(unreadable.map(Error::from).collect()) {
+            return Err(error.into());
+        }
         let mut wrong = Vec::new();
         for (i, output) in self.outputs.iter().enumerate() {
             let shown = format!("{} {}", output.option, output.path.display());

@@ -1,4 +1,4 @@
-//! Problems of a design, each with the line it is about, in the layout that rustc made familiar.
+//! Listing of a design's problems, each with its source line, in the layout of rustc.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -8,30 +8,30 @@ use fabkit_text::{InvalidDesign, Problem};
 
 use crate::{ErrorKind, ErrorSubject, Explained};
 
-/// Lines that would be longer are cut around the place in question.
+/// Width of the output, columns. Longer source lines are cut around the marked place.
 const LINE_COLUMNS: usize = 100;
 
-/// The text that problems of one file point into.
+/// Text of one file that problems point into.
 #[derive(Clone, Debug)]
 pub struct SourceText {
-    /// As problems name it.
+    /// File name as used in the problems.
     pub file: String,
-    /// What it says.
+    /// Content of the file.
     pub text: String,
 }
 
-/// Texts with problems, and what they say.
+/// Problems together with the texts that they point into.
 #[derive(Debug, thiserror::Error)]
 #[error("{invalid}")]
 pub struct Diagnosed {
-    /// What is wrong.
+    /// The problems.
     pub invalid: InvalidDesign,
-    /// The texts that problems may lie in.
+    /// Texts that the problems may point into.
     pub texts: Vec<SourceText>,
 }
 
 impl Diagnosed {
-    /// What is wrong with one text, or with those that it refers to.
+    /// Creates the error of one text, or of several that refer to each other.
     pub fn new(invalid: InvalidDesign, texts: impl IntoIterator<Item = SourceText>) -> Self {
         Self { invalid, texts: texts.into_iter().collect() }
     }
@@ -47,19 +47,22 @@ impl Explained for Diagnosed {
     }
 }
 
-/// All problems and their number, with a final newline. `sources` are the files they may be in.
+/// Formats all problems and their count, with a final newline. `sources` are the files that they may be in.
 pub fn list(problems: &[Problem], sources: &[SourceText]) -> String {
     let mut out = String::new();
     for problem in problems {
         one(&mut out, problem, sources);
-        out.push('\n');
+        if problems.len() > 1 {
+            out.push('\n');
+        }
     }
-    let count = problems.len();
-    let _ = writeln!(out, "{count} problem{}", if count == 1 { "" } else { "s" });
+    if problems.len() > 1 {
+        let _ = writeln!(out, "{} problems", problems.len());
+    }
     out
 }
 
-/// Writing to a `String` cannot fail, so results are dropped.
+/// Formats one problem. Writing to a `String` cannot fail, so results are dropped.
 fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
     let message = printable(&problem.message);
     let hint = problem.hint.as_deref().map(printable);
@@ -69,7 +72,11 @@ fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
         let snippet = snippet.line_start(problem.line.unwrap_or(1)).annotation(annotation);
         let group = Group::with_title(Level::ERROR.primary_title(message)).element(snippet);
         let group = group.elements(hint.map(|hint| Level::HELP.message(hint)));
-        let _ = writeln!(out, "{}", Renderer::plain().term_width(LINE_COLUMNS).render(&[group]));
+        let picture = Renderer::plain().term_width(LINE_COLUMNS).render(&[group]);
+        // Lines with nothing but the gutter's bar only make a single fault fill a screen.
+        for line in picture.lines().filter(|line| line.trim() != "|") {
+            let _ = writeln!(out, "{line}");
+        }
         return;
     }
     let _ = writeln!(out, "error: {message}");
@@ -86,20 +93,22 @@ fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
     }
 }
 
-/// The line that a problem is about, and the bytes of it that are: the whole value if that is what
-/// stands there, else one character.
+/// Returns the line of a problem and the byte range to mark: the whole value if it stands at the position, otherwise
+/// one character.
 fn excerpt<'a>(problem: &Problem, sources: &'a [SourceText]) -> Option<(&'a str, Range<usize>)> {
     let source = sources.iter().find(|source| source.file == problem.file)?;
     let line = source.text.lines().nth(problem.line?.saturating_sub(1))?;
+    // Columns count characters, spans count bytes.
     let column = problem.column.unwrap_or(1).saturating_sub(1);
     let start = line.char_indices().nth(column).map_or(line.len(), |(byte, _)| byte);
     let rest = &line[start..];
+    // The recorded value may have been shortened; then only its first character is marked.
     let stands_there = !problem.value.is_empty() && rest.starts_with(&problem.value);
     let first = rest.chars().next().map_or(0, char::len_utf8);
     Some((line, start..start + if stands_there { problem.value.len() } else { first }))
 }
 
-/// Files are other people's: what would steer a terminal is not passed on to it.
+/// Replaces control characters, so that the content of a foreign file cannot steer the terminal.
 fn printable(text: &str) -> String {
     text.chars()
         .map(|c| match c {
@@ -140,13 +149,9 @@ mod tests {
         let expected = "\
 error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
  --> my.yaml:2:11
-  |
 2 |   radius: 900 mm
   |           ^^^^^^
-  |
   = help: 60 mm is the largest
-
-1 problem
 ";
         assert_eq!(list(&[problem(Some(2), Some(11), "900 mm")], &text), expected);
     }
@@ -168,8 +173,8 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
         assert!(shown.len() < 600 && !shown.contains('\u{1b}'), "{shown}");
         let lines: Vec<&str> = shown.lines().collect();
         // `900 mm` stands right above its carets.
-        let at = lines[4].find('^').unwrap();
-        let above: String = lines[3].chars().skip(at).take(6).collect();
+        let at = lines[3].find('^').unwrap();
+        let above: String = lines[2].chars().skip(at).take(6).collect();
         assert_eq!(above, "900 mm");
     }
 
@@ -178,6 +183,6 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
         let shown = list(&[problem(Some(1), Some(7), "900 mm")], &source("注意, x:900 mm\n"));
         let lines: Vec<&str> = shown.lines().collect();
         // Behind the gutter of four columns come four for two characters, and four more.
-        assert_eq!(lines[4].find('^'), Some(4 + 4 + 4), "{shown}");
+        assert_eq!(lines[3].find('^'), Some(4 + 4 + 4), "{shown}");
     }
 }

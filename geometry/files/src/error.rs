@@ -1,31 +1,31 @@
-//! Failures of every topic, seen alike: what kind they are, what they are about and what to do.
+//! Common interface of all errors: kind, subject and hint.
 //!
-//! Each topic has an error type of its own that implements [`Explained`]. [`Error`] holds one of them, or
-//! several, for callers that pass through more than one topic. Nothing here names an option of a command
-//! or an argument of a function: that is for the doors, which know how their user came in.
+//! Each topic has its own error type that implements [`Explained`]. [`Error`] holds one of them, or several, for
+//! callers that use more than one topic. Nothing here names a command-line option or a function argument: the user
+//! interfaces do that, since they know how they were called.
 
 use std::error::Error as StdError;
 use std::fmt;
 
 use crate::ErrorSubject;
 
-/// What a failure means for the caller.
+/// Meaning of a failure for the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorKind {
-    /// Unknown names, values out of range, designs that cannot be built.
+    /// Invalid input: unknown names, values out of range, designs that cannot be built.
     BadInput,
     /// Input or output beyond a stated limit.
     Limit,
-    /// Files that cannot be read or written.
+    /// File that cannot be read or written.
     Io,
-    /// A bug in fabkit.
+    /// Bug in fabkit.
     Bug,
-    /// The caller asked to stop.
+    /// Stop at the caller's request.
     Interrupted,
 }
 
 impl ErrorKind {
-    /// The word in documents, for example `bad-input`.
+    /// Returns the word used in documents, for example `bad-input`.
     pub fn word(self) -> &'static str {
         match self {
             Self::BadInput => "bad-input",
@@ -36,7 +36,7 @@ impl ErrorKind {
         }
     }
 
-    /// The code of a failure of which nothing more is known.
+    /// Returns the error code for a failure of which only the kind is known.
     pub fn code(self) -> &'static str {
         match self {
             Self::BadInput => "bad_input",
@@ -48,17 +48,17 @@ impl ErrorKind {
     }
 }
 
-/// An error that says what it means, what it is about and what to do.
+/// Error with a kind, a subject and a hint.
 pub trait Explained: StdError {
-    /// What it means for the caller.
+    /// Returns the meaning for the caller.
     fn kind(&self) -> ErrorKind;
 
-    /// What to do about it, where that is known.
+    /// Returns what to do about it, if known.
     fn hint(&self) -> Option<String> {
         None
     }
 
-    /// A code that programs can rely on, and the file, value or name that is wrong.
+    /// Returns the code that programs can rely on, and the file, value or name at fault.
     fn subject(&self) -> ErrorSubject {
         ErrorSubject::of_kind(self.kind())
     }
@@ -77,13 +77,14 @@ pub trait Explained: StdError {
 /// ```
 pub struct Error(Failures);
 
+/// One or several errors.
 enum Failures {
     One(Box<dyn Explained + Send + Sync>),
-    /// At least two.
+    /// Several errors, at least two.
     Several(Vec<Error>),
 }
 
-/// Something that must not happen.
+/// Violated internal assumption.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 struct Bug(String);
@@ -95,17 +96,17 @@ impl Explained for Bug {
 }
 
 impl Error {
-    /// Something that must not happen.
+    /// Creates an error for a violated internal assumption.
     pub fn bug(what: impl ToString) -> Self {
         Bug(what.to_string()).into()
     }
 
-    /// Joins several; `None` for none.
+    /// Joins several errors into one; returns `None` if there are none.
     pub fn all(mut errors: Vec<Self>) -> Option<Self> {
         if errors.len() > 1 { Some(Self(Failures::Several(errors))) } else { errors.pop() }
     }
 
-    /// The parts of several, each of which may be several again; nothing for a single one.
+    /// Returns the parts of a joined error, each of which may be joined again; empty for a single error.
     pub fn parts(&self) -> &[Self] {
         match &self.0 {
             Failures::One(_) => &[],
@@ -113,15 +114,16 @@ impl Error {
         }
     }
 
-    /// The first failure, which decides kind and hint of all.
+    /// Returns the first error, which decides kind and hint.
     fn first(&self) -> &(dyn Explained + Send + Sync + 'static) {
         match &self.0 {
             Failures::One(error) => &**error,
+            // Never empty: see `all`.
             Failures::Several(errors) => errors[0].first(),
         }
     }
 
-    /// The topic's own error, if this is one failure of that type.
+    /// Returns the topic's own error, if this is a single error of that type.
     pub fn downcast_ref<T: StdError + 'static>(&self) -> Option<&T> {
         match &self.0 {
             Failures::One(error) => {
@@ -132,17 +134,17 @@ impl Error {
         }
     }
 
-    /// As [`Explained::kind`], of the first failure.
+    /// Returns the kind of the first error. See [`Explained::kind`].
     pub fn kind(&self) -> ErrorKind {
         self.first().kind()
     }
 
-    /// As [`Explained::hint`], of the first failure.
+    /// Returns the hint of the first error. See [`Explained::hint`].
     pub fn hint(&self) -> Option<String> {
         self.first().hint()
     }
 
-    /// As [`Explained::subject`], of the first failure.
+    /// Returns the subject of the first error. See [`Explained::subject`].
     pub fn subject(&self) -> ErrorSubject {
         self.first().subject()
     }
@@ -181,15 +183,15 @@ impl StdError for Error {
     }
 }
 
-/// Joins messages as people are shown lists: each on a line that begins with `error: `, the first without.
+/// Joins messages as lists are printed: each on a line that begins with `error: `, except the first.
 pub fn joined(messages: &[impl ToString]) -> String {
     messages.iter().map(ToString::to_string).collect::<Vec<_>>().join("\nerror: ")
 }
 
-/// Most faults that are listed one by one: a screenful; who sees fifty mends the first.
+/// Maximum number of faults listed one by one, a screenful: a user with fifty of them will start with the first.
 const MOST_FAULTS: usize = 50;
 
-/// Joins the first of many faults, and says how many more there are.
+/// Joins the first faults and states the count of the others.
 pub fn listed(faults: &[String]) -> String {
     let (count, shown) = (faults.len(), faults.len().min(MOST_FAULTS));
     let message = joined(&faults[..shown]);

@@ -1,11 +1,11 @@
-//! Reading what others wrote, writing files whole or not at all, and saying what went wrong.
+//! Checked reading of foreign files, atomic writing of files, and error reporting.
 //!
-//! The lowest crate that touches the disk: [`reading`] refuses what is too large or no file, [`staging`] lets files
-//! appear whole or not at all, [`resumable`] fills folders that survive being killed, [`memory`] refuses work that does
-//! not fit, [`progress`] carries how far work is. Failures of all topics implement [`Explained`] and travel as
-//! [`Error`]; [`diagnostics`] shows problems of texts with their lines.
+//! This is the lowest crate that touches the disk. [`reading`] refuses files that are too large or not regular,
+//! [`staging`] writes sets of files atomically, [`resumable`] fills folders across interrupted runs, [`memory`] refuses
+//! work that does not fit, [`progress`] reports progress. Errors of all topics implement [`Explained`] and are passed
+//! on as [`Error`]. [`diagnostics`] prints problems of texts with their source lines.
 //!
-//! Knows no sensors, no options and no terminals.
+//! The crate knows no sensors, options or terminals.
 
 pub mod diagnostics;
 mod error;

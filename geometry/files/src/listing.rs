@@ -1,4 +1,4 @@
-//! What lies in folders: names, kinds, sizes and hashes, without reading what is inside.
+//! Listing of folders: names, kinds, sizes and hashes of their entries.
 
 use std::fs::{self, File};
 use std::io;
@@ -6,49 +6,51 @@ use std::path::{Path, PathBuf};
 
 use crate::staging::StagingError;
 
-/// Something that lies in a folder.
+/// Entry of a folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// Its name; what is not UTF-8 in it is replaced.
+    /// Name, with replacement characters where it is not UTF-8.
     pub name: String,
-    /// Where it lies, spelled as it is.
+    /// Path with the exact name.
     pub path: PathBuf,
-    /// Whether it is a folder itself; links are not followed.
+    /// True for a folder; links are not followed.
     pub is_folder: bool,
 }
 
 impl Entry {
-    /// Whether its name can be written down as it is.
+    /// Returns whether the name is valid UTF-8, so that `name` is exact.
     pub fn is_utf8(&self) -> bool {
         self.path.file_name().is_some_and(|name| name.to_str().is_some())
     }
 }
 
-/// Lists a folder, in the system's order, piece by piece.
+/// Lists a folder lazily, in the order of the operating system.
 ///
 /// # Errors
-/// The system's reasons, for the folder at once or for an entry.
+/// Those of the operating system, for the folder at once or for single entries.
 pub fn entries(folder: &Path) -> io::Result<impl Iterator<Item = io::Result<Entry>>> {
     let entry = |entry: io::Result<fs::DirEntry>| {
         let entry = entry?;
         Ok(Entry {
             name: entry.file_name().to_string_lossy().into_owned(),
             path: entry.path(),
+            // Does not follow links, unlike `path.is_dir()`.
             is_folder: entry.file_type().is_ok_and(|found| found.is_dir()),
         })
     };
     Ok(fs::read_dir(folder)?.map(entry))
 }
 
-/// Names of visible files in a folder, links to files among them, and of none where there is no such folder;
-/// each with `before` in front. What lies in folders below is left out.
+/// Lists the names of visible files in a folder, each with `before` in front. Links to files count; subfolders do not.
+/// A missing folder has no files.
 ///
 /// # Errors
-/// [`StagingError::Io`]: the system's reasons.
+/// [`StagingError::Io`] for errors of the operating system.
 pub fn visible_files(folder: &Path, before: &str) -> Result<Vec<String>, StagingError> {
     let unreadable =
         |source| StagingError::Io { action: "read the folder", path: folder.into(), source };
     let entries = match fs::read_dir(folder) {
+        // A folder that does not exist yet has no files.
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         entries => entries.map_err(unreadable)?,
     };
@@ -63,38 +65,38 @@ pub fn visible_files(folder: &Path, before: &str) -> Result<Vec<String>, Staging
     Ok(names)
 }
 
-/// Size of whatever has that name, bytes; of a link itself, not of what it names.
+/// Returns the size in bytes; of a link itself, not of its target.
 pub fn size_bytes(path: &Path) -> Option<u64> {
     fs::symlink_metadata(path).ok().map(|found| found.len())
 }
 
-/// Whether anything has that name, be it a link that leads nowhere.
+/// Returns whether the path exists, even as a broken link.
 pub fn is_there(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 
-/// Whether something that is no file has that name: a folder, a device or a link.
+/// Returns whether the path exists and is not a regular file: a folder, a device or a link.
 pub fn is_no_file(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok_and(|found| !found.is_file())
 }
 
-/// Checks that something is there, following links.
+/// Checks that the path exists, following links.
 ///
 /// # Errors
-/// The system's reasons.
+/// Those of the operating system.
 pub fn look_at(path: &Path) -> io::Result<()> {
     fs::metadata(path).map(drop)
 }
 
-/// The one name that all spellings of a path share; the path itself where nothing is there.
+/// Returns the canonical path, or the path itself if it does not exist.
 pub fn real_path(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.into())
 }
 
-/// BLAKE3 of a file's content, in hex; nothing where there is no file.
+/// Computes the BLAKE3 hash of a file's content, in hex; `None` if there is no regular file.
 ///
 /// # Errors
-/// [`StagingError::Io`]: the system's reasons.
+/// [`StagingError::Io`] for errors of the operating system.
 pub fn hash_of(path: &Path) -> Result<Option<String>, StagingError> {
     match fs::metadata(path) {
         Ok(found) if found.is_file() => {}
@@ -106,6 +108,7 @@ pub fn hash_of(path: &Path) -> Result<Option<String>, StagingError> {
     }
     let mut hasher = blake3::Hasher::new();
     File::open(path)
+        // Read in pieces: the file may be larger than the memory.
         .and_then(|file| hasher.update_reader(file).map(drop))
         .map_err(|source| StagingError::Io { action: "read", path: path.into(), source })?;
     Ok(Some(hasher.finalize().to_hex().to_string()))

@@ -1,61 +1,61 @@
-//! How much memory a command may take, and who may not begin because of it.
+//! Memory limit of a process, and admission of work by its estimated memory.
 //!
-//! Whoever is about to do something whose memory grows with what was asked for says beforehand how
-//! much that is, from figures that were measured, and is refused above the limit. Nothing here counts
-//! what is really taken: a test compares both. The command sets the limit, once; a program that uses
-//! fabkit as a library has none unless it sets one.
+//! Code whose memory grows with the request states its need beforehand, from measured figures, and is refused above the
+//! limit. Nothing here counts actual allocations: a test compares both. The command sets the limit once; a program that
+//! uses fabkit as a library has no limit unless it sets one.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::{ErrorKind, ErrorSubject, Explained};
 
-/// Of the command, unless it is told otherwise, bytes.
+/// Default limit of the command, bytes.
 pub const DEFAULT_LIMIT: u64 = 2 * GB;
-/// Least and most that can be asked for, bytes.
+/// Smallest and largest limit that can be requested, bytes.
 pub const LIMITS: [u64; 2] = [100 * MB, 1024 * GB];
 
-/// A million bytes.
+/// One megabyte (10^6 bytes).
 pub const MB: u64 = 1_000_000;
-/// A thousand million bytes.
+/// One gigabyte (10^9 bytes).
 pub const GB: u64 = 1000 * MB;
 
-/// What the process itself takes, with a sensor and its fixtures, bytes.
+/// Memory of the process itself, with a sensor and its fixtures loaded, bytes.
 const PROCESS: u64 = 50 * MB;
 
 static LIMIT: AtomicU64 = AtomicU64::new(u64::MAX);
 
-/// Allows this many bytes from now on, for all threads.
+/// Sets the limit for all threads, bytes.
 pub fn set_limit(bytes: u64) {
     LIMIT.store(bytes, Ordering::Relaxed);
 }
 
-/// What there is besides the process itself, bytes.
+/// Returns the limit minus the memory of the process itself, bytes.
 pub fn room() -> u64 {
     LIMIT.load(Ordering::Relaxed).saturating_sub(PROCESS)
 }
 
-/// What there could be less of.
+/// Quantity to reduce when memory is short; selects the hint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Less {
-    /// Rays for each pixel, and files made of them.
+    /// Rays per pixel, and the files made of them.
     Rays,
-    /// Pixels of a picture that is drawn.
+    /// Pixels of a drawn image.
     Pixels,
     /// Pixels of the camera.
     Camera,
-    /// Pixels of pictures that are read.
+    /// Pixels of images that are read.
     Pictures,
-    /// How many pictures at once.
+    /// Number of images at once.
     Files,
     /// Variants of a sweep.
     Variants,
-    /// Channels of a network.
+    /// Channels of a network, or threads.
     Network,
-    /// Nothing: the data set is as it is.
+    /// Nothing: the data set is fixed.
     Nothing,
 }
 
 impl Less {
+    /// Returns what to do.
     fn hint(self) -> &'static str {
         match self {
             Self::Rays => "ask for fewer samples or files",
@@ -70,33 +70,33 @@ impl Less {
     }
 }
 
-/// Who may not begin.
+/// Refusal of work that does not fit, or lack of threads.
 #[derive(Debug, thiserror::Error)]
 pub enum MemoryError {
-    /// It would take too much.
+    /// Work that needs more memory than the limit.
     #[error("{what} takes {} of memory; the limit is {}", rounded_up(*.bytes), shown(*.limit))]
     TooMuch {
-        /// What is to be done.
+        /// Description of the work.
         what: String,
-        /// What it takes with the process itself, bytes.
+        /// Memory needed, the process itself included, bytes.
         bytes: u64,
-        /// What is allowed, bytes.
+        /// Present limit, bytes.
         limit: u64,
-        /// What there could be less of.
+        /// Quantity to reduce.
         less: Less,
     },
-    /// The system has no threads.
+    /// Failure of the operating system to start threads.
     #[error("{count} threads: {source}")]
     Threads {
-        /// How many were to work.
+        /// Number of requested threads.
         count: usize,
-        /// What the system said.
+        /// Error of the thread pool.
         source: rayon::ThreadPoolBuildError,
     },
 }
 
 impl MemoryError {
-    /// The limit that would do, as [`parse`] reads it.
+    /// Returns a sufficient limit, in the form that [`parse`] reads.
     pub fn enough(&self) -> Option<String> {
         match self {
             Self::TooMuch { bytes, .. } => Some(rounded_up(*bytes)),
@@ -122,16 +122,16 @@ impl Explained for MemoryError {
     }
 }
 
-/// Refuses what would take too much: `what` is done with `bytes` besides the process itself.
+/// Refuses work that needs too much memory: `bytes` is its need besides the process itself.
 ///
 /// # Errors
-/// [`MemoryError::TooMuch`] with the figure and the limit.
+/// [`MemoryError::TooMuch`] with need and limit.
 pub fn admit(what: &str, bytes: u64, less: Less) -> Result<(), MemoryError> {
     workers(what, bytes, 0, usize::MAX, less).map(drop)
 }
 
-/// How many of `most` workers may work side by side, if all of them share `shared` bytes and each
-/// needs `each` besides.
+/// Returns how many of at most `most` workers may run in parallel, if they share `shared` bytes and each needs `each`
+/// bytes more.
 ///
 /// # Errors
 /// [`MemoryError::TooMuch`] if there is no room for one.
@@ -147,14 +147,15 @@ pub fn workers(
     let Some(room) = limit.checked_sub(bytes) else {
         return Err(MemoryError::TooMuch { what: what.into(), bytes, limit, less });
     };
+    // If workers need nothing of their own, any number of them fits.
     let others = room.checked_div(each).map_or(usize::MAX, |n| n.try_into().unwrap_or(usize::MAX));
     Ok(others.saturating_add(1).min(most))
 }
 
-/// Works on as many threads as [`workers`] allows.
+/// Runs `work` on as many threads as [`workers`] allows.
 ///
 /// # Errors
-/// As [`workers`]; those of `work`; no threads.
+/// As [`workers`]; those of `work`; [`MemoryError::Threads`].
 pub fn on_workers<R: Send, E: From<MemoryError> + Send>(
     what: &str,
     shared: u64,
@@ -164,6 +165,7 @@ pub fn on_workers<R: Send, E: From<MemoryError> + Send>(
 ) -> Result<R, E> {
     let most = rayon::current_num_threads();
     let count = workers(what, shared, each, most, less)?;
+    // The present thread pool has exactly that many threads.
     if count == most {
         return work();
     }
@@ -171,10 +173,10 @@ pub fn on_workers<R: Send, E: From<MemoryError> + Send>(
     pool.map_err(|source| MemoryError::Threads { count, source })?.install(work)
 }
 
-/// Reads `2GB`, `500 MB`, `1.5GiB`.
+/// Parses a memory size such as `2GB`, `500 MB`, `1.5GiB`.
 ///
 /// # Errors
-/// No number, no unit, a value outside [`LIMITS`].
+/// If there is no number, no known unit, or the size is outside [`LIMITS`].
 pub fn parse(text: &str) -> Result<u64, String> {
     let text = text.trim();
     let at = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
@@ -190,12 +192,14 @@ pub fn parse(text: &str) -> Result<u64, String> {
     let number: f64 = number.parse().map_err(|_| format!("`{number}` is not a number"))?;
     let bytes = number * per_unit as f64;
     let [least, most] = LIMITS;
+    // Refuses NaN too, which no range contains.
     if (least as f64..=most as f64).contains(&bytes) {
         return Ok(bytes as u64);
     }
     Err(format!("{text} is not between {} and {}", shown(least), shown(most)))
 }
 
+/// Formats a size, rounded down.
 fn shown(bytes: u64) -> String {
     match bytes {
         0..GB => format!("{}MB", bytes / MB),
@@ -203,7 +207,7 @@ fn shown(bytes: u64) -> String {
     }
 }
 
-/// To a number that [`parse`] reads and that is enough.
+/// Formats a size, rounded up so that [`parse`] returns at least `bytes`.
 fn rounded_up(bytes: u64) -> String {
     match bytes {
         0..GB => format!("{}MB", bytes.div_ceil(MB)),

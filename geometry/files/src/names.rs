@@ -1,23 +1,23 @@
-//! Names that are asked for and may not be there.
+//! Errors about unknown names.
 
 use crate::{ErrorKind, ErrorSubject, Explained};
 
-/// A name that is not there.
+/// Error of an unknown name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no {what} `{name}`")]
 pub struct UnknownName {
-    /// What was looked for, for example `part`.
+    /// Kind of the named thing, for example `part`.
     pub what: &'static str,
-    /// The name asked for.
+    /// Unknown name.
     pub name: String,
-    /// What would have been found, in order.
+    /// Known names, in order.
     pub known: Vec<String>,
-    /// The known name that is closest, if any is close.
+    /// Most similar known name, if one is similar enough.
     pub closest: Option<String>,
 }
 
 impl UnknownName {
-    /// Names what is there, and finds what may have been meant.
+    /// Creates the error and finds the most similar known name.
     pub fn new<'a>(
         what: &'static str,
         name: &str,
@@ -29,11 +29,14 @@ impl UnknownName {
         Self { what, name: name.into(), known, closest }
     }
 
-    /// What to do about it.
+    /// Returns the suggestion, or the list of known names.
     pub fn hint(&self) -> String {
         match &self.closest {
             Some(closest) => fabkit_text::did_you_mean(&[closest]),
-            None => format!("known: {}", self.known.join(", ")),
+            None => {
+                let known: Vec<&str> = self.known.iter().map(String::as_str).collect();
+                format!("known: {}", fabkit_text::list_names(&known))
+            }
         }
     }
 }
@@ -47,7 +50,7 @@ impl Explained for UnknownName {
         Some(Self::hint(self))
     }
 
-    /// `unknown_sensor`, `unknown_part`, with the names that there are.
+    /// Returns the code, such as `unknown_sensor` or `unknown_part`, with the known names.
     fn subject(&self) -> ErrorSubject {
         let what = self.what.trim_start_matches("built-in ").replace(' ', "_");
         ErrorSubject {

@@ -1,25 +1,25 @@
-//! How far something is that takes long.
+//! Progress of long operations.
 
-/// What is told each time that a piece of it is finished, from any thread.
+/// Progress report, sent from any thread each time a piece is finished.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Step<'a> {
-    /// Pieces that are finished.
+    /// Number of finished pieces.
     pub done: usize,
-    /// How many of these were there before, and say nothing about the rate.
+    /// Number of these that existed before the run; they say nothing about the rate.
     pub found: usize,
-    /// All that there will be.
+    /// Total number of pieces.
     pub all: usize,
-    /// Which one was finished last; empty where pieces have no names.
+    /// Name of the last finished piece; empty if pieces have no names.
     pub last: &'a str,
 }
 
-/// Whoever wants to know.
+/// Callback for progress reports.
 pub type OnProgress<'a> = &'a (dyn Fn(Step) + Sync);
 
-/// For those who do not.
+/// Ignores progress reports.
 pub fn unwatched(_: Step) {}
 
-/// The same for crates below, which know of nothing but numbers.
+/// Wraps a progress callback for lower crates, which report two numbers: finished and total.
 pub fn counted(progress: OnProgress) -> impl Fn(usize, usize) + Sync {
     move |done, all| progress(Step { done, all, ..Step::default() })
 }

@@ -1,7 +1,7 @@
-//! Files that others wrote: read whole, or refused with what is wrong.
+//! Bounded reading of foreign files.
 //!
-//! Everything that fabkit reads comes through here: a pipe that nobody writes to must not stop it, a
-//! device must not feed it for ever, and nothing is read that is larger than its kind can be.
+//! Every file that fabkit reads passes through here: a pipe without a writer must not block it, a device must not feed
+//! it for ever, and nothing larger than its kind of file allows is read.
 
 use std::cmp::Ordering;
 pub use std::fs::File;
@@ -13,57 +13,57 @@ use fabkit_text::{did_you_mean, similar};
 
 use crate::{ErrorKind, ErrorSubject, Explained};
 
-/// What a file is expected to be.
+/// Expected kind of file.
 #[derive(Clone, Copy, Debug)]
 pub struct Expected {
-    /// For messages: `a sensor's file`.
+    /// Description for messages, such as `a sensor's file`.
     pub what: &'static str,
-    /// Its largest size.
+    /// Maximum size, bytes.
     pub max_bytes: u64,
-    /// What to do if it is larger.
+    /// Hint for larger files.
     pub hint: &'static str,
 }
 
-/// Largest size of files that people write by hand: sensors, plans, cameras, lists.
+/// Maximum size of files that people write by hand: sensors, plans, cameras, lists; bytes.
 pub const MAX_YAML_BYTES: u64 = 1 << 20;
 
-/// Why a file cannot be read.
+/// Reason why a file cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// The operating system said no.
+    /// Error of the operating system.
     #[error("cannot read {}: {source}", .path.display())]
     Io {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A folder, a device or a pipe.
+    /// Folder, device or pipe in place of a file.
     #[error("{} is {found}, not a file", .path.display())]
     NotAFile {
-        /// Where.
+        /// Path.
         path: PathBuf,
-        /// What is there.
+        /// Description of what is there.
         found: &'static str,
     },
-    /// More than its kind can have.
+    /// File larger than its kind allows.
     #[error("{} has {found} bytes; {} has at most {}", .path.display(), .expected.what, .expected.max_bytes)]
     TooLarge {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// How many, or `too many` if it grew while it was read.
+        /// Number of bytes, or `too many` if the file grew while it was read.
         found: String,
-        /// What it was taken for.
+        /// Expected kind of file.
         expected: Expected,
     },
-    /// Text that is none.
+    /// Text that is not UTF-8.
     #[error("{}:{line}: not UTF-8 text (byte {byte})", .path.display())]
     NotText {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Of the first byte that is wrong, counted from 1.
+        /// Line of the first wrong byte, from 1.
         line: usize,
-        /// The same.
+        /// Offset of the first wrong byte, from 1.
         byte: usize,
     },
 }
@@ -98,9 +98,9 @@ impl Explained for ReadError {
     }
 }
 
-/// What is there under a similar name, where nothing is under this one.
+/// Suggests an existing file with a similar name in the same folder.
 fn neighbour_named_like(path: &Path) -> Option<String> {
-    /// More names in a folder take longer to read than a slip is worth.
+    /// Maximum number of names to look at: listing larger folders would take too long for a hint.
     const MOST: usize = 2000;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
@@ -111,8 +111,8 @@ fn neighbour_named_like(path: &Path) -> Option<String> {
     (!similar.is_empty()).then(|| did_you_mean(&similar))
 }
 
-/// Opens a regular file, and says how long it is. Nothing else is opened: not even for a moment, as
-/// far as that can be known before, and never with waiting.
+/// Opens a regular file and returns its length. Other kinds are refused before they are opened, as far as that can be
+/// known, and opening never blocks.
 ///
 /// # Errors
 /// [`ReadError::Io`], [`ReadError::NotAFile`].
@@ -128,7 +128,8 @@ pub fn open(path: &Path) -> Result<(File, u64), ReadError> {
     check(&std::fs::metadata(path).map_err(failed)?)?;
     let mut options = OpenOptions::new();
     options.read(true);
-    // Something else may have taken the name since.
+    // The name may have been taken by something else after the first check: opening must not block then, nor make a
+    // terminal the controlling one.
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(
         &mut options,
@@ -139,19 +140,19 @@ pub fn open(path: &Path) -> Result<(File, u64), ReadError> {
     Ok((file, length))
 }
 
-/// Reads a file. Refuses what is too large or no file before reading it.
+/// Reads a file. Files that are too large or not regular are refused before reading.
 ///
 /// # Errors
-/// No such file, a folder or a device, too many bytes, or the system's own reasons.
+/// [`ReadError::Io`], [`ReadError::NotAFile`] and [`ReadError::TooLarge`].
 pub fn read(path: &Path, expected: Expected) -> Result<Vec<u8>, ReadError> {
     let too_large = |found: String| ReadError::TooLarge { path: path.into(), found, expected };
     let (file, length) = open(path)?;
     if length > expected.max_bytes {
         return Err(too_large(length.to_string()));
     }
-    // At most `max_bytes`, which was just checked.
+    // At most `max_bytes`, as checked above.
     let mut bytes = Vec::with_capacity(length as usize);
-    // It may have grown since.
+    // The file may have grown since its length was taken.
     let read = file.take(expected.max_bytes + 1).read_to_end(&mut bytes);
     read.map_err(|source| ReadError::Io { path: path.into(), source })?;
     if bytes.len() as u64 > expected.max_bytes {
@@ -163,7 +164,7 @@ pub fn read(path: &Path, expected: Expected) -> Result<Vec<u8>, ReadError> {
 /// Reads a text file.
 ///
 /// # Errors
-/// As [`read`]; text that is not UTF-8, with its line.
+/// As [`read`]; [`ReadError::NotText`] with the line if the text is not UTF-8.
 pub fn read_text(path: &Path, expected: Expected) -> Result<String, ReadError> {
     String::from_utf8(read(path, expected)?).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
@@ -172,7 +173,7 @@ pub fn read_text(path: &Path, expected: Expected) -> Result<String, ReadError> {
     })
 }
 
-/// The order in which people look for names: runs of digits count as numbers.
+/// Compares names in natural order: runs of digits count as numbers.
 ///
 /// ```
 /// use fabkit_files::reading::natural_order;
@@ -181,7 +182,8 @@ pub fn read_text(path: &Path, expected: Expected) -> Result<String, ReadError> {
 /// assert_eq!(names, ["07_2.png", "7_2.png", "7_12.png", "9.png", "10.png"]);
 /// ```
 pub fn natural_order(a: &str, b: &str) -> Ordering {
-    // Texts and numbers by turns, a text first; as many digits as there are.
+    // Alternating texts and numbers, beginning with a text. Numbers without leading zeros compare by length, then by
+    // digits, so they may have any length.
     let pieces = |name: &str| {
         let mut pieces: Vec<(String, String)> = vec![Default::default()];
         for c in name.chars() {
@@ -197,11 +199,11 @@ pub fn natural_order(a: &str, b: &str) -> Ordering {
         };
         pieces.into_iter().map(valued).collect::<Vec<_>>()
     };
-    // `07` and `7` are the same number, not the same name.
+    // `07` and `7` are the same number but different names.
     pieces(a).cmp(&pieces(b)).then_with(|| a.cmp(b))
 }
 
-/// Whether a name ends as files of a kind do: `has_ending(path, "png")`.
+/// Returns whether a path has the extension, in any case: `has_ending(path, "png")`.
 pub fn has_ending(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
 }

@@ -1,4 +1,4 @@
-//! Temporary folders in which other programs work.
+//! Temporary folders for other programs to work in.
 
 use std::fs::{self, File};
 use std::io;
@@ -6,25 +6,25 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-/// A temporary folder that is removed with all that it holds when this is dropped.
+/// Temporary folder that is removed with its content when this is dropped.
 #[derive(Debug)]
 pub struct Scratch(TempDir);
 
 impl Scratch {
-    /// Makes one.
+    /// Creates a temporary folder.
     ///
     /// # Errors
-    /// The system's reasons.
+    /// Those of the operating system.
     pub fn new() -> io::Result<Self> {
         tempfile::tempdir().map(Self)
     }
 
-    /// The folder.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         self.0.path()
     }
 
-    /// Where something of that name lies in it.
+    /// Returns the path of a name inside the folder.
     pub fn place(&self, name: &str) -> PathBuf {
         self.path().join(name)
     }
@@ -32,28 +32,28 @@ impl Scratch {
     /// Writes a file.
     ///
     /// # Errors
-    /// The system's reasons.
+    /// Those of the operating system.
     pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
         fs::write(self.place(name), bytes)
     }
 
-    /// Makes a folder in it.
+    /// Creates a subfolder.
     ///
     /// # Errors
-    /// The system's reasons.
+    /// Those of the operating system.
     pub fn make_folder(&self, name: &str) -> io::Result<()> {
         fs::create_dir(self.place(name))
     }
 
-    /// Opens an empty file for another program to write to.
+    /// Creates an empty file and opens it, for another program to write to.
     ///
     /// # Errors
-    /// The system's reasons.
+    /// Those of the operating system.
     pub fn create(&self, name: &str) -> io::Result<File> {
         File::create(self.place(name))
     }
 
-    /// Reads a file that another program wrote; nothing where it wrote none.
+    /// Reads a file that another program wrote; empty if it wrote none.
     pub fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.place(name)).unwrap_or_default()
     }

@@ -1,4 +1,4 @@
-//! What programs are told of a failure: a code that stays, and the file, value or name that is wrong.
+//! Machine-readable part of an error: a stable code, and the file, value or name at fault.
 
 use std::io;
 use std::path::Path;
@@ -8,40 +8,41 @@ use serde_json::{Value, json};
 
 use crate::ErrorKind;
 
-/// What a failure is about, where it is not one of a text's problems.
+/// Subject of an error that is not one of a text's problems.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ErrorSubject {
-    /// A short name of the kind of failure; it stays from version to version.
+    /// Short name of the kind of error, stable across versions.
     pub code: String,
-    /// The file or folder that is wrong.
+    /// File or folder at fault.
     pub file: Option<String>,
-    /// What was given and is wrong, as written.
+    /// Wrong input, as written.
     pub written: Option<String>,
-    /// The words that could have been given.
+    /// Allowed words.
     pub choices: Vec<String>,
-    /// The parameter or option that is wrong.
+    /// Parameter or option at fault.
     pub path: Option<String>,
-    /// What to give instead.
+    /// Value to give instead.
     pub suggestion: Option<String>,
 }
 
 impl ErrorSubject {
-    /// A subject of which the code alone is known.
+    /// Creates a subject with nothing but the code.
     pub fn new(code: &str) -> Self {
         Self { code: code.into(), ..Self::default() }
     }
 
-    /// A subject that is a file or a folder.
+    /// Creates a subject that is a file or a folder.
     pub fn at(code: &str, file: &Path) -> Self {
         Self { file: Some(file.display().to_string()), ..Self::new(code) }
     }
 
-    /// A subject of which not more than the kind of failure is known.
+    /// Creates a subject from the kind of failure alone.
     pub fn of_kind(kind: ErrorKind) -> Self {
         Self::new(kind.code())
     }
 
-    /// A file of which the system said something; `otherwise` is the code for what is not usual.
+    /// Creates a subject from an error of the operating system about a file; `otherwise` is the code for uncommon
+    /// errors.
     pub fn of_io(path: &Path, error: &io::Error, otherwise: &str) -> Self {
         let code = match error.kind() {
             io::ErrorKind::NotFound => "file_missing",
@@ -52,7 +53,7 @@ impl ErrorSubject {
         Self::at(code, path)
     }
 
-    /// One entry of `problems` in a `fabkit-error` document.
+    /// Converts to an entry of `problems` in a `fabkit-error` document.
     pub fn to_json(&self, message: &str, hint: Option<&str>) -> Value {
         let written = self.written.as_deref();
         let (value, unit) = written.map_or((Value::Null, None), amount);
@@ -74,7 +75,7 @@ impl ErrorSubject {
     }
 }
 
-/// The same entry for a problem of a text.
+/// Converts a problem of a text to an entry of `problems` in a `fabkit-error` document.
 pub fn problem_json(problem: &Problem) -> Value {
     let some = |text: &str| Some(text.to_owned()).filter(|text| !text.is_empty());
     let (value, unit) = some(&problem.value).map_or((Value::Null, None), |text| amount(&text));
@@ -96,7 +97,7 @@ pub fn problem_json(problem: &Problem) -> Value {
     })
 }
 
-/// Splits a number from its unit; a text that is no number stays as it is.
+/// Splits a text into number and unit; a text that is not a number is returned as it is.
 pub fn amount(text: &str) -> (Value, Option<String>) {
     match number_and_unit(text) {
         Some((number, unit)) => {
@@ -106,12 +107,14 @@ pub fn amount(text: &str) -> (Value, Option<String>) {
     }
 }
 
-/// Says what is allowed: both ends in one unit, or words; null where neither is known.
+/// Describes the allowed values as JSON: both ends in one unit, or words; null if neither is known.
 pub fn limit(ends: [Option<&str>; 2], choices: &[String]) -> Value {
     let [min, max] = ends.map(|end| end.and_then(number_and_unit));
+    // Null rather than an object without content.
     if min.is_none() && max.is_none() && choices.is_empty() {
         return Value::Null;
     }
+    // Both ends are written in the same unit.
     let unit = min.or(max).map(|(_, unit)| unit).filter(|unit| !unit.is_empty());
     let number = |end: Option<(f64, &str)>| end.map(|(number, _)| number);
     json!({ "min": number(min), "max": number(max), "unit": unit, "choices": choices })

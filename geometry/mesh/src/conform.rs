@@ -1,20 +1,18 @@
-//! Small features without the boolean kernel.
+//! Insertion of small features into a mesh without the boolean kernel.
 //!
-//! Sensors are curved bodies with hundreds of small holes, dimples and pins. A boolean cuts every
-//! triangle of every tool with every triangle near it; most of a mesh's time would go there. But
-//! what such a feature does to a body is simple: its wall passes through one face along one closed
-//! curve, or through several faces along one curve each. So that curve is computed on the exact
-//! surfaces of both, the triangles of the base that it touches are taken out, and the gap between
-//! them and the curve is filled by a constrained Delaunay triangulation; from the curve on, the
-//! tool's own tessellation goes on.
+//! Sensors are curved bodies with hundreds of small holes, dimples and pins. A boolean cuts every triangle of every
+//! tool with every triangle near it, which would take most of the meshing time. But the effect of such a feature on a
+//! body is simple: its wall passes through one face along one closed curve, or through several faces along one curve
+//! each. Therefore that curve is computed on the exact surfaces of both, the triangles of the base that it touches are
+//! removed, and the gap between them and the curve is filled by a constrained Delaunay triangulation. From the curve
+//! on, the tool's own tessellation continues.
 //!
-//! - All new vertices lie on both exact surfaces; triangles that are new in the base are measured
-//!   against it.
-//! - The tool's wall keeps its own azimuths, so that curves end where its rings have their points
-//!   and no slivers arise; vertices of the base that come too near a curve go.
-//! - Every precondition is checked: the curves lie on one face each, the base's triangles taken are
-//!   a plain patch of that face, and no other triangle of the base reaches into the tool. Whatever
-//!   fails one is left to the kernel.
+//! - All new vertices lie on both exact surfaces; triangles that are new in the base are measured against it.
+//! - The tool's wall keeps its own azimuths, so that curves end where its rings have their points and no slivers arise.
+//!   Vertices of the base that come too near a curve are removed.
+//! - Every precondition is checked: each curve lies on one face, the removed triangles of the base are a simply bounded
+//!   patch of that face, and no other triangle of the base reaches into the tool. Features that fail a check are left
+//!   to the kernel.
 
 mod bend;
 mod cavity;
@@ -47,51 +45,51 @@ use sheet::{NONE, Sheet};
 use trim::{Curve, curves};
 use wall::{Corner, wall};
 
-/// How near vertices of the base may be to a curve, relative to its shortest chord; the second
-/// value is for where removing them would stray too far from the surface.
+/// Smallest distance of vertices of the base from a curve, relative to its shortest chord. The second value is tried
+/// where removing vertices would deviate too far from the surface.
 const CLEARANCES: [f64; 2] = [0.25, 0.01];
 
-/// No limit along a tool's axis, mm.
+/// Range without limits along a tool's axis, mm.
 const EVERYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-/// A tool in its place.
+/// Feature: a tool with its pose in the base.
 pub(crate) struct Feature {
     pub pin: Rc<Pin>,
     pub base_from_tool: Pose,
-    /// Of its face 0.
+    /// Number of its face 0 in the base.
     pub first_face: u32,
-    /// If it belongs to an operand deeper in the tree: that operand's leaves in the base.
+    /// Leaves in the base of the operand that the feature belongs to, if that is deeper in the tree.
     pub operand: Option<Range<u32>>,
 }
 
 impl Feature {
-    /// Whether its surface passes through a body's in curves that a mesh can be closed up to.
+    /// Returns whether its surface crosses a body's in curves that a mesh can be closed up to.
     pub fn has_curves(&self, body: &CompiledSolid) -> bool {
         curves(self, body).is_some()
     }
 }
 
-/// What features are cut from or added to.
+/// Base that features are cut from or added to.
 pub(crate) struct Base<'a> {
     pub facets: &'a Facets,
-    /// The same solid, exactly.
+    /// Exact solid of the same base.
     pub body: &'a CompiledSolid,
-    /// Face number of face 0 of each of the body's leaves.
+    /// Number of face 0 of each of the body's leaves.
     pub first_faces: &'a [u32],
 }
 
-/// What the features of a base do to it.
+/// Effect of features on their base.
 pub(crate) enum Effect<'a> {
-    /// They are united with it.
+    /// Unite the features with the base.
     Add,
-    /// They are cut away.
+    /// Cut the features away.
     Cut,
-    /// What follows from the tree that they stand in.
+    /// Unite or cut as the tree that contains the features demands.
     AsIn(&'a Whole),
 }
 
-/// Puts features into a base. Returns the mesh and the numbers of the features that could not be
-/// put there; `None` if none could.
+/// Inserts features into a base. Returns the mesh and the indices of the features that could not be inserted; `None` if
+/// none could.
 pub(crate) fn conform(
     base: &Base,
     features: &[Feature],
@@ -100,6 +98,7 @@ pub(crate) fn conform(
 ) -> Option<(Facets, Vec<usize>)> {
     let reach = |f: &Feature| moved(&f.pin.facets.bounds(), &f.base_from_tool).grown(tolerance_mm);
     let boxes: Vec<Aabb> = features.iter().map(reach).collect();
+    // Only features of operands deeper in the tree can meet surfaces that the base hides.
     let obstacles = match effect {
         Effect::AsIn(whole) => whole.nearby(boxes.clone()),
         _ => Nearby::new(Vec::new()),
@@ -120,13 +119,13 @@ struct Work<'a> {
     tolerance_mm: f64,
     sheet: Sheet,
     nearby: Nearby,
-    /// Surfaces that are hidden in the base.
+    /// Triangles of surfaces that are hidden in the base.
     obstacles: Nearby,
     stamp: u32,
 }
 
 impl Work<'_> {
-    /// Nothing has changed if it returns `None`.
+    /// Inserts one feature. Changes nothing if it returns `None`.
     fn apply(&mut self, index: usize, feature: &Feature) -> Option<()> {
         let curves = curves(feature, self.base.body)?;
         let (adding, z_mm) = match self.effect {
@@ -151,6 +150,7 @@ impl Work<'_> {
         let taken = |c: &Candidate| {
             patches.iter().any(|p| self.sheet.stamps[c.triangle as usize] == p.cavity.stamp)
         };
+        // A triangle taken by two curves counts twice here, but only once among the candidates.
         let total: usize = patches.iter().map(|p| p.cavity.triangles.len()).sum();
         if candidates.iter().filter(|c| taken(c)).count() != total {
             return None; // Two curves took the same triangle.
@@ -162,7 +162,7 @@ impl Work<'_> {
         Some(())
     }
 
-    /// What closes the base up to a curve, clear of its other vertices if that can be.
+    /// Computes the patch that closes the base up to a curve, at a distance from the base's other vertices if possible.
     fn patch(
         &mut self,
         feature: &Feature,
@@ -201,7 +201,7 @@ impl Work<'_> {
             for (edge, &twin) in (0..).zip(&patch.fill.twins) {
                 let start = patch.fill.triangles[edge as usize / 3][edge as usize % 3] as usize;
                 let twin = match twin {
-                    // Each vertex of the rim begins one edge of it.
+                    // Each vertex of the rim is the start of one rim edge.
                     Fill::RIM => beyond.get(start).copied().unwrap_or(NONE),
                     inner => first_edge + inner,
                 };
@@ -211,6 +211,7 @@ impl Work<'_> {
             }
         }
         let tool = &feature.pin.facets;
+        // Vertices of the tool are added on first use, so that none of its removed part remains.
         let mut new_index = vec![NONE; tool.vertices.len()];
         wall(&feature.pin, curves, !adding, |corners, face| {
             let mut corners = corners.map(|corner| match corner {
@@ -225,6 +226,7 @@ impl Work<'_> {
                     *index
                 }
             });
+            // A tool that is cut away faces inwards.
             if !adding {
                 corners.swap(1, 2);
             }

@@ -1,47 +1,47 @@
-//! Why there is no mesh.
+//! Errors of meshing.
 
 use crate::print::PrintDefect;
 
-/// Chord tolerances outside this range are refused, mm: below, rounding to `f32` would take part in
-/// the shape; above, nothing of a sensor's part is left.
+/// Valid range of chord tolerances, mm: below it, rounding to `f32` would affect the shape; above it, the shape of a
+/// sensor's part would be lost.
 pub const TOLERANCE_RANGE_MM: std::ops::RangeInclusive<f64> = 1e-4..=5.0;
 
-/// Why there is no mesh.
+/// Reason why a solid cannot be meshed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
-    /// The tree is not a solid.
+    /// Invalid solid.
     #[error(transparent)]
     Invalid(#[from] fabkit_geometry::InvalidSolid),
-    /// The chord tolerance makes no sense.
+    /// Chord tolerance outside of [`TOLERANCE_RANGE_MM`].
     #[error(
         "a chord tolerance of {tolerance_mm} mm; it must lie between {} and {} mm",
         TOLERANCE_RANGE_MM.start(), TOLERANCE_RANGE_MM.end()
     )]
     Tolerance {
-        /// As asked for, mm.
+        /// Requested tolerance, mm.
         tolerance_mm: f64,
     },
-    /// A half space is not cut down to anything finite.
+    /// Half space that no finite solid bounds.
     #[error("the solid is unbounded: a half space only cuts, or is cut by, something finite")]
     Unbounded,
-    /// Nothing is left.
+    /// Empty result.
     #[error("the solid is empty: the booleans leave nothing")]
     Empty,
     /// Too many triangles.
     #[error("a face cannot be followed to {tolerance_mm} mm with a sensible number of triangles")]
     TooFine {
-        /// As asked for, mm.
+        /// Requested tolerance, mm.
         tolerance_mm: f64,
     },
-    /// The boolean kernel refused.
+    /// Failure of the boolean kernel.
     #[error("the boolean kernel failed while {operation}: {reason}")]
     Kernel {
-        /// What it was doing.
+        /// Operation that failed.
         operation: &'static str,
-        /// In its own words.
+        /// Message of the kernel.
         reason: &'static str,
     },
-    /// What is left after rounding to `f32` is no solid.
+    /// Defect of the mesh after rounding to `f32`.
     #[error(transparent)]
     Print(#[from] PrintDefect),
 }

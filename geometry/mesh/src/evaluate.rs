@@ -1,11 +1,11 @@
-//! Trees to triangles: which booleans are needed, in which order, on how much at once.
+//! Evaluation of solid trees to triangles: choice, order and extent of booleans.
 //!
 //! Booleans dominate the cost, so as few as possible are made, on as little as possible:
 //!
 //! - Tools whose boxes are apart are put side by side into one mesh without a boolean.
 //! - A - (B + C) is A - B - C: tools are never united with each other first.
-//! - Small features go into the base's mesh without a boolean, where they can (`conform`).
-//! - Equal shapes, down to whole subtrees, are made once and placed many times.
+//! - Small features are inserted into the base's mesh without a boolean where possible (`conform`).
+//! - Equal shapes, up to whole subtrees, are meshed once and placed many times.
 
 mod cull;
 mod features;
@@ -28,17 +28,17 @@ use crate::kernel::{Operation, Prepared};
 use crate::shape_key::{has_half_space, shape_key};
 use crate::tessellate::{box_faces, face_count, tessellate};
 
-/// With more groups of tools than this, uniting them pairwise first costs less than cutting the
-/// whole base again for each.
+/// Largest number of tool groups that are cut one by one. With more, uniting them pairwise first costs less than
+/// cutting the whole base again for each.
 const MOST_CUTS: usize = 4;
 
-/// Meshes a valid tree; small features by booleans too unless `conforming`.
+/// Meshes a valid tree, with small features by booleans too unless `conforming`.
 pub(crate) fn evaluate(
     solid: &Solid,
     tolerance_mm: f64,
     conforming: bool,
 ) -> Result<Facets, MeshError> {
-    // What cannot be meshed that way is said in the words of the tree as it is written.
+    // If the fused tree cannot be meshed, the tree as written is meshed, so that errors refer to it.
     if let Some(Fused { solid, faces }) = fused(solid)
         && let Ok(mut facets) = evaluate_by(&solid, tolerance_mm, conforming)
     {
@@ -50,7 +50,7 @@ pub(crate) fn evaluate(
     evaluate_by(solid, tolerance_mm, conforming)
 }
 
-/// Only by booleans unless `conforming`.
+/// Meshes a tree without fusing solids of revolution; only by booleans unless `conforming`.
 pub(crate) fn evaluate_by(
     solid: &Solid,
     tolerance_mm: f64,
@@ -59,7 +59,7 @@ pub(crate) fn evaluate_by(
     Evaluator::new(tolerance_mm, conforming).unfused(solid)
 }
 
-/// With the features of operands put in last; `None` if that gains nothing or cannot be done.
+/// Meshes a tree with the features of operands inserted last; `None` if that gains nothing or cannot be done.
 #[cfg(test)]
 pub(crate) fn evaluate_lifted(
     solid: &Solid,
@@ -69,7 +69,7 @@ pub(crate) fn evaluate_lifted(
     Evaluator::new(tolerance_mm, true).lifted(&root)
 }
 
-/// A subtree without the placements and names around it.
+/// Subtree without its outer placements and names.
 struct Item<'a> {
     pose: Pose,
     core: &'a Solid,
@@ -100,8 +100,8 @@ impl<'a> Item<'a> {
     }
 }
 
-/// Replaces unions by what they unite, but for those that stand there several times: making such a
-/// union once is cheaper than what its parts would cost.
+/// Replaces unions by their operands, except unions that occur several times: meshing such a union once costs less than
+/// meshing its operands repeatedly.
 fn flattened(items: Vec<Item>) -> Vec<Item> {
     if !items.iter().any(|item| matches!(item.core, Solid::Union(_))) {
         return items;
@@ -122,7 +122,7 @@ fn flattened(items: Vec<Item>) -> Vec<Item> {
     flat
 }
 
-/// A mesh in its own frame with face numbers from 0, in either form, converted when needed.
+/// Mesh in its own frame with face numbers from 0, in either representation, converted on demand.
 struct Shape {
     facets: OnceCell<Facets>,
     prepared: OnceCell<Prepared>,
@@ -161,7 +161,7 @@ impl Shape {
     }
 }
 
-/// A shape in its place.
+/// Shape with its pose.
 #[derive(Clone)]
 struct Body {
     shape: Rc<Shape>,
@@ -174,7 +174,7 @@ impl Body {
         OrientedBox::new(&self.shape.bounds(), &self.pose)
     }
 
-    /// The shape in the frame around it.
+    /// Returns the shape in the surrounding frame.
     fn settled(&self) -> Result<Rc<Shape>, MeshError> {
         if self.pose == Pose::identity() && self.first_face == 0 {
             return Ok(self.shape.clone());
@@ -186,7 +186,7 @@ impl Body {
     }
 }
 
-/// One mesh of bodies that are apart.
+/// Combines bodies that are apart into one mesh.
 fn side_by_side(bodies: &[Body]) -> Rc<Shape> {
     let mut facets = Facets::default();
     for body in bodies {
@@ -199,7 +199,7 @@ fn combine(a: &Shape, b: &Shape, operation: Operation) -> Result<Rc<Shape>, Mesh
     Ok(Shape::from_prepared(a.prepared()?.combine(b.prepared()?, operation)?))
 }
 
-/// Shapes of bodies that are apart, as few as a simple rule finds.
+/// Combines bodies that are apart to few shapes by greedy grouping.
 fn grouped(bodies: &[Body]) -> Result<Vec<Rc<Shape>>, MeshError> {
     let boxes: Vec<OrientedBox> = bodies.iter().map(Body::oriented_box).collect();
     disjoint_groups(&boxes)
@@ -214,7 +214,7 @@ fn grouped(bodies: &[Body]) -> Result<Vec<Rc<Shape>>, MeshError> {
         .collect()
 }
 
-/// Unites pairwise: each triangle takes part in few booleans.
+/// Unites shapes pairwise, so that each triangle takes part in few booleans.
 fn united(mut shapes: Vec<Rc<Shape>>) -> Result<Rc<Shape>, MeshError> {
     while shapes.len() > 1 {
         shapes = shapes
@@ -228,7 +228,7 @@ fn united(mut shapes: Vec<Rc<Shape>>) -> Result<Rc<Shape>, MeshError> {
     Ok(shapes.pop().unwrap_or_else(|| Shape::from_facets(Facets::default())))
 }
 
-/// Makes trees of one tolerance, one after the other, and each of their shapes once.
+/// Evaluator of trees at one tolerance, with a cache of their shapes.
 pub(crate) struct Evaluator {
     tolerance_mm: f64,
     conforming: bool,
@@ -241,8 +241,8 @@ impl Evaluator {
         Self { tolerance_mm, conforming, shapes: BTreeMap::new(), pins: BTreeMap::new() }
     }
 
-    /// Face by face as the leaves are by themselves, so that solids which share a face share its
-    /// triangles there wherever others cut it.
+    /// Meshes a tree whose faces are those of its leaves, so that solids which share a face share its triangles
+    /// wherever other solids cut it.
     pub(crate) fn unfused(&mut self, solid: &Solid) -> Result<Facets, MeshError> {
         let root = Item::peeled(Pose::identity(), solid, 0);
         if self.conforming
@@ -253,9 +253,10 @@ impl Evaluator {
         self.plain(&root)
     }
 
-    /// The whole tree as it is written.
+    /// Meshes the whole tree as it is written.
     fn plain(&mut self, root: &Item) -> Result<Facets, MeshError> {
         let body = self.body(root, &Aabb::everything())?;
+        // Empty intermediate results are fine; only the whole must not be empty.
         if body.shape.is_empty() {
             return Err(MeshError::Empty);
         }
@@ -264,12 +265,13 @@ impl Evaluator {
         Ok(facets)
     }
 
-    /// Only what lies within `context`, in the frame around the item, needs to be right.
+    /// Meshes an item. Only the part within `context`, given in the frame around the item, needs to be right.
     fn body(&mut self, item: &Item, context: &Aabb) -> Result<Body, MeshError> {
         let shape = if has_half_space(item.core) {
             let local = moved(context, &item.pose.inverse());
             self.shape(item.core, &local)?
         } else {
+            // Half spaces depend on their context and are not cached.
             let key = shape_key(item.core);
             match self.shapes.get(&key) {
                 Some(shape) => shape.clone(),
@@ -283,7 +285,7 @@ impl Evaluator {
         Ok(Body { shape, pose: item.pose, first_face: item.first_face })
     }
 
-    /// The bodies that are not empty.
+    /// Meshes items and returns the bodies that are not empty.
     fn bodies(&mut self, items: &[Item], context: &Aabb) -> Result<Vec<Body>, MeshError> {
         let mut bodies = Vec::with_capacity(items.len());
         for item in items {
@@ -310,6 +312,7 @@ impl Evaluator {
     fn union(&mut self, of: &[Solid], context: &Aabb) -> Result<Rc<Shape>, MeshError> {
         let items = flattened(Item::list(Pose::identity(), of, 0));
         let sizes = items.iter().map(|item| diagonal_mm(extent(item.core).size_mm()));
+        // The largest operand counts as the base that features are compared with.
         let largest_mm = sizes.fold(0.0, f64::max);
         let mut split = self.split(items, largest_mm)?;
         let exact = Exact::union(&split.others);
@@ -351,17 +354,18 @@ impl Evaluator {
         self.cut(base, &left)
     }
 
-    /// By the kernel.
+    /// Cuts items from a base by the kernel.
     fn cut(&mut self, base: Rc<Shape>, items: &[Item]) -> Result<Rc<Shape>, MeshError> {
         let bounds = base.bounds();
         let base_box = OrientedBox::new(&bounds, &Pose::identity());
         let mut tools = self.bodies(items, &bounds)?;
+        // Tools that do not reach the base would only cost time.
         tools.retain(|tool| !tool.oriented_box().is_apart_from(&base_box));
         let mut tools = grouped(&tools)?;
         if tools.len() > MOST_CUTS {
             tools = vec![united(tools)?];
         }
-        // Each cut goes through all of the base: it should grow late.
+        // Small tools first: each cut passes through the whole base, which should grow late.
         tools.sort_by_key(|tool| tool.facets().triangles.len());
         tools.into_iter().try_fold(base, |rest, tool| {
             let needed = culled(tool.facets(), &rest.bounds()).map(Shape::from_facets);
@@ -375,6 +379,7 @@ impl Evaluator {
         let mut common: Option<Rc<Shape>> = None;
         for (i, item) in items.iter().enumerate() {
             let others = extents.iter().enumerate().filter(|(j, _)| *j != i);
+            // An operand matters only within the boxes of all others, which also bounds half spaces.
             let within = others.fold(*context, |all, (_, other)| all.common(other));
             let shape = self.body(item, &within)?.settled()?;
             common = Some(match common {
@@ -389,7 +394,7 @@ impl Evaluator {
     }
 }
 
-/// The part of the half space z <= 0 that matters within `context`.
+/// Meshes the part of the half space z <= 0 that matters within `context`.
 fn half_space(context: &Aabb) -> Result<Rc<Shape>, MeshError> {
     let mut facets = Facets::default();
     if context.is_empty() || context.min.z >= 0.0 {
@@ -398,7 +403,7 @@ fn half_space(context: &Aabb) -> Result<Rc<Shape>, MeshError> {
     if !context.is_finite() {
         return Err(MeshError::Unbounded);
     }
-    // Wide enough that none of its other faces comes near anything.
+    // Wide enough that its other faces are far from everything else.
     let beyond = context.grown(1.0 + context.size_mm().into_iter().fold(0.0, f64::max) / 4.0);
     for k in 0..8 {
         let pick = |bit: usize, top: f64| if k >> bit & 1 == 0 { beyond.min[bit] } else { top };

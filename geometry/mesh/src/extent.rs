@@ -1,8 +1,8 @@
-//! How far solids reach, roughly: boxes that are never too small.
+//! Approximate extents of solids: boxes that are never too small.
 
 use fabkit_geometry::{Aabb, Path, Point3, Pose, Segment, Solid, Vector3};
 
-/// A box around a solid, in the solid's own frame; infinite where the solid is.
+/// Returns a box around a solid, in the solid's own frame; infinite where the solid is unbounded.
 pub(crate) fn extent(solid: &Solid) -> Aabb {
     let centred =
         |x: f64, y: f64, z: f64| Aabb { min: Point3::new(-x, -y, -z), max: Point3::new(x, y, z) };
@@ -49,18 +49,19 @@ pub(crate) fn extent(solid: &Solid) -> Aabb {
     }
 }
 
-/// A box around the moved box.
+/// Returns an axis-aligned box around the moved box.
 pub(crate) fn moved(bounds: &Aabb, pose: &Pose) -> Aabb {
     if bounds.is_empty() || !bounds.is_finite() {
         return *bounds;
     }
     let half = Vector3::from(bounds.size_mm()) / 2.0;
     let centre = pose.point(bounds.centre());
+    // Half edges of the box around a rotated box.
     let reach = pose.rotation().abs() * half;
     Aabb { min: centre - reach, max: centre + reach }
 }
 
-/// Smallest and largest coordinates; whole ellipses instead of their arcs.
+/// Returns the smallest and largest coordinates of a path, with whole ellipses instead of their arcs.
 fn path_extent(path: &Path) -> [[f64; 2]; 2] {
     let (mut min, mut max) = (path.start, path.start);
     let mut reach = |p: [f64; 2]| {
@@ -85,7 +86,7 @@ fn path_extent(path: &Path) -> [[f64; 2]; 2] {
     [min, max]
 }
 
-/// A box in any orientation.
+/// Box in any orientation.
 #[derive(Clone, Debug)]
 pub(crate) struct OrientedBox {
     centre: Point3<f64>,
@@ -93,11 +94,11 @@ pub(crate) struct OrientedBox {
     around: Aabb,
 }
 
-/// Boxes nearer than this count as touching, mm.
+/// Distance up to which boxes count as touching, mm.
 const GAP_MM: f64 = 1e-6;
 
 impl OrientedBox {
-    /// The box `bounds` of a frame that `pose` places.
+    /// Creates the box `bounds` of a frame whose pose is `pose`.
     pub fn new(bounds: &Aabb, pose: &Pose) -> Self {
         let half = bounds.size_mm().map(|s| s / 2.0);
         let half_axes = std::array::from_fn(|i| pose.rotation().column(i).into_owned() * half[i]);
@@ -108,9 +109,10 @@ impl OrientedBox {
         }
     }
 
-    /// Whether a plane parallel to a face of either box separates them. Boxes that only planes
-    /// through an edge of each can separate count as touching.
+    /// Returns whether a plane parallel to a face of either box separates them. Boxes that can be separated only by
+    /// planes along an edge of each count as touching.
     pub fn is_apart_from(&self, other: &Self) -> bool {
+        // Cheap test first.
         if self.around.common(&other.around).is_empty() {
             return true;
         }
@@ -123,7 +125,7 @@ impl OrientedBox {
     }
 }
 
-/// Splits boxes into groups within which all are apart: indices, first box first.
+/// Splits boxes into groups within which all are apart. Returns indices, first box first.
 pub(crate) fn disjoint_groups(boxes: &[OrientedBox]) -> Vec<Vec<usize>> {
     let mut by_x: Vec<usize> = (0..boxes.len()).collect();
     let low = |i: usize| boxes[i].around.min.x;
@@ -138,6 +140,7 @@ pub(crate) fn disjoint_groups(boxes: &[OrientedBox]) -> Vec<Vec<usize>> {
             }
         }
     }
+    // Greedy graph colouring: each box joins the first group that none of its neighbours is in.
     let mut group_of = vec![usize::MAX; boxes.len()];
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for i in 0..boxes.len() {

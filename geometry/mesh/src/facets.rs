@@ -1,4 +1,4 @@
-//! Triangles on their way: no checks, face numbers not yet resolved.
+//! Intermediate triangles: unchecked, with unresolved face numbers.
 
 use fabkit_geometry::{Aabb, Point3, Pose};
 
@@ -21,7 +21,7 @@ impl Facets {
         self.faces.push(face);
     }
 
-    /// Adds a moved copy whose face numbers start at `first_face`.
+    /// Appends a moved copy whose face numbers start at `first_face`.
     pub fn append(&mut self, other: &Self, pose: &Pose, first_face: u32) {
         let first_vertex = self.vertices.len() as u32;
         if *pose == Pose::identity() {

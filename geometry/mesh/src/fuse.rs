@@ -1,13 +1,13 @@
-//! Solids of revolution about one axis become one solid of revolution, before anything is meshed.
+//! Fusion of coaxial solids of revolution into one solid of revolution before meshing.
 //!
-//! Domes, rings, tubes and stepped holes are stacks of round things: cutting one by another in space
-//! intersects thousands of triangles to find a few circles. In the half plane through the axis they
-//! are a few lines and arcs, whose crossings have closed forms (`profile`). What comes out is a plain
-//! revolved profile, each of whose pieces still knows the face that it came from.
+//! Domes, rings, tubes and stepped holes are stacks of round bodies: cutting one by another in space intersects
+//! thousands of triangles to find a few circles. In the half plane through the axis they are a few lines and arcs,
+//! whose crossings have closed forms (`profile`). The result is a plain revolved profile, and each of its segments
+//! keeps the number of its original face.
 //!
-//! Bodies that touch share their triangles where they share a face, and so must they here. Planes and
-//! cylinders may be divided freely; a cone or a bent face is divided only if no other leaf lies on the
-//! same surface. What touches, overlaps or would fall apart is left as it is.
+//! Bodies that touch share their triangles where they share a face, and this must hold after fusion. Planes and
+//! cylinders may be divided freely; a cone or a curved face is divided only if no other leaf lies on the same surface.
+//! Bodies that touch, overlap along a face or would fall apart are left as they are.
 
 mod profile;
 
@@ -17,20 +17,20 @@ use self::profile::{Outline, Rule, Seg};
 use crate::extent::extent;
 use crate::tessellate::face_count;
 
-/// Axes and points nearer than this are the same, mm; the same for the sine between directions.
+/// Distance below which axes and points count as the same, mm, and sine of the angle below which directions do.
 const SAME: f64 = 1e-10;
 
-/// Surfaces nearer than this count as one, mm.
+/// Distance below which surfaces count as one, mm.
 const SAME_SURFACE_MM: f64 = 1e-6;
 
-/// A tree that means the same.
+/// Equivalent tree after fusion.
 pub(crate) struct Fused {
     pub solid: Solid,
-    /// For each of its faces the number that it has in the tree it came from.
+    /// Number in the original tree of each of its faces.
     pub faces: Vec<u32>,
 }
 
-/// `None` if there is nothing to fuse.
+/// Fuses a tree; `None` if there is nothing to fuse.
 pub(crate) fn fused(solid: &Solid) -> Option<Fused> {
     let mut fuser = Fuser { surfaces: Vec::new(), changed: false, next_face: 0 };
     for leaf in solid.leaves() {
@@ -45,7 +45,7 @@ pub(crate) fn fused(solid: &Solid) -> Option<Fused> {
     fuser.changed.then_some(Fused { solid: part.solid, faces: part.faces })
 }
 
-/// A surface whose triangles depend on where it is divided: a point of its axis and what shape it is.
+/// Surface whose triangulation depends on where it is divided, given by a point of its axis and its shape parameters.
 #[derive(PartialEq)]
 struct RevolvedSurface {
     at: Point3<f64>,
@@ -58,6 +58,7 @@ impl RevolvedSurface {
             Some(bend) => (bend.centre[1], [bend.centre[0], bend.axes[0], bend.axes[1]]),
             None => {
                 let [r, z] = [0, 1].map(|i| seg.to[i] - seg.from[i]);
+                // Planes and cylinders may be divided freely.
                 if r == 0.0 || z == 0.0 {
                     return None;
                 }
@@ -67,7 +68,7 @@ impl RevolvedSurface {
         Some(Self { at: root_from_leaf.point(Point3::new(0.0, 0.0, z)), shape })
     }
 
-    /// Of a primitive that has no outline here.
+    /// Returns the surface of a primitive that has no outline here.
     fn whole(primitive: &Solid, root_from_leaf: &Pose) -> Option<Self> {
         let shape = match primitive {
             Solid::Ellipsoid(s) => [0.0, s.semi_axes_mm[0], s.semi_axes_mm[2]],
@@ -87,7 +88,7 @@ impl RevolvedSurface {
     }
 }
 
-/// A subtree and the old numbers of its faces.
+/// Subtree with the original numbers of its faces.
 #[derive(Clone)]
 struct Part {
     solid: Solid,
@@ -95,7 +96,7 @@ struct Part {
 }
 
 impl Part {
-    /// The primitive below placements and names, and where it is.
+    /// Returns the primitive below placements and names, and its pose.
     fn peeled(&self) -> (Pose, &Solid) {
         let (mut pose, mut core) = (Pose::identity(), &self.solid);
         loop {
@@ -116,7 +117,7 @@ impl Part {
 }
 
 struct Fuser {
-    /// Of all leaves, in the root's frame.
+    /// Surfaces of all leaves, in the root's frame.
     surfaces: Vec<RevolvedSurface>,
     changed: bool,
     next_face: u32,
@@ -160,7 +161,7 @@ impl Fuser {
         of.iter().map(|one| self.tree(one, *pose)).collect()
     }
 
-    /// Parts of a union, those with a common axis in one where that can be.
+    /// Unites parts; coaxial ones are fused where possible.
     fn united(&mut self, parts: Vec<Part>, pose: &Pose) -> Vec<Part> {
         let mut done: Vec<Part> = Vec::with_capacity(parts.len());
         for mut part in parts {
@@ -169,6 +170,7 @@ impl Fuser {
                 match self.combined(&done[i], &part, Rule::Add, pose) {
                     Some(both) => {
                         part = both;
+                        // The union may now touch parts that it was apart from before, so the search starts again.
                         done.remove(i);
                         i = 0;
                     }
@@ -180,7 +182,8 @@ impl Fuser {
         done
     }
 
-    /// What of the tools can be cut from the base, or from one part of it, is.
+    /// Cuts tools from the base, or from its one part that a tool touches, by fusion where possible. The other tools
+    /// stay tools of a difference.
     fn cut(&mut self, base: Part, tools: Vec<Part>, pose: &Pose) -> Part {
         let mut bases = match base.solid {
             Solid::Union(of) => {
@@ -199,6 +202,7 @@ impl Fuser {
         for tool in tools {
             let bounds = tool.bounds();
             let touched = |part: &Part| !part.bounds().common(&bounds).is_empty();
+            // A tool that touches two parts must be cut from both, which fusion cannot do.
             let mut touched = (0..bases.len()).filter(|&i| touched(&bases[i]));
             let cut = match (touched.next(), touched.next()) {
                 (Some(i), None) => {
@@ -227,11 +231,13 @@ impl Fuser {
         let root_from_a = pose.then_in(a_pose);
         let may_divide = |seg: &Seg| {
             RevolvedSurface::of(seg, &root_from_a).is_none_or(|surface| {
+                // The surface itself is in the list, so a count of 1 means that no other leaf shares it.
                 self.surfaces.iter().filter(|other| surface.is_near(other)).count() == 1
             })
         };
         let outline = a_outline.combined(&b_outline, rule, may_divide)?;
         let (path, faces) = outline.into_path();
+        // A clockwise result would be a hole, not a body.
         if path.signed_area_mm2() <= 0.0 {
             return None;
         }
@@ -241,7 +247,7 @@ impl Fuser {
     }
 }
 
-/// How far a frame is shifted along the other's z axis; `None` if they differ by anything else.
+/// Returns the shift of one frame along the other's z axis; `None` if they differ in any other way.
 fn along_axis(a: &Pose, b: &Pose) -> Option<f64> {
     let turn = a.rotation() - b.rotation();
     if turn.iter().any(|x| x.abs() > SAME) {
@@ -255,7 +261,7 @@ fn solids(parts: Vec<Part>) -> Vec<Solid> {
     parts.into_iter().map(|part| part.solid).collect()
 }
 
-/// The union of parts; one alone is itself.
+/// Returns the union of parts; a single part as it is.
 fn together(mut parts: Vec<Part>) -> Part {
     if parts.len() == 1 {
         return parts.swap_remove(0);

@@ -8,9 +8,12 @@ pub(crate) fn previous(edge: usize) -> usize {
     if edge.is_multiple_of(3) { edge + 2 } else { edge - 1 }
 }
 
-/// The twin of each edge, or an edge that has none.
+/// Returns the twin of each edge.
+///
+/// # Errors
+/// An edge that has no twin.
 pub(crate) fn twins(vertex_count: usize, corners: &[u32]) -> Result<Vec<u32>, usize> {
-    // Edges in buckets by their lower vertex: an edge and its twin share a bucket.
+    // Bucket sort by the lower vertex: an edge and its twin share a bucket.
     let ends = |edge: usize| (corners[edge], corners[next(edge)]);
     let mut first = vec![0u32; vertex_count + 1];
     for edge in 0..corners.len() {
@@ -20,7 +23,7 @@ pub(crate) fn twins(vertex_count: usize, corners: &[u32]) -> Result<Vec<u32>, us
     for v in 0..vertex_count {
         first[v + 1] += first[v];
     }
-    // There by their higher vertex, then by direction: twins stand side by side.
+    // Within a bucket the order is by higher vertex, then by direction: twins become neighbours.
     let mut filled = first.clone();
     let mut sorted = vec![0u64; corners.len()];
     for edge in 0..corners.len() {

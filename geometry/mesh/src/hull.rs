@@ -1,20 +1,20 @@
-//! The smallest convex body around points.
+//! Convex hull of points.
 
 use crate::MeshError;
 use crate::facets::Facets;
 use crate::kernel;
 
-/// Triangles, counter-clockwise seen from outside.
+/// Convex polyhedron of triangles, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hull {
-    /// The points that are corners of it, mm.
+    /// Corner points, mm.
     pub vertices: Vec<[f64; 3]>,
-    /// Indices of corners.
+    /// Triangles as indices of corners.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Hull {
-    /// What it encloses, mm3.
+    /// Computes the enclosed volume, mm3.
     pub fn volume_mm3(&self) -> f64 {
         let corner = |i: u32| fabkit_geometry::Vector3::from(self.vertices[i as usize]);
         let sixth = |t: &[u32; 3]| corner(t[0]).dot(&corner(t[1]).cross(&corner(t[2])));
@@ -22,7 +22,7 @@ impl Hull {
     }
 }
 
-/// The hull of some points, mm.
+/// Computes the convex hull of points, mm.
 ///
 /// ```
 /// let corners = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from)).collect::<Vec<_>>();

@@ -1,5 +1,5 @@
-//! The boolean kernel, manifold-rust, and nothing else that knows it (but the polygon triangulator
-//! in `tessellate/extruded.rs`).
+//! Interface to the boolean kernel, manifold-rust. Other modules use only its polygon triangulator
+//! (`tessellate/extruded.rs`, `conform/fill.rs`).
 
 use manifold_rust::boolean3;
 use manifold_rust::impl_mesh::ManifoldImpl;
@@ -12,23 +12,23 @@ use fabkit_geometry::{Aabb, Point3, Pose};
 use crate::MeshError;
 use crate::facets::Facets;
 
-/// Vertices that a boolean creates nearer to each other than this become one, mm.
+/// Distance below which vertices created by a boolean are merged, mm.
 ///
-/// Far below any chord tolerance, and above the spacing of `f32` values where parts are, so that
-/// few slivers reach the file.
+/// It is far below any chord tolerance and above the spacing of `f32` values at the size of parts, so that few slivers
+/// reach the file.
 const MERGE_MM: f64 = 1e-5;
 
-/// The convex hull of points.
+/// Computes the convex hull of points.
 pub(crate) fn hull(points: &[[f64; 3]]) -> Result<Facets, MeshError> {
     let points: Vec<Vec3> = points.iter().map(|p| Vec3::new(p[0], p[1], p[2])).collect();
     let hull = checked(Manifold::hull(&points).into_impl(), "the hull of points")?;
     Ok(hull.to_facets())
 }
 
-/// What to do with two solids.
+/// Boolean operation on two solids.
 pub(crate) use manifold_rust::types::OpType as Operation;
 
-/// A mesh prepared for booleans.
+/// Mesh prepared for booleans.
 #[derive(Clone)]
 pub(crate) struct Prepared(ManifoldImpl);
 
@@ -55,7 +55,7 @@ impl Prepared {
         Facets { vertices, triangles, faces }
     }
 
-    /// A moved copy whose face numbers start at `first_face`.
+    /// Returns a moved copy whose face numbers start at `first_face`.
     pub fn placed(&self, pose: &Pose, first_face: u32) -> Self {
         let column = |c: [f64; 3]| Vec3::new(c[0], c[1], c[2]);
         let rotation = |i: usize| column(pose.rotation().column(i).into_owned().into());

@@ -1,9 +1,10 @@
-//! Solids to triangles.
+//! Conversion of solids to triangle meshes.
 //!
-//! [`mesh`] gives a [`TriMesh`] whose vertices lie on the exact surface, but for few that booleans make,
-//! and whose triangles are nowhere farther from it than the chord tolerance. [`PrintMesh`] is what files are
-//! written from: rounded to `f32`, welded, and proven closed and oriented *after* that.
+//! [`mesh`] returns a [`TriMesh`] whose vertices lie on the exact surface, except for a few made by booleans, and whose
+//! triangles deviate from it by at most the chord tolerance. [`PrintMesh`] is the form that files are written from:
+//! rounded to `f32`, welded, and proven closed and oriented *after* that.
 //!
+//! Only this crate depends on the boolean kernel.
 //! This crate is the only one that knows the boolean kernel.
 //!
 //! ```
@@ -51,10 +52,10 @@ pub use shading::ShadedMesh;
 pub use snapshot::snapshot;
 pub use tri_mesh::{FaceId, TriMesh};
 
-/// Chord tolerance where nobody asks for another, mm.
+/// Default chord tolerance, mm.
 pub const DEFAULT_TOLERANCE_MM: f64 = 0.01;
 
-/// Meshes a solid.
+/// Converts a solid to a triangle mesh.
 ///
 /// The same solid and tolerance give the same mesh, bit for bit.
 ///
@@ -64,20 +65,20 @@ pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
     Ok(seams::fitted(mesh_as_cut(solid, tolerance_mm)?, solid, tolerance_mm))
 }
 
-/// As [`mesh`], but where faces meet it is left as it was cut, and may stray by more than the
-/// tolerance: for integrals, whose errors follow the tolerance only if no single edge is refined.
+/// Converts a solid like [`mesh`], but without refining edges where faces meet, which may deviate by more than the
+/// tolerance. Intended for integrals, whose errors scale with the tolerance only if no single edge is refined.
 ///
 /// # Errors
-/// As [`mesh`].
+/// Same as for [`mesh`].
 pub fn mesh_as_cut(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
     checked(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, true))
 }
 
-/// As [`mesh`], but small features are cut by the boolean kernel too, instead of conforming: slower, for
-/// benchmarks and as a second opinion.
+/// Converts a solid like [`mesh`], but cuts small features by the boolean kernel instead of fitting them into the mesh:
+/// slower, for benchmarks and as an independent check.
 ///
 /// # Errors
-/// As [`mesh`].
+/// Same as for [`mesh`].
 pub fn mesh_by_booleans(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
     let cut = checked(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, false))?;
     Ok(seams::fitted(cut, solid, tolerance_mm))
@@ -95,7 +96,7 @@ fn checked(
     Ok(to_mesh(solid, evaluate(solid, tolerance_mm)?))
 }
 
-/// Names the faces by leaf.
+/// Converts face numbers to face identifiers by leaf.
 fn to_mesh(solid: &Solid, facets: facets::Facets) -> TriMesh {
     let ids: Vec<FaceId> = (0..)
         .zip(solid.leaves())
@@ -107,34 +108,35 @@ fn to_mesh(solid: &Solid, facets: facets::Facets) -> TriMesh {
     TriMesh { vertices: facets.vertices, triangles: facets.triangles, faces }
 }
 
-/// Volume that two solids have in common at a chord tolerance, mm^3; 0 if they are apart.
+/// Computes the common volume of two solids at a chord tolerance, mm^3; 0 if they are apart.
 ///
 /// # Errors
-/// As [`mesh`], but nothing in common is no error.
+/// Same as for [`mesh`], except that an empty intersection is not an error.
 pub fn intersection_volume_mm3(a: &Solid, b: &Solid, tolerance_mm: f64) -> Result<f64, MeshError> {
     Intersections::new(tolerance_mm).volume_mm3(a, b)
 }
 
-/// What solids have in common, pair by pair: each is made once, in whatever pairs and places it stands.
+/// Computes intersections of pairs of solids, and caches each solid's mesh for reuse in other pairs and placements.
 pub struct Intersections {
     evaluator: evaluate::Evaluator,
     tolerance_mm: f64,
 }
 
 impl Intersections {
-    /// At a chord tolerance, mm.
+    /// Creates an empty cache for a chord tolerance, mm.
     pub fn new(tolerance_mm: f64) -> Self {
         Self { evaluator: evaluate::Evaluator::new(tolerance_mm, true), tolerance_mm }
     }
 
-    /// As [`intersection_volume_mm3`], whatever was asked before.
+    /// Computes the same as [`intersection_volume_mm3`], whatever was computed before.
     ///
     /// # Errors
-    /// As there.
+    /// Same as for [`intersection_volume_mm3`].
     pub fn volume_mm3(&mut self, a: &Solid, b: &Solid) -> Result<f64, MeshError> {
+        // Without fusion: faces that both solids share keep equal triangles, and shapes are cached by subtree.
         let unfused = |solid: &Solid, _| self.evaluator.unfused(solid);
         match checked(&a.clone().and(b.clone()), self.tolerance_mm, unfused) {
-            // What is left of two surfaces that touch may come out as minus nothing.
+            // The remainder of two surfaces that touch may have a tiny negative volume.
             Ok(common) => Ok(common.volume_mm3().max(0.0)),
             Err(MeshError::Empty) => Ok(0.0),
             Err(other) => Err(other),
@@ -143,11 +145,11 @@ impl Intersections {
 }
 
 impl TriMesh {
-    /// Rounds to `f32`, welds, removes what became degenerate, and proves the result closed,
-    /// oriented and free of degenerate triangles.
+    /// Rounds to `f32`, welds, removes triangles that became degenerate, and proves the result closed, oriented and
+    /// free of degenerate triangles.
     ///
     /// # Errors
-    /// What could not be repaired.
+    /// Defects that could not be repaired.
     pub fn to_print(&self) -> Result<PrintMesh, MeshError> {
         Ok(print::to_print(self)?)
     }

@@ -1,4 +1,4 @@
-//! Volume, area, genus, bounds.
+//! Volume, area, genus, shells and bounds of meshes.
 
 use std::collections::BTreeMap;
 
@@ -8,32 +8,32 @@ use crate::facets::bounds_of;
 use crate::{FaceId, TriMesh};
 
 impl TriMesh {
-    /// Enclosed volume, mm^3.
+    /// Computes the enclosed volume, mm^3.
     pub fn volume_mm3(&self) -> f64 {
         volume_mm3(&self.vertices, &self.triangles)
     }
 
-    /// Surface area, mm^2.
+    /// Computes the surface area, mm^2.
     pub fn area_mm2(&self) -> f64 {
         area_mm2(&self.vertices, &self.triangles)
     }
 
-    /// Through holes and handles, summed over connected shells: 1 - (V - E + F) / 2 per shell.
+    /// Computes the number of through holes and handles, summed over connected shells: 1 - (V - E + F) / 2 per shell.
     pub fn genus(&self) -> i32 {
         genus(self.vertices.len(), &self.triangles)
     }
 
-    /// Connected shells; a closed cavity counts as one.
+    /// Returns the number of connected shells; a closed cavity counts as one.
     pub fn shells(&self) -> usize {
         shells_and_vertices(self.vertices.len(), &self.triangles).0
     }
 
-    /// Smallest box, mm.
+    /// Returns the bounding box, mm.
     pub fn bounds(&self) -> Aabb {
         bounds_of(&self.vertices)
     }
 
-    /// Smallest distance of a triangle's corner from the longest edge, mm: what shows slivers.
+    /// Computes the smallest altitude over the longest edge of any triangle, mm, which reveals slivers.
     pub fn lowest_altitude_mm(&self) -> f64 {
         let altitude = |t: &[u32; 3]| {
             let corners = t.map(|v| self.vertices[v as usize]);
@@ -47,23 +47,23 @@ impl TriMesh {
         self.triangles.iter().map(altitude).fold(f64::INFINITY, f64::min)
     }
 
-    /// Name of the feature that a triangle of `solid`'s mesh belongs to; empty where there is none.
+    /// Returns the name of the feature that a triangle of `solid`'s mesh belongs to; empty if there is none.
     pub fn feature<'a>(&self, triangle: usize, solid: &'a Solid) -> &'a str {
         feature_of(self.faces.get(triangle), solid)
     }
 }
 
-/// One closed, connected surface.
+/// Closed, connected surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shell {
-    /// What it encloses, mm^3: below 0 for a cavity.
+    /// Enclosed volume, mm^3: negative for a cavity.
     pub volume_mm3: f64,
-    /// Centre of its box, mm.
+    /// Centre of its bounding box, mm.
     pub at_mm: [f64; 3],
 }
 
 impl Shell {
-    /// Whether the material is outside.
+    /// Returns whether the material is outside.
     pub fn is_void(&self) -> bool {
         self.volume_mm3 < 0.0
     }
@@ -86,13 +86,13 @@ pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Normal whose length is twice the triangle's area, mm^2.
+/// Returns the normal whose length is twice the triangle's area, mm^2.
 pub(crate) fn double_area(corners: [[f64; 3]; 3]) -> [f64; 3] {
     cross(subtract(corners[1], corners[0]), subtract(corners[2], corners[0]))
 }
 
 pub(crate) fn volume_mm3(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
-    // Tetrahedra to a point on the mesh: around a distant origin their sum would lose digits.
+    // Tetrahedra to a point on the mesh: relative to a distant origin their sum would lose digits.
     let Some(&origin) = vertices.first() else { return 0.0 };
     let tetrahedron = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| subtract(vertices[v as usize], origin));
@@ -109,7 +109,7 @@ pub(crate) fn area_mm2(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
     triangles.iter().map(double).sum::<f64>() / 2.0
 }
 
-/// Sum over shells of 1 - (V - E + F) / 2, where a closed mesh has E = 3 F / 2.
+/// Computes the sum over shells of 1 - (V - E + F) / 2, where a closed mesh has E = 3 F / 2.
 pub(crate) fn genus(vertex_count: usize, triangles: &[[u32; 3]]) -> i32 {
     let (shells, used) = shells_and_vertices(vertex_count, triangles);
     let characteristic = used as i64 - triangles.len() as i64 / 2;
@@ -124,9 +124,10 @@ pub(crate) fn shells(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Shell
         all.push(*triangle);
     }
     let mut of: Vec<(usize, Vec<[u32; 3]>)> = of.into_values().collect();
+    // The order of shells follows their first triangles.
     of.sort_unstable_by_key(|(first, _)| *first);
     let shell = |triangles: Vec<[u32; 3]>| {
-        // Its own corners, so that the volume is summed from one of them.
+        // Each shell gets its own corners, so that its volume is summed relative to one of them.
         let corners: Vec<[f64; 3]> =
             triangles.iter().flatten().map(|&v| vertices[v as usize]).collect();
         let own: Vec<[u32; 3]> =
@@ -137,7 +138,7 @@ pub(crate) fn shells(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Shell
     of.into_iter().map(|(_, triangles)| shell(triangles)).collect()
 }
 
-/// Connected components and vertices in use.
+/// Returns the number of connected components and of vertices in use.
 fn shells_and_vertices(vertex_count: usize, triangles: &[[u32; 3]]) -> (usize, usize) {
     let root = components(vertex_count, triangles);
     let mut used = vec![false; vertex_count];
@@ -148,7 +149,7 @@ fn shells_and_vertices(vertex_count: usize, triangles: &[[u32; 3]]) -> (usize, u
     (shells, used.iter().filter(|u| **u).count())
 }
 
-/// For each vertex, the least vertex that it is connected with.
+/// Returns for each vertex the smallest vertex that it is connected with (union-find with path halving).
 fn components(vertex_count: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
     let mut parent: Vec<u32> = (0..vertex_count as u32).collect();
     fn root(parent: &mut [u32], mut v: u32) -> u32 {

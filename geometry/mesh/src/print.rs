@@ -1,8 +1,8 @@
-//! Meshes as files hold them.
+//! Meshes in the form that files contain.
 //!
-//! Printers' files hold 32-bit coordinates, and readers weld what has equal ones. A mesh that is
-//! sound in 64 bits may not be after that: vertices fall together, slivers become lines. So the
-//! rounding happens here, where it can be repaired, and the result is proven sound.
+//! Files for printers contain 32-bit coordinates, and readers weld vertices with equal ones. A mesh that is valid in 64
+//! bits may not be valid after that: vertices coincide, slivers become lines. So the rounding happens here, where
+//! defects can be repaired, and the result is proven valid.
 
 mod halfedges;
 mod measure;
@@ -12,12 +12,12 @@ mod verify;
 use crate::{FaceId, TriMesh};
 use halfedges::Halfedges;
 
-/// A mesh as files hold it: `f32`, welded, checked. Only [`TriMesh::to_print`] makes one.
+/// Mesh in the form that files contain: `f32`, welded, checked. Only [`TriMesh::to_print`] creates it.
 ///
-/// No two vertices are equal; every edge has exactly two triangles, in opposite directions; the
-/// triangles around a vertex form one fan; none has area 0; the volume is positive; the genus is
-/// that of the mesh it came from; and no vertex is farther from where it was than
-/// [`PrintMesh::MOST_ULPS`] spacings of `f32` values at the mesh's largest coordinate.
+/// No two vertices are equal; every edge has exactly two triangles, in opposite directions; the triangles around a
+/// vertex form one fan; none has area 0; the volume is positive; the genus is that of the original mesh; and no vertex
+/// is farther from its original position than [`PrintMesh::MOST_ULPS`] spacings of `f32` values at the mesh's largest
+/// coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintMesh {
     vertices: Vec<[f32; 3]>,
@@ -25,41 +25,42 @@ pub struct PrintMesh {
     faces: Vec<FaceId>,
 }
 
-/// Why a mesh cannot be written.
+/// Defect that prevents a mesh from being written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("after rounding to 32 bits, {problem} at ({:.4}, {:.4}, {:.4}) mm", at_mm[0], at_mm[1], at_mm[2])]
 pub struct PrintDefect {
-    /// What is wrong.
+    /// Description of the defect.
     pub problem: &'static str,
-    /// Where, mm.
+    /// Position, mm.
     pub at_mm: [f64; 3],
 }
 
 impl PrintMesh {
-    /// How far rounding and repair may move a vertex, in spacings of `f32` values at the largest
-    /// coordinate: 0.1 micrometres for a part that reaches 30 mm.
+    /// Largest displacement of a vertex by rounding and repair, in spacings of `f32` values at the largest coordinate:
+    /// 0.1 micrometres for a part that reaches 30 mm.
     pub const MOST_ULPS: f64 = 64.0;
 
-    /// Vertex positions, mm.
+    /// Returns the vertex positions, mm.
     pub fn vertices(&self) -> &[[f32; 3]] {
         &self.vertices
     }
 
-    /// Counter-clockwise seen from outside.
+    /// Returns the triangles, counter-clockwise seen from outside.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// One per triangle.
+    /// Returns the faces, one per triangle.
     pub fn faces(&self) -> &[FaceId] {
         &self.faces
     }
 }
 
-/// Spacing of `f32` values at the largest coordinate, mm.
+/// Computes the spacing of `f32` values at the largest coordinate, mm.
 fn ulp_mm(vertices: &[[f64; 3]]) -> f64 {
     let largest = vertices.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let above = (largest as f32).max(f32::MIN_POSITIVE);
+    // The spacing above the value, which is never smaller than the one below.
     f64::from(above.next_up()) - f64::from(above)
 }
 
@@ -73,7 +74,7 @@ pub(crate) fn to_print(mesh: &TriMesh) -> Result<PrintMesh, PrintDefect> {
     Ok(print)
 }
 
-/// Leaves out what was removed.
+/// Removes unused vertices and removed triangles.
 fn compact(edges: &Halfedges, faces: &[FaceId]) -> PrintMesh {
     const UNUSED: u32 = u32::MAX;
     let mut new_index = vec![UNUSED; edges.positions.len()];

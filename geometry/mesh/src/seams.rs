@@ -1,13 +1,12 @@
-//! Edges where faces meet, brought to where the exact faces meet.
+//! Correction of edges between faces, so that they lie where the exact faces meet.
 //!
-//! A boolean of triangles intersects triangles. Those keep to the tolerance, but where two faces meet
-//! at a small angle, what strays by d from one of them strays by d / sin(angle) along the other, and
-//! with it the edge between them. So when all booleans are done, vertices between faces are moved to
-//! where the exact surfaces meet, and edges between faces are divided until no chord is farther from
-//! the exact curve than the tolerance.
+//! A boolean of triangles intersects triangles. They keep to the tolerance, but where two faces meet at a small angle,
+//! a deviation of d from one of them becomes a deviation of d / sin(angle) along the other, and the edge between them
+//! moves by as much. So when all booleans are done, vertices between faces are moved to where the exact surfaces meet,
+//! and edges between faces are divided until no chord is farther from the exact curve than the tolerance.
 //!
-//! A vertex stays where it is if the surfaces have no point in common near it (a contact without an
-//! angle), or if moving it would fold the mesh.
+//! A vertex stays where it is if the surfaces have no common point near it (a tangential contact), or if moving it
+//! would fold the mesh.
 
 mod meet;
 mod net;
@@ -24,19 +23,19 @@ use crate::measure::double_area;
 use crate::surface::LeafSurface;
 use crate::{FaceId, TriMesh, tessellate};
 
-/// Vertices may be in each other's way: so often the rest are tried again.
+/// Number of attempts to move the vertices: they may block each other.
 const ROUNDS: usize = 3;
 
-/// A vertex that is moved makes at most so many edges flip.
+/// Largest number of edge flips for moving one vertex.
 const MOST_FLIPS: usize = 4;
 
-/// A triangle that is lower than this counts as folded, mm: as near as the boolean kernel lets vertices
-/// come to each other.
+/// Altitude below which a triangle counts as folded, mm: the distance at which the boolean kernel merges vertices.
 const LOWEST_MM: f64 = 1e-5;
 
-/// The mesh with its seams where they belong.
+/// Returns the mesh with corrected edges between faces.
 pub(crate) fn fitted(mesh: TriMesh, solid: &Solid, tolerance_mm: f64) -> TriMesh {
     let leaves = solid.leaves();
+    // A single primitive has no edges made by booleans.
     if leaves.len() < 2 {
         return mesh; // As tessellated.
     }
@@ -69,13 +68,13 @@ pub(crate) fn fitted(mesh: TriMesh, solid: &Solid, tolerance_mm: f64) -> TriMesh
 struct Seams {
     net: Net,
     surfaces: Vec<Option<LeafSurface>>,
-    /// Of each face's surface: 1 if its normal leaves the solid, else -1.
+    /// Orientation of each face's surface: 1 if its normal points out of the solid, else -1.
     outward: Vec<f64>,
     tolerance_mm: f64,
 }
 
 impl Seams {
-    /// Vertices between faces that do not lie on all of them, and where those meet.
+    /// Returns the vertices between faces that do not lie on all of them, and the points where those faces meet.
     fn off(&self) -> Vec<(u32, [f64; 3])> {
         let mut is_between = vec![false; self.net.points.len()];
         for edge in self.seams() {
@@ -102,7 +101,7 @@ impl Seams {
         off
     }
 
-    /// Edges between two faces.
+    /// Returns the edges between two faces.
     fn seams(&self) -> impl Iterator<Item = usize> + '_ {
         let once = (0..self.net.corners.len()).filter(|&e| e < self.net.twins[e] as usize);
         once.filter(|&edge| {
@@ -111,7 +110,7 @@ impl Seams {
         })
     }
 
-    /// Where the faces beside an edge meet next to its middle, if that is too far away.
+    /// Returns the point next to an edge's midpoint where the faces beside it meet, if that is too far away.
     fn beyond(&self, edge: usize) -> Option<[f64; 3]> {
         let [face, other] = self.net.beside(edge).map(|f| self.surfaces[f as usize].as_ref());
         beyond([face?, other?], self.net.ends(edge).map(|v| self.at(v)), self.tolerance_mm)
@@ -121,7 +120,7 @@ impl Seams {
         Vector3::from(self.net.points[vertex as usize])
     }
 
-    /// Finds out on which side of its faces the solid lies.
+    /// Determines on which side of its faces the solid lies.
     fn orient(&mut self) {
         let mut facing = vec![0.0; self.surfaces.len()];
         for (t, &face) in self.net.faces.iter().enumerate() {
@@ -130,7 +129,7 @@ impl Seams {
         self.outward = facing.into_iter().map(f64::signum).collect();
     }
 
-    /// Twice the area of a triangle as the exact face sees it, mm^2; below 0 if it is folded.
+    /// Computes twice the area of a triangle projected on the exact face, mm^2; negative if it is folded.
     fn spread(&self, t: usize) -> f64 {
         let face = self.net.faces[t] as usize;
         let Some(surface) = &self.surfaces[face] else { return 1.0 };
@@ -140,7 +139,7 @@ impl Seams {
         self.outward[face] * normal.dot(&Vector3::from(area))
     }
 
-    /// Its lowest altitude as the exact face sees it, mm; below 0 if it is folded.
+    /// Computes the smallest altitude of a triangle projected on the exact face, mm; negative if it is folded.
     fn altitude_mm(&self, t: usize) -> f64 {
         let [a, b, c] = self.net.triangle(t).map(|v| self.at(v));
         let longest_mm = (b - a).norm().max((c - b).norm()).max((a - c).norm());
@@ -155,8 +154,8 @@ impl Seams {
         }
     }
 
-    /// Whether a vertex could be moved without a fold. Where it passes the far edge of one of its
-    /// triangles, that edge is flipped.
+    /// Moves a vertex if that is possible without a fold, and returns whether it was. If it passes the far edge of one
+    /// of its triangles, that edge is flipped.
     fn moved(&mut self, vertex: u32, to: [f64; 3]) -> bool {
         let around = self.net.around(vertex).map(|edge| edge / 3);
         let mut before: Vec<(usize, f64)> = around.map(|t| (t, self.altitude_mm(t))).collect();
@@ -176,6 +175,7 @@ impl Seams {
             if flipped.len() == MOST_FLIPS || !self.may_flip(far) {
                 break;
             }
+            // The flipped triangle is a new one, so its former altitude does not apply.
             before.retain(|(t, _)| *t != edge / 3);
             flipped.push((far, self.net.twins[far] as usize));
             self.net.flip(far);
@@ -187,7 +187,7 @@ impl Seams {
         false
     }
 
-    /// Whether the other diagonal keeps to the face.
+    /// Returns whether the other diagonal stays within tolerance of the face.
     fn may_flip(&self, edge: usize) -> bool {
         let [face, beyond] = self.net.beside(edge);
         let (Some(ends), Some(surface)) = (self.net.diagonal(edge), &self.surfaces[face as usize])
@@ -199,15 +199,16 @@ impl Seams {
         face == beyond && stray_mm <= MOST_SHARE * self.tolerance_mm
     }
 
-    /// Halves edges until none strays.
+    /// Halves edges until all are within tolerance.
     fn divide(&mut self) {
         let mut long: VecDeque<usize> = self.seams().collect();
         while let Some(edge) = long.pop_front() {
+            // The edge is divided at its midpoint first, and the new vertex is then moved.
             let Some(to) = self.beyond(edge) else { continue };
             let [a, b] = self.net.ends(edge).map(|v| self.at(v));
             let (middle, half) = self.net.divide(edge, ((a + b) / 2.0).into());
             if self.moved(middle, to) {
-                // Each half strays by a quarter: this comes to an end.
+                // Each half deviates by a quarter, so this terminates.
                 long.extend([edge, half]);
             }
         }

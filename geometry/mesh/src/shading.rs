@@ -1,5 +1,4 @@
-//! Meshes as pictures want them: with the exact surfaces' normals, smooth across what is smooth and sharp at
-//! edges.
+//! Meshes for rendering, with the normals of the exact surfaces: smooth within and across smooth faces, sharp at edges.
 
 use std::collections::BTreeMap;
 
@@ -8,28 +7,29 @@ use fabkit_geometry::{Solid, Vector3};
 use crate::surface::LeafSurface;
 use crate::{FaceId, PrintMesh};
 
-/// Normals that differ by less than about a degree, as a cosine, are of one smooth surface: where a round meets
-/// the face that it leads into, both are the same up to rounding.
+/// Cosine of about a degree: normals that differ by less belong to one smooth surface. Where a fillet joins a face
+/// tangentially, both normals agree up to rounding.
 const SAME_COSINE: f64 = 0.9998;
 
-/// A normal that turns by more than about eight degrees, as a cosine, over the first hundredth of the way into a
-/// triangle is that of no smooth surface: the tip of a cone has none.
+/// Cosine of about eight degrees: a normal that turns by more over the first hundredth of the way into a triangle is
+/// not that of a smooth surface. The tip of a cone has none.
 const TIP_COSINE: f64 = 0.99;
+/// Fraction of the way from a corner to the triangle's centroid at which that is tested.
 const INTO: f64 = 0.01;
 
-/// Triangles with a normal at each corner. Where faces meet at an angle, a place has several vertices.
+/// Triangles with a normal at each corner. Where faces meet at an angle, one position has several vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShadedMesh {
     /// Vertex positions, mm.
     pub positions: Vec<[f32; 3]>,
-    /// Unit normals, one per vertex, outwards.
+    /// Unit normals, one per vertex, pointing outwards.
     pub normals: Vec<[f32; 3]>,
-    /// Counter-clockwise seen from outside.
+    /// Triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl PrintMesh {
-    /// The same triangles with the normals of the exact surfaces of `solid`, in whose frame the mesh must be.
+    /// Adds the normals of the exact surfaces of `solid`, in whose frame the mesh must be.
     pub fn shaded(&self, solid: &Solid) -> ShadedMesh {
         let outward = self.outward_surfaces(solid);
         let count = self.triangles().len();
@@ -38,7 +38,7 @@ impl PrintMesh {
             normals: Vec::with_capacity(count),
             triangles: Vec::with_capacity(count),
         };
-        // Of each place, the vertices that it has so far.
+        // Vertices made so far at each position, with their normals.
         let mut made: Vec<Vec<(u32, Vector3<f64>)>> = vec![Vec::new(); self.vertices().len()];
         for (triangle, face) in self.triangles().iter().zip(self.faces()) {
             let corners = self.corners(triangle);
@@ -49,7 +49,7 @@ impl PrintMesh {
                 let same = known.iter().find(|(_, other)| other.dot(&normal) > SAME_COSINE);
                 same.map(|(vertex, _)| *vertex).unwrap_or_else(|| {
                     let vertex = shaded.positions.len() as u32;
-                    // No negative zero: equal numbers are equal bytes.
+                    // Adding 0.0 removes negative zeros, so that equal numbers are equal bytes.
                     shaded.positions.push(self.vertices()[triangle[i] as usize].map(|x| x + 0.0));
                     shaded.normals.push([0, 1, 2].map(|axis| normal[axis] as f32 + 0.0));
                     known.push((vertex, normal));
@@ -61,7 +61,8 @@ impl PrintMesh {
         shaded
     }
 
-    /// Each face's exact surface, and 1 if its normal leaves the solid, else -1: as most of its area says.
+    /// Returns each face's exact surface, and 1 if its normal points out of the solid, else -1. The sign is decided by
+    /// the larger part of the face's area.
     fn outward_surfaces(&self, solid: &Solid) -> BTreeMap<FaceId, (LeafSurface, f64)> {
         let leaves = solid.leaves();
         let mut found: BTreeMap<FaceId, (LeafSurface, f64)> = BTreeMap::new();
@@ -74,6 +75,7 @@ impl PrintMesh {
             }
             let corners = self.corners(triangle);
             if let Some((surface, votes)) = found.get_mut(face) {
+                // Weighted by area: `across` has twice the area as its length.
                 *votes += surface.offset(middle(corners).into()).normal.dot(&across(corners));
             }
         }
@@ -88,7 +90,7 @@ impl PrintMesh {
     }
 }
 
-/// Twice the area along the normal, by the right-hand rule.
+/// Returns the normal by the right-hand rule, with twice the triangle's area as length.
 fn across([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
@@ -97,14 +99,14 @@ fn middle([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
     (a + b + c) / 3.0
 }
 
-/// The normal at one corner of a triangle: the exact surface's, where it has one there.
+/// Returns the normal at one corner of a triangle: that of the exact surface if it has one there.
 fn normal_at(
     outward: Option<&(LeafSurface, f64)>,
     corners: [Vector3<f64>; 3],
     corner: usize,
     flat: Option<Vector3<f64>>,
 ) -> Vector3<f64> {
-    // A triangle without area is on its way out of any reader; it must still have a unit normal.
+    // Readers drop a triangle without area, but it must still have a unit normal.
     let flat_or_up = flat.unwrap_or_else(Vector3::z);
     let Some((surface, sign)) = outward else { return flat_or_up };
     let exact = |at: Vector3<f64>| (*sign * surface.offset(at.into()).normal).try_normalize(0.0);
@@ -155,7 +157,7 @@ mod tests {
         assert!(on_wall > 40, "{on_wall}");
     }
 
-    /// Where a round leads into a wall there is one vertex, at a rim there are two.
+    /// A position has one vertex where a rounding joins a wall tangentially, and two at a rim.
     #[test]
     fn only_edges_divide_vertices() {
         let half_ball = Solid::sphere(2.0).at(0.0, 0.0, 4.0);

@@ -1,26 +1,26 @@
-//! What meshes look like from the front, the right and above: the small picture that a file shows of itself.
-//! Drawn from the triangles, because they are there, and in some milliseconds.
+//! Thumbnails of meshes for embedding in files, seen from the front, the right and above. They are drawn from the
+//! triangles, which exist anyway, within some milliseconds.
 
 use fabkit_geometry::{Point3, Vector3};
 
 use crate::PrintMesh;
 
-/// Samples of a pixel along each side.
+/// Samples of a pixel along each side (supersampling).
 const FINER: usize = 2;
 
-/// Free on each side, as a fraction of the picture.
+/// Margin on each side, as a fraction of the image.
 const MARGIN: f64 = 0.024;
 
 const BACKGROUND: [u8; 3] = [255; 3];
 
-/// Light in the shade, as a fraction.
+/// Intensity in the shade, as a fraction.
 const AMBIENT: f64 = 0.35;
 
-/// Black would hide all edges: the darkest value in full light.
+/// Intensity of a black body in full light, 0 to 255: at 0 all its edges would be invisible.
 const DARKEST: f64 = 45.0;
 
-/// A square picture of meshes where they lie, each in its sRGB colour: `side_px` rows of `side_px` pixels of red,
-/// green and blue, from the top, on white.
+/// Renders a square image of meshes in their frame, each in its sRGB colour, on white. Returns `side_px` rows of
+/// `side_px` pixels of red, green and blue, from the top.
 ///
 /// ```
 /// use fabkit_geometry::Solid;
@@ -53,7 +53,7 @@ pub fn snapshot(meshes: &[(&PrintMesh, [u8; 3])], side_px: usize) -> Vec<u8> {
     let size = (max[0] - min[0]).max(max[1] - min[1]).max(f64::MIN_POSITIVE);
     let scale = side * (1.0 - 2.0 * MARGIN) / size;
     let middle = [0, 1].map(|axis| f64::midpoint(min[axis], max[axis]));
-    // From the viewer's millimetres to samples, y downwards.
+    // Conversion from the viewer's millimetres to samples, y downwards.
     let sample = |at: Point3<f64>| {
         let [x, y] = [(at.x - middle[0]) * scale, (middle[1] - at.y) * scale];
         Point3::new(0.5 * side + x, 0.5 * side + y, at.z * scale)
@@ -67,7 +67,8 @@ pub fn snapshot(meshes: &[(&PrintMesh, [u8; 3])], side_px: usize) -> Vec<u8> {
     canvas.pixels()
 }
 
-/// Right, up and towards the viewer, who stands 60 degrees off the x axis and 30 above the bed.
+/// Returns the directions right, up and towards the viewer, who looks from 60 degrees off the x axis and 30 degrees
+/// above the bed.
 fn axes() -> [Vector3<f64>; 3] {
     let (azimuth, elevation) = ((-60.0f64).to_radians(), 30.0f64.to_radians());
     let towards = Vector3::new(
@@ -79,7 +80,7 @@ fn axes() -> [Vector3<f64>; 3] {
     [right, towards.cross(&right), towards]
 }
 
-/// Samples: how near what is seen is, and its color.
+/// Buffer of samples with depth (larger is nearer) and colour.
 struct Canvas {
     side: usize,
     depth: Vec<f64>,
@@ -93,7 +94,7 @@ impl Canvas {
     }
 
     fn triangle(&mut self, [a, b, c]: [Point3<f64>; 3], color: [u8; 3]) {
-        // In samples, y downwards: what faces the viewer turns clockwise.
+        // In samples, with y downwards, triangles that face the viewer turn clockwise.
         let normal = (c - a).cross(&(b - a));
         if normal.z <= 0.0 {
             return;
@@ -102,13 +103,14 @@ impl Canvas {
         // Light from the upper left of the viewer.
         let light = Vector3::new(-0.35, -0.55, 0.75).normalize();
         let shade = AMBIENT + (1.0 - AMBIENT) * unit.dot(&light).max(0.0);
+        // Lambertian shading with ambient light.
         let lit = |value: u8| (DARKEST + f64::from(value) * (255.0 - DARKEST) / 255.0) * shade;
         let color = color.map(|value| lit(value).round() as u8);
         let range = |axis: usize| {
             let values = [a[axis], b[axis], c[axis]];
             let low = values.into_iter().fold(f64::INFINITY, f64::min);
             let high = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
-            // One past the last middle of a sample that lies within.
+            // The end is one past the last sample centre within the range.
             (low - 0.5).ceil().max(0.0) as usize
                 ..((high + 0.5).floor().max(0.0) as usize).min(self.side)
         };
@@ -122,7 +124,7 @@ impl Canvas {
                 if side(a, b) < 0.0 || side(b, c) < 0.0 || side(c, a) < 0.0 {
                     continue;
                 }
-                // Depth on the triangle's plane.
+                // Depth of the triangle's plane at the sample.
                 let z = a.z - (normal.x * (px - a.x) + normal.y * (py - a.y)) / normal.z;
                 let at = y * self.side + x;
                 if z > self.depth[at] {
@@ -133,7 +135,7 @@ impl Canvas {
         }
     }
 
-    /// RGB, averaged over the samples of each pixel.
+    /// Returns RGB pixels, averaged over the samples of each.
     fn pixels(&self) -> Vec<u8> {
         const COUNT: usize = FINER * FINER;
         let side_px = self.side / FINER;

@@ -1,8 +1,8 @@
-//! The exact surfaces that faces lie on, without the edges where faces end.
+//! Exact surfaces of faces, continued beyond the faces' edges.
 
 use fabkit_geometry::{Path, Point3, Pose, Segment, Solid, Vector3};
 
-/// The surface of one face of one primitive in its place.
+/// Surface of one face of a placed primitive.
 #[derive(Clone, Debug)]
 pub(crate) struct LeafSurface {
     root_from_leaf: Pose,
@@ -12,17 +12,17 @@ pub(crate) struct LeafSurface {
 
 #[derive(Clone, Debug)]
 enum Shape {
-    /// At right angles to an axis: its number, and where.
+    /// Plane perpendicular to an axis: number of the axis, and coordinate.
     Across(usize, f64),
-    /// A curve of the (distance from the axis, z) half plane, turned around z.
+    /// Surface of revolution: curve of the (distance from the axis, z) half plane, rotated around z.
     Turned(Curve),
-    /// A curve of the xy plane, along z.
+    /// Cylindrical surface: curve of the xy plane, extruded along z.
     Drawn(Curve),
-    /// With any three half axes, mm.
+    /// Ellipsoid with any three half axes, mm.
     Ellipsoid([f64; 3]),
 }
 
-/// Lines, circles and what is parallel to ellipses, mm.
+/// Line, circle or parallel curve of an ellipse, mm.
 #[derive(Clone, Debug)]
 enum Curve {
     Line { through: [f64; 2], normal: [f64; 2] },
@@ -30,8 +30,8 @@ enum Curve {
     Ellipse { centre: [f64; 2], semi_axes_mm: [f64; 2], offset_mm: f64 },
 }
 
-/// How far a point is from a surface, mm, and the unit normal there; both have a sign, which depends
-/// on the surface alone.
+/// Signed distance of a point from a surface, mm, and the unit normal there. The sign convention depends only on the
+/// surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Offset {
     pub distance_mm: f64,
@@ -39,14 +39,14 @@ pub(crate) struct Offset {
 }
 
 impl LeafSurface {
-    /// Of a face of a primitive; `None` if there is no such face.
+    /// Creates the surface of a face of a primitive; `None` if there is no such face.
     pub fn new(primitive: &Solid, face: u32, root_from_leaf: Pose) -> Option<Self> {
         let shape = Shape::new(primitive, face)?;
         Some(Self { root_from_leaf, leaf_from_root: root_from_leaf.inverse(), shape })
     }
 
-    /// Near the surface; to second order in the distance where the surface is an ellipsoid with three
-    /// different axes, else exact.
+    /// Computes the signed distance of a point near the surface. It is exact except on ellipsoids with three half axes,
+    /// where it is correct to second order in the distance.
     pub fn offset(&self, point: [f64; 3]) -> Offset {
         let local = self.leaf_from_root.point(Point3::from(point)).coords;
         let (distance_mm, normal) = self.shape.offset(local);
@@ -131,7 +131,7 @@ impl Curve {
         (length > 0.0).then_some(Self::Line { through: from, normal })
     }
 
-    /// Segment `number` of some paths, counted through all of them.
+    /// Creates the curve of segment `number`, counted through all paths.
     fn of<'a>(paths: impl Iterator<Item = &'a Path>, mut number: u32) -> Option<Self> {
         for path in paths {
             let count = path.segments.len() as u32;
@@ -144,7 +144,7 @@ impl Curve {
             return match &path.segments[number as usize] {
                 Segment::Line { to } => Self::line(from, *to),
                 Segment::Arc { to, centre, ccw } => {
-                    // The end that decides is the same one whichever way the arc is walked.
+                    // The radius is taken from the same end in both directions, so that shared arcs have equal radii.
                     let end = if *ccw { *to } else { from };
                     let radius_mm = (end[0] - centre[0]).hypot(end[1] - centre[1]);
                     Some(Self::Circle { centre: *centre, radius_mm })
@@ -179,16 +179,19 @@ impl Curve {
     }
 }
 
-/// Distance of a point from an ellipse around the origin, mm, positive outside, and the normal at the
-/// foot of the perpendicular, found by Newton's method.
+/// Computes the distance of a point from an ellipse around the origin, mm, positive outside, and the normal at the foot
+/// of the perpendicular, by Newton's method.
 fn from_ellipse([a, b]: [f64; 2], [x, y]: [f64; 2]) -> (f64, [f64; 2]) {
+    // Start at the point of the ellipse on the ray from the centre.
     let mut t = (a * y).atan2(b * x);
     for _ in 0..20 {
         let (s, c) = t.sin_cos();
         let slope = (a * a - b * b) * s * c - a * x * s + b * y * c;
         let change = (a * a - b * b) * (c * c - s * s) - a * x * c - b * y * s;
-        // Negative where the foot is nearest; otherwise the point lies beyond the centre of curvature.
+        // Negative where the foot is nearest. Otherwise the point lies beyond the centre of curvature, and a fixed step
+        // leads away from there.
         let step = if change < 0.0 { -slope / change } else { slope.signum() * 0.1 };
+        // Limited steps keep Newton's method from jumping to another branch.
         t += step.clamp(-0.2, 0.2);
         if step.abs() < 1e-13 {
             break;

@@ -1,8 +1,8 @@
-//! Primitives to triangles.
+//! Tessellation of primitives.
 //!
-//! Vertices lie on the exact surface; no triangle strays from it by more than the tolerance. What a
-//! face's triangles are depends on that face and the tolerance only, not on the rest of its solid:
-//! two bodies that share a face get the same triangles on it.
+//! Vertices lie on the exact surface, and no triangle deviates from it by more than the tolerance. The triangles of a
+//! face depend only on that face and the tolerance, not on the rest of its solid: two bodies that share a face get the
+//! same triangles on it.
 
 mod arc;
 mod circle;
@@ -19,7 +19,7 @@ pub(crate) use circle::turn;
 use revolved::{Stroke, revolve, strokes};
 pub(crate) use stitch::{Spread, Strip, stitch};
 
-/// How many faces a primitive has; booleans have the sum over their leaves.
+/// Returns the number of faces of a primitive; for booleans, the sum over their leaves.
 pub(crate) fn face_count(solid: &Solid) -> u32 {
     match solid {
         Solid::Sphere(_)
@@ -35,8 +35,7 @@ pub(crate) fn face_count(solid: &Solid) -> u32 {
     }
 }
 
-/// A primitive in its own frame, or `None` if it is unbounded, no primitive, or beyond what a
-/// sensible number of triangles can follow.
+/// Tessellates a primitive in its own frame. `None` if it is unbounded, no primitive, or needs too many triangles.
 pub(crate) fn tessellate(primitive: &Solid, tolerance_mm: f64) -> Option<Facets> {
     let mut out = Facets::default();
     let good = match primitive {
@@ -74,7 +73,7 @@ pub(crate) fn tessellate(primitive: &Solid, tolerance_mm: f64) -> Option<Facets>
     good.then_some(out)
 }
 
-/// Ellipsoid of revolution, or a parallel surface of one.
+/// Tessellates an ellipsoid of revolution, or a parallel surface of one. Returns whether that is possible.
 fn ball(out: &mut Facets, semi_axes_mm: [f64; 2], offset_mm: f64, tolerance_mm: f64) -> bool {
     let quarter = std::f64::consts::FRAC_PI_2;
     let arc =
@@ -85,8 +84,8 @@ fn ball(out: &mut Facets, semi_axes_mm: [f64; 2], offset_mm: f64, tolerance_mm: 
     revolve(out, [0.0, -tip_mm], &[meridian, axis], true, tolerance_mm)
 }
 
-/// Any three half axes: the ellipsoid of revolution around z through the longer of x and y, pressed
-/// together along the other. Pressing brings no two points farther apart, so the tolerance holds.
+/// Tessellates an ellipsoid with any three half axes: the ellipsoid of revolution around z with the longer of x and y
+/// as radius, compressed along the other axis. Compression brings no two points farther apart, so the tolerance holds.
 fn ellipsoid(out: &mut Facets, [a, b, c]: [f64; 3], tolerance_mm: f64) -> bool {
     let wide = a.max(b);
     let good = ball(out, [wide, c], 0.0, tolerance_mm);
@@ -108,13 +107,14 @@ fn frustum(out: &mut Facets, radii_mm: [f64; 2], height_mm: f64, tolerance_mm: f
     if top > 0.0 {
         strokes.push(Stroke::line(on_axis[1], 2));
     }
+    // The closing stroke on the axis sweeps no surface, so its face number does not matter.
     strokes.push(Stroke::line(on_axis[0], 0));
     revolve(out, on_axis[0], &strokes, true, tolerance_mm)
 }
 
 fn cuboid(out: &mut Facets, solid: &Cuboid) {
     let [x, y, z] = solid.size_mm;
-    // Corner k: bit 0 is x, bit 1 is y, bit 2 is z.
+    // Bits of corner k: bit 0 is x, bit 1 is y, bit 2 is z.
     for k in 0..8 {
         let pick = |bit: u32, low: f64, high: f64| if k >> bit & 1 == 0 { low } else { high };
         out.vertex([pick(0, -x / 2.0, x / 2.0), pick(1, -y / 2.0, y / 2.0), pick(2, 0.0, z)]);
@@ -122,7 +122,7 @@ fn cuboid(out: &mut Facets, solid: &Cuboid) {
     box_faces(out, [0, 1, 2, 3, 4, 5]);
 }
 
-/// The 12 triangles of a box whose corners are the first eight vertices, numbered by bits.
+/// Adds the 12 triangles of a box whose corners are the first eight vertices, numbered by bits.
 pub(crate) fn box_faces(out: &mut Facets, faces: [u32; 6]) {
     let quads =
         [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];

@@ -1,10 +1,10 @@
-//! Triangles with the faces that they belong to.
+//! Triangle meshes with the faces that the triangles belong to.
 
 use fabkit_geometry::Pose;
 
 use crate::facets;
 
-/// Which face of which primitive a triangle belongs to.
+/// Face of a primitive that a triangle belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FaceId {
     /// Index into [`Solid::leaves`](fabkit_geometry::Solid::leaves).
@@ -13,35 +13,34 @@ pub struct FaceId {
     pub face: u32,
 }
 
-/// A closed, oriented triangle mesh, mm.
+/// Closed, oriented triangle mesh, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriMesh {
     /// Vertex positions, mm.
     pub vertices: Vec<[f64; 3]>,
-    /// Counter-clockwise seen from outside.
+    /// Triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// One per triangle.
+    /// Faces, one per triangle.
     pub faces: Vec<FaceId>,
 }
 
 impl TriMesh {
-    /// The same mesh moved rigidly.
+    /// Returns the mesh after a rigid motion.
     #[must_use]
     pub fn placed(&self, pose: &Pose) -> Self {
         let vertices = self.vertices.iter().map(|&v| facets::moved(pose, v)).collect();
         Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
     }
 
-    /// The same mesh, larger or smaller about the origin by a factor above 0; its distance from the
-    /// surface grows with it.
+    /// Returns the mesh scaled about the origin by a factor above 0; its deviation from the surface scales with it.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let vertices = self.vertices.iter().map(|v| v.map(|x| x * factor)).collect();
         Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
     }
 
-    /// The same mesh, stretched along x, y and z about the origin by factors above 0; its distance
-    /// from the surface grows by at most the largest.
+    /// Returns the mesh stretched along x, y and z about the origin by factors above 0; its deviation from the surface
+    /// grows by at most the largest factor.
     #[must_use]
     pub fn stretched(&self, factors: [f64; 3]) -> Self {
         let stretch = |v: &[f64; 3]| std::array::from_fn(|i| v[i] * factors[i]);

@@ -1,9 +1,9 @@
-//! What a body says to who buys it or slices it.
+//! Ordering and slicing advice attached to a body.
 
 use crate::{Body, Kind, Order};
 
 impl Body {
-    /// What to ask a shop for, where it is bought.
+    /// Sets the order (article, quantity, supplier) of a bought body.
     #[must_use]
     pub fn ordered(self, order: Order) -> Self {
         debug_assert!(self.kind == Kind::Bought, "{} is not bought", self.name);
@@ -11,23 +11,23 @@ impl Body {
     }
 }
 
-/// What notes of a part tell the slicer, too.
+/// Slicer settings that come from the notes on a printed part.
 impl Body {
-    /// Printed in layers of this height, mm.
+    /// Sets the layer height to print with, mm.
     #[must_use]
     pub fn in_layers(mut self, layer_mm: f64) -> Self {
         self.slicing.layer_mm = Some(layer_mm);
         self
     }
 
-    /// Printed with supports, or on purpose without.
+    /// Sets whether to print with supports; `false` means deliberately without.
     #[must_use]
     pub fn with_supports(mut self, supports: bool) -> Self {
         self.slicing.supports = Some(supports);
         self
     }
 
-    /// Printed on a brim of this width, mm.
+    /// Sets the width of the brim to print on, mm.
     #[must_use]
     pub fn on_brim(mut self, brim_mm: f64) -> Self {
         self.slicing.brim_mm = Some(brim_mm);

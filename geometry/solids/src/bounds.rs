@@ -1,8 +1,8 @@
-//! Axis-aligned boxes.
+//! Axis-aligned bounding boxes.
 
 use nalgebra::Point3;
 
-/// An axis-aligned box in mm; infinite where a solid is.
+/// Axis-aligned box, mm. Infinite where a solid is unbounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     /// Smallest corner, mm.
@@ -12,57 +12,57 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// All of space.
+    /// Returns the box that contains all of space.
     pub fn everything() -> Self {
         let inf = f64::INFINITY;
         Self { min: Point3::new(-inf, -inf, -inf), max: Point3::new(inf, inf, inf) }
     }
 
-    /// A box that holds nothing, the neutral element of [`Aabb::hull`].
+    /// Returns the empty box, the neutral element of [`Aabb::hull`].
     pub fn nothing() -> Self {
         let Self { min, max } = Self::everything();
         Self { min: max, max: min }
     }
 
-    /// The smallest box around both.
+    /// Returns the smallest box that contains both boxes.
     #[must_use]
     pub fn hull(&self, other: &Self) -> Self {
         Self { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
     }
 
-    /// The common box; empty if they are apart.
+    /// Returns the intersection of both boxes; empty if they are apart.
     #[must_use]
     pub fn common(&self, other: &Self) -> Self {
         Self { min: self.min.sup(&other.min), max: self.max.inf(&other.max) }
     }
 
-    /// Whether it holds nothing.
+    /// Returns whether the box contains no point.
     pub fn is_empty(&self) -> bool {
         (0..3).any(|i| self.min[i] > self.max[i])
     }
 
-    /// Whether every side is finite.
+    /// Returns whether all six bounds are finite.
     pub fn is_finite(&self) -> bool {
         self.min.iter().chain(self.max.iter()).all(|v| v.is_finite())
     }
 
-    /// The box grown by `margin_mm` on every side.
+    /// Returns the box enlarged by `margin_mm` on every side.
     #[must_use]
     pub fn grown(&self, margin_mm: f64) -> Self {
         Self { min: self.min.map(|v| v - margin_mm), max: self.max.map(|v| v + margin_mm) }
     }
 
-    /// Centre of the box, mm.
+    /// Returns the centre of the box, mm.
     pub fn centre(&self) -> Point3<f64> {
         nalgebra::center(&self.min, &self.max)
     }
 
-    /// Edge lengths, mm.
+    /// Returns the edge lengths, mm.
     pub fn size_mm(&self) -> [f64; 3] {
         (self.max - self.min).into()
     }
 
-    /// Whether the point lies in the closed box.
+    /// Returns whether the point lies in the closed box.
     pub fn contains(&self, point: &Point3<f64>) -> bool {
         (0..3).all(|i| self.min[i] <= point[i] && point[i] <= self.max[i])
     }

@@ -1,75 +1,75 @@
-//! How a sensor comes into being: an ordered chain of steps, as data.
+//! Manufacturing plan of a sensor: an ordered chain of steps, as data.
 //!
-//! A chain is complete enough to be checked without pouring anything: each pour names the walls of
-//! its cavity and its openings, each demolding the direction in which a tool comes off.
+//! The chain is complete enough to be checked without pouring anything. Each pour names the walls of its cavity and its
+//! openings; each demolding names the direction in which a tool comes off.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::{Assembly, Motion};
 
-/// One step, in the order of the chain.
+/// One manufacturing step, in the order of the chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// `[a-z0-9-]{1,64}`, unique in the chain.
+    /// Name, `[a-z0-9-]{1,64}`, unique in the chain.
     pub name: String,
-    /// What to do, as a sentence to the person who does it.
+    /// Instruction to the person who carries out the step, as a sentence.
     pub instruction: String,
-    /// Where bodies stand together while it is done.
+    /// Arrangement of the bodies during the step.
     pub assembly: Option<Assembly>,
-    /// Parts, layers and components that the step needs or joins, by name.
+    /// Names of the parts, layers and components that the step needs or joins.
     pub bodies: Vec<String>,
-    /// Ways that bodies take to their places, where they are not straight or matter.
+    /// Paths by which bodies reach their places, given where they are not straight or where they matter.
     pub motions: Vec<Motion>,
-    /// What keeps small things where the step puts them.
+    /// Means that keep small bodies where the step puts them.
     pub fixings: Vec<Fixing>,
-    /// What hands set right in it: lenses that are focused.
+    /// Manual adjustments made in the step, such as focusing a lens.
     pub adjustments: Vec<Adjustment>,
-    /// The earlier step whose cure is waited for meanwhile, by name; with none, all that was cast or
-    /// glued before has cured.
+    /// Name of the earlier step whose cure is still running during this one. `None`: everything cast or glued before
+    /// has cured.
     pub during: Option<String>,
-    /// What happens.
+    /// Operation of the step.
     pub action: Action,
-    /// Section of the paper, or why fabkit chose it.
+    /// Section of the paper that describes the step, or the reason why fabkit chose it.
     pub source: String,
 }
 
 impl Step {
-    /// More bodies that it needs.
+    /// Adds bodies that the step needs.
     #[must_use]
     pub fn also(mut self, bodies: impl IntoIterator<Item = String>) -> Self {
         self.bodies.extend(bodies);
         self
     }
 
-    /// A way that some of its bodies take to their places.
+    /// Adds the path by which some of the bodies reach their places.
     #[must_use]
     pub fn moving(mut self, motion: Motion) -> Self {
         self.motions.push(motion);
         self
     }
 
-    /// One of its bodies is set right in it, among all that stands there by then.
+    /// Adds the adjustment of one body, made with everything in place that stands there by then.
     #[must_use]
     pub fn adjusting(mut self, body: impl Into<String>) -> Self {
         self.adjustments.push(Adjustment { body: body.into(), is_apart: false });
         self
     }
 
-    /// The same, among what the step itself brings: it is put together with the rest, looked at, and
-    /// taken away again to be set right.
+    /// Adds the adjustment of one body, made among only those bodies that the step itself brings. The body is put
+    /// together with the rest, looked at, and taken away again to be adjusted.
     #[must_use]
     pub fn adjusting_apart(mut self, body: impl Into<String>) -> Self {
         self.adjustments.push(Adjustment { body: body.into(), is_apart: true });
         self
     }
 
-    /// Done while an earlier step's cure is waited for.
+    /// Marks the step as done while the cure of the named earlier step is running.
     #[must_use]
     pub fn during(self, step: impl Into<String>) -> Self {
         Self { during: Some(step.into()), ..self }
     }
 
-    /// How what is cast, sprayed or glued in it hardens.
+    /// Returns the cure of the layer or adhesive that the step casts, sprays or glues; `None` for other actions.
     pub fn cure(&self) -> Option<Cure> {
         match &self.action {
             Action::Bond(cure) => Some(*cure),
@@ -80,29 +80,29 @@ impl Step {
     }
 }
 
-/// A body that is set right by hand or with a tool in a step: its [`Reach`](crate::Reach) on
-/// [`Occasion::Adjustment`](crate::Occasion::Adjustment) says what room that takes.
+/// Manual adjustment of a body in a step. The body's [`Reach`](crate::Reach) on
+/// [`Occasion::Adjustment`](crate::Occasion::Adjustment) gives the room that it takes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Adjustment {
-    /// Which, by name.
+    /// Name of the adjusted body.
     pub body: String,
-    /// Whether it is done apart from what stood there before the step: only what the step brings
+    /// True if the body is adjusted away from the bodies that stood there before the step: only what the step brings
     /// stands around it.
     pub is_apart: bool,
 }
 
-/// Small things that a step makes stay where they are, though nothing stands in their way.
+/// Fastening that keeps small bodies in place although no other body blocks their movement.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fixing {
-    /// What stays, by name.
+    /// Names of the fastened bodies.
     pub bodies: Vec<String>,
-    /// On which bodies, by name; each piece on one of them.
+    /// Names of the bodies they are fastened to; each piece on one of them.
     pub onto: Vec<String>,
-    /// How it does.
+    /// Means of fastening.
     pub by: FixedBy,
 }
 
-/// What keeps something small on what it touches.
+/// Means of fastening a small body to the body it touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FixedBy {
     /// Solder.
@@ -115,7 +115,7 @@ pub enum FixedBy {
     Push,
 }
 
-/// What a step does.
+/// Operation of a manufacturing step.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Print, cut or etch parts.
@@ -124,18 +124,18 @@ pub enum Action {
     Prepare,
     /// Put bodies together: press, screw, slide.
     Assemble,
-    /// Glue bodies together; the adhesive's cure.
+    /// Glue bodies together, with the cure of the adhesive.
     Bond(Cure),
     /// Coat a wall with a layer too thin to need a cavity.
     Spray(Spray),
     /// Fill a cavity with a liquid.
     Pour(Pour),
-    /// Take tools off what was cast.
+    /// Take tools off the cast bodies.
     Demold(Vec<Pull>),
 }
 
 impl Action {
-    /// As in documents.
+    /// Returns the word for this action in documents.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Make => "make",
@@ -152,64 +152,64 @@ impl Action {
 /// A liquid that fills a cavity and becomes a layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pour {
-    /// The layer it becomes, by name.
+    /// Name of the layer that the liquid becomes.
     pub layer: String,
-    /// Everything that encloses the liquid, by name: tools, earlier layers, components.
+    /// Names of all bodies that enclose the liquid: tools, earlier layers, components.
     pub walls: Vec<String>,
-    /// Up while it cures: unit vector in the assembly's frame.
+    /// Upward direction while it cures: unit vector in the assembly's frame.
     pub up: Vector3<f64>,
-    /// Where the cavity is open: gates and vents.
+    /// Openings of the cavity: gates and vents.
     pub openings: Vec<Opening>,
-    /// What is mixed.
+    /// Mixture that is poured.
     pub mix: Mix,
-    /// Surplus to mix, as a fraction of the layer's mass: what stays in cups and vents.
+    /// Surplus to mix, as a fraction of the layer's mass: the residue in cups and vents.
     pub waste: f64,
-    /// How it cures.
+    /// Cure of the layer.
     pub cure: Cure,
 }
 
 /// A liquid that is sprayed onto a wall and becomes a thin layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spray {
-    /// The layer it becomes, by name.
+    /// Name of the layer that the liquid becomes.
     pub layer: String,
-    /// What it is sprayed on, by name.
+    /// Names of the bodies that are sprayed.
     pub onto: Vec<String>,
-    /// What is mixed.
+    /// Mixture that is sprayed.
     pub mix: Mix,
     /// Surplus to mix, as a fraction of the layer's mass.
     pub waste: f64,
-    /// How it cures.
+    /// Cure of the layer.
     pub cure: Cure,
 }
 
-/// A gate, a vent or a free surface: on this disc the layer may border on air.
+/// Gate, vent or free surface: a disc on which the layer may border on air.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Opening {
-    /// For example `vent 3`.
+    /// Name, for example `vent 3`.
     pub name: String,
     /// Centre of the disc, on the layer's surface, assembly frame, mm.
     pub point: Point3<f64>,
-    /// Out of the layer: unit vector, assembly frame.
+    /// Axis that points out of the layer: unit vector, assembly frame.
     pub axis: Vector3<f64>,
     /// Radius of the disc, mm.
     pub radius_mm: f64,
 }
 
-/// Components of a liquid.
+/// Mixture of liquid components.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mix {
     /// Each component's name and its share by mass (any scale: `10 : 1`).
     pub by_mass: Vec<(String, f64)>,
     /// Density of the mixture, g/cm^3.
     pub density_g_per_cm3: f64,
-    /// How long it can be worked with after mixing, h, where anybody says so.
+    /// Pot life after mixing, h; `None` if no source states it.
     pub pot_life_h: Option<f64>,
-    /// Whether air is drawn out in a vacuum before pouring.
+    /// True if air is drawn out in a vacuum before pouring.
     pub degas: bool,
 }
 
-/// How long and how warm.
+/// Curing time and temperature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cure {
     /// Time, h.
@@ -218,21 +218,22 @@ pub struct Cure {
     pub celsius: f64,
 }
 
-/// A tool that is taken off.
+/// Removal of a tool from the cast.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pull {
     /// The tool, by name.
     pub body: String,
-    /// Where it goes: unit vector in the assembly's frame.
+    /// Direction of removal: unit vector in the assembly's frame.
     pub direction: Vector3<f64>,
-    /// Where silicone gives way to an undercut, the strain that it bears: a silicone tool that is
-    /// peeled off, or a soft layer that slips off the pins of a rigid mold. Where nothing gives,
-    /// there is none, and the tool must come off without undercut.
+    /// Strain that the silicone bears where it yields to an undercut: a silicone tool that is peeled off, or a soft
+    /// layer that slips off the pins of a rigid mold. `None` where nothing yields: then the tool must come off without
+    /// an undercut.
     pub strain_limit: Option<f64>,
 }
 
 impl Mix {
-    /// Mass of each component for `volume_mm3` of the mixture with `waste` added, g, in order.
+    /// Returns the mass of each component, g, in the order of `by_mass`, for `volume_mm3` of the mixture plus the
+    /// fraction `waste`.
     ///
     /// ```
     /// use fabkit_geometry::Mix;

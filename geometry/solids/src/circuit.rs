@@ -1,11 +1,11 @@
-//! Circuits as data: what is soldered, what is connected to what, and what each resistor is.
+//! Electric circuits as data: soldered parts, nets and the calculation of each resistor.
 //!
-//! A circuit knows neither copper nor files. Its board is a body of the sensor, and a place on it is given in
-//! the sensor's x and y, seen from above; what stands on the lower side is turned about its own x axis.
+//! A circuit knows neither copper tracks nor files. Its board is a body of the sensor. Places on the board are given in
+//! the sensor's x and y, seen from above; parts on the lower side are turned by half a turn about their own x axis.
 
 use crate::{Point3, Pose, Vector3};
 
-/// What a part of a circuit is.
+/// Kind of a part of a circuit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum CircuitKind {
     /// A light-emitting diode: pin `A` is its anode, pin `K` its cathode.
@@ -14,156 +14,159 @@ pub enum CircuitKind {
     Resistor,
     /// A switch in a package with numbered pins.
     Switch,
-    /// Where a wire is soldered to the board.
+    /// Land to which a wire is soldered.
     WirePad,
-    /// Where a probe is held against.
+    /// Land for a test probe.
     TestPoint,
 }
 
-/// Which side of a board.
+/// Side of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum BoardSide {
-    /// The upper one, towards +z.
+    /// Upper side, towards +z.
     Top,
-    /// The lower one.
+    /// Lower side.
     Bottom,
 }
 
-/// Copper that a pin is soldered to, in the frame of its part, seen from the side it is on.
+/// Copper land that a pin is soldered to, in the frame of its part, seen from the side of the board it is on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Land {
-    /// The pin: `A`, `K`, `1`.
+    /// Pin name: `A`, `K`, `1`.
     pub pin: String,
-    /// Its middle, mm.
+    /// Centre, mm.
     pub at_mm: [f64; 2],
-    /// Along x and along y of the part, mm.
+    /// Size along x and along y of the part, mm.
     pub size_mm: [f64; 2],
-    /// A disc of `size_mm[0]`, not a rectangle.
+    /// True if the land is a disc of diameter `size_mm[0]` instead of a rectangle.
     pub is_round: bool,
 }
 
-/// Where a part stands on its board.
+/// Placement of a part on its board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardPlace {
-    /// Its middle in the sensor's x and y, mm.
+    /// Centre in the sensor's x and y, mm.
     pub at_mm: [f64; 2],
-    /// From the sensor's x axis to the part's, counter-clockwise seen from above, rad.
+    /// Angle from the sensor's x axis to the part's, counter-clockwise seen from above, rad.
     pub turn_rad: f64,
-    /// Its side.
+    /// Side of the board.
     pub side: BoardSide,
 }
 
 impl BoardPlace {
-    /// Where a body stands that was drawn with its pins along x or along y.
+    /// Returns the placement of a body; `along` is the direction in the body's frame that becomes the part's x axis
+    /// (bodies are drawn with their pins along x or along y).
     pub fn of_body(sensor_from_body: &Pose, along: Vector3<f64>, side: BoardSide) -> Self {
         let at = sensor_from_body.point(Point3::origin());
         let along = sensor_from_body.vector(along);
         Self { at_mm: [at.x, at.y], turn_rad: along.y.atan2(along.x), side }
     }
 
-    /// A point of the part in the sensor's x and y, mm.
+    /// Converts a point of the part to the sensor's x and y, mm.
     pub fn point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.turn_rad.sin_cos();
+        // Parts on the lower side are seen through the board: y is mirrored before the turn.
         let y = if self.side == BoardSide::Top { y } else { -y };
         [self.at_mm[0] + cos * x - sin * y, self.at_mm[1] + sin * x + cos * y]
     }
 }
 
-/// What is soldered to a board, or connected by wires.
+/// Part that is soldered to a board or connected by wires.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CircuitPart {
-    /// `D1`, `R1`, `U1`; unique in its circuit.
+    /// Designator: `D1`, `R1`, `U1`; unique in its circuit.
     pub designator: String,
-    /// What it is.
+    /// Kind of the part.
     pub kind: CircuitKind,
-    /// What to order: a type, a value.
+    /// Type or value to order.
     pub value: String,
-    /// The package: `0603`, `VSSOP-8`, `2835`.
+    /// Package: `0603`, `VSSOP-8`, `2835`.
     pub package: String,
-    /// Its lands.
+    /// Copper lands of the pins.
     pub lands: Vec<Land>,
-    /// What it takes of the board, lands apart: along x and y of the part, mm.
+    /// Area taken on the board without the lands: extent along x and y of the part, mm.
     pub size_mm: [f64; 2],
-    /// Where it is; `None` where the board's layout is to find a place beside what it is connected to.
+    /// Placement; `None` if the board layout is to find a place beside the parts it is connected to.
     pub place: Option<BoardPlace>,
-    /// The bought body that it is, by name, where it is drawn.
+    /// Name of the bought body that represents the part, where one is drawn.
     pub body: Option<String>,
 }
 
-/// What is connected.
+/// Electrical net.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Net {
-    /// `+5V`, `GND`, `LED1`.
+    /// Name: `+5V`, `GND`, `LED1`.
     pub name: String,
-    /// Part and pin.
+    /// Connected pins: designator and pin name.
     pub pins: Vec<(String, String)>,
-    /// Largest current in any piece of it, A.
+    /// Largest current in any segment of the net, A.
     pub current_a: f64,
 }
 
-/// A region of one side of a board where something else stands: no parts, no bare copper.
+/// Region of one side of a board that another body occupies: no parts and no bare copper there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeepOut {
-    /// Which side.
+    /// Side of the board.
     pub side: BoardSide,
     /// The region in the sensor's x and y, mm.
     pub region: KeepOutRegion,
-    /// What stands there.
+    /// Description of the occupying body.
     pub what: String,
 }
 
-/// The shape of a region.
+/// Shape of a keep-out region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KeepOutRegion {
-    /// Between two radii about the axis, over an angle, rad; all around where `half_rad` is pi.
+    /// Ring sector between two radii about the axis; a full ring where `half_rad` is pi.
     Sector {
-        /// mm.
+        /// Inner radius, mm.
         inner_mm: f64,
-        /// mm.
+        /// Outer radius, mm.
         outer_mm: f64,
-        /// Its middle.
+        /// Angle of the middle of the sector, rad.
         middle_rad: f64,
-        /// Half of its angle.
+        /// Half of the opening angle, rad.
         half_rad: f64,
     },
-    /// All that is farther than this from the axis along x or along y, mm.
+    /// Everything outside a rectangle centred on the axis.
     BeyondRect {
-        /// Half edges, mm.
+        /// Half edge lengths along x and y, mm.
         half_mm: [f64; 2],
     },
 }
 
-/// The calculation of equal resistors, each in series with LEDs that are parallel to each other.
+/// Calculation for equal resistors, each in series with LEDs that are connected in parallel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeriesResistor {
-    /// Which.
+    /// Designators of these resistors.
     pub designators: Vec<String>,
-    /// Supply, V.
+    /// Supply voltage, V.
     pub supply_v: f64,
-    /// Of the LEDs, V.
+    /// Forward voltage of the LEDs, V.
     pub forward_v: f64,
-    /// LEDs that share one resistor.
+    /// Number of LEDs that share one resistor.
     pub leds: u32,
-    /// What each LED bears for long, A.
+    /// Rated continuous current of each LED, A.
     pub led_rated_a: f64,
-    /// Current of each LED that is asked for, A; `None` where the resistor itself is given.
+    /// Intended current of each LED, A; `None` where the resistor itself is given.
     pub wanted_a: Option<f64>,
-    /// What is ordered, ohm.
+    /// Resistance of the ordered resistor, ohm.
     pub ohms: f64,
-    /// What the package bears, W.
+    /// Rated power of the package, W.
     pub rated_w: f64,
-    /// Where the values are from.
+    /// Source of the values.
     pub source: String,
 }
 
-/// Values of the series E24 in one decade (IEC 60063).
+/// Values of the E24 series in one decade (IEC 60063).
 pub const E24: [f64; 24] = [
     1.0, 1.1, 1.2, 1.3, 1.5, 1.6, 1.8, 2.0, 2.2, 2.4, 2.7, 3.0, 3.3, 3.6, 3.9, 4.3, 4.7, 5.1, 5.6,
     6.2, 6.8, 7.5, 8.2, 9.1,
 ];
 
 impl SeriesResistor {
-    /// The next value of E24 that lets no more current through than is wanted, ohm.
+    /// Returns the smallest E24 value that is not below `ohms`, so that the current stays at or below the intended one,
+    /// ohm.
     ///
     /// ```
     /// use fabkit_geometry::SeriesResistor;
@@ -171,86 +174,87 @@ impl SeriesResistor {
     /// assert_eq!(SeriesResistor::e24_not_below((5.0 - 3.1) / 0.010), 200.0);
     /// ```
     pub fn e24_not_below(ohms: f64) -> f64 {
+        // The tolerance keeps an exact E24 value from being skipped because of rounding.
         let least = ohms.max(1.0) * (1.0 - 1e-9);
         let decades = (0..8).flat_map(|decade| E24.map(|value| value * 10f64.powi(decade)));
-        // To the digits that are printed on it.
+        // Products of powers of ten are rounded to the digits that are printed on a resistor.
         let rounded = decades.map(|value| (value * 10.0).round() / 10.0);
         rounded.into_iter().find(|value| *value >= least).unwrap_or(least)
     }
 
-    /// What the formula gives for the wanted current, ohm.
+    /// Computes the exact resistance for the intended LED current, ohm; `None` where no current is given.
     pub fn exact_ohms(&self) -> Option<f64> {
         let wanted = self.wanted_a? * f64::from(self.leds);
         Some((self.supply_v - self.forward_v) / wanted)
     }
 
-    /// Through the resistor, A.
+    /// Computes the current through each resistor, A.
     pub fn current_a(&self) -> f64 {
         ((self.supply_v - self.forward_v) / self.ohms).max(0.0)
     }
 
-    /// Through each LED, A.
+    /// Computes the current through each LED, A.
     pub fn led_a(&self) -> f64 {
         self.current_a() / f64::from(self.leds.max(1))
     }
 
-    /// Turned to heat in it, W.
+    /// Computes the power dissipated in each resistor, W.
     pub fn power_w(&self) -> f64 {
         self.current_a().powi(2) * self.ohms
     }
 }
 
-/// Two ends and what leads from one to the other.
+/// Wire or cable between two ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Connection {
-    /// Where it begins: `led-board W1`.
+    /// Start of the connection: `led-board W1`.
     pub from: String,
-    /// Where it ends: `5 V of the camera's host`.
+    /// End of the connection: `5 V of the camera's host`.
     pub to: String,
-    /// What it carries: `+5V`, `USB`.
+    /// Signal or supply that it carries: `+5V`, `USB`.
     pub carries: String,
-    /// The bought body that it is, by name, where it is drawn.
+    /// Name of the bought body that represents the cable, where one is drawn.
     pub by: Option<String>,
-    /// How long it is drawn, mm.
+    /// Drawn length, mm.
     pub length_mm: Option<f64>,
-    /// Color of the insulation, where somebody says so.
+    /// Colour of the insulation, if a source states it.
     pub color: Option<String>,
 }
 
-/// What is soldered and wired.
+/// Soldered parts and wiring of one board or wired group.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Circuit {
-    /// `[a-z0-9-]{1,64}`: that of its board, or of what is wired.
+    /// Name, `[a-z0-9-]{1,64}`: that of the board, or of the wired component.
     pub name: String,
-    /// The body that is etched, by name; `None` where parts are wired without a board of our own.
+    /// Name of the etched body; `None` where parts are wired without a custom board.
     pub board: Option<String>,
-    /// Supply, V.
+    /// Supply voltage, V.
     pub supply_v: f64,
-    /// What the supply gives at most, A; `None` where a data sheet has to tell.
+    /// Largest current of the supply, A; `None` if only its data sheet can tell.
     pub supply_a: Option<f64>,
-    /// What is soldered.
+    /// Soldered parts.
     pub parts: Vec<CircuitPart>,
-    /// What is connected.
+    /// Electrical nets.
     pub nets: Vec<Net>,
-    /// How resistors are calculated.
+    /// Calculations of the series resistors.
     pub resistors: Vec<SeriesResistor>,
-    /// Everything at once, A.
+    /// Total current with everything switched on, A.
     pub current_a: f64,
-    /// Where others stand on the board.
+    /// Regions of the board that other bodies occupy.
     pub keep_outs: Vec<KeepOut>,
-    /// What leads to it and away from it.
+    /// Cables to and from the circuit.
     pub connections: Vec<Connection>,
-    /// What to mind.
+    /// Remarks for the person who builds it.
     pub notes: Vec<String>,
 }
 
 impl Circuit {
-    /// The part of that designator.
+    /// Returns the part with this designator.
     pub fn part(&self, designator: &str) -> Option<&CircuitPart> {
         self.parts.iter().find(|part| part.designator == designator)
     }
 
-    /// The net of a pin.
+    /// Returns the net of a pin.
     pub fn net_of(&self, designator: &str, pin: &str) -> Option<&Net> {
         self.nets.iter().find(|net| net.pins.iter().any(|(part, p)| part == designator && p == pin))
     }

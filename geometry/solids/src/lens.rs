@@ -1,21 +1,23 @@
-//! The lens that a camera is designed with: how it lays angles onto the picture, and how well that is known.
+//! Nominal lens of a camera: projection law, tolerances and effects on brightness and sharpness.
 
-/// How far from the picture's middle a lens shows what it sees at an angle off its axis.
+/// Projection law of a lens: distance from the image centre as a function of the angle to the optical axis. In the
+/// formulas r is that distance, f the focal length and a the angle, rad.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Projection {
-    /// As far as the angle: r = f a.
+    /// r = f a.
     #[default]
     Equidistant,
-    /// r = 2 f sin(a / 2): equal solid angles get equal areas.
+    /// r = 2 f sin(a / 2): equal solid angles map to equal areas.
     Equisolid,
-    /// r = 2 f tan(a / 2): small circles stay circles.
+    /// r = 2 f tan(a / 2): small circles map to circles.
     Stereographic,
 }
 
 impl Projection {
-    /// Coefficients k of r / f = a + k0 a^3 + k1 a^5 + k2 a^7 + k3 a^9, the law's own series.
+    /// Returns the coefficients k of the power series r / f = a + k0 a^3 + k1 a^5 + k2 a^7 + k3 a^9 of the projection
+    /// law.
     ///
-    /// What is left out is below 1e-5 of the focal length within a radian of the axis.
+    /// The truncation error is below 1e-5 of the focal length within a radian of the axis.
     pub const fn terms(self) -> [f64; 4] {
         match self {
             Self::Equidistant => [0.0; 4],
@@ -24,14 +26,16 @@ impl Projection {
         }
     }
 
-    /// Distance from the picture's middle over the focal length, for an angle off the axis, rad.
+    /// Computes the distance from the image centre, in units of the focal length, for an angle to the optical axis,
+    /// rad.
     pub fn radius(self, angle_rad: f64) -> f64 {
         let square = angle_rad * angle_rad;
         let series = self.terms().iter().rev().fold(0.0, |sum, term| (sum + term) * square);
         angle_rad * (1.0 + series)
     }
 
-    /// What a radian off the axis is long along the radius, over the focal length.
+    /// Computes the derivative of [`Projection::radius`] with respect to the angle, in units of the focal length per
+    /// radian.
     pub fn slope(self, angle_rad: f64) -> f64 {
         let square = angle_rad * angle_rad;
         let [a, b, c, d] = self.terms();
@@ -40,34 +44,35 @@ impl Projection {
     }
 }
 
-/// How far a bought lens may be from the one that is described.
+/// Tolerances of a bought lens relative to its nominal values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LensTolerance {
-    /// Of the focal length, as a share of it, either way.
+    /// Tolerance of the focal length, as a fraction of it, in either direction.
     pub focal_share: f64,
-    /// Of the axis beside the picture's middle, px.
+    /// Largest offset of the optical axis from the image centre, px.
     pub centre_px: f64,
 }
 
-/// The lens of a camera as designed.
+/// Nominal lens of a camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NominalLens {
-    /// Its law.
+    /// Projection law.
     pub projection: Projection,
-    /// How well it is known; zeros where nobody says.
+    /// Tolerances; zeros if no source states them.
     pub tolerance: LensTolerance,
-    /// What it does to how bright and how sharp pictures are; nothing where nobody says.
+    /// Effects on brightness and sharpness; all zero if no source states them.
     pub imaging: LensImaging,
 }
 
-/// What a lens does to pictures beside laying out angles.
+/// Effects of a lens on images besides the projection: vignetting and defocus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LensImaging {
-    /// Light falls off by the cosine of the angle to its axis, in air, to this power: 4 by the natural law, 0 not at all.
+    /// Exponent n of the relative illumination cos^n of the angle to the optical axis, in air: 4 for the natural
+    /// (cosine-fourth) law, 0 for no falloff.
     pub falloff_power: f64,
-    /// Diameter of its entrance pupil, mm: focal length over f-number; 0 of a pinhole.
+    /// Diameter of the entrance pupil, mm: focal length over f-number; 0 for a pinhole.
     pub pupil_mm: f64,
-    /// Distance in focus from the optical centre along the axis, as in air, mm.
+    /// In-focus distance from the optical centre along the axis, as measured in air, mm.
     pub focus_mm: f64,
 }
 

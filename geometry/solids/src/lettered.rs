@@ -1,17 +1,16 @@
-//! Letters on parts: features that tell parts apart, and do nothing else.
+//! Lettering on parts: features that only identify a part.
 
 use crate::Solid;
 
-/// Names of the features that tell what a part is: its label, and the number of one of many.
+/// Names of the features that are lettering: a part's label, and the number of one of several copies.
 pub const LETTERED: [&str; 2] = ["label", "number"];
 
-/// Whether a part carries text that tells what it is.
+/// Returns whether a part carries lettering.
 pub fn is_lettered(solid: &Solid) -> bool {
     solid.leaves().iter().any(|leaf| LETTERED.contains(&leaf.feature))
 }
 
-/// The same without such text, for rules that measure walls and edges: letters leave ridges that carry
-/// nothing.
+/// Removes the lettering from a solid, for rules that measure walls and edges: letters leave ridges without a function.
 ///
 /// ```
 /// use fabkit_geometry::{Solid, is_lettered, without_letters};
@@ -23,6 +22,7 @@ pub fn is_lettered(solid: &Solid) -> bool {
 #[must_use]
 pub fn without_letters(solid: &Solid) -> Solid {
     let is_kept = |solid: &&Solid| !is_letters(solid);
+    // Only operands of unions and tools of differences are dropped: lettering is never the base of a part.
     let each = |solids: &[Solid]| solids.iter().filter(is_kept).map(without_letters).collect();
     match solid {
         Solid::Union(of) => Solid::Union(each(of)),

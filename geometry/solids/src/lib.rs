@@ -1,15 +1,15 @@
-//! Exact geometry: what a part *is*, before anyone turns it into triangles or depth.
+//! Exact geometry of parts as constructive solids (CSG), independent of meshes and rendered depth.
 //!
 //! # Conventions
 //!
 //! - Lengths are millimetres, angles radians, both `f64`. Names carry the unit: `radius_mm`.
 //! - Frames are right-handed. A [`Pose`] called `to_from` maps points of `from` into `to`.
-//! - Round solids (sphere, ellipsoid, torus, offset ellipsoid) are centred on their origin; solids
-//!   with a base (cylinder, cone, cuboid, extrusion) stand on the plane z = 0 and are centred on
-//!   the z axis; a revolution keeps its profile's z. A [`Solid::Placed`] moves them.
-//! - A [`Solid`] is a description. [`CompiledSolid`] is the same solid prepared for questions: bounds,
-//!   containment and *all* crossings of a line with normals and faces.
-//! - Booleans are regularised: what has no volume is not there. Cuts go beyond what they cut by
+//! - Round solids (sphere, ellipsoid, torus, offset ellipsoid) are centred on their origin. Solids with a base
+//!   (cylinder, cone, cuboid, extrusion) stand on the plane z = 0 and are centred on the z axis. A revolution keeps its
+//!   profile's z. A [`Solid::Placed`] moves them.
+//! - A [`Solid`] is a description. [`CompiledSolid`] is the same solid prepared for queries: bounds, containment and
+//!   *all* crossings of a line with normals and faces.
+//! - Booleans are regularised: a piece without volume does not exist. Cutting tools extend beyond the cut face by
 //!   [`CUT_OVERLAP_MM`], so that no two faces of one tree coincide.
 //!
 //! ```
@@ -84,8 +84,8 @@ pub use touch::{DomeSurface, Grip, PlaneSurface, TouchSurface};
 pub use units::{Angle, Length, UnitError};
 pub use validate::{InvalidSolid, Violation};
 
-/// How far a cutting tool reaches beyond the face it starts from, mm.
+/// Length by which a cutting tool extends beyond the face it starts from, mm.
 ///
-/// Coincident faces have no inside and no outside; a tool that stops exactly on the face it cuts
-/// leaves that decision to rounding.
+/// Coincident faces have no defined inside and outside: a tool that stops exactly on the face it cuts leaves that
+/// decision to rounding.
 pub const CUT_OVERLAP_MM: f64 = 0.1;

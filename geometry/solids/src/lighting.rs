@@ -1,96 +1,96 @@
-//! The ways in which a sensor is lit, and what its camera sees of a touch by that light.
+//! Lighting modes of a sensor, and the effect of a touch that its camera sees in each.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::NominalCamera;
 
-/// Light as the camera's red, green and blue record it, relative to each other.
+/// Relative intensities that the camera records in red, green and blue.
 pub type Rgb = [f64; 3];
 
-/// Light without a colour.
+/// Colourless light.
 pub const WHITE: Rgb = [1.0; 3];
 
-/// One way in which a sensor is lit.
+/// Lighting mode of a sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lighting {
-    /// What people say to have it: `[a-z0-9-]`, unique within the sensor.
+    /// Name by which users select the mode: `[a-z0-9-]`, unique within the sensor.
     pub name: &'static str,
-    /// What is switched on for it.
+    /// Light sources that are switched on.
     pub lamps: Vec<LampGroup>,
-    /// What it shows.
+    /// Effect of a touch that this light makes visible.
     pub shows: Shows,
-    /// What looks at that, if it is not the sensor's camera.
+    /// Camera that observes the effect, if it is not the sensor's camera.
     pub camera: Option<NominalCamera>,
 }
 
-/// Lamps that are all placements of one body.
+/// Light sources that are all placements of one body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LampGroup {
-    /// The body, by name; it says what of it shines.
+    /// Name of the body; [`crate::Body::lamp`] tells which part of it emits light.
     pub body: String,
-    /// The colour of each of its placements in the finished sensor, in their order; where there are more, again from the
-    /// first.
+    /// Colours of the body's placements in the finished sensor, in their order. If there are more placements than
+    /// colours, the list starts again.
     pub colors: Vec<Rgb>,
 }
 
-/// What light shows of a touch. Bodies by name.
+/// Effect of a touch that light makes visible. Bodies are given by name.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shows {
-    /// How thick translucent layers over a black one are: they send back the more light.
+    /// Thickness of translucent layers over a black one: thicker layers scatter back more light.
     Thickness {
-        /// The layers, from the inside out; all scatter alike.
+        /// Layers, from the inside out; all have the same scattering properties.
         layers: Vec<String>,
     },
-    /// Which way a reflective coat looks, and what casts shadows on it.
+    /// Surface slopes of a reflective coat, and shadows cast on it.
     Slopes {
-        /// The coat.
+        /// Reflective coat.
         coat: String,
-        /// What dark marks on it are drawn in; nothing where marks are of the coat itself and stand out of it.
+        /// Body that the dark markers on the coat are printed in; `None` where markers are bumps of the coat itself.
         printed: Option<String>,
     },
-    /// How thick layers are that glow in a light that is not seen itself.
+    /// Thickness of fluorescent layers, excited by light that the camera does not see.
     Glow {
-        /// From the inside out, with the colour of each.
+        /// Layers from the inside out, with the colour of each.
         layers: Vec<(String, Rgb)>,
     },
-    /// How far columns of dyed liquid reach, in the light of the room.
+    /// Lengths of columns of dyed liquid, in ambient light.
     Columns {
-        /// The liquid, all of it.
+        /// Body that contains all of the liquid.
         liquid: String,
-        /// In the order of the channels that move them.
+        /// Columns in the order of the channels that move them.
         columns: Vec<Column>,
     },
-    /// Where light marks are on a dark ground.
+    /// Positions of light markers on a dark background.
     Marks {
-        /// What they are drawn in, all of them.
+        /// Body that contains all markers.
         marks: String,
     },
 }
 
-/// A column of liquid that a channel moves.
+/// Column of liquid that a channel moves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// The middle of its end at rest, on the face that is looked at, sensor frame, mm.
+    /// Centre of its end at rest, on the face that the camera observes, sensor frame, mm.
     pub end: Point3<f64>,
-    /// The way in which that moves while the channel is squeezed, unit.
+    /// Direction in which that end moves while the channel is squeezed: unit vector.
     pub way: Vector3<f64>,
-    /// Across that, in the face that is looked at, mm.
+    /// Width across that direction, in the observed face, mm.
     pub width_mm: f64,
 }
 
 impl Lighting {
-    /// By all placements of a body, whose light has no colour that is seen.
+    /// Creates a lighting mode in which all placements of one body emit colourless light.
     pub fn by(name: &'static str, lamp: impl Into<String>, shows: Shows) -> Self {
         let lamps = vec![LampGroup { body: lamp.into(), colors: vec![WHITE] }];
         Self { name, lamps, shows, camera: None }
     }
 
-    /// Whether it makes layers glow.
+    /// Returns whether the mode makes layers fluoresce.
     pub fn glows(&self) -> bool {
         matches!(self.shows, Shows::Glow { .. })
     }
 
-    /// Whether a picture has colours.
+    /// Returns whether images in this mode have colours.
     pub fn is_colored(&self) -> bool {
         let is_colored = |color: &Rgb| color.iter().any(|part| *part != color[0]);
         self.glows()
@@ -100,7 +100,7 @@ impl Lighting {
 }
 
 impl LampGroup {
-    /// Of a placement of the body, by its number among those in the finished sensor.
+    /// Returns the colour of a placement of the body, given its index among those in the finished sensor.
     pub fn color(&self, placement: usize) -> Rgb {
         match self.colors.len() {
             0 => WHITE,

@@ -1,38 +1,40 @@
-//! A soft skin with channels of liquid in it, which columns of liquid elsewhere tell how far they are squeezed.
+//! Soft skin with liquid channels; columns of liquid outside the touched area indicate how far each channel is
+//! squeezed.
 
 use crate::{Solid, TouchSurface};
 
-/// A soft skin over a window, with channels of liquid in it.
+/// Soft skin over a window, with liquid channels in it.
 #[derive(Clone, Debug)]
 pub struct LiquidSkin {
-    /// What is touched. Not a [`crate::Sensor::touch`]: nothing that a fixture could go around is known of a skin
-    /// on a box.
+    /// Touched surface. It differs from [`crate::Sensor::touch`] because a skin on a box has no known outline that a
+    /// fixture could go around.
     pub touch: TouchSurface,
-    /// Width of the window along x and y, mm, about the z axis: its edge holds the skin, nothing is below it.
+    /// Width of the window along x and y, centred on the z axis, mm. The window's edge holds the skin; there is nothing
+    /// below it.
     pub window_mm: [f64; 2],
-    /// Heights at which what it consists of changes, from its underside to what is touched, sensor frame, mm.
+    /// Heights of the material boundaries from the skin's underside to the touched surface, sensor frame, mm.
     pub levels_mm: Vec<f64>,
-    /// Its channels.
+    /// Liquid channels.
     pub channels: Vec<LiquidChannel>,
 }
 
-/// A channel of a [`LiquidSkin`], and the column of liquid that it moves.
+/// Channel of a [`LiquidSkin`], and the column of liquid that it moves.
 #[derive(Clone, Debug)]
 pub struct LiquidChannel {
-    /// As the drawing calls it: `left 3`.
+    /// Name in the drawing: `left 3`.
     pub name: String,
-    /// The liquid in it, sensor frame, mm.
+    /// Liquid in the channel, sensor frame, mm.
     pub liquid: Solid,
-    /// Across it, mm.
+    /// Width, mm.
     pub width_mm: f64,
-    /// Its height, mm.
+    /// Height, mm.
     pub height_mm: f64,
-    /// Thickness of what covers it, mm.
+    /// Thickness of the skin above the channel, mm.
     pub cover_mm: f64,
-    /// Cross-section of the column that it moves, mm2.
+    /// Cross-section of the column that the channel moves, mm2.
     pub column_mm2: f64,
-    /// Length of that column at rest, mm: so far it can be drawn back.
+    /// Length of that column at rest, mm: the limit to which it can be drawn back.
     pub column_mm: f64,
-    /// Air that is shut in ahead of the column at rest, mm3.
+    /// Volume of air enclosed ahead of the column at rest, mm3.
     pub air_mm3: f64,
 }

@@ -1,39 +1,39 @@
-//! What a camera follows below the touched surface.
+//! Markers below the touched surface that a camera tracks.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::Pose;
 
-/// A dot, the end of a dimple or of a slot: what a camera follows while the gel around it moves.
+/// Marker that a camera tracks while the gel around it moves: a dot, or the end of a dimple or of a slot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
-    /// Unique, with its number in the drawing's order: `dimple 7`.
+    /// Unique name with the number in the drawing's order: `dimple 7`.
     pub name: String,
-    /// The middle of what faces the camera, at rest, sensor frame, mm.
+    /// Centre of the face towards the camera, at rest, sensor frame, mm.
     pub point: Point3<f64>,
-    /// The way in which it points, mostly towards the camera; unit, sensor frame.
+    /// Direction in which the marker points, mostly towards the camera: unit vector, sensor frame.
     pub axis: Vector3<f64>,
-    /// Half of its width, mm.
+    /// Half of the marker's width, mm.
     pub radius_mm: f64,
-    /// What moves it.
+    /// Material or structure that moves the marker.
     pub carrier: Carrier,
 }
 
-/// What moves a mark.
+/// Material or structure that moves a marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Carrier {
-    /// The gel around it.
+    /// Gel around the marker.
     Gel,
-    /// A pin of what it stands on, in softer gel, from its root to the mark.
+    /// Pin in softer gel that carries the marker at its tip; it extends from its root to the marker.
     Pin {
-        /// Where it begins, on its axis, sensor frame, mm.
+        /// Root of the pin, on its axis, sensor frame, mm.
         root: Point3<f64>,
     },
 }
 
 impl Mark {
-    /// Marks in the order of poses whose z axes point outwards: each at `depth_mm` below its pose's origin, named by a
-    /// word and its number.
+    /// Creates one marker per pose, in the order of the poses, whose z axes point outwards. Each marker lies `depth_mm`
+    /// below its pose's origin and is named `word` and its number.
     pub fn below(
         word: &str,
         poses: &[Pose],

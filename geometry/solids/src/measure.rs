@@ -1,4 +1,4 @@
-//! Volumes by integration along lines: the reference that meshes are held against.
+//! Volumes by integration along lines: the reference that meshes are compared with.
 
 use nalgebra::{Point3, Vector3};
 
@@ -7,48 +7,48 @@ use crate::proofs::{Shadow, meetings};
 use crate::sequences::Random;
 use crate::{Aabb, CompiledSolid, Scratch};
 
-/// A volume and how far it may be off.
+/// Volume with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Volume, mm^3.
     pub value_mm3: f64,
-    /// The true volume is nearer than this with about 99 % confidence, mm^3.
+    /// Half width of the 99 % confidence interval, mm^3.
     pub error_mm3: f64,
 }
 
-/// What two bodies have in common.
+/// Overlap of two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
-    /// Common volume, mm^3; exactly 0 for bodies that are apart or touch.
+    /// Common volume, mm^3; exactly 0 for bodies that are apart or only touch.
     pub volume: Estimate,
-    /// The middle of the longest common stretch that was met.
+    /// Midpoint of the longest common stretch found on the lines; `None` without overlap.
     pub witness: Option<Point3<f64>>,
 }
 
-/// Why there is no volume.
+/// Reason why a volume cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeasureError {
-    /// A half-space that nothing bounds.
+    /// Unbounded solid, such as a half-space.
     #[error("the solid has no finite bounds; its volume is not defined")]
     Unbounded,
 }
 
-/// Contacts thinner than this, across the faces that touch, are rounding, mm.
+/// Thickness across the touching faces below which a contact is treated as rounding, mm.
 const CONTACT_MM: f64 = 1e-9;
 
-/// Independent estimates from which the error is judged.
+/// Number of independent estimates from which the error is computed.
 const SHIFTS: u32 = 8;
 
 /// Student's t for 99 % confidence with `SHIFTS - 1` degrees of freedom.
 const STUDENT_T: f64 = 3.499;
 
-/// Volume of a body from the lengths of about `lines` parallel lines inside it.
+/// Computes the volume of a body from the lengths of about `lines` parallel lines inside it.
 ///
-/// The lines pass the points of a Fibonacci lattice, shifted eight times at random (but always alike); the
-/// scatter of the eight results gives the error (Sloan and Joe, "Lattice Methods for Multiple
-/// Integration", 1994, and Cranley and Patterson, SIAM J. Numer. Anal. 1976). They run askew to
-/// the axes, so that faces of ordinary parts are never grazed. The error falls with the number of
-/// lines; a hundred thousand give a part of ordinary shape to about 1e-5.
+/// The lines pass the points of a Fibonacci lattice, which is shifted eight times at random (with a fixed seed); the
+/// scatter of the eight results gives the error (Sloan and Joe, "Lattice Methods for Multiple Integration", 1994, and
+/// Cranley and Patterson, SIAM J. Numer. Anal. 1976). They run askew to the axes, so that they never graze faces of
+/// ordinary parts. The error falls with the number of lines; a hundred thousand give the volume of a part of ordinary
+/// shape to about 1e-5.
 ///
 /// ```
 /// use fabkit_geometry::{CompiledSolid, Solid, measure::ray_volume};
@@ -67,14 +67,14 @@ pub fn ray_volume(body: &CompiledSolid, lines: u32) -> Result<Estimate, MeasureE
     })
 }
 
-/// Volume common to two bodies in one frame, from about `lines` lines through the box around both.
+/// Computes the common volume of two bodies in one frame, from about `lines` lines through the intersection of their
+/// boxes.
 ///
-/// Contact without overlap gives exactly 0: stretches thinner than 1e-9 mm, measured across the
-/// faces at their ends, do not count. Lines that pass only where the bodies are proven to have nothing
-/// in common are not cast; they would add 0.
+/// Contact without overlap gives exactly 0: stretches thinner than 1e-9 mm, measured across the faces at their ends, do
+/// not count. Lines that pass only where the bodies are proven not to overlap are skipped; they would add 0.
 ///
 /// # Errors
-/// [`MeasureError::Unbounded`] if the boxes of the bodies have an unbounded part in common.
+/// [`MeasureError::Unbounded`] if the intersection of the bodies' boxes is unbounded.
 pub fn overlap_volume(
     a: &CompiledSolid,
     b: &CompiledSolid,
@@ -91,8 +91,8 @@ pub fn overlap_volume(
         let mut total_mm = 0.0;
         for_each_common(spans_a, spans_b, |enter, exit| {
             let (t0, t1) = (enter.hit().t_mm, exit.hit().t_mm);
-            // Rounding shifts a face across itself; along the line that shift is divided by the
-            // sine of the angle between line and face.
+            // Rounding shifts a face across itself; along the line that shift is divided by the sine of the angle
+            // between line and face.
             let skew = |end: &End| 1.0 / end.normal(a, b, line).dot(&line.direction).abs();
             if t1 - t0 > CONTACT_MM * (skew(&enter) + skew(&exit)) {
                 total_mm += t1 - t0;
@@ -107,7 +107,7 @@ pub fn overlap_volume(
     Ok(Overlap { volume, witness })
 }
 
-/// One end of a common stretch: on whose surface it lies.
+/// End of a common stretch, with the body whose surface it lies on.
 enum End {
     OnA(Hit),
     OnB(Hit),
@@ -128,7 +128,7 @@ impl End {
     }
 }
 
-/// Walks two sorted lists of stretches and visits what they have in common.
+/// Visits the common stretches of two sorted lists.
 fn for_each_common(a: &[Span], b: &[Span], mut visit: impl FnMut(End, End)) {
     let (mut i, mut j) = (0, 0);
     while i < a.len() && j < b.len() {
@@ -152,8 +152,8 @@ fn length(span: &Span) -> f64 {
     span.exit.t_mm - span.enter.t_mm
 }
 
-/// Integrates a function of parallel lines over the shadow of a box; it must be 0 on lines that pass
-/// none of `boxes`.
+/// Integrates a function of parallel lines over the projection of a box. The function must be 0 on lines that pass none
+/// of `boxes`.
 fn integrate(
     bounds: &Aabb,
     lines: u32,
@@ -166,7 +166,7 @@ fn integrate(
     if !bounds.is_finite() {
         return Err(MeasureError::Unbounded);
     }
-    // Askew to everything that parts are made of, yet near z to keep the shadow small.
+    // Askew to all usual faces of parts, yet near z to keep the projected area small.
     let direction = Vector3::new(0.1234, 0.0917, 1.0).normalize();
     let u = direction.cross(&Vector3::y()).normalize();
     let v = direction.cross(&u);
@@ -174,13 +174,15 @@ fn integrate(
     let half = 0.5 * (bounds.max - bounds.min);
     let shadow = |w: &Vector3<f64>| w.abs().dot(&half);
     let (half_u, half_v) = (shadow(&u), shadow(&v));
+    // The bodies are proven not to overlap.
     if boxes.is_some_and(<[Aabb]>::is_empty) {
         return Ok(Estimate { value_mm3: 0.0, error_mm3: 0.0 });
     }
     let shadow = boxes.map(|boxes| Shadow::of(boxes, &centre, &[u, v], [half_u, half_v]));
+    // Consecutive Fibonacci numbers give a good two-dimensional lattice.
     let (count, stride) = fibonacci(lines / SHIFTS);
     let mut volumes = [0.0; SHIFTS as usize];
-    // A lattice of shifts would conspire with the lattice of lines.
+    // Random shifts: shifts on a lattice would interfere with the lattice of lines.
     let mut random = Random::new(0);
     for volume in &mut volumes {
         let (shift_u, shift_v) = (random.unit(), random.unit());
@@ -194,6 +196,7 @@ fn integrate(
             let offset = (2.0 * x - 1.0) * half_u * u + (2.0 * y - 1.0) * half_v * v;
             sum_mm += length_mm(&Line::new(centre + offset, direction));
         }
+        // Mean length times the area of the projected rectangle.
         *volume = sum_mm / count as f64 * 4.0 * half_u * half_v;
     }
     let n = f64::from(SHIFTS);
@@ -202,7 +205,7 @@ fn integrate(
     Ok(Estimate { value_mm3, error_mm3: STUDENT_T * (variance / n).sqrt() })
 }
 
-/// The first Fibonacci number at or above `lines`, and the one before it.
+/// Returns the first Fibonacci number at or above `lines` (at least 13), and the one before it.
 fn fibonacci(lines: u32) -> (u64, u64) {
     let (mut before, mut count) = (8u64, 13u64);
     while count < u64::from(lines) {

@@ -1,72 +1,72 @@
-//! How hands bring a body to its place, and the room that they and their tools need there.
+//! Assembly motions of bodies, and the space that hands and tools need.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::{Angle, Solid};
 
-/// The way of a body to its place in an assembly, as the person goes who builds it.
+/// Path of a body to its place in an assembly, as the builder moves it.
 ///
-/// Where a step states none, a check looks for a straight one by itself.
+/// If a step states none, the check looks for a straight one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
-    /// The bodies that move, all together, by name.
+    /// Names of the bodies that move together.
     pub bodies: Vec<String>,
-    /// One after the other; the last one ends in place.
+    /// Successive legs of the path; the last one ends in place.
     pub legs: Vec<Leg>,
 }
 
-/// A part of a way, in the assembly's frame.
+/// Leg of a path, in the assembly's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Leg {
-    /// Straight on.
+    /// Straight movement.
     Straight {
-        /// Where to: unit vector.
+        /// Direction: unit vector.
         along: Vector3<f64>,
-        /// How far, mm; `None`: from outside of everything.
+        /// Length, mm; `None` for a movement that starts outside of everything.
         length_mm: Option<f64>,
     },
-    /// A turn: a hinge, a bayonet; with a lead, a thread.
+    /// Rotation: a hinge or a bayonet; with an advance along the axis, a thread.
     Turn {
-        /// A point on the axis, mm.
+        /// Point on the axis, mm.
         point: Point3<f64>,
-        /// The axis, a unit vector; a positive angle turns right-handed around it.
+        /// Axis: unit vector; a positive angle is a right-handed rotation around it.
         axis: Vector3<f64>,
-        /// How far it is turned.
+        /// Angle of the rotation.
         angle: Angle,
-        /// How far it goes along the axis meanwhile, mm.
+        /// Advance along the axis during the rotation, mm.
         rise_mm: f64,
     },
 }
 
 impl Motion {
-    /// Straight in from outside of everything, then on along other legs.
+    /// Creates the path of these bodies along the given legs.
     pub fn of(bodies: impl IntoIterator<Item = String>, legs: impl Into<Vec<Leg>>) -> Self {
         Self { bodies: bodies.into_iter().collect(), legs: legs.into() }
     }
 }
 
 impl Leg {
-    /// Straight in from outside of everything.
+    /// Returns a straight leg that starts outside of everything.
     pub fn from_afar(along: Vector3<f64>) -> Self {
         Self::Straight { along, length_mm: None }
     }
 }
 
-/// When a hand or a tool needs its room.
+/// Occasion on which a hand or a tool needs its space.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Occasion {
-    /// As the body is brought to its place.
+    /// While the body is brought to its place.
     #[default]
     Arrival,
-    /// While something is poured against the body: a syringe.
+    /// While liquid is poured at the body: a syringe.
     Pour,
-    /// While the body is set right: a lens that is focused.
+    /// While the body is adjusted: a lens that is focused.
     Adjustment,
-    /// While tools are taken off, as long as the body stands there: a screwdriver that pries.
+    /// While tools are removed, as long as the body is there: a screwdriver that pries.
     Removal,
 }
 
-/// Room that a hand or a tool needs where it works on a body.
+/// Space that a hand or a tool needs to work on a body.
 ///
 /// ```
 /// use fabkit_geometry::{Body, Reach, Solid};
@@ -76,28 +76,28 @@ pub enum Occasion {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Reach {
-    /// Which tool, for people: `PH1 screwdriver`.
+    /// Description of the tool: `PH1 screwdriver`.
     pub tool: String,
-    /// The room that it takes, in the body's frame, while the body is in place.
+    /// Space that the tool takes, in the body's frame, while the body is in place.
     pub solid: Solid,
-    /// Other places for it; one of all must be free.
+    /// Alternative spaces; one of all must be free.
     pub instead: Vec<Solid>,
-    /// Whether other copies of the body do not count: they are there at other times.
+    /// True if other copies of the body are ignored because they are present at other times.
     pub passes_copies: bool,
-    /// Whether the tool drives the body in along its own -z, so that it comes out along +z and no
-    /// other way, and holds until it does: a screw, a nut that is melted in.
+    /// True if the tool drives the body in along its own -z. Then the body comes out only along +z and holds until it
+    /// does: a screw, a nut that is melted in.
     pub is_drawn: bool,
-    /// When it is needed.
+    /// Occasion on which the space is needed.
     pub occasion: Occasion,
 }
 
 impl Reach {
-    /// A tool that drives the body in along its own -z.
+    /// Creates the space of a tool that drives the body in along its own -z.
     pub fn driver(tool: impl Into<String>, solid: Solid) -> Self {
         Self { is_drawn: true, ..Self::room(tool, solid) }
     }
 
-    /// A tool, or fingers, that only need room.
+    /// Creates the space of a tool, or of fingers.
     pub fn room(tool: impl Into<String>, solid: Solid) -> Self {
         Self {
             tool: tool.into(),
@@ -109,26 +109,26 @@ impl Reach {
         }
     }
 
-    /// The same on another occasion; then the body itself must leave the room free, too.
+    /// Sets the occasion. On occasions other than arrival the body itself must leave the space free, too.
     #[must_use]
     pub fn on(self, occasion: Occasion) -> Self {
         Self { occasion, ..self }
     }
 
-    /// The same, with another place where the tool may be.
+    /// Adds an alternative space for the tool.
     #[must_use]
     pub fn or(mut self, solid: Solid) -> Self {
         self.instead.push(solid);
         self
     }
 
-    /// The same, past other copies of the body.
+    /// Makes the check ignore other copies of the body.
     #[must_use]
     pub fn past_copies(self) -> Self {
         Self { passes_copies: true, ..self }
     }
 
-    /// Every place where the tool may be.
+    /// Returns all alternative spaces of the tool.
     pub fn rooms(&self) -> impl Iterator<Item = &Solid> {
         std::iter::once(&self.solid).chain(&self.instead)
     }

@@ -1,6 +1,6 @@
-//! What to ask a shop for.
+//! Orders of bought bodies.
 
-/// What a pack is counted in.
+/// Unit of quantity of a pack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// Pieces.
@@ -14,7 +14,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// As people write it.
+    /// Returns the symbol or word for texts.
     pub fn word(self) -> &'static str {
         match self {
             Self::Piece => "pieces",
@@ -25,68 +25,69 @@ impl Unit {
     }
 }
 
-/// The smallest amount that is sold.
+/// Smallest quantity that is sold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pack {
-    /// How much, in its unit; more than 0.
+    /// Quantity, in `unit`; more than 0.
     pub amount: f64,
-    /// Its unit.
+    /// Unit of quantity.
     pub unit: Unit,
 }
 
 impl Pack {
-    /// How many packs hold that much of its unit.
+    /// Computes the number of packs that contain the needed quantity, in the pack's unit.
     pub fn count(self, needed: f64) -> u32 {
-        // What is computed is not exact: ten pieces of 0.1 are one.
+        // Computed quantities carry rounding errors: ten times 0.1 must fit a pack of 1.
         const ROUNDING: f64 = 1e-9;
         (needed / self.amount - ROUNDING).ceil().max(0.0) as u32
     }
 }
 
-/// Nobody knows who makes it, or it does not matter.
+/// Placeholder for a manufacturer or part number that is unknown or does not matter.
 pub const ANY: &str = "any";
 
-/// What to ask a shop for: which article, of which size, and what a list of bought pieces knows of it.
+/// Order of a bought body: article, size, and its data from the catalogue.
 ///
-/// Whoever makes a body says article and size; the rest is filled in in one place from that list.
+/// The designer of a body gives article and size; one place fills in the rest from the catalogue.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Order {
-    /// The article's name in the list: `pan head screw ISO 7045`.
+    /// Article name in the catalogue: `pan head screw ISO 7045`.
     pub article: String,
-    /// Which of its sizes: `M3x16`; empty where there is one alone.
+    /// Size: `M3x16`; empty if there is only one.
     pub size: String,
-    /// Length that one piece takes of what is sold by length, mm.
+    /// Length taken by one piece of an article that is sold by length, mm.
     pub length_mm: Option<f64>,
-    /// Whether it is there already, because it is the sensor itself.
+    /// True if nothing has to be bought because it is the sensor itself.
     pub at_hand: bool,
-    /// What it is put in with: `screwdriver PH1`.
+    /// Tools needed to install it: `screwdriver PH1`.
     pub tools: Vec<String>,
-    /// Who makes it; [`ANY`] where that does not matter.
+    /// Manufacturer; [`ANY`] where that does not matter.
     pub maker: String,
-    /// The maker's name or number for it; [`ANY`] where there is none.
+    /// Manufacturer's name or number of the article; [`ANY`] if there is none.
     pub number: String,
-    /// The standard that it follows, if one does.
+    /// Standard that the article follows, if any.
     pub standard: Option<String>,
-    /// What matters of it, by name: `forward voltage`, `2.9 V, typical`.
+    /// Relevant data by name: `forward voltage`, `2.9 V, typical`.
     pub figures: Vec<(String, String)>,
-    /// How much is sold at once.
+    /// Smallest quantity that is sold.
     pub pack: Pack,
-    /// Length and width of what is sold as sheets, mm.
+    /// Length and width of an article that is sold as sheets, mm.
     pub sheet_mm: Option<[f64; 2]>,
-    /// What several articles are sold as together: both parts of a silicone are one kit, and paid for once.
+    /// Name of the kit that several articles are sold in together: both components of a silicone are one kit and paid
+    /// for once.
     pub kit: Option<String>,
-    /// What a pack, or the whole kit, costs, EUR; nothing where nobody knows.
+    /// Price of a pack, or of the whole kit, EUR; `None` if unknown.
     pub price_eur: Option<f64>,
-    /// What may be bought in its place; empty where nothing is known.
+    /// Possible substitutes; empty if none are known.
     pub substitutes: String,
-    /// Where that comes from, but the price.
+    /// Source of the data except the price.
     pub source: String,
-    /// Where the price comes from; empty where nobody knows it.
+    /// Source of the price; empty if the price is unknown.
     pub price_source: String,
 }
 
 impl Order {
-    /// An article in a size, of which nothing more is known yet.
+    /// Creates the order of an article in a size, without catalogue data.
     pub fn of(article: impl Into<String>, size: impl Into<String>) -> Self {
         Self {
             article: article.into(),
@@ -108,7 +109,7 @@ impl Order {
         }
     }
 
-    /// What nobody buys: the sensor that a fixture is made for.
+    /// Creates the order entry of the sensor itself that a fixture is made for; it is not bought.
     pub fn at_hand() -> Self {
         Self {
             at_hand: true,
@@ -117,20 +118,20 @@ impl Order {
         }
     }
 
-    /// Cut from what is sold by length, mm for each piece.
+    /// Sets the length of each piece that is cut from an article sold by length, mm.
     #[must_use]
     pub fn cut_to(self, length_mm: f64) -> Self {
         Self { length_mm: Some(length_mm), ..self }
     }
 
-    /// Put in with a tool.
+    /// Adds a tool needed to install it.
     #[must_use]
     pub fn with_tool(mut self, tool: impl Into<String>) -> Self {
         self.tools.push(tool.into());
         self
     }
 
-    /// Article and size, as one asks for it.
+    /// Returns article and size in one string.
     pub fn asked_for(&self) -> String {
         match &*self.size {
             "" => self.article.clone(),

@@ -1,31 +1,33 @@
-//! What makes closed paths a region: they enclose area, keep apart, and holes lie inside.
+//! Validity of the closed paths of a profile: they enclose area, do not cross, and holes lie inside.
 
 use nalgebra::{Matrix2, Vector2};
 
 use crate::Profile;
 use crate::compiled::{Edge, Region, signed_area};
 
-/// Paths with more segments are refused: the checks here compare neighbours with each other.
+/// Largest number of segments of a path. The checks here compare neighbouring segments with each other, so more are
+/// refused.
 pub(crate) const MAX_SEGMENTS: usize = 10_000;
 
-/// Angle between points of the polyline that finds candidates for crossings.
+/// Angular step between points of the polyline that finds candidates for crossings.
 const STEP_RAD: f64 = std::f64::consts::PI / 64.0;
 
-/// A little more than such a polyline sags, relative to the radius.
+/// Upper bound of the polyline's deviation from the arc, relative to the radius: 1 - cos(STEP_RAD / 2) is 3e-4.
 const SAG: f64 = 5e-4;
 
-/// What is wrong with paths that are each closed and made of sound segments.
+/// Returns the violations of a profile whose paths are each closed and made of valid segments.
 pub(crate) fn problems(profile: &Profile) -> Vec<String> {
     let mut problems = Vec::new();
     for (i, path) in profile.paths().enumerate() {
         let extent = extent(path.segments.iter().map(|s| Vector2::from(s.to())));
         let area = signed_area(path).abs();
-        // Written so that NaN is refused too.
+        // Compared this way so that NaN is refused too.
         if area.partial_cmp(&(1e-12 * extent * extent)) != Some(std::cmp::Ordering::Greater) {
             problems.push(format!("{} encloses no area ({area} mm^2)", path_name(i)));
         }
     }
     problems.extend(crossing(profile));
+    // The test of holes relies on paths that do not cross.
     if problems.is_empty() {
         problems.extend(misplaced_holes(profile));
     }
@@ -36,15 +38,15 @@ fn path_name(i: usize) -> String {
     if i == 0 { "the outer path".into() } else { format!("hole {}", i - 1) }
 }
 
-/// Half the size of the smallest box around the points.
+/// Computes half the diagonal of the smallest box around the points.
 fn extent(points: impl Iterator<Item = Vector2<f64>>) -> f64 {
     let inf = Vector2::repeat(f64::INFINITY);
     let (low, high) = points.fold((inf, -inf), |(low, high), p| (low.inf(&p), high.sup(&p)));
     0.5 * (high - low).norm()
 }
 
-/// Holes that lie outside the outer path or in another hole. Paths do not cross, so one point of
-/// each tells.
+/// Returns messages for holes that lie outside the outer path or in another hole. Paths do not cross, so one point of
+/// each suffices.
 fn misplaced_holes(profile: &Profile) -> Vec<String> {
     let outer = Region::new(&Profile::new(profile.outer.clone()));
     let holes: Vec<Region> =
@@ -62,7 +64,7 @@ fn misplaced_holes(profile: &Profile) -> Vec<String> {
     problems
 }
 
-/// An edge with the polyline through its points.
+/// Edge with the polyline through its points.
 struct Sampled {
     edge: Edge,
     path: usize,
@@ -72,7 +74,7 @@ struct Sampled {
     high: Vector2<f64>,
 }
 
-/// The first crossing of two segments, in words.
+/// Returns the first crossing of two segments, as a message.
 fn crossing(profile: &Profile) -> Option<String> {
     let region = Region::new(profile);
     let mut edges = region.edges.into_iter();
@@ -83,7 +85,7 @@ fn crossing(profile: &Profile) -> Option<String> {
         }
     }
     let size = extent(sampled.iter().flat_map(|s| s.points.iter().copied()));
-    // From left to right, so that each edge meets only those that begin before it ends.
+    // Sorted from left to right, so that each edge is compared only with those that begin before it ends.
     sampled.sort_by(|a, b| a.low.x.total_cmp(&b.low.x));
     for (i, a) in sampled.iter().enumerate() {
         for b in sampled[i + 1..].iter().take_while(|b| b.low.x <= a.high.x) {
@@ -106,7 +108,7 @@ fn sample(edge: Edge, path: usize, name: String) -> Sampled {
     Sampled { edge, path, name, points, low: low.add_scalar(-sag), high: high.add_scalar(sag) }
 }
 
-/// Where two edges really cross, other than in a common end.
+/// Returns the point where two edges really cross, other than in a common end.
 fn meeting_point(a: &Sampled, b: &Sampled, size: f64) -> Option<Vector2<f64>> {
     let (count_a, count_b) = (a.points.len() - 1, b.points.len() - 1);
     for i in 0..count_a {
@@ -115,6 +117,7 @@ fn meeting_point(a: &Sampled, b: &Sampled, size: f64) -> Option<Vector2<f64>> {
             let side = |from: Vector2<f64>, to: Vector2<f64>, of| (to - from).perp(&(of - from));
             let straddles = |x: f64, y: f64| (x < 0.0) != (y < 0.0);
             if straddles(side(p, q, r), side(p, q, s)) && straddles(side(r, s, p), side(r, s, q)) {
+                // Newton's method starts in the middle of the two chords that cross.
                 let u = (i as f64 + 0.5) / count_a as f64;
                 let v = (j as f64 + 0.5) / count_b as f64;
                 let found = refined(&a.edge, &b.edge, u, v, size);
@@ -133,7 +136,7 @@ fn meeting_point(a: &Sampled, b: &Sampled, size: f64) -> Option<Vector2<f64>> {
     None
 }
 
-/// Newton's method on the edges themselves: polylines of thin walls cross where the walls do not.
+/// Refines a crossing by Newton's method on the edges themselves: polylines of thin walls cross where the walls do not.
 fn refined(a: &Edge, b: &Edge, mut u: f64, mut v: f64, size: f64) -> Option<Vector2<f64>> {
     for _ in 0..20 {
         let ((p, dp), (q, dq)) = (a.at(u), b.at(v));

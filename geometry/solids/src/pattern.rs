@@ -1,4 +1,4 @@
-//! Where repeated features go, as values.
+//! Patterns of repeated features, as data.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::{EllipsoidOffset, Pose, Solid};
 
-/// More features than this are refused.
+/// Largest number of features in a pattern.
 pub const MAX_FEATURES: usize = 20_000;
 
-/// Places for repeated features.
+/// Pattern of repeated features.
 ///
-/// Each place is a [`Pose`] whose z axis is the feature's axis and whose x axis points away from
-/// the pattern's centre line. Places are listed from the centre outwards, always in one order.
+/// Each place is a [`Pose`] whose z axis is the feature's axis and whose x axis points away from the pattern's centre
+/// line. Places are listed from the centre outwards, in a fixed order.
 ///
 /// ```
 /// use fabkit_geometry::{Pattern, Point3};
@@ -26,35 +26,35 @@ pub const MAX_FEATURES: usize = 20_000;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Pattern {
-    /// On a circle in the plane z = 0, axes along z.
+    /// Circle in the plane z = 0, axes along z.
     Ring {
-        /// How many, at least 1.
+        /// Number of places, at least 1.
         count: u32,
         /// Radius of the circle, mm.
         radius_mm: f64,
-        /// Direction of the first one, from x toward y.
+        /// Direction of the first place, from x toward y.
         phase_rad: f64,
     },
-    /// On circles around the origin in the plane z = 0, axes along z: `counts[k]` on the circle of
-    /// radius `k * spacing_mm`. The first entry stands for the centre: 0 or 1.
+    /// Circles around the origin in the plane z = 0, axes along z: `counts[k]` places on the circle of radius `k *
+    /// spacing_mm`. The first entry stands for the centre: 0 or 1.
     Rings {
-        /// From circle to circle, mm.
+        /// Distance from circle to circle, mm.
         spacing_mm: f64,
-        /// How many on each circle.
+        /// Number of places on each circle.
         counts: Vec<u32>,
     },
-    /// A rectangular grid in the plane z = 0, centred on the origin, axes along z.
+    /// Rectangular grid in the plane z = 0, centred on the origin, axes along z.
     Grid {
-        /// How many along x and y.
+        /// Number of places along x and y.
         counts: [u32; 2],
-        /// From one to the next along x and y, mm.
+        /// Distance between neighbours along x and y, mm.
         spacing_mm: [f64; 2],
     },
-    /// A Fibonacci lattice on a spherical cap around +z, axes radially outwards: equal area for
-    /// each place, no rows (Gonzalez, "Measurement of areas on a sphere using Fibonacci and
-    /// latitude-longitude lattices", Mathematical Geosciences 2010).
+    /// Fibonacci lattice on a spherical cap around +z, axes radially outwards: equal area for each place, no rows
+    /// (Gonzalez, "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices", Mathematical
+    /// Geosciences 2010).
     Fibonacci {
-        /// How many, at least 1.
+        /// Number of places, at least 1.
         count: u32,
         /// Radius of the sphere around the origin, mm.
         radius_mm: f64,
@@ -65,56 +65,56 @@ pub enum Pattern {
     /// `counts[k]` on the circle at the distance `k * spacing_mm` from the tip, measured along the
     /// surface. The first entry stands for the tip: 0 or 1.
     SurfaceRings {
-        /// The surface: a sphere, an ellipsoid (offset 0) or a parallel surface of one.
+        /// Surface of revolution: a sphere, an ellipsoid (offset 0) or a parallel surface of one.
         surface: EllipsoidOffset,
-        /// From circle to circle along the surface, mm.
+        /// Distance from circle to circle along the surface, mm.
         spacing_mm: f64,
-        /// How many on each circle.
+        /// Number of places on each circle.
         counts: Vec<u32>,
     },
 }
 
-/// Why a pattern has no places.
+/// Reason why a pattern is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidPattern {
-    /// There must be something.
+    /// No feature.
     #[error("the pattern holds no feature; at least one is needed")]
     Empty,
-    /// A limit that keeps meshes finite.
+    /// More features than [`MAX_FEATURES`], a limit that keeps meshes small enough.
     #[error("the pattern holds {count} features; the limit is {MAX_FEATURES}")]
     TooMany {
-        /// As asked for.
+        /// Requested number.
         count: u64,
     },
-    /// A number is out of its range.
+    /// Parameter out of its range.
     #[error("{name} is {value}; it must be {allowed}")]
     OutOfRange {
-        /// Which number.
+        /// Name of the parameter.
         name: &'static str,
-        /// As asked for.
+        /// Requested value.
         value: f64,
-        /// For people.
+        /// Allowed range, as text.
         allowed: &'static str,
     },
-    /// Only one feature fits a point.
+    /// More than one feature at a centre.
     #[error("{count} features at the centre; there is room for 0 or 1")]
     CrowdedCentre {
-        /// As asked for.
+        /// Requested number.
         count: u32,
     },
-    /// The outermost circle lies beyond the far pole.
+    /// Outermost circle beyond the far pole.
     #[error(
         "the outermost circle lies {distance_mm} mm from the tip; the surface ends after {limit_mm} mm"
     )]
     BeyondSurface {
-        /// As asked for, mm along the surface.
+        /// Requested distance from the tip, mm along the surface.
         distance_mm: f64,
-        /// From pole to pole, mm along the surface.
+        /// Length from pole to pole, mm along the surface.
         limit_mm: f64,
     },
 }
 
-/// Refuses what is not finite and above 0.
+/// Returns an error unless the value is finite and above 0.
 fn positive(name: &'static str, value: f64) -> Result<(), InvalidPattern> {
     let fine = value.is_finite() && value > 0.0;
     let allowed = "finite and above 0";
@@ -122,18 +122,18 @@ fn positive(name: &'static str, value: f64) -> Result<(), InvalidPattern> {
 }
 
 impl Pattern {
-    /// The centre and `rings` circles around it with 6, 12, 18, ... places: every place is about
+    /// Creates a pattern of the centre and `rings` circles around it with 6, 12, 18, ... places: every place is about
     /// `spacing_mm` from its neighbours.
     pub fn six_per_ring(rings: u32, spacing_mm: f64) -> Self {
         let counts = (0..=rings).map(|k| if k == 0 { 1 } else { 6 * k }).collect();
         Self::Rings { spacing_mm, counts }
     }
 
-    /// The tip and `rings` circles around it on a surface, with as many places on each as come
-    /// nearest to `spacing_mm` between neighbours along the circle.
+    /// Creates a pattern of the tip and `rings` circles around it on a surface. The number of places on each circle
+    /// brings the distance of neighbours along the circle as near as possible to `spacing_mm`.
     ///
     /// # Errors
-    /// As for [`Pattern::poses`].
+    /// Same as for [`Pattern::poses`].
     pub fn even_surface_rings(
         surface: EllipsoidOffset,
         rings: u32,
@@ -148,14 +148,14 @@ impl Pattern {
         let counts = (0..=rings)
             .map(|k| {
                 let radius_mm = meridian.at_distance(f64::from(k) * spacing_mm).0[0];
-                // A ring has at least one place; rounding is the nearest whole number.
+                // A ring has at least one place; the number is rounded to the nearest integer.
                 (TAU * radius_mm / spacing_mm).round().max(1.0) as u32
             })
             .collect();
         Ok(Self::SurfaceRings { surface, spacing_mm, counts })
     }
 
-    /// How many features there are.
+    /// Returns the number of features.
     pub fn count(&self) -> u64 {
         match self {
             Self::Ring { count, .. } | Self::Fibonacci { count, .. } => u64::from(*count),
@@ -166,7 +166,7 @@ impl Pattern {
         }
     }
 
-    /// The places, from the centre outwards, in the pattern's frame.
+    /// Returns the places, from the centre outwards, in the pattern's frame.
     ///
     /// # Errors
     /// No or too many features, sizes that are not finite and positive, circles beyond the surface.
@@ -221,10 +221,10 @@ impl Pattern {
         }
     }
 
-    /// One copy of `feature` at each place, named `word 1`, `word 2`, ... from the centre outwards.
+    /// Returns one copy of `feature` at each place, named `word 1`, `word 2`, ... from the centre outwards.
     ///
     /// # Errors
-    /// As for [`Pattern::poses`].
+    /// Same as for [`Pattern::poses`].
     pub fn features(&self, word: &str, feature: &Solid) -> Result<Vec<Solid>, InvalidPattern> {
         let place =
             |(i, pose)| feature.clone().placed(pose).named(format!("{word} {}", i + 1usize));
@@ -239,8 +239,8 @@ fn room_at_centre(counts: &[u32]) -> Result<(), InvalidPattern> {
     }
 }
 
-/// The pose at a point of the half plane that makes the angle `azimuth` with x, with the axis
-/// tilted from z away from the centre line.
+/// Returns the pose at a point of the half plane at the angle `azimuth` from x, with the axis tilted from z away from
+/// the centre line.
 fn turned_out(azimuth: f64, point: [f64; 2], tilt_rad: f64) -> Pose {
     let turn = |angle, about: fn(crate::Angle) -> Pose| {
         crate::Angle::from_rad(angle).map_or(Pose::identity(), about)
@@ -255,23 +255,24 @@ fn around(count: u32, phase: f64, point: [f64; 2], tilt: f64) -> impl Iterator<I
     (0..count).map(move |i| turned_out(azimuth(i), point, tilt))
 }
 
-/// By distance from the centre, then row by row.
+/// Returns the places sorted by distance from the centre, then row by row.
 fn grid(counts: [u32; 2], spacing_mm: [f64; 2]) -> Vec<Pose> {
     let at = |i: u32, n: u32, step: f64| (f64::from(i) - 0.5 * f64::from(n - 1)) * step;
     let mut places: Vec<[f64; 2]> = (0..counts[1])
         .flat_map(|row| (0..counts[0]).map(move |column| [column, row]))
         .map(|[i, j]| [at(i, counts[0], spacing_mm[0]), at(j, counts[1], spacing_mm[1])])
         .collect();
-    // The sort is stable; equal distances are equal bits because the grid is symmetric.
+    // The sort is stable. Equal distances have equal bits because the grid is symmetric.
     places.sort_by(|p, q| p[0].hypot(p[1]).total_cmp(&q[0].hypot(q[1])));
     places.into_iter().map(|[x, y]| Pose::translation(x, y, 0.0)).collect()
 }
 
 fn fibonacci(count: u32, radius_mm: f64, half_angle_rad: f64) -> Vec<Pose> {
-    // 1 - cos, without cancellation for small caps.
+    // 1 - cos(half angle), without cancellation for small caps.
     let cap_height = 2.0 * (0.5 * half_angle_rad).sin().powi(2);
     (0..count)
         .map(|i| {
+            // Equal steps of height give equal areas on a sphere (Archimedes).
             let height = cap_height * (f64::from(i) + 0.5) / f64::from(count);
             let tilt = 2.0 * (0.5 * height).sqrt().min(1.0).asin();
             let point = [radius_mm * tilt.sin(), radius_mm * tilt.cos()];
@@ -280,18 +281,18 @@ fn fibonacci(count: u32, radius_mm: f64, half_angle_rad: f64) -> Vec<Pose> {
         .collect()
 }
 
-/// Panels of a quarter of the meridian, each integrated by Gauss-Legendre with five nodes: exact to
+/// Number of panels per quarter of the meridian, each integrated by Gauss-Legendre quadrature with five nodes: exact to
 /// rounding for half axes up to 1:20.
 const QUARTER_PANELS: usize = 64;
 
-/// The line from pole to pole of a parallel surface of an ellipsoid of revolution, by the
-/// ellipse's eccentric angle: 0 at the upper pole, pi at the lower.
+/// Meridian from pole to pole of a parallel surface of an ellipsoid of revolution, parametrised by the ellipse's
+/// eccentric angle: 0 at the upper pole, pi at the lower.
 struct Meridian {
     equatorial_mm: f64,
     polar_mm: f64,
     offset_mm: f64,
     length_mm: f64,
-    /// Distance from the upper pole to where each panel begins, and to the lower pole.
+    /// Distances from the upper pole to the start of each panel, and to the lower pole.
     begins_mm: Vec<f64>,
 }
 
@@ -310,16 +311,18 @@ impl Meridian {
         let mut ellipse_mm = 0.0;
         for panel in 0..=2 * QUARTER_PANELS {
             let (begin, end) = (Self::begin(panel), Self::begin(panel + 1));
+            // Steiner: a parallel curve is longer by the offset times the angle its normal turns through.
             meridian.begins_mm.push(ellipse_mm + offset_mm * meridian.tilt(begin));
             ellipse_mm += meridian.ellipse_mm(begin, end);
         }
+        // The meridian is symmetric about the equator.
         meridian.length_mm = 2.0 * meridian.begins_mm[QUARTER_PANELS];
         Ok(meridian)
     }
 
     fn check_reach(&self, distance_mm: f64) -> Result<(), InvalidPattern> {
         let limit_mm = self.length_mm;
-        // Written so that NaN is refused too.
+        // Compared this way so that NaN is refused too.
         if distance_mm < limit_mm {
             Ok(())
         } else {
@@ -327,23 +330,24 @@ impl Meridian {
         }
     }
 
-    /// Eccentric angle at which a panel begins.
+    /// Returns the eccentric angle at which a panel begins.
     fn begin(panel: usize) -> f64 {
         FRAC_PI_2 * panel as f64 / QUARTER_PANELS as f64
     }
 
-    /// Angle between z and the normal.
+    /// Computes the angle between z and the normal.
     fn tilt(&self, eccentric: f64) -> f64 {
         (self.polar_mm * eccentric.sin()).atan2(self.equatorial_mm * eccentric.cos())
     }
 
-    /// Speed along the ellipse itself.
+    /// Computes the arc length of the ellipse per radian of eccentric angle, mm.
     fn speed(&self, eccentric: f64) -> f64 {
         (self.equatorial_mm * eccentric.cos()).hypot(self.polar_mm * eccentric.sin())
     }
 
-    /// Length of the ellipse itself between two eccentric angles of one panel.
+    /// Computes the length of the ellipse between two eccentric angles of one panel.
     fn ellipse_mm(&self, begin: f64, end: f64) -> f64 {
+        // Nodes and weights of five-point Gauss-Legendre quadrature on [-1, 1].
         const NODES: [(f64, f64); 3] = [
             (0.0, 0.568_888_888_888_888_9),
             (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
@@ -357,8 +361,8 @@ impl Meridian {
         half * NODES.iter().map(node).sum::<f64>()
     }
 
-    /// The point (distance from z, height) that far from the upper pole along the parallel surface, and
-    /// its normal's tilt. The distance is the ellipse's own arc, and the offset times the angle through
+    /// Returns the point (distance from z, height) at a distance from the upper pole along the parallel surface, and
+    /// the tilt of its normal. The distance is the ellipse's own arc length plus the offset times the angle through
     /// which the normal has turned (Steiner).
     fn at_distance(&self, distance_mm: f64) -> ([f64; 2], f64) {
         let eccentric = self.eccentric(distance_mm);
@@ -370,9 +374,10 @@ impl Meridian {
         (point, tilt)
     }
 
-    /// Newton's method within the panel, kept between the bounds that are known: the distance increases.
+    /// Finds the eccentric angle for a distance by Newton's method within the panel, safeguarded by bisection: the
+    /// distance increases monotonically.
     fn eccentric(&self, distance_mm: f64) -> f64 {
-        /// Halvings alone exhaust the digits after so many.
+        /// Largest number of iterations; this many halvings alone exhaust the digits.
         const MOST_STEPS: usize = 60;
         if distance_mm == 0.0 {
             return 0.0;
@@ -380,7 +385,7 @@ impl Meridian {
         let panel = self.begins_mm.partition_point(|&begin| begin <= distance_mm);
         let panel = panel.clamp(1, 2 * QUARTER_PANELS) - 1;
         let begin = Self::begin(panel);
-        // What the panel's own part of the ellipse and the normal at its end come to.
+        // Distance within the panel, plus the share of the normal at its start.
         let rest = distance_mm - self.begins_mm[panel] + self.offset_mm * self.tilt(begin);
         let (mut low, mut high) = (begin, Self::begin(panel + 1));
         let mut eccentric = 0.5 * (low + high);
@@ -393,6 +398,7 @@ impl Meridian {
                 high = eccentric
             }
             let speed = self.speed(eccentric);
+            // Derivative of the tilt with respect to the eccentric angle.
             let turning = self.equatorial_mm * self.polar_mm / speed.powi(2);
             let next = eccentric + missing / (speed + self.offset_mm * turning);
             let next = if (low..=high).contains(&next) { next } else { 0.5 * (low + high) };

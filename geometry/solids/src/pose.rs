@@ -1,4 +1,4 @@
-//! Rigid placements.
+//! Rigid motions.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -25,52 +25,53 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// With its axes along these and its origin there; `None` unless they are a right-handed frame.
+    /// Creates a pose from its axes and origin; `None` unless the axes form a right-handed orthonormal frame.
     pub fn with_axes(axes: [Vector3<f64>; 3], origin: Point3<f64>) -> Option<Self> {
         Self::new(Matrix3::from_columns(&axes), origin.coords)
     }
 
-    /// Nothing moves.
+    /// Returns the identity.
     pub fn identity() -> Self {
         Self { rotation: Matrix3::identity(), translation_mm: Vector3::zeros() }
     }
 
-    /// A rotation matrix followed by a translation in mm; `None` unless [`Pose::is_rigid`].
+    /// Creates a pose from a rotation matrix and a translation in mm; `None` unless [`Pose::is_rigid`].
     pub fn new(rotation: Matrix3<f64>, translation_mm: Vector3<f64>) -> Option<Self> {
         let pose = Self { rotation, translation_mm };
         pose.is_rigid().then_some(pose)
     }
 
-    /// A shift in mm.
+    /// Creates a translation, mm.
     pub fn translation(x_mm: f64, y_mm: f64, z_mm: f64) -> Self {
         Self { rotation: Matrix3::identity(), translation_mm: Vector3::new(x_mm, y_mm, z_mm) }
     }
 
-    /// A turn about x; multiples of 90 degrees are exact.
+    /// Creates a rotation about x; multiples of 90 degrees are exact.
     pub fn rotation_x(angle: Angle) -> Self {
         let (s, c) = sin_cos(angle);
         Self::from_rows([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
     }
 
-    /// A turn about y; multiples of 90 degrees are exact.
+    /// Creates a rotation about y; multiples of 90 degrees are exact.
     pub fn rotation_y(angle: Angle) -> Self {
         let (s, c) = sin_cos(angle);
         Self::from_rows([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
     }
 
-    /// A turn about z; multiples of 90 degrees are exact.
+    /// Creates a rotation about z; multiples of 90 degrees are exact.
     pub fn rotation_z(angle: Angle) -> Self {
         let (s, c) = sin_cos(angle);
         Self::from_rows([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     }
 
-    /// Carries the z axis at the origin to `axis` at `point`.
+    /// Creates a pose that maps the z axis at the origin to `axis` at `point`.
     ///
-    /// The x axis follows by the smallest possible turn, so that neighbouring axes get neighbouring
-    /// frames everywhere but near -z (Duff et al., "Building an Orthonormal Basis, Revisited",
-    /// JCGT 2017). `axis` need not be of unit length but must not be zero.
+    /// The x axis follows by the smallest possible rotation, so that neighbouring axes get neighbouring frames
+    /// everywhere but near -z (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017). `axis` need not be
+    /// of unit length but must not be zero.
     pub fn z_to(axis: Vector3<f64>, point: Point3<f64>) -> Self {
         let n = axis.normalize();
+        // The sign keeps the denominator below away from 0 for axes near -z.
         let sign = 1.0f64.copysign(n.z);
         let a = -1.0 / (sign + n.z);
         let b = n.x * n.y * a;
@@ -83,7 +84,7 @@ impl Pose {
         Self { rotation: Matrix3::from_fn(|r, c| rows[r][c]), translation_mm: Vector3::zeros() }
     }
 
-    /// `self` after `inner`: `(a_from_b).then_in(b_from_c)` is `a_from_c`.
+    /// Composes two poses: `(a_from_b).then_in(b_from_c)` is `a_from_c`.
     #[must_use]
     pub fn then_in(&self, inner: Pose) -> Self {
         Self {
@@ -92,34 +93,34 @@ impl Pose {
         }
     }
 
-    /// The way back: `(a_from_b).inverse()` is `b_from_a`.
+    /// Returns the inverse: `(a_from_b).inverse()` is `b_from_a`.
     #[must_use]
     pub fn inverse(&self) -> Self {
         let back = self.rotation.transpose();
         Self { rotation: back, translation_mm: -(back * self.translation_mm) }
     }
 
-    /// Moves a point.
+    /// Transforms a point.
     pub fn point(&self, point: Point3<f64>) -> Point3<f64> {
         Point3::from(self.rotation * point.coords + self.translation_mm)
     }
 
-    /// Turns a direction.
+    /// Rotates a direction.
     pub fn vector(&self, vector: Vector3<f64>) -> Vector3<f64> {
         self.rotation * vector
     }
 
-    /// The rotation matrix.
+    /// Returns the rotation matrix.
     pub fn rotation(&self) -> &Matrix3<f64> {
         &self.rotation
     }
 
-    /// The translation, mm.
+    /// Returns the translation, mm.
     pub fn translation_mm(&self) -> &Vector3<f64> {
         &self.translation_mm
     }
 
-    /// Whether every number is finite and the rotation is proper (no mirror, no scale) to 1e-9.
+    /// Returns whether every number is finite and the rotation is proper (no reflection, no scale) to 1e-9.
     pub fn is_rigid(&self) -> bool {
         let r = &self.rotation;
         let residual = (r.transpose() * r - Matrix3::identity()).amax();
@@ -129,9 +130,10 @@ impl Pose {
     }
 }
 
-/// Sine and cosine that are exact at multiples of 90 degrees.
+/// Computes sine and cosine, exact at multiples of 90 degrees.
 fn sin_cos(angle: Angle) -> (f64, f64) {
     let quarters = angle.rad() / std::f64::consts::FRAC_PI_2;
+    // Angles in degrees convert to multiples of pi / 2 only up to rounding.
     if (quarters - quarters.round()).abs() > 1e-13 * quarters.abs().max(1.0) {
         return angle.rad().sin_cos();
     }

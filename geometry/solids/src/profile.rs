@@ -1,30 +1,30 @@
-//! Plane figures bounded by lines and arcs.
+//! Plane regions bounded by lines and arcs.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Angle;
 
-/// One piece of a [`Path`], from where the last one ended.
+/// Segment of a [`Path`]; it starts at the end of the previous one.
 ///
 /// JSON: `{"line": {"to": [x, y]}}`, `{"arc": {"to": .., "centre": .., "ccw": true}}`, ...
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Segment {
-    /// A straight line.
+    /// Straight line.
     Line {
         /// End point, mm.
         to: [f64; 2],
     },
-    /// A circular arc; the start must be as far from the centre as the end.
+    /// Circular arc; start and end must have the same distance from the centre.
     Arc {
         /// End point, mm.
         to: [f64; 2],
         /// Centre of the circle, mm.
         centre: [f64; 2],
-        /// Counter-clockwise from start to end; clockwise otherwise.
+        /// True if the arc runs counter-clockwise from start to end.
         ccw: bool,
     },
-    /// An arc of an ellipse whose axes are those of the plane. Only in revolutions.
+    /// Arc of an axis-aligned ellipse. Only in revolutions.
     EllipticArc {
         /// End point, mm.
         to: [f64; 2],
@@ -32,13 +32,13 @@ pub enum Segment {
         centre: [f64; 2],
         /// Half axes along x and y, mm.
         semi_axes_mm: [f64; 2],
-        /// Counter-clockwise from start to end; clockwise otherwise.
+        /// True if the arc runs counter-clockwise from start to end.
         ccw: bool,
     },
 }
 
 impl Segment {
-    /// Where the piece ends, mm.
+    /// Returns the end point, mm.
     pub fn to(&self) -> [f64; 2] {
         match self {
             Self::Line { to } | Self::Arc { to, .. } | Self::EllipticArc { to, .. } => *to,
@@ -47,7 +47,7 @@ impl Segment {
 }
 
 impl Segment {
-    /// Where the piece begins, and the piece itself, after moving it to its right.
+    /// Returns the start point and the segment after an offset of `by_mm` to its right.
     fn grown(&self, from: [f64; 2], by_mm: f64) -> ([f64; 2], Self) {
         match *self {
             Self::Line { to } => {
@@ -57,6 +57,7 @@ impl Segment {
                 (moved(from), Self::Line { to: moved(to) })
             }
             Self::Arc { to, centre, ccw } => {
+                // To the right is outwards on a counter-clockwise arc and inwards on a clockwise one.
                 let by_mm = if ccw { by_mm } else { -by_mm };
                 let moved = |p: [f64; 2]| {
                     let (x, y) = (p[0] - centre[0], p[1] - centre[1]);
@@ -76,12 +77,12 @@ impl Segment {
     }
 }
 
-/// Ends of pieces that are nearer than this part of their distance from a corner are one point.
+/// Distance below which two end points count as one, relative to their distance from a corner (or from the origin).
 const SAME_POINT: f64 = 1e-9;
 
-/// A closed curve: the last segment must end where the first begins.
+/// Closed curve: the last segment must end where the first starts.
 ///
-/// Two half arcs make a circle. Built point by point:
+/// A circle consists of two half arcs. Paths are built point by point:
 ///
 /// ```
 /// use fabkit_geometry::Path;
@@ -93,12 +94,12 @@ const SAME_POINT: f64 = 1e-9;
 pub struct Path {
     /// First point, mm.
     pub start: [f64; 2],
-    /// The pieces in order.
+    /// Segments in order.
     pub segments: Vec<Segment>,
 }
 
 impl Path {
-    /// Starts a path.
+    /// Starts a path at a point.
     pub fn from(start: [f64; 2]) -> Self {
         Self { start, segments: Vec::new() }
     }
@@ -130,8 +131,8 @@ impl Path {
         self
     }
 
-    /// Closes with a straight line if it is still open. An end that misses the start by rounding alone
-    /// is moved there: kernels of other people fail on lines of 1e-15 mm.
+    /// Closes the path with a straight line if it is still open. An end that misses the start only by rounding is moved
+    /// there, because other CAD kernels fail on lines of 1e-15 mm.
     ///
     /// ```
     /// use fabkit_geometry::Path;
@@ -143,6 +144,7 @@ impl Path {
     #[must_use]
     pub fn close(mut self) -> Self {
         let (start, end) = (self.start, self.end());
+        // Rounding errors of the end grow with its distance from the origin.
         let far_mm = start[0].hypot(start[1]).max(1.0);
         let gap_mm = (end[0] - start[0]).hypot(end[1] - start[1]);
         match self.segments.last_mut() {
@@ -154,25 +156,25 @@ impl Path {
         }
     }
 
-    /// The last point, mm.
+    /// Returns the last point, mm.
     pub fn end(&self) -> [f64; 2] {
         self.segments.last().map_or(self.start, Segment::to)
     }
 
-    /// Straight lines through the points, closed.
+    /// Creates a closed polygon through the points.
     pub fn polygon(points: &[[f64; 2]]) -> Self {
         let start = points.first().copied().unwrap_or_default();
         points.iter().skip(1).fold(Self::from(start), |path, &to| path.line(to)).close()
     }
 
-    /// A circle as two arcs, counter-clockwise.
+    /// Creates a circle as two arcs, counter-clockwise.
     pub fn circle(centre: [f64; 2], radius_mm: f64) -> Self {
         let [x, y] = centre;
         let (right, left) = ([x + radius_mm, y], [x - radius_mm, y]);
         Self::from(right).arc(left, centre, true).arc(right, centre, true)
     }
 
-    /// An axis-aligned rectangle with rounded corners (sharp where `corner_mm` is 0).
+    /// Creates an axis-aligned rectangle with rounded corners (sharp if `corner_mm` is 0).
     pub fn rectangle(centre: [f64; 2], size_mm: [f64; 2], corner_mm: f64) -> Self {
         let [cx, cy] = centre;
         let (hx, hy, r) = (size_mm[0] / 2.0, size_mm[1] / 2.0, corner_mm);
@@ -188,6 +190,7 @@ impl Path {
             ([l, b + r], [l + r, b], [l + r, b + r]),
         ];
         for (from, to, centre) in corners {
+            // Neighbouring corner arcs may touch, so that no straight line remains between them.
             if path.end() != from {
                 path = path.line(from);
             }
@@ -196,7 +199,7 @@ impl Path {
         path
     }
 
-    /// A slot with round ends: all points within `radius_mm` of the segment between two points.
+    /// Creates a slot with round ends: all points within `radius_mm` of the segment between two points.
     pub fn slot(from: [f64; 2], to: [f64; 2], radius_mm: f64) -> Self {
         let d = [to[0] - from[0], to[1] - from[1]];
         let scale = radius_mm / d[0].hypot(d[1]);
@@ -210,15 +213,15 @@ impl Path {
         )
     }
 
-    /// The same path, shifted.
+    /// Returns the path translated by `by_mm`.
     #[must_use]
     pub fn shifted(&self, by_mm: [f64; 2]) -> Self {
         self.mapped(|[x, y]| [x + by_mm[0], y + by_mm[1]])
     }
 
-    /// The same path after a quarter turn counter-clockwise about the origin, exactly.
+    /// Returns the path after an exact quarter turn counter-clockwise about the origin.
     ///
-    /// Arcs of ellipses keep their half axes along x and y, which change places.
+    /// Arcs of ellipses keep their half axes along x and y, which are exchanged.
     #[must_use]
     pub fn quarter_turned(&self) -> Self {
         let mut turned = self.mapped(|[x, y]| [-y, x]);
@@ -230,7 +233,7 @@ impl Path {
         turned
     }
 
-    /// The same path, larger or smaller about the origin by a factor above 0.
+    /// Returns the path scaled about the origin by a factor above 0.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let mut scaled = self.mapped(|point| point.map(|x| x * factor));
@@ -242,8 +245,8 @@ impl Path {
         scaled
     }
 
-    /// The outline at a distance outside a convex one that runs counter-clockwise: corners become
-    /// arcs, arcs grow. Lines and circular arcs only; arcs of ellipses stay as they are.
+    /// Returns the offset curve at a distance outside a convex path that runs counter-clockwise: corners become arcs,
+    /// and the radii of arcs grow. Lines and circular arcs only; arcs of ellipses stay as they are.
     ///
     /// ```
     /// use fabkit_geometry::Path;
@@ -272,7 +275,7 @@ impl Path {
             Some(mut path) => {
                 let start = path.start;
                 path = path.around_corner(from, start);
-                // What ends where it began does so exactly.
+                // The curve must close exactly, not just up to rounding.
                 if let Some(last) = path.segments.last_mut() {
                     last.set_to(start);
                 }
@@ -281,7 +284,7 @@ impl Path {
         }
     }
 
-    /// Goes on to `to` around a corner that both ends are equally far from.
+    /// Continues to `to` by an arc around a corner that has the same distance from both ends.
     fn around_corner(self, corner: [f64; 2], to: [f64; 2]) -> Self {
         let end = self.end();
         let gap_mm = (end[0] - to[0]).hypot(end[1] - to[1]);
@@ -289,7 +292,7 @@ impl Path {
         if gap_mm <= SAME_POINT * far_mm { self } else { self.arc(to, corner, true) }
     }
 
-    /// Moves every point; `to_new` must keep angles and must not mirror.
+    /// Maps every point; `to_new` must keep angles and must not mirror.
     fn mapped(&self, to_new: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
         let mut path = self.clone();
         path.start = to_new(path.start);
@@ -304,7 +307,7 @@ impl Path {
         path
     }
 
-    /// A sector of a ring around the origin, from `start` counter-clockwise to `end`.
+    /// Creates a sector of a ring around the origin, from `start` counter-clockwise to `end`.
     pub fn ring_sector(inner_mm: f64, outer_mm: f64, start: Angle, end: Angle) -> Self {
         let at = |r: f64, a: Angle| [r * a.rad().cos(), r * a.rad().sin()];
         Self::from(at(inner_mm, start))
@@ -315,14 +318,14 @@ impl Path {
     }
 }
 
-/// A region of the plane: inside `outer` and inside none of `holes`.
+/// Region of the plane: inside `outer` and outside all `holes`.
 ///
-/// Paths must not cross themselves or each other, and holes lie inside the outer path and in no
-/// other hole; their direction does not matter.
+/// Paths must not cross themselves or each other, and holes lie inside the outer path and in no other hole; their
+/// direction does not matter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {
-    /// The outer boundary.
+    /// Outer boundary.
     pub outer: Path,
     /// Boundaries of holes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -330,36 +333,36 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// A region without holes.
+    /// Creates a region without holes.
     pub fn new(outer: Path) -> Self {
         Self { outer, holes: Vec::new() }
     }
 
-    /// The same region with one more hole.
+    /// Adds a hole.
     #[must_use]
     pub fn with_hole(mut self, hole: Path) -> Self {
         self.holes.push(hole);
         self
     }
 
-    /// Outer boundary first, then the holes: the order in which faces are numbered.
+    /// Returns the outer boundary first, then the holes: the order in which faces are numbered.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         std::iter::once(&self.outer).chain(&self.holes)
     }
 
-    /// The same region, shifted.
+    /// Returns the region translated by `by_mm`.
     #[must_use]
     pub fn shifted(&self, by_mm: [f64; 2]) -> Self {
         self.mapped(|path| path.shifted(by_mm))
     }
 
-    /// The same region, larger or smaller about the origin by a factor above 0.
+    /// Returns the region scaled about the origin by a factor above 0.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         self.mapped(|path| path.scaled(factor))
     }
 
-    /// The same region after a quarter turn counter-clockwise about the origin, exactly.
+    /// Returns the region after an exact quarter turn counter-clockwise about the origin.
     #[must_use]
     pub fn quarter_turned(&self) -> Self {
         self.mapped(Path::quarter_turned)

@@ -1,17 +1,18 @@
-//! Areas, lengths and boxes of profiles.
+//! Areas, lengths and bounding boxes of profiles.
 
 use crate::compiled::{Region, path_length, signed_area};
 use crate::{Path, Profile};
 
 impl Path {
-    /// Enclosed area, mm^2, positive counter-clockwise; exact for lines and arcs (Green's theorem).
+    /// Computes the enclosed area, mm^2, positive for counter-clockwise paths; exact for lines and arcs (Green's
+    /// theorem).
     pub fn signed_area_mm2(&self) -> f64 {
         signed_area(self)
     }
 }
 
 impl Profile {
-    /// Area of the region, mm^2.
+    /// Computes the area of the region, mm^2.
     ///
     /// ```
     /// use fabkit_geometry::{Path, Profile};
@@ -24,12 +25,12 @@ impl Profile {
         self.outer.signed_area_mm2().abs() - holes
     }
 
-    /// Length of all boundaries, mm. Lines and circular arcs only.
+    /// Computes the length of all boundaries, mm. Lines and circular arcs only.
     pub fn boundary_mm(&self) -> f64 {
         self.paths().map(path_length).sum()
     }
 
-    /// Lower left and upper right corner of the box around the region, mm; exact for arcs.
+    /// Returns the lower left and upper right corner of the bounding box, mm; exact for arcs.
     pub fn bounds_mm(&self) -> [[f64; 2]; 2] {
         let region = Region::new(self);
         let reach = |x: f64, y: f64| region.support(nalgebra::Vector2::new(x, y));

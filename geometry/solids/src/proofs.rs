@@ -1,23 +1,23 @@
-//! Where lines need not be cast: what two bodies provably do not have in common.
+//! Proofs that two bodies do not meet, which save casting lines.
 //!
-//! Rules that sample lines ask these first. An answer is a list of boxes; lines that pass none of
-//! them would have found nothing.
+//! Rules that sample lines call these functions first. A result is a list of boxes; lines that pass none of them would
+//! have found nothing.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::compiled::{held_boxes, meeting_boxes};
 use crate::{Aabb, CompiledSolid};
 
-/// Boxes looked at for a pair of bodies; as many take as long as a few hundred lines.
+/// Number of boxes examined for a pair of bodies; this takes as long as casting a few hundred lines.
 const MEETING_BOXES: usize = 600;
 
-/// Boxes looked at for a tool.
+/// Number of boxes examined for a tool.
 const HELD_BOXES: usize = 1_500;
 
-/// Boxes outside of which two bodies have nothing in common but contact, thinner than 1e-9 mm; none
-/// if they have nothing in common at all.
+/// Returns boxes outside of which two bodies are proven to share nothing but contact thinner than 1e-9 mm; none if they
+/// share nothing at all.
 ///
-/// `None` where what their bounds have in common is unbounded.
+/// Returns `None` if the intersection of their bounds is unbounded.
 ///
 /// ```
 /// use fabkit_geometry::{CompiledSolid, Solid, proofs::meetings};
@@ -36,10 +36,10 @@ pub fn meetings(a: &CompiledSolid, b: &CompiledSolid) -> Option<Vec<Aabb>> {
     common.is_finite().then(|| meeting_boxes(a, b, &common, MEETING_BOXES))
 }
 
-/// Boxes outside of whose shadows no line in a direction leaves a tool and meets one of the other
-/// bodies further on; none if there is no such line.
+/// Returns boxes such that a line in the direction that leaves the tool and then meets one of the other bodies passes
+/// through one of them; none if there is no such line.
 ///
-/// `None` where the direction is along no axis of the frame, or a body is unbounded.
+/// Returns `None` if the direction is not along an axis of the frame, or if a body is unbounded.
 ///
 /// ```
 /// use fabkit_geometry::{CompiledSolid, Solid, Vector3, proofs::obstacles};
@@ -64,19 +64,19 @@ pub fn obstacles(
     held_boxes(tool, others, axis, direction[axis] > 0.0, HELD_BOXES)
 }
 
-/// Which of many parallel lines may pass any of some boxes: a grid over their shadow, in which some
-/// cells too many are set.
+/// Conservative raster of the projection of boxes along a direction: tells which of many parallel lines may pass one of
+/// the boxes. Some surplus cells are set.
 #[derive(Clone, Debug)]
 pub struct Shadow {
     is_set: Vec<bool>,
 }
 
 impl Shadow {
-    /// Cells along each side.
+    /// Number of cells along each side.
     const SIDE: usize = 128;
 
-    /// The shadow of boxes on a rectangle around `centre`: along two unit vectors across the lines,
-    /// as far as `half_mm` to either side.
+    /// Rasterises boxes on a rectangle around `centre` that extends along two unit vectors across the lines by
+    /// `half_mm` to either side.
     pub fn of(
         boxes: &[Aabb],
         centre: &Point3<f64>,
@@ -92,7 +92,7 @@ impl Shadow {
                 share * Self::SIDE as f64
             };
             let clamped = |v: f64| v.clamp(0.0, Self::SIDE as f64 - 1.0) as usize;
-            // A cell more on each side, so that rounding decides nothing.
+            // One surplus cell on each side makes rounding irrelevant.
             clamped(cell(offset - reach) - 1.0)..=clamped(cell(offset + reach) + 1.0)
         };
         for bounds in boxes {
@@ -105,7 +105,8 @@ impl Shadow {
         Self { is_set }
     }
 
-    /// Whether the line at this place may pass a box; the rectangle's sides are from 0 to 1.
+    /// Returns whether the line at this position may pass a box; positions are fractions of the rectangle's sides, from
+    /// 0 to 1.
     pub fn holds(&self, shares: [f64; 2]) -> bool {
         let [i, j] = shares.map(|v| ((v * Self::SIDE as f64) as usize).min(Self::SIDE - 1));
         self.is_set[j * Self::SIDE + i]

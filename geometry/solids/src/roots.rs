@@ -1,14 +1,14 @@
-//! Real roots of polynomials of low degree, found between the roots of their derivatives.
+//! Real roots of polynomials of low degree, isolated by the roots of their derivatives.
 //!
-//! Between two neighbouring stationary points a polynomial is monotone, so a sign change brackets
-//! exactly one root and a safeguarded Newton iteration cannot miss it or leave it. The stationary
-//! points come from the same procedure one degree lower. Closed formulas for cubics and quartics
-//! are shorter but lose half the digits to cancellation, which shows as holes in thin tori.
+//! Between two neighbouring stationary points a polynomial is monotone, so a sign change brackets exactly one root and
+//! a safeguarded Newton iteration cannot miss it or leave it. The stationary points come from the same procedure one
+//! degree lower. Closed formulas for cubics and quartics are shorter but lose half the digits to cancellation, which
+//! shows as holes in thin tori.
 
-/// Highest degree handled.
+/// Highest supported degree.
 const MAX_DEGREE: usize = 4;
 
-/// A short ascending list of roots.
+/// Short ascending list of roots.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Roots {
     values: [f64; MAX_DEGREE],
@@ -17,14 +17,14 @@ pub(crate) struct Roots {
 
 impl Roots {
     fn push(&mut self, root: f64) {
-        // A root that is also a bracket's end is found from both sides.
+        // A root that is also the end of a bracket is found from both sides.
         if self.count < MAX_DEGREE && self.as_slice().last() != Some(&root) {
             self.values[self.count] = root;
             self.count += 1;
         }
     }
 
-    /// All of them times a positive factor.
+    /// Returns the roots multiplied by a positive factor.
     pub(crate) fn scaled(mut self, factor: f64) -> Self {
         self.values.iter_mut().for_each(|v| *v *= factor);
         self
@@ -35,10 +35,10 @@ impl Roots {
     }
 }
 
-/// Roots of `a x^2 + 2 half_b x + c`, ascending; the stable form of the textbook formula.
+/// Computes the roots of `a x^2 + 2 half_b x + c`, ascending, by the numerically stable form of the quadratic formula.
 ///
-/// Tangents (a vanishing discriminant) count as no root: they bound no volume. With `a = 0` the one
-/// root of the linear equation is returned.
+/// Tangents (a vanishing discriminant) count as no root: they bound no volume. With `a = 0` the one root of the linear
+/// equation is returned.
 pub(crate) fn quadratic(a: f64, half_b: f64, c: f64) -> Roots {
     let mut roots = Roots::default();
     if a == 0.0 {
@@ -48,9 +48,9 @@ pub(crate) fn quadratic(a: f64, half_b: f64, c: f64) -> Roots {
         return roots;
     }
     let discriminant = half_b * half_b - a * c;
-    // Written so that NaN is refused too.
+    // Compared this way so that NaN is refused too.
     if discriminant > 0.0 {
-        // The sum of two numbers of one sign; the other root follows from the product c / a.
+        // Both terms have the same sign, so nothing cancels; the other root follows from the product c / a.
         let q = -(half_b + discriminant.sqrt().copysign(half_b));
         let (x0, x1) = (q / a, c / q);
         roots.push(x0.min(x1));
@@ -59,10 +59,10 @@ pub(crate) fn quadratic(a: f64, half_b: f64, c: f64) -> Roots {
     roots
 }
 
-/// Roots in `[low, high]` of `c[0] + c[1] x + ... + c[n] x^n` with n up to 4, ascending.
+/// Computes the roots in `[low, high]` of `c[0] + c[1] x + ... + c[n] x^n` with n up to 4, ascending.
 ///
-/// A root of even multiplicity is found where the polynomial comes within its own rounding error of
-/// zero, once. Simple roots are exact to a few units in the last place of the evaluation.
+/// A root of even multiplicity is found once, where the polynomial comes within its own rounding error of zero. Simple
+/// roots are exact to a few units in the last place of the evaluation.
 pub(crate) fn polynomial(c: &[f64], low: f64, high: f64) -> Roots {
     let degree = c.iter().rposition(|&v| v != 0.0).unwrap_or(0);
     debug_assert!(degree <= MAX_DEGREE);
@@ -72,6 +72,7 @@ pub(crate) fn polynomial(c: &[f64], low: f64, high: f64) -> Roots {
     }
     let c = &c[..=degree];
     match sign_changes(c, low, high) {
+        // Most calls end here, without a search.
         Some((0, _)) => return roots,
         Some((1, rising)) => {
             roots.push(bracketed(c, low, high, rising));
@@ -87,6 +88,7 @@ pub(crate) fn polynomial(c: &[f64], low: f64, high: f64) -> Roots {
         }
         stationary = polynomial(&slope[..degree], low, high);
     }
+    // Between neighbouring stationary points the polynomial is monotone.
     let mut left = low;
     let mut at_left = value(c, left);
     for &right in stationary.as_slice().iter().chain(std::iter::once(&high)) {
@@ -104,10 +106,11 @@ pub(crate) fn polynomial(c: &[f64], low: f64, high: f64) -> Roots {
     roots
 }
 
-/// Bernstein coefficients from Taylor coefficients, for each degree: C(i, j) / C(n, j).
+/// Weights that convert Taylor to Bernstein coefficients, for each degree: C(i, j) / C(n, j).
 const BERNSTEIN: [[[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1]; MAX_DEGREE + 1] = bernstein();
 
 const fn bernstein() -> [[[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1]; MAX_DEGREE + 1] {
+    // Pascal's triangle; `while` because `for` is not allowed in const functions.
     let mut choose = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
     let mut n = 0;
     while n <= MAX_DEGREE {
@@ -136,10 +139,12 @@ const fn bernstein() -> [[[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1]; MAX_DEGREE + 1
     weights
 }
 
-/// How often the signs of the Bernstein coefficients on `[low, high]` change, and whether the first is
-/// negative; `None` if rounding leaves a sign open. As many roots lie between, or fewer by an even number
-/// (Farouki, "The Bernstein polynomial basis", Computer Aided Geometric Design 29, 2012): none or one
-/// need no search, and most lines pass by what they are asked about.
+/// Counts the sign changes of the Bernstein coefficients on `[low, high]` and tells whether the first is negative;
+/// `None` if rounding leaves a sign open.
+///
+/// The number of roots in between is the number of sign changes, or smaller by an even number (Farouki, "The Bernstein
+/// polynomial basis", Computer Aided Geometric Design 29, 2012). So 0 or 1 need no search, and most lines miss the
+/// surface they are tested against.
 fn sign_changes(c: &[f64], low: f64, high: f64) -> Option<(u32, bool)> {
     let (degree, width) = (c.len() - 1, high - low);
     // Taylor coefficients about `low`, in units of the width.
@@ -159,13 +164,14 @@ fn sign_changes(c: &[f64], low: f64, high: f64) -> Option<(u32, bool)> {
     for &k in c.iter().rev() {
         size = size * reach + f64::abs(k);
     }
-    // Forty operations on numbers that add up to `size` at most.
+    // Bound for about forty operations on numbers that add up to `size` at most.
     let error = 64.0 * f64::EPSILON * size;
     let (mut changes, mut last) = (0, 0.0);
     // The first coefficient is the value at `low`.
     let rising = taylor[0] < 0.0;
     for row in &BERNSTEIN[degree][..=degree] {
         let coefficient: f64 = row.iter().zip(&taylor).map(|(weight, t)| weight * t).sum();
+        // The sign is not certain; the caller falls back to the search.
         if coefficient.is_nan() || coefficient.abs() <= error {
             return None;
         }
@@ -175,7 +181,7 @@ fn sign_changes(c: &[f64], low: f64, high: f64) -> Option<(u32, bool)> {
     Some((changes, rising))
 }
 
-/// A value and how far rounding may have moved it.
+/// Value with a bound of its rounding error.
 struct Value {
     value: f64,
     error: f64,
@@ -187,7 +193,7 @@ impl Value {
     }
 }
 
-/// Horner's rule with a running error bound (Higham, "Accuracy and Stability of Numerical
+/// Evaluates a polynomial by Horner's rule with a running error bound (Higham, "Accuracy and Stability of Numerical
 /// Algorithms", section 5.1).
 fn value(c: &[f64], x: f64) -> Value {
     let (mut value, mut error) = (0.0, 0.0);
@@ -207,7 +213,8 @@ fn value_and_slope(c: &[f64], x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// The root between two ends of different sign: Newton, with bisection where it would leave.
+/// Finds the root between two ends of different sign by Newton's method, with bisection where it would leave the
+/// bracket.
 fn bracketed(c: &[f64], mut left: f64, mut right: f64, rising: bool) -> f64 {
     let mut x = 0.5 * (left + right);
     let mut last_step = right - left;
@@ -223,6 +230,7 @@ fn bracketed(c: &[f64], mut left: f64, mut right: f64, rising: bool) -> f64 {
             right = x;
         }
         let newton = x - value / slope;
+        // A Newton step must also at least halve the last step, which excludes cycles.
         let stays = newton > left && newton < right && 2.0 * (newton - x).abs() < last_step.abs();
         let next = if stays { newton } else { 0.5 * (left + right) };
         last_step = next - x;

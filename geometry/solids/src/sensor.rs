@@ -1,112 +1,111 @@
-//! A sensor: all its bodies, what holds them together, its camera and its chain.
+//! Complete sensor: bodies, connections between them, camera and manufacturing chain.
 
 use crate::{
     Adhesion, Body, Circuit, Kind, Leg, Lighting, LiquidSkin, Mark, NominalCamera, Pose, Step,
     TouchSurface,
 };
 
-/// Parts of several materials that leave the printer as one piece.
+/// Group of parts of several materials that are printed as one piece.
 ///
-/// Their solids are in one frame and touch without overlap; their files share their coordinates.
+/// Their solids are in one frame and touch without overlap; their files share coordinates.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PrintGroup {
-    /// `[a-z0-9-]{1,64}`; the name of the file that holds them all.
+    /// Name, `[a-z0-9-]{1,64}`; also that of the file that contains all parts.
     pub name: String,
-    /// The parts by name. The first says how the piece lies on the bed.
+    /// Names of the parts. The first one determines the orientation on the bed.
     pub parts: Vec<String>,
 }
 
-/// Two bodies that are meant to overlap: a press fit, a thread that cuts its own way.
+/// Intended overlap of two bodies: a press fit, a self-cutting thread.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PressFit {
-    /// The one that is pressed in.
+    /// Name of the body that is pressed in.
     pub inner: String,
-    /// The one that holds it.
+    /// Name of the body that holds it.
     pub outer: String,
-    /// Largest overlap that is meant, mm, measured across the fit's surface (per side).
+    /// Largest intended overlap, mm, measured across the fit's surface (per side).
     pub interference_mm: f64,
-    /// Why.
+    /// Reason for the overlap.
     pub reason: String,
 }
 
-/// A layer that is cast onto something that it does not stick to.
+/// Layer that is cast onto a body that it does not stick to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Loose {
-    /// The step that casts it.
+    /// Name of the step that casts it.
     pub step: String,
-    /// The layer.
+    /// Name of the layer.
     pub layer: String,
-    /// What it lies on.
+    /// Name of the body below it.
     pub on: String,
 }
 
-/// A tip that comes off: what is behind it may be wider, and fixtures go around the tip alone.
+/// Detachable tip: bodies behind it may be wider, and fixtures go around the tip alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detachable {
-    /// What comes off, by name.
+    /// Names of the bodies that are detached.
     pub bodies: Vec<String>,
-    /// How the rest comes back to it, sensor frame.
+    /// Path by which the rest returns to the tip, sensor frame.
     pub back: Vec<Leg>,
-    /// The same in words, without a full stop.
+    /// The same path in words, without a full stop.
     pub instruction: String,
 }
 
-/// A whole sensor, ready for export, pictures and checks.
+/// Complete sensor, ready for export, rendering and checks.
 ///
 /// Sensor frame: origin at the centre of the sensing surface's base circle, +z toward the tip.
 #[derive(Clone, Debug)]
 pub struct Sensor {
-    /// `[a-z0-9-]{1,64}`.
+    /// Name, `[a-z0-9-]{1,64}`.
     pub name: String,
-    /// For people.
+    /// Title for readers.
     pub title: String,
-    /// The paper.
+    /// Reference of the paper.
     pub reference: String,
-    /// What it consists of and is made with: parts, then layers, then components; see
-    /// [`in_order`].
+    /// Bodies that it consists of and is made with: parts, then layers, then components; see [`in_order`].
     pub bodies: Vec<Body>,
-    /// How it is built, step by step.
+    /// Manufacturing steps in order.
     pub chain: Vec<Step>,
-    /// Parts that are printed as one piece.
+    /// Groups of parts that are printed as one piece.
     pub print_groups: Vec<PrintGroup>,
-    /// Overlaps that are meant.
+    /// Intended overlaps.
     pub press_fits: Vec<PressFit>,
-    /// Layers that do not stick to what they lie on, as far as somebody says so.
+    /// Layers stated not to stick to the body below them.
     pub loose: Vec<Loose>,
-    /// What sticks to what, as far as somebody says so.
+    /// Stated adhesion between bodies.
     pub adhesions: Vec<Adhesion>,
-    /// Pairs that the camera tells from each other by one being dark and one light.
+    /// Pairs of bodies that the camera tells apart because one is dark and the other light.
     pub contrasts: Vec<[String; 2]>,
-    /// What the camera follows while the gel moves; empty where it follows none.
+    /// Markers that the camera tracks while the gel moves; empty if there are none.
     pub marks: Vec<Mark>,
-    /// The ways in which it is lit, the usual one first; empty where nobody says.
+    /// Lighting modes, the usual one first; empty if unknown.
     pub lightings: Vec<Lighting>,
-    /// How many bits of a grey value its camera gives.
+    /// Bit depth of the camera's intensities.
     pub grey_bits: u32,
-    /// Quality of the JPEG in which its camera sends pictures, 1 to 100; nothing where it sends them as they are.
+    /// JPEG quality of the camera's images, 1 to 100; `None` if they are not compressed.
     pub jpeg_quality: Option<u8>,
-    /// Force that what is touched must bear in every direction, N; `None` where nobody asks.
+    /// Force that the touched surface must bear in every direction, N; `None` if there is no requirement.
     pub load_n: Option<f64>,
-    /// The camera as designed.
+    /// Nominal camera.
     pub camera: NominalCamera,
-    /// What the camera is there to see, by name; empty where there is no camera.
+    /// Names of the bodies that the camera is meant to see; empty if there is no camera.
     pub sight: Vec<String>,
-    /// The surface that touches things; `None` where nothing is known to press it.
+    /// Sensing surface; `None` if nothing is known to press it.
     pub touch: Option<TouchSurface>,
-    /// What else is pressed: a skin with channels of liquid.
+    /// Pressed skin with liquid channels, another kind of sensing surface.
     pub liquid: Option<LiquidSkin>,
-    /// The part that fixtures hold, where it comes off the rest.
+    /// Detachable part that fixtures hold.
     pub detachable: Option<Detachable>,
-    /// Where a robot holds it: the middle of the robot's pattern, or of the sensor's own face below; z towards the
-    /// sensor, as out of a robot's flange. `None` where no such face is known.
+    /// Pose of the mounting face: centre of the robot's hole pattern or of the sensor's own lower face, z towards the
+    /// sensor, as out of a robot's flange. `None` if no such face is known.
     pub mount: Option<Pose>,
-    /// Its circuits: what is etched, soldered and wired.
+    /// Electric circuits: etched boards, soldered parts and wiring.
     pub circuits: Vec<Circuit>,
 }
 
-/// Parts first, then layers, then components, each in their own order: that of every list and file.
+/// Sorts parts before layers before components, each in their own order. All lists and files use this order.
 pub fn in_order(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
-    // A function of its own, so that it is compiled once, and not for every kind of iterator.
+    // A separate non-generic function, so that it is compiled once and not for every iterator type.
     fn sorted(mut bodies: Vec<Body>) -> Vec<Body> {
         bodies.sort_by_key(|body| match body.kind {
             Kind::Made(_) => 0,
@@ -119,7 +118,7 @@ pub fn in_order(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
 }
 
 impl Sensor {
-    /// Bodies and a camera, without a chain, press fits, a surface to touch with.
+    /// Creates a sensor from bodies and a camera, without chain, press fits and sensing surface.
     pub fn new(
         name: impl Into<String>,
         title: impl Into<String>,
@@ -153,27 +152,27 @@ impl Sensor {
         }
     }
 
-    /// What is made: each with its process.
+    /// Returns the made parts, each with its process.
     pub fn parts(&self) -> impl Iterator<Item = &Body> + Clone {
         self.bodies.iter().filter(|body| body.is_made())
     }
 
-    /// What is cast.
+    /// Returns the cast layers.
     pub fn layers(&self) -> impl Iterator<Item = &Body> + Clone {
         self.bodies.iter().filter(|body| body.kind == Kind::Cast)
     }
 
-    /// What is bought.
+    /// Returns the bought components.
     pub fn components(&self) -> impl Iterator<Item = &Body> + Clone {
         self.bodies.iter().filter(|body| body.kind == Kind::Bought)
     }
 
-    /// The body of that name.
+    /// Returns the body with this name.
     pub fn body(&self, name: &str) -> Option<&Body> {
         self.bodies.iter().find(|body| body.name == name)
     }
 
-    /// The same, to change it.
+    /// Returns the body with this name for modification.
     pub fn body_mut(&mut self, name: &str) -> Option<&mut Body> {
         self.bodies.iter_mut().find(|body| body.name == name)
     }

@@ -1,22 +1,21 @@
-//! Numbers that fill space evenly, and numbers that look random; both are the same every time.
+//! Reproducible quasirandom and pseudorandom sequences.
 //!
-//! Whatever is sampled, here and in the crates above, takes its places from this module, so that
-//! nothing depends on a generator whose next version gives other numbers.
+//! All sampling, here and in dependent crates, uses this module, so that no result depends on a generator whose next
+//! version yields other numbers.
 
-/// The angle by which each point of a sunflower is turned from the one before (Vogel, Math.
-/// Biosciences 44, 1979), rad: `pi (3 - sqrt(5))`.
+/// Golden angle, rad: `pi (3 - sqrt(5))`, the angle between successive points of a sunflower pattern (Vogel, Math.
+/// Biosciences 44, 1979).
 pub const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 
-/// The same as a share of a turn, the other way around: the golden ratio less 1.
+/// Golden angle as a fraction of a turn, in the opposite direction: the golden ratio minus 1.
 pub const GOLDEN_SHARE: f64 = 0.618_033_988_749_894_9;
 
-/// Points that fill a unit square or cube evenly, however many are taken: any hole larger than a few
-/// of their cells is met.
+/// Quasirandom points that fill a unit square or cube evenly, for any number of points: no gap is larger than a few
+/// cells.
 ///
-/// The additive recurrence whose steps are powers of the inverse of the generalised golden ratio, the
-/// root above 1 of `x^(N + 1) = x + 1` (Roberts, "The Unreasonable Effectiveness of Quasirandom
-/// Sequences", 2018). Another shift gives other points of the same evenness (Cranley and Patterson,
-/// SIAM J. Numer. Anal. 1976).
+/// Uses the additive recurrence whose steps are powers of the inverse of the generalised golden ratio, the root above 1
+/// of `x^(N + 1) = x + 1` (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018). Another shift
+/// gives other points of the same evenness (Cranley and Patterson, SIAM J. Numer. Anal. 1976).
 ///
 /// ```
 /// use fabkit_geometry::sequences::EvenPoints;
@@ -31,33 +30,33 @@ pub struct EvenPoints<const N: usize> {
 }
 
 impl EvenPoints<2> {
-    /// In the unit square.
+    /// Creates a sequence in the unit square.
     pub const fn square(shift: [f64; 2]) -> Self {
         Self { shift, steps: [0.754_877_666_246_692_7, 0.569_840_290_998_053_3] }
     }
 }
 
 impl EvenPoints<3> {
-    /// In the unit cube.
+    /// Creates a sequence in the unit cube.
     pub const fn cube(shift: [f64; 3]) -> Self {
-        // Written out: what `powi` makes of the ratio depends on who computes it.
+        // Written out because the result of `powi` may differ between platforms.
         let steps = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_2];
         Self { shift, steps }
     }
 }
 
 impl<const N: usize> EvenPoints<N> {
-    /// The point of a number, each coordinate in [0, 1); 0 gives the shift itself.
+    /// Returns the point with a number, each coordinate in [0, 1); 0 gives the shift itself.
     pub fn at(&self, number: usize) -> [f64; N] {
         std::array::from_fn(|axis| (self.shift[axis] + number as f64 * self.steps[axis]).fract())
     }
 }
 
-/// Digits below this part of 1 change no `f64`.
+/// Weight below which a digit changes no `f64` near 1.
 const FINEST: f64 = 1.0 / (1u64 << 53) as f64;
 
-/// The `index`-th number in [0, 1) of the van der Corput sequence in a base: its digits, mirrored at
-/// the point.
+/// Returns the `index`-th number in [0, 1) of the van der Corput sequence in a base: its digits, mirrored at the radix
+/// point.
 ///
 /// ```
 /// use fabkit_geometry::sequences::radical_inverse;
@@ -67,7 +66,8 @@ pub fn radical_inverse(index: u64, base: u32) -> f64 {
     mirrored(index, base, |digit, _| digit)
 }
 
-/// Mirrors the digits of a number, each replaced by what a place makes of it; leading zeros too.
+/// Mirrors the digits of a number at the radix point after passing each digit with its place to `replaced`; leading
+/// zeros too.
 fn mirrored(mut index: u64, base: u32, replaced: impl Fn(u32, u64) -> u32) -> f64 {
     let (mut value, mut part, mut place) = (0.0, 1.0, 0);
     while part > FINEST {
@@ -81,21 +81,21 @@ fn mirrored(mut index: u64, base: u32, replaced: impl Fn(u32, u64) -> u32) -> f6
     f64::min(value, 1.0 - FINEST)
 }
 
-/// The first 32 primes: one base for each axis.
+/// First 32 primes: one base for each axis.
 const PRIMES: [u32; 32] = [
     2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71, 73, 79, 83, 89, 97,
     101, 103, 107, 109, 113, 127, 131,
 ];
 
-/// Most dimensions of [`halton`].
+/// Largest number of dimensions of [`halton`].
 pub const MAX_DIMENSIONS: usize = PRIMES.len();
 
-/// The `index`-th point of a scrambled Halton sequence, each coordinate in [0, 1).
+/// Computes the `index`-th point of a scrambled Halton sequence, each coordinate in [0, 1).
 ///
-/// Halton's radical inverses (Numer. Math. 2, 1960) with the digits of each place permuted at random,
-/// but always alike for a seed (Owen, "A randomized Halton algorithm in R", 2017): plain Halton points
-/// lie on lines where two bases are large. Leading zeros are permuted too, so that the first points are
-/// spread like the others. Any point can be had without those before it.
+/// Halton's radical inverses (Numer. Math. 2, 1960) with the digits of each place permuted at random, reproducibly for
+/// a seed (Owen, "A randomized Halton algorithm in R", 2017): plain Halton points lie on lines where two bases are
+/// large. Leading zeros are permuted too, so that the first points are spread like the others. Any point can be
+/// computed without those before it.
 ///
 /// # Panics
 /// Above [`MAX_DIMENSIONS`] dimensions.
@@ -108,11 +108,13 @@ fn halton_coordinate(index: u64, axis: usize, seed: u64) -> f64 {
     mirrored(index, base, |digit, place| permuted(digit, base, [seed, axis as u64, place]))
 }
 
-/// Where a random permutation of `0..base` sends a digit.
+/// Returns the image of a digit under a random permutation of `0..base` that is determined by `key`.
 fn permuted(digit: u32, base: u32, key: [u64; 3]) -> u32 {
     let mix = |state| Random::new(state).bits();
     let mut order: Vec<u32> = (0..base).collect();
+    // Arbitrary start value; each part of the key is mixed in before the next.
     let mut state = key.iter().fold(0x51ee_b0a7, |state, k| mix(state ^ mix(*k)));
+    // Fisher-Yates shuffle of the digits, driven by the hashed key.
     for last in (1..base as usize).rev() {
         state = mix(state);
         order.swap(last, (state % (last as u64 + 1)) as usize);
@@ -120,8 +122,8 @@ fn permuted(digit: u32, base: u32, key: [u64; 3]) -> u32 {
     order[digit as usize]
 }
 
-/// Numbers that look random and follow from a seed: SplitMix64 (Steele, Lea and Flood, "Fast
-/// Splittable Pseudorandom Number Generators", OOPSLA 2014).
+/// Pseudorandom generator SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA
+/// 2014).
 ///
 /// ```
 /// use fabkit_geometry::sequences::Random;
@@ -133,12 +135,12 @@ fn permuted(digit: u32, base: u32, key: [u64; 3]) -> u32 {
 pub struct Random(u64);
 
 impl Random {
-    /// The same seed gives the same numbers.
+    /// Creates a generator; the same seed gives the same numbers.
     pub const fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// Any number.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -147,39 +149,40 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// At least 0 and below 1.
+    /// Returns a number in [0, 1).
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// In this interval, without its end.
+    /// Returns a number in [least, most).
     pub fn between(&mut self, least: f64, most: f64) -> f64 {
         least + (most - least) * self.unit()
     }
 
-    /// A whole number below `end`; 0 if there is none.
+    /// Returns an integer below `end`; 0 if `end` is 0.
     pub fn below(&mut self, end: usize) -> usize {
         (self.unit() * end as f64) as usize
     }
 
-    /// One of several.
+    /// Returns a random element.
     ///
     /// # Panics
-    /// Of none.
+    /// If the slice is empty.
     pub fn one_of<'a, T>(&mut self, of: &'a [T]) -> &'a T {
         &of[self.below(of.len())]
     }
 
-    /// Mean 0, standard deviation 1 (Box and Muller's method).
+    /// Returns a normally distributed number with mean 0 and standard deviation 1 (Box-Muller transform).
     pub fn normal(&mut self) -> f64 {
+        // The minimum avoids the logarithm of 0.
         let radius = (-2.0 * self.unit().max(f64::MIN_POSITIVE).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.unit()).cos()
     }
 
-    /// Any order of some items (Fisher and Yates).
+    /// Shuffles items uniformly (Fisher-Yates).
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {
-            // The bias of a remainder is far below one in a billion.
+            // The bias of the remainder is far below one in a billion.
             items.swap(last, (self.bits() % (last as u64 + 1)) as usize);
         }
     }
@@ -271,7 +274,7 @@ mod tests {
         let normal: Vec<f64> = (0..count).map(|_| random.normal()).collect();
         let mean = normal.iter().sum::<f64>() / f64::from(count);
         let variance = normal.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / f64::from(count);
-        // Five standard deviations of a mean and a variance of so many.
+        // Five standard deviations of the mean and of the variance of `count` numbers.
         assert!(mean.abs() < 5.0 / f64::from(count).sqrt(), "{mean}");
         assert!((variance - 1.0).abs() < 5.0 * (2.0 / f64::from(count)).sqrt(), "{variance}");
         let mut order: Vec<usize> = (0..100).collect();

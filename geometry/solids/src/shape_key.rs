@@ -1,9 +1,10 @@
-//! Which solids are the same shape, whatever their features are called.
+//! Structural comparison of solids, ignoring feature names.
 
 use crate::{Path, Profile, Segment, Solid};
 
 impl Solid {
-    /// Equal for two solids exactly if they are the same tree of the same numbers, names aside.
+    /// Returns a key that is equal for two solids exactly if they are the same tree with the same numbers, apart from
+    /// names.
     pub fn shape_key(&self) -> Vec<u64> {
         let mut key = Vec::new();
         write(self, &mut key);
@@ -49,6 +50,7 @@ fn write(solid: &Solid, key: &mut Vec<u64>) {
 
 fn write_many<'a>(tag: u64, solids: impl Iterator<Item = &'a Solid>, key: &mut Vec<u64>) {
     key.push(tag);
+    // The count separates this node's children from what follows.
     let count_at = key.len();
     key.push(0);
     for solid in solids {

@@ -1,34 +1,34 @@
-//! Flat pieces: solids that a laser or a router cuts from a sheet in one go.
+//! Flat parts that a laser or a router can cut from a sheet.
 
 use crate::{Path, Pose, Profile, Solid};
 
-/// A solid that is one outline through the thickness of a sheet.
+/// Solid that is one outline through the thickness of a sheet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
-    /// The outline, seen against the z axis of the sheet's frame.
+    /// Outline, viewed against the z axis of the sheet's frame.
     pub profile: Profile,
-    /// Height of the extrusion, mm.
+    /// Thickness: height of the extrusion, mm.
     pub thickness_mm: f64,
-    /// Maps the sheet's frame (outline in xy, thickness from z = 0 upwards) to the solid's.
+    /// Pose that maps the sheet's frame (outline in xy, thickness from z = 0 upwards) to the solid's.
     pub solid_from_sheet: Pose,
 }
 
-/// Why a solid cannot be cut from a sheet.
+/// Error of a solid that cannot be cut from a sheet.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "it is {found}; what is cut from a sheet is one extrusion, cylinder or box, placed and named"
 )]
 pub struct NotASheet {
-    /// The node of the tree that is none of them, with its article.
+    /// Kind of the node that prevents it, with its article.
     pub found: &'static str,
 }
 
 impl Solid {
-    /// The outline, thickness and pose of a solid that is one extrusion, cylinder or box, however
-    /// often it is placed and named.
+    /// Returns outline, thickness and pose of a solid that is one extrusion, cylinder or box under any number of
+    /// placements and names.
     ///
-    /// Booleans are refused even where their result is flat: holes belong into the profile, where
-    /// their edges are exact.
+    /// Booleans are refused even where their result is flat: holes belong into the profile, where their edges are
+    /// exact.
     ///
     /// ```
     /// use fabkit_geometry::{Path, Profile, Solid};

@@ -1,15 +1,15 @@
-//! The tree of exact primitives that a part is.
+//! Tree of exact primitives that describes a part.
 //!
-//! Faces are numbered within each primitive as its documentation says; leaves are numbered in the
-//! order in which [`Solid::leaves`] walks the tree. Meshes, ray hits and STEP faces all use these
-//! two numbers, which is how a feature keeps its name from the parameter to the triangle.
+//! Faces are numbered within each primitive as its documentation says; leaves are numbered in the order in which
+//! [`Solid::leaves`] walks the tree. Meshes, ray crossings and STEP faces all use these two numbers, so a feature keeps
+//! its name from the parameter to the triangle.
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::{Angle, Pose, Profile};
 
-/// A ball around the origin. Face 0.
+/// Ball around the origin. Face 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sphere {
@@ -17,7 +17,7 @@ pub struct Sphere {
     pub radius_mm: f64,
 }
 
-/// An ellipsoid around the origin with its axes along x, y and z. Face 0.
+/// Ellipsoid around the origin with its axes along x, y and z. Face 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ellipsoid {
@@ -25,7 +25,7 @@ pub struct Ellipsoid {
     pub semi_axes_mm: [f64; 3],
 }
 
-/// A cylinder around z from z = 0 upwards. Faces: 0 side, 1 bottom, 2 top.
+/// Cylinder around z from z = 0 upwards. Faces: 0 side, 1 bottom, 2 top.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cylinder {
@@ -35,7 +35,7 @@ pub struct Cylinder {
     pub height_mm: f64,
 }
 
-/// A cone or frustum around z from z = 0 upwards. Faces: 0 side, 1 bottom, 2 top.
+/// Cone or frustum around z from z = 0 upwards. Faces: 0 side, 1 bottom, 2 top.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cone {
@@ -47,8 +47,7 @@ pub struct Cone {
     pub height_mm: f64,
 }
 
-/// A box centred on the z axis, from z = 0 upwards.
-/// Faces: 0 at -x, 1 at +x, 2 at -y, 3 at +y, 4 bottom, 5 top.
+/// Box centred on the z axis, from z = 0 upwards. Faces: 0 at -x, 1 at +x, 2 at -y, 3 at +y, 4 bottom, 5 top.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cuboid {
@@ -56,7 +55,7 @@ pub struct Cuboid {
     pub size_mm: [f64; 3],
 }
 
-/// A ring around z, centred on the origin. Face 0.
+/// Torus around z, centred on the origin. Face 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Torus {
@@ -66,33 +65,33 @@ pub struct Torus {
     pub tube_radius_mm: f64,
 }
 
-/// Everything with z <= 0. Only to intersect with and to cut with. Face 0.
+/// Half-space z <= 0. Only as operand of intersections and as cutting tool. Face 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HalfSpace {}
 
-/// A profile in the xy plane, from z = 0 upwards.
-/// Faces: 0 bottom, 1 top, 2 + k the wall over segment k (outer path first, then the holes).
+/// Extrusion of a profile in the xy plane, from z = 0 upwards. Faces: 0 bottom, 1 top, 2 + k the wall over segment k
+/// (outer path first, then the holes).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Extrusion {
-    /// The region, in x and y; lines and circular arcs only.
+    /// Region in x and y; lines and circular arcs only.
     pub profile: Profile,
     /// Height, mm, above 0.
     pub height_mm: f64,
 }
 
-/// A profile in the (distance from the axis, z) half plane, turned once around z.
-/// Faces: k is swept by segment k (outer path first, then the holes).
+/// Revolution around z of a profile in the (distance from the axis, z) half plane. Faces: k is swept by segment k
+/// (outer path first, then the holes).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Revolution {
-    /// The region; its first coordinate is the distance from the axis, nowhere negative.
+    /// Region; its first coordinate is the distance from the axis and nowhere negative.
     pub profile: Profile,
 }
 
-/// All points within `offset_mm` of an ellipsoid of revolution around z (a parallel surface, which
-/// is not an ellipsoid); with a negative offset, all points at least that deep inside. Face 0.
+/// Solid bounded by a parallel surface of an ellipsoid of revolution around z (which is not an ellipsoid): all points
+/// within `offset_mm` of the ellipsoid or, for a negative offset, at least that deep inside. Face 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EllipsoidOffset {
@@ -106,14 +105,14 @@ pub struct EllipsoidOffset {
 }
 
 impl EllipsoidOffset {
-    /// Where the outward normal makes the angle `polar` with z: distance from z and height over the
-    /// centre, mm.
+    /// Returns the surface point with the outward normal at the angle `polar` from z: distance from z and height over
+    /// the centre, mm.
     ///
     /// On an ellipse with half axes a and b the normal at (a sin e, b cos e) is (b sin e, a cos e).
     pub fn meridian_point(&self, polar: Angle) -> [f64; 2] {
         let Self { equatorial_mm, polar_mm, offset_mm } = *self;
         let (sin, cos) = polar.rad().sin_cos();
-        // The normal scaled by the half axes is the point, up to its length.
+        // The point is the normal scaled by the squared half axes, up to its length.
         let scale = (equatorial_mm * sin).hypot(polar_mm * cos);
         [
             equatorial_mm * equatorial_mm * sin / scale + offset_mm * sin,
@@ -122,12 +121,12 @@ impl EllipsoidOffset {
     }
 }
 
-/// A solid: a primitive, a boolean of solids, a placed solid or a named one.
+/// Solid: a primitive, a boolean of solids, a placed solid or a named one.
 ///
-/// JSON has one key, the kind in kebab-case: `{"cylinder": {"radius_mm": 1.0, "height_mm": 2.0}}`,
-/// `{"difference": {"of": .., "minus": [..]}}`.
+/// JSON has one key, the kind in kebab-case: `{"cylinder": {"radius_mm": 1.0, "height_mm": 2.0}}`, `{"difference":
+/// {"of": .., "minus": [..]}}`.
 ///
-/// Booleans must not be empty: a union of nothing is an error, not nothing.
+/// Booleans must not be empty: a union without operands is an error, not an empty solid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Solid {
@@ -151,128 +150,128 @@ pub enum Solid {
     Revolution(Revolution),
     /// See [`EllipsoidOffset`].
     EllipsoidOffset(EllipsoidOffset),
-    /// In any of them.
+    /// Union of all operands.
     Union(Vec<Solid>),
-    /// In all of them.
+    /// Intersection of all operands.
     Intersection(Vec<Solid>),
-    /// In `of` and in none of `minus`.
+    /// Points of `of` outside all of `minus`.
     Difference {
-        /// What is cut.
+        /// Solid that is cut.
         of: Box<Solid>,
-        /// The tools.
+        /// Tools that are cut away.
         minus: Vec<Solid>,
     },
-    /// Moved.
+    /// Solid at a pose.
     Placed {
         /// Maps the inner solid's frame to this one's.
         pose: Pose,
-        /// What is moved.
+        /// Solid that is moved.
         of: Box<Solid>,
     },
-    /// Named: faces of everything below belong to this feature, unless a deeper name says otherwise.
+    /// Named feature: all faces below belong to it, unless a deeper name says otherwise.
     Feature {
-        /// For example `hole 17`.
+        /// Name, for example `hole 17`.
         name: String,
-        /// What is named.
+        /// Solid that is named.
         of: Box<Solid>,
     },
 }
 
-/// A primitive in its place, with the name of the innermost feature around it.
+/// Primitive with its pose and the name of the innermost feature around it.
 #[derive(Clone, Debug)]
 pub struct Leaf<'a> {
-    /// Always one of the primitive variants.
+    /// Primitive; always one of the primitive variants.
     pub primitive: &'a Solid,
     /// Maps the primitive's frame to that of the whole tree.
     pub root_from_leaf: Pose,
-    /// Innermost feature name; empty where there is none.
+    /// Name of the innermost feature; empty if there is none.
     pub feature: &'a str,
 }
 
 impl Solid {
-    /// A ball around the origin.
+    /// Creates a ball around the origin.
     pub fn sphere(radius_mm: f64) -> Self {
         Self::Sphere(Sphere { radius_mm })
     }
 
-    /// An ellipsoid around the origin.
+    /// Creates an ellipsoid around the origin.
     pub fn ellipsoid(semi_axes_mm: [f64; 3]) -> Self {
         Self::Ellipsoid(Ellipsoid { semi_axes_mm })
     }
 
-    /// A cylinder standing on z = 0.
+    /// Creates a cylinder standing on z = 0.
     pub fn cylinder(radius_mm: f64, height_mm: f64) -> Self {
         Self::Cylinder(Cylinder { radius_mm, height_mm })
     }
 
-    /// A cone or frustum standing on z = 0.
+    /// Creates a cone or frustum standing on z = 0.
     pub fn cone(bottom_radius_mm: f64, top_radius_mm: f64, height_mm: f64) -> Self {
         Self::Cone(Cone { bottom_radius_mm, top_radius_mm, height_mm })
     }
 
-    /// A box standing on z = 0, centred on the z axis.
+    /// Creates a box standing on z = 0, centred on the z axis.
     pub fn cuboid(x_mm: f64, y_mm: f64, z_mm: f64) -> Self {
         Self::Cuboid(Cuboid { size_mm: [x_mm, y_mm, z_mm] })
     }
 
-    /// The box between two corners.
+    /// Creates the box between two corners.
     pub fn cuboid_between(min_mm: [f64; 3], max_mm: [f64; 3]) -> Self {
         let size: [f64; 3] = std::array::from_fn(|i| max_mm[i] - min_mm[i]);
         let centre = |i: usize| (min_mm[i] + max_mm[i]) / 2.0;
         Self::cuboid(size[0], size[1], size[2]).at(centre(0), centre(1), min_mm[2])
     }
 
-    /// A ring around z.
+    /// Creates a torus around z.
     pub fn torus(ring_radius_mm: f64, tube_radius_mm: f64) -> Self {
         Self::Torus(Torus { ring_radius_mm, tube_radius_mm })
     }
 
-    /// Everything at or below the plane z = `z_mm`.
+    /// Creates the half-space at or below the plane z = `z_mm`.
     pub fn below(z_mm: f64) -> Self {
         Self::HalfSpace(HalfSpace {}).at(0.0, 0.0, z_mm)
     }
 
-    /// Everything on the side of the plane through `point` that `outward` points away from.
+    /// Creates the half-space on the side of the plane through `point` that `outward` points away from.
     pub fn behind(point: Point3<f64>, outward: Vector3<f64>) -> Self {
         Self::HalfSpace(HalfSpace {}).placed(Pose::z_to(outward, point))
     }
 
-    /// A profile in xy, from z = 0 upwards.
+    /// Creates the extrusion of a profile in xy, from z = 0 upwards.
     pub fn extrusion(profile: impl Into<Profile>, height_mm: f64) -> Self {
         Self::Extrusion(Extrusion { profile: profile.into(), height_mm })
     }
 
-    /// A profile between two heights, mm.
+    /// Creates the extrusion of a profile between two heights, mm.
     pub fn prism(profile: impl Into<Profile>, [bottom_mm, top_mm]: [f64; 2]) -> Self {
         Self::extrusion(profile, top_mm - bottom_mm).at_z(bottom_mm)
     }
 
-    /// A cylinder between two heights, mm.
+    /// Creates a cylinder between two heights, mm.
     pub fn rod(radius_mm: f64, [bottom_mm, top_mm]: [f64; 2]) -> Self {
         Self::cylinder(radius_mm, top_mm - bottom_mm).at_z(bottom_mm)
     }
 
-    /// A profile in (distance from axis, z), turned around z.
+    /// Creates the revolution around z of a profile in (distance from axis, z).
     pub fn revolution(profile: impl Into<Profile>) -> Self {
         Self::Revolution(Revolution { profile: profile.into() })
     }
 
-    /// A parallel surface of an ellipsoid of revolution around z.
+    /// Creates a solid bounded by a parallel surface of an ellipsoid of revolution around z.
     pub fn ellipsoid_offset(equatorial_mm: f64, polar_mm: f64, offset_mm: f64) -> Self {
         Self::EllipsoidOffset(EllipsoidOffset { equatorial_mm, polar_mm, offset_mm })
     }
 
-    /// All of them together.
+    /// Creates the union of solids.
     pub fn union(of: impl IntoIterator<Item = Solid>) -> Self {
         Self::Union(of.into_iter().collect())
     }
 
-    /// What they have in common.
+    /// Creates the intersection of solids.
     pub fn intersection(of: impl IntoIterator<Item = Solid>) -> Self {
         Self::Intersection(of.into_iter().collect())
     }
 
-    /// Adds another solid; a union grows instead of nesting.
+    /// Unites with another solid; an existing union grows instead of nesting.
     #[must_use]
     pub fn plus(self, other: Solid) -> Self {
         match self {
@@ -284,7 +283,7 @@ impl Solid {
         }
     }
 
-    /// Cuts one tool away; a difference grows instead of nesting.
+    /// Cuts one tool away; an existing difference grows instead of nesting.
     #[must_use]
     pub fn minus(self, tool: Solid) -> Self {
         self.minus_all([tool])
@@ -304,58 +303,59 @@ impl Solid {
         }
     }
 
-    /// Keeps what lies in `other` too.
+    /// Intersects with another solid.
     #[must_use]
     pub fn and(self, other: Solid) -> Self {
         Self::Intersection(vec![self, other])
     }
 
-    /// Moves by a pose.
+    /// Applies a pose.
     #[must_use]
     pub fn placed(self, pose: Pose) -> Self {
         match self {
+            // Nested placements are merged, so that trees stay shallow.
             Self::Placed { pose: inner, of } => Self::Placed { pose: pose.then_in(inner), of },
             one => Self::Placed { pose, of: Box::new(one) },
         }
     }
 
-    /// Shifts, mm.
+    /// Translates, mm.
     #[must_use]
     pub fn at(self, x_mm: f64, y_mm: f64, z_mm: f64) -> Self {
         self.placed(Pose::translation(x_mm, y_mm, z_mm))
     }
 
-    /// Shifts along z, mm.
+    /// Translates along z, mm.
     #[must_use]
     pub fn at_z(self, z_mm: f64) -> Self {
         self.at(0.0, 0.0, z_mm)
     }
 
-    /// Turns about the x axis.
+    /// Rotates about the x axis.
     #[must_use]
     pub fn turned_x(self, angle: Angle) -> Self {
         self.placed(Pose::rotation_x(angle))
     }
 
-    /// Turns about the y axis.
+    /// Rotates about the y axis.
     #[must_use]
     pub fn turned_y(self, angle: Angle) -> Self {
         self.placed(Pose::rotation_y(angle))
     }
 
-    /// Turns about the z axis.
+    /// Rotates about the z axis.
     #[must_use]
     pub fn turned_z(self, angle: Angle) -> Self {
         self.placed(Pose::rotation_z(angle))
     }
 
-    /// Names everything in it that has no name yet.
+    /// Assigns a feature name to everything in it that has no name yet.
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Self {
         Self::Feature { name: name.into(), of: Box::new(self) }
     }
 
-    /// Direct children of a boolean, placement or feature, in order; none for a primitive.
+    /// Returns the direct children of a boolean, placement or feature, in order; none for a primitive.
     pub fn children(&self) -> Vec<&Solid> {
         match self {
             Self::Union(of) | Self::Intersection(of) => of.iter().collect(),
@@ -365,7 +365,7 @@ impl Solid {
         }
     }
 
-    /// All primitives, first to last as the tree is read: leaf numbers are indices into this list.
+    /// Returns all primitives in the order of the tree: leaf numbers are indices into this list.
     pub fn leaves(&self) -> Vec<Leaf<'_>> {
         let mut leaves = Vec::new();
         self.walk_leaves(Pose::identity(), "", &mut leaves);

@@ -1,29 +1,28 @@
-//! What a body is made from, as far as what touches it asks: how it cures, what it keeps from curing, how
-//! hard it is, what it bears.
+//! Material properties of bodies: cure, cure inhibition, hardness, strength, elasticity, adhesion.
 
 use std::fmt;
 
-/// How a liquid becomes solid.
+/// Curing mechanism of a liquid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Curing {
-    /// A silicone with a platinum catalyst, by addition.
+    /// Silicone with a platinum catalyst (addition cure).
     Platinum,
-    /// A silicone with a tin catalyst, by condensation.
+    /// Silicone with a tin catalyst (condensation cure).
     Tin,
-    /// A silicone of one part, by the water in air.
+    /// One-part silicone, cured by the water in air.
     Moisture,
-    /// A polyurethane.
+    /// Polyurethane.
     Polyurethane,
-    /// An epoxy.
+    /// Epoxy.
     Epoxy,
-    /// A resin under light.
+    /// Resin cured by light.
     Light,
-    /// What dries.
+    /// Liquid that dries, such as paint.
     Drying,
 }
 
 impl Curing {
-    /// For people: what a liquid of that kind is called.
+    /// Returns the name of such a liquid for texts.
     pub fn word(self) -> &'static str {
         match self {
             Self::Platinum => "platinum silicone",
@@ -37,18 +36,18 @@ impl Curing {
     }
 }
 
-/// What sort of stuff it is, for what sticks to it.
+/// Material class, for deciding what sticks to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Sort {
-    /// A rubber or gel of silicone, and paints and glues of it.
+    /// Silicone rubber or gel, and silicone paints and glues.
     Silicone,
-    /// Another rubber.
+    /// Other rubber.
     Rubber,
-    /// A liquid that stays one.
+    /// Liquid that does not cure.
     Liquid,
-    /// A plastic of a printer's filament.
+    /// Plastic of printer filament.
     Plastic,
-    /// A printed, light-cured resin.
+    /// Printed, light-cured resin.
     Resin,
     /// Acrylic glass.
     Acrylic,
@@ -58,12 +57,12 @@ pub enum Sort {
     Wood,
     /// Metal.
     Metal,
-    /// Glass fibre in epoxy: circuit boards.
+    /// Laminate of glass fibre and epoxy: circuit boards.
     Laminate,
 }
 
 impl Sort {
-    /// The word used in tables.
+    /// Returns the word used in tables.
     pub fn word(self) -> &'static str {
         match self {
             Self::Silicone => "silicone",
@@ -80,17 +79,17 @@ impl Sort {
     }
 }
 
-/// Hardness on the scales of Shore, from the softest to the hardest.
+/// Shore hardness. The order is from the softest to the hardest.
 ///
-/// The scales overlap (a gel of 00-70 is a rubber of about A 20); ordered by scale first, they tell soft
-/// from hard wherever limits lie in the middle of a scale.
+/// The scales overlap (a gel of 00-70 is a rubber of about A 20). Values are ordered by scale first, which separates
+/// soft from hard wherever limits lie in the middle of a scale.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub enum Shore {
-    /// Gels.
+    /// Shore 00, for gels.
     OO(f64),
-    /// Rubbers.
+    /// Shore A, for rubbers.
     A(f64),
-    /// Hard plastics.
+    /// Shore D, for hard plastics.
     D(f64),
 }
 
@@ -104,66 +103,66 @@ impl fmt::Display for Shore {
     }
 }
 
-/// What a body is made from; what nobody knows is left out, and no rule asks for it.
+/// Material properties of a body. Unknown properties are left out, and no rule requires them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Substance {
-    /// What sort of stuff it is.
+    /// Material class.
     pub sort: Option<Sort>,
-    /// How it cures, where it is cast.
+    /// Curing mechanism, if it is cast.
     pub cures: Option<Curing>,
-    /// What it keeps from curing, unless it is sealed.
+    /// Curing mechanisms that it inhibits unless it is sealed.
     pub inhibits: Vec<Curing>,
-    /// How hard it is when it has cured.
+    /// Hardness when cured.
     pub shore: Option<Shore>,
-    /// Stress at which it tears, MPa.
+    /// Tear strength: stress at which it tears, MPa.
     pub tears_mpa: Option<f64>,
-    /// Viscosity of the mixture, Pa s.
+    /// Viscosity of the mixture before curing, Pa s.
     pub viscosity_pa_s: Option<f64>,
-    /// Where a colour carries contrast: whether it is dark.
+    /// Whether it is dark, where its colour provides contrast.
     pub is_dark: Option<bool>,
     /// Refractive index for visible light, against vacuum.
     pub refractive_index: Option<f64>,
-    /// Where it gives way to heat.
+    /// Softening temperature.
     pub softens: Option<Softens>,
-    /// How it gives way to a press; nothing of what is stiff, and of what nobody knows.
+    /// Elasticity; `None` for stiff or unknown materials.
     pub elasticity: Option<Elasticity>,
 }
 
-/// How a rubber or a gel gives way, at small strain.
+/// Elastic properties of a rubber or a gel, at small strain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Elasticity {
     /// Young's modulus, MPa.
     pub young_mpa: f64,
-    /// Between which moduli batches, cures and sources lie, MPa.
+    /// Range of Young's modulus over batches, cures and sources, MPa.
     pub young_range_mpa: [f64; 2],
     /// Poisson's ratio, below 0.5.
     pub poissons_ratio: f64,
-    /// Coulomb's coefficient against a dry, smooth, hard presser; where somebody says.
+    /// Coulomb friction coefficient against a dry, smooth, hard indenter; `None` if no source states it.
     pub friction: Option<f64>,
-    /// Who says so, or what it follows from.
+    /// Source of the values, or their derivation.
     pub source: String,
 }
 
-/// The temperature at which a stiff material gives way under a small load.
+/// Temperature at which a stiff material softens under a small load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Softens {
-    /// Degrees Celsius.
+    /// Temperature, degrees Celsius.
     pub celsius: f64,
-    /// Who says so, and by which test.
+    /// Source and test method.
     pub source: &'static str,
 }
 
-/// Two bodies that stick to each other wherever their faces meet.
+/// Adhesion between two bodies, wherever their faces meet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Adhesion {
-    /// The two, by name.
+    /// Names of the two bodies.
     pub bodies: [String; 2],
-    /// What holds them together, for people: `cast on`, `PR-1200`, `Sil-Poxy`.
+    /// Bonding agent or process, for texts: `cast on`, `PR-1200`, `Sil-Poxy`.
     pub by: String,
-    /// How far their faces may be apart, mm.
+    /// Largest distance between their faces that it bridges, mm.
     pub reach_mm: f64,
-    /// Least strength along the face, MPa.
+    /// Minimum shear strength along the face, MPa.
     pub shear_mpa: f64,
-    /// Least strength across the face, MPa.
+    /// Minimum tensile strength across the face, MPa.
     pub pull_mpa: f64,
 }

@@ -1,73 +1,73 @@
-//! The surface that a sensor touches things with, and what a fixture can hold on to.
+//! Sensing surface of a sensor, and the rigid grip that fixtures hold.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::{CUT_OVERLAP_MM, EllipsoidOffset, Landmark, Path, Pose, Solid};
 
-/// The sensing surface. What does not ask for its shape works on every sensor.
+/// Sensing surface. Code that does not match on the shape works with every sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TouchSurface {
-    /// Round, in one of the shapes that [`DomeSurface`] names.
+    /// Round, in one of the shapes listed at [`DomeSurface`].
     Dome(DomeSurface),
-    /// A flat pad.
+    /// Flat pad.
     Plane(PlaneSurface),
 }
 
-/// A flat pad: a plane across z that ends at an outline.
+/// Flat pad: a plane across z that ends at an outline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneSurface {
-    /// Its edge seen along z, counter-clockwise, sensor frame, mm.
+    /// Outline seen along z, counter-clockwise, sensor frame, mm.
     pub outline: Path,
     /// Height of the plane in the sensor frame, mm.
     pub top_z_mm: f64,
-    /// Height down to which the pad's sides are free, mm.
+    /// Height of the lower end of the pad's free sides, mm.
     pub foot_z_mm: f64,
-    /// How far the surface can be pressed in, mm: the thickness of what gives way measurably.
+    /// Largest indentation, mm: the thickness of the material that yields measurably.
     pub soft_mm: f64,
-    /// What fixtures hold on to.
+    /// Rigid part that fixtures hold.
     pub grip: Grip,
 }
 
-/// A dome around z above its centre, a straight wall below it.
+/// Dome around z, with a straight wall below its centre.
 ///
-/// A hemisphere on a wall (R-Tac0), a half ellipsoid or a surface parallel to one (UVDtact), or a
-/// cap whose centre lies below its foot (ShadowTac).
+/// Examples are a hemisphere on a wall (R-Tac0), a half ellipsoid or a surface parallel to one (UVDtact), and a cap
+/// whose centre lies below its foot (ShadowTac).
 #[derive(Clone, Debug, PartialEq)]
 pub struct DomeSurface {
-    /// The dome, around its own centre; a sphere has two equal half axes and no offset.
+    /// Dome around its own centre; a sphere has two equal half axes and no offset.
     pub dome: EllipsoidOffset,
     /// Height of the dome's centre in the sensor frame, mm.
     pub centre_z_mm: f64,
     /// Height of the lower end of the surface in the sensor frame, mm.
     pub foot_z_mm: f64,
-    /// How far the surface can be pressed in, mm: the thickness of what gives way measurably.
+    /// Largest indentation, mm: the thickness of the material that yields measurably.
     pub soft_mm: f64,
-    /// What fixtures hold on to.
+    /// Rigid part that fixtures hold.
     pub grip: Grip,
 }
 
-/// The rigid part of a sensor below its surface.
+/// Rigid part of a sensor below its surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grip {
-    /// Its outside seen along z, the same at every height between `bottom_z_mm` and `top_z_mm`, but for
-    /// an upper edge that may be round: fixtures hold on to what lies below and stand on the lower end.
+    /// Outline seen along z, the same at every height between `bottom_z_mm` and `top_z_mm` except for an upper edge
+    /// that may be rounded. Fixtures hold the part below the edge and stand on the lower end.
     pub outline: Path,
     /// Upper end of the outline, at most the surface's foot, mm.
     pub top_z_mm: f64,
     /// Lower end of the outline, mm.
     pub bottom_z_mm: f64,
-    /// A flat face at `bottom_z_mm` that a fixture can stop against lies outside this circle
-    /// around z, mm: inside it are cable, plug and lower parts of the sensor.
+    /// Radius of the circle around z outside of which a fixture can stop against a flat face at `bottom_z_mm`, mm.
+    /// Inside it are cable, plug and lower parts of the sensor.
     pub clear_radius_mm: f64,
-    /// What keeps a fixture from being put on turned: the pose of a feature at the outside of the
-    /// grip that exists once, its z axis out of the sensor. `None`: the user marks one.
+    /// Pose of a unique feature at the outside of the grip that keeps a fixture from being put on rotated; its z axis
+    /// points out of the sensor. `None`: the user marks one.
     pub key: Option<Pose>,
-    /// Threaded holes in the bottom: where, and the axis out of the sensor.
+    /// Threaded holes in the bottom: position, and the axis out of the sensor.
     pub threads: Vec<Landmark>,
 }
 
 impl TouchSurface {
-    /// The dome; `None` if it is flat.
+    /// Returns the dome; `None` if the surface is flat.
     pub fn dome(&self) -> Option<&DomeSurface> {
         match self {
             Self::Dome(dome) => Some(dome),
@@ -75,7 +75,7 @@ impl TouchSurface {
         }
     }
 
-    /// The flat pad; `None` if it is round.
+    /// Returns the flat pad; `None` if the surface is round.
     pub fn plane(&self) -> Option<&PlaneSurface> {
         match self {
             Self::Dome(_) => None,
@@ -83,7 +83,7 @@ impl TouchSurface {
         }
     }
 
-    /// What fixtures hold on to.
+    /// Returns the rigid part that fixtures hold.
     pub fn grip(&self) -> &Grip {
         match self {
             Self::Dome(dome) => &dome.grip,
@@ -91,7 +91,7 @@ impl TouchSurface {
         }
     }
 
-    /// How far the surface can be pressed in, mm.
+    /// Returns the largest indentation, mm.
     pub fn soft_mm(&self) -> f64 {
         match self {
             Self::Dome(dome) => dome.soft_mm,
@@ -99,7 +99,7 @@ impl TouchSurface {
         }
     }
 
-    /// Height of the lower end of the surface in the sensor frame, mm.
+    /// Returns the height of the lower end of the surface in the sensor frame, mm.
     pub fn foot_z_mm(&self) -> f64 {
         match self {
             Self::Dome(dome) => dome.foot_z_mm,
@@ -107,7 +107,7 @@ impl TouchSurface {
         }
     }
 
-    /// Height of its highest points in the sensor frame, mm.
+    /// Returns the height of its highest points in the sensor frame, mm.
     pub fn apex_z_mm(&self) -> f64 {
         match self {
             Self::Dome(dome) => dome.apex_z_mm(),
@@ -115,19 +115,20 @@ impl TouchSurface {
         }
     }
 
-    /// Smallest radius of curvature, mm; infinite if it is flat.
+    /// Computes the smallest radius of curvature, mm; infinite if the surface is flat.
     pub fn least_curvature_radius_mm(&self) -> f64 {
         match self {
             Self::Dome(DomeSurface { dome, .. }) => {
                 let (a, b) = (dome.equatorial_mm, dome.polar_mm);
+                // Principal radii of an ellipsoid of revolution at its poles and equator, plus the offset.
                 (a * a / b).min(b * b / a).min(a) + dome.offset_mm
             }
             Self::Plane(_) => f64::INFINITY,
         }
     }
 
-    /// How deep a point lies below the surface, mm (negative outside), and the outward unit normal
-    /// at the surface's nearest point: see [`DomeSurface::depth_mm`], [`PlaneSurface::depth_mm`].
+    /// Computes the depth of a point below the surface, mm (negative outside), and the outward unit normal at the
+    /// nearest point of the surface: see [`DomeSurface::depth_mm`], [`PlaneSurface::depth_mm`].
     pub fn depth_mm(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {
         match self {
             Self::Dome(dome) => dome.depth_mm(point),
@@ -135,7 +136,7 @@ impl TouchSurface {
         }
     }
 
-    /// The filled solid inside the surface, grown by `by_mm`, from the height `from_z_mm` upwards:
+    /// Returns the filled solid inside the surface, offset outwards by `by_mm`, from the height `from_z_mm` upwards:
     /// see [`DomeSurface::solid`], [`PlaneSurface::solid`].
     pub fn solid(&self, by_mm: f64, from_z_mm: f64) -> Solid {
         match self {
@@ -158,15 +159,15 @@ impl From<PlaneSurface> for TouchSurface {
 }
 
 impl PlaneSurface {
-    /// How deep a point lies below the plane, mm (negative above), and the plane's normal, +z;
-    /// sensor frame. The edge is left out: beyond its outline the plane goes on for ever.
+    /// Computes the depth of a point below the plane, mm (negative above), and the plane's normal, +z; sensor frame.
+    /// The edge is ignored: the plane continues beyond its outline.
     pub fn depth_mm(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {
         (self.top_z_mm - point.z, Vector3::z())
     }
 
-    /// The filled solid below the plane and inside its outline, grown by `by_mm` along their
-    /// normals (edges stay sharp, so that it holds all that is so near), from the height `from_z_mm`
-    /// upwards; sensor frame.
+    /// Returns the filled solid below the plane and inside its outline, offset outwards by `by_mm`, from the height
+    /// `from_z_mm` upwards; sensor frame. The upper edge stays sharp, so that the solid contains all points within
+    /// `by_mm`.
     ///
     /// ```
     /// use fabkit_geometry::{CompiledSolid, Grip, Path, PlaneSurface, Point3};
@@ -193,19 +194,18 @@ impl PlaneSurface {
 }
 
 impl DomeSurface {
-    /// Half the largest width, mm.
+    /// Returns half the largest width, mm.
     pub fn equator_radius_mm(&self) -> f64 {
         self.dome.equatorial_mm + self.dome.offset_mm
     }
 
-    /// Height of the apex in the sensor frame, mm.
+    /// Returns the height of the apex in the sensor frame, mm.
     pub fn apex_z_mm(&self) -> f64 {
         self.centre_z_mm + self.dome.polar_mm + self.dome.offset_mm
     }
 
-    /// How deep a point lies below the surface, mm (negative outside), and the outward unit normal at
-    /// the surface's nearest point; sensor frame. The foot is left out: below the dome's centre the
-    /// wall goes on for ever.
+    /// Computes the depth of a point below the surface, mm (negative outside), and the outward unit normal at the
+    /// nearest point of the surface; sensor frame. The foot is ignored: below the dome's centre the wall continues.
     ///
     /// ```
     /// use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Point3, Vector3};
@@ -231,21 +231,21 @@ impl DomeSurface {
             return (-distance_mm, normal);
         }
         let radius_mm = from_centre.x.hypot(from_centre.y);
-        // On the axis every direction is as near as any other.
+        // On the axis all directions are equally near.
         let out = if radius_mm > 0.0 { from_centre.xy() / radius_mm } else { Vector3::x().xy() };
         (self.equator_radius_mm() - radius_mm, Vector3::new(out.x, out.y, 0.0))
     }
 
-    /// The filled solid inside the surface, grown by `by_mm` along its normals, from the height
-    /// `from_z_mm` upwards; sensor frame.
+    /// Returns the filled solid inside the surface, offset along its normals by `by_mm`, from the height `from_z_mm`
+    /// upwards; sensor frame.
     ///
-    /// Grown, it is the surface's clearance; shrunk, what lies that deep below it.
+    /// A positive offset gives the surface's clearance; a negative one gives the material that lies at least that deep.
     pub fn solid(&self, by_mm: f64, from_z_mm: f64) -> Solid {
         let EllipsoidOffset { equatorial_mm, polar_mm, offset_mm } = self.dome;
         let offset_mm = offset_mm + by_mm;
         let (radius_mm, height_mm) = (equatorial_mm + offset_mm, polar_mm + offset_mm);
         let wall_mm = self.centre_z_mm - from_z_mm;
-        // Parallel to a sphere is a sphere, parallel to an ellipsoid is no ellipsoid.
+        // The parallel surface of a sphere is a sphere; that of an ellipsoid is not an ellipsoid.
         if equatorial_mm != polar_mm && offset_mm != 0.0 {
             let dome = Solid::ellipsoid_offset(equatorial_mm, polar_mm, offset_mm);
             let dome = dome.at(0.0, 0.0, self.centre_z_mm);
@@ -264,7 +264,7 @@ impl DomeSurface {
         let start = if wall_mm > 0.0 {
             [radius_mm, self.centre_z_mm]
         } else {
-            // On the arc, at the height of the cut.
+            // Point of the arc at the height of the cut.
             let rise = (wall_mm / height_mm).max(-1.0);
             [radius_mm * (1.0 - rise * rise).sqrt(), from_z_mm]
         };

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// A finite length.
+/// Finite length.
 ///
 /// ```
 /// use fabkit_geometry::Length;
@@ -14,7 +14,7 @@ use std::str::FromStr;
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Length(f64);
 
-/// A finite angle.
+/// Finite angle.
 ///
 /// ```
 /// use fabkit_geometry::Angle;
@@ -24,28 +24,28 @@ pub struct Length(f64);
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Angle(f64);
 
-/// Why a text is not a length or an angle.
+/// Error in parsing a length or an angle.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UnitError {
-    /// No unit: a bare number could mean anything.
+    /// Number without a unit, which would be ambiguous.
     #[error("`{text}` has no unit; write for example `{text} {example}`")]
     MissingUnit {
         /// The text as written.
         text: String,
-        /// A unit that would do.
+        /// Example of a valid unit.
         example: &'static str,
     },
-    /// A unit this quantity is not measured in.
+    /// Unit of another quantity, or unknown unit.
     #[error("`{unit}` is not a unit of {quantity}; use {expected}")]
     UnknownUnit {
         /// The unit as written.
         unit: String,
-        /// What was expected to be measured.
+        /// Expected quantity.
         quantity: &'static str,
-        /// The units that would do.
+        /// Valid units.
         expected: &'static str,
     },
-    /// The part before the unit is not a number.
+    /// Text before the unit that is not a number.
     #[error("`{text}` is not a number with a unit")]
     NotANumber {
         /// The text as written.
@@ -60,34 +60,34 @@ pub enum UnitError {
 }
 
 impl Length {
-    /// A length in millimetres; `None` if it is not finite.
+    /// Creates a length from millimetres; `None` if it is not finite.
     pub fn from_mm(mm: f64) -> Option<Self> {
         mm.is_finite().then_some(Self(mm))
     }
 
-    /// The length in millimetres.
+    /// Returns the length in millimetres.
     pub fn mm(self) -> f64 {
         self.0
     }
 }
 
 impl Angle {
-    /// An angle in radians; `None` if it is not finite.
+    /// Creates an angle from radians; `None` if it is not finite.
     pub fn from_rad(rad: f64) -> Option<Self> {
         rad.is_finite().then_some(Self(rad))
     }
 
-    /// An angle in degrees; `None` if it is not finite.
+    /// Creates an angle from degrees; `None` if it is not finite.
     pub fn from_deg(deg: f64) -> Option<Self> {
         Self::from_rad(deg.to_radians())
     }
 
-    /// The angle in radians.
+    /// Returns the angle in radians.
     pub fn rad(self) -> f64 {
         self.0
     }
 
-    /// The angle in degrees.
+    /// Returns the angle in degrees.
     pub fn deg(self) -> f64 {
         self.0.to_degrees()
     }
@@ -103,6 +103,7 @@ fn number_and_unit<'a>(text: &'a str, example: &'static str) -> Result<(f64, &'a
         .map_or(0, |i| i + text[i..].chars().next().map_or(0, char::len_utf8));
     let (number, unit) = (text[..unit_start].trim(), &text[unit_start..]);
     if number.is_empty() {
+        // `nan` and `inf` consist of unit letters only.
         let lower = unit.trim_start_matches(['+', '-', '.']).to_ascii_lowercase();
         return Err(if lower.starts_with("nan") || lower.starts_with("inf") {
             UnitError::NotFinite { text: text.into() }
@@ -110,6 +111,7 @@ fn number_and_unit<'a>(text: &'a str, example: &'static str) -> Result<(f64, &'a
             UnitError::NotANumber { text: text.into() }
         });
     }
+    // `.nan`, `-.inf`: the unit letters were cut off, only sign and point remain.
     if matches!(number, "-" | "+" | "." | "-." | "+.") {
         return Err(UnitError::NotFinite { text: text.into() });
     }
@@ -133,7 +135,7 @@ fn number_and_unit<'a>(text: &'a str, example: &'static str) -> Result<(f64, &'a
 impl FromStr for Length {
     type Err = UnitError;
 
-    /// Reads `um`, `µm`, `mm`, `cm`, `m`, `in`.
+    /// Parses `um`, `µm`, `mm`, `cm`, `m`, `in`.
     fn from_str(text: &str) -> Result<Self, UnitError> {
         let (value, unit) = number_and_unit(text, "mm")?;
         let mm = match unit {
@@ -158,7 +160,7 @@ impl FromStr for Length {
 impl FromStr for Angle {
     type Err = UnitError;
 
-    /// Reads `deg`, `°`, `rad`.
+    /// Parses `deg`, `°`, `rad`.
     fn from_str(text: &str) -> Result<Self, UnitError> {
         let (value, unit) = number_and_unit(text, "deg")?;
         let angle = match unit {
@@ -184,7 +186,7 @@ impl fmt::Display for Length {
 
 impl fmt::Display for Angle {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Degrees to 12 digits: `160 deg` reads back as written, not as 160.00000000000003.
+        // Rounded to 12 decimals, so that `160 deg` is written as it was read and not as 160.00000000000003.
         let deg = (self.deg() * 1e12).round() / 1e12;
         write!(f, "{deg} deg")
     }

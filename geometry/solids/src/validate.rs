@@ -1,34 +1,35 @@
-//! What makes a tree a solid.
+//! Validation of solids.
 
 use crate::outline::{self, MAX_SEGMENTS};
 use crate::{Path, Profile, Segment, Solid};
 
-/// Trees deeper than this are refused rather than risking the stack, and so that every valid tree
-/// survives JSON: readers stop at 128 brackets, a difference takes three, a profile's points nine.
+/// Largest depth of a tree. The limit protects the stack, and lets every valid tree survive JSON: readers stop at 128
+/// brackets, a difference takes three, a profile's points nine.
 const MAX_DEPTH: usize = 36;
 
-/// Smallest and largest size, mm. Nothing that a lab makes is smaller than a nanometre or larger
-/// than a kilometre, and within these limits no intermediate result overflows or vanishes.
+/// Smallest size, mm. Nothing that a lab makes is smaller than a nanometre or larger than a kilometre, and within these
+/// limits no intermediate result overflows or underflows.
 const MIN_SIZE_MM: f64 = 1e-6;
+/// Largest size, mm.
 const MAX_SIZE_MM: f64 = 1e6;
 
-/// Relative slack for "the arc's ends are equally far from its centre".
+/// Relative tolerance for the distances of an arc's ends from its centre.
 const ARC_TOLERANCE: f64 = 1e-9;
 
-/// One thing wrong with a tree.
+/// Violation of a rule by a node of a tree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Violation {
-    /// Where in the tree, for example `difference/minus[3]/cylinder`.
+    /// Position in the tree, for example `difference/minus[3]/cylinder`.
     pub place: String,
-    /// What is wrong, with value and limit.
+    /// Description of the problem, with value and limit.
     pub problem: String,
 }
 
-/// A tree that describes no solid: everything that is wrong with it.
+/// Error of a tree that describes no solid, with all violations.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("not a solid: {}", list(.violations))]
 pub struct InvalidSolid {
-    /// At least one.
+    /// Violations; at least one.
     pub violations: Vec<Violation>,
 }
 
@@ -38,10 +39,10 @@ fn list(violations: &[Violation]) -> String {
 }
 
 impl Solid {
-    /// Checks the whole tree: finite and positive sizes, closed profiles, no empty boolean.
+    /// Validates the whole tree: finite and positive sizes, closed profiles, no empty boolean.
     ///
     /// # Errors
-    /// All violations, each with its place in the tree.
+    /// All violations, each with its position in the tree.
     pub fn validate(&self) -> Result<(), InvalidSolid> {
         let mut found = Checker { place: Vec::new(), violations: Vec::new() };
         found.solid(self);
@@ -96,6 +97,7 @@ impl Checker {
             Solid::Cone(s) => self.at("cone", |c| {
                 c.positive("height", s.height_mm);
                 c.positive("larger radius", s.bottom_radius_mm.max(s.top_radius_mm));
+                // The smaller radius may be 0 (an apex); the sum is finite only if both are.
                 let smaller = s.bottom_radius_mm.min(s.top_radius_mm);
                 if !(smaller >= 0.0 && (s.bottom_radius_mm + s.top_radius_mm).is_finite()) {
                     c.report(format!("a radius is {smaller} mm; it must be finite, at least 0"));
@@ -154,7 +156,7 @@ impl Checker {
         }
     }
 
-    /// Placements add depth but no name.
+    /// Checks a placed solid. Placements add depth but no name.
     fn solid_below(&mut self, solid: &Solid) {
         self.at("placed", |c| c.solid(solid));
     }
@@ -179,7 +181,7 @@ impl Checker {
             let name = if i == 0 { "outer".to_string() } else { format!("holes[{}]", i - 1) };
             self.at(name, |c| c.path(path, in_half_plane));
         }
-        // Only sound segments can be compared with each other.
+        // Segments can be compared with each other only if each is valid by itself.
         if self.violations.len() == before {
             for problem in outline::problems(profile) {
                 self.report(problem);
@@ -233,18 +235,20 @@ impl Checker {
         for end in [from, to] {
             let (u, v) = ((end[0] - centre[0]) / half_axes[0], (end[1] - centre[1]) / half_axes[1]);
             let off = (u.hypot(v) - 1.0).abs();
-            // `!(a <= b)` so that NaN is refused too.
+            // `!(a <= b)` refuses NaN too.
             #[allow(clippy::neg_cmp_op_on_partial_ord)]
             if !(off <= ARC_TOLERANCE) {
                 self.report(format!("its end {end:?} misses its own curve by {off:e} radii"));
             }
         }
+        // Both ends may lie right of the axis while the arc between them crosses it.
         if in_half_plane && centre[0] - half_axes[0] < -ARC_TOLERANCE * half_axes[0] {
             self.arc_beyond_axis(from, segment, *centre, half_axes);
         }
     }
 
-    /// An arc whose full ellipse crosses the axis may still keep to one side of it.
+    /// Reports an arc that reaches beyond the axis. An arc whose full ellipse crosses the axis may still stay on one
+    /// side of it.
     fn arc_beyond_axis(
         &mut self,
         from: [f64; 2],
@@ -260,8 +264,8 @@ impl Checker {
 }
 
 impl Segment {
-    /// Whether an arc that starts at `from` runs through `point`, a point of its full ellipse.
-    /// Never for a line.
+    /// Returns whether an arc that starts at `from` runs through `point`, a point of its full ellipse. Always false for
+    /// a line.
     pub(crate) fn passes(&self, from: [f64; 2], point: [f64; 2]) -> bool {
         let (centre, half_axes, ccw) = match self {
             Self::Line { .. } => return false,
@@ -275,6 +279,7 @@ impl Segment {
             let delta = if ccw { angle(to) - angle(from) } else { angle(from) - angle(to) };
             delta.rem_euclid(std::f64::consts::TAU)
         };
+        // Angles from the start in the arc's direction: the point comes before the end.
         turn(point) < turn(self.to())
     }
 }

@@ -1,6 +1,6 @@
-//! Random solids and lines for property tests, here and in the crates that mesh or cast solids.
+//! Random solids and lines for property tests, used here and in the crates that mesh or cast solids.
 //!
-//! Everything is in general position: random turns and shifts keep faces from coinciding.
+//! All solids are in general position: random rotations and shifts keep faces from coinciding.
 
 mod known;
 
@@ -11,7 +11,7 @@ use proptest::test_runner::RngSeed;
 pub use self::known::{dimpled_mold, perforated_dome};
 use fabkit_geometry::{Angle, Path, Pose, Profile, Ray, Solid};
 
-/// That many cases, the same ones every time.
+/// Returns a configuration with `count` cases and a fixed seed, so that every run tests the same cases.
 pub fn cases(count: u32) -> ProptestConfig {
     ProptestConfig {
         rng_seed: RngSeed::Fixed(20_260_101),
@@ -20,7 +20,7 @@ pub fn cases(count: u32) -> ProptestConfig {
     }
 }
 
-/// A unit vector in any direction.
+/// Generates unit vectors, uniformly distributed.
 pub fn directions() -> impl Strategy<Value = Vector3<f64>> {
     (-1.0f64..1.0, 0.0..std::f64::consts::TAU).prop_map(|(z, angle)| {
         let across = (1.0 - z * z).sqrt();
@@ -32,7 +32,7 @@ fn radians(angle: f64) -> Angle {
     Angle::from_rad(angle).expect("strategies draw finite angles")
 }
 
-/// A rigid motion: any axis, shifts up to `shift_mm`.
+/// Generates rigid motions: any rotation axis, shifts up to `shift_mm` along each coordinate.
 pub fn poses(shift_mm: f64) -> impl Strategy<Value = Pose> {
     let shift = -shift_mm..=shift_mm;
     (directions(), 0.0..std::f64::consts::TAU, [shift.clone(), shift.clone(), shift]).prop_map(
@@ -42,7 +42,8 @@ pub fn poses(shift_mm: f64) -> impl Strategy<Value = Pose> {
     )
 }
 
-/// Lines that come within `reach_mm` of the origin, starting up to ten times as far away.
+/// Generates lines through a point within `reach_mm` of the origin along each coordinate. They start up to ten times as
+/// far away.
 pub fn rays(reach_mm: f64) -> impl Strategy<Value = Ray> {
     let near = -reach_mm..=reach_mm;
     (directions(), [near.clone(), near.clone(), near], -10.0f64..10.0, 0.1f64..10.0).prop_map(
@@ -53,7 +54,7 @@ pub fn rays(reach_mm: f64) -> impl Strategy<Value = Ray> {
     )
 }
 
-/// A primitive of each kind but the half-space, 1 to 6 mm, in its own frame.
+/// Generates primitives of every kind but the half-space, 1 to 6 mm in size, in their own frames.
 pub fn primitives() -> impl Strategy<Value = Solid> {
     let size = || 1.0f64..6.0;
     let thin = || 0.1f64..0.9;
@@ -76,7 +77,7 @@ pub fn primitives() -> impl Strategy<Value = Solid> {
     ]
 }
 
-/// Profiles for extrusions: stars, slots, rings, rounded plates with a hole.
+/// Generates profiles for extrusions: stars, slots, ring sectors, rounded plates with a hole.
 pub fn plates() -> impl Strategy<Value = Profile> {
     let size = || 2.0f64..6.0;
     prop_oneof![
@@ -99,11 +100,11 @@ pub fn plates() -> impl Strategy<Value = Profile> {
     ]
 }
 
-/// Profiles for revolutions: bowls, lenses, rings with elliptic and off-axis arcs.
+/// Generates profiles for revolutions: bowls, lenses, rings with elliptic and off-axis arcs.
 pub fn meridians() -> impl Strategy<Value = Profile> {
     let size = || 2.0f64..6.0;
     prop_oneof![
-        // A dome's shell: two spheres about the origin.
+        // Shell of a dome: two spheres about the origin.
         (size(), 0.3f64..0.95).prop_map(|(r, inner)| {
             let i = inner * r;
             Path::from([i, 0.0])
@@ -113,7 +114,7 @@ pub fn meridians() -> impl Strategy<Value = Profile> {
                 .arc([i, 0.0], [0.0, 0.0], false)
                 .into()
         }),
-        // A goblet upside down: one off-axis arc that bulges inwards, a slanted top.
+        // Goblet upside down: one off-axis arc that bulges inwards, and a slanted top.
         (size(), size(), 0.1f64..0.3).prop_map(|(r, h, waist)| {
             let depth = waist * r.min(h);
             let half = 0.5 * h;
@@ -133,7 +134,7 @@ pub fn meridians() -> impl Strategy<Value = Profile> {
                 Path::from([r + a, 0.0]).elliptic_arc([r - a, 0.0], [r, 0.0], [a, b], true).close();
             Profile::new(rim).with_hole(Path::rectangle([r, 0.3 * b], [0.5 * a, 0.2 * b], 0.0))
         }),
-        // A lens: an ellipse on the axis below, a circle that reaches beyond the axis above.
+        // Lens: an ellipse on the axis below, and a circle whose centre lies beyond the axis above.
         (size(), 0.3f64..0.9, 0.1f64..0.6).prop_map(|(r, b, beyond)| {
             let centre = [-beyond * r, 0.0];
             let radius = r - centre[0];
@@ -147,7 +148,7 @@ pub fn meridians() -> impl Strategy<Value = Profile> {
     ]
 }
 
-/// Bounded trees of placed primitives, about 30 mm across, up to three booleans deep.
+/// Generates bounded trees of placed primitives, about 30 mm across, up to three booleans deep.
 pub fn trees() -> impl Strategy<Value = Solid> {
     let leaf = (primitives(), poses(4.0)).prop_map(|(solid, pose)| solid.placed(pose));
     leaf.prop_recursive(3, 12, 4, |inner| {
@@ -156,7 +157,7 @@ pub fn trees() -> impl Strategy<Value = Solid> {
             several().prop_map(Solid::union),
             (inner.clone(), several()).prop_map(|(of, minus)| of.minus_all(minus)),
             (inner.clone(), inner.clone()).prop_map(|(a, b)| a.and(b)),
-            // Half-spaces bound nothing by themselves; here they cut.
+            // Half-spaces are unbounded by themselves; here they cut.
             (inner.clone(), directions(), -2.0f64..2.0).prop_map(|(of, outward, at)| {
                 of.and(Solid::behind(Point3::from(at * outward), outward))
             }),

@@ -1,4 +1,4 @@
-//! Declaring parameters: one declaration gives the type, its limits, its schema and its table.
+//! Declaration of parameters: one declaration yields the type, its limits, its schema and its table.
 
 use std::ops::{Deref, RangeInclusive};
 
@@ -6,69 +6,69 @@ use serde_json::{Value as Json, json};
 
 use crate::{Kind, Reader, Scalar};
 
-/// One parameter or section, as declared.
+/// Parameter or section, as declared.
 #[derive(Clone, Debug)]
 pub struct Field {
-    /// The key in YAML.
+    /// Key in YAML.
     pub name: &'static str,
     /// First paragraph of the documentation.
     pub summary: String,
-    /// What it holds.
+    /// Content of the key.
     pub shape: Shape,
 }
 
-/// What a key holds.
+/// Content of a key.
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// Further keys.
+    /// Section with further keys.
     Section(Vec<Field>),
-    /// A value.
+    /// Value, or list of values.
     Value {
-        /// A sequence of scalars rather than one scalar.
+        /// True for a sequence of scalars, false for one scalar.
         is_list: bool,
-        /// What kind of value it is; of lists, each item.
+        /// Kind of the value; of lists, of each item.
         kind: Kind,
-        /// What is allowed, for people.
+        /// Description of the allowed values, for people.
         allowed: String,
         /// JSON Schema of the plain form.
         schema: Json,
     },
 }
 
-/// Whatever can stand behind a key: a section or a value.
+/// Content that can stand behind a key: a section or a value.
 pub trait Parameter: Sized + Clone {
-    /// What is allowed; `()` for sections and where the type says it all.
+    /// Type of the limits; `()` for sections and where the type itself is the limit.
     type Limits;
 
-    /// What the key holds.
+    /// Returns the content of the key.
     fn shape(limits: &Self::Limits) -> Shape;
 
-    /// Reads the value at `path`; what is wrong goes to the reader.
+    /// Reads the value at `path`. Problems go to the reader.
     fn read(reader: &mut Reader, path: &str, summary: &str, limits: &Self::Limits) -> Option<Self>;
 
-    /// Shows copies in each of which one value at or below `path` is another that is allowed, with that
-    /// value's path: to see what depends on it. How far, see [`Scalar::neighbours`].
+    /// Calls `look` with copies of itself, each with one value at or below `path` changed to another allowed value, and
+    /// with the path of that value. Used to find dependencies. For the amount of change see [`Scalar::neighbours`].
     fn neighbours(&self, path: &str, limits: &Self::Limits, share: f64, look: Look<Self>);
 
-    /// Where it stands, behind a key of the section at `section`.
+    /// Returns the path behind a key of the section at `section`.
     fn path_in(section: &str, key: &str) -> String {
         join(section, key)
     }
 
-    /// What the section that holds it behind a key has because of it.
+    /// Returns the fields that the containing section gets from it, behind `key`.
     fn fields_behind(key: &'static str, summary: String, limits: &Self::Limits) -> Vec<Field> {
         vec![Field { name: key, summary, shape: Self::shape(limits) }]
     }
 }
 
-/// Looks at a copy with another value, at the path of that value. Every field of every struct hands its
-/// copies on to the whole struct's: a function that is called, not a chain of generic iterators each, which
-/// was a fifth of what the compiler had to do for the families.
+/// Callback for a copy with another value, and the path of that value. Every field of every struct passes its copies to
+/// the callback of the whole struct. A dynamic function is used because a chain of generic iterators took a fifth of
+/// the compile time of the families.
 pub type Look<'a, P> = &'a mut dyn FnMut(&str, P);
 
-/// A struct declared with [`parameters!`](crate::parameters!).
+/// Struct declared with [`parameters!`](crate::parameters!).
 pub trait Section: Parameter<Limits = ()> {
-    /// Its keys, in order.
+    /// Returns its keys, in order.
     fn fields() -> Vec<Field>;
 }
 
@@ -95,7 +95,7 @@ impl<T: Scalar> Parameter for T {
     }
 }
 
-/// A value that may be left out: nothing stands for what is not known.
+/// Value that may be omitted: `None` means unknown.
 impl<T: Scalar> Parameter for Option<T> {
     type Limits = T::Limits;
 
@@ -106,6 +106,7 @@ impl<T: Scalar> Parameter for Option<T> {
     fn read(reader: &mut Reader, path: &str, summary: &str, limits: &T::Limits) -> Option<Self> {
         match reader.is_written(path) {
             true => reader.scalar(path, summary, limits).map(Some),
+            // Omitted is not missing: nothing is reported.
             false => Some(None),
         }
     }
@@ -119,8 +120,8 @@ impl<T: Scalar> Parameter for Option<T> {
     }
 }
 
-/// A section whose keys stand among those of the section that holds it, in its place: what several
-/// sections share, declared once.
+/// Section whose keys stand directly among those of the containing section: what several sections share is declared
+/// once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Inline<S>(pub S);
 
@@ -156,10 +157,11 @@ impl<S: Section> Parameter for Inline<S> {
     }
 }
 
-/// Items of longer lists are moved together: looking at a thousand one by one takes seconds.
+/// Maximum number of list items that are moved one by one. Items of longer lists are moved together, because a thousand
+/// single moves take seconds.
 const ONE_BY_ONE: usize = 12;
 
-/// Limits: how many items, and those of each item.
+/// Limits: number of items, and limits of each item.
 impl<T: Scalar> Parameter for Vec<T> {
     type Limits = (RangeInclusive<usize>, T::Limits);
 
@@ -191,7 +193,9 @@ impl<T: Scalar> Parameter for Vec<T> {
         if self.len() > ONE_BY_ONE {
             let others: Vec<Vec<T>> =
                 self.iter().map(|item| Scalar::neighbours(item, each, share)).collect();
+            // Choices have more neighbours than numbers, so items may differ in how many they have.
             for k in 0..others.iter().map(Vec::len).max().unwrap_or(0) {
+                // Items that have no such neighbour stay as they are.
                 let moved = |(item, others): (&T, &Vec<T>)| others.get(k).unwrap_or(item).clone();
                 look(path, self.iter().zip(&others).map(moved).collect());
             }
@@ -204,6 +208,7 @@ impl<T: Scalar> Parameter for Vec<T> {
                 look(path, list);
             }
         }
+        // A shorter list is a neighbour too.
         if let [rest @ .., _] = &self[..]
             && count.contains(&rest.len())
         {
@@ -212,12 +217,12 @@ impl<T: Scalar> Parameter for Vec<T> {
     }
 }
 
-/// `surface` and `radius` to `surface.radius`.
+/// Joins `surface` and `radius` to `surface.radius`.
 pub fn join(section: &str, key: &str) -> String {
     if section.is_empty() { key.to_owned() } else { format!("{section}.{key}") }
 }
 
-/// First paragraph of a documentation comment, given line by line.
+/// Returns the first paragraph of a documentation comment, given line by line.
 pub fn summary(lines: &[&str]) -> String {
     let paragraph = lines.iter().map(|line| line.trim()).take_while(|line| !line.is_empty());
     paragraph.collect::<Vec<_>>().join(" ")
@@ -225,7 +230,7 @@ pub fn summary(lines: &[&str]) -> String {
 
 /// Declares a section of parameters: a plain struct that can be read from YAML.
 ///
-/// Each field is a section of its own, or a value with inclusive limits after `=`:
+/// Each field is either a section of its own, or a value with inclusive limits after `=`:
 ///
 /// | type | YAML | limits |
 /// |---|---|---|
@@ -236,11 +241,11 @@ pub fn summary(lines: &[&str]) -> String {
 /// | `String` | `text` | `1..=80`, characters |
 /// | `bool` | `true` | none |
 /// | an enum of [`choices!`](crate::choices!) | `round` | none |
-/// | `Vec` of one of these | `[1 mm, 2 mm]` | `(1..=8, 0.0..=5.0)`: items, then of each |
-/// | `Option` of one of these | left out where it is not known | as without |
-/// | [`Inline`] of a section | its keys, in this place | none |
+/// | `Vec` of one of these | `[1 mm, 2 mm]` | `(1..=8, 0.0..=5.0)`: number of items, then limits of each |
+/// | `Option` of one of these | omitted if unknown | as without `Option` |
+/// | [`Inline`] of a section | its keys, among those of this section | none |
 ///
-/// The first paragraph of each comment is what `fabkit show` and the schema say.
+/// The first paragraph of each comment appears in `fabkit show` and in the schema.
 ///
 /// ```
 /// use fabkit_geometry::Length;
@@ -314,7 +319,7 @@ macro_rules! parameters {
                 (): &(),
             ) -> Option<Self> {
                 use $crate::{Parameter, summary};
-                // All are read before any is missed: every error is reported.
+                // Read all fields before returning `None` for any: every error is reported.
                 $(
                     let $field = <$type as Parameter>::read(
                         reader,
@@ -361,7 +366,7 @@ macro_rules! parameters {
                         &$crate::parameter_limits!($($limits)?),
                     ));
                 )+
-                // What stands nowhere in a file.
+                // A section without keys cannot be written in a file.
                 fields.retain(|field| !matches!(&field.shape, $crate::Shape::Section(inner) if inner.is_empty()));
                 fields
             }
@@ -369,7 +374,7 @@ macro_rules! parameters {
     };
 }
 
-/// No limits written means no limits: `()`.
+/// Limits of a field: `()` if none are written.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! parameter_limits {
@@ -381,7 +386,7 @@ macro_rules! parameter_limits {
     };
 }
 
-/// Declares a parameter that is one of a few words.
+/// Declares a parameter whose value is one of a few words.
 ///
 /// ```
 /// fabkit_text::choices! {
@@ -416,10 +421,10 @@ macro_rules! choices {
         }
 
         impl $name {
-            /// The words, in order.
+            /// The words, in order of declaration.
             pub const WORDS: &'static [&'static str] = &[$($word),+];
 
-            /// As written in YAML.
+            /// Returns the word used in YAML.
             pub fn word(self) -> &'static str {
                 match self {
                     $(Self::$choice => $word,)+

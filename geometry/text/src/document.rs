@@ -1,4 +1,4 @@
-//! One table of values by dotted path, from several layers of YAML.
+//! Table of values by dotted path, merged from several layers of YAML.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -10,27 +10,27 @@ use crate::place::{Found, Place, Written, WrittenText};
 use crate::tree::{Content, Entry, Node};
 use crate::unknown::{instead, meant};
 use crate::{
-    Field, Kind, Refusal, Scalar, Shape, Source, SourceKind, TextLayer, did_you_mean, join, shown,
-    similar,
+    Field, Kind, Refusal, Scalar, Shape, Source, SourceKind, TextLayer, UNKNOWN_PARAMETER,
+    did_you_mean, join, shown, similar,
 };
 
-/// All values that were written, whichever layer they come from.
+/// All written values, from every layer.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// Shared by the copies that are made to try other values.
+    /// Keys of the file. Shared by the copies that are made to try other values.
     fields: Arc<Vec<Field>>,
-    /// Where the whole document is.
+    /// Place of the whole document.
     pub root: Place,
     values: BTreeMap<String, Written>,
     sections: BTreeMap<String, Place>,
-    /// Paths at which something was written that cannot be read: reported, hence not missing.
+    /// Paths where something unreadable was written: already reported, so not reported as missing.
     broken: BTreeSet<String>,
-    /// What is wrong so far.
+    /// Problems so far.
     pub found: Vec<Found>,
 }
 
 impl Document {
-    /// An empty table of these keys; `root` is where the whole document is.
+    /// Creates an empty table for `fields`; `root` is the place of the whole document.
     pub fn new(fields: Vec<Field>, root: Place) -> Self {
         Self {
             fields: Arc::new(fields),
@@ -42,21 +42,23 @@ impl Document {
         }
     }
 
-    /// Adds a key at the top.
+    /// Adds a key at the top level.
     pub fn add_field(&mut self, field: Field) {
+        // Copies the list if other documents share it.
         Arc::make_mut(&mut self.fields).push(field);
     }
 
+    /// Returns the value written at a path.
     pub(crate) fn value(&self, path: &str) -> Option<&Written> {
         self.values.get(path)
     }
 
-    /// Everything that was written, by path.
+    /// Returns all written values, by path.
     pub(crate) fn values(&self) -> &BTreeMap<String, Written> {
         &self.values
     }
 
-    /// Puts values in place of the expressions at a path; of lists with the number of the item.
+    /// Replaces the expressions at `path` by their values. For lists, each value comes with its item number.
     pub(crate) fn put_values(
         &mut self,
         path: &str,
@@ -72,32 +74,35 @@ impl Document {
                         *text = value;
                     }
                 }
+                // Item numbers come from lists only.
                 (Some(_), WrittenText::Scalar(_)) => {}
             }
         }
         written.formula = Some(formula);
     }
 
-    /// Everything that a value follows from, near and far.
+    /// Returns every path that `formula` depends on, directly or through other expressions.
     pub(crate) fn all_inputs(&self, formula: &Formula) -> BTreeSet<String> {
         all_inputs(&self.values, formula)
     }
 
-    /// What stands in an expression: what the user wrote last before everything else.
+    /// Returns the paths that `formula` names. Those that the user changed in a layer above the expression come first.
     pub(crate) fn inputs(&self, formula: &Formula) -> Vec<String> {
         let mut inputs: Vec<String> = changed_above(&self.values, formula);
         let direct = formula.inputs.iter().filter(|path| !inputs.contains(path)).cloned();
+        // Collected first, because `inputs` is borrowed by the filter.
         inputs.extend(direct.collect::<Vec<_>>());
         inputs
     }
 
-    /// Takes away what stands at a path, which cannot be read; that has been reported.
+    /// Removes the unreadable value at `path` and marks the path as broken. The problem has been reported already.
     pub(crate) fn break_off(&mut self, path: &str) {
+        // Removed as well, so that no later step uses the text.
         self.values.remove(path);
         self.broken.insert(path.to_owned());
     }
 
-    /// What somebody who wrote an unknown path may have meant.
+    /// Writes a hint for an unknown path: similar paths if there are any, otherwise the keys that exist.
     pub(crate) fn suggest(&self, path: &str) -> String {
         let paths = self.paths();
         let near = meant(path, &paths);
@@ -107,7 +112,7 @@ impl Document {
         }
     }
 
-    /// What a program may take an unknown path for: a slip in its last word, or in its sections.
+    /// Returns the path that a program may replace an unknown path with: a misspelt last word, or a misspelt section.
     pub(crate) fn mistyped(&self, path: &str) -> Option<String> {
         let paths = self.paths();
         let (section, word) = path.rsplit_once('.').unwrap_or(("", path));
@@ -117,40 +122,44 @@ impl Document {
         };
         let all: Vec<(String, String)> = paths.iter().map(|path| split(path)).collect();
         let words = all.iter().filter(|(other, _)| other == section).map(|(_, word)| &**word);
+        // First a slip in the last word, within the right section.
         if let Some(meant) = similar(word, words).first() {
             return Some(join(section, meant));
         }
+        // Then the right word below a misspelt section.
         let sections = all.iter().filter(|(_, other)| other == word).map(|(section, _)| &**section);
         similar(section, sections).first().map(|meant| join(meant, word))
     }
 
+    /// Returns the place of a section that was written.
     pub(crate) fn section(&self, path: &str) -> Option<&Place> {
         self.sections.get(path)
     }
 
-    /// Whether this path, or a section it lies in, was written but not understood.
+    /// Returns whether this path, or a section that contains it, was written but could not be read.
     pub(crate) fn is_broken(&self, path: &str) -> bool {
+        // Every prefix that ends before a dot, and the path itself.
         let ends = path.match_indices('.').map(|(i, _)| i).chain([path.len()]);
         ends.into_iter().any(|end| self.broken.contains(&path[..end]))
     }
 
-    /// What was written, by path.
+    /// Returns the written values, by path.
     pub fn into_values(self) -> BTreeMap<String, Written> {
         self.values
     }
 
-    /// Lays the entries of one text over what is there.
+    /// Merges the entries of one text over the present values.
     pub fn lay(&mut self, entries: Vec<Entry>, place: &Place) {
         let fields = Arc::clone(&self.fields);
         self.lay_section(&fields, &fields, "", entries, place);
     }
 
-    /// Puts one value over what is there.
+    /// Writes one value over the present one.
     pub(crate) fn set(&mut self, path: &str, written: Written) {
         self.values.insert(path.to_owned(), written);
     }
 
-    /// What stands behind a path, if it is known.
+    /// Returns the field declared at a path, if there is one.
     pub(crate) fn field(&self, path: &str) -> Option<&Field> {
         let (first, rest) = match path.split_once('.') {
             Some((first, rest)) => (first, Some(rest)),
@@ -164,26 +173,27 @@ impl Document {
         Some(field)
     }
 
-    /// Every path of a value, in order.
+    /// Returns the path of every value, in order of declaration.
     pub fn paths(&self) -> Vec<String> {
         let mut paths = Vec::new();
         value_paths(&self.fields, "", &mut paths);
         paths
     }
 
-    /// What was written at a path, if anything was.
+    /// Returns the value written at a path, if any.
     pub fn written(&self, path: &str) -> Option<&Written> {
         self.values.get(path)
     }
 
-    /// Lays the entries of one text below `layer`: over what lower layers say, under what that layer and
-    /// those above it say.
+    /// Merges the entries of one text at the height of `layer`: over lower layers, but below `layer` itself and those
+    /// above it.
     pub fn lay_under(&mut self, entries: Vec<Entry>, place: &Place, layer: TextLayer) {
         let mut laid = Self::new(Vec::new(), self.root.clone());
         laid.fields = Arc::clone(&self.fields);
         laid.lay(entries, place);
         self.found.append(&mut laid.found);
         for (path, written) in laid.values {
+            // Values of `layer` and of those above it stay.
             let is_free = self.values.get(&path).is_none_or(|old| layer.is_over(old.place.layer));
             if is_free {
                 self.values.insert(path, written);
@@ -191,6 +201,7 @@ impl Document {
         }
     }
 
+    /// Merges the entries of one section. `all` are the fields of the whole file, for suggestions.
     fn lay_section(
         &mut self,
         all: &[Field],
@@ -202,6 +213,7 @@ impl Document {
         for Entry { key, key_position, value } in entries {
             let path = join(section, &key);
             let key_place = place.at(key_position);
+            // Unknown keys are reported, and the others are still read.
             let Some(field) = fields.iter().find(|f| f.name == key) else {
                 let text = value.text().unwrap_or_default();
                 self.unknown_key(all, fields, section, (&key, text), &key_place);
@@ -230,6 +242,7 @@ impl Document {
                     let hint = format!("its keys are {keys}");
                     self.break_at(&path, found.hint(hint).code("wrong_shape"));
                 }
+                // A mapping in place of a value is its long form.
                 (Shape::Value { kind, is_list, .. }, Content::Map(entries)) => {
                     match self.read_map(&path, (*kind, *is_list), entries, &key_place, place) {
                         Some(written) => self.set(&path, written),
@@ -252,6 +265,7 @@ impl Document {
         }
     }
 
+    /// Reports a key that the section does not have, with a suggestion.
     fn unknown_key(
         &mut self,
         all: &[Field],
@@ -267,11 +281,11 @@ impl Document {
         let near = similar(key, fields.iter().map(|f| f.name));
         let mut other = near.first().map(|meant| join(section, meant));
         let hint = if let Some(meant) = near.first() {
-            // Mistyped rather than missing: one slip, one problem.
+            // A misspelt key counts as written, so that it is not also reported as missing.
             self.broken.insert(join(section, meant));
             did_you_mean(&near)
         } else {
-            // Perhaps the right word in the wrong section.
+            // The key may be right but in the wrong section.
             let mut paths = Vec::new();
             value_paths(all, "", &mut paths);
             let is_meant = |path: &&str| path.rsplit('.').next() == Some(key);
@@ -290,19 +304,20 @@ impl Document {
         };
         let path = join(section, &shown(key));
         let found = place.problem(&path, &shown(key), message).hint(hint);
-        let found = found.code("unknown_parameter");
+        let found = found.code(UNKNOWN_PARAMETER);
         self.found.push(match other {
             Some(other) if !value.is_empty() => found.suggest(&other, &shown(value)),
             _ => found,
         });
     }
 
+    /// Reports a problem and marks its path as unreadable.
     fn break_at(&mut self, path: &str, found: Found) {
         self.broken.insert(path.to_owned());
         self.found.push(found);
     }
 
-    /// Reads `{value, source, note, tolerance}`.
+    /// Reads a value in its long form, `{value, source, note, tolerance}`.
     fn read_map(
         &mut self,
         path: &str,
@@ -318,6 +333,7 @@ impl Document {
         for Entry { key, key_position, value } in entries {
             let at = place.at(value.position);
             match (&*key, value.content) {
+                // Reported below as a missing value.
                 ("value", Content::Nothing) => {}
                 ("value", content) => {
                     has_value = true;
@@ -374,7 +390,7 @@ impl Document {
                         format!("`{}` is not known; {path} is a single value", shown(&key));
                     let path = join(path, &shown(&key));
                     let found = place.at(key_position).problem(&path, &shown(&key), message);
-                    self.found.push(found.hint(known).code("unknown_parameter"));
+                    self.found.push(found.hint(known).code(UNKNOWN_PARAMETER));
                 }
             }
         }
@@ -389,7 +405,7 @@ impl Document {
     }
 }
 
-/// Reads a value in its plain form.
+/// Reads a value in its short form: one scalar, or one list.
 pub(crate) fn plain(
     path: &str,
     is_list: bool,
@@ -428,9 +444,10 @@ pub(crate) fn plain(
     }
 }
 
-/// Longest note, characters.
+/// Maximum length of a note, characters.
 const LONGEST_NOTE: usize = 500;
 
+/// Returns the note without white space around it, or what is wrong with it.
 fn note_text(note: &str) -> Result<String, String> {
     let note = note.trim();
     if note.chars().count() > LONGEST_NOTE {
@@ -442,7 +459,7 @@ fn note_text(note: &str) -> Result<String, String> {
     Ok(note.to_owned())
 }
 
-/// How far what is made may be from a value, as it was written.
+/// Checks a tolerance (a length or an angle, 0 or more) and returns its text as written.
 fn tolerance(kind: Kind, is_list: bool, text: &str) -> Result<String, Refusal> {
     let value = match (kind, is_list) {
         (Kind::Length, false) => Length::parse(text)?.mm(),
@@ -460,15 +477,17 @@ fn tolerance(kind: Kind, is_list: bool, text: &str) -> Result<String, Refusal> {
     }
 }
 
+/// Joins the names of fields.
 fn names(fields: &[Field]) -> String {
     fields.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Everything that a value follows from, near and far.
+/// Returns every path that `formula` depends on, directly or through other expressions.
 fn all_inputs(values: &BTreeMap<String, Written>, formula: &Formula) -> BTreeSet<String> {
     let mut all = BTreeSet::new();
     let mut next: Vec<&String> = formula.inputs.iter().collect();
     while let Some(path) = next.pop() {
+        // Each path is visited once, so that cycles end.
         if all.insert(path.clone())
             && let Some(formula) = values.get(path).and_then(|written| written.formula.as_ref())
         {
@@ -478,7 +497,7 @@ fn all_inputs(values: &BTreeMap<String, Written>, formula: &Formula) -> BTreeSet
     all
 }
 
-/// What a value follows from, near or far, and was written over what the expression stands in: what
+/// Returns the plain inputs of `formula`, direct or indirect, that were written in a layer above the expression: those
 /// the user has just changed.
 pub(crate) fn changed_above(values: &BTreeMap<String, Written>, formula: &Formula) -> Vec<String> {
     let mut changed: Vec<String> = all_inputs(values, formula).into_iter().collect();
@@ -489,6 +508,7 @@ pub(crate) fn changed_above(values: &BTreeMap<String, Written>, formula: &Formul
     changed
 }
 
+/// Appends the paths of all values below a section.
 fn value_paths(fields: &[Field], section: &str, paths: &mut Vec<String>) {
     for field in fields {
         let path = join(section, field.name);

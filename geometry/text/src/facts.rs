@@ -1,26 +1,29 @@
-//! What programs need to know of a problem, besides what people read.
+//! Machine-readable part of a problem.
 
-/// What programs need to know of a problem. Values are as they would be written, with their units.
+/// Code of a name that no parameter, key or section has.
+pub const UNKNOWN_PARAMETER: &str = "unknown_parameter";
+
+/// Machine-readable part of a problem. Values are written with their units.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Facts {
-    /// A short name of the kind of problem, which stays: `out_of_range`.
+    /// Stable short name of the kind of problem, such as `out_of_range`.
     pub code: &'static str,
-    /// The smallest value that is allowed, where there is one.
+    /// Smallest allowed value, if there is one.
     pub at_least: Option<String>,
-    /// The largest one.
+    /// Largest allowed value, if there is one.
     pub at_most: Option<String>,
-    /// The words that are allowed, where it is one of a few.
+    /// Allowed words, if the value is one of a few.
     pub choices: Vec<String>,
-    /// What to write instead, where that is known.
+    /// Value to write instead, if one is known.
     pub suggestion: Option<Suggestion>,
 }
 
-/// A parameter and the value to give it.
+/// Parameter and the value to give it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Suggestion {
     /// Dotted path of the parameter.
     pub path: String,
-    /// As it would be written.
+    /// Value as it would be written.
     pub value: String,
 }
 
@@ -31,12 +34,12 @@ impl Default for Facts {
 }
 
 impl Facts {
-    /// Of a kind, and no more.
+    /// Creates facts with nothing but the code.
     pub fn of(code: &'static str) -> Self {
         Self { code, at_least: None, at_most: None, choices: Vec::new(), suggestion: None }
     }
 
-    /// Of a limit that several values make together: `at most 3 mm`, where there is such a value.
+    /// Creates the facts of a limit that several values set together; `offer` is text such as `at most 3 mm`.
     pub(crate) fn of_limit(path: &str, offer: Option<&str>) -> Self {
         let after = |words| offer.and_then(|offer| offer.strip_prefix(words)).map(str::to_owned);
         let (at_least, at_most) = (after("at least "), after("at most "));
@@ -46,8 +49,8 @@ impl Facts {
     }
 }
 
-/// The number and the unit of a text such as `12.5 mm`; the unit of a plain number is empty. Nothing
-/// where the text is anything else.
+/// Splits a text such as `12.5 mm` into number and unit. The unit of a plain number is empty. Returns `None` for any
+/// other text.
 ///
 /// ```
 /// use fabkit_text::number_and_unit;
@@ -57,19 +60,22 @@ impl Facts {
 /// assert_eq!(number_and_unit("1e999 mm"), None);
 /// ```
 pub fn number_and_unit(text: &str) -> Option<(f64, &str)> {
+    /// Maximum length of a number with its unit, bytes.
     const LONGEST: usize = 60;
     let text = text.trim();
+    // `inf` and `nan` would parse as numbers.
     let begins = text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'));
     if !begins || text.len() > LONGEST {
         return None;
     }
+    // The longest prefix that is a number wins.
     let ends = text.char_indices().map(|(i, _)| i).chain([text.len()]).rev();
     let (number, unit) = ends.into_iter().find_map(|end| {
         let number = text[..end].trim_end().replace('_', "").parse::<f64>().ok()?;
         Some((number, text[end..].trim()))
     })?;
     let is_unit = |c: char| !c.is_whitespace() && !c.is_ascii_digit() && !"+-.,()[]*".contains(c);
-    // Powers: `mm2`.
+    // Units of area and volume, such as `mm2`.
     let letters = unit.strip_suffix(['2', '3']).unwrap_or(unit);
     (number.is_finite() && letters.chars().all(is_unit)).then_some((number, unit))
 }

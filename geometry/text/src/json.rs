@@ -1,39 +1,39 @@
-//! Documents that programs write: JSON that says its format and version.
+//! JSON documents that programs write, with a format name and a version.
 
 use serde::de::DeserializeOwned;
 
 use crate::Json;
 
-/// Why a text is not such a document: everything that is wrong with it.
+/// Error of a text that is not such a document: all its problems.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("not a {what}: {}", .problems.join("; "))]
 pub struct InvalidDocument {
-    /// What it should be, for example `calibration board`.
+    /// Name of the expected document, for example `calibration board`.
     pub what: &'static str,
-    /// At least one; each names the place, the value and the limit.
+    /// Problems, at least one; each names the place, the value and the limit.
     pub problems: Vec<String>,
 }
 
-/// A kind of document.
+/// Kind of JSON document.
 #[derive(Clone, Copy, Debug)]
 pub struct JsonFormat {
-    /// What it is, for messages.
+    /// Name of the kind, for messages.
     pub what: &'static str,
-    /// What stands behind `format`.
+    /// Value of the key `format`.
     pub format: &'static str,
-    /// What stands behind `version`.
+    /// Value of the key `version`.
     pub version: u32,
-    /// Longest text, bytes.
+    /// Maximum length of the text, bytes.
     pub max_bytes: usize,
 }
 
 impl JsonFormat {
-    /// Something is wrong.
+    /// Creates an error with one problem.
     pub fn refuse(&self, problem: impl Into<String>) -> InvalidDocument {
         InvalidDocument { what: self.what, problems: vec![problem.into()] }
     }
 
-    /// Accepts what nothing is wrong with.
+    /// Returns an error unless `problems` is empty.
     ///
     /// # Errors
     /// The problems, if there are any.
@@ -47,7 +47,7 @@ impl JsonFormat {
     /// Reads a text as JSON of any form.
     ///
     /// # Errors
-    /// Text that is too long or no JSON, with line and column.
+    /// If the text is too long or is not JSON (with line and column).
     pub fn parse(&self, text: &str) -> Result<Json, InvalidDocument> {
         if text.len() > self.max_bytes {
             let (found, most) = (text.len(), self.max_bytes);
@@ -56,15 +56,16 @@ impl JsonFormat {
         serde_json::from_str(text).map_err(|error| self.refuse(error.to_string()))
     }
 
-    /// Reads a document of this format; `parsed` is what the text holds.
+    /// Reads a document of this format; `parsed` is the same text as a JSON value.
     ///
     /// # Errors
-    /// Other formats and versions; what does not fit the type, with line and column.
+    /// If format or version differ, or the document does not fit the type (with line and column).
     pub fn read<T: DeserializeOwned>(
         &self,
         text: &str,
         parsed: &Json,
     ) -> Result<T, InvalidDocument> {
+        // Checked before the content, because other versions may have other fields.
         let of = |key| parsed.get(key).unwrap_or(&Json::Null);
         if of("format") != self.format || of("version") != self.version {
             return Err(self.refuse(format!(
@@ -75,7 +76,7 @@ impl JsonFormat {
                 self.version
             )));
         }
-        // From the text again: only then do messages name a line.
+        // Parsed from the text again, because only then messages contain a line number.
         serde_json::from_str(text).map_err(|error| self.refuse(error.to_string()))
     }
 }

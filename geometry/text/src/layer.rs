@@ -1,26 +1,27 @@
-//! The texts that lie over each other.
+//! Layers of text that override each other.
 
-/// Which text a value comes from; also the order in which problems are told.
+/// Text that a value comes from. The order is also the order in which problems are reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TextLayer {
-    /// The file that was asked for.
+    /// File that the user named.
     File,
     /// `--set`.
     Override,
-    /// A file of the user's that the file extends, so many steps away.
+    /// User's file that the file extends, this many steps away.
     Extended(u8),
-    /// What is built in: the sensor that it extends, defaults.
+    /// Built-in text: the sensor that is extended, and its defaults.
     Base,
-    /// What holds where nobody says anything, and means that something is as it always was.
+    /// Value that applies where no text says anything, and keeps the behaviour of earlier versions.
     Default,
 }
 
 impl TextLayer {
-    /// Whether what stands in this text replaces what stands in another.
+    /// Returns whether values of this layer replace those of another.
     pub(crate) fn is_over(self, other: Self) -> bool {
         let height = |layer| match layer {
             Self::Default => 0,
             Self::Base => 1,
+            // A step count is a `u8`, so 257 - 255 is still above `Base`, and 257 - 0 below `File`.
             Self::Extended(steps) => 257 - u16::from(steps),
             Self::File => 258,
             Self::Override => 259,

@@ -1,18 +1,16 @@
-//! Files that people write: read with every error at once, each with place, value, limit and hint.
+//! Reading of files that people write. Every error is reported at once, each with place, value, limit and hint.
 //!
-//! [`parse()`] reads YAML to values that know where they stand, for all kinds of file ([`Dialect`]).
-//! Above it are two ways to read. What is declared with [`parameters!`] needs no more: from that one
-//! declaration come the typed struct that code reads, the limits that are checked, the JSON Schema,
-//! the rows of `fabkit show`, and the paths that `--set` knows. Other files are read key by key, with
-//! a [`Reading`] that collects what is wrong. What programs write, as JSON, says what it is
-//! ([`JsonFormat`]).
+//! [`parse()`] reads YAML into a tree whose values carry their positions, for every kind of file ([`Dialect`]). There
+//! are two ways to read such a tree. Parameters declared with [`parameters!`] are read automatically: that one
+//! declaration yields the typed struct, the limits that are checked, the JSON Schema, the rows of `fabkit show`, and
+//! the paths that `--set` accepts. Other files are read key by key with a [`Reading`], which collects the errors. Files
+//! that programs write are JSON with a format name and a version ([`JsonFormat`]).
 //!
-//! Reading goes on after an error. For parameters the steps are: text to a tree, trees to one table
-//! of values by path ([`Document`]: what a file `extends`, the file itself, then `--set`), table to
-//! typed values within their limits ([`Reader`]), and last what is required of several values
-//! together ([`Report`]).
+//! Reading goes on after an error. For parameters the steps are: text to a tree; trees to one table of values by path
+//! ([`Document`]: the file named by `extends`, the file itself, then `--set`); table to typed values within their
+//! limits ([`Reader`]); and last the rules that relate several values ([`Report`]).
 //!
-//! Why not serde: it stops at the first error, and forgets where values stood.
+//! serde is not used for these files because it stops at the first error and loses the positions of values.
 
 mod declare;
 mod document;
@@ -40,7 +38,7 @@ mod value;
 pub use declare::{Field, Inline, Look, Parameter, Section, Shape, join, summary};
 pub use document::Document;
 pub use expression::Formula;
-pub use facts::{Facts, Suggestion, number_and_unit};
+pub use facts::{Facts, Suggestion, UNKNOWN_PARAMETER, number_and_unit};
 pub use json::{InvalidDocument, JsonFormat};
 pub use layer::TextLayer;
 pub use numbers::Number;
@@ -56,6 +54,6 @@ pub use serde_json::Value as Json;
 pub use setting::Setting;
 pub use shown::shown;
 pub use source::{Source, SourceKind};
-pub use suggest::{did_you_mean, hint as suggestion, similar};
+pub use suggest::{did_you_mean, hint as suggestion, list_names, similar};
 pub use tree::{Content, Dialect, Entry, Fault, Node, Position};
 pub use value::{Kind, Name, Refusal, Scalar};

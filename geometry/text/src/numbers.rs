@@ -1,4 +1,4 @@
-//! The numbers of a document, for those who look for other values.
+//! Numeric parameters of a document, for searches that try other values.
 
 use std::collections::BTreeMap;
 
@@ -7,31 +7,31 @@ use crate::expression::resolve;
 use crate::place::{Place, Written, WrittenText};
 use crate::{Kind, OVERRIDES, Scalar, Shape, Source, SourceKind, TextLayer};
 
-/// A parameter that is one number.
+/// Parameter that is one number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
     /// Dotted path.
     pub path: String,
-    /// Length (mm), angle (deg), count or plain number.
+    /// Kind: length (mm), angle (deg), count or plain number.
     pub kind: Kind,
     /// Smallest and largest allowed value.
     pub range: [f64; 2],
-    /// Where it comes from.
+    /// Source of the value.
     pub source: SourceKind,
-    /// Which text it stands in.
+    /// Text that contains the value.
     pub layer: TextLayer,
-    /// Whether it follows from other values.
+    /// True if the value is computed from other values.
     pub is_expression: bool,
-    /// What it is; nothing where that cannot be read.
+    /// The value in its unit; `None` if it cannot be read.
     pub value: Option<f64>,
-    /// How far what is made may be from it, either way, where its text says so; in its unit.
+    /// Stated tolerance of the made part, either way, in the parameter's unit.
     pub tolerance: Option<f64>,
 }
 
 impl Number {
-    /// A value as it would be written.
+    /// Formats a value as it would be written.
     pub fn text(&self, value: f64) -> String {
-        // `-0` reads badly.
+        // Adding 0 turns `-0` into `0`.
         let value = value + 0.0;
         match self.kind {
             Kind::Length => format!("{value} mm"),
@@ -42,13 +42,13 @@ impl Number {
 }
 
 impl Document {
-    /// Puts values in place of expressions.
+    /// Replaces expressions by their values.
     pub fn resolve(&mut self) {
         resolve(self);
     }
 
-    /// Every parameter that is one number, in order; of those that follow from others, once those are
-    /// [resolved](Document::resolve), the value.
+    /// Lists every parameter that is one number, in order of declaration. Values of expressions are known only after
+    /// [`Document::resolve`].
     pub fn numbers(&self) -> Vec<Number> {
         let number = |path: String| {
             let Some(Shape::Value { is_list: false, kind, allowed, .. }) =
@@ -56,6 +56,7 @@ impl Document {
             else {
                 return None;
             };
+            // Kinds without a range, such as texts, are no numbers.
             let range = range_of(*kind, allowed)?;
             let written = self.value(&path)?;
             let value = self.number(&path, *kind);
@@ -77,7 +78,7 @@ impl Document {
         self.paths().into_iter().filter_map(number).collect()
     }
 
-    /// The number at a path.
+    /// Returns the number at a path.
     pub fn number(&self, path: &str, kind: Kind) -> Option<f64> {
         match &self.value(path)?.text {
             WrittenText::Scalar(text) => parsed(kind, text),
@@ -85,7 +86,7 @@ impl Document {
         }
     }
 
-    /// Writes values over those that are there, as if they were overrides.
+    /// Writes values over the present ones, as if they were overrides.
     pub fn write_over(&mut self, values: &BTreeMap<String, String>) {
         let place = Place::new(TextLayer::Override, OVERRIDES, self.root.dialect);
         for (path, text) in values {
@@ -96,6 +97,7 @@ impl Document {
     }
 }
 
+/// Parses a number as a value of this kind, in mm or degrees where it has a unit.
 fn parsed(kind: Kind, text: &str) -> Option<f64> {
     match kind {
         Kind::Length => text.parse::<fabkit_geometry::Length>().ok().map(|v| v.mm()),
@@ -106,7 +108,7 @@ fn parsed(kind: Kind, text: &str) -> Option<f64> {
     }
 }
 
-/// What a declaration allows: `4 mm to 60 mm`.
+/// Parses the text of a declared range, such as `4 mm to 60 mm`.
 fn range_of(kind: Kind, allowed: &str) -> Option<[f64; 2]> {
     let (low, high) = allowed.split_once(" to ")?;
     Some([parsed(kind, low)?, parsed(kind, high)?])

@@ -1,18 +1,19 @@
-//! `--set path=value`.
+//! Overrides `--set path=value`.
 
 use std::collections::BTreeMap;
 
 use crate::document::{Document, plain};
 use crate::parse::parse;
 use crate::place::{Found, Place, Written, WrittenText};
-use crate::{Shape, Source, TextLayer, shown};
+use crate::{Shape, Source, TextLayer, UNKNOWN_PARAMETER, shown};
 
-/// What problems with overrides give as their file: the command's word for them.
+/// File name in problems of overrides: the command's option.
 pub const OVERRIDES: &str = "--set";
 
-/// Lays `path=value` overrides over a document; what is wrong with them goes to its problems.
+/// Merges `path=value` overrides over a document. Problems go to the document.
 pub fn apply_overrides(document: &mut Document, overrides: &[String]) {
     let place = Place::new(TextLayer::Override, OVERRIDES, document.root.dialect);
+    // First value of each path, to report paths that are set twice.
     let mut first: BTreeMap<&str, &str> = BTreeMap::new();
     for text in overrides {
         let Some((path, value)) = text.split_once('=') else {
@@ -37,6 +38,7 @@ pub fn apply_overrides(document: &mut Document, overrides: &[String]) {
     }
 }
 
+/// Reads one override as the value of its parameter.
 fn written(
     document: &Document,
     path: &str,
@@ -46,6 +48,7 @@ fn written(
     let problem = |code, message: String, hint: String| {
         Box::new(place.problem(&shown(path), &shown(value), message).hint(hint).code(code))
     };
+    // The declaration decides whether the text is parsed as a list.
     let is_list = match document.field(path).map(|field| &field.shape) {
         Some(Shape::Value { is_list, .. }) => *is_list,
         Some(Shape::Section(fields)) => {
@@ -58,8 +61,9 @@ fn written(
         }
         None => {
             let message = format!("`{}` is not a parameter", shown(path));
-            let found = problem("unknown_parameter", message, suggest(document, path));
+            let found = problem(UNKNOWN_PARAMETER, message, suggest(document, path));
             return Err(match document.mistyped(path) {
+                // A machine-readable correction needs a value to set.
                 Some(meant) if !value.is_empty() => Box::new(found.suggest(&meant, &shown(value))),
                 _ => found,
             });
@@ -75,7 +79,7 @@ fn written(
             let message = format!("{path} cannot be read: {}", fault.message);
             problem("bad_yaml", message, "write `[a, b]`".into())
         })?;
-        // Lines and columns within an override tell nobody anything.
+        // Line and column inside an override mean nothing to the user.
         let without_position = |mut found: Box<Found>| {
             (found.problem.line, found.problem.column) = (None, None);
             found
@@ -90,7 +94,7 @@ fn written(
 }
 
 impl WrittenText {
-    /// The same text, standing as a whole in one place.
+    /// Gives every list item the same place.
     fn placed(self, place: &Place) -> Self {
         match self {
             Self::Scalar(text) => Self::Scalar(text),
@@ -101,6 +105,7 @@ impl WrittenText {
     }
 }
 
+/// Writes a hint for an unknown path.
 fn suggest(document: &Document, path: &str) -> String {
     if is_decided_by_the_file(path) {
         return "this is decided by the file, not by an override".into();
@@ -108,6 +113,7 @@ fn suggest(document: &Document, path: &str) -> String {
     document.suggest(path)
 }
 
+/// Returns whether a key selects how the file is read, so that it cannot be overridden.
 fn is_decided_by_the_file(path: &str) -> bool {
     matches!(path, "format" | "family" | "extends")
 }

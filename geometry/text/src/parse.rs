@@ -1,8 +1,7 @@
-//! YAML text to a small tree that knows where everything stands.
+//! Parser from YAML text to a small tree that keeps the position of every node.
 //!
-//! Only what such files need is accepted: mappings, sequences and scalars. Anchors, aliases, tags,
-//! directives and further documents are refused where they appear, so nothing is ever expanded and
-//! a hostile file costs no more than reading it.
+//! Only mappings, sequences and scalars are accepted. Anchors, aliases, tags, directives and further documents are
+//! refused where they appear. Nothing is ever expanded, so a hostile file costs no more than reading it.
 
 use std::collections::BTreeMap;
 
@@ -10,26 +9,27 @@ use granit_parser::{ErrorKind, Event, Marker, Parser, ScalarStyle, Span};
 
 use crate::tree::{Content, Dialect, Entry, Fault, Node, Position};
 
-/// Longest text that is looked at, bytes.
+/// Maximum length of a text, bytes.
 pub const MAX_BYTES: usize = 1 << 20;
-/// Most nodes (keys, scalars, mappings, sequences) in one text.
+/// Maximum number of nodes (keys, scalars, mappings, sequences) in one text.
 pub const MAX_NODES: usize = 20_000;
-/// Deepest nesting of mappings and sequences.
+/// Maximum nesting of mappings and sequences.
 pub const MAX_DEPTH: usize = 64;
 
-/// The tree of a text, and keys that were written twice (the first one counts).
+/// Tree of a text, and a fault for every key written twice (the first one counts).
 pub type Parsed = (Node, Vec<Fault>);
 
-/// Reads a whole text.
+/// Parses a whole text.
 ///
 /// # Errors
-/// The first thing that makes the text unreadable: what follows it would be guesswork.
+/// The first fault that makes the text unreadable: what follows it would be guesswork.
 pub fn parse(text: &str, dialect: &'static Dialect) -> Result<Parsed, Fault> {
     if text.len() > MAX_BYTES {
         let message = format!("the file has {} bytes; at most {MAX_BYTES} are read", text.len());
         let hint = format!("a {} file is a few kilobytes; is this the right file?", dialect.noun);
         return Err(Fault::new(None, "", message).hint(hint));
     }
+    // Byte order mark, which some editors write.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let options = granit_parser::options! {
         emit_comments: false,
@@ -47,11 +47,12 @@ pub fn parse(text: &str, dialect: &'static Dialect) -> Result<Parsed, Fault> {
     Ok((builder.root.unwrap_or(empty), builder.duplicates))
 }
 
+/// Converts a position of the YAML parser, whose columns start at 0.
 fn position(marker: Marker) -> Position {
     Position { line: marker.line().max(1), column: marker.col() + 1 }
 }
 
-/// Says what the parser found, in the words of someone who is editing the file.
+/// Translates a parser error into the words of somebody who edits the file.
 fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str, dialect: &Dialect) -> Fault {
     let at = position(marker);
     let tab_indented = text
@@ -59,6 +60,7 @@ fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str, dialect: &Dialect)
         .nth(at.line - 1)
         .is_some_and(|line| line.trim_start_matches(' ').starts_with('\t'));
     match kind {
+        // YAML parsers report tabs in many ways, so the line itself is examined first.
         _ if tab_indented => {
             Fault::at(at, "a tab is used for indentation", "indent with spaces, two per level")
         }
@@ -77,20 +79,22 @@ fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str, dialect: &Dialect)
     }
 }
 
+/// Creates the fault of too deep nesting.
 fn too_deep(at: Position, dialect: &Dialect) -> Fault {
     let hint = format!("{} files need four levels", dialect.noun);
     Fault::at(at, format!("nested more than {MAX_DEPTH} deep"), hint)
 }
 
-/// A mapping or sequence that is not closed yet.
+/// Mapping or sequence that is still open.
 struct Open {
     node: Node,
-    /// In a mapping: the key that waits for its value.
+    /// In a mapping: key without a value so far.
     key: Option<(String, Position)>,
-    /// In a mapping: where each key was first seen.
+    /// In a mapping: position of the first occurrence of each key.
     seen: BTreeMap<String, Position>,
 }
 
+/// Builder of the tree from the events of the YAML parser.
 struct Builder {
     dialect: &'static Dialect,
     open: Vec<Open>,
@@ -100,6 +104,7 @@ struct Builder {
 }
 
 impl Builder {
+    /// Processes one event of the YAML parser.
     fn take(&mut self, event: Event<'_>, span: Span) -> Result<(), Fault> {
         let at = position(span.start);
         let refuse_alias = |at| {
@@ -118,6 +123,7 @@ impl Builder {
                 refuse_anchor(at, anchor)?;
                 self.refuse_tag(at, tag.is_some())?;
                 self.count(at)?;
+                // Only unquoted: `"null"` in quotes is a text.
                 let missing = style == ScalarStyle::Plain && matches!(&*text, "" | "~" | "null");
                 let content = match missing {
                     true => Content::Nothing,
@@ -146,6 +152,7 @@ impl Builder {
         Ok(())
     }
 
+    /// Counts a node and refuses more than [`MAX_NODES`].
     fn count(&mut self, at: Position) -> Result<(), Fault> {
         self.nodes += 1;
         if self.nodes > MAX_NODES {
@@ -158,11 +165,13 @@ impl Builder {
         Ok(())
     }
 
+    /// Opens a list or mapping.
     fn start(&mut self, at: Position, content: Content) -> Result<(), Fault> {
         self.count(at)?;
         if self.open.len() >= MAX_DEPTH {
             return Err(too_deep(at, self.dialect));
         }
+        // A list or mapping in place of a key.
         if let Some(Open { node: Node { content: Content::Map(_), .. }, key: None, .. }) =
             self.open.last()
         {
@@ -173,7 +182,7 @@ impl Builder {
         Ok(())
     }
 
-    /// Puts a finished node where it belongs: the root, an item, a key, or a key's value.
+    /// Attaches a finished node: as the root, an item, a key, or the value of a key.
     fn place(&mut self, node: Node) -> Result<(), Fault> {
         let path = self.path();
         let Some(open) = self.open.last_mut() else {
@@ -188,7 +197,7 @@ impl Builder {
                         open.seen.insert(key.clone(), key_position);
                         entries.push(Entry { key, key_position, value: node });
                     }
-                    // Reported; the first one counts, so that the rest can still be read.
+                    // Reported only: the first occurrence counts, so that the rest can still be read.
                     Some(first) => self.duplicates.push(Fault {
                         position: Some(key_position),
                         message: format!(
@@ -216,12 +225,13 @@ impl Builder {
                 Content::Scalar(key) => open.key = Some((key, node.position)),
                 _ => return Err(key_fault(node.position)),
             },
-            // `start` opens nothing else.
+            // `start` opens only lists and mappings.
             (Content::Scalar(_) | Content::Nothing, _) => {}
         }
         Ok(())
     }
 
+    /// Refuses a tag that the dialect does not have.
     fn refuse_tag(&self, at: Position, is_foreign: bool) -> Result<(), Fault> {
         let message = match self.dialect.tags {
             _ if !is_foreign => return Ok(()),
@@ -231,17 +241,19 @@ impl Builder {
         Err(Fault::at(at, message, "write the plain value"))
     }
 
-    /// Dotted path of the value that is being placed.
+    /// Returns the dotted path of the value that is being attached.
     fn path(&self) -> String {
         let keys = self.open.iter().filter_map(|open| Some(&*open.key.as_ref()?.0));
         crate::shown(&keys.collect::<Vec<_>>().join("."))
     }
 }
 
+/// Creates the fault of a list or mapping in place of a key.
 fn key_fault(at: Position) -> Fault {
     Fault::at(at, "this is not a key", "a key is one word, followed by a colon and a space")
 }
 
+/// Refuses an anchor; 0 is the parser's number for none.
 fn refuse_anchor(at: Position, anchor: usize) -> Result<(), Fault> {
     match anchor {
         0 => Ok(()),

@@ -1,4 +1,4 @@
-//! Where values stand, what was written there, and what is wrong with it.
+//! Places of values in files, the values as written, and the problems found there.
 
 use std::sync::Arc;
 
@@ -7,31 +7,31 @@ use crate::layer::TextLayer;
 use crate::tree::{Dialect, Fault, Position};
 use crate::{Facts, Problem, Source, Suggestion, shown};
 
-/// Where something stands.
+/// Place in one of the texts.
 #[derive(Clone, Debug)]
 pub struct Place {
-    /// Of which text.
+    /// Layer of the text.
     pub layer: TextLayer,
     /// Name of the text in messages.
     pub file: Arc<str>,
-    /// What kind of file it is.
+    /// Kind of file.
     pub dialect: &'static Dialect,
-    /// Where in it; `None` for all of it.
+    /// Position in the text; `None` for the whole text.
     pub position: Option<Position>,
 }
 
 impl Place {
-    /// A whole text.
+    /// Creates the place of a whole text.
     pub fn new(layer: TextLayer, file: &str, dialect: &'static Dialect) -> Self {
         Self { layer, file: file.into(), dialect, position: None }
     }
 
-    /// A place in the same text.
+    /// Returns a place in the same text.
     pub fn at(&self, position: Position) -> Self {
         Self { position: Some(position), ..self.clone() }
     }
 
-    /// A problem of what stands here.
+    /// Creates a problem at this place.
     pub fn problem(&self, path: &str, value: &str, message: String) -> Found {
         Found {
             layer: self.layer,
@@ -49,66 +49,66 @@ impl Place {
     }
 }
 
-/// A problem and what is needed to put it in order.
+/// Problem with the layer of its text, by which problems are sorted.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// Of which text.
+    /// Layer of the text.
     pub layer: TextLayer,
-    /// What is wrong.
+    /// The problem.
     pub problem: Problem,
 }
 
 impl Found {
-    /// The same with what to do about it.
+    /// Sets the hint.
     #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.problem.hint = Some(hint.into());
         self
     }
 
-    /// A fault of the text that a place is in.
+    /// Creates a problem from a fault of the text at `place`.
     pub fn fault(fault: Fault, place: &Place) -> Self {
         Self { layer: place.layer, problem: fault.in_file(&place.file) }
     }
 
-    /// In the order of the file, then `--set`, then what the file extends.
+    /// Sorts problems: those of the file in its order, then those of `--set`, then those of extended files.
     pub fn sorted(mut found: Vec<Self>) -> Vec<Problem> {
         found.sort_by_key(|f| (f.layer, f.problem.line, f.problem.column));
         found.into_iter().map(|f| f.problem).collect()
     }
 }
 
-/// A value as written.
+/// Value as written.
 #[derive(Clone, Debug)]
 pub struct Written {
-    /// Where.
+    /// Place of the value.
     pub place: Place,
-    /// What.
+    /// Text of the value.
     pub text: WrittenText,
-    /// Where it comes from.
+    /// Source of the value.
     pub source: Source,
-    /// The expression whose value the text is, where it follows from other values.
+    /// Expression that the text was computed from, if any.
     pub formula: Option<Formula>,
 }
 
 impl Written {
-    /// What somebody wrote.
+    /// Creates a value that is not computed.
     pub(crate) fn new(place: Place, text: WrittenText, source: Source) -> Self {
         Self { place, text, source, formula: None }
     }
 }
 
-/// The text of a value.
+/// Text of a value.
 #[derive(Clone, Debug)]
 pub enum WrittenText {
-    /// Of a single value.
+    /// Single value.
     Scalar(String),
-    /// Items with their places.
+    /// List items with their places.
     List(Vec<(String, Place)>),
 }
 
 impl WrittenText {
-    /// On one line, for messages.
+    /// Formats the text on one line, for messages.
     pub fn shown(&self) -> String {
         match self {
             Self::Scalar(text) => shown(text),
@@ -121,14 +121,14 @@ impl WrittenText {
 }
 
 impl Found {
-    /// The same with the name of its kind.
+    /// Sets the code: the short name of the kind of problem.
     #[must_use]
     pub fn code(mut self, code: &'static str) -> Self {
         self.problem.facts.code = code;
         self
     }
 
-    /// The same with what to write instead.
+    /// Sets the replacement that programs may write.
     #[must_use]
     pub fn suggest(mut self, path: &str, value: &str) -> Self {
         self.problem.facts.suggestion = Some(Suggestion { path: path.into(), value: value.into() });

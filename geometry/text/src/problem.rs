@@ -1,32 +1,32 @@
-//! What is wrong with a file.
+//! Problems of a file.
 
 use std::fmt;
 
 use crate::facts::Facts;
 
-/// One thing wrong with a design.
+/// One problem of a design.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// File name, or `--set`.
     pub file: String,
-    /// 1-based line, where there is one.
+    /// Line, from 1, if known.
     pub line: Option<usize>,
-    /// 1-based column, where there is one.
+    /// Column, from 1, if known.
     pub column: Option<usize>,
     /// Dotted path of the parameter; empty for the whole document.
     pub path: String,
-    /// The value as written; empty where there is none.
+    /// Value as written; empty if there is none.
     pub value: String,
-    /// What is wrong, with the limit.
+    /// Description of the problem, with the limit.
     pub message: String,
-    /// What to do.
+    /// Suggested correction.
     pub hint: Option<String>,
-    /// The same for programs.
+    /// Machine-readable part.
     pub facts: Facts,
 }
 
 impl fmt::Display for Problem {
-    /// `file:line:column: message`.
+    /// Writes `file:line:column: message`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.file)?;
         for count in [self.line, self.column].into_iter().flatten() {
@@ -36,10 +36,10 @@ impl fmt::Display for Problem {
     }
 }
 
-/// Everything wrong with a design.
+/// All problems of a design.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct InvalidDesign {
-    /// At least one, in the order of the file.
+    /// Problems, at least one, in the order of the file.
     pub problems: Vec<Problem>,
 }
 

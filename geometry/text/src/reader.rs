@@ -1,4 +1,4 @@
-//! Typed values from the table of written ones; collects what is wrong and goes on.
+//! Typed values from the table of written ones. Problems are collected and reading goes on.
 
 use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,7 +11,7 @@ use crate::place::{Found, Place, Written, WrittenText};
 use crate::suggest::either;
 use crate::{Kind, Refusal, Report, Scalar, Setting, Shape, Suggestion, TextLayer, join};
 
-/// Reads parameters by path.
+/// Reader of parameters by path.
 #[derive(Debug)]
 pub struct Reader {
     document: Document,
@@ -22,31 +22,32 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Reads from a table.
+    /// Creates a reader and resolves the expressions of `document`.
     pub fn new(mut document: Document) -> Self {
         resolve(&mut document);
+        // Includes the problems of expressions, which were resolved just before.
         let found = std::mem::take(&mut document.found);
         Self { document, settings: Vec::new(), missing: Vec::new(), found, known: None }
     }
 
-    /// The same with what values may name, for [`Reader::known`].
+    /// Attaches data for look-ups by [`Reader::known`].
     #[must_use]
     pub fn knowing<K: Any + Send + Sync>(self, known: K) -> Self {
         Self { known: Some(Arc::new(known)), ..self }
     }
 
-    /// What values may name: materials, for example.
+    /// Returns the attached data that values may name, for example materials.
     pub fn known<K: Any + Send + Sync>(&self) -> Option<&K> {
         self.known.as_deref()?.downcast_ref()
     }
 
-    /// Whether anything stands at a path, be it wrong.
+    /// Returns whether anything was written at a path, even if it is wrong.
     pub fn is_written(&self, path: &str) -> bool {
         self.document.value(path).is_some() || self.document.is_broken(path)
     }
 
-    /// Reads a text that stands for something else, and how that is called in `fabkit show`.
-    /// `allowed` is what may stand there, for people.
+    /// Reads a text that names something else, and records the name that `fabkit show` prints for it. `allowed`
+    /// describes the allowed texts for people.
     pub fn looked_up<T>(
         &mut self,
         path: &str,
@@ -67,6 +68,7 @@ impl Reader {
                 let mut found =
                     written.place.problem(path, &crate::shown(text), message).code(code);
                 found.problem.hint = hint;
+                // A correction found by the caller, if there is one.
                 found.problem.facts.suggestion =
                     instead.map(|value| Suggestion { path: path.into(), value });
                 self.found.push(found);
@@ -96,7 +98,7 @@ impl Reader {
         }
     }
 
-    /// A value that follows from others is not to be looked for where it stands.
+    /// Adds the expression and its inputs to a problem of a computed value: it cannot be mended where it stands.
     fn of_formula(&self, mut found: Found, written: &Written) -> Found {
         let Some(formula) = &written.formula else { return found };
         let problem = &mut found.problem;
@@ -120,6 +122,7 @@ impl Reader {
         count: &RangeInclusive<usize>,
         each: &T::Limits,
     ) -> Option<Vec<T>> {
+        // A path without a value ends here; if necessary, it has been recorded as missing.
         let written = self.written(path)?;
         let WrittenText::List(items) = &written.text else { return None };
         if !count.contains(&items.len()) {
@@ -141,6 +144,7 @@ impl Reader {
                 Err(found) => self.found.push(self.of_formula(*found, &written)),
             }
         }
+        // The faulty items have been reported.
         if values.len() < items.len() {
             return None;
         }
@@ -155,6 +159,7 @@ impl Reader {
         Some(values)
     }
 
+    /// Returns the value at a path. A path that is neither written nor broken is recorded as missing.
     fn written(&mut self, path: &str) -> Option<Written> {
         let written = self.document.value(path).cloned();
         if written.is_none() && !self.document.is_broken(path) {
@@ -163,6 +168,7 @@ impl Reader {
         written
     }
 
+    /// Records a parameter for `fabkit show`.
     fn setting<T: Scalar>(
         &mut self,
         path: &str,
@@ -180,14 +186,14 @@ impl Reader {
         });
     }
 
-    /// What was read since the last call, in order.
+    /// Returns the settings read since the last call, in order.
     pub fn take_settings(&mut self) -> Vec<Setting> {
         std::mem::take(&mut self.settings)
     }
 
-    /// Ends reading: says what is missing, with lines of the example, and goes on to a report.
+    /// Ends reading: reports missing parameters, with lines of the example, and returns the report for rules.
     pub fn finish(mut self, example: Option<&Example>) -> Report {
-        // Whatever is missing from one section is one problem.
+        // All parameters missing from one section are reported as one problem.
         let mut by_section: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         for path in &self.missing {
             by_section.entry(self.nearest_section(path)).or_default().push(path);
@@ -201,7 +207,7 @@ impl Reader {
         Report::new(self.document.into_values(), self.found)
     }
 
-    /// Forgets that a value is out of its limits where what it follows from is wrong too.
+    /// Drops problems of computed values whose inputs are wrong too: they are consequences.
     fn drop_followers(&mut self) {
         let wrong: BTreeSet<String> = self.found.iter().map(|f| f.problem.path.clone()).collect();
         self.found.retain(|found| {
@@ -213,7 +219,7 @@ impl Reader {
         });
     }
 
-    /// The innermost section around `path` that was written.
+    /// Returns the innermost section around `path` that was written.
     fn nearest_section<'a>(&self, path: &'a str) -> &'a str {
         let mut section = path;
         while let Some((outer, _)) = section.rsplit_once('.') {
@@ -225,12 +231,14 @@ impl Reader {
         ""
     }
 
+    /// Describes what a section lacks, with example lines.
     fn missing_from(&self, section: &str, paths: &[&str], example: Option<&Example>) -> Found {
-        /// Examples given in a hint: enough to show the form.
+        /// Maximum number of examples in a hint, enough to show the form.
         const EXAMPLES: usize = 3;
         let mut keys: Vec<String> = Vec::new();
         for path in paths {
             let inner = path.strip_prefix(section).unwrap_or(path).trim_start_matches('.');
+            // Of a missing subsection only its name is listed.
             let key = inner.split('.').next().unwrap_or(inner);
             let is_section = matches!(
                 self.document.field(&join(section, key)).map(|field| &field.shape),
@@ -244,6 +252,7 @@ impl Reader {
         let whole = if section.is_empty() { "the file" } else { section };
         let message = format!("{whole} lacks {}", either(&keys, "and"));
         let place = self.document.section(section).unwrap_or(&self.document.root);
+        // A single missing parameter is named itself.
         let path = if let [one] = paths { one } else { section };
         let found = place.problem(path, "", message).code("missing_parameter");
         let Some(example) = example else { return found };
@@ -264,16 +273,16 @@ impl Reader {
     }
 }
 
-/// The built-in file that example values are taken from.
+/// Built-in file that example values are taken from.
 #[derive(Debug)]
 pub struct Example {
-    /// Its name, as behind `extends:`.
+    /// Name as written behind `extends:`.
     pub name: &'static str,
     /// Values as written, by path.
     pub values: BTreeMap<String, String>,
 }
 
-/// Reads one scalar, or says in one sentence what is wrong, and what to do.
+/// Parses one scalar and checks its limits. The error says in one sentence what is wrong and what to do.
 pub(crate) fn read<T: Scalar>(
     path: &str,
     text: &str,
@@ -293,8 +302,15 @@ pub(crate) fn read<T: Scalar>(
             let must_be = T::must_be(limits);
             let message = format!("{path} is `{written}`, which {says}; it must be {must_be}");
             // What lacks its unit may be out of its limits too.
-            let works = |text: &String| T::parse(text).is_ok_and(|value| value.is_within(limits));
-            (message, hint, code, instead.filter(works))
+            let meant = instead.as_ref().and_then(|text| T::parse(text).ok());
+            match meant.filter(|value| !value.is_within(limits)) {
+                Some(outside) => {
+                    let nearest = outside.nearest(limits).map(|value| value.show());
+                    let hint = nearest.as_ref().map(|value| format!("write for example `{value}`"));
+                    (message, hint.or(Some("write a number and its unit".into())), code, nearest)
+                }
+                None => (message, hint, code, instead),
+            }
         }
     };
     let mut found = place.problem(path, &crate::shown(text), message).code(code);
@@ -309,14 +325,15 @@ pub(crate) fn read<T: Scalar>(
     Err(Box::new(found))
 }
 
-/// The words that are allowed, where it is one of a few.
+/// Returns the allowed words, if the value is one of a few.
 fn choices<T: Scalar>(limits: &T::Limits) -> Vec<String> {
+    // The schema is where every scalar type lists its words.
     let schema = T::schema(limits);
     let words = schema["enum"].as_array().map(Vec::as_slice).unwrap_or_default();
     words.iter().filter_map(|word| word.as_str().map(str::to_owned)).collect()
 }
 
-/// A parameter of which only its place and its value are known.
+/// Creates a setting without limits.
 fn plain_setting(
     path: &str,
     summary: &str,

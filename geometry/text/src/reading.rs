@@ -1,4 +1,4 @@
-//! Texts read key by key: what stands at the top, and values whose form no declaration tells.
+//! Key-by-key reading of YAML, for files whose form no declaration describes.
 
 use crate::parse::parse;
 use crate::place::{Found, Place};
@@ -6,7 +6,7 @@ use crate::reader::read;
 use crate::tree::{Content, Entry, Node, Position};
 use crate::{Document, InvalidDesign, Reader, Scalar, Section, shown};
 
-/// Reads a text whose top level is keys and values; `None` after reporting why it is not.
+/// Parses a text whose top level is a mapping. Reports the problem and returns `None` if it is not.
 pub fn mapping_of(yaml: &str, place: &Place, found: &mut Vec<Found>) -> Option<Vec<Entry>> {
     let (node, duplicates) =
         parse(yaml, place.dialect).map_err(|fault| found.push(Found::fault(fault, place))).ok()?;
@@ -22,7 +22,7 @@ pub fn mapping_of(yaml: &str, place: &Place, found: &mut Vec<Found>) -> Option<V
     None
 }
 
-/// Takes `format:` out of the entries; what is wrong with it is reported.
+/// Removes `format:` from the entries and reports a missing or wrong one.
 pub fn check_format(entries: &mut Vec<Entry>, place: &Place, found: &mut Vec<Found>) {
     let format = place.dialect.format;
     let hint = format!("begin the file with `format: {format}`");
@@ -34,6 +34,7 @@ pub fn check_format(entries: &mut Vec<Entry>, place: &Place, found: &mut Vec<Fou
             let message = format!("format is `{word}`; this version of fabkit reads {format}");
             found.push(at.problem("format", &word, message).hint(hint).code("wrong_format"));
         }
+        // The value was not a word, which has been reported.
         None if found.len() > before => {}
         None => {
             let missing = place.problem("format", "", "the format is missing".into());
@@ -42,7 +43,8 @@ pub fn check_format(entries: &mut Vec<Entry>, place: &Place, found: &mut Vec<Fou
     }
 }
 
-/// Takes a key with a plain word out of the entries.
+/// Removes `key` from the entries and returns its word with its place. Reports a value that is not a single word;
+/// returns `None` without a report if the key is absent.
 pub fn take_word(
     entries: &mut Vec<Entry>,
     key: &str,
@@ -66,7 +68,7 @@ pub fn take_word(
 /// Reads a file that is one section, with `format:` before it.
 ///
 /// # Errors
-/// Everything that is wrong, each with place, value, limit and a hint.
+/// All problems, each with place, value, limit and a hint.
 pub fn read_section<P: Section>(yaml: &str, place: &Place) -> Result<P, InvalidDesign> {
     let mut document = Document::new(P::fields(), place.clone());
     let mut found = Vec::new();
@@ -77,22 +79,23 @@ pub fn read_section<P: Section>(yaml: &str, place: &Place) -> Result<P, InvalidD
     document.lay(entries, place);
     document.found.extend(found);
     let mut reader = Reader::new(document);
+    // Read even if the top of the file is faulty, to report all problems at once.
     let section = P::read(&mut reader, "", "", &());
     let report = reader.finish(None);
     section.filter(|_| report.is_clean()).ok_or_else(|| report.into_invalid())
 }
 
-/// Reads nodes one by one and collects what is wrong with them.
+/// Reader of single nodes that collects their problems.
 #[derive(Debug)]
 pub struct Reading {
-    /// The whole text.
+    /// Place of the whole text.
     pub place: Place,
-    /// What is wrong so far.
+    /// Problems so far.
     pub found: Vec<Found>,
 }
 
 impl Reading {
-    /// Nothing is wrong yet.
+    /// Creates a reader without problems.
     pub fn new(place: Place) -> Self {
         Self { place, found: Vec::new() }
     }
@@ -110,7 +113,7 @@ impl Reading {
         self.found.push(found.hint(hint));
     }
 
-    /// One value within its limits.
+    /// Parses one value and checks its limits; reports and returns `None` if it is wrong.
     pub fn value<T: Scalar>(
         &mut self,
         at: Position,
@@ -122,7 +125,7 @@ impl Reading {
         read(path, text, limits, &place).map_err(|found| self.found.push(*found)).ok()
     }
 
-    /// The text of one value, without white space around it.
+    /// Returns the text of one scalar, trimmed of white space.
     pub fn scalar<'n>(&mut self, key: &str, node: &'n Node) -> Option<&'n str> {
         match &node.content {
             Content::Scalar(text) => Some(text.trim()),
@@ -134,7 +137,7 @@ impl Reading {
         }
     }
 
-    /// The entries of a mapping.
+    /// Returns the entries of a mapping.
     pub fn map<'n>(&mut self, key: &str, node: &'n Node) -> &'n [Entry] {
         if !matches!(node.content, Content::Map(_)) {
             let hint = format!("write `{key}:`, then indented lines `NAME: ...`");
@@ -143,7 +146,7 @@ impl Reading {
         node.entries()
     }
 
-    /// The items of a list.
+    /// Returns the items of a list.
     pub fn list<'n>(&mut self, key: &str, node: &'n Node) -> &'n [Node] {
         if !node.is_list() {
             let hint = format!("write `{key}: [a, b]`");
@@ -152,7 +155,7 @@ impl Reading {
         node.items()
     }
 
-    /// A whole number within limits, both allowed.
+    /// Parses a whole number within inclusive limits.
     pub fn count(&mut self, key: &str, node: &Node, [low, high]: [u64; 2]) -> Option<u64> {
         let text = self.scalar(key, node)?;
         let count = text.parse().ok().filter(|count| (low..=high).contains(count));
@@ -164,15 +167,16 @@ impl Reading {
         count
     }
 
-    /// What was read, if nothing is wrong.
+    /// Returns `value` if there are no problems.
     ///
     /// # Errors
-    /// Everything that is wrong, in the order of the file.
+    /// All problems, in the order of the file.
     pub fn finish<T>(self, value: Option<T>) -> Result<T, InvalidDesign> {
+        // A value may exist although problems were found.
         value.filter(|_| self.found.is_empty()).ok_or_else(|| self.invalid())
     }
 
-    /// Everything that is wrong, in the order of the file.
+    /// Returns all problems, in the order of the file.
     pub fn invalid(self) -> InvalidDesign {
         InvalidDesign { problems: Found::sorted(self.found) }
     }

@@ -1,4 +1,4 @@
-//! What a family requires of several values together.
+//! Rules that relate several values of a design.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
@@ -9,23 +9,23 @@ use fabkit_geometry::{Angle, Length};
 use crate::document::changed_above;
 use crate::place::{Found, Place, Written, WrittenText};
 use crate::suggest::either;
-use crate::{Facts, InvalidDesign, Parameter, SourceKind, shown};
+use crate::{Facts, InvalidDesign, Parameter, SourceKind, UNKNOWN_PARAMETER, shown};
 
-/// Values that differ by less are the same: rounding in what a limit is computed from.
+/// Tolerance when values are compared with limits, for rounding in the computation of a limit.
 const SAME: f64 = 1e-9;
 
-/// How far parameters are moved to see what a limit follows from, as a share: first hardly, which is
-/// far above rounding; then far, then twofold, for limits that something has driven to their end.
+/// Relative changes of parameters that find out what a limit depends on: first a small one, yet far above rounding;
+/// then larger ones, for limits that are saturated by something else.
 const SHARES: [f64; 3] = [1e-5, 0.25, 1.0];
 
-/// What limits can be stated for: a number, in the unit that people write it in.
+/// Number with a unit for which limits can be stated.
 pub trait Quantity: Copy + Display {
-    /// Behind the number: ` mm`.
+    /// Text behind the number, such as ` mm`.
     const UNIT: &'static str;
-    /// Values that are recommended are whole multiples of 1 / `STEPS`.
+    /// Steps per unit: recommended values are whole multiples of 1 / `STEPS`.
     const STEPS: f64;
 
-    /// The number.
+    /// Returns the number in that unit.
     fn number(self) -> f64;
 }
 
@@ -65,10 +65,10 @@ impl Quantity for f64 {
     }
 }
 
-/// States limits, one expression each: the parameter, the limit in its unit, and why.
+/// States limits, one expression each: the parameter, the limit in its unit, and the reason.
 ///
-/// The parameter's path is its place in the struct, so that message and value cannot be of two
-/// parameters. Without a struct, the variable is called as the section is.
+/// The parameter's path is its place in the struct, so that message and value always belong to the same parameter.
+/// Without a struct, name the variable like the section.
 ///
 /// ```
 /// use fabkit_geometry::Length;
@@ -92,8 +92,8 @@ impl Quantity for f64 {
 /// # let _ = check;
 /// ```
 ///
-/// Of a struct that is not the whole file, `report, p, at =>` takes a function from the path in the
-/// struct to that in the file.
+/// For a struct that is only part of the file, `report, p, at =>` takes a function from the path in the struct to the
+/// path in the file.
 #[macro_export]
 macro_rules! limits {
     (@one $report:ident, $path:expr, $value:expr, <= $limit:expr, $because:expr) => {
@@ -125,78 +125,85 @@ macro_rules! limits {
     )+};
 }
 
-/// Collects impossible combinations, each at the place where a value was written.
+/// Most parameters that a message and its hint name.
+const MOST_NAMED: usize = 3;
+
+/// Characters of a message, beyond which it names no further parameter.
+const MESSAGE_LENGTH: usize = 190;
+
+/// Collector of violated rules, each at the place where the value was written.
 #[derive(Clone, Debug)]
 pub struct Report {
     written: BTreeMap<String, Written>,
     found: Vec<Found>,
     limits: BTreeMap<Constraint, f64>,
-    /// Of what was found, what is no limit but a rule, and where it is stated.
+    /// Problems that come from [`Report::require`] instead of a limit: index of the problem and location of the rule in
+    /// the code.
     required: Vec<(usize, &'static Location<'static>)>,
-    /// The limit that was asked for last.
+    /// Limit that was stated last.
     last: Option<Constraint>,
     broken: Vec<BrokenLimit>,
 }
 
-/// A limit that was asked for: where in the code, for which path, and how often before.
+/// Identity of a stated limit: location in the code, path, and count of earlier ones with the same two.
 type Constraint = (&'static Location<'static>, String, usize);
 
-/// What values have to keep: a limit, a rule, or the range of one value.
+/// Identity of a limit, of a rule, or of the range of one value.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Rule {
     path: String,
-    /// Line and column in the code; nothing for the range of one value.
+    /// File, line and column of the statement in the code; `None` for the range of one value.
     stated: Option<(&'static str, u32, u32)>,
-    /// Of those that are stated in one place for one path.
+    /// Number among the rules stated at one location for one path.
     nth: usize,
 }
 
 impl Rule {
-    /// Whether it limits one value alone, so that it holds whatever else is wrong.
+    /// Returns whether it limits a single value, so that it holds whatever else is wrong.
     pub fn is_range(&self) -> bool {
         self.stated.is_none()
     }
 }
 
-/// A rule that is not kept, for those who look for other values.
+/// Violated rule, for searches that try other values.
 #[derive(Clone, Debug)]
 pub struct Broken {
-    /// Which.
+    /// Identity of the rule.
     pub rule: Rule,
-    /// The parameter that is limited.
+    /// Path of the limited parameter.
     pub path: String,
-    /// How far it is from being kept, in the unit of the parameter; nothing where a rule is kept or
-    /// not.
+    /// Distance to the limit, in the parameter's unit; `None` for rules that only hold or do not.
     pub missing: Option<f64>,
-    /// `at most 3 mm`, where the limit is a value.
+    /// Limit in words, such as `at most 3 mm`, if it can be met.
     pub limit: Option<String>,
-    /// Why, where a limit follows from others.
+    /// Reason of the limit, if it depends on other values.
     pub because: Option<String>,
-    /// The paths that the limit follows from, as far as that was found out.
+    /// Paths that the limit depends on, as far as they have been found.
     pub from: Vec<String>,
-    /// The whole message.
+    /// Whole message.
     pub message: String,
-    /// Which of the problems it is, in the order in which they were found.
+    /// Index of the problem, in the order of discovery.
     pub problem: usize,
 }
 
-/// A limit that is not kept.
+/// Violated limit.
 #[derive(Clone, Debug)]
 struct BrokenLimit {
     constraint: Constraint,
     value: String,
-    /// How far the value is beyond.
+    /// Distance of the value beyond the limit.
     missing: f64,
-    /// `at most 3 mm`, where there is such a value.
+    /// Limit in words, such as `at most 3 mm`, if it can be met.
     limit: Option<String>,
     because: String,
-    /// Which of what was found it is.
+    /// Index of its problem.
     found: usize,
-    /// What it follows from, where somebody has said so, or it was found out.
+    /// Paths that the limit depends on, if stated or found.
     named: Vec<String>,
 }
 
 impl Report {
+    /// Creates a report from the values and the problems found while reading.
     pub(crate) fn new(written: BTreeMap<String, Written>, found: Vec<Found>) -> Self {
         Self {
             written,
@@ -208,17 +215,23 @@ impl Report {
         }
     }
 
-    /// Whether nothing is wrong so far.
+    /// Returns whether there are no problems so far.
     pub fn is_clean(&self) -> bool {
         self.found.is_empty()
     }
 
-    /// Whether all values could be read, so that what they must keep together was looked at.
+    /// Whether a name was not known. A default then stands in for what its author meant, so that limits between values
+    /// would be computed from something that nobody wrote.
+    pub fn has_unknown_names(&self) -> bool {
+        self.found.iter().any(|found| found.problem.facts.code == UNKNOWN_PARAMETER)
+    }
+
+    /// Returns whether all values could be read, so that the rules have been checked.
     pub fn is_read(&self) -> bool {
         !self.limits.is_empty() || !self.required.is_empty() || self.found.is_empty()
     }
 
-    /// The rules that are not kept, in the order in which they were looked at.
+    /// Lists the violated rules, in the order of checking.
     pub fn broken_rules(&self) -> Vec<Broken> {
         let stated = |at: &'static Location<'static>| Some((at.file(), at.line(), at.column()));
         let mut rules: Vec<Broken> = Vec::new();
@@ -235,6 +248,7 @@ impl Report {
                     let (missing, because) = (Some(broken.missing), Some(broken.because.clone()));
                     Broken { rule, path, missing, limit, because, from, message, problem }
                 }
+                // Not a limit: a rule of `require`, or a range error that the reader found.
                 (None, at) => {
                     let stated = at.and_then(|(_, at)| stated(at));
                     let same = |b: &&Broken| b.path == path && b.rule.stated == stated;
@@ -248,7 +262,7 @@ impl Report {
         rules
     }
 
-    /// Writes other hints at some of the problems, each by its number ([`Broken::problem`]).
+    /// Replaces the hints of some problems, each given by its index ([`Broken::problem`]).
     pub fn set_hints(&mut self, hints: impl IntoIterator<Item = (usize, String)>) {
         for (problem, hint) in hints {
             if let Some(found) = self.found.get_mut(problem) {
@@ -257,19 +271,19 @@ impl Report {
         }
     }
 
-    /// Everything that is wrong, in the order of the file, then of the overrides.
+    /// Returns all problems, those of the file in its order, then those of the overrides.
     pub fn into_invalid(self) -> InvalidDesign {
         InvalidDesign { problems: Found::sorted(self.found) }
     }
 
     /// Reports a problem at `path` unless `holds`.
     ///
-    /// The message is a whole sentence that names the value and its limit, the hint says what
-    /// would work. Of a list, `dimples.polar[3]` is the fourth item.
+    /// The message is a whole sentence that names the value and its limit; the hint says what would work. Items of
+    /// lists are addressed as `dimples.polar[3]`, the fourth item.
     ///
     /// # Panics
-    /// If `path` is not a parameter, whether it holds or not: a slip in the family, which the
-    /// first sensor that is loaded brings to light.
+    /// If `path` is not a parameter, whether or not the rule holds: a mistake in the family's code, which shows with
+    /// the first sensor that is loaded.
     #[track_caller]
     pub fn require(
         &mut self,
@@ -278,6 +292,7 @@ impl Report {
         message: impl FnOnce() -> String,
         hint: impl FnOnce() -> String,
     ) {
+        // Looked up even if the rule holds, so that a wrong path panics in any case.
         let (place, text) = self.item(path);
         if !holds {
             let found = place.problem(path, &text, message());
@@ -286,11 +301,10 @@ impl Report {
         }
     }
 
-    /// Requires `value`, written at `path`, to be at most `limit`, in the value's own unit.
+    /// Requires `value`, written at `path`, to be at most `limit`, in the unit of the value.
     ///
-    /// `because` completes the sentence "it must be at most 3 mm, because ...". What the limit
-    /// follows from is found by [`Report::trace`]. Several limits are stated with
-    /// [`limits!`](crate::limits!).
+    /// `because` completes the sentence "it must be at most 3 mm, because ...". [`Report::trace`] finds the parameters
+    /// that the limit depends on. Several limits are stated with [`limits!`](crate::limits!).
     ///
     /// # Panics
     /// As [`Report::require`].
@@ -303,15 +317,16 @@ impl Report {
         because: impl Display,
     ) {
         let holds = value.number() <= limit + SAME;
-        // Rounded down to a value that does work.
+        // Rounded down, so that the recommended value satisfies the limit.
         let works = ((limit + SAME) * Q::STEPS).floor() / Q::STEPS;
-        // Below zero there is nothing to recommend: others have left no room.
+        // A limit of 0 or less cannot be recommended: other values have left no room.
         let offer = (works > 0.0).then(|| format!("at most {}", in_unit::<Q>(works)));
         let missing = value.number() - limit;
         self.limit((holds, missing), path, value.to_string(), limit, offer, because);
     }
 
-    /// The same of what may be absent, which 0 says: that is offered where there is no room at all.
+    /// Requires `value` to be at most `limit`, where 0 means that the part is absent. With no room at all, 0 is
+    /// recommended.
     ///
     /// # Panics
     /// As [`Report::require`].
@@ -331,7 +346,7 @@ impl Report {
         self.limit((holds, missing), path, value.to_string(), limit, offer, because);
     }
 
-    /// Requires `value`, written at `path`, to be at least `limit`; else as [`Report::at_most`].
+    /// Requires `value`, written at `path`, to be at least `limit`; otherwise like [`Report::at_most`].
     ///
     /// # Panics
     /// As [`Report::require`].
@@ -344,13 +359,14 @@ impl Report {
         because: impl Display,
     ) {
         let holds = value.number() >= limit - SAME;
-        // Rounded up to a value that does work.
+        // Rounded up, so that the recommended value satisfies the limit.
         let works = ((limit - SAME) * Q::STEPS).ceil() / Q::STEPS;
         let offer = Some(format!("at least {}", in_unit::<Q>(works)));
         let missing = limit - value.number();
         self.limit((holds, missing), path, value.to_string(), limit, offer, because);
     }
 
+    /// Checks a limit and records it, whether or not it holds. `missing` is the distance beyond the limit.
     #[track_caller]
     fn limit(
         &mut self,
@@ -362,12 +378,14 @@ impl Report {
         because: impl Display,
     ) {
         let mut constraint = (Location::caller(), path.to_owned(), 0);
+        // A rule may be stated in a loop: the same location and path then count up.
         while self.limits.contains_key(&constraint) {
             constraint.2 += 1;
         }
         self.limits.insert(constraint.clone(), limit);
         self.last = Some(constraint.clone());
         let found = self.found.len();
+        // Message and hint are written below, and again when the inputs are known.
         self.require(holds, path, String::new, String::new);
         if !holds {
             let because = because.to_string();
@@ -385,8 +403,8 @@ impl Report {
         }
     }
 
-    /// Names what a limit follows from that was just asked for and is not kept: where
-    /// [`Report::trace`] would take too long to find it out. Nothing where it is kept.
+    /// States the paths that the last limit depends on, for limits where [`Report::trace`] would take too long. Does
+    /// nothing if that limit holds.
     pub fn follows_from(&mut self, paths: &[&str]) {
         let is_last = |broken: &BrokenLimit| self.last.as_ref() == Some(&broken.constraint);
         if let Some(i) = self.broken.iter().position(is_last) {
@@ -396,11 +414,11 @@ impl Report {
         }
     }
 
-    /// Names, in the message of every limit that is not kept, what that limit follows from.
+    /// Finds what each violated limit depends on, and names it in the message.
     ///
-    /// No list of inputs is kept by hand, which could be incomplete: `check` is asked once more for
-    /// each neighbour of the parameters ([`Parameter::neighbours`]), and a limit follows from what
-    /// moves it. Of two limits of which the smaller counts, only what moves the smaller is named.
+    /// No list of inputs is kept by hand, which could be incomplete. Instead `check` is run once more for each
+    /// neighbour of the parameters ([`Parameter::neighbours`]), and a limit depends on every parameter whose change
+    /// moves it. Of a minimum of two limits, only inputs of the smaller are found.
     pub fn trace<P: Parameter<Limits = ()>>(
         &mut self,
         path: &str,
@@ -411,6 +429,7 @@ impl Report {
             return;
         }
         let mut from: Vec<_> = self.broken.iter().map(|broken| broken.named.clone()).collect();
+        // Larger changes are tried only for limits that smaller ones have not explained.
         for share in SHARES {
             let unknown: Vec<usize> = (0..from.len()).filter(|i| from[*i].is_empty()).collect();
             if unknown.is_empty() {
@@ -425,10 +444,11 @@ impl Report {
         self.name_inputs(from);
     }
 
-    /// Adds an input to what those limits follow from that another value of it has moved.
+    /// Adds `input` to the dependencies of those limits that have moved in `other`.
     fn add_moved(&self, other: &Self, input: &str, unknown: &[usize], from: &mut [Vec<String>]) {
         for &i in unknown {
             let constraint = &self.broken[i].constraint;
+            // A limit cannot depend on its own value, and neighbours of one input follow each other.
             let is_known =
                 constraint.1 == input || from[i].last().is_some_and(|last| last == input);
             if !is_known && self.is_moved(other, constraint) {
@@ -437,27 +457,27 @@ impl Report {
         }
     }
 
-    /// Says of each limit that is not kept what it follows from.
+    /// Writes the messages of all violated limits with their dependencies.
     fn name_inputs(&mut self, mut from: Vec<Vec<String>>) {
         for (i, from) in from.iter_mut().enumerate() {
             self.add_changed(i, from);
-            // What the user has just written is what they will look at first.
+            // Parameters that the user has written come first: they will look there first.
             from.sort_by_key(|path| self.written(path).source.kind != SourceKind::User);
             self.say(i, from);
             self.broken[i].named.clone_from(from);
         }
     }
 
-    /// Whether another report has another limit for the same constraint.
+    /// Returns whether `other` has a different limit for the same constraint.
     fn is_moved(&self, other: &Self, constraint: &Constraint) -> bool {
         let limits = (self.limits.get(constraint), other.limits.get(constraint));
         let (Some(was), Some(is)) = limits else { return false };
         let moved = (was - is).abs();
-        // What is no number has no difference to itself either.
+        // NaN differs from itself, so bits are compared first.
         was.to_bits() != is.to_bits() && (moved > SAME || moved.is_nan())
     }
 
-    /// Adds what the user has changed, where it reaches a limit by way of expressions.
+    /// Adds values that the user has changed and that reach the limit through expressions.
     fn add_changed(&self, broken: usize, from: &mut Vec<String>) {
         let own = &self.broken[broken].constraint.1;
         let formulas: Vec<_> = std::iter::once(own)
@@ -473,25 +493,18 @@ impl Report {
         }
     }
 
-    /// Message and hint of a limit that is not kept.
+    /// Writes message and hint of a violated limit.
     fn say(&mut self, broken: usize, from: &[String]) {
         let BrokenLimit { constraint: (_, path, _), value, limit, because, found, .. } =
             &self.broken[broken];
-        let related: Vec<String> = from.iter().map(|path| self.related(path)).collect();
-        let follows = match related.is_empty() {
-            true => String::new(),
-            false => format!(" ({})", related.join(", ")),
-        };
         let must = match limit {
             Some(limit) => format!("it must be {limit}"),
             None => "no value works".into(),
         };
-        let formula = match &self.written(path).formula {
-            Some(formula) => format!(" (`{}`)", shown(&formula.text)),
-            None => String::new(),
-        };
-        let message = format!("{path} is {value}{formula}; {must}, because {because}{follows}");
-        let paths: Vec<String> = from.iter().map(|path| format!("`{path}`")).collect();
+        let sentence = format!("{path} is {value}; {must}, because {because}");
+        let message = self.with_inputs(sentence, from);
+        let paths: Vec<String> =
+            from.iter().take(MOST_NAMED).map(|path| format!("`{path}`")).collect();
         let change = either(&paths, "or");
         let hint = match (limit, paths.is_empty()) {
             (Some(limit), true) => format!("write {limit}"),
@@ -504,21 +517,32 @@ impl Report {
         (problem.message, problem.hint, problem.facts) = (message, hint, facts);
     }
 
-    /// `surface.radius is 15.0 mm in rtac0.yaml:9`.
-    fn related(&self, path: &str) -> String {
-        let written = self.written(path);
-        let line = written.place.position.map(|p| format!(":{}", p.line)).unwrap_or_default();
-        let file = &written.place.file;
-        match &written.formula {
-            Some(formula) => {
-                let (value, text) = (written.text.shown(), shown(&formula.text));
-                format!("{path} is {value}, from `{text}` in {file}{line}")
+    /// Appends the values that a limit follows from, as many as a line has room for.
+    fn with_inputs(&self, sentence: String, from: &[String]) -> String {
+        let mut inputs = String::new();
+        for path in from.iter().take(MOST_NAMED) {
+            let input = self.related(path);
+            if !inputs.is_empty() && sentence.len() + inputs.len() + input.len() > MESSAGE_LENGTH {
+                break;
             }
-            None => format!("{path} is {} in {file}{line}", written.text.shown()),
+            inputs += if inputs.is_empty() { "" } else { ", " };
+            inputs += &input;
         }
+        if inputs.is_empty() { sentence } else { format!("{sentence} ({inputs})") }
     }
 
-    /// Where a value stands, or an item of a list, and its text on one line.
+    /// Describes a value and its place: `surface.radius is 15.0 mm in rtac0.yaml:9`.
+    fn related(&self, path: &str) -> String {
+        let written = self.written(path);
+        let value = written.text.shown();
+        if written.source.kind != SourceKind::User {
+            return format!("{path} is {value}");
+        }
+        let line = written.place.position.map(|p| format!(":{}", p.line)).unwrap_or_default();
+        format!("{path} is {value} in {}{line}", written.place.file)
+    }
+
+    /// Returns the place and one-line text of a value, or of an item of a list.
     fn item(&self, path: &str) -> (&Place, String) {
         let item = path.strip_suffix(']').and_then(|path| path.rsplit_once('['));
         if let Some((list, index)) = item
@@ -531,14 +555,16 @@ impl Report {
         (&written.place, written.text.shown())
     }
 
+    /// Returns the value at a path; panics if there is none.
     fn written(&self, path: &str) -> &Written {
         let written = self.written.get(path);
         written.unwrap_or_else(|| panic!("`{path}` is not a parameter of this family"))
     }
 }
 
+/// Formats a number with the unit of `Q`.
 fn in_unit<Q: Quantity>(number: f64) -> String {
-    // `-0` reads badly.
+    // Adding 0 turns `-0` into `0`.
     format!("{}{}", number + 0.0, Q::UNIT)
 }
 

@@ -1,4 +1,4 @@
-//! JSON Schema (draft-07) of sensor files, from the declarations.
+//! JSON Schema (draft-07) of sensor files, derived from the declarations.
 
 use std::collections::BTreeSet;
 
@@ -6,21 +6,21 @@ use serde_json::{Map, Value as Json, json};
 
 use crate::{Field, Kind, Shape, SourceKind, join};
 
-/// What the schema says about one family.
+/// Input of the schema for one family.
 pub struct FamilySchema<'a> {
-    /// The word behind `family:`.
+    /// Word behind `family:`.
     pub name: &'a str,
-    /// One line for people.
+    /// Description in one line.
     pub summary: &'a str,
-    /// Keys of the whole file, without `format`, `family` and `extends`.
+    /// Keys of the file, without `format`, `family` and `extends`.
     pub fields: Vec<Field>,
-    /// Built-in sensors of the family.
+    /// Names of the family's built-in sensors.
     pub sensors: Vec<&'a str>,
-    /// Paths of values that a file may leave out.
+    /// Paths of values that a file may omit.
     pub optional: BTreeSet<String>,
 }
 
-/// The schema of a file: complete if it names a family, partial if it extends a sensor.
+/// Builds the schema of a sensor file: complete if it names a family, partial if it extends a sensor.
 pub fn root_schema(
     format: u32,
     families: &[FamilySchema<'_>],
@@ -46,6 +46,7 @@ pub fn root_schema(
             "if": {
                 "properties": { "family": { "const": family.name } },
                 "required": ["family"],
+                // A file that extends another may name the family too, but need not be complete.
                 "not": { "required": ["extends"] },
             },
             "then": { "$ref": format!("#/definitions/{complete}") },
@@ -57,12 +58,14 @@ pub fn root_schema(
             },
             "then": { "$ref": format!("#/definitions/{partial}") },
         }));
+        // The same keys twice: all required, or none.
         for (name, is_complete) in [(complete, true), (partial, false)] {
             let mut schema = section(
                 &family.fields,
                 family.summary,
                 is_complete.then_some(("", &family.optional)),
             );
+            // Draft-07 has no way to extend a closed object, so common keys are copied into each definition.
             if let (Some(properties), Some(head)) =
                 (schema["properties"].as_object_mut(), head.as_object())
             {
@@ -82,20 +85,22 @@ pub fn root_schema(
         "type": "object",
         "properties": head,
         "required": ["format"],
+        // Every file names a family or extends a sensor.
         "anyOf": [{ "required": ["family"] }, { "required": ["extends"] }],
         "allOf": cases,
         "definitions": definitions,
     })
 }
 
-/// A section of which anything may be left out.
+/// Builds the schema of a section in which every key may be omitted.
 pub fn section_schema(fields: &[Field], summary: &str) -> Json {
     section(fields, summary, None)
 }
 
-/// Of what must be complete, its path, and the paths that may be left out.
+/// Path of a section that must be complete, and the paths that may be omitted; `None` if all may be.
 type Complete<'a> = Option<(&'a str, &'a BTreeSet<String>)>;
 
+/// Builds the schema of a section.
 fn section(fields: &[Field], summary: &str, complete: Complete) -> Json {
     let property = |field: &Field| {
         let schema = match &field.shape {
@@ -125,7 +130,7 @@ fn section(fields: &[Field], summary: &str, complete: Complete) -> Json {
     schema
 }
 
-/// Whether a value, or all of a section's, may be left out.
+/// Returns whether a value may be omitted; for a section, whether all its values may be.
 fn is_optional(field: &Field, path: &str, optional: &BTreeSet<String>) -> bool {
     let path = join(path, field.name);
     match &field.shape {
@@ -134,10 +139,12 @@ fn is_optional(field: &Field, path: &str, optional: &BTreeSet<String>) -> bool {
     }
 }
 
-/// A value stands alone, or in a map with its source; in place of a number may stand an expression.
+/// Builds the schema of a value: alone, or in a mapping with its source. Numbers may also be expressions.
 fn value(summary: &str, allowed: &str, plain: &Json, has_expressions: bool, is_list: bool) -> Json {
+    // Any text that begins with `=`; its grammar is checked when the file is read.
     let expression = json!({ "type": "string", "pattern": "^ *=" });
     let mut plain = plain.clone();
+    // In lists, single items may be expressions.
     if has_expressions && is_list {
         plain["items"] = json!({ "anyOf": [plain["items"], expression] });
     }

@@ -1,30 +1,30 @@
-//! A parameter as it stands.
+//! Parameter with its present value.
 
 use crate::source::Source;
 use crate::value::Kind;
 
-/// One parameter as it stands, for `fabkit show`.
+/// Parameter with its present value, for `fabkit show`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     /// Dotted path, for example `surface.radius`.
     pub path: String,
     /// Value with unit, as it would be written in YAML.
     pub value: String,
-    /// What kind of value it is.
+    /// Kind of the value.
     pub kind: Kind,
-    /// Where it comes from.
+    /// Source of the value.
     pub source: Source,
-    /// One line for people.
+    /// Description in one line.
     pub summary: String,
     /// Allowed values, for people, for example `2 mm to 60 mm`.
     pub limits: String,
-    /// The smallest and the largest value that are allowed, of a list those of its items, as they
-    /// would be written; nothing where a value is no number.
+    /// Smallest and largest allowed value as they would be written (of a list: of its items); `None` if the value is
+    /// not a number.
     pub bounds: Option<[String; 2]>,
-    /// The words that are allowed, where it is one of a few.
+    /// Allowed words, if the value is one of a few.
     pub choices: Vec<String>,
-    /// The expression that the value follows from, beginning with `= `, where there is one.
+    /// Expression that the value is computed from, beginning with `= `, if any.
     pub expression: Option<String>,
-    /// Whether no file and no override says it: the family does so by default.
+    /// True if no file and no override sets it: it is the family's default.
     pub is_default: bool,
 }

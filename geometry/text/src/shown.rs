@@ -1,7 +1,8 @@
-//! Texts of others on a terminal.
+//! Safe printing of foreign text on a terminal.
 
-/// Text from a file as it may be shown on a terminal: one line, no control characters, not long.
+/// Returns text from a file as it may be printed on a terminal: one line, no control characters, at most 60 characters.
 pub fn shown(text: &str) -> String {
+    /// Maximum length of the result, characters.
     const LONGEST: usize = 60;
     let mut safe = String::new();
     for (i, c) in text.chars().enumerate() {
@@ -10,7 +11,7 @@ pub fn shown(text: &str) -> String {
             break;
         }
         match c {
-            // Direction marks could make a terminal show another text than the one refused.
+            // Direction marks could make the terminal display a different text from the one that was refused.
             '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => {
                 safe.extend(c.escape_unicode());
             }

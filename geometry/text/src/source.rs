@@ -1,13 +1,13 @@
-//! Where numbers come from.
+//! Sources of numbers.
 
 use std::fmt;
 
-/// Where a number comes from.
+/// Kind of source of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SourceKind {
     /// Stated in the paper.
     Paper,
-    /// Stated by the maker of what is bought: in a data sheet.
+    /// Stated by the maker of a bought part, in a data sheet.
     Maker,
     /// Measured from published files.
     Measured,
@@ -21,7 +21,7 @@ impl SourceKind {
     /// Every kind, in the order in which messages name them.
     pub const ALL: [Self; 5] = [Self::Paper, Self::Maker, Self::Measured, Self::Chosen, Self::User];
 
-    /// As written in YAML.
+    /// Returns the word used in YAML.
     pub fn word(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -39,19 +39,19 @@ impl fmt::Display for SourceKind {
     }
 }
 
-/// The source of one value.
+/// Source of one value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// What kind.
+    /// Kind of the source.
     pub kind: SourceKind,
     /// Section, file or reason.
     pub note: String,
-    /// How far what is made may be from it, either way, as written; of lengths and angles.
+    /// Tolerance of the made part, either way, as written; for lengths and angles.
     pub tolerance: Option<String>,
 }
 
 impl Source {
-    /// Of a value that the user gave; nothing more is known of it.
+    /// Creates the source of a value that the user gave, of which nothing more is known.
     pub fn user(note: impl Into<String>) -> Self {
         Self { kind: SourceKind::User, note: note.into(), tolerance: None }
     }

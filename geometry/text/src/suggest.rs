@@ -1,23 +1,24 @@
-//! "Did you mean ...?"
+//! Suggestions of the form "did you mean ...?".
 
-/// How alike two words must be, 0 to 1, to be suggested. At 0.6 one slip in three letters still
-/// counts (`raduis`), unrelated words of the same length do not.
+/// Minimum similarity of two words (normalized Damerau-Levenshtein, 0 to 1) for a suggestion. At 0.6 a swap of
+/// neighbouring letters still counts (`raduis`), unrelated words of the same length do not.
 const LIKENESS: f64 = 0.6;
 
-/// At most this many suggestions.
+/// Maximum number of suggestions.
 const MOST: usize = 3;
 
-/// The known names that `written` may have meant, best first.
+/// Returns the known names that are similar to `written`, best first.
 pub fn similar<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     similar_of(written, known.into_iter().collect())
 }
 
-/// Compiled once, and not for every kind of iterator.
+/// Same as [`similar`], without type parameters, so that it is compiled once.
 fn similar_of<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
-    // Comparing is quadratic in length, and nobody mistypes a name this long.
+    // The comparison is quadratic in length, and a name this long is no typing error.
     if written.len() > 200 {
         return Vec::new();
     }
+    // Known names are in lower case with underscores: case and hyphens are no slips.
     let written = written.to_lowercase().replace(['-', ' '], "_");
     let mut scored: Vec<(f64, &str)> = known
         .into_iter()
@@ -30,23 +31,38 @@ fn similar_of<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
     scored.into_iter().take(MOST).map(|(_, name)| name).collect()
 }
 
-/// `did you mean ...?`, or the list of what is known.
+/// Characters that a list of names may take in a hint.
+const LIST_LENGTH: usize = 120;
+
+/// Lists names separated by commas, cut after [`LIST_LENGTH`] characters with the number of the others.
+pub fn list_names(names: &[&str]) -> String {
+    let mut list = String::new();
+    for (i, name) in names.iter().enumerate() {
+        if !list.is_empty() && list.len() + name.len() > LIST_LENGTH {
+            return format!("{list} and {} more", names.len() - i);
+        }
+        list += if list.is_empty() { "" } else { ", " };
+        list += name;
+    }
+    list
+}
+
+/// Writes `did you mean ...?`, or lists all known names if none is similar.
 pub fn hint<'a>(written: &str, known: impl IntoIterator<Item = &'a str>, what: &str) -> String {
     let known: Vec<&str> = known.into_iter().collect();
-    let list = || format!("{what}: {}", known.join(", "));
     match similar_of(written, known.clone()) {
-        similar if similar.is_empty() => list(),
+        similar if similar.is_empty() => format!("{what}: {}", list_names(&known)),
         similar => did_you_mean(&similar),
     }
 }
 
-/// ``did you mean `a` or `b`?``
+/// Writes ``did you mean `a` or `b`?``.
 pub fn did_you_mean(names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     format!("did you mean {}?", either(&quoted, "or"))
 }
 
-/// `a, b or c`.
+/// Joins words as `a, b or c`.
 pub(crate) fn either(words: &[String], conjunction: &str) -> String {
     match words {
         [] => String::new(),
@@ -67,5 +83,15 @@ mod tests {
         assert!(similar("pitch", known).is_empty());
         assert!(similar(&"r".repeat(1 << 20), known).is_empty());
         assert_eq!(hint("pitch", known, "known"), "known: radius, wall_height, field_of_view");
+    }
+
+    #[test]
+    fn long_lists_end_with_the_number_of_the_others() {
+        let names: Vec<String> = (10..40).map(|i| format!("screw-m{i}")).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let list = list_names(&names);
+        assert!(list.starts_with("screw-m10, screw-m11, ") && list.ends_with(" more"), "{list}");
+        assert!(list.len() < LIST_LENGTH + 20);
+        assert_eq!(list_names(&names[..2]), "screw-m10, screw-m11");
     }
 }

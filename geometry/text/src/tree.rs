@@ -1,56 +1,57 @@
-//! What a YAML text holds, with where everything stands.
+//! Tree of a YAML text, with the position of every node.
 
 use std::fmt;
 
-/// A kind of file: what messages call it, and what of YAML it may use.
+/// Kind of file: its name in messages, and the YAML features it may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dialect {
-    /// What one file describes, for example `sensor`.
+    /// Noun for one file's subject, for example `sensor`.
     pub noun: &'static str,
-    /// The version behind `format:`.
+    /// Number behind `format:`.
     pub format: u32,
-    /// What follows ``begin with `format: 1` ``, for example `` and `name: NAME` ``.
+    /// Text that follows ``begin with `format: 1` ``, for example `` and `name: NAME` ``.
     pub begin: &'static str,
-    /// What `extends: NAME` may name, for example `a built-in sensor`; empty where there is none.
+    /// Description of what `extends: NAME` may name, for example `a built-in sensor`; empty if files cannot extend
+    /// others.
     pub base: &'static str,
-    /// The tags that mappings may have, without exclamation marks; they mean nothing.
+    /// Tags that mappings may carry, without exclamation marks. They are ignored.
     pub tags: &'static [&'static str],
-    /// Last words, or whole paths, of what people look for in such files and there is not; and why.
+    /// Names that people look for in such files but do not exist (last words or whole paths), each with the reason.
     pub absent: &'static [(&'static str, &'static str)],
 }
 
 impl Dialect {
-    /// Without tags, and without files to start from.
+    /// Creates a dialect without tags and without `extends`.
     pub const fn new(noun: &'static str, format: u32, begin: &'static str) -> Self {
         Self { noun, format, begin, base: "", tags: &[], absent: &[] }
     }
 }
 
-/// A place in a text; both counts start at 1.
+/// Position in a text; line and column start at 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Position {
-    /// Of the file.
+    /// Line.
     pub line: usize,
-    /// In characters.
+    /// Column, in characters.
     pub column: usize,
 }
 
 /// One YAML value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// Where it begins.
+    /// Position of its first character.
     pub position: Position,
-    /// What it is.
+    /// Content of the node.
     pub content: Content,
 }
 
 impl Node {
-    /// The value of a key, if this is a mapping that has it.
+    /// Returns the value of a key, if this is a mapping that has it.
     pub fn get(&self, key: &str) -> Option<&Self> {
         self.entries().iter().find(|entry| entry.key == key).map(|entry| &entry.value)
     }
 
-    /// All keys with their values; none if this is no mapping.
+    /// Returns all keys with their values; empty if this is not a mapping.
     pub fn entries(&self) -> &[Entry] {
         match &self.content {
             Content::Map(entries) => entries,
@@ -58,7 +59,7 @@ impl Node {
         }
     }
 
-    /// The items of a list; none if this is no list.
+    /// Returns the items of a list; empty if this is not a list.
     pub fn items(&self) -> &[Self] {
         match &self.content {
             Content::List(items) => items,
@@ -66,62 +67,63 @@ impl Node {
         }
     }
 
-    /// Whether this is a list, empty or not.
+    /// Returns whether this is a list, empty or not.
     pub fn is_list(&self) -> bool {
         matches!(self.content, Content::List(_))
     }
 
-    /// The text of a single value, which may be nothing.
+    /// Returns the text of a scalar (empty for a missing value); `None` for lists and mappings.
     pub fn text(&self) -> Option<&str> {
         match &self.content {
             Content::Scalar(text) => Some(text),
+            // A missing value reads as an empty text.
             Content::Nothing => Some(""),
             _ => None,
         }
     }
 }
 
-/// What a YAML value is.
+/// Content of a YAML node.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
-    /// Nothing was written, as in `radius:` or `radius: null`.
+    /// Missing value, as in `radius:` or `radius: null`.
     Nothing,
-    /// One value, as text.
+    /// Scalar, as text.
     Scalar(String),
-    /// `[a, b]`, or lines that begin with `-`.
+    /// Sequence: `[a, b]`, or lines that begin with `-`.
     List(Vec<Node>),
-    /// `key: value`, in the order of the file.
+    /// Mapping `key: value`, in the order of the file.
     Map(Vec<Entry>),
 }
 
-/// One `key: value`.
+/// One `key: value` pair.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// Its name.
+    /// Name of the key.
     pub key: String,
-    /// Where the name stands.
+    /// Position of the key.
     pub key_position: Position,
-    /// What stands behind it.
+    /// Value behind the key.
     pub value: Node,
 }
 
-/// Why a text cannot be read.
+/// Reason why a text cannot be read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
-    /// Where, if it is one place.
+    /// Position, if it is one place.
     pub position: Option<Position>,
-    /// Dotted path of the key at fault, where there is one.
+    /// Dotted path of the key at fault, if there is one.
     pub path: String,
-    /// What stands there.
+    /// Text at the position.
     pub written: String,
-    /// What is wrong.
+    /// Description of the fault.
     pub message: String,
-    /// What to do about it.
+    /// Suggested correction.
     pub hint: Option<String>,
 }
 
 impl Fault {
-    /// Something wrong, at one place if that is known.
+    /// Creates a fault, at one position if that is known.
     pub fn new(
         position: impl Into<Option<Position>>,
         path: &str,
@@ -136,14 +138,14 @@ impl Fault {
         }
     }
 
-    /// The same with what to do about it.
+    /// Sets the hint.
     #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
     }
 
-    /// The same as a problem of a file.
+    /// Converts the fault to a problem of a file.
     pub fn in_file(self, file: &str) -> crate::Problem {
         crate::Problem {
             file: file.into(),
@@ -157,6 +159,7 @@ impl Fault {
         }
     }
 
+    /// Creates a fault at a position, with a hint.
     pub(crate) fn at(
         position: Position,
         message: impl Into<String>,
@@ -167,12 +170,12 @@ impl Fault {
 }
 
 impl fmt::Display for Fault {
-    /// `line 3: lens.k1: what is wrong (what to do)`.
+    /// Writes `line 3: lens.k1: what is wrong (what to do)`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(Position { line, .. }) = self.position {
             write!(f, "line {line}: ")?;
         }
-        // Some messages begin with the path themselves.
+        // Some messages already begin with the path.
         if !self.path.is_empty() && !self.message.starts_with(&format!("`{}`", self.path)) {
             write!(f, "{}: ", self.path)?;
         }

@@ -1,14 +1,14 @@
-//! What somebody meant who wrote a name that no parameter has.
+//! Guesses for a path that no parameter has.
 
 use crate::similar;
 
-/// Paths that may be meant: the section as it is written or nearly, and the last word nearly; or, of a
-/// section that there is not, the same last word elsewhere. Nothing far-fetched.
+/// Finds up to three known paths that may be meant: the same or a similar section with a similar last word; otherwise
+/// the same last word elsewhere. Returns nothing for far-fetched matches.
 pub(crate) fn meant<'a>(path: &str, known: &'a [String]) -> Vec<&'a str> {
-    /// At most this many suggestions.
+    /// Maximum number of suggestions.
     const MOST: usize = 3;
     let (section, word) = path.rsplit_once('.').unwrap_or(("", path));
-    // A value has nothing below it: `surface.radius.value`.
+    // A path below a value, such as `surface.radius.value`.
     if let Some(above) = known.iter().find(|known| *known == section) {
         return vec![above];
     }
@@ -27,12 +27,14 @@ pub(crate) fn meant<'a>(path: &str, known: &'a [String]) -> Vec<&'a str> {
             return near;
         }
     }
-    let same: Vec<&str> =
-        known.iter().map(String::as_str).filter(|path| split(path).1 == word).take(MOST).collect();
+    // Fixtures have a `count` and a `depth` of nearly everything.
+    let is_fixture = |path: &str| path.starts_with("fixtures.");
+    let is_same = |other: &&str| split(other).1 == word && is_fixture(other) == is_fixture(path);
+    let same: Vec<&str> = known.iter().map(String::as_str).filter(is_same).take(MOST).collect();
     if !same.is_empty() || path.contains('.') {
         return same;
     }
-    // A word alone, of the section or of the parameter.
+    // A word without a section may be a section's or a parameter's.
     match similar(word, known.iter().map(|path| split(path).1)).first() {
         Some(best) => {
             let is_best = |path: &&str| split(path).1 == *best;
@@ -42,7 +44,8 @@ pub(crate) fn meant<'a>(path: &str, known: &'a [String]) -> Vec<&'a str> {
     }
 }
 
-/// What there is instead of a path that nobody meant.
+/// Describes what exists instead of a path that resembles nothing: why there is no such parameter, and the keys of its
+/// section.
 pub(crate) fn instead(path: &str, known: &[String], absent: &[(&str, &str)]) -> String {
     let (section, word) = split(path);
     let why = absent.iter().find(|(name, _)| *name == word || *name == path);
@@ -61,6 +64,7 @@ pub(crate) fn instead(path: &str, known: &[String], absent: &[(&str, &str)]) -> 
     }
 }
 
+/// Splits a path into section and last word.
 fn split(path: &str) -> (&str, &str) {
     path.rsplit_once('.').unwrap_or(("", path))
 }

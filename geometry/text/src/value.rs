@@ -1,4 +1,4 @@
-//! The kinds of value a parameter can have, and how each is read, limited and shown.
+//! Kinds of value that a parameter can have, and the reading, limiting and printing of each.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -6,40 +6,41 @@ use std::ops::RangeInclusive;
 use fabkit_geometry::{Angle, Length, UnitError};
 use serde_json::{Value as Json, json};
 
-/// Why a text is not the value that was expected.
+/// Reason why a text is not the expected value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     /// Completes the sentence "`surface.radius` is `12.5`, which ...".
     pub says: String,
-    /// What to write instead.
+    /// Suggested correction, for people.
     pub hint: Option<String>,
-    /// A short name of the kind of refusal, for programs.
+    /// Short name of the kind of refusal, for programs.
     pub code: &'static str,
-    /// What may stand there instead, as it would be written, if that is within the limits.
+    /// Replacement value as it would be written, if that is within the limits.
     pub instead: Option<String>,
 }
 
 impl Refusal {
-    /// A value of the wrong form.
+    /// Creates a refusal with the code `wrong_value`.
     pub fn new(says: impl Into<String>, hint: &str) -> Self {
         Self { says: says.into(), hint: Some(hint.to_owned()), code: "wrong_value", instead: None }
     }
 
-    /// The same of another kind.
+    /// Sets the code.
     #[must_use]
     pub fn code(self, code: &'static str) -> Self {
         Self { code, ..self }
     }
 
-    /// The word is none of those that were declared.
+    /// Creates the refusal of a word that is none of the declared `words`.
     pub fn not_a_choice(written: &str, words: &[&str]) -> Self {
         let hint = crate::suggestion(written, words.iter().copied(), "write one of");
+        // The most similar word, as a correction for programs.
         let instead = crate::similar(written, words.iter().copied()).first().map(|w| (*w).into());
         Self { instead, ..Self::new("is not one of the choices", &hint).code("unknown_choice") }
     }
 }
 
-/// What a value is, for those who compute new ones.
+/// Kind of a value, for callers that compute new ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A length with its unit.
@@ -48,21 +49,21 @@ pub enum Kind {
     Angle,
     /// A whole number, 0 or more.
     Count,
-    /// A plain number.
+    /// Number without unit.
     Number,
     /// `true` or `false`.
     Switch,
     /// A word or a text.
     Text,
-    /// Several of one kind.
+    /// Several values of one kind.
     List,
 }
 
-/// A single value: one YAML scalar.
+/// Single value: one YAML scalar.
 pub trait Scalar: Sized + Clone {
-    /// What kind of value it is.
+    /// Kind of the value.
     const KIND: Kind;
-    /// What is allowed; `()` where the type says it all.
+    /// Type of the limits; `()` where the type itself is the limit.
     type Limits;
 
     /// Reads the text of the scalar.
@@ -71,48 +72,51 @@ pub trait Scalar: Sized + Clone {
     /// If the text is not such a value, whatever the limits.
     fn parse(text: &str) -> Result<Self, Refusal>;
 
-    /// Whether the value is within the limits.
+    /// Returns whether the value is within the limits.
     fn is_within(&self, limits: &Self::Limits) -> bool;
 
-    /// The nearest value within the limits, where there is such a thing.
+    /// Returns the nearest value within the limits, if the kind has one.
     fn nearest(&self, limits: &Self::Limits) -> Option<Self>;
 
-    /// Other values within the limits, to see what depends on a value: numbers by a share of their
-    /// size (but at least of 1), counts by one, of every choice the others; none of texts.
+    /// Returns other values within the limits, to find out what depends on this one. Numbers change by `share` of their
+    /// size (taken as at least 1), counts by one; choices return all other choices, texts nothing.
     fn neighbours(&self, _limits: &Self::Limits, _share: f64) -> Vec<Self> {
         Vec::new()
     }
 
-    /// The value as it would be written in YAML.
+    /// Formats the value as it would be written in YAML.
     fn show(&self) -> String;
 
-    /// What is allowed, for a table: `4 mm to 60 mm`.
+    /// Describes the allowed values for a table: `4 mm to 60 mm`.
     fn allowed(limits: &Self::Limits) -> String;
 
-    /// The smallest and the largest value, as they would be written, where it is a number.
+    /// Returns the smallest and largest allowed value as they would be written, for numbers.
     fn bounds(_limits: &Self::Limits) -> Option<[String; 2]> {
         None
     }
 
-    /// What is allowed, to complete "it must be ...".
+    /// Describes the allowed values, to complete "it must be ...".
     fn must_be(limits: &Self::Limits) -> String {
         Self::allowed(limits)
     }
 
-    /// JSON Schema of the scalar.
+    /// Returns the JSON Schema of the scalar.
     fn schema(limits: &Self::Limits) -> Json;
 }
 
+/// Describes a range, to complete "it must be ...".
 fn between(low: impl Display, high: impl Display) -> String {
     format!("between {low} and {high}")
 }
 
-/// What a number looks like before its unit, as a regular expression.
+/// Regular expression of a number before its unit.
 const NUMBER: &str = r"[+-]?([0-9][0-9_]*(\.[0-9_]*)?|\.[0-9][0-9_]*)([eE][+-]?[0-9]+)?";
 
+/// Translates an error of a length or an angle.
 fn unit_refusal(error: UnitError, units: &str, example: &str) -> Refusal {
     match error {
         UnitError::MissingUnit { text, .. } => {
+            // The first unit of the list is the usual one.
             let unit = units.split(", ").next().unwrap_or_default();
             let instead = format!("{} {unit}", crate::shown(text.trim()));
             let refusal = Refusal::new("has no unit", &format!("write `{instead}`"));
@@ -135,13 +139,13 @@ fn unit_refusal(error: UnitError, units: &str, example: &str) -> Refusal {
     }
 }
 
-/// Limits in millimetres.
-/// A number, less and more by a share of its size, but at least of 1.
+/// Returns the number changed down and up by `share` of its size. Sizes below 1 count as 1.
 fn near(number: f64, share: f64) -> [f64; 2] {
     let by = share * number.abs().max(1.0);
     [number - by, number + by]
 }
 
+/// Limits are in millimetres.
 impl Scalar for Length {
     const KIND: Kind = Kind::Length;
     type Limits = RangeInclusive<f64>;
@@ -184,7 +188,7 @@ impl Scalar for Length {
     }
 }
 
-/// Limits in degrees.
+/// Limits are in degrees.
 impl Scalar for Angle {
     const KIND: Kind = Kind::Angle;
     type Limits = RangeInclusive<f64>;
@@ -194,7 +198,7 @@ impl Scalar for Angle {
     }
 
     fn is_within(&self, limits: &Self::Limits) -> bool {
-        // In radians, made the way `60 deg` is: 60.00000000000001 degrees must not be refused.
+        // Compared in radians, computed just as `60 deg` is: 60.00000000000001 degrees must not be refused.
         let (low, high) = (Self::from_deg(*limits.start()), Self::from_deg(*limits.end()));
         low.is_some_and(|low| low <= *self) && high.is_some_and(|high| *self <= high)
     }
@@ -229,22 +233,25 @@ impl Scalar for Angle {
     }
 }
 
+/// Creates the refusal of an infinite or undefined number.
 fn not_finite() -> Refusal {
     Refusal::new("is not finite", "write a number, for example `0.5`").code("not_finite")
 }
 
+/// Returns the nearest value within the limits.
 fn nearest(value: f64, limits: &RangeInclusive<f64>) -> f64 {
     // Not `clamp`, which panics if a declaration has its limits the wrong way round.
     value.max(*limits.start()).min(*limits.end())
 }
 
-/// A count.
+/// Count: a whole number, 0 or more.
 impl Scalar for u32 {
     const KIND: Kind = Kind::Count;
     type Limits = RangeInclusive<u32>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
         let digits = text.trim();
+        // Rust's parser would also accept a leading `+`.
         let is_whole = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
         match digits.parse() {
             Ok(count) if is_whole => Ok(count),
@@ -266,6 +273,7 @@ impl Scalar for u32 {
     }
 
     fn neighbours(&self, limits: &Self::Limits, _share: f64) -> Vec<Self> {
+        // Fractions make no sense for counts, so `_share` is ignored.
         let near = [self.checked_sub(1), self.checked_add(1)];
         near.into_iter().flatten().filter(|other| other.is_within(limits)).collect()
     }
@@ -291,19 +299,21 @@ impl Scalar for u32 {
     }
 }
 
-/// A plain number without unit.
+/// Plain number without unit.
 impl Scalar for f64 {
     const KIND: Kind = Kind::Number;
     type Limits = RangeInclusive<f64>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
         let lower = text.trim().to_ascii_lowercase();
+        // Rust's parser accepts `inf` and `nan`; YAML writes `.inf` and `.nan`.
         let word = lower.trim_start_matches(['+', '-', '.']);
         if word.starts_with("nan") || word.starts_with("inf") {
             return Err(not_finite());
         }
         match lower.parse::<Self>() {
             Ok(number) if number.is_finite() => Ok(number),
+            // Numbers too large for `f64` parse as infinity.
             Ok(_) => Err(not_finite()),
             Err(_) => Err(Refusal::new(
                 "is not a plain number",
@@ -383,13 +393,13 @@ impl Scalar for bool {
     }
 }
 
-/// One line of text; limits in characters.
+/// One line of text. Limits are in characters.
 impl Scalar for String {
     const KIND: Kind = Kind::Text;
     type Limits = RangeInclusive<usize>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
-        // A folded block ends with a line break that nobody meant.
+        // A folded YAML block ends with a line break that is not part of the text.
         let text = text.trim();
         match text.chars().find(|c| c.is_control()) {
             None => Ok(text.to_owned()),
@@ -425,12 +435,12 @@ impl Scalar for String {
     }
 }
 
-/// A name that is also a file name: `[a-z0-9-]{1,64}`.
+/// Name that is also a file name: `[a-z0-9-]{1,64}`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name(String);
 
 impl Name {
-    /// The name.
+    /// Returns the name.
     pub fn as_str(&self) -> &str {
         &self.0
     }
@@ -442,6 +452,7 @@ impl Scalar for Name {
 
     fn parse(text: &str) -> Result<Self, Refusal> {
         let is_plain = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-';
+        // Only ASCII, so that bytes are characters.
         if (1..=64).contains(&text.len()) && text.bytes().all(is_plain) {
             return Ok(Self(text.to_owned()));
         }

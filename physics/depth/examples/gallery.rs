@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     write_png(&Path::new(&folder).join("sheet.png"), &contact_sheet(&pictures, 3, 12)?)
 }
 
-/// A cylindrical shell with two windows, side holes and a flange.
+/// Builds a cylindrical shell with two windows, side holes and a flange.
 fn shell() -> Solid {
     let windows = [0.0, 0.5]
         .map(|turn| Solid::cuboid(30.0, 10.0, 9.0).at(15.0, 0.0, 7.0).turned_z(turned(turn)));
@@ -63,7 +63,7 @@ fn shell() -> Solid {
         .minus_all(bolts)
 }
 
-/// A hemispherical dome on a wall, with 30 radial holes on a Fibonacci lattice.
+/// Builds a hemispherical dome on a wall, with 30 radial holes on a Fibonacci lattice.
 fn dome() -> Solid {
     let holes = (0..30).map(|i| {
         let z = 0.12 + 0.86 * (f64::from(i) + 0.5) / 30.0;
@@ -80,7 +80,7 @@ fn dome() -> Solid {
         .minus_all(holes)
 }
 
-/// A block with a hemispherical cavity on a straight wall, four sockets and a pouring gate.
+/// Builds a block with a hemispherical cavity on a straight wall, four sockets and a pouring gate.
 fn mold() -> Solid {
     let sockets = [[-20.0, -20.0], [20.0, -20.0], [-20.0, 20.0], [20.0, 20.0]]
         .map(|[x, y]| Solid::cylinder(2.0, 5.0).at(x, y, 21.0));
@@ -91,7 +91,7 @@ fn mold() -> Solid {
         .minus_all(sockets)
 }
 
-/// Three gel layers over one another, the outer two translucent.
+/// Builds three gel layers over one another, the outer two translucent.
 fn stack(opacity: f64) -> Result<Vec<Actor>, Box<dyn Error>> {
     let bullet = |radius: f64| {
         Solid::sphere(radius)

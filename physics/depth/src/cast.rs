@@ -1,13 +1,13 @@
-//! What a ray meets in a scene of placed bodies.
+//! Intersections of rays with a scene of placed bodies.
 
 use std::ops::Range;
 
 use fabkit_geometry::{Aabb, CompiledSolid, Crossing, Point3, Pose, Ray, Vector3};
 
-/// Boxes grow by this much, so that a surface lying in its own box's face is not lost to rounding.
+/// Growth of bounding boxes, so that a surface in the face of its own box is not lost to rounding, mm.
 pub(crate) const BOX_SLACK_MM: f64 = 1e-6;
 
-/// Bodies in their places, with a bounding-volume hierarchy over their boxes.
+/// Placed bodies with a bounding-volume hierarchy over their boxes.
 #[derive(Clone, Debug)]
 pub struct Scene<'a> {
     bodies: Vec<PlacedBody<'a>>,
@@ -22,7 +22,7 @@ struct PlacedBody<'a> {
     bounds: Aabb,
 }
 
-/// The hierarchy, flattened: an inner node's left child follows it directly.
+/// Node of the flattened hierarchy. The left child of an inner node follows it directly.
 #[derive(Clone, Debug)]
 struct Node {
     bounds: Aabb,
@@ -35,19 +35,19 @@ enum NodeKind {
     Inner { right: u32 },
 }
 
-/// Where a ray enters a body of a [`Scene`].
+/// Point where a ray enters a body of a [`Scene`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Which body, by its place in the list given to [`Scene::new`].
+    /// Index of the body in the list given to [`Scene::new`].
     pub body: u32,
-    /// The crossing; its normal is in the scene frame.
+    /// Crossing of the surface; its normal is in the scene frame.
     pub crossing: Crossing,
 }
 
-/// Memory that queries reuse; one per thread.
+/// Buffers that queries reuse; one per thread.
 #[derive(Debug, Default)]
 pub struct SceneScratch {
-    /// Box entry and index of the bodies that a ray may meet, nearest first.
+    /// Entry into the box, and index, of the bodies that a ray may meet, nearest first.
     candidates: Vec<(f64, u32)>,
     crossings: Vec<Crossing>,
     in_body: fabkit_geometry::Scratch,
@@ -55,7 +55,7 @@ pub struct SceneScratch {
 }
 
 impl<'a> Scene<'a> {
-    /// Prepares bodies, each with its `scene_from_body`.
+    /// Builds the hierarchy over bodies, each with its `scene_from_body`.
     pub fn new(bodies: impl IntoIterator<Item = (&'a CompiledSolid, Pose)>) -> Self {
         let bodies: Vec<_> = bodies
             .into_iter()
@@ -66,6 +66,7 @@ impl<'a> Scene<'a> {
                 bounds: moved_bounds(&body.bounds(), &scene_from_body),
             })
             .collect();
+        // Bodies without volume stay in the list, so that indices match, but not in the hierarchy.
         let mut order: Vec<u32> = (0..bodies.len() as u32)
             .filter(|&index| !bodies[index as usize].bounds.is_empty())
             .collect();
@@ -76,26 +77,25 @@ impl<'a> Scene<'a> {
         scene
     }
 
-    /// A box around one body, scene frame; empty for a body that holds nothing.
+    /// Returns the bounding box of a body, scene frame; empty for a body without volume.
     pub fn bounds(&self, body: usize) -> Aabb {
         self.bodies[body].bounds
     }
 
-    /// How many bodies there are.
+    /// Number of bodies.
     pub fn len(&self) -> usize {
         self.bodies.len()
     }
 
-    /// Whether there are none.
+    /// Returns whether the scene has no bodies.
     pub fn is_empty(&self) -> bool {
         self.bodies.is_empty()
     }
 
-    /// Hands out all crossings of the whole line, body by body, nearest box first.
+    /// Visits all crossings of the whole line, body by body, nearest box first.
     ///
-    /// `visit` gets the body's index and its crossings (in order along the ray, normals in the
-    /// scene frame) and answers with the `t` beyond which it needs no further bodies: infinity to
-    /// see all.
+    /// `visit` receives the body's index and its crossings (in order along the ray, normals in the scene frame). It
+    /// returns the `t` beyond which no further bodies are needed: infinity to visit all.
     pub fn visit_crossings(
         &self,
         ray: &Ray,
@@ -105,7 +105,7 @@ impl<'a> Scene<'a> {
         self.visit_within(f64::NEG_INFINITY..f64::INFINITY, ray, scratch, visit);
     }
 
-    /// The first surface entered with `t` in a range.
+    /// Finds the first surface that the ray enters with `t` in a range.
     pub fn first_hit(
         &self,
         ray: &Ray,
@@ -114,6 +114,7 @@ impl<'a> Scene<'a> {
     ) -> Option<Hit> {
         let mut first: Option<Hit> = None;
         self.visit_within(range.clone(), ray, scratch, |body, crossings| {
+            // Crossings are sorted, so the first entry within the range is the nearest of this body.
             let entered = crossings.iter().find(|c| c.entering && range.contains(&c.t));
             if let Some(&crossing) = entered
                 && first.is_none_or(|hit| crossing.t < hit.crossing.t)
@@ -125,7 +126,7 @@ impl<'a> Scene<'a> {
         first
     }
 
-    /// As [`Scene::visit_crossings`], but only bodies whose boxes the ray passes within a range.
+    /// Visits crossings like [`Scene::visit_crossings`], but only of bodies whose boxes the ray meets within a range.
     fn visit_within(
         &self,
         range: Range<f64>,
@@ -137,6 +138,7 @@ impl<'a> Scene<'a> {
         let mut enough = f64::INFINITY;
         for candidate in 0..scratch.candidates.len() {
             let (entry, index) = scratch.candidates[candidate];
+            // Boxes are sorted by entry: no later body can be nearer.
             if entry > enough {
                 break;
             }
@@ -150,6 +152,7 @@ impl<'a> Scene<'a> {
             if scratch.crossings.is_empty() {
                 continue;
             }
+            // Rotations preserve length, so normals stay unit vectors.
             for crossing in &mut scratch.crossings {
                 crossing.normal = placed.scene_from_body.vector(crossing.normal);
             }
@@ -157,6 +160,7 @@ impl<'a> Scene<'a> {
         }
     }
 
+    /// Collects the bodies whose boxes the ray meets within a range, nearest first.
     fn find_candidates(&self, range: &Range<f64>, ray: &Ray, scratch: &mut SceneScratch) {
         scratch.candidates.clear();
         scratch.stack.clear();
@@ -171,12 +175,12 @@ impl<'a> Scene<'a> {
                 NodeKind::Inner { right } => scratch.stack.extend([right, at + 1]),
             }
         }
-        // The index settles ties, so that the order never depends on the hierarchy.
+        // The index settles ties, so that the order does not depend on the hierarchy.
         scratch.candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 
-    /// Adds a subtree over `order` and returns its root; median split along the longest side of
-    /// the centres' box.
+    /// Adds a subtree over `order` and returns its root. The split is at the median along the longest side of the
+    /// centres' box.
     fn build(&mut self, order: &mut [u32]) -> u32 {
         let at = self.nodes.len();
         let bounds = order
@@ -194,6 +198,7 @@ impl<'a> Scene<'a> {
         let axis = Vector3::from(centres.size_mm()).imax();
         order.sort_by(|&a, &b| centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.cmp(&b)));
         let (left, right) = order.split_at_mut(order.len() / 2);
+        // The right child's index is known only after the left subtree has been built.
         self.nodes.push(Node { bounds, kind: NodeKind::Inner { right: 0 } });
         self.build(left);
         let right = self.build(right);
@@ -202,7 +207,7 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// The eight corners of a box.
+/// Returns the eight corners of a box.
 pub(crate) fn corners(bounds: &Aabb) -> [Point3<f64>; 8] {
     std::array::from_fn(|i| {
         let pick = |axis: usize| {
@@ -212,6 +217,7 @@ pub(crate) fn corners(bounds: &Aabb) -> [Point3<f64>; 8] {
     })
 }
 
+/// Bounds a transformed box, slightly enlarged. Infinite boxes stay infinite.
 pub(crate) fn moved_bounds(bounds: &Aabb, scene_from_body: &Pose) -> Aabb {
     if bounds.is_empty() {
         return Aabb::nothing();
@@ -226,13 +232,14 @@ pub(crate) fn moved_bounds(bounds: &Aabb, scene_from_body: &Pose) -> Aabb {
         .grown(BOX_SLACK_MM)
 }
 
-/// Where a ray enters a box, if it is in it anywhere in the range (the slab method of Kay and
+/// Returns the `t` at which a ray enters a box within a range, or `None` if it misses (the slab method of Kay and
 /// Kajiya, "Ray Tracing Complex Scenes", SIGGRAPH 1986).
 #[inline]
 pub(crate) fn box_entry(bounds: &Aabb, ray: &Ray, range: &Range<f64>) -> Option<f64> {
     let (mut entry, mut exit) = (range.start, range.end);
     for axis in 0..3 {
         let (origin, direction) = (ray.origin[axis], ray.direction[axis]);
+        // Parallel to the slab: either always inside it or never.
         if direction == 0.0 {
             if origin < bounds.min[axis] || origin > bounds.max[axis] {
                 return None;

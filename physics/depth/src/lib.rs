@@ -1,18 +1,17 @@
-//! Exact ray casting of solids: shaded pictures of parts and assemblies.
+//! Exact ray casting of solids: shaded images of parts and assemblies, and ground-truth depth maps.
 //!
 //! # Conventions
 //!
-//! - Millimetres and radians, `f64` throughout. There are no triangles anywhere: every sample is a
-//!   ray through the exact surfaces, so a picture shows the part and not its tessellation.
+//! - Millimetres and radians, `f64` throughout. There are no triangles anywhere: every sample is a ray through the
+//!   exact surfaces, so an image shows the part and not its tessellation.
 //! - The *scene* frame is right-handed with z up. Bodies are placed in it by `scene_from_body`.
 //! - Rays have unit directions, so a crossing's `t` is the range along the ray in mm.
-//! - Image coordinates are in pixels, x to the right, y downwards, the first pixel's *centre* at
-//!   (0.5, 0.5).
-//! - Same scene, same bytes: every sample is a pure function of its place, and threads only decide
+//! - Image coordinates are in pixels, x to the right, y downwards, the first pixel's *centre* at (0.5, 0.5).
+//! - Results are deterministic to the byte: every sample is a pure function of its position, and threads only decide
 //!   who computes it.
 //!
-//! [`Scene`] answers what a ray meets and knows nothing of pixels; [`render`] asks it once or more
-//! per pixel, shades by the true normals and draws lines where the surface breaks.
+//! [`Scene`] intersects rays with bodies and knows nothing of pixels. [`render`] casts one or more rays per pixel,
+//! shades by the true normals and draws lines at discontinuities of the surface.
 //!
 //! ```
 //! use fabkit_depth::{Actor, View, render};

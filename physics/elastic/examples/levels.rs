@@ -1,12 +1,12 @@
-//! How far linear theory is from large strain, by depth: a table for several bodies.
+//! Table of the error of linear theory against large strain, by depth, for several bodies.
 //!
 //! ```sh
 //! cargo run --release -p fabkit-elastic --example levels -- [SPACING_MM]
 //! ```
 //!
-//! A ball of 4 mm comes down on the pole; a pin with a round end of 0.8 mm on the second body, too. Each row:
-//! depth, force by both levels, how far the linear one is off, the bulge by both as a part of the depth; then
-//! the depth at which the linear force is 10 % off.
+//! A ball of 4 mm is pressed onto the pole; the second body also under a pin with a round end of 0.8 mm. Each row lists
+//! the depth, the force by both theories, the error of the linear one, and the bulge by both as a part of the depth;
+//! then the depth at which the linear force is off by 10 %.
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
@@ -17,7 +17,7 @@ use fabkit_elastic::{
 use fabkit_geometry::{Point3, Vector3};
 
 const BALL_MM: f64 = 4.0;
-/// What counts as off.
+/// Relative error of force that counts as off.
 const OFF: f64 = 0.1;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -82,7 +82,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Round layers, bonded to a stiff ball inside and at their rim.
+/// Builds spherical layers, bonded to a rigid ball inside and at their rim.
 fn dome(radii_mm: &[f64], layers: Vec<Layer>) -> Body {
     let arc = |radius_mm: f64| {
         Curve::new(move |s| {
@@ -99,7 +99,7 @@ fn dome(radii_mm: &[f64], layers: Vec<Layer>) -> Body {
     }
 }
 
-/// A half ball, bonded to a stiff disc that it stands on.
+/// Builds a half ball, bonded to the rigid disc that it stands on.
 fn half_ball(radius_mm: f64, layer: Layer) -> Body {
     let arc = move |s: f64| {
         let (sin, cos) = (s * FRAC_PI_2).sin_cos();

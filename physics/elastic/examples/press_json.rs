@@ -1,4 +1,4 @@
-//! Presses a layered pad or dome described in JSON on standard input, and prints what it does as JSON.
+//! Presses a layered pad or dome described in JSON on standard input, and prints the result as JSON.
 //!
 //! ```sh
 //! echo '{"radius_mm": 12, "layers": [{"young_mpa": 0.07, "poisson": 0.495, "thickness_mm": 1.5}],
@@ -6,11 +6,11 @@
 //!     cargo run --release -p fabkit-elastic --example press_json
 //! ```
 //!
-//! `presser` is `{"ball_mm": R}` or `{"pin_mm": R}`, a rod with a round end. Optional: `max_harmonic` (0: the
-//! axis alone), `at_mm` ([x, y] of the presser), `reach_mm` (how far from the pole nodes are that fine),
-//! `cap_mm` (the height of a cap of a ball above its stiff base, in place of a flat pad), `friction` and
-//! `shear_mm` ([x, y]), `level` ("linear", or "finite" for large strain, which presses at the pole alone),
-//! `probes_mm` ([[x, y], ...], where the touched surface's displacement is asked for).
+//! `presser` is `{"ball_mm": R}` or `{"pin_mm": R}`, a rod with a round end. Optional: `max_harmonic` (0:
+//! axisymmetric), `at_mm` ([x, y] of the indenter), `reach_mm` (radius of the fine part of the mesh), `cap_mm` (the
+//! height of a spherical cap above its rigid base, in place of a flat pad), `friction` and `shear_mm` ([x, y]), `level`
+//! ("linear", or "finite" for large strain, which presses at the pole only), `probes_mm` ([[x, y], ...], points at
+//! which the touched surface's displacement is printed).
 
 use std::error::Error;
 use std::io::Read;
@@ -88,7 +88,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The first layer as a cap of a ball, as wide as its flat base, to which it is bonded.
+/// Builds the first layer as a spherical cap, bonded to its flat base.
 fn cap(radius_mm: f64, height_mm: f64, layers: Vec<(Layer, f64)>) -> Body {
     let ball_mm = (radius_mm.powi(2) + height_mm.powi(2)) / (2.0 * height_mm);
     let widest = (radius_mm / ball_mm).asin();
@@ -106,7 +106,7 @@ fn cap(radius_mm: f64, height_mm: f64, layers: Vec<(Layer, f64)>) -> Body {
     }
 }
 
-/// Where the touched surface has a radius, as s.
+/// Finds the s at which the touched surface has a radius.
 fn along(outcome: &Outcome, radius_mm: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..50 {
@@ -121,7 +121,7 @@ fn along(outcome: &Outcome, radius_mm: f64) -> f64 {
 }
 
 fn described(stack: &Stack, outcome: &Outcome, setup_s: f64, press_s: f64) -> Value {
-    // Along the ray at azimuth 0: what an axisymmetric solution can be compared with.
+    // Along azimuth 0, for comparison with axisymmetric solutions.
     let profile = |interface: usize| {
         let at = |s: &f64| {
             let place = outcome.place_mm(interface, 0.0, *s);

@@ -1,12 +1,11 @@
-//! How long a dome's setup and its presses take, on one core.
+//! Measures the setup of a dome and its presses on one core.
 //!
 //! ```sh
 //! cargo run --release -p fabkit-elastic --example timing -- [SPACING_MM] [MAX_HARMONIC] [THREADS]
 //! ```
 //!
-//! A soft layer on a stiffer one, each 1.5 mm, on a stiff ball: a half sphere of 14 mm, pressed by a ball of
-//! 4 mm in different places. The least of five times is printed: what others do on the machine only adds to
-//! it.
+//! A soft layer on a stiffer one, each 1.5 mm, on a rigid ball: a half sphere of 14 mm, pressed by a ball of 4 mm at
+//! different places. The least of five times is printed, since other load on the machine only adds to it.
 
 use std::error::Error;
 use std::time::{Duration, Instant};

@@ -1,116 +1,117 @@
-//! A ball on a disc of gel: how stiff a batch came out, from loads and how deep they sink.
+//! Ball indentation test: Young's modulus of a gel disc from loads and depths.
 
 use fabkit_geometry::Point3;
 
 use crate::{Ball, Body, Division, ElasticError, FiniteStack, Layer, Material};
 
-/// Nodes across the widest contact.
+/// Nodes across the widest contact radius.
 const ACROSS: f64 = 24.0;
-/// Depths at which the law of force and depth is computed.
+/// Number of depths at which the law of force and depth is computed.
 const STEPS: usize = 8;
-/// The deepest press as a part of the gel's thickness, and of the ball's radius.
+/// Depth of the deepest press as a part of the gel's thickness, and of the ball's radius.
 const DEEPEST: [f64; 2] = [0.3, 0.6];
-/// What nobody measures: Poisson's ratio, and whether the gel holds to its cup's wall. What is taken, and then the
-/// two that make a gel feel stiffest and softest.
+/// Assumptions about what is not measured: Poisson's ratio, and whether the gel adheres to its cup's wall. First the
+/// nominal pair, then the two that make a gel appear stiffest and softest.
 const ASSUMED: [(f64, bool); 3] = [(0.495, true), (0.499, true), (0.49, false)];
-/// Gaps are read with a calliper by hand: no fit knows them better, mm.
+/// Standard deviation of reading a calliper by hand, mm; a lower bound of a fit's scatter.
 const READING_SIGMA_MM: f64 = 0.02;
-/// Moduli that are tried between the softest and the stiffest that the readings allow.
+/// Number of moduli tried between the softest and the stiffest that the readings permit.
 const TRIED: usize = 400;
-/// Beyond this part of a modulus its standard deviation says that it is not known: two of them leave half of it.
+/// Relative standard deviation above which the modulus counts as unknown: twice it is half of the modulus.
 const VAGUE: f64 = 0.25;
 
-/// What was measured.
+/// Measurements of a ball indentation test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BallTest {
-    /// Of the ball, mm.
+    /// Radius of the ball, mm.
     pub ball_radius_mm: f64,
-    /// Of the gel, mm.
+    /// Thickness of the gel, mm.
     pub thickness_mm: f64,
-    /// Of the gel, mm.
+    /// Radius of the gel, mm.
     pub radius_mm: f64,
     /// Loads and gaps.
     pub readings: Vec<BallReading>,
 }
 
-/// One load.
+/// One load and its gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallReading {
-    /// What rests on the gel, N.
+    /// Load on the gel, N.
     pub force_n: f64,
-    /// A length that shrinks by as much as the ball sinks in, mm.
+    /// Any length that shrinks by as much as the ball sinks in, mm.
     pub gap_mm: f64,
 }
 
-/// How stiff it is.
+/// Fitted modulus.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BallModulus {
     /// Young's modulus at small strain of a neo-Hookean gel, MPa.
     pub young_mpa: f64,
-    /// Its standard deviation, from the scatter of the readings and at least from how well a calliper is read, MPa.
+    /// Standard deviation from the scatter of the readings, at least that of reading a calliper, MPa.
     pub sigma_mpa: f64,
-    /// Two standard deviations further than what Poisson's ratio and the wall's hold may make of it, MPa.
+    /// Range over the assumptions on Poisson's ratio and the wall, extended by two standard deviations on either side,
+    /// MPa.
     pub range_mpa: [f64; 2],
-    /// The gap where the ball just touches, mm.
+    /// Gap at first touch, mm.
     pub touching_gap_mm: f64,
-    /// Of each reading, mm below first touch.
+    /// Depth of each reading below first touch, mm.
     pub depths_mm: Vec<f64>,
-    /// Of each reading, measured less fitted, mm.
+    /// Measured less fitted gap of each reading, mm.
     pub residuals_mm: Vec<f64>,
 }
 
-/// Why readings give no modulus.
+/// Errors of fitting a modulus.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BallTestError {
-    /// Fewer than three, or all of about one load.
+    /// Fewer than three different loads, or all of similar size.
     #[error(
         "{different} different loads give no modulus: 3 are needed, the heaviest at least twice the lightest"
     )]
     Few {
-        /// Loads that differ.
+        /// Number of different loads.
         different: usize,
     },
-    /// No modulus explains them.
+    /// Readings that no modulus explains.
     #[error(
         "no modulus explains these readings: the ball would have to be less than {least_mm:.2} mm or more than \
          {most_mm:.2} mm deep at the heaviest load; the deepest that the law holds for is 0.3 of the gel's \
          thickness, and 0.6 of the ball's radius"
     )]
     Outside {
-        /// The shallowest press that is tried.
+        /// Depth of the shallowest press that is tried, mm.
         least_mm: f64,
-        /// The deepest.
+        /// Depth of the deepest press that is tried, mm.
         most_mm: f64,
     },
-    /// Readings that scatter so far that nearly any modulus explains them.
+    /// Readings that scatter so widely that nearly any modulus explains them.
     #[error(
         "the readings scatter so far that the modulus of {young_mpa:.4} MPa has a standard deviation of \
          {sigma_mpa:.4} MPa; a quarter of it is the most that is taken"
     )]
     Vague {
-        /// The best, MPa.
+        /// Best fit, MPa.
         young_mpa: f64,
         /// Its standard deviation, MPa.
         sigma_mpa: f64,
     },
-    /// What the solver says.
+    /// Error of the elastic solver.
     #[error(transparent)]
     Elastic(#[from] ElasticError),
 }
 
-/// Force of a gel of 1 MPa by depth: force to the power of 2/3 divided by depth varies little, because a small
-/// ball on a thick gel follows Hertz.
+/// Law of force and depth for a gel of 1 MPa. Its table holds force to the power of 2/3 divided by depth, which varies
+/// little, because a small ball on a thick gel follows Hertz.
 struct Law {
     step_mm: f64,
-    /// From depth 0 on.
+    /// Values at multiples of `step_mm`, from depth 0 on.
     slopes: Vec<f64>,
 }
 
 impl BallTest {
-    /// Fits a modulus, and the gap at which the ball touches.
+    /// Fits the modulus, and the gap at which the ball touches.
     ///
-    /// The law of force and depth is that of large strain ([`FiniteStack`]), for the gel's own thickness and width,
-    /// without friction: seconds.
+    /// The law of force and depth is computed at large strain ([`FiniteStack`]) for the gel's thickness and width,
+    /// without friction. It takes seconds.
     ///
     /// ```
     /// use fabkit_elastic::{BallReading, BallTest};
@@ -129,7 +130,7 @@ impl BallTest {
     /// ```
     ///
     /// # Errors
-    /// Too few loads, readings that no modulus explains or nearly any does, sizes that make no gel.
+    /// Too few loads, readings that no modulus explains or nearly any does, or invalid dimensions.
     pub fn fit(&self) -> Result<BallModulus, BallTestError> {
         let mut loads: Vec<f64> = self.readings.iter().map(|reading| reading.force_n).collect();
         loads.sort_by(f64::total_cmp);
@@ -144,6 +145,7 @@ impl BallTest {
             let young_mpa = self.best(&law)?;
             fits.push((law, young_mpa));
         }
+        // The first of the assumptions is the nominal one.
         let (law, young_mpa) = &fits[0];
         let (touching_gap_mm, residuals_mm) = self.residuals(law, *young_mpa);
         let sigma_mpa = self.sigma_mpa(law, *young_mpa, &residuals_mm);
@@ -164,16 +166,19 @@ impl BallTest {
         })
     }
 
+    /// Depth of the deepest press, mm.
     fn deepest_mm(&self) -> f64 {
         (DEEPEST[0] * self.thickness_mm).min(DEEPEST[1] * self.ball_radius_mm)
     }
 
+    /// Computes the law for a gel of 1 MPa. Its value at depth 0 is Hertz's limit.
     fn law(&self, poisson: f64, is_rim_bonded: bool) -> Result<Law, ElasticError> {
         let gel = Layer { name: "gel".to_owned(), material: Material::new(1.0, poisson)? };
         let pad = Body::pad(self.radius_mm, vec![(gel, self.thickness_mm)]);
         let contact_mm = (2.0 * self.ball_radius_mm * self.deepest_mm()).sqrt();
         let division = Division::around_pole(contact_mm / ACROSS, 2.0 * contact_mm, 0);
         let stack = FiniteStack::new(&Body { is_rim_bonded, ..pad }, &division)?;
+        // The ball starts 1 mm above the gel.
         let above_mm = self.thickness_mm + self.ball_radius_mm + 1.0;
         let ball = Ball::new(Point3::new(0.0, 0.0, above_mm), self.ball_radius_mm)?;
         let step_mm = self.deepest_mm() / STEPS as f64;
@@ -188,10 +193,10 @@ impl BallTest {
         Ok(Law { step_mm, slopes: std::iter::once(hertz.powf(2.0 / 3.0)).chain(slopes).collect() })
     }
 
-    /// The modulus with the smallest squares, MPa.
+    /// Finds the modulus with the smallest sum of squares, MPa.
     fn best(&self, law: &Law) -> Result<f64, BallTestError> {
         let most_n = self.readings.iter().map(|reading| reading.force_n).fold(0.0, f64::max);
-        // The heaviest load is a twentieth of the deepest press in, or all of it.
+        // The heaviest load presses between a twentieth of the deepest press and all of it.
         let (least_mm, most_mm) = (0.05 * self.deepest_mm(), self.deepest_mm());
         let modulus = |depth_mm: f64| (most_n / law.force_n(depth_mm)).ln();
         let [soft, stiff] = [modulus(most_mm), modulus(least_mm)];
@@ -203,7 +208,7 @@ impl BallTest {
         let Some(best) = best.filter(|best| (1..TRIED).contains(best)) else {
             return Err(BallTestError::Outside { least_mm, most_mm });
         };
-        // Between neighbours there is one minimum: golden sections.
+        // Between neighbours there is one minimum: golden-section search.
         let (mut low, mut high) = (at(best - 1), at(best + 1));
         let golden = 0.5 * (5f64.sqrt() - 1.0);
         for _ in 0..60 {
@@ -213,7 +218,7 @@ impl BallTest {
         Ok(f64::midpoint(low, high).exp())
     }
 
-    /// The gap where the ball touches, and what each reading is off, mm.
+    /// Returns the gap at first touch and the residual of each reading, mm.
     fn residuals(&self, law: &Law, young_mpa: f64) -> (f64, Vec<f64>) {
         let depth = |reading: &BallReading| law.depth_mm(reading.force_n / young_mpa);
         let touching: Vec<f64> =
@@ -222,11 +227,11 @@ impl BallTest {
         (mean_mm, touching.iter().map(|mm| mm - mean_mm).collect())
     }
 
-    /// Of ordinary least squares in the modulus and the touching gap.
+    /// Standard deviation by ordinary least squares in the modulus and the touching gap, MPa.
     fn sigma_mpa(&self, law: &Law, young_mpa: f64, residuals_mm: &[f64]) -> f64 {
         let free = self.readings.len() as f64 - 2.0;
         let scatter_mm = (residuals_mm.iter().map(|mm| mm * mm).sum::<f64>() / free).sqrt();
-        // How depth follows the logarithm of the modulus, less its mean, which the touching gap takes up.
+        // Derivative of depth by the logarithm of the modulus, less its mean, which the touching gap absorbs.
         let step = 1e-4_f64;
         let slopes: Vec<f64> = self
             .readings
@@ -244,18 +249,20 @@ impl BallTest {
 }
 
 impl Law {
+    /// Returns the force on a gel of 1 MPa at a depth, N.
     fn force_n(&self, depth_mm: f64) -> f64 {
         let at = (depth_mm / self.step_mm).max(0.0);
         let i = (at as usize).min(self.slopes.len() - 2);
         let share = at - i as f64;
-        // Beyond the last depth the last piece goes on: readings there are found to be off, not lost.
+        // Beyond the last depth the last piece is extrapolated: readings there then show as misfits.
         let slope = self.slopes[i] + share * (self.slopes[i + 1] - self.slopes[i]);
         (slope * depth_mm.max(0.0)).powf(1.5)
     }
 
-    /// The depth at which a gel of 1 MPa bears a force.
+    /// Finds the depth at which a gel of 1 MPa bears a force, mm.
     fn depth_mm(&self, force_n: f64) -> f64 {
         let mut high = self.step_mm;
+        // Brackets the depth, then bisects.
         while self.force_n(high) < force_n {
             high *= 2.0;
         }
@@ -273,7 +280,7 @@ mod tests {
     use super::*;
 
     fn test(young_mpa: f64, off_mm: impl Fn(usize) -> f64) -> BallTest {
-        // Depths at large strain, of a gel in a cup that holds it, computed on another mesh than the fit's.
+        // Depths at large strain for a gel in a cup that holds it, computed on another mesh than the fit's.
         let gel =
             Layer { name: "gel".to_owned(), material: Material::new(young_mpa, 0.495).unwrap() };
         let body = Body { is_rim_bonded: true, ..Body::pad(25.0, vec![(gel, 12.0)]) };
@@ -305,7 +312,7 @@ mod tests {
     #[test]
     fn slips_of_the_calliper_are_within_what_is_said() {
         let exact = test(0.07, |_| 0.0);
-        // As a calliper is off: 0.03 mm each way.
+        // Errors of a calliper: 0.03 mm each way.
         for signs in [1, 6_u32] {
             let mut off = exact.clone();
             for (i, reading) in off.readings.iter_mut().enumerate() {

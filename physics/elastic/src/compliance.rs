@@ -1,8 +1,8 @@
-//! What tractions on rings do: of each harmonic, two dense matrices.
+//! Compliance of the touched surface: two dense matrices for each harmonic.
 //!
-//! For a body of revolution the map from tractions on the touched surface to displacements is block-circulant
-//! in the azimuth; each harmonic has its own blocks, and none feels another. Only what a press can load is solved
-//! for: a ring that nothing touches costs nothing, nor do drags without friction.
+//! For a body of revolution the map from tractions on the touched surface to displacements is block-circulant in the
+//! azimuth; each harmonic has its own blocks and is independent of the others. Only loads that a press can apply are
+//! solved for: rings that nothing touches cost nothing, nor do tangential tractions without friction.
 
 use std::ops::Range;
 
@@ -14,45 +14,45 @@ use crate::harmonic::Assembly;
 use crate::mesh::Mesh;
 use crate::rings::Rings;
 
-/// The most memory that matrices may take, MiB.
+/// Memory limit of the matrices, MiB.
 const LIMIT_MIB: usize = 3000;
 
-/// Components of tractions and displacements on the touched surface.
+/// Normal component of tractions and displacements on the touched surface.
 pub(crate) const NORMAL: usize = 0;
-/// Along s.
+/// Component along s.
 pub(crate) const ALONG: usize = 1;
-/// Around the axis: amplitudes are those of the sine, `i` times those of the values.
+/// Component around the axis. Its amplitudes are those of the sine: `i` times the amplitudes of the values.
 pub(crate) const AROUND: usize = 2;
 
-/// Rings that are solved for in one go, whatever else is asked for: so the same traction has the same answer, to the
-/// last bit, in every stack of a body.
+/// Rings that are always solved for together, whatever else a press needs. The same traction then has the same
+/// solution, to the last bit, in every stack of a body.
 const TOGETHER: usize = 8;
 
-/// Tractions to be answered.
+/// Set of unit tractions to solve for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Loads {
-    /// Of these rings: whole groups of [`TOGETHER`].
+    /// Loaded rings: whole groups of [`TOGETHER`].
     rings: Range<usize>,
-    /// 1 for pressures alone, 3 with what drags.
+    /// 1 for pressures alone, 3 with tangential tractions.
     components: usize,
 }
 
 impl Loads {
-    /// Of rings of a surface that has `count`.
+    /// Creates the loads for a range of rings of a surface with `count` rings, rounded out to whole groups.
     pub fn new(rings: &Range<usize>, is_dragged: bool, count: usize) -> Self {
         let start = rings.start / TOGETHER * TOGETHER;
         let end = rings.end.next_multiple_of(TOGETHER).min(count);
         Self { rings: start..end, components: if is_dragged { 3 } else { 1 } }
     }
 
-    /// Whether these are among them.
+    /// Returns whether `others` are a subset of these loads.
     pub fn hold(&self, others: &Self) -> bool {
         self.components >= others.components
             && self.rings.start <= others.rings.start
             && self.rings.end >= others.rings.end
     }
 
-    /// Both, and what lies between them.
+    /// Returns the union of both, including the rings between them.
     pub fn and(&self, others: &Self) -> Self {
         let start = self.rings.start.min(others.rings.start);
         Self {
@@ -61,39 +61,39 @@ impl Loads {
         }
     }
 
-    /// The highest harmonic of any of their rings: that of the outermost.
+    /// Highest harmonic of any loaded ring: that of the outermost.
     fn harmonics(&self, rings: &Rings) -> usize {
         rings.rings[self.rings.end - 1].harmonics
     }
 
-    /// Those of its rings that know a harmonic.
+    /// Returns the loaded rings that carry a harmonic.
     fn with(&self, rings: &Rings, harmonic: usize) -> Range<usize> {
         rings.first_with(harmonic).max(self.rings.start)..self.rings.end
     }
 }
 
-/// The matrices of one harmonic.
+/// Compliance matrices of one harmonic.
 #[derive(Clone, Debug)]
 pub(crate) struct Compliance {
-    /// The first ring that is loaded and knows the harmonic.
+    /// First loaded ring that carries the harmonic.
     pub first: usize,
-    /// How many there are.
+    /// Number of rings.
     pub rings: usize,
-    /// 1 for pressures alone, 3 with what drags.
+    /// 1 for pressures alone, 3 with tangential tractions.
     pub components: usize,
-    /// Tractions to mean displacements of rings, mm/MPa: square, column after column, each component's rings
-    /// together. Weighted by the rings' weights it is symmetric (Betti's reciprocity).
+    /// Map from tractions to mean displacements of rings, mm/MPa: square, column-major, with each component's rings in
+    /// one piece. Weighted by the rings' weights it is symmetric (Betti's reciprocity).
     pub contact: Vec<f64>,
-    /// Tractions to displacements of the nodes of interfaces that move, mm/MPa: column after column;
-    /// interface after interface, column of the mesh after column; radial, around, axial.
+    /// Map from tractions to displacements of the nodes of movable interfaces, mm/MPa: column-major. Rows run over
+    /// interfaces, mesh columns within, then radial, circumferential and axial.
     pub field: Vec<f64>,
 }
 
 impl Compliance {
-    /// Solves a harmonic for tractions of one on each ring.
+    /// Solves a harmonic for unit tractions on each ring.
     ///
     /// # Errors
-    /// A body that nothing holds.
+    /// A body that is not held.
     pub fn new(
         assembly: &Assembly<'_>,
         mesh: &Mesh,
@@ -110,6 +110,7 @@ impl Compliance {
         for component in 0..components {
             let mut begin = loaded.start;
             while begin < loaded.end {
+                // Ends at fixed multiples, so that a group does not depend on where the range begins.
                 let group = begin..(begin + 1).next_multiple_of(TOGETHER).min(loaded.end);
                 solution.clear();
                 for (load, ring) in group.clone().enumerate() {
@@ -132,6 +133,7 @@ impl Compliance {
                     };
                     for moved in 0..components {
                         contact.extend(rings.rings[loaded.clone()].iter().map(|ring| {
+                            // Mean over the ring's hat function; by reciprocity it has the weights of the load.
                             let shares = ring.shares.iter().map(|&(column, share)| {
                                 let along =
                                     |(d, part): (usize, f64)| part * value(column * mesh.rows, d);
@@ -155,21 +157,24 @@ impl Compliance {
     }
 }
 
-/// Numbers in a column of [`Compliance::field`].
+/// Number of rows of [`Compliance::field`].
 pub(crate) fn field_rows(mesh: &Mesh) -> usize {
     3 * mesh.moving_interfaces() * mesh.columns
 }
 
-/// A component on the touched surface as parts of radial (0), around (1) and axial (2).
+/// Returns a component on the touched surface as parts of radial (0), circumferential (1) and axial (2) displacement.
 pub(crate) fn directions(mesh: &Mesh, column: usize, component: usize) -> [(usize, f64); 2] {
     let frame = &mesh.frames[column];
     match component {
         NORMAL => [(0, frame.normal[0]), (2, frame.normal[1])],
         ALONG => [(0, frame.tangent[0]), (2, frame.tangent[1])],
+        // The second part only makes the arrays equally long.
         _ => [(1, 1.0), (1, 0.0)],
     }
 }
 
+/// Checks the memory that the matrices need.
+///
 /// # Errors
 /// Matrices that take more memory than [`LIMIT_MIB`].
 fn check_size(mesh: &Mesh, rings: &Rings, loads: &Loads) -> Result<(), ElasticError> {
@@ -192,11 +197,11 @@ fn check_size(mesh: &Mesh, rings: &Rings, loads: &Loads) -> Result<(), ElasticEr
     }
 }
 
-/// All harmonics of what is loaded, shared out to threads; each is the work of one thread, so that bytes do not depend
-/// on how many there are.
+/// Solves all harmonics of the loads on several threads. One thread solves a harmonic as a whole, so that results do
+/// not depend on the number of threads.
 ///
 /// # Errors
-/// More memory than there may be; the first harmonic, by its number, that cannot be factorised.
+/// More memory than [`LIMIT_MIB`], or the error of the lowest harmonic that cannot be factorised.
 pub(crate) fn all(
     mesh: &Mesh,
     rings: &Rings,
@@ -211,6 +216,7 @@ pub(crate) fn all(
     let work = || {
         let mut done = Vec::new();
         loop {
+            // Harmonics are handed out one by one, since they differ in cost.
             let harmonic = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
             if harmonic >= count {
                 return done;
@@ -233,16 +239,15 @@ pub(crate) fn all(
     found.into_iter().map(|(_, compliance)| compliance).collect()
 }
 
-/// What each layer's volume gains by a traction of one on each ring, mm3/MPa: layer after layer, of the
-/// harmonic 0 alone, the others gain none.
+/// Computes the volume change of each layer by unit tractions on each ring, mm3/MPa. Only harmonic 0 changes volumes.
 ///
 /// # Errors
-/// A body that nothing holds.
+/// A body that is not held.
 pub(crate) fn dilations(mesh: &Mesh, rings: &Rings) -> Result<Vec<Vec<f64>>, ElasticError> {
     let assembly = Assembly::new(mesh, 0)?;
     let solver = assembly.harmonic(0)?;
     let shape = Shape::new();
-    // By reciprocity one solution for each layer is enough: the load is what the layer's volume feels.
+    // By reciprocity one solution per layer suffices: the load is the layer's dilation by each displacement.
     let mut solution = RightSides::new(solver.unknowns.count, mesh.materials.len());
     for element in mesh.elements() {
         let nodes = mesh.element_nodes(element);

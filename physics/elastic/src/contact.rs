@@ -1,31 +1,31 @@
-//! Contact without friction: where the presser holds the surface, and with what pressure.
+//! Frictionless contact: contact region and pressures.
 //!
-//! The least energy under pressures that only push is found by conjugate gradients that let go of nodes that
-//! would pull, and take in those that would enter the presser (Polonsky and Keer, "A numerical method for
-//! solving rough contact problems", Wear 231, 1999), here with the presser's place given, not its force.
+//! Pressures that are never tensile and minimise the energy are found by conjugate gradients. Nodes that would pull are
+//! released, nodes that would enter the indenter are added (Polonsky and Keer, "A numerical method for solving rough
+//! contact problems", Wear 231, 1999). Here the indenter's displacement is prescribed, not its force.
 
 use crate::ElasticError;
 use crate::compliance::NORMAL;
 use crate::patch::{Patch, Work};
 
-/// How far nodes may be from where the presser holds them, as a part of the press's depth.
+/// Tolerance of nodes' distances from the indenter, relative to the depth of the press.
 pub(crate) const TOLERANCE: f64 = 1e-7;
-/// More than any contact has needed by far; what comes here does not converge.
+/// Iteration limit, far above what any contact has needed; a contact that reaches it does not converge.
 const MAX_ITERATIONS: usize = 3000;
 
-/// Pressures that hold the surface where the presser is.
+/// Pressures of a solved contact.
 pub(crate) struct Contact {
-    /// By node of the patch, MPa.
+    /// Pressure at each node of the patch, MPa.
     pub pressures: Vec<f64>,
     pub iterations: usize,
 }
 
-/// Solves for pressures on a patch from the gaps of its nodes, mm; infinite where nothing can touch.
+/// Solves for the pressures on a patch from the gaps of its nodes, mm; a gap is infinite where nothing can touch.
 ///
-/// `start` is a guess of the pressures.
+/// `start` is an initial guess of the pressures.
 ///
 /// # Errors
-/// What does not converge.
+/// Iterations that do not converge.
 pub(crate) fn solve(
     patch: &Patch<'_>,
     gaps: &[f64],
@@ -38,6 +38,7 @@ pub(crate) fn solve(
     let can_touch: Vec<bool> = gaps.iter().map(|gap| gap.is_finite()).collect();
     let mut pressures = match start {
         Some(start) => start.to_vec(),
+        // Any small positive pressure marks a node as in contact; the first step sets its size.
         None => (0..count).map(|i| if gaps[i] < 0.0 { 1e-3 } else { 0.0 }).collect(),
     };
     let (mut distances, mut moved) = (vec![0.0; count], vec![0.0; count]);
@@ -45,7 +46,7 @@ pub(crate) fn solve(
     let tolerance = TOLERANCE * depth_mm;
     let mut worst = f64::INFINITY;
     for iterations in 0..MAX_ITERATIONS {
-        // From pressures anew each time: what is let go of must not leave rounding behind.
+        // Recomputed from the pressures each time, so that released nodes leave no rounding errors behind.
         product(patch, &pressures, &mut distances, work);
         for i in 0..count {
             distances[i] += gaps[i];
@@ -65,6 +66,7 @@ pub(crate) fn solve(
             .filter(|&i| pressures[i] > 0.0)
             .map(|i| areas[i] * distances[i] * distances[i])
             .sum();
+        // Conjugacy holds only while the contact region does not grow.
         let factor = if keeps { norm / last } else { 0.0 };
         last = norm;
         for i in 0..count {
@@ -85,7 +87,7 @@ pub(crate) fn solve(
             let was_free = pressures[i] == 0.0;
             pressures[i] = (pressures[i] - step * direction[i]).max(0.0);
             if was_free && can_touch[i] && distances[i] < 0.0 {
-                // Without any contact there is no step to go by; any small pressure starts one.
+                // Without any contact there is no step size yet; any small pressure starts one.
                 pressures[i] = if step > 0.0 { -step * distances[i] } else { 1e-6 };
                 keeps = false;
             }
@@ -100,7 +102,7 @@ pub(crate) fn solve(
     })
 }
 
-/// Inward displacements by pressures, mm.
+/// Computes the inward displacements that pressures cause, mm.
 fn product(patch: &Patch<'_>, pressures: &[f64], moved: &mut [f64], work: &mut Work) {
     let mut loads = [None; 3];
     loads[NORMAL] = Some(pressures);

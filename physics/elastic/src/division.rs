@@ -1,47 +1,49 @@
-//! Where elements end: along the meridian, and through the layers.
+//! Element boundaries along the meridian and through the layers.
 
 use crate::ElasticError;
 use crate::meridian::Body;
 
-/// Points by which a curve's length is measured.
+/// Number of chords by which a curve's length is measured.
 const LENGTH_STEPS: usize = 4000;
-/// The most nodes along a meridian; each is a ring of its own.
+/// Maximum number of nodes along a meridian; each is a ring.
 const MAX_RINGS: usize = 2000;
-/// The most elements through one layer.
+/// Maximum number of elements through one layer.
 const MAX_THROUGH: usize = 60;
 
-/// How finely a body is divided.
+/// Mesh density of a body.
 ///
-/// Nodes of the touched surface are `spacing_mm` apart up to `reach_mm` from the pole, along the meridian,
-/// and from there further and further apart, by `growth` from element to element (each has two spacings).
+/// Nodes of the touched surface are `spacing_mm` apart up to `reach_mm` from the pole, along the meridian. Beyond,
+/// elements (each has two spacings) grow by the factor `growth` from one to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Division {
-    /// Between neighbouring nodes of the touched surface, mm.
+    /// Distance of neighbouring nodes of the touched surface, mm.
     pub spacing_mm: f64,
-    /// How far from the pole that holds, mm along the meridian; infinite for everywhere.
+    /// Distance from the pole, along the meridian, up to which the spacing is constant, mm; infinite for the whole
+    /// surface.
     pub reach_mm: f64,
-    /// How much longer each element beyond is than the one before; 1 for even.
+    /// Length ratio of neighbouring elements beyond `reach_mm`; 1 for equal lengths.
     pub growth: f64,
-    /// How much thicker each element inwards is than the one outside it, at most; 1 for even.
+    /// Maximum thickness ratio of an element to its outer neighbour; 1 for equal thicknesses.
     pub growth_inwards: f64,
-    /// The highest harmonic of the azimuth; 0 for presses that are symmetric about the axis, and for these
-    /// alone.
+    /// Highest harmonic of the azimuth; 0 restricts the body to axisymmetric presses.
     pub max_harmonic: usize,
 }
 
 impl Division {
-    /// Nodes everywhere about as far apart.
+    /// Creates a division with constant spacing.
     pub fn even(spacing_mm: f64, max_harmonic: usize) -> Self {
         Self { spacing_mm, reach_mm: f64::INFINITY, growth: 1.0, growth_inwards: 1.4, max_harmonic }
     }
 
-    /// Fine around the pole, coarser beyond.
+    /// Creates a division that is fine around the pole and coarser beyond `reach_mm`.
     pub fn around_pole(spacing_mm: f64, reach_mm: f64, max_harmonic: usize) -> Self {
         Self { spacing_mm, reach_mm, growth: 1.15, growth_inwards: 1.4, max_harmonic }
     }
 
+    /// Checks the numbers.
+    ///
     /// # Errors
-    /// What is not finite, not positive, or no growth.
+    /// Lengths that are not positive and finite (`reach_mm` may be infinite), or growth factors outside 1 to 2.
     pub(crate) fn check(&self) -> Result<(), ElasticError> {
         let positive = |what, value: f64| match value > 0.0 && value.is_finite() {
             true => Ok(()),
@@ -54,6 +56,7 @@ impl Division {
             false => Err(ElasticError::Division { what, value, hint: "take 1 to 2" }),
         };
         positive("a spacing", self.spacing_mm)?;
+        // An infinite reach stands for constant spacing everywhere.
         if !self.reach_mm.is_infinite() {
             positive("a reach", self.reach_mm)?;
         }
@@ -61,20 +64,21 @@ impl Division {
         growing("a growth inwards", self.growth_inwards)
     }
 
-    /// The ends of elements along s, from 0 to 1.
+    /// Computes the boundaries of elements along s, from 0 to 1.
     ///
     /// # Errors
-    /// A curve that fails, or more rings than can be solved.
+    /// A curve that fails, or more rings than [`MAX_RINGS`].
     pub(crate) fn along(&self, body: &Body) -> Result<Vec<f64>, ElasticError> {
         let lengths = lengths(body)?;
         let total_mm = lengths[LENGTH_STEPS];
         let mut kinks_mm: Vec<f64> = body.ends().iter().map(|&s| length_at(&lengths, s)).collect();
         kinks_mm.push(total_mm);
+        // An element has two node spacings.
         let (mut ends_mm, mut size_mm) = (vec![0.0], 2.0 * self.spacing_mm);
         for kink_mm in kinks_mm {
             let begin_mm = ends_mm[ends_mm.len() - 1];
             let (mut sizes, mut sum_mm) = (Vec::new(), 0.0);
-            // A last element of less than half a size makes the others longer instead.
+            // A remainder of less than half an element is not added; the other elements are stretched instead.
             while sum_mm + 0.5 * size_mm < kink_mm - begin_mm || sizes.is_empty() {
                 if begin_mm + sum_mm >= self.reach_mm {
                     size_mm *= self.growth;
@@ -89,6 +93,7 @@ impl Division {
                     });
                 }
             }
+            // All elements up to the kink are stretched alike to end exactly there.
             let scale = (kink_mm - begin_mm) / sum_mm;
             let mut end_mm = begin_mm;
             for size in &sizes {
@@ -100,7 +105,7 @@ impl Division {
         let mut ends: Vec<f64> = ends_mm.iter().map(|&mm| s_at(&lengths, mm)).collect();
         ends[last] = 1.0;
         for kink in body.ends() {
-            // Exactly where the caller said, not where its length was rounded to.
+            // Exactly where the caller put the kink, not where rounding of lengths moved it.
             let nearest =
                 ends.iter_mut().min_by(|a, b| (**a - kink).abs().total_cmp(&(**b - kink).abs()));
             if let Some(end) = nearest {
@@ -110,7 +115,8 @@ impl Division {
         Ok(ends)
     }
 
-    /// The ends of elements through each layer, as fractions of it from outside, 0, to inside, 1.
+    /// Computes the boundaries of elements through each layer, as fractions from its outer face (0) to its inner face
+    /// (1).
     ///
     /// # Errors
     /// A curve that fails.
@@ -121,6 +127,7 @@ impl Division {
             let (outer, inner) = (body.place(layer, 0.0)?, body.place(layer + 1, 0.0)?);
             let thickness_mm = (outer[1] - inner[1]).abs();
             let (mut sizes, mut sum_mm) = (Vec::new(), 0.0);
+            // At least two elements through each layer, however thin.
             while sum_mm < thickness_mm * (1.0 - 1e-9) && sizes.len() < MAX_THROUGH
                 || sizes.len() < 2
             {
@@ -135,6 +142,7 @@ impl Division {
             }
             let count = ends.len() - 1;
             ends[count] = 1.0;
+            // The next layer continues with the size that this one has reached.
             size_mm = sizes[sizes.len() - 1] * thickness_mm / sum_mm;
             through.push(ends);
         }
@@ -142,7 +150,7 @@ impl Division {
     }
 }
 
-/// Length of the touched surface's meridian up to each of evenly spaced s, mm.
+/// Computes the length of the touched surface's meridian up to each of evenly spaced s, mm.
 fn lengths(body: &Body) -> Result<Vec<f64>, ElasticError> {
     let mut lengths = vec![0.0];
     let mut before = body.place(0, 0.0)?;

@@ -1,19 +1,20 @@
-//! The element: biquadratic displacements, a pressure that is linear within each element and breaks between.
+//! Finite element with biquadratic displacements and a pressure that is linear within each element, discontinuous
+//! between.
 //!
-//! The pair Q2-P1disc is stable for what hardly changes its volume (Boffi, Brezzi and Fortin, "Mixed finite
-//! element methods and applications", 2013, section 8.6). Since its pressures do not reach from element to
-//! element, each is solved for within its own; what is left is symmetric and positive definite, and the same
-//! solution as that of the whole mixed system.
+//! The pair Q2-P1disc is stable for nearly incompressible materials (Boffi, Brezzi and Fortin, "Mixed finite element
+//! methods and applications", 2013, section 8.6). Since pressures do not reach from element to element, each element
+//! eliminates its own. The remaining system is symmetric and positive definite, and has the same solution as the whole
+//! mixed system.
 
 use nalgebra::{Matrix3, SMatrix};
 
 use crate::Material;
 
-/// Displacements of nine nodes: radial, around, axial each.
+/// Displacements of the nine nodes: radial, circumferential and axial each.
 pub(crate) const UNKNOWNS: usize = 27;
 
-/// Positions and weights of Gauss's rule with four points: exact to degree seven, which is what a linear
-/// displacement on a curved element needs.
+/// Positions and weights of the four-point Gauss rule. It is exact to degree seven, which a linear displacement on a
+/// curved element needs.
 const GAUSS: [[f64; 2]; 4] = [
     [-0.861_136_311_594_052_6, 0.347_854_845_137_453_85],
     [-0.339_981_043_584_856_26, 0.652_145_154_862_546_1],
@@ -21,22 +22,22 @@ const GAUSS: [[f64; 2]; 4] = [
     [0.861_136_311_594_052_6, 0.347_854_845_137_453_85],
 ];
 
-/// Positions and weights of the rule, on -1 to 1.
+/// Positions and weights of the Gauss rule on -1 to 1.
 pub(crate) fn gauss() -> &'static [[f64; 2]; 4] {
     &GAUSS
 }
 
-/// The three quadratic functions on -1 to 1 that are 1 at -1, 0 and 1.
+/// Values at `x` of the three quadratic functions on -1 to 1 that are 1 at -1, 0 and 1.
 pub(crate) fn quadratic(x: f64) -> [f64; 3] {
     [0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)]
 }
 
-/// Their derivatives.
+/// Derivatives of the functions of [`quadratic`].
 pub(crate) fn quadratic_slope(x: f64) -> [f64; 3] {
     [x - 0.5, -2.0 * x, x + 0.5]
 }
 
-/// Shape functions and their derivatives at the points of the rule, in the element's own coordinates.
+/// Shape functions and their derivatives at the Gauss points, in the element's reference coordinates.
 pub(crate) struct Shape {
     points: Vec<ShapeAt>,
 }
@@ -47,10 +48,10 @@ struct ShapeAt {
     weight: f64,
 }
 
-/// A point of the rule in a real element.
+/// A Gauss point mapped to a real element.
 pub(crate) struct Point {
     pub value: [f64; 9],
-    /// By radius and height, 1/mm.
+    /// Derivatives of the shape functions by radius and by height, 1/mm.
     pub slope: [[f64; 2]; 9],
     pub place: [f64; 2],
     /// Area in the meridian plane, mm2; negative where the element is folded.
@@ -58,11 +59,12 @@ pub(crate) struct Point {
 }
 
 impl Shape {
+    /// Evaluates the shape functions at the 4 x 4 Gauss points.
     pub fn new() -> Self {
         let mut points = Vec::with_capacity(16);
         for [x, weight_x] in GAUSS {
             for [y, weight_y] in GAUSS {
-                // Rows run inwards, and so against the second coordinate.
+                // Rows run inwards, against the second coordinate, which keeps the Jacobian positive.
                 let (along, across) = (quadratic(x), quadratic(-y));
                 let (slope_along, slope_across) = (quadratic_slope(x), quadratic_slope(-y));
                 points.push(ShapeAt {
@@ -77,7 +79,7 @@ impl Shape {
         Self { points }
     }
 
-    /// The rule's points in an element with nodes at these places.
+    /// Maps the Gauss points to an element with nodes at these positions, mm.
     pub fn points<'a>(&'a self, places: &'a [[f64; 2]; 9]) -> impl Iterator<Item = Point> + 'a {
         self.points.iter().map(|at| {
             let sum = |by: &dyn Fn(usize) -> f64| (0..9).map(by).sum::<f64>();
@@ -94,7 +96,8 @@ impl Shape {
         })
     }
 
-    /// Where an element has no area, or one of the wrong sign.
+    /// Returns a Gauss point where the element's area is not positive or the radius is not, or `None` for a sound
+    /// element.
     pub fn folded_at(&self, places: &[[f64; 2]; 9]) -> Option<[f64; 2]> {
         let is_good = |area: f64| area > 0.0 && area.is_finite();
         self.points(places)
@@ -102,23 +105,25 @@ impl Shape {
             .map(|p| p.place)
     }
 
-    /// Stiffness of an element for any harmonic of the azimuth, N/mm per radian.
+    /// Computes the stiffness of an element for any harmonic of the azimuth, N/mm per radian.
     ///
-    /// Displacements are `u_r = U cos m phi`, `u_phi = V sin m phi`, `u_z = W cos m phi`; unknowns are U, V,
-    /// W of node after node. `None` for an element without area, which has no pressures of its own.
+    /// Displacements are `u_r = U cos m phi`, `u_phi = V sin m phi`, `u_z = W cos m phi`; the unknowns are U, V and W,
+    /// node after node. Returns `None` for an element without area, whose pressures cannot be eliminated.
     pub fn stiffness(&self, places: &[[f64; 2]; 9], material: &Material) -> Option<Parts> {
         let (shear, lame) = (material.shear_modulus_mpa(), material.lame_mpa());
         let (centre, scale) = centre(places);
         let mut parts = [Stiffness::zeros(); 3];
         let mut pressures = Matrix3::zeros();
-        // Strains and changes of volume are linear in m: what does not depend on it, and what it multiplies.
+        // Strains and volume changes are linear in m: index 0 is the constant part, index 1 the factor of m.
         let mut volumes = [SMatrix::<f64, 3, UNKNOWNS>::zeros(); 2];
         for point in self.points(places) {
             let [r, z] = point.place;
             let weight = point.area * r;
+            // The three pressure modes, centred and scaled so that their mass matrix is well conditioned.
             let linear = [1.0, (r - centre[0]) / scale, (z - centre[1]) / scale];
             let mut strains = [SMatrix::<f64, 6, UNKNOWNS>::zeros(); 2];
             for node in 0..9 {
+                // Rows: radial, circumferential and axial strain, then the shear strains rz, r-phi and phi-z.
                 let (n, [n_r, n_z]) = (point.value[node], point.slope[node]);
                 let [u, v, w] = [3 * node, 3 * node + 1, 3 * node + 2];
                 let [even, by_m] = &mut strains;
@@ -148,18 +153,20 @@ impl Shape {
             }
             let mut weighted = strains;
             for strains in &mut weighted {
+                // Normal strains weigh 2 G, engineering shear strains G.
                 for (row, factor) in [2.0, 2.0, 2.0, 1.0, 1.0, 1.0].into_iter().enumerate() {
                     strains.row_mut(row).scale_mut(factor * shear * weight);
                 }
             }
             add_products(&mut parts, 1.0, &strains, &weighted);
         }
+        // Eliminates the pressures: divergence^T M^-1 divergence, times Lame's first constant.
         let inverse = pressures.try_inverse()?;
         add_products(&mut parts, lame, &volumes, &volumes.map(|volumes| inverse * volumes));
         Some(Parts(parts))
     }
 
-    /// Change of the element's volume by each unknown of the harmonic 0, mm2 per radian.
+    /// Computes the change of the element's volume by each unknown of harmonic 0, mm2 per radian.
     pub fn dilation(&self, places: &[[f64; 2]; 9]) -> [f64; UNKNOWNS] {
         let mut dilation = [0.0; UNKNOWNS];
         for point in self.points(places) {
@@ -174,14 +181,14 @@ impl Shape {
     }
 }
 
-/// Symmetric, by unknowns of an element.
+/// Symmetric stiffness matrix over an element's unknowns.
 pub(crate) type Stiffness = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 
-/// A stiffness that is quadratic in the harmonic m: what does not depend on it, and what m and its square multiply.
+/// A stiffness that is quadratic in the harmonic m: the constant part and the factors of m and of m squared.
 pub(crate) struct Parts([Stiffness; 3]);
 
 impl Parts {
-    /// Of one harmonic.
+    /// Evaluates the stiffness for one harmonic.
     pub fn of(&self, harmonic: usize) -> Stiffness {
         let m = harmonic as f64;
         let [even, by_m, by_square] = &self.0;
@@ -189,7 +196,7 @@ impl Parts {
     }
 }
 
-/// Adds `factor (A + m B)^T (C + m D)` to the parts by m.
+/// Adds `factor (A + m B)^T (C + m D)` to the parts, sorted by powers of m.
 fn add_products<const ROWS: usize>(
     parts: &mut [Stiffness; 3],
     factor: f64,
@@ -201,7 +208,7 @@ fn add_products<const ROWS: usize>(
     }
 }
 
-/// Middle of an element and about half its size, mm.
+/// Returns the middle node of an element and the largest distance of its nodes from there, mm.
 pub(crate) fn centre(places: &[[f64; 2]; 9]) -> ([f64; 2], f64) {
     let middle = places[4];
     let far = |place: &[f64; 2]| (place[0] - middle[0]).hypot(place[1] - middle[1]);

@@ -1,174 +1,174 @@
-//! Why a press has no result.
+//! Errors of the elastic solver.
 
-/// Poisson's ratio up to which a solution keeps its digits, without unit.
+/// Largest accepted Poisson's ratio, without unit.
 ///
-/// The bulk stiffness is `2 nu / (1 - 2 nu)` times the shear stiffness, 5,000 times here, and so many digits
-/// of sixteen are lost in a factorisation. No silicone is known more closely to be incompressible.
+/// At this ratio the bulk stiffness, `2 nu / (1 - 2 nu)` times the shear stiffness, is 5,000 times as large, which
+/// costs a factorisation about four of its sixteen digits. No silicone is known more precisely to be incompressible.
 pub const MAX_POISSON_RATIO: f64 = 0.4999;
 
-/// What a body, a press or an iteration cannot be.
+/// Errors of a body, a mesh, a press or an iteration.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ElasticError {
-    /// A modulus that no material has.
+    /// Young's modulus that is not positive and finite.
     #[error(
         "a Young's modulus of {young_mpa} MPa is not positive and finite; \
          silicones lie between 0.02 and 5 MPa"
     )]
     Young {
-        /// As told.
+        /// Given value.
         young_mpa: f64,
     },
-    /// Poisson's ratio of no material, or of one that cannot be told from incompressible.
+    /// Poisson's ratio outside 0 to [`MAX_POISSON_RATIO`].
     #[error(
         "a Poisson's ratio of {poisson} is not within 0 to {MAX_POISSON_RATIO}; \
          take 0.495 for silicone, or {MAX_POISSON_RATIO} for what is incompressible"
     )]
     Poisson {
-        /// As told.
+        /// Given value.
         poisson: f64,
     },
-    /// Layers and interfaces that do not go together.
+    /// Numbers of layers and interfaces that do not match.
     #[error(
         "{layers} layers need {} interfaces, from the touched one inwards, not {interfaces}", .layers + 1
     )]
     Interfaces {
-        /// How many layers.
+        /// Number of layers.
         layers: usize,
-        /// How many interfaces.
+        /// Number of interfaces.
         interfaces: usize,
     },
-    /// A curve that leaves the half plane, or begins off the axis.
+    /// Curve that leaves the half plane, or begins off the axis.
     #[error(
         "interface {interface} is at radius {radius_mm} mm, height {height_mm} mm at s = {s}: \
          it must begin on the axis and stay at positive radii"
     )]
     Curve {
-        /// Counted from the touched surface, 0.
+        /// Index of the interface, counted from the touched surface, 0.
         interface: usize,
-        /// Where along it, 0 to 1.
+        /// Parameter along the curve, 0 to 1.
         s: f64,
-        /// As the curve says.
+        /// Radius that the curve returns, mm.
         radius_mm: f64,
-        /// As the curve says.
+        /// Height that the curve returns, mm.
         height_mm: f64,
     },
-    /// A layer without thickness, or interfaces that cross.
+    /// Layer without thickness, or interfaces that cross.
     #[error(
         "layer {layer:?} has no thickness, or is folded, at radius {radius_mm:.4} mm, height {height_mm:.4} mm: \
          interfaces must follow each other inwards, and s must mean about the same place on both"
     )]
     Folded {
-        /// Which layer.
+        /// Name of the layer.
         layer: String,
-        /// Where.
+        /// Radius of the place, mm.
         radius_mm: f64,
-        /// Where.
+        /// Height of the place, mm.
         height_mm: f64,
     },
-    /// A body that nothing holds.
+    /// Body without a bonded boundary.
     #[error("nothing holds the body: bond its innermost interface, or its rim")]
     Loose,
-    /// A division that is none.
+    /// Invalid number of a division.
     #[error("{what} of {value} cannot divide a body; {hint}")]
     Division {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
-        /// As told.
+        /// Given value.
         value: f64,
-        /// What it may be.
+        /// Permitted values.
         hint: &'static str,
     },
-    /// More unknowns than fit into memory.
+    /// More memory than allowed.
     #[error(
         "{harmonics} harmonics of {rings} rings take {needed_mib} MiB, more than {limit_mib}: \
          take a wider spacing, or fewer harmonics"
     )]
     TooLarge {
-        /// How many.
+        /// Number of harmonics.
         harmonics: usize,
-        /// How many.
+        /// Number of rings.
         rings: usize,
-        /// How much.
+        /// Memory needed, MiB.
         needed_mib: usize,
-        /// How much is allowed.
+        /// Memory allowed, MiB.
         limit_mib: usize,
     },
-    /// Nodes of a slab that are too near to each other.
+    /// Slab with too many nodes.
     #[error("{unknowns} unknowns are more than {limit}: take a wider spacing")]
     TooFine {
-        /// How many there would be.
+        /// Number of unknowns (or of nodes in contact) that there would be.
         unknowns: usize,
-        /// How many are allowed.
+        /// Number allowed.
         limit: usize,
     },
-    /// A factorisation that met a pivot that is not positive.
+    /// Factorisation that failed, for example at a pivot that is not positive.
     #[error("harmonic {harmonic} cannot be factorised: {reason}")]
     Factorisation {
-        /// Which harmonic of the azimuth.
+        /// Harmonic of the azimuth.
         harmonic: usize,
-        /// What the solver says.
+        /// Message of the solver.
         reason: String,
     },
-    /// A presser that does not reach the surface.
+    /// Indenter that does not reach the surface.
     #[error("the presser does not touch the surface: it is {gap_mm} mm away; move it in")]
     NoContact {
-        /// The least gap along the surface's normals, mm; infinite where none of them meets the presser.
+        /// Smallest gap along the surface's normals, mm; infinite where none of them meets the indenter.
         gap_mm: f64,
     },
-    /// A presser that slips between the nodes.
+    /// Indenter that fits between the nodes.
     #[error(
         "the presser reaches {depth_mm:.3} mm deep but holds no node: its print is smaller than the distance of \
          nodes; take a smaller spacing, and more harmonics"
     )]
     TooCoarse {
-        /// Along the surface's normal, mm.
+        /// Depth of the indenter along the surface's normal, mm.
         depth_mm: f64,
     },
-    /// A presser that does not come from outside.
+    /// Indenter that does not start outside.
     #[error(
         "on its way the presser starts {inside_mm:.3} mm inside the surface, or behind it: \
          place it outside, and let it move towards the body"
     )]
     StartsInside {
-        /// How far back it would have to go to touch, mm.
+        /// Distance back to the first touch, mm.
         inside_mm: f64,
     },
-    /// A presser deeper than what is soft.
+    /// Press deeper than the soft layers.
     #[error(
         "a press of {depth_mm:.3} mm at ({:.2}, {:.2}, {:.2}) mm is not within the {thickness_mm:.3} mm \
          of what is soft there: press less deep", .place_mm[0], .place_mm[1], .place_mm[2]
     )]
     TooDeep {
-        /// Along the surface's normal, mm.
+        /// Depth along the surface's normal, mm.
         depth_mm: f64,
-        /// Of all layers at that place, mm.
+        /// Thickness of all layers at that place, mm.
         thickness_mm: f64,
-        /// The place on the surface at rest, frame of the body.
+        /// Point of the undeformed surface, frame of the body, mm.
         place_mm: [f64; 3],
     },
-    /// A number of a press that is none.
+    /// Invalid number of a press.
     #[error("{what} of {value} is not {hint}")]
     Press {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
-        /// As told.
+        /// Given value.
         value: f64,
-        /// What it may be.
+        /// Permitted values.
         hint: &'static str,
     },
-    /// An iteration that did not end.
+    /// Iteration that did not converge.
     #[error(
         "{what} did not converge in {iterations} iterations: {residual:.3e} is left, \
          {tolerance:.3e} is asked for"
     )]
     NoConvergence {
-        /// Which iteration.
+        /// Name of the iteration.
         what: &'static str,
-        /// How many were done.
+        /// Number of iterations.
         iterations: usize,
-        /// What is left.
+        /// Remaining residual.
         residual: f64,
-        /// What is asked for.
+        /// Required tolerance.
         tolerance: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! The displacements of an interface as a table, to be asked at millions of places.
+//! Table of an interface's displacements for fast evaluation at millions of points.
 
 use std::f64::consts::TAU;
 
@@ -8,16 +8,16 @@ use rustfft::num_complex::Complex;
 use crate::outcome::Outcome;
 use crate::stack::Stack;
 
-/// Steps around for each wave of the highest harmonic: cubic pieces are then off by less than 1 % of it, and it
-/// is the smallest.
+/// Table columns per wave of the highest harmonic. The cubic interpolation is then off by less than 1 % of that
+/// harmonic, which is the smallest.
 const STEPS_A_WAVE: usize = 4;
-/// The most steps along the meridian.
+/// Maximum number of table rows along the meridian.
 const MAX_ALONG: usize = 1024;
 
-/// Columns that are there twice, so that four side by side are always in one piece.
+/// Columns that are stored twice, so that any four neighbours lie contiguously in memory.
 const BESIDE: usize = 3;
 
-/// How an interface moves, over s along its meridian and the azimuth; bicubic between the steps of a table.
+/// Displacement of an interface over s along its meridian and the azimuth, interpolated bicubically from a table.
 ///
 /// ```
 /// use std::f64::consts::PI;
@@ -39,17 +39,17 @@ const BESIDE: usize = 3;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Field {
-    /// Rows are 0 to this.
+    /// Index of the last row.
     along: usize,
-    /// Columns.
+    /// Number of distinct columns.
     around: usize,
-    /// Row after row: out of the body along the touched surface's normal, away from the pole along its meridian,
-    /// around counter-clockwise. Each row begins with its last column, and ends with its first two.
+    /// Values row by row: out of the body along the touched surface's normal, away from the pole along its meridian,
+    /// and counter-clockwise around the axis. Each row begins with its last column and ends with its first two.
     parts: [Vec<f64>; 3],
     rings: Vec<RingPressures>,
 }
 
-/// What pushes a ring of nodes.
+/// Contact pressures at a ring of nodes.
 #[derive(Clone, Debug)]
 struct RingPressures {
     s: f64,
@@ -57,13 +57,14 @@ struct RingPressures {
 }
 
 impl Field {
-    /// Of an interface of what was pressed; 0 is the touched surface. Those that do not move are all zero.
+    /// Tabulates an interface of a pressed stack; 0 is the touched surface. Interfaces that cannot move yield zeros.
     pub fn new(stack: &Stack, outcome: &Outcome, interface: usize) -> Self {
         let mesh = &stack.mesh;
         let nearest = mesh.s.windows(2).map(|pair| pair[1] - pair[0]).fold(1.0, f64::min);
+        // The finest spacing of mesh columns determines the number of rows.
         let along = ((1.0 / nearest).ceil() as usize).clamp(16, MAX_ALONG);
         let harmonics = outcome.amplitudes.len();
-        // Even, so that what lies behind the pole is half of the columns away.
+        // Even, so that the point behind the pole lies exactly half of the columns away.
         let around = (STEPS_A_WAVE * harmonics).max(8);
         let width = around + BESIDE;
         let mut parts = [(); 3].map(|()| vec![0.0; (along + 1) * width]);
@@ -73,6 +74,7 @@ impl Field {
             let mut line = vec![Complex::default(); around];
             for row in 0..=along {
                 let (column, values) = mesh.interpolation(row as f64 / along as f64);
+                // Interpolated normal or tangent, normalised again.
                 let frame = |part: fn(&crate::mesh::Frame) -> [f64; 2]| {
                     let sums = [0, 1].map(|k| {
                         let each = values.iter().enumerate();
@@ -93,16 +95,18 @@ impl Field {
                 for (k, part) in parts.iter_mut().enumerate() {
                     line.fill(Complex::default());
                     for (harmonic, amplitudes) in outcome.amplitudes.iter().enumerate() {
+                        // Inverse transform of the one-sided series: the real part is the field.
                         line[harmonic] = match k {
                             0 => normal[0] * at(amplitudes, 0) + normal[1] * at(amplitudes, 2),
                             1 => tangent[0] * at(amplitudes, 0) + tangent[1] * at(amplitudes, 2),
-                            // Around, the real part is that of the sine.
+                            // Circumferential amplitudes belong to the sine; see `AROUND` in `compliance`.
                             _ => Complex::new(0.0, -1.0) * at(amplitudes, 1),
                         };
                     }
                     plan.process_with_scratch(&mut line, &mut work);
                     let row = &mut part[row * width..(row + 1) * width];
                     for (i, to) in row.iter_mut().enumerate() {
+                        // Shifted by one, so that the cubic's first neighbour of column 0 is stored before it.
                         *to = line[(i + around - 1) % around].re;
                     }
                 }
@@ -118,18 +122,18 @@ impl Field {
         Self { along, around, parts, rings: rings.collect() }
     }
 
-    /// How far it moves out of the body, along the normal of the touched surface, mm. Beyond the rim: nothing.
+    /// Returns the displacement out of the body along the touched surface's normal, mm; 0 beyond the rim.
     #[inline]
     pub fn outwards_mm(&self, s: f64, azimuth: f64) -> f64 {
         self.at(0, s, azimuth)
     }
 
-    /// How far it moves along the touched surface, away from the pole and around it, mm.
+    /// Returns the displacements along the touched surface, away from the pole and around the axis, mm.
     pub fn sideways_mm(&self, s: f64, azimuth: f64) -> [f64; 2] {
         [self.at(1, s, azimuth), self.at(2, s, azimuth)]
     }
 
-    /// What the presser pushes the nearest node of the touched surface with, MPa.
+    /// Returns the contact pressure at the nearest node of the touched surface, MPa; 0 beyond the rim.
     pub fn pressure_mpa(&self, s: f64, azimuth: f64) -> f64 {
         let after = self.rings.partition_point(|ring| ring.s < s);
         let near = after.saturating_sub(1)..(after + 1).min(self.rings.len());
@@ -144,6 +148,7 @@ impl Field {
         })
     }
 
+    /// Interpolates one component at s and azimuth; 0 outside of s from 0 to 1.
     #[inline]
     fn at(&self, part: usize, s: f64, azimuth: f64) -> f64 {
         if !(0.0..=1.0).contains(&s) {
@@ -151,7 +156,7 @@ impl Field {
         }
         let row = s * self.along as f64;
         let turns = azimuth / TAU;
-        // A hair below a whole turn may round to one.
+        // An azimuth a hair below a whole turn may round to one.
         let column = ((turns - whole(turns)) * self.around as f64).min(self.around as f64 - 1e-9);
         let (first_row, first_column) = (row as isize, column as usize);
         let by_row = cubic(row - first_row as f64);
@@ -160,7 +165,7 @@ impl Field {
         let mut sum = 0.0;
         for (i, by_row) in (-1..).zip(by_row) {
             let row = first_row + i;
-            // Behind the pole the other side goes on; what points away from it points back.
+            // Beyond the pole the opposite side continues, where tangential components point the other way.
             let (row, first, sign) = match row < 0 {
                 true => {
                     let behind = (first_column + self.around / 2) % self.around;
@@ -177,14 +182,14 @@ impl Field {
     }
 }
 
-/// The next whole number below: the library's own is a call where processors need not have an instruction for it.
+/// Rounds down. `f64::floor` is a function call on processors that are not known to have an instruction for it.
 #[inline]
 fn whole(turns: f64) -> f64 {
     let whole = turns as i64 as f64;
     if whole > turns { whole - 1.0 } else { whole }
 }
 
-/// Shares of the four values around a place between the middle two (Catmull and Rom).
+/// Weights of the four values around a point between the middle two (Catmull and Rom).
 #[inline]
 fn cubic(t: f64) -> [f64; 4] {
     let (t2, t3) = (t * t, t * t * t);

@@ -1,10 +1,9 @@
-//! A press that is sheared: what sticks, what slips, and with what force.
+//! Presses with shear: regions of stick and slip, and tangential tractions.
 //!
-//! Coulomb's law, one step of the presser's way after the other. In each, tractions across the normal are
-//! those of least energy within friction times pressure (what sticks moves with the presser, what slips is
-//! dragged against its slip); pressures and tractions then take turns until neither changes. The pressing
-//! itself is without friction, as in Cattaneo's and Mindlin's solution (Johnson, "Contact mechanics", 1985,
-//! section 7.2).
+//! Coulomb's law is applied step by step along the indenter's path. In each step the tangential tractions minimise the
+//! energy within the limit of friction times pressure: where the surface sticks it moves with the indenter, where it
+//! slips it is dragged against its slip. Pressures and tractions are solved in turn until neither changes. The pressing
+//! itself is frictionless, as in Cattaneo's and Mindlin's solution (Johnson, "Contact mechanics", 1985, section 7.2).
 
 use fabkit_geometry::Vector3;
 
@@ -15,42 +14,43 @@ use crate::patch::{Patch, Work};
 use crate::presser::{Press, Presser};
 use crate::stack::Stack;
 
-/// How far what sticks may be from moving with the presser, as a part of its way.
+/// Tolerance of the motion of sticking nodes, relative to the indenter's step.
 const TOLERANCE: f64 = 1e-4;
-/// By how much pressures may still change when they and tractions have taken turns, as a part of the largest,
-/// and what has been dragged along, as a part of the presser's way.
+/// Tolerance of the alternating solution: change of pressures relative to the largest, and of the drag relative to the
+/// indenter's path.
 const TURN_TOLERANCE: f64 = 1e-3;
 const MAX_TURNS: usize = 60;
-/// Turns in which the presser's print goes all the way to where the surface has been dragged; then less and
-/// less of it, towards the mean.
+/// Turns in which the contact region follows the dragged surface completely. After them it follows by an ever smaller
+/// part, towards the mean.
 const FREE_TURNS: usize = 6;
-/// Turns after which it stays: at a sharp edge, nodes that come and go would move it for ever.
+/// Turns after which the contact region stays where it is: at a sharp edge, nodes that come and go would move it for
+/// ever.
 const HELD_TURNS: usize = 24;
-/// How far it may then be from there, as a part of the presser's way.
+/// Tolerance of the contact region's place once it stays, relative to the indenter's path.
 const PRINT_TOLERANCE: f64 = 0.03;
 const MAX_ITERATIONS: usize = 3000;
-/// How many energies back a step may climb to (Birgin, Martinez and Raydan, "Nonmonotone spectral projected
+/// Number of previous energies that bound a step's energy (Birgin, Martinez and Raydan, "Nonmonotone spectral projected
 /// gradient methods on convex sets", SIAM J. Optim. 10, 2000).
 const MEMORY: usize = 10;
 
-/// Tractions across the normal, of the presser on the body, MPa: along s and around.
+/// Tangential tractions of the indenter on the body, MPa: along s and around the axis.
 pub(crate) struct Shear {
     pub tractions: [Vec<f64>; 2],
 }
 
-/// Where the presser goes, and how.
+/// Indenter, its press and its displacement.
 pub(crate) struct Way<'a> {
     pub presser: &'a dyn Presser,
     pub press: &'a Press,
-    /// Of the presser when pressing is done, mm.
+    /// Displacement of the indenter at the end of pressing, mm.
     pub shift_mm: Vector3<f64>,
     pub depth_mm: f64,
 }
 
-/// Shears a press.
+/// Shears a press that has been solved without friction.
 ///
 /// # Errors
-/// What does not converge.
+/// Iterations that do not converge.
 pub(crate) fn solve(
     patch: &Patch<'_>,
     way: &Way<'_>,
@@ -63,15 +63,16 @@ pub(crate) fn solve(
     let mut tractions = [vec![0.0; count], vec![0.0; count]];
     let (steps, friction) = (way.press.shear_steps, way.press.friction);
     let step_mm = way.press.shear_mm / steps as f64;
-    // How far the surface that is held has been dragged along, and what pressing alone does to each node.
+    // Mean drag of the surface in contact, and the tangential displacement that pressing alone causes at each node.
     let mut print_mm = Vector3::zeros();
     let mut before = by_pressure(patch, &contact.pressures, work);
     for step in 1..=steps {
         let mut turns = 0;
         loop {
-            // What has been dragged along keeps its place on the presser: only the rest moves across it.
+            // The dragged surface keeps its place on the indenter: only the rest of the displacement moves across it.
             let across_mm = way.shift_mm + step as f64 * step_mm - print_mm;
             let mut gaps = patch.stack.gaps(patch, way.presser, &across_mm, way.depth_mm);
+            // Tangential tractions lift or lower the surface, which changes the gaps.
             let lifted = moved(patch, &tractions, NORMAL, work);
             for (i, gap) in gaps.iter_mut().enumerate() {
                 *gap += frames[i][0].dot(&print_mm) - lifted[0][i];
@@ -79,6 +80,7 @@ pub(crate) fn solve(
             let last = contact.pressures.clone();
             contact = contact::solve(patch, &gaps, way.depth_mm, Some(&last), work)?;
             let pressed = by_pressure(patch, &contact.pressures, work);
+            // Displacements that tractions must add for the surface to follow the indenter's step.
             let targets: [Vec<f64>; 2] = std::array::from_fn(|k| {
                 let target =
                     |i: usize| before[k][i] + step_mm.dot(&frames[i][k + 1]) - pressed[k][i];
@@ -102,6 +104,7 @@ pub(crate) fn solve(
             } else if turns < HELD_TURNS {
                 print_mm += (now_mm - print_mm) / (turns - FREE_TURNS + 2) as f64;
             }
+            // The print no longer moves, so that only its distance from the dragged surface is checked.
             let is_held = turns >= HELD_TURNS && of_way <= PRINT_TOLERANCE;
             let change = if is_held { of_pressure } else { of_pressure.max(of_way) };
             if change <= TURN_TOLERANCE {
@@ -124,7 +127,7 @@ pub(crate) fn solve(
     Ok((contact, Shear { tractions }))
 }
 
-/// Outward normal, along s and around at each node of a patch.
+/// Returns outward normal, direction along s and direction around the axis at each node of a patch.
 pub(crate) fn frames(patch: &Patch<'_>) -> Vec<[Vector3<f64>; 3]> {
     let rings = patch.rings.clone();
     let of_ring =
@@ -140,7 +143,7 @@ fn frame(stack: &Stack, ring: usize, node: usize) -> [Vector3<f64>; 3] {
     [normal, along, Vector3::new(-sin, cos, 0.0)]
 }
 
-/// Displacements along s and around that pressures alone make, mm.
+/// Computes the displacements along s and around the axis that pressures alone cause, mm.
 fn by_pressure(patch: &Patch<'_>, pressures: &[f64], work: &mut Work) -> [Vec<f64>; 2] {
     let pushed: Vec<f64> = pressures.iter().map(|pressure| -pressure).collect();
     let (mut along, mut around) = (vec![0.0; pushed.len()], vec![0.0; pushed.len()]);
@@ -148,7 +151,8 @@ fn by_pressure(patch: &Patch<'_>, pressures: &[f64], work: &mut Work) -> [Vec<f6
     [along, around]
 }
 
-/// What tractions across the normal do, mm: along the normal, or along s and around.
+/// Computes the displacements that tangential tractions cause, mm: along the normal (in the first array; the second
+/// stays zero), or along s and around the axis.
 fn moved(
     patch: &Patch<'_>,
     by: &[Vec<f64>; 2],
@@ -167,7 +171,7 @@ fn moved(
     [first, second]
 }
 
-/// The mean of displacements across the normal, weighted by force, mm.
+/// Mean tangential displacement, weighted by normal force, mm.
 fn mean(
     frames: &[[Vector3<f64>; 3]],
     areas: &[f64],
@@ -183,8 +187,11 @@ fn mean(
     if force > 0.0 { sum / force } else { sum }
 }
 
-/// Tractions of least energy within limits, by spectral projected gradients from those of before; returns the
-/// displacements that they make, mm.
+/// Finds the tangential tractions of least energy within the friction limits by spectral projected gradients, starting
+/// from the given ones. Returns the displacements that they cause, mm.
+///
+/// # Errors
+/// Iterations that do not converge.
 fn drag(
     patch: &Patch<'_>,
     targets: &[Vec<f64>; 2],
@@ -210,7 +217,7 @@ fn drag(
     if held.is_empty() {
         return Ok(moved(patch, tractions, ALONG, work));
     }
-    // The softest way to be dragged is all together: its compliance is about the largest there is.
+    // Uniform drag is the softest motion: its compliance is about the largest one, and its inverse a safe step.
     let only_held: [Vec<f64>; 2] = std::array::from_fn(|k| {
         (0..count).map(|i| if limits[i] > 0.0 { targets[k][i] } else { 0.0 }).collect()
     });
@@ -236,11 +243,12 @@ fn drag(
             }
             way
         };
+        // The projected gradient at this fixed step measures the error, in mm.
         let least = towards(stiffness);
         worst =
             held.iter().map(|&i| least[0][i].hypot(least[1][i]) / stiffness).fold(0.0, f64::max);
         if worst <= tolerance {
-            // What slips ends at its limit, not short of it by rounding.
+            // Slipping nodes end exactly at their limit, not short of it by rounding.
             for k in 0..2 {
                 for &i in &held {
                     tractions[k][i] += least[k][i];
@@ -253,6 +261,7 @@ fn drag(
         let (slope, bend) = (product(&gradient, &way), product(&way, &by_way));
         energies.push(energy);
         let highest = energies.iter().rev().take(MEMORY).copied().fold(f64::NEG_INFINITY, f64::max);
+        // Nonmonotone line search on the exact quadratic energy.
         let whole = energy + slope + 0.5 * bend;
         let part = match whole <= highest + 1e-4 * slope || bend <= 0.0 {
             true => 1.0,
@@ -266,6 +275,7 @@ fn drag(
             }
         }
         let length = product(&way, &way);
+        // Barzilai and Borwein's step.
         stride = if bend > 0.0 { length / bend } else { stiffness };
     }
     Err(ElasticError::NoConvergence {

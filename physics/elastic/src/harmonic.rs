@@ -1,4 +1,4 @@
-//! One harmonic of the azimuth: its unknowns, its stiffness, factorised.
+//! Unknowns and factorised stiffness of one harmonic of the azimuth.
 
 use fabkit_sparse::{Factors, RightSides, SparseError, Symmetric};
 
@@ -6,17 +6,18 @@ use crate::ElasticError;
 use crate::element::{Parts, Shape, UNKNOWNS};
 use crate::mesh::Mesh;
 
-/// Which unknown each displacement of each node is, and with which sign.
+/// Maps each displacement component of each node to an unknown and a sign.
 ///
-/// On the axis a field is single-valued: nothing moves for the harmonics from 2 on; the harmonic 0 moves
-/// along the axis alone, and the harmonic 1 is one motion across it, `V = -U`.
+/// On the axis a field must be single-valued: harmonics from 2 on vanish there, harmonic 0 moves along the axis only,
+/// and harmonic 1 is one motion across it, `V = -U`.
 pub(crate) struct Unknowns {
-    /// By node and component (radial, around, axial).
+    /// Unknown and sign by node and component (radial, circumferential, axial).
     of: Vec<Option<(usize, f64)>>,
     pub count: usize,
 }
 
 impl Unknowns {
+    /// Numbers the unknowns of a harmonic. The pattern is the same for all harmonics from 2 on.
     pub fn new(mesh: &Mesh, harmonic: usize) -> Self {
         let mut of = Vec::with_capacity(3 * mesh.nodes.len());
         let mut count = 0;
@@ -27,6 +28,7 @@ impl Unknowns {
         for (node, place) in mesh.nodes.iter().enumerate() {
             let on_axis = place[0] == 0.0;
             match (mesh.is_fixed[node], on_axis, harmonic) {
+                // See `Unknowns` for what moves on the axis.
                 (true, _, _) | (false, true, 2..) => of.extend([None; 3]),
                 (false, true, 0) => of.extend([None, None, next()]),
                 (false, true, 1) => {
@@ -39,29 +41,29 @@ impl Unknowns {
         Self { of, count }
     }
 
-    /// Unknown and sign of a node's component.
+    /// Returns the unknown and the sign of a node's component, or `None` if it cannot move.
     pub fn of(&self, node: usize, component: usize) -> Option<(usize, f64)> {
         self.of[3 * node + component]
     }
 }
 
-/// What harmonics of a body have in common.
+/// Element stiffnesses and sparsity patterns that the harmonics of a body share.
 pub(crate) struct Assembly<'a> {
     mesh: &'a Mesh,
-    /// Element by element.
+    /// Stiffness of each element.
     parts: Vec<Parts>,
-    /// Of the harmonics 0, 1, and all from 2 on.
+    /// Patterns of harmonic 0, of harmonic 1, and of all from 2 on.
     patterns: Vec<Pattern>,
 }
 
-/// Where a stiffness has entries.
+/// Sparsity pattern of a stiffness matrix, with the unknowns that it belongs to.
 struct Pattern {
     unknowns: Unknowns,
     matrix: Symmetric,
 }
 
 impl<'a> Assembly<'a> {
-    /// For harmonics up to this one.
+    /// Prepares harmonics 0 to `most`.
     ///
     /// # Errors
     /// An element without area.
@@ -81,7 +83,7 @@ impl<'a> Assembly<'a> {
     /// Factorises the stiffness of a harmonic.
     ///
     /// # Errors
-    /// A pivot that is not positive: a body that nothing holds.
+    /// A pivot that is not positive: the body is not held.
     pub fn harmonic(&self, harmonic: usize) -> Result<Harmonic<'_>, ElasticError> {
         let Pattern { unknowns, matrix } = &self.patterns[harmonic.min(self.patterns.len() - 1)];
         let mut values = Vec::new();
@@ -96,12 +98,13 @@ impl<'a> Assembly<'a> {
     }
 }
 
-/// What is wrong with a harmonic.
+/// Returns a conversion of solver errors that names the harmonic.
 pub(crate) fn failed(harmonic: usize) -> impl Fn(SparseError) -> ElasticError {
     move |error| ElasticError::Factorisation { harmonic, reason: error.to_string() }
 }
 
 impl Pattern {
+    /// Analyses the sparsity pattern of a harmonic.
     fn new(mesh: &Mesh, harmonic: usize) -> Result<Self, ElasticError> {
         let unknowns = Unknowns::new(mesh, harmonic);
         let mut places = Vec::new();
@@ -113,7 +116,8 @@ impl Pattern {
     }
 }
 
-/// Entries of an element on and below the diagonal: its own indices, those of the body, the sign.
+/// Calls `entry` for each entry of an element on and below the diagonal, with its indices in the element, its indices
+/// in the body's matrix and its sign.
 fn on_and_below(
     mesh: &Mesh,
     unknowns: &Unknowns,
@@ -133,14 +137,14 @@ fn on_and_below(
     }
 }
 
-/// The stiffness of a harmonic, ready to be solved for loads.
+/// Factorised stiffness of a harmonic.
 pub(crate) struct Harmonic<'a> {
     pub unknowns: &'a Unknowns,
     factors: Factors,
 }
 
 impl Harmonic<'_> {
-    /// Loads, one column each, to displacements, in place.
+    /// Replaces loads, one column each, by the displacements that they cause.
     pub fn solve(&self, loads: &mut RightSides) {
         self.factors.solve(loads);
     }
@@ -151,7 +155,7 @@ mod tests {
     use super::*;
     use crate::{Body, Curve, Division, Hold, Layer, Material};
 
-    /// A dome of two materials, from a half ellipsoid to a ball inside, its rim free: every side is curved.
+    /// A dome of two materials between a half ellipsoid and a ball, with a free rim: every side is curved.
     fn dome(poisson: f64) -> Mesh {
         let ellipse = |r: f64, z: f64| {
             Curve::new(move |s| {
@@ -173,7 +177,7 @@ mod tests {
         Mesh::new(&body, &Division::even(0.5, 0)).unwrap()
     }
 
-    /// Forces of a field by U, V, W at a place, on every node, and the largest entry of |K| |u| beside them.
+    /// Nodal forces of a displacement field given by U, V, W, and the largest entry of |K| |u| for comparison.
     fn forces(
         mesh: &Mesh,
         harmonic: usize,
@@ -197,7 +201,7 @@ mod tests {
         (forces, largest)
     }
 
-    /// U, V, W of a place.
+    /// Displacement amplitudes U, V, W as a function of the position.
     type Field = fn([f64; 2]) -> [f64; 3];
 
     #[test]
@@ -221,7 +225,7 @@ mod tests {
 
     #[test]
     fn even_strain_leaves_no_force_inside() {
-        // Linear displacements: of the harmonics 0, 1 and 2 there are no others but rigid motions.
+        // All linear displacement fields, except rigid motions, are of the harmonics 0, 1 and 2.
         let fields: [(usize, Field); 4] = [
             (0, |[r, _]| [r, 0.0, 0.0]),
             (0, |[_, z]| [0.0, 0.0, z]),
@@ -246,7 +250,7 @@ mod tests {
 
     #[test]
     fn volume_grows_as_its_surface_moves() {
-        // u = (x, y, z) grows a body's volume by three of itself.
+        // The field u = (x, y, z) increases a body's volume by three times itself.
         let mesh = dome(0.3);
         let shape = Shape::new();
         let (mut grown, mut volume) = (0.0, 0.0);
@@ -294,7 +298,7 @@ mod tests {
             }
             forces[row] -= 1.0;
             let worst = forces.iter().fold(0.0, |worst: f64, f| worst.max(f.abs()));
-            // Bulk is 5,000 times as stiff as shear: so many digits of sixteen go.
+            // The bulk stiffness is 5,000 times the shear stiffness, which costs about four of sixteen digits.
             assert!(worst < 1e-10, "{harmonic}: {worst:e}");
         }
     }

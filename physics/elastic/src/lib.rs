@@ -1,37 +1,37 @@
-//! Layers that give: what a press does to soft layers that are bonded to each other and to what is stiff.
+//! Elastic deformation of soft layers that are bonded to each other and to rigid parts.
 //!
-//! Exact meridians in; displacements of every interface, tractions, contact and slip, force and moment out.
-//! Nothing here knows what looks at the layers.
+//! Input: exact meridians of the interfaces, materials and an indenter. Output: displacements of every interface,
+//! tractions, contact and slip regions, force and moment. The crate knows nothing about cameras or optics.
 //!
 //! # Conventions
 //!
 //! - Millimetres, radians, newtons, MPa (N/mm2), `f64`. Names carry the unit.
-//! - A [`Body`] is of revolution about the z axis of its own frame; whatever presses is placed in the same
-//!   frame. Interfaces are counted from the touched one, 0, inwards. On each, s runs from 0 on the axis to 1 at
+//! - A [`Body`] is a solid of revolution about the z axis of its own frame; the indenter is placed in the same frame.
+//!   Interfaces are counted inwards from the touched surface, which is 0. On each, s runs from 0 on the axis to 1 at
 //!   the rim.
-//! - The outward normal points out of the soft body; a gap along it is positive where the presser is away.
-//! - Forces and tractions are those of the presser on the body.
+//! - The outward normal points out of the soft body; a gap along it is positive where the indenter is clear of the
+//!   surface.
+//! - Forces and tractions are those of the indenter on the body.
 //!
-//! # What is solved
+//! # Models
 //!
-//! [`Level::Linear`]: small strain, isotropic layers, contact along the surface's normals at rest.
-//! Displacements are expanded in harmonics of the azimuth; each is solved on the meridian with biquadratic
-//! displacements and pressures that are linear in each element, so that Poisson's ratios up to
-//! [`MAX_POISSON_RATIO`] neither lock nor lose volume. Pressures on the touched surface are linear along s
-//! between nodes and trigonometric around. They push or vanish, and friction follows Coulomb's law
-//! ([`Press::sheared`]): what the presser holds goes along with it, so that its print is where the surface
-//! has been dragged, to 3 % of the way where sharp edges let go of nodes one by one. All is in proportion to
-//! tractions. How far off that is for deep presses, the other level tells.
+//! [`Level::Linear`]: small strain, isotropic layers, contact along the normals of the undeformed surface.
+//! Displacements are expanded in harmonics of the azimuth. Each harmonic is solved on the meridian section with
+//! biquadratic displacements and pressures that are linear within each element, so that Poisson's ratios up to
+//! [`MAX_POISSON_RATIO`] neither lock nor lose volume. Pressures on the touched surface are linear along s between
+//! nodes and trigonometric in the azimuth. Contact pressures are never tensile, and friction follows Coulomb's law
+//! ([`Press::sheared`]). Surface that sticks to the indenter moves with it, so the contact region follows the dragged
+//! surface, to 3 % of the shear displacement where sharp edges release nodes one by one. Displacements are proportional
+//! to tractions. [`Level::Finite`] shows how large the error is for deep presses.
 //!
-//! [`Level::Finite`]: the same bodies and elements with a neo-Hookean material at any strain, for what is
-//! symmetric about the axis alone, a few seconds a press ([`FiniteStack`]): it tells how far the other one is
-//! off.
+//! [`Level::Finite`]: the same bodies and elements with a neo-Hookean material at any strain, for axisymmetric presses
+//! only ([`FiniteStack`]). It takes a few seconds a press and serves to check the linear model.
 //!
-//! What is flat and has channels of liquid in it is solved in three dimensions, by bricks ([`Slab`],
-//! [`LiquidStack`]): a press squeezes liquid into columns, and air that is shut in ahead of them pushes back.
+//! Flat pads with liquid-filled channels are solved in three dimensions with brick elements ([`Slab`],
+//! [`LiquidStack`]): a press displaces liquid into columns, and the air enclosed ahead of the liquid pushes back.
 //!
-//! A [`Stack`] is made once for a design, solves what a press needs when it comes (a second), keeps it, and is then
-//! pressed in milliseconds. What does not converge is an error.
+//! A [`Stack`] is built once for a design. It solves the harmonics that a press needs on demand (about a second),
+//! caches them, and then evaluates further presses in milliseconds. A computation that does not converge is an error.
 //!
 //! ```
 //! use fabkit_elastic::{Ball, Body, Curve, Division, Hold, Layer, Material, Press, Stack};

@@ -1,4 +1,4 @@
-//! What a layer is made of.
+//! Elastic material of a layer.
 
 use crate::error::{ElasticError, MAX_POISSON_RATIO};
 
@@ -18,10 +18,10 @@ pub struct Material {
 }
 
 impl Material {
-    /// From Young's modulus, MPa, and Poisson's ratio.
+    /// Creates a material from Young's modulus, MPa, and Poisson's ratio.
     ///
     /// # Errors
-    /// A modulus that is not positive and finite, and a ratio outside 0 to [`MAX_POISSON_RATIO`].
+    /// A modulus that is not positive and finite, or a ratio outside 0 to [`MAX_POISSON_RATIO`].
     pub fn new(young_mpa: f64, poisson: f64) -> Result<Self, ElasticError> {
         if !(young_mpa > 0.0 && young_mpa.is_finite()) {
             return Err(ElasticError::Young { young_mpa });
@@ -47,7 +47,7 @@ impl Material {
         self.young_mpa / (2.0 * (1.0 + self.poisson))
     }
 
-    /// Lame's first constant, MPa: pressure per change of volume beside what shear takes.
+    /// Lame's first constant, MPa.
     pub(crate) fn lame_mpa(&self) -> f64 {
         2.0 * self.shear_modulus_mpa() * self.poisson / (1.0 - 2.0 * self.poisson)
     }

@@ -1,11 +1,11 @@
-//! A layered body of revolution, as its interfaces' exact meridians.
+//! A layered body of revolution, given by the exact meridians of its interfaces.
 
 use std::fmt;
 use std::sync::Arc;
 
 use crate::{ElasticError, Material};
 
-/// Radius, mm, and height, mm, at s from 0 (on the axis) to 1 (at the rim).
+/// Function from s (0 on the axis, 1 at the rim) to radius, mm, and height, mm.
 type Meridian = Arc<dyn Fn(f64) -> [f64; 2] + Send + Sync>;
 
 /// The meridian of one interface between layers.
@@ -13,10 +13,10 @@ type Meridian = Arc<dyn Fn(f64) -> [f64; 2] + Send + Sync>;
 pub struct Curve(Meridian);
 
 impl Curve {
-    /// From a function of s, which runs from 0 on the axis to 1 at the rim, to radius and height, mm.
+    /// Creates a curve from a function of s, which runs from 0 on the axis to 1 at the rim, to radius and height, mm.
     ///
-    /// The curve must be smooth but for kinks at [`Body::kinks`], and equal s on neighbouring curves should
-    /// lie across from each other: elements reach from one to the next in straight lines.
+    /// The curve must be smooth except at [`Body::kinks`]. Points of equal s on neighbouring curves should lie opposite
+    /// each other: elements span from one curve to the next in straight lines.
     ///
     /// ```
     /// use fabkit_elastic::Curve;
@@ -31,12 +31,12 @@ impl Curve {
         Self(Arc::new(at))
     }
 
-    /// A disc: the meridian of a flat pad's face.
+    /// Creates a disc: the meridian of a flat pad's face.
     pub fn disc(radius_mm: f64, height_mm: f64) -> Self {
         Self::new(move |s| [s * radius_mm, height_mm])
     }
 
-    /// Between two curves: at 0 on the first, at 1 on the second.
+    /// Interpolates between two curves: a `share` of 0 returns the first, 1 the second.
     #[must_use]
     pub fn between(first: &Self, second: &Self, share: f64) -> Self {
         let (first, second) = (first.clone(), second.clone());
@@ -46,7 +46,7 @@ impl Curve {
         })
     }
 
-    /// Radius, mm, and height, mm.
+    /// Returns radius, mm, and height, mm, at s.
     pub fn at(&self, s: f64) -> [f64; 2] {
         (self.0)(s)
     }
@@ -58,28 +58,28 @@ impl fmt::Debug for Curve {
     }
 }
 
-/// What lies between two interfaces.
+/// Soft layer between two interfaces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// What messages call it.
+    /// Name used in messages.
     pub name: String,
-    /// What it is made of.
+    /// Material of the layer.
     pub material: Material,
 }
 
-/// What holds a boundary.
+/// Boundary condition of an interface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hold {
-    /// Nothing: no traction.
+    /// Free: no traction.
     Free,
-    /// Bonded to what is stiff: no displacement.
+    /// Bonded to a rigid part: no displacement.
     Bonded,
     /// Bonded from this s on to the rim.
     BondedBeyond(f64),
 }
 
 impl Hold {
-    /// Whether it holds at a place.
+    /// Returns whether the interface is bonded at s.
     pub(crate) fn holds(self, s: f64) -> bool {
         match self {
             Self::Free => false,
@@ -91,30 +91,31 @@ impl Hold {
 
 /// Layers of revolution about the z axis, bonded to each other.
 ///
-/// A flat pad is the same thing: its interfaces are discs.
+/// Interfaces of a flat pad are discs.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// From the touched surface inwards; one more than layers.
+    /// Interfaces from the touched surface inwards; one more than layers.
     pub interfaces: Vec<Curve>,
-    /// From the touched surface inwards.
+    /// Layers from the touched surface inwards.
     pub layers: Vec<Layer>,
-    /// What holds the innermost interface.
+    /// Boundary condition of the innermost interface.
     pub inner: Hold,
-    /// Whether the rim, s = 1, of all layers is bonded to what is stiff.
+    /// True if the rim, s = 1, of all layers is bonded to a rigid part.
     pub is_rim_bonded: bool,
-    /// Where a curve has a kink, as s between 0 and 1: elements end there.
+    /// Values of s between 0 and 1 where a curve has a kink; elements end there.
     pub kinks: Vec<f64>,
 }
 
 impl Body {
-    /// A pad of one or more flat layers, the touched one first, on a stiff floor at z = 0 with a free rim.
+    /// Creates a pad of one or more flat layers, the touched one first, on a rigid floor at z = 0 with a free rim.
     ///
-    /// Thicknesses in mm.
+    /// Thicknesses are in mm.
     pub fn pad(radius_mm: f64, layers: Vec<(Layer, f64)>) -> Self {
         let mut height_mm: f64 = layers.iter().map(|(_, thickness_mm)| thickness_mm).sum();
         let mut interfaces = vec![Curve::disc(radius_mm, height_mm)];
         let last = layers.len().saturating_sub(1);
         for (i, (_, thickness_mm)) in layers.iter().enumerate() {
+            // The last interface lies exactly on the floor, whatever rounding the sum left.
             height_mm = if i == last { 0.0 } else { height_mm - thickness_mm };
             interfaces.push(Curve::disc(radius_mm, height_mm));
         }
@@ -127,8 +128,10 @@ impl Body {
         }
     }
 
+    /// Checks the body.
+    ///
     /// # Errors
-    /// Numbers of interfaces and layers that do not go together, a kink off the curve, nothing that holds.
+    /// Numbers of interfaces and layers that do not match, a kink off the curve, or no bonded boundary.
     pub(crate) fn check(&self) -> Result<(), ElasticError> {
         let (layers, interfaces) = (self.layers.len(), self.interfaces.len());
         if layers == 0 || interfaces != layers + 1 {
@@ -150,7 +153,7 @@ impl Body {
         Ok(())
     }
 
-    /// Where elements must end besides at 0 and 1, in order.
+    /// Returns, in order, the values of s besides 0 and 1 where elements must end.
     pub(crate) fn ends(&self) -> Vec<f64> {
         let mut ends = self.kinks.clone();
         if let Hold::BondedBeyond(from) = self.inner {
@@ -161,8 +164,11 @@ impl Body {
         ends
     }
 
+    /// Evaluates an interface at s as radius and height, mm.
+    ///
     /// # Errors
-    /// A curve that says nothing finite, or leaves the half plane of positive radii.
+    /// A curve that returns a number that is not finite, does not begin on the axis, or leaves the half plane of
+    /// positive radii.
     pub(crate) fn place(&self, interface: usize, s: f64) -> Result<[f64; 2], ElasticError> {
         let [radius_mm, height_mm] = self.interfaces[interface].at(s);
         let is_in_place = if s == 0.0 {

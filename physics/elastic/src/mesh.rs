@@ -1,4 +1,4 @@
-//! A structured mesh of nine-node quadrilaterals between exact interfaces.
+//! Structured mesh of nine-node quadrilaterals between the exact interfaces.
 
 use fabkit_geometry::Point3;
 
@@ -9,15 +9,15 @@ use crate::{ElasticError, Material};
 
 /// Elements and nodes of a meridian section.
 ///
-/// Nodes lie in columns along s and rows from the touched surface inwards; node `column * rows + row`. Even
-/// columns and rows are corners of elements.
+/// Nodes lie in columns along s and in rows from the touched surface inwards; a node's index is `column * rows + row`.
+/// Even columns and rows hold the corners of elements.
 #[derive(Clone, Debug)]
 pub(crate) struct Mesh {
     pub columns: usize,
     pub rows: usize,
     /// Radius and height of each node, mm.
     pub nodes: Vec<[f64; 2]>,
-    /// Whether a node cannot move.
+    /// True for nodes that cannot move.
     pub is_fixed: Vec<bool>,
     /// s of each column.
     pub s: Vec<f64>,
@@ -25,24 +25,26 @@ pub(crate) struct Mesh {
     pub layer_of: Vec<usize>,
     /// Row of each interface.
     pub interface_rows: Vec<usize>,
-    /// Of each layer.
+    /// Material of each layer.
     pub materials: Vec<Material>,
-    /// Outward normal and tangent along s at each node of the touched surface: radial and axial parts.
+    /// Outward normal and tangent along s at each node of the touched surface, as radial and axial parts.
     pub frames: Vec<Frame>,
 }
 
-/// Directions at a node of the touched surface, in its meridian plane.
+/// Normal and tangent at a node of the touched surface, in its meridian plane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
-    /// Out of the body: radial and axial.
+    /// Unit normal out of the body: radial and axial part.
     pub normal: [f64; 2],
-    /// Along s: radial and axial.
+    /// Unit tangent along s: radial and axial part.
     pub tangent: [f64; 2],
 }
 
 impl Mesh {
+    /// Meshes a body.
+    ///
     /// # Errors
-    /// Whatever [`Body::check`] and [`Division::check`] refuse, and layers that are folded.
+    /// Whatever [`Body::check`] and [`Division::check`] reject, and layers that fold over.
     pub fn new(body: &Body, division: &Division) -> Result<Self, ElasticError> {
         body.check()?;
         division.check()?;
@@ -58,9 +60,11 @@ impl Mesh {
         let rows = interface_rows[body.layers.len()] + 1;
         let (mut nodes, mut is_fixed) = (Vec::new(), Vec::new());
         for &s in &along {
+            // `Division::along` ends at exactly 1.
             let is_held_rim = s == 1.0 && body.is_rim_bonded;
             for (layer, fractions) in through.iter().enumerate() {
                 let (outer, inner) = (body.place(layer, s)?, body.place(layer + 1, s)?);
+                // Neighbouring layers share the row of their interface; only the first layer adds its outer row.
                 for &fraction in &fractions[usize::from(layer > 0)..] {
                     let between = |i: usize| outer[i] + fraction * (inner[i] - outer[i]);
                     nodes.push([between(0), between(1)]);
@@ -81,28 +85,29 @@ impl Mesh {
             materials: body.layers.iter().map(|layer| layer.material).collect(),
             frames: Vec::new(),
         };
+        // Frames come last: in folded elements their tangents may have no length.
         mesh.check_elements(body)?;
         mesh.frames = mesh.surface_frames();
         Ok(mesh)
     }
 
-    /// Columns and rows of elements.
+    /// Iterates over the elements as pairs of column and row.
     pub fn elements(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
         let through = self.layer_of.len();
         (0..self.columns / 2).flat_map(move |column| (0..through).map(move |row| [column, row]))
     }
 
-    /// The nine nodes of an element: along s first, from the touched surface inwards within.
+    /// Returns the nine nodes of an element, column by column, each from the touched surface inwards.
     pub fn element_nodes(&self, [column, row]: [usize; 2]) -> [usize; 9] {
         std::array::from_fn(|i| (2 * column + i / 3) * self.rows + 2 * row + i % 3)
     }
 
-    /// Where these nodes are, mm.
+    /// Returns the positions of an element's nodes (radius and height), mm.
     pub fn element_places(&self, element: [usize; 2]) -> [[f64; 2]; 9] {
         self.element_nodes(element).map(|node| self.nodes[node])
     }
 
-    /// How many interfaces can move, from the touched one inwards.
+    /// Number of interfaces that can move. The innermost one does not count if it is bonded everywhere.
     pub fn moving_interfaces(&self) -> usize {
         let last = self.interface_rows.len() - 1;
         let moves =
@@ -110,12 +115,12 @@ impl Mesh {
         if moves { last + 1 } else { last }
     }
 
-    /// Node of an interface in a column.
+    /// Returns the node of an interface in a column.
     pub fn interface_node(&self, interface: usize, column: usize) -> usize {
         column * self.rows + self.interface_rows[interface]
     }
 
-    /// The first of the three columns around s, and how much each counts there.
+    /// Returns the first of the three columns of the element around s, and their interpolation weights at s.
     pub fn interpolation(&self, s: f64) -> (usize, [f64; 3]) {
         let s = s.clamp(0.0, 1.0);
         let ends = (0..self.columns / 2).map(|element| self.s[2 * element + 2]);
@@ -124,7 +129,7 @@ impl Mesh {
         (2 * element, quadratic(2.0 * (s - begin) / (end - begin) - 1.0))
     }
 
-    /// A place of an interface, as elements have it, mm.
+    /// Returns the point of an interface at s and azimuth as the elements interpolate it, mm.
     pub fn interface_place(&self, interface: usize, s: f64, azimuth: f64) -> Point3<f64> {
         let (column, values) = self.interpolation(s);
         let mut place = [0.0; 2];
@@ -135,11 +140,12 @@ impl Mesh {
         Point3::new(place[0] * azimuth.cos(), place[0] * azimuth.sin(), place[1])
     }
 
-    /// The same of the touched surface.
+    /// Returns the point of the touched surface at s and azimuth, mm.
     pub fn surface_place(&self, s: f64, azimuth: f64) -> Point3<f64> {
         self.interface_place(0, s, azimuth)
     }
 
+    /// Checks that every element has a positive area.
     fn check_elements(&self, body: &Body) -> Result<(), ElasticError> {
         let shape = Shape::new();
         for element in self.elements() {
@@ -152,7 +158,8 @@ impl Mesh {
         Ok(())
     }
 
-    /// Directions at the nodes of the touched surface; the mean of both elements where two meet.
+    /// Computes normal and tangent at the nodes of the touched surface. Where two elements meet, both tangents are
+    /// averaged.
     fn surface_frames(&self) -> Vec<Frame> {
         let place = |column: usize| self.nodes[column * self.rows];
         let mut tangents = vec![[0.0; 2]; self.columns];
@@ -169,7 +176,7 @@ impl Mesh {
                 tangents[2 * element + i][1] += d[1] / length;
             }
         }
-        // On the axis a smooth surface is level.
+        // A smooth surface is horizontal on the axis.
         tangents[0] = [1.0, 0.0];
         let unit = |[r, z]: [f64; 2]| {
             let length = r.hypot(z);
@@ -180,7 +187,7 @@ impl Mesh {
     }
 }
 
-/// Values with the middle of each pair between them.
+/// Inserts the midpoint between each pair of neighbouring values.
 fn with_middles(ends: &[f64]) -> Vec<f64> {
     let mut all = Vec::with_capacity(2 * ends.len() - 1);
     for pair in ends.windows(2) {

@@ -1,4 +1,4 @@
-//! What a press does.
+//! Result of a press.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -16,17 +16,17 @@ use crate::presser::Press;
 use crate::response::{field, resultants, surface, volumes};
 use crate::stack::Stack;
 
-/// By which theory an outcome was found.
+/// Theory by which a press is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// Small strain: displacements in proportion to tractions.
+    /// Small strain: displacements are proportional to tractions.
     Linear,
-    /// Large strain, neo-Hookean: presses at the pole that are symmetric about the axis.
+    /// Large strain, neo-Hookean: axisymmetric presses at the pole.
     Finite,
 }
 
 impl Level {
-    /// As outputs name it.
+    /// Returns the name used in outputs.
     pub fn name(self) -> &'static str {
         match self {
             Self::Linear => "linear",
@@ -38,69 +38,71 @@ impl Level {
 /// A node of the touched surface, in the body's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceNode {
-    /// At rest, mm.
+    /// Undeformed position, mm.
     pub place_mm: Point3<f64>,
-    /// Out of the body, at rest.
+    /// Undeformed normal out of the body.
     pub outward: Vector3<f64>,
-    /// The area that it stands for, mm2.
+    /// Area that the node stands for, mm2.
     pub area_mm2: f64,
-    /// From rest, mm.
+    /// Displacement, mm.
     pub displacement_mm: Vector3<f64>,
-    /// What the presser pushes with, MPa: against the outward normal at rest; at large strain along the axis,
-    /// per area at rest.
+    /// Contact pressure, MPa: against the undeformed outward normal; at large strain along the axis, per undeformed
+    /// area.
     pub pressure_mpa: f64,
-    /// What friction drags with, across the normal, MPa.
+    /// Friction traction, perpendicular to the normal, MPa.
     pub shear_mpa: Vector3<f64>,
-    /// Whether the presser holds it.
+    /// State of contact.
     pub touch: Touch,
 }
 
-/// What a presser does to a node.
+/// State of contact of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Touch {
-    /// It is not there.
+    /// No contact.
     Free,
-    /// It pushes, and slips: friction is used up, or there is none.
+    /// Contact with slip: friction is exhausted, or there is none.
     Slips,
-    /// It pushes, and takes the surface along.
+    /// Contact without slip: the surface moves with the indenter.
     Sticks,
 }
 
-/// What a press does, in the body's frame.
+/// Result of a press, in the body's frame.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     mesh: Arc<Mesh>,
-    /// By harmonic: interface after interface, column after column, radial, around, axial.
+    /// Displacement amplitudes by harmonic: interface after interface, column after column, radial, circumferential,
+    /// axial.
     pub(crate) amplitudes: Vec<Vec<Complex<f64>>>,
     /// Nodes of the touched surface, ring after ring from the pole outwards.
     pub nodes: Vec<SurfaceNode>,
-    /// By which theory.
+    /// Theory of the computation.
     pub level: Level,
-    /// How far the presser reaches below the surface at rest, along its normals, mm.
+    /// Depth to which the indenter reaches below the undeformed surface, along its normals, mm.
     pub depth_mm: f64,
-    /// Of the presser on the body, N.
+    /// Force of the indenter on the body, N.
     pub force_n: Vector3<f64>,
-    /// Of the presser on the body about the origin, N mm.
+    /// Moment of the indenter on the body about the origin, N mm.
     pub moment_nmm: Vector3<f64>,
-    /// Of all nodes that the presser pushes, mm2: at rest; at large strain of the disc that it then holds.
+    /// Area of all nodes in contact, mm2: undeformed; at large strain, of the deformed contact disc.
     pub contact_area_mm2: f64,
-    /// Of those nodes that move with the presser, mm2; all others slip.
+    /// Area of the nodes that stick to the indenter, mm2; all others slip.
     pub stick_area_mm2: f64,
-    /// Of the circle of the area that is pushed, mm; to about half the distance of nodes.
+    /// Radius of the circle with the area of contact, mm; accurate to about half the node spacing.
     pub contact_radius_mm: f64,
-    /// The largest displacement into the body, along the normal, mm.
+    /// Largest displacement into the body, along the normal, mm.
     pub max_indentation_mm: f64,
-    /// The largest displacement out of the body, along the normal, mm.
+    /// Largest displacement out of the body, along the normal, mm.
     pub bulge_mm: f64,
-    /// What each layer's volume gains, mm3, from the touched one inwards.
+    /// Volume change of each layer, mm3, from the touched one inwards.
     pub volume_change_mm3: Vec<f64>,
-    /// What is stored in the layers, N mm; known at large strain.
+    /// Elastic energy of the layers, N mm; known at large strain only.
     pub energy_nmm: Option<f64>,
-    /// How often the contact was improved.
+    /// Number of contact iterations.
     pub iterations: usize,
 }
 
 impl Outcome {
+    /// Evaluates displacements, resultants and the state of contact from solved pressures and friction tractions.
     pub(crate) fn new(
         patch: &Patch<'_>,
         contact: &Contact,
@@ -130,6 +132,7 @@ impl Outcome {
                 let node = &mut nodes[begin + i];
                 node.shear_mpa = shear.tractions[0][i] * along + shear.tractions[1][i] * around;
                 let limit_mpa = press.friction * node.pressure_mpa;
+                // Tractions below the friction limit stick; the margin absorbs rounding.
                 if node.shear_mpa.norm() < limit_mpa * (1.0 - 1e-9) {
                     node.touch = Touch::Sticks;
                 }
@@ -162,7 +165,8 @@ impl Outcome {
         }
     }
 
-    /// From displacements of all nodes of the mesh, radial and axial, and pressures of rings along the axis.
+    /// Creates an outcome at large strain from the displacements of all mesh nodes, radial and axial, and the rings'
+    /// pressures along the axis.
     pub(crate) fn finite(
         stack: &Stack,
         displacements: &[f64],
@@ -175,6 +179,7 @@ impl Outcome {
         let mut amplitudes = Vec::with_capacity(3 * mesh.moving_interfaces() * mesh.columns);
         for interface in 0..mesh.moving_interfaces() {
             for column in 0..mesh.columns {
+                // Two displacements per node, radial and axial.
                 let node = 2 * mesh.interface_node(interface, column);
                 let parts = [displacements[node], 0.0, displacements[node + 1]];
                 amplitudes.extend(parts.map(|part| Complex::new(part, 0.0)));
@@ -188,10 +193,11 @@ impl Outcome {
             if pressures[ring] > 0.0 {
                 node.touch = Touch::Slips;
             }
+            // By symmetry the force is axial, and the moment vanishes.
             force_n.z -= 2.0 * PI * stack.rings.rings[ring].weight * pressures[ring];
         }
         let outwards = |node: &SurfaceNode| node.displacement_mm.dot(&node.outward);
-        // The edge is where the surface then is, between the last node that is held and the next.
+        // The contact's edge lies on the deformed surface, between the last node in contact and the next.
         let moved_mm = |node: &SurfaceNode| node.place_mm.x + node.displacement_mm.x;
         let contact_radius_mm = match nodes.iter().rposition(|node| node.pressure_mpa > 0.0) {
             Some(last) => {
@@ -220,15 +226,15 @@ impl Outcome {
         }
     }
 
-    /// Displacement of an interface (0 is the touched surface) at an azimuth, radians, and a place s of its
-    /// curve, from 0 on the axis to 1 at the rim, mm. Zero where there is no such interface.
+    /// Returns the displacement of an interface (0 is the touched surface), mm, at an azimuth, radians, and a parameter
+    /// s of its curve, from 0 on the axis to 1 at the rim. Zero for interfaces that do not exist or cannot move.
     pub fn displacement_mm(&self, interface: usize, azimuth: f64, s: f64) -> Vector3<f64> {
         if interface >= self.mesh.moving_interfaces() {
             return Vector3::zeros();
         }
         let (column, values) = self.mesh.interpolation(s);
         let mut parts = [0.0; 3];
-        // A turn more with each harmonic: a hundred of them lose two digits of sixteen.
+        // Powers of one rotation replace a sine and cosine per harmonic; a hundred of them lose two digits of sixteen.
         let step = Complex::from_polar(1.0, azimuth);
         let mut turn = Complex::new(1.0, 0.0);
         for amplitudes in &self.amplitudes {
@@ -245,7 +251,7 @@ impl Outcome {
         turned(parts, azimuth)
     }
 
-    /// The unit normal out of the touched surface at rest.
+    /// Returns the unit normal out of the undeformed touched surface.
     pub fn outward(&self, azimuth: f64, s: f64) -> Vector3<f64> {
         let (column, values) = self.mesh.interpolation(s);
         let part = |k: usize| {
@@ -255,23 +261,23 @@ impl Outcome {
         turned([part(0), 0.0, part(1)], azimuth).normalize()
     }
 
-    /// A place of an interface at rest, mm.
+    /// Returns a point of an undeformed interface, mm.
     pub fn place_mm(&self, interface: usize, azimuth: f64, s: f64) -> Point3<f64> {
         self.mesh.interface_place(interface, s, azimuth)
     }
 
-    /// s of each column of nodes, which all interfaces share.
+    /// Values of s of the mesh columns, which all interfaces share.
     pub fn columns(&self) -> &[f64] {
         &self.mesh.s
     }
 
-    /// How many interfaces there are, the touched one and the innermost included.
+    /// Number of interfaces, including the touched and the innermost one.
     pub fn interfaces(&self) -> usize {
         self.mesh.interface_rows.len()
     }
 }
 
-/// Radial, around and axial parts at an azimuth to the body's frame.
+/// Converts radial, circumferential and axial parts at an azimuth to a vector in the body's frame.
 pub(crate) fn turned([radial, around, axial]: [f64; 3], azimuth: f64) -> Vector3<f64> {
     let (sin, cos) = azimuth.sin_cos();
     Vector3::new(radial * cos - around * sin, radial * sin + around * cos, axial)

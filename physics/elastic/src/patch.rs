@@ -1,4 +1,4 @@
-//! The part of the surface that a press can touch, and what tractions there do to it.
+//! The rings that a press can touch, and the displacements that tractions on them cause.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,15 +9,15 @@ use crate::compliance::{ALONG, AROUND, Compliance, NORMAL};
 use crate::rings::Buffers;
 use crate::stack::Stack;
 
-/// Whole rings from one to another; values are those of their nodes, ring after ring.
+/// A range of consecutive rings. Nodal values are stored ring after ring.
 pub(crate) struct Patch<'a> {
     pub stack: &'a Stack,
     pub rings: Range<usize>,
-    /// By harmonic; of these rings at least, and with what drags where that is asked for.
+    /// Compliances by harmonic. They cover at least these rings, and tangential tractions if those are needed.
     pub answers: Arc<Vec<Compliance>>,
 }
 
-/// Amplitudes by harmonic and ring of a patch.
+/// Complex amplitudes by harmonic and ring of a patch.
 #[derive(Clone, Default)]
 pub(crate) struct Spectrum {
     rings: usize,
@@ -45,7 +45,7 @@ impl Spectrum {
     }
 }
 
-/// What products need, reused from one to the next.
+/// Buffers of [`Patch::apply`], reused from one product to the next.
 #[derive(Default)]
 pub(crate) struct Work {
     pub loads: [Spectrum; 3],
@@ -58,7 +58,8 @@ impl Patch<'_> {
         self.node_range(self.rings.len()).start
     }
 
-    /// Where a ring of the patch has its values; that of the one past the last begins at their number.
+    /// Returns the range of nodal values of a ring. For the ring past the last it is empty and begins at the number of
+    /// nodes.
     pub fn node_range(&self, ring: usize) -> Range<usize> {
         let all = &self.stack.rings;
         let first = |ring: usize| all.rings.get(ring).map_or(all.nodes, |ring| ring.first);
@@ -67,12 +68,12 @@ impl Patch<'_> {
         first(here) - begin..first((here + 1).min(all.rings.len())) - begin
     }
 
-    /// The highest harmonic of any ring of the patch.
+    /// Highest harmonic of any ring of the patch.
     pub fn harmonics(&self) -> usize {
         self.stack.rings.rings[self.rings.end - 1].harmonics
     }
 
-    /// The area of each node, mm2.
+    /// Area that each node stands for, mm2.
     pub fn areas(&self) -> Vec<f64> {
         let rings = self.rings.clone();
         let area = |ring: usize| {
@@ -82,7 +83,7 @@ impl Patch<'_> {
         rings.flat_map(area).collect()
     }
 
-    /// Values of components to their amplitudes, in `work.loads`.
+    /// Transforms nodal values of the components to amplitudes in `work.loads`.
     pub fn analyse(&self, values: [Option<&[f64]>; 3], work: &mut Work) {
         let (rings, harmonics) = (self.rings.len(), self.harmonics());
         for component in [NORMAL, ALONG, AROUND] {
@@ -91,7 +92,8 @@ impl Patch<'_> {
             spectrum.reset(harmonics, rings);
             for ring in 0..rings {
                 let here = &values[self.node_range(ring)];
-                // What goes around is a sine where the others are cosines: a quarter turn ahead.
+                // The circumferential component is a sine series where the others are cosine series: a quarter turn
+                // ahead.
                 let turn = if component == AROUND { Complex::i() } else { Complex::new(1.0, 0.0) };
                 let all = &self.stack.rings;
                 all.analyse(self.rings.start + ring, here, &mut work.buffers, |m, amplitude| {
@@ -100,7 +102,7 @@ impl Patch<'_> {
             }
         }
         if self.rings.start == 0 && harmonics > 0 {
-            // On the axis the two are a vector (x, y), which is a harmonic 1 around it.
+            // On the axis the tangential pair is a vector (x, y), that is, an amplitude of harmonic 1.
             let [x, y] = [ALONG, AROUND].map(|c| values[c].map_or(0.0, |values| values[0]));
             for (component, sign) in [(ALONG, 1.0), (AROUND, -1.0)] {
                 if values[component].is_some() {
@@ -111,9 +113,9 @@ impl Patch<'_> {
         }
     }
 
-    /// Displacements of components by the tractions of components, mm by MPa.
+    /// Computes the displacements, mm, that tractions, MPa, cause, for the components that are given.
     ///
-    /// Tangential components come and go together.
+    /// The two tangential components must be given or left out together.
     pub fn apply(
         &self,
         loads: [Option<&[f64]>; 3],
@@ -138,10 +140,13 @@ impl Patch<'_> {
         self.synthesise(moved, work);
     }
 
-    /// One block of one harmonic.
+    /// Multiplies one load component's amplitudes by one block of a harmonic's compliance and adds the result to a
+    /// displacement component.
     fn multiply(&self, harmonic: usize, load: usize, component: usize, work: &mut Work) {
         let block = &self.answers[harmonic];
         let rows = block.components * block.rings;
+        // Rings further in than the block's first do not carry this harmonic.
+        // Offsets of the patch's rings within the block, whose columns hold all components one after the other.
         let start = self.rings.start.max(block.first);
         if start >= self.rings.end {
             return;
@@ -165,8 +170,10 @@ impl Patch<'_> {
         }
     }
 
+    /// Transforms the amplitudes in `work.moved` back to nodal values: the inverse of `analyse`.
     fn synthesise(&self, moved: [Option<&mut [f64]>; 3], work: &mut Work) {
         let harmonics = self.harmonics();
+        // Inverse of the special case in `analyse`: harmonic 1 on the axis is a vector across it.
         let on_axis = match self.rings.start == 0 && harmonics > 0 && moved[ALONG].is_some() {
             true => Some((work.moved[ALONG].at(1, 0) - work.moved[AROUND].at(1, 0)) * 0.5),
             false => None,

@@ -1,4 +1,4 @@
-//! Rigid bodies that press.
+//! Rigid indenters and how they move.
 
 use std::cell::RefCell;
 
@@ -6,14 +6,14 @@ use fabkit_geometry::{CompiledSolid, Point3, Pose, Ray, Scratch, Vector3};
 
 use crate::ElasticError;
 
-/// A rigid body, seen from a surface that it presses on.
+/// A rigid indenter as the touched surface needs it: by its gap along a line.
 pub trait Presser {
-    /// How far from a place, along a unit vector out of the soft body, the presser begins, mm.
+    /// Returns the distance from `place` along the unit vector `outward` (out of the soft body) to the indenter, mm.
     ///
-    /// Negative where the place lies inside the presser, by how far the presser reaches below it, and
-    /// infinite where the line misses the presser. What lies more than `reach_mm` below the place is another
-    /// part of the presser on the other side of the body, and does not count; but a stretch that begins there
-    /// and reaches above does. All in the soft body's frame.
+    /// Negative where `place` lies inside the indenter, by the depth to which the indenter reaches below it; infinite
+    /// where the line misses the indenter. An interval of the line that lies wholly more than `reach_mm` below `place`
+    /// belongs to another part of the indenter on the far side of the body and is ignored; an interval that begins
+    /// there and ends above counts. All arguments are in the soft body's frame.
     fn gap_mm(&self, place: &Point3<f64>, outward: &Vector3<f64>, reach_mm: f64) -> f64;
 }
 
@@ -23,13 +23,13 @@ impl<F: Fn(&Point3<f64>, &Vector3<f64>, f64) -> f64> Presser for F {
     }
 }
 
-/// The begin of the first stretch that is not wholly deeper than what may be pressed.
+/// Returns the begin of the first interval that does not lie wholly deeper than `reach_mm`; infinite if there is none.
 fn first_begin(stretches: impl IntoIterator<Item = [f64; 2]>, reach_mm: f64) -> f64 {
     let first = stretches.into_iter().find(|[_, end]| *end > -reach_mm);
     first.map_or(f64::INFINITY, |[begin, _]| begin)
 }
 
-/// A ball.
+/// A spherical indenter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
     centre_mm: Point3<f64>,
@@ -37,10 +37,10 @@ pub struct Ball {
 }
 
 impl Ball {
-    /// From its centre in the soft body's frame and its radius, mm.
+    /// Creates a ball from its centre in the soft body's frame and its radius, mm.
     ///
     /// # Errors
-    /// A radius that is not positive, a centre that is not finite.
+    /// A radius that is not positive and finite, or a centre that is not finite.
     pub fn new(centre_mm: Point3<f64>, radius_mm: f64) -> Result<Self, ElasticError> {
         let hint = "positive and finite, in mm";
         if !(radius_mm > 0.0 && radius_mm.is_finite()) {
@@ -56,6 +56,7 @@ impl Ball {
 impl Presser for Ball {
     fn gap_mm(&self, place: &Point3<f64>, outward: &Vector3<f64>, reach_mm: f64) -> f64 {
         let to_centre = self.centre_mm - place;
+        // Intersection of the line with the ball: the half chord about the point closest to the centre.
         let along = to_centre.dot(outward);
         let off_squared = (to_centre - along * outward).norm_squared();
         let half_squared = self.radius_mm.powi(2) - off_squared;
@@ -67,7 +68,7 @@ impl Presser for Ball {
     }
 }
 
-/// Any exact solid in its place; one for each thread that presses.
+/// An indenter of any exact solid at a pose. It holds scratch memory, so each thread needs one of its own.
 #[derive(Debug)]
 pub struct SolidPresser<'a> {
     solid: &'a CompiledSolid,
@@ -76,7 +77,7 @@ pub struct SolidPresser<'a> {
 }
 
 impl<'a> SolidPresser<'a> {
-    /// From a solid and the pose that maps its frame to the soft body's.
+    /// Creates the indenter from a solid and the pose that maps its frame to the soft body's.
     pub fn new(solid: &'a CompiledSolid, body_from_presser: &Pose) -> Self {
         Self { solid, presser_from_body: body_from_presser.inverse(), work: RefCell::default() }
     }
@@ -94,7 +95,7 @@ impl Presser for SolidPresser<'_> {
     }
 }
 
-/// Several bodies at once: what is met first counts.
+/// Several indenters at once: the smallest gap counts.
 impl<P: Presser> Presser for [P] {
     fn gap_mm(&self, place: &Point3<f64>, outward: &Vector3<f64>, reach_mm: f64) -> f64 {
         let gaps = self.iter().map(|body| body.gap_mm(place, outward, reach_mm));
@@ -108,7 +109,7 @@ impl<P: Presser> Presser for Vec<P> {
     }
 }
 
-/// How a presser moves: from where it stands until it touches, and on.
+/// Motion of an indenter: optionally an approach until it touches and a given depth further, then optionally a shear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Press {
     pub(crate) way: Option<(Vector3<f64>, f64)>,
@@ -118,16 +119,16 @@ pub struct Press {
 }
 
 impl Press {
-    /// The presser is where it shall be.
+    /// Creates a press of an indenter that already stands at its final pose.
     pub fn in_place() -> Self {
         Self { way: None, friction: 0.0, shear_mm: Vector3::zeros(), shear_steps: 1 }
     }
 
-    /// The presser moves along a direction, in the soft body's frame, until it touches the surface at rest,
-    /// and then `depth_mm` further.
+    /// Creates a press whose indenter moves along `direction` (in the soft body's frame) until it touches the
+    /// undeformed surface, and then `depth_mm` further.
     ///
     /// # Errors
-    /// A depth that is not positive, a direction of no length.
+    /// A depth that is not positive and finite, or a direction without length.
     pub fn along(direction: Vector3<f64>, depth_mm: f64) -> Result<Self, ElasticError> {
         if !(depth_mm > 0.0 && depth_mm.is_finite()) {
             let hint = "positive and finite, in mm";
@@ -141,12 +142,12 @@ impl Press {
         Ok(Self { way: Some((direction / length, depth_mm)), ..Self::in_place() })
     }
 
-    /// The presser then moves on by `way_mm`, in the soft body's frame, in `steps` equal steps, and holds the
-    /// surface by Coulomb's friction. Steps tell what has slipped from what sticks: a way that does not turn
-    /// back needs few.
+    /// Adds a shear: after pressing, the indenter moves by `way_mm` (in the soft body's frame) in `steps` equal steps
+    /// with Coulomb friction on the surface. Steps resolve the history of stick and slip; a path that does not reverse
+    /// needs few.
     ///
     /// # Errors
-    /// A friction that is negative or not finite, a way that is not finite, no steps.
+    /// A friction coefficient that is negative or not finite, a displacement that is not finite, or zero steps.
     pub fn sheared(
         self,
         friction: f64,

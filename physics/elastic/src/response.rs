@@ -1,4 +1,4 @@
-//! What tractions of a patch do to the whole body: displacements, force, moment, volumes.
+//! Response of the whole body to tractions on a patch: displacements, force, moment, volumes.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,8 @@ use crate::patch::{Patch, Work};
 use crate::rings::Buffers;
 use crate::stack::Stack;
 
-/// Displacements of all interfaces' nodes by the tractions in `work.loads`.
+/// Computes the displacement amplitudes of all interfaces' nodes by the tractions in `work.loads`, one vector per
+/// harmonic.
 pub(crate) fn field(
     patch: &Patch<'_>,
     components: &[usize],
@@ -40,7 +41,7 @@ pub(crate) fn field(
     amplitudes
 }
 
-/// Displacements at the nodes of the touched surface.
+/// Computes the displacements at the nodes of the touched surface.
 pub(crate) fn surface(stack: &Stack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<SurfaceNode> {
     let mut nodes = Vec::with_capacity(stack.rings.nodes);
     let (mut buffers, mut values) = (Buffers::default(), [Vec::new(), Vec::new(), Vec::new()]);
@@ -59,6 +60,7 @@ pub(crate) fn surface(stack: &Stack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<Su
         for (node, ((radial, around), axial)) in parts.enumerate() {
             let azimuth = stack.rings.azimuth(ring, node);
             let (place_mm, outward) = stack.place(ring, azimuth);
+            // On the axis harmonic 1 is a vector across it, which the one-node ring does not carry.
             let displacement_mm = match ring == 0 && amplitudes.len() > 1 {
                 true => Vector3::new(at(1, 0).re, -at(1, 0).im, at(0, 2).re),
                 false => turned([*radial, *around, *axial], azimuth),
@@ -77,7 +79,7 @@ pub(crate) fn surface(stack: &Stack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<Su
     nodes
 }
 
-/// Force and moment of the tractions in `work.loads`, exactly as the elements feel them.
+/// Computes force and moment of the tractions in `work.loads` exactly as the elements are loaded by them.
 pub(crate) fn resultants(
     patch: &Patch<'_>,
     components: &[usize],
@@ -94,7 +96,7 @@ pub(crate) fn resultants(
                 let [r, z] = stack.mesh.nodes[column * stack.mesh.rows];
                 for (direction, part) in directions(&stack.mesh, column, component) {
                     let part = part * share * PI;
-                    // Across: integrals of the first harmonic with the directions' own sine and cosine.
+                    // Transverse force: integrals of harmonic 1 with the sine and cosine of the direction.
                     let across = match direction {
                         0 => Vector3::new(first.re, -first.im, 0.0) * part,
                         1 => Vector3::new(-first.re, first.im, 0.0) * part,
@@ -102,6 +104,7 @@ pub(crate) fn resultants(
                     };
                     force += across;
                     moment += Vector3::new(0.0, 0.0, z).cross(&across);
+                    // The axial component of harmonic 0 is the normal force; the circumferential one is the torque.
                     match direction {
                         1 => moment.z += 2.0 * part * r * even.im,
                         2 => {
@@ -117,7 +120,7 @@ pub(crate) fn resultants(
     (force, moment)
 }
 
-/// What layers gain by the tractions in `work.loads`, mm3.
+/// Computes the volume change of each layer by the tractions in `work.loads`, mm3.
 pub(crate) fn volumes(patch: &Patch<'_>, components: &[usize], work: &Work) -> Vec<f64> {
     let count = patch.stack.rings.rings.len();
     let of_layer = |by_load: &Vec<f64>| {

@@ -1,8 +1,8 @@
 //! The touched surface as rings of nodes about the axis.
 //!
-//! Each column of the mesh is a ring. Its nodes are as many as keep about the spacing along the meridian:
-//! near the axis few, since a smooth field has few harmonics there. Numbers are odd, so that a ring of N
-//! nodes and its (N - 1) / 2 harmonics say the same.
+//! Each column of the mesh is a ring. The number of its nodes keeps their spacing close to the spacing along the
+//! meridian: few near the axis, since a smooth field has few harmonics there. Counts are odd, so that N nodes and their
+//! (N - 1) / 2 harmonics carry the same information.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -17,15 +17,15 @@ use crate::mesh::Mesh;
 /// One ring of nodes.
 #[derive(Clone, Debug)]
 pub(crate) struct Ring {
-    /// How many nodes; odd. Node j is at the azimuth `2 pi j / count`.
+    /// Number of nodes; odd. Node j is at the azimuth `2 pi j / count`.
     pub count: usize,
-    /// The highest harmonic: `(count - 1) / 2`, and 1 on the axis, where the harmonic 1 moves sideways.
+    /// Highest harmonic: `(count - 1) / 2`, but 1 on the axis, where harmonic 1 is a sideways motion.
     pub harmonics: usize,
-    /// Of its first node among all nodes.
+    /// Index of the ring's first node among all nodes.
     pub first: usize,
-    /// Integral of the ring's function of s, times radius, mm2: of the ring's area, a radian's share.
+    /// Integral over s of the ring's hat function times radius, mm2: the ring's area per radian.
     pub weight: f64,
-    /// Columns of the mesh that move with this ring, and how much: integrals that add up to `weight`.
+    /// Mesh columns whose displacement enters the ring's mean, with their weights; the weights add up to `weight`.
     pub shares: Vec<(usize, f64)>,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct Ring {
 pub(crate) struct Rings {
     pub rings: Vec<Ring>,
     pub nodes: usize,
-    /// Both directions by length.
+    /// Forward and inverse transform by length.
     plans: BTreeMap<usize, [Arc<dyn Fft<f64>>; 2]>,
 }
 
@@ -44,7 +44,7 @@ impl std::fmt::Debug for Rings {
     }
 }
 
-/// Buffers of a transform, reused.
+/// Buffers of a Fourier transform, reused.
 #[derive(Default)]
 pub(crate) struct Buffers {
     line: Vec<Complex<f64>>,
@@ -52,6 +52,7 @@ pub(crate) struct Buffers {
 }
 
 impl Rings {
+    /// Chooses the number of nodes of each ring and prepares the transforms. Rings end at the first fixed column.
     pub fn new(mesh: &Mesh, max_harmonic: usize) -> Self {
         let free =
             (0..mesh.columns).take_while(|column| !mesh.is_fixed[column * mesh.rows]).count();
@@ -65,7 +66,9 @@ impl Rings {
                     let spacing_mm = spacing(mesh, column);
                     let around_mm = 2.0 * PI * mesh.nodes[column * mesh.rows][0];
                     let wanted = odd_and_smooth((around_mm / spacing_mm).ceil() as usize);
-                    // Never fewer than the ring inside: a harmonic's rings are then all from one on.
+                    // Counts never decrease outwards, so the rings that carry a harmonic are all those from some ring
+                    // on.
+                    // Two nodes per wave resolve a harmonic.
                     let harmonics = ((wanted - 1) / 2).min(max_harmonic).max(most).max(1);
                     most = harmonics;
                     (harmonics, 2 * harmonics + 1)
@@ -86,17 +89,17 @@ impl Rings {
         Self { rings, nodes, plans }
     }
 
-    /// The highest harmonic of any ring.
+    /// Highest harmonic of any ring.
     pub fn harmonics(&self) -> usize {
         self.rings.iter().map(|ring| ring.harmonics).max().unwrap_or(0)
     }
 
-    /// The first ring that knows a harmonic; all further out know it, too.
+    /// Returns the first ring that carries a harmonic; all rings further out carry it too.
     pub fn first_with(&self, harmonic: usize) -> usize {
         self.rings.iter().position(|ring| ring.harmonics >= harmonic).unwrap_or(self.rings.len())
     }
 
-    /// The area that a node of a ring stands for, mm2.
+    /// Area that a node of a ring stands for, mm2.
     pub fn area_mm2(&self, ring: usize) -> f64 {
         self.rings[ring].weight * 2.0 * PI / self.rings[ring].count as f64
     }
@@ -105,7 +108,8 @@ impl Rings {
         2.0 * PI * node as f64 / self.rings[ring].count as f64
     }
 
-    /// Values around a ring to amplitudes: `f = Re sum F_m exp(i m phi)`. `put` gets m and the amplitude.
+    /// Transforms values around a ring to amplitudes, `f = Re sum F_m exp(i m phi)`, and passes each m and amplitude to
+    /// `put`.
     pub fn analyse(
         &self,
         ring: usize,
@@ -124,11 +128,12 @@ impl Rings {
         let scale = 1.0 / count as f64;
         put(0, Complex::new(buffers.line[0].re * scale, 0.0));
         for m in 1..=count / 2 {
+            // Twice, for the negative frequencies, which are not stored.
             put(m, buffers.line[m] * (2.0 * scale));
         }
     }
 
-    /// Amplitudes to values around a ring; `get` is asked for each harmonic that the ring knows.
+    /// Transforms amplitudes to values around a ring. `get` is called for each harmonic that the ring carries.
     pub fn synthesise(
         &self,
         ring: usize,
@@ -153,6 +158,7 @@ impl Rings {
         }
     }
 
+    /// Transforms `buffers.line` in place: forwards for direction 0, backwards for 1, both without scaling.
     fn transform(&self, count: usize, direction: usize, buffers: &mut Buffers) {
         if let Some(plan) = self.plans.get(&count) {
             let needed = plan[direction].get_inplace_scratch_len();
@@ -164,7 +170,7 @@ impl Rings {
     }
 }
 
-/// The mean distance to both neighbours along the meridian, mm.
+/// Mean distance of a column to both neighbours along the meridian, mm.
 fn spacing(mesh: &Mesh, column: usize) -> f64 {
     let place = |column: usize| mesh.nodes[column * mesh.rows];
     let (before, after) = (place(column - 1), place((column + 1).min(mesh.columns - 1)));
@@ -172,7 +178,7 @@ fn spacing(mesh: &Mesh, column: usize) -> f64 {
     (after[0] - before[0]).hypot(after[1] - before[1]) / steps
 }
 
-/// The next number that has no other factors than 3, 5 and 7.
+/// Returns the next number without prime factors other than 3, 5 and 7, for which the Fourier transform is fast.
 fn odd_and_smooth(at_least: usize) -> usize {
     let is_smooth = |n: &usize| {
         let mut rest = *n;
@@ -186,17 +192,19 @@ fn odd_and_smooth(at_least: usize) -> usize {
     (at_least.max(3)..).find(is_smooth).unwrap_or(at_least)
 }
 
-/// Of each column's hat function over s, its integrals with the quadratic functions of all columns, times
-/// radius.
+/// Integrates, for each column's hat function over s, its product with the quadratic functions of all columns and with
+/// the radius.
 ///
-/// Pressures are linear between neighbouring columns, displacements quadratic between every second.
+/// Pressures are linear between neighbouring columns; displacements are quadratic over two columns' spacing.
 fn shares(mesh: &Mesh) -> Vec<Vec<(usize, f64)>> {
     let mut shares: Vec<BTreeMap<usize, f64>> = vec![BTreeMap::new(); mesh.columns];
     for element in 0..mesh.columns / 2 {
         let columns: [usize; 3] = std::array::from_fn(|i| 2 * element + i);
         let places = columns.map(|column| mesh.nodes[column * mesh.rows]);
+        // Each half of an element is integrated by itself, since hat functions have a kink at the middle column.
         for half in 0..2 {
             for [position, weight] in gauss() {
+                // Half 0 covers x from -1 to 0, half 1 covers 0 to 1.
                 let along = 0.5 * (position + 1.0);
                 let x = along - 1.0 + half as f64;
                 let (values, slopes) = (quadratic(x), quadratic_slope(x));

@@ -1,4 +1,4 @@
-//! Layers that are ready to be pressed.
+//! Layers that are meshed and ready to be pressed.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,36 +15,37 @@ use crate::presser::{Press, Presser};
 use crate::rings::Rings;
 use crate::{Body, Division, ElasticError};
 
-/// A presser that rises by more than this over the distance of two places is met as two parts of it.
+/// Maximum slope between indenter and surface. Where the gap grows faster than this between two points, they face
+/// different parts of the indenter.
 const STEEPEST: f64 = 4.0;
 
-/// A body whose answers to tractions are kept: made once for a design, then pressed as often as one likes.
+/// A meshed body with cached compliances: built once for a design, then pressed any number of times.
 #[derive(Debug)]
 pub struct Stack {
     pub(crate) mesh: Arc<Mesh>,
     pub(crate) rings: Rings,
-    /// By layer, of the harmonic 0: component after component, ring after ring, mm3/MPa.
+    /// Volume change of each layer by harmonic 0 of each component and ring, component after component, mm3/MPa.
     pub(crate) dilations: Vec<Vec<f64>>,
-    /// Of all layers at each column, mm.
+    /// Total thickness of the layers at each mesh column, mm.
     thickness_mm: Vec<f64>,
     threads: usize,
     answers: Mutex<Option<Answers>>,
 }
 
-/// What was solved so far.
+/// Compliances solved so far.
 #[derive(Clone, Debug)]
 struct Answers {
     loads: Loads,
-    /// By harmonic.
+    /// Compliances by harmonic.
     compliances: Arc<Vec<Compliance>>,
 }
 
 impl Stack {
-    /// Meshes a body. What a press needs is solved when it comes, by up to `threads` threads, and kept; what comes out
-    /// does not depend on how many, nor on what was pressed before.
+    /// Meshes a body. Compliances are solved on demand by up to `threads` threads, and kept. Results depend neither on
+    /// the number of threads nor on earlier presses.
     ///
     /// # Errors
-    /// A body or a division that is none.
+    /// An invalid body or division.
     pub fn new(body: &Body, division: &Division, threads: usize) -> Result<Self, ElasticError> {
         let mesh = Mesh::new(body, division)?;
         let rings = Rings::new(&mesh, division.max_harmonic);
@@ -59,16 +60,16 @@ impl Stack {
         Ok(Self { mesh, rings, dilations, thickness_mm, threads, answers })
     }
 
-    /// Solves for presses anywhere, now: many that come one by one would each solve again for what is new to it.
+    /// Solves for presses anywhere at once. Otherwise each press that touches new rings solves again.
     ///
     /// # Errors
-    /// A body that takes too much memory.
+    /// Matrices that exceed the memory limit.
     pub fn everywhere(self, is_dragged: bool) -> Result<Self, ElasticError> {
         self.answers(&(0..self.rings.rings.len()), is_dragged)?;
         Ok(self)
     }
 
-    /// What tractions on rings do, by harmonic.
+    /// Returns the compliances by harmonic for tractions on `rings`, from the cache if they are in it.
     fn answers(
         &self,
         rings: &Range<usize>,
@@ -82,7 +83,8 @@ impl Stack {
             }
             loads = loads.and(&kept.loads);
         }
-        // Without the lock: whoever shares out work while holding it might be handed work that waits for it.
+        // Without the lock: a thread pool that shares out work under a lock may be handed work that waits for the same
+        // lock.
         let solved = compliance::all(&self.mesh, &self.rings, &loads, self.threads)?;
         let compliances = Arc::new(solved);
         let answers = Answers { loads, compliances: Arc::clone(&compliances) };
@@ -90,19 +92,18 @@ impl Stack {
         Ok(compliances)
     }
 
-    /// How many nodes the touched surface has.
+    /// Number of nodes of the touched surface.
     pub fn surface_nodes(&self) -> usize {
         self.rings.nodes
     }
 
-    /// Unknown displacements of one harmonic, and the highest harmonic.
+    /// Returns the number of unknown displacements of one harmonic, and the highest harmonic.
     pub fn size(&self) -> [usize; 2] {
         let free = self.mesh.is_fixed.iter().filter(|is_fixed| !**is_fixed).count();
         [3 * free, self.rings.harmonics()]
     }
 
-    /// A place of the touched surface at rest, and the direction out of the body there, by column of the
-    /// mesh.
+    /// Returns a point of the undeformed touched surface and its outward normal, for a mesh column and an azimuth.
     pub(crate) fn place(&self, column: usize, azimuth: f64) -> (Point3<f64>, Vector3<f64>) {
         let [r, z] = self.mesh.nodes[column * self.mesh.rows];
         let [n_r, n_z] = self.mesh.frames[column].normal;
@@ -110,16 +111,18 @@ impl Stack {
         (Point3::new(r * cos, r * sin, z), Vector3::new(n_r * cos, n_r * sin, n_z))
     }
 
-    /// How far a presser must move along a unit direction to touch the surface at rest, mm.
+    /// Computes how far an indenter must move along `direction` to touch the undeformed surface, mm.
     ///
     /// # Errors
-    /// A presser that meets the surface nowhere on its way, or starts inside.
+    /// An indenter whose path misses the surface, or that starts inside the body.
     pub fn touching_mm(
         &self,
         presser: &dyn Presser,
         direction: &Vector3<f64>,
     ) -> Result<f64, ElasticError> {
         let direction = direction.normalize();
+        // Longer than any distance within a sensor: everything ahead counts, and a start inside shows as a negative
+        // gap.
         let far_mm = 1e3;
         let way = |place: &Point3<f64>| presser.gap_mm(place, &-direction, far_mm);
         let (mut best_mm, mut best) = (f64::INFINITY, [0.0, 0.0]);
@@ -138,7 +141,7 @@ impl Stack {
         if best_mm < 0.0 {
             return Err(ElasticError::StartsInside { inside_mm: -best_mm });
         }
-        // Between nodes: along s and around, in steps that halve.
+        // Refinement between nodes: a pattern search along s and the azimuth, with steps that are halved.
         let mut steps = [0.5 / self.rings.rings.len() as f64, 0.1];
         while steps[0] > 1e-9 {
             let mut is_better = false;
@@ -158,13 +161,15 @@ impl Stack {
         Ok(best_mm)
     }
 
-    /// Presses.
+    /// Presses an indenter into the body.
     ///
-    /// # Errors A presser that does not touch, goes deeper than what is soft, or is too small for the nodes;
-    /// a contact that does not converge.
+    /// # Errors
+    /// An indenter that does not touch, goes deeper than the soft layers, or is too small for the nodes; a contact that
+    /// does not converge.
     pub fn press(&self, presser: &dyn Presser, press: &Press) -> Result<Outcome, ElasticError> {
         let shift_mm = match &press.way {
             Some((direction, depth_mm)) => {
+                // Depths count from the first touch.
                 (self.touching_mm(presser, direction)? + depth_mm) * direction
             }
             None => Vector3::zeros(),
@@ -177,6 +182,7 @@ impl Stack {
                 let value = press.shear_mm.norm();
                 return Err(ElasticError::Press { what: "a shear without harmonics", value, hint });
             }
+            // The patch must hold the contact at the begin and at the end of the shear.
             let (end, _) = self.touched(presser, &(shift_mm + press.shear_mm))?;
             rings = rings.start.min(end.start)..rings.end.max(end.end);
         }
@@ -195,6 +201,7 @@ impl Stack {
             (contact, shear) = (sheared, Some(tractions));
         }
         let outcome = Outcome::new(&patch, &contact, shear.as_ref(), press, depth_mm, &mut work);
+        // Linear elasticity cannot raise a bulge above the depth of the press; such a result is numerical nonsense.
         if outcome.bulge_mm > depth_mm {
             return Err(ElasticError::NoConvergence {
                 what: "the bulge around a press, which is higher than the press is deep,",
@@ -206,7 +213,7 @@ impl Stack {
         Ok(outcome)
     }
 
-    /// The rings that can be touched, and how deep the presser reaches, mm.
+    /// Finds the rings that can be touched and the depth of the indenter, mm.
     fn touched(
         &self,
         presser: &dyn Presser,
@@ -215,6 +222,7 @@ impl Stack {
         let mut least = Vec::with_capacity(self.rings.rings.len());
         for (ring, of_ring) in self.rings.rings.iter().enumerate() {
             let mut least_mm = f64::INFINITY;
+            // Parts of the indenter below the soft layers are on the far side of the body.
             let reach_mm = self.thickness_mm[ring];
             for node in 0..of_ring.count {
                 let (place, outward) = self.place(ring, self.rings.azimuth(ring, node));
@@ -239,14 +247,14 @@ impl Stack {
         if gap_mm >= 0.0 {
             return Err(ElasticError::NoContact { gap_mm });
         }
-        // The surface rises around a press, but never by as much as it is pressed down.
+        // The surface bulges around a press, but never by more than the press is deep.
         let can_touch = |gap: &f64| *gap <= -gap_mm;
         let first = least.iter().position(can_touch).unwrap_or(0);
         let last = least.iter().rposition(can_touch).unwrap_or(0);
         Ok((first..last + 1, -gap_mm))
     }
 
-    /// Where the azimuth has no harmonics, a presser must be the same all around.
+    /// Checks that the indenter is axisymmetric if the body has no harmonics of the azimuth.
     fn check_symmetry(
         &self,
         ring: usize,
@@ -257,6 +265,7 @@ impl Stack {
         if self.rings.rings[ring].count > 1 || ring == 0 {
             return Ok(());
         }
+        // Three azimuths without a common symmetry serve as samples.
         for azimuth in [1.0, 2.5, 4.4] {
             let (place, outward) = self.place(ring, azimuth);
             let other_mm = presser.gap_mm(&(place - shift_mm), &outward, self.thickness_mm[ring]);
@@ -273,7 +282,7 @@ impl Stack {
         Ok(())
     }
 
-    /// The mean gap of each node's surroundings, mm, weighted as displacements are.
+    /// Computes the mean gap around each node, mm, weighted as displacements are; infinite where nothing can touch.
     pub(crate) fn gaps(
         &self,
         patch: &Patch<'_>,
@@ -295,14 +304,15 @@ impl Stack {
                     true => {
                         let share_of = |&(column, share): &(usize, f64)| {
                             let gap_mm = if column == ring { own_mm } else { gap(column) };
-                            // What is that much higher is another part of the presser: a shank, a holder.
+                            // A neighbour that much higher faces another part of the indenter, such as a shank or a
+                            // holder.
                             let apart_mm = self.apart_mm(ring, column);
                             let is_met = gap_mm - own_mm <= STEEPEST * apart_mm;
                             share * if is_met { gap_mm } else { f64::INFINITY }
                         };
                         let mean =
                             of_ring.shares.iter().map(share_of).sum::<f64>() / of_ring.weight;
-                        // Neighbours that miss the presser: the node is at the presser's edge.
+                        // Neighbours miss the indenter: the node is at its edge. This also replaces NaN.
                         if mean.is_finite() { mean } else { f64::INFINITY }
                     }
                     false => f64::INFINITY,
@@ -312,17 +322,17 @@ impl Stack {
         gaps
     }
 
-    /// How far two columns of the touched surface are from each other, mm.
+    /// Distance of two columns of the touched surface, mm.
     fn apart_mm(&self, one: usize, other: usize) -> f64 {
         let [a, b] = [one, other].map(|column| self.mesh.nodes[column * self.mesh.rows]);
         (a[0] - b[0]).hypot(a[1] - b[1])
     }
 
-    /// By how much at most what one place does to another is not what that does to it, as a part of the
-    /// largest compliance: by reciprocity nothing but rounding.
+    /// Computes the largest violation of reciprocity (action of one node on another against the reverse), relative to
+    /// the largest compliance. Only rounding should remain.
     ///
     /// # Errors
-    /// A body that takes too much memory.
+    /// Matrices that exceed the memory limit.
     pub fn asymmetry(&self) -> Result<f64, ElasticError> {
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
         for block in &*self.answers(&(0..self.rings.rings.len()), true)? {

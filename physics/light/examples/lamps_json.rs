@@ -1,4 +1,4 @@
-//! How much light arrives at a plane, in scenes that a path tracer renders as well: see `tests/oracles/check_mitsuba.py`.
+//! Prints the irradiance on a plane in scenes that a path tracer renders too: see `tests/oracles/check_mitsuba.py`.
 
 use fabkit_geometry::{
     Angle, Assembly, Body, Clarity, LampGroup, Lighting, NominalCamera, NominalLens, Placement,
@@ -6,14 +6,14 @@ use fabkit_geometry::{
 };
 use fabkit_light::Emitters;
 
-/// Half the side of what is looked at, mm, cells along it, and its height, mm.
+/// Half the side of the plane, mm; number of cells along it; and its height, mm.
 const HALF_MM: f64 = 10.0;
 const SIDE: usize = 40;
 const HEIGHT_MM: f64 = 10.0;
-/// Places along each side of a cell.
+/// Sample points along each side of a cell.
 const IN_CELL: usize = 4;
 
-/// Its name, where lamps stand, their colours, and what else there is.
+/// Name, poses of the light sources, their colours, and another body.
 type Scene = (&'static str, Vec<Pose>, Vec<Rgb>, Option<Body>);
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let lamp = Body::bought("lamp", "an LED", lamp.clone()).shining().placed(placed);
         let other = other.map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
         let camera = NominalCamera {
-            // Beside all that is in the way.
+            // Beside everything that blocks light.
             sensor_from_camera: Pose::translation(0.0, 20.0, -30.0),
             width_px: 640,
             height_px: 480,
@@ -67,7 +67,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             shows: Shows::Thickness { layers: Vec::new() },
             camera: None,
         };
-        // Means over each cell: shadows have edges in it.
+        // Mean over each cell, because shadow edges cross cells.
         let fine = SIDE * IN_CELL;
         let step = 2.0 * HALF_MM / fine as f64;
         let place = |i: usize| {

@@ -1,4 +1,4 @@
-//! What coats, layers and what glows send back, in scenes that a path tracer renders as well: see
+//! Prints the light from coats, layers and fluorescent gels in scenes that a path tracer renders too: see
 //! `tests/oracles/check_mitsuba_models.py`.
 
 use fabkit_geometry::{
@@ -7,39 +7,43 @@ use fabkit_geometry::{
 };
 use fabkit_light::{Coat, Emitters, Peg, TwoStream, glow};
 
-/// Half the side of what is looked at, mm, cells along it, and its height above the lamps, mm.
+/// Half the side of the plane, mm; number of cells along it; and its height above the light sources, mm.
 const HALF_MM: f64 = 6.0;
 const SIDE: usize = 40;
 const HEIGHT_MM: f64 = 10.0;
-/// Places along each side of a cell.
+/// Sample points along each side of a cell.
 const IN_CELL: usize = 4;
 const TILT_DEG: f64 = 20.0;
 const BALL_MM: f64 = 15.0;
-/// Off a place, where its shadows begin, mm.
+/// Distance from a point at which its shadow ray starts, mm.
 const OFF_MM: f64 = 1e-3;
-/// What coats are by default, without and with what they send on as a rough mirror does.
+/// Default constants of coats, without and with a glossy part.
 const MATT: Coat = Coat { diffuse: 0.45, shine: 0.0, exponent: 12.0 };
 const SATIN: Coat = Coat { diffuse: 0.45, shine: 0.15, exponent: 12.0 };
 
-/// A place of a coat that is seen from below, and how it looks there.
+/// Point of a coat that is seen from below, with its normal.
 type Surface = fn(f64, f64) -> (Point3<f64>, Vector3<f64>);
 
+/// Plane tilted by [`TILT_DEG`].
 fn tilted(x: f64, y: f64) -> (Point3<f64>, Vector3<f64>) {
     let (sine, cosine) = TILT_DEG.to_radians().sin_cos();
     (Point3::new(x, y, HEIGHT_MM + x * sine / cosine), Vector3::new(sine, 0.0, -cosine))
 }
 
+/// Lower side of a ball of radius [`BALL_MM`].
 fn ball(x: f64, y: f64) -> (Point3<f64>, Vector3<f64>) {
     let below = (BALL_MM * BALL_MM - x * x - y * y).sqrt();
     let place = Point3::new(x, y, HEIGHT_MM + BALL_MM - below);
     (place, Vector3::new(x, y, -below) / BALL_MM)
 }
 
+/// Marker that stands out of the plane.
 fn bump() -> Peg {
     let centre = Point3::new(1.0, 0.5, HEIGHT_MM);
     Peg { centre, axis: -Vector3::z(), radius_mm: 1.5 }
 }
 
+/// Plane with one marker.
 fn plane_with_bump(x: f64, y: f64) -> (Point3<f64>, Vector3<f64>) {
     let origin = Point3::new(x, y, 0.0);
     match bump().entry(&origin, &Vector3::z()) {
@@ -48,7 +52,7 @@ fn plane_with_bump(x: f64, y: f64) -> (Point3<f64>, Vector3<f64>) {
     }
 }
 
-/// Three lamps in three colours, divided as for coats.
+/// Builds three light sources in three colours, divided into pieces as for coats.
 fn lamps() -> Result<Emitters, Box<dyn std::error::Error>> {
     let around = [[8.0, 0.0], [-4.0, 7.0], [-4.0, -7.0]];
     let placed = around.map(|[x, y]| Placement {
@@ -75,7 +79,7 @@ fn lamps() -> Result<Emitters, Box<dyn std::error::Error>> {
     Ok(Emitters::of(&sensor, &lighting)?)
 }
 
-/// What each cell sends straight down, times pi.
+/// Computes the light that each cell sends straight down, times pi.
 fn sent(coat: Coat, surface: Surface, is_bump: bool, emitters: &Emitters) -> Vec<Rgb> {
     let fine = SIDE * IN_CELL;
     let step = 2.0 * HALF_MM / fine as f64;
@@ -117,12 +121,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let Coat { diffuse, shine, exponent } = SATIN;
     println!("{{\"coat\": [{diffuse}, {shine}, {exponent}],");
     println!("\"coats\": {{{}}},", coats.join(",\n"));
-    // Mean free paths across the layer. Two streams turn back 3/4 of what scatters to all sides alike.
+    // Depths in mean free paths across the layer. The two-stream coefficient is 3/4 of an isotropic scattering
+    // coefficient.
     let layers = [0.5, 1.0, 5.0].map(|depth| {
         format!("\"{depth}\": {}", TwoStream { scatter_per_mm: 0.75 }.reflectance(depth))
     });
     println!("\"layers\": {{{}}},", layers.join(","));
-    // One gel; one where light comes from aside; two of them.
+    // One gel; one lit from the side; two of them.
     let (one, _) = glow(0.5, 2.0, [1.0; 2]);
     let (aside, _) = glow(0.5, 2.0, [f64::sqrt(2.0), 1.0]);
     let (first, left) = glow(0.3, 0.8, [1.0; 2]);

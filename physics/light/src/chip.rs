@@ -1,21 +1,22 @@
-//! What a chip makes of light.
+//! Noise of an image sensor.
 
 use std::f64::consts::TAU;
 
-/// Noise of a chip, in grey values of 255.
+/// Noise model of an image sensor, in intensities of 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chip {
-    /// Standard deviation in the dark.
+    /// Standard deviation of the noise in the dark.
     pub read_noise: f64,
-    /// Standard deviation for a grey value of 1; it grows with the root of the grey value.
+    /// Standard deviation of the shot noise at intensity 1; it grows with the square root of the intensity.
     pub shot_noise: f64,
 }
 
 impl Chip {
-    /// A chip without noise.
+    /// Image sensor without noise.
     pub const IDEAL: Self = Self { read_noise: 0.0, shot_noise: 0.0 };
 
-    /// The grey value that a pixel records of one: with its own noise for each seed, not rounded, from 0 to 255.
+    /// Adds the noise of one pixel to its intensity, and clamps to 0 to 255 without rounding. The noise depends on seed
+    /// and pixel only.
     pub fn records(&self, grey: f64, seed: u64, pixel: u64) -> f64 {
         let variance = self.read_noise.powi(2) + self.shot_noise.powi(2) * grey.max(0.0);
         let noise = if variance > 0.0 { variance.sqrt() * normal(seed, pixel) } else { 0.0 };
@@ -23,21 +24,23 @@ impl Chip {
     }
 }
 
-/// How much brighter than others a whole picture is, for a standard deviation of that over pictures.
+/// Draws the brightness offset of a whole image, in intensities, from a normal distribution with standard deviation
+/// `sigma` over images.
 pub fn drift(sigma: f64, seed: u64) -> f64 {
-    // No pixel has this number.
+    // No pixel has this number, so the draw is independent of all pixel noise.
     if sigma > 0.0 { sigma * normal(seed, u64::MAX) } else { 0.0 }
 }
 
-/// A number of a normal distribution that depends on both and on nothing else (Box and Muller 1958).
+/// Draws a standard normal number that depends on nothing but seed and number (Box and Muller 1958).
 pub fn normal(seed: u64, number: u64) -> f64 {
     let first = mixed(mixed(seed) ^ number);
     let [a, b] =
+        // 53 random bits; the half keeps the logarithm away from zero.
         [first, mixed(first)].map(|bits| ((bits >> 11) as f64 + 0.5) / (1u64 << 53) as f64);
     (-2.0 * a.ln()).sqrt() * (TAU * b).cos()
 }
 
-/// Bits that look like chance: the finaliser of SplitMix64 (Steele, Lea, Flood 2014).
+/// Scrambles bits: the finaliser of SplitMix64 (Steele, Lea, Flood 2014).
 fn mixed(bits: u64) -> u64 {
     let bits = bits.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -56,7 +59,7 @@ mod tests {
         let count = noise.len() as f64;
         let mean = noise.iter().sum::<f64>() / count;
         let variance = noise.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
-        // 0.36 + 0.64; five standard errors each.
+        // The variance is 0.36 + 0.64 = 1; tolerances are five standard errors.
         assert!(mean.abs() < 5.0 / count.sqrt(), "{mean}");
         assert!((variance - 1.0).abs() < 5.0 * (2.0 / count).sqrt(), "{variance}");
         let beside = noise.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / count;

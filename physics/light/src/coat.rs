@@ -1,23 +1,23 @@
-//! What a reflective coat sends back.
+//! Reflection of a coat.
 
 use fabkit_geometry::Vector3;
 
-/// A coat that spreads light as paper does (Lambert), and sends a part of it on as a rough mirror does (Blinn 1977,
-/// scaled so that it sends back no more than its share).
+/// Reflection model of a coat: a diffuse part (Lambert) and a glossy part (Blinn 1977, scaled so that it reflects no
+/// more than its share).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coat {
-    /// Which part of the light is spread.
+    /// Diffusely reflected part of the light.
     pub diffuse: f64,
-    /// Which part is sent on, about the way of a mirror.
+    /// Glossily reflected part, about the mirror direction.
     pub shine: f64,
-    /// How narrow that is; 1 is nearly as wide as paper, 1000 is polished.
+    /// Exponent of the gloss: 1 is nearly as wide as diffuse reflection, 1000 is polished.
     pub exponent: f64,
 }
 
 impl Coat {
-    /// What is sent towards a viewer, of light that arrives on an area across it: radiance times pi over the light's
-    /// density, with the cosine. All unit vectors: the coat's normal towards the light's side, the way in which light
-    /// arrives, the way towards the viewer.
+    /// Computes the light reflected towards a viewer: pi times the radiance, for light of unit irradiance on an area
+    /// across its direction. The cosine of incidence is included. All vectors are unit vectors: the coat's normal on
+    /// the side of the light, the direction in which light travels, and the direction to the viewer.
     ///
     /// ```
     /// use fabkit_geometry::Vector3;
@@ -38,10 +38,11 @@ impl Coat {
         if cosine <= 0.0 {
             return 0.0;
         }
+        // Length of the unnormalized half vector; it vanishes only for light that grazes away from the viewer.
         let between = (to_viewer - arrives).norm();
         let shine = (between > 1e-12).then(|| {
             let along = ((normal.dot(to_viewer) + cosine) / between).max(0.0);
-            // Whole numbers are what constants are, and many times as fast.
+            // Fitted exponents are whole numbers, for which `powi` is many times faster.
             let lobe = match f64::from(self.exponent as i32) == self.exponent && self.exponent < 1e6
             {
                 true => along.powi(self.exponent as i32),

@@ -1,19 +1,19 @@
-//! A lens that is focused elsewhere: what is a point becomes a disk.
+//! Defocus blur: a point out of focus is imaged as a disk.
 
 use rayon::prelude::*;
 
-/// Radii of disks go in steps of so much of a ray: what that changes is less than a thousandth of a step in brightness.
+/// Step of disk radii, in grid points. Its effect is below a thousandth of a brightness step.
 const STEP: f64 = 1.0 / 64.0;
 
-/// Strips of a pixel by which the part of it that a disk covers is summed up.
+/// Number of strips by which the area of a pixel under a disk is summed.
 const STRIPS: usize = 32;
 
-/// Diameter of the disk in the picture that a thin lens makes of a point, px: the cone from the pupil to the point, cut in
-/// the plane in focus, as wide as the camera shows it there.
+/// Computes the diameter of the blur disk of a point for a thin lens, px. It is the cone from the pupil to the point,
+/// cut by the plane in focus, as large as the camera images it there.
 ///
-/// `focal_px` is what a radian on the axis is long in the picture, which is the distance of the chip, not of the focal
-/// point, over the pitch of pixels. With f the focal length and v = f s / (s - f) the distance of the chip for the focus s,
-/// it is v / pitch, and this is the usual c = A f |x - s| / (x (s - f)) over the pitch.
+/// `focal_px` is the image length of one radian on the axis, that is, the distance of the chip (not the focal length)
+/// divided by the pixel pitch. With the focal length f and the chip distance v = f s / (s - f) for a focus at s, it is
+/// v / pitch, and the result equals the usual c = A f |x - s| / (x (s - f)) divided by the pitch.
 ///
 /// ```
 /// use fabkit_light::circle_px;
@@ -29,23 +29,23 @@ pub fn circle_px(pupil_mm: f64, focus_mm: f64, at_mm: f64, focal_px: f64) -> f64
     pupil_mm * focal_px * (at_mm.recip() - focus_mm.recip()).abs()
 }
 
-/// Disks over which a picture's points are spread, each of its own width.
+/// Blur of an image by disks, one width per point.
 ///
-/// What is even stays even, up to the picture's edge: each value is a mean of those whose disks reach it, by how much of
-/// theirs lies there. Where disks are as wide as their neighbours, light is kept.
+/// A uniform image stays uniform up to its edge: each value is a mean of the points whose disks reach it, weighted by
+/// the disk area that lies there. Where neighbouring disks are equally wide, the total light is kept.
 #[derive(Clone, Debug)]
 pub struct Defocus {
     width: usize,
-    /// Rays to the farthest edge of any disk.
+    /// Largest radius of any disk, in grid points.
     reach: usize,
-    /// Of each ray.
+    /// Index of each point's disk.
     disk_of: Vec<u32>,
     disks: Vec<Disk>,
-    /// One over the weights that meet in each ray.
+    /// Reciprocal of the sum of weights at each point.
     shares: Vec<f64>,
 }
 
-/// How much of a disk lies in each pixel around its middle.
+/// Share of a disk in each pixel around its centre.
 #[derive(Clone, Debug)]
 struct Disk {
     reach: usize,
@@ -53,12 +53,14 @@ struct Disk {
 }
 
 impl Disk {
+    /// Computes the weights of a disk, which sum to 1.
     fn new(radius: f64) -> Self {
         let reach = (radius - 0.5).ceil().max(0.0) as usize;
         let places = || (0..=2 * reach).map(|k| k as f64 - reach as f64);
         let mut weights: Vec<f64> =
             places().flat_map(|y| places().map(move |x| covered(radius, [x, y]))).collect();
         let sum: f64 = weights.iter().sum();
+        // A disk of radius zero covers nothing and becomes a single point.
         match sum > 0.0 {
             true => weights.iter_mut().for_each(|weight| *weight /= sum),
             false => weights = vec![1.0],
@@ -66,15 +68,16 @@ impl Disk {
         Self { reach, weights }
     }
 
+    /// Returns the number of pixels along a side of the weights.
     fn side(&self) -> usize {
         2 * self.reach + 1
     }
 }
 
-/// Area of the unit square around a place that a disk around 0 covers.
+/// Computes the area of the unit square around `[x, y]` that is covered by a disk around the origin.
 fn covered(radius: f64, [x, y]: [f64; 2]) -> f64 {
     let strip = |k: usize| {
-        // Strips are of the disk where it is narrower than the square.
+        // The strips divide only the disk if it is narrower than the square.
         let [from, to] = [(x - 0.5).max(-radius), (x + 0.5).min(radius)];
         let wide = (to - from).max(0.0) / STRIPS as f64;
         let across = from + (k as f64 + 0.5) * wide;
@@ -85,11 +88,12 @@ fn covered(radius: f64, [x, y]: [f64; 2]) -> f64 {
 }
 
 impl Defocus {
-    /// Of a picture of so many columns, by the diameter of each point's disk, in steps of the picture, row by row; nothing
-    /// where all is sharp.
+    /// Builds the blur of an image with `width` columns from the disk diameter of each point, row by row, in grid
+    /// points. Returns `None` if everything is sharp.
     pub fn new(diameters: &[f64], width: usize) -> Option<Self> {
         let step_of = |diameter: &f64| (diameter / 2.0 / STEP).round().max(0.0) as u32;
         let steps: Vec<u32> = diameters.iter().map(step_of).collect();
+        // Only distinct radii need a disk.
         let mut known = steps.clone();
         known.sort_unstable();
         known.dedup();
@@ -98,12 +102,13 @@ impl Defocus {
         let reach = disks.iter().map(|disk| disk.reach).max().filter(|reach| *reach > 0)?;
         let disk_of = steps.iter().map(|step| known.partition_point(|k| k < step) as u32).collect();
         let mut own = Self { width, reach, disk_of, disks, shares: Vec::new() };
+        // Blurring a uniform image yields the sum of weights at each point.
         let sums = own.gathered(&vec![[1.0]; steps.len()]);
         own.shares = sums.into_iter().map(|[sum]| sum.recip()).collect();
         Some(own)
     }
 
-    /// Spreads light.
+    /// Blurs an image in place.
     pub fn apply<const N: usize>(&self, light: &mut [[f64; N]]) {
         let spread = self.gathered(light);
         for ((light, spread), share) in light.iter_mut().zip(spread).zip(&self.shares) {
@@ -111,7 +116,7 @@ impl Defocus {
         }
     }
 
-    /// What of all disks lies in each place, always added in the same order.
+    /// Sums the parts of all disks at each point, always in the same order.
     fn gathered<const N: usize>(&self, light: &[[f64; N]]) -> Vec<[f64; N]> {
         let (width, reach) = (self.width, self.reach);
         let height = light.len() / width.max(1);
@@ -124,7 +129,7 @@ impl Defocus {
                     let from = from_row * width + from_column;
                     let disk = &self.disks[self.disk_of[from] as usize];
                     let [down, right] = [row + disk.reach, column + disk.reach];
-                    // The first is below 0 where the disk ends before it.
+                    // The subtraction fails where the disk ends above or left of this point.
                     let (Some(down), Some(right)) =
                         (down.checked_sub(from_row), right.checked_sub(from_column))
                     else {
@@ -166,8 +171,8 @@ mod tests {
             }
             let sum: f64 = light.iter().map(|[grey]| grey).sum();
             assert!((sum - 100.0).abs() < 1e-9, "{diameter}: {sum}");
-            // Columns hold what an even disk has between their edges, in closed form: of the half that is between the
-            // middle and a, a sqrt(r^2 - a^2) + r^2 asin(a / r). Strips miss less than a thousandth of all.
+            // Columns hold the part of a uniform disk between their edges, in closed form: the half between the centre
+            // and a is a sqrt(r^2 - a^2) + r^2 asin(a / r). Strips miss less than a thousandth in all.
             let radius = f64::max(diameter, 1e-9) / 2.0;
             let up_to = |a: f64| {
                 let a = a.clamp(-radius, radius);
@@ -192,7 +197,7 @@ mod tests {
             }
             light
         };
-        // Of a point of 100, by 0.1 px: near a diameter of 1, the disk's area changes by a fifth.
+        // For a point of 100 and steps of 0.1 px: near a diameter of 1, the disk's area changes by a fifth.
         let mut before = seen(0.0);
         for step in 1..100 {
             let now = seen(0.1 * f64::from(step));

@@ -1,22 +1,24 @@
-//! Least squares over a few positive numbers.
+//! Least-squares fits of a few positive parameters.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Steps until a fit is given up.
+/// Maximum number of accepted steps.
 const MAX_STEPS: usize = 60;
-/// Relative step by which derivatives are taken, in the logarithm.
+/// Step of the numerical derivatives, in the logarithm of a parameter.
 const STEP: f64 = 1e-5;
-/// Less damping helps nothing, and is lost where a number has come so near to zero that it changes nothing any more.
+/// Minimum damping. Less gains nothing, and is lost in rounding once a parameter is so close to zero that it has no
+/// effect.
 const LEAST_DAMPING: f64 = 1e-9;
-/// What a number that changes nothing is held by, as a part of what the one that changes most is.
+/// Minimum damping scale of a parameter without effect, relative to that of the parameter with the largest effect.
 const HELD: f64 = 1e-12;
-/// A step that betters the sum of squares by less than this part ends the fit.
+/// Relative decrease of the sum of squares below which the fit ends.
 const ENOUGH: f64 = 1e-10;
 
-/// Numbers above zero that make residuals small: least squares in their logarithms (Levenberg 1944, Marquardt 1963).
+/// Finds positive parameters that minimize the sum of squared residuals, by least squares in their logarithms
+/// (Levenberg 1944, Marquardt 1963).
 ///
-/// `residuals` gives as many numbers each time. Nothing where no step betters what it began with and what is left is not
-/// finite.
+/// `residuals` must return the same number of values each time. Returns `None` if the residuals are not finite at the
+/// end.
 ///
 /// ```
 /// // A decay through four points.
@@ -43,6 +45,7 @@ pub fn fit(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<
         let mut is_better = false;
         while !is_better && damping < 1e12 {
             let mut damped = normal.clone();
+            // `MIN_POSITIVE` keeps the matrix positive definite even if no parameter has an effect.
             for k in 0..logs.len() {
                 damped[(k, k)] += damping * normal[(k, k)].max(held) + f64::MIN_POSITIVE;
             }
@@ -51,8 +54,8 @@ pub fn fit(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<
                 continue;
             };
             let step = damped.solve(&slope);
-            // No number changes by more than a factor of e at once; one that wants to, because it changes nothing, keeps no
-            // other from its step.
+            // No parameter changes by more than a factor of e at once. Clamping each one separately means that a
+            // parameter without effect, which asks for a huge step, does not shorten the steps of the others.
             let step = step.map(|of| of.clamp(-1.0, 1.0));
             let next = &logs - step;
             let next_left = at(&next);
@@ -75,8 +78,8 @@ pub fn fit(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<
     left.norm().is_finite().then(|| values(&logs))
 }
 
-/// The shares of columns whose sum is nearest to what is wanted: linear least squares, each row one of its equations.
-/// Nothing where columns are not independent.
+/// Solves a linear least-squares problem: finds the coefficients of the columns whose sum is closest to `wanted`, one
+/// row per equation. Returns `None` if the columns are not independent.
 ///
 /// ```
 /// // A line through three points.
@@ -97,13 +100,13 @@ mod tests {
 
     #[test]
     fn a_number_that_would_be_negative_goes_to_zero_and_the_others_on() {
-        // The best line through these begins below zero, and how steep and how far is known as a product alone.
+        // The best line would have a negative offset, and only the product of the two slopes is determined.
         let points = [(1.0, 0.1), (2.0, 1.2), (3.0, 1.9), (4.0, 3.1)];
         let residuals =
             |p: &[f64]| points.map(|(x, y): (f64, f64)| p[0] * p[1] * x + p[2] - y).to_vec();
         for ground in [1e-12, 1e-3, 1.0, 30.0] {
             let found = fit(residuals, &[0.5, 3.0, ground]).unwrap();
-            // Without a beginning: the sum of x y over that of x x.
+            // The slope without an offset: the sum of x y over that of x x.
             let slope = points.iter().map(|(x, y)| x * y).sum::<f64>() / 30.0;
             assert!((found[0] * found[1] - slope).abs() < 1e-3 && found[2] < 1e-3, "{found:?}");
         }

@@ -1,10 +1,11 @@
-//! What glows in a light that is used up on its way.
+//! Fluorescence in light that is absorbed on its way.
 
-/// How much light comes from a layer that glows, of what arrives on its inner face, and what is left of the light behind it.
+/// Computes the emission of a fluorescent layer, relative to the light that arrives on its inner face, and the part of
+/// that light behind the layer.
 ///
-/// The light that makes it glow gets less by `per_mm` on its way in (Beer and Lambert), what glows comes back unhindered.
-/// Both ways are longer than the layer is thick, by `slants`: that of the light, of which a slanted layer meets less and uses
-/// up more, and that along which one looks, on which more of what glows lies.
+/// The exciting light decreases by `per_mm` on its way in (Beer and Lambert); the emitted light returns unhindered.
+/// `slants` lengthen both paths relative to the thickness: that of the exciting light, of which a slanted layer
+/// receives less and absorbs more, and that of the line of sight, which then crosses more fluorescent material.
 ///
 /// ```
 /// // A thin layer glows by its thickness, an endless one with all the light.

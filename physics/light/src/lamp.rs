@@ -1,4 +1,4 @@
-//! What shines in a sensor, and how much of that arrives where.
+//! Light sources of a sensor, and the direct light from them.
 
 use std::f64::consts::PI;
 
@@ -11,73 +11,76 @@ use rayon::prelude::*;
 
 use crate::{Arrival, Planes};
 
-/// Lines along each side of what shines, at which its faces are asked.
+/// Sampling lines along each side of a light source, on which its faces are found.
 const LINES: usize = 16;
-/// The same along three axes: as many pieces in all, about.
+/// Sampling lines along each side if all three axes are sampled: about the same number of pieces in all.
 const LINES_ALL_AROUND: usize = 10;
-/// Pieces of all lamps together, about, where each throws shadows of its own.
+/// Approximate number of pieces of all light sources together where each piece casts its own shadows.
 const PIECES_WITH_SHADOWS: usize = 24;
-/// What comes through a diffuser. Chosen; what else shines beside one is compared with it.
+/// Part of the light that passes a diffuser. Chosen; it matters only relative to other sources beside a diffuser.
 const THROUGH: f64 = 0.5;
-/// Light that comes within this distance of a lamp has arrived, mm.
+/// Distance from a light source at which a ray counts as having reached it, mm.
 const THERE_MM: f64 = 1e-3;
-/// Places start that far off the layer they belong to, mm.
+/// Distance from their layer at which rays start, mm, so that they do not hit it.
 const OFF_MM: f64 = 1e-3;
 
-/// Light that is flatter than this goes through a layer as if it were this steep, cosine.
+/// Minimum cosine inside a layer. Flatter light is treated as if it had this angle.
 const LEAST_COSINE: f64 = 0.05;
 
-/// Why nobody knows how a sensor is lit.
+/// Reason why the illumination of a sensor cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoLight {
-    /// No body shines.
+    /// Sensor without light sources.
     #[error("`{sensor}` has no lamps that shine at its surface")]
     NoLamps {
-        /// The sensor.
+        /// Name of the sensor.
         sensor: String,
     },
-    /// What shines is no solid.
+    /// Invalid solid of a light source.
     #[error(transparent)]
     Solid(#[from] InvalidSolid),
-    /// Bodies that no light can be followed through.
+    /// Bodies through which light cannot be traced.
     #[error(transparent)]
     Stack(#[from] InvalidStack),
 }
 
-/// A piece of a face that shines as paper does, to all sides alike (Lambert).
+/// Piece of a face that emits light as a Lambertian source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emitter {
-    /// Its middle, sensor frame, mm.
+    /// Centre, sensor frame, mm.
     pub place: Point3<f64>,
-    /// Out of what shines, unit.
+    /// Outward normal, unit.
     pub outward: Vector3<f64>,
-    /// Area, mm2, times how bright it is.
+    /// Area, mm2, times brightness.
     pub power: f64,
-    /// Its light.
+    /// Colour of the light.
     pub color: Rgb,
-    /// Which lamp it is of, by number.
+    /// Index of the light source that it belongs to.
     pub lamp: usize,
 }
 
-/// All that shines of a sensor, and what stands in its way.
+/// All emitting faces of a sensor, and the bodies that block or refract their light.
 #[derive(Debug)]
 pub struct Emitters {
     emitters: Vec<Emitter>,
     planes: Planes,
     stack: Stack,
-    /// What shines, in words.
+    /// Description of the light sources.
     pub what: String,
 }
 
 impl Emitters {
-    /// What is switched on of a sensor: the faces of lamps that look along their bodies' z axes, as far as something
-    /// translucent that is not cast does not cover them; and all faces of this diffuser, each place as bright as the
-    /// lamps make it from behind.
+    /// Finds the emitting faces of a sensor under a lighting.
+    ///
+    /// These are the faces of the light sources that point along the z axes of their bodies. If the sensor has a
+    /// diffuser (a translucent body that is not cast), and the lighting does not excite fluorescence, they are all
+    /// faces of the diffuser instead, each piece as bright as the light sources make it from behind.
     ///
     /// # Errors
-    /// Nothing shines; bodies that are none, or that light cannot be followed through.
+    /// If nothing emits light, a solid is invalid, or light cannot be traced through the bodies.
     pub fn of(sensor: &Sensor, lighting: &Lighting) -> Result<Self, NoLight> {
         let no_lamps = || NoLight::NoLamps { sensor: sensor.name.clone() };
+        // Only bodies of the assembled sensor emit light.
         let in_use = Assembly::sensor();
         let count = |group: &LampGroup| {
             let body = sensor.body(&group.body);
@@ -93,6 +96,7 @@ impl Emitters {
             let mut found = faces(body, solid, Shines::Forwards, lines)?;
             for piece in &mut found {
                 piece.color = group.color(piece.lamp);
+                // Light sources are numbered through all groups.
                 piece.lamp += first;
             }
             lamps.extend(found);
@@ -103,23 +107,24 @@ impl Emitters {
         let spreads = |body: &&Body| {
             body.clarity() == Clarity::Translucent && body.kind != Kind::Cast && body.lamp.is_none()
         };
-        // Light is taken to go straight, but for level plates: what else bends it is left out.
+        // Light is taken to travel straight except through level plates; other refraction is neglected.
         let planes = Planes::of(sensor)?;
         let stack = Stack::straight(&without_shown(sensor, lighting))?;
         let own =
             Self { emitters: lamps, planes, stack, what: format!("{}s", lighting.lamps[0].body) };
-        // What makes things glow does not come through what spreads light: white plastic swallows it.
+        // The light that excites fluorescence does not pass a diffuser: white plastic absorbs it.
         let diffuser = sensor.bodies.iter().find(spreads).filter(|_| !lighting.glows());
         let Some(diffuser) = diffuser else { return Ok(own) };
         let mut spread = faces(diffuser, &diffuser.solid, Shines::AllAround, LINES_ALL_AROUND)?;
         for piece in &mut spread {
             let from_behind = |lamp: &Emitter| lamp.shines_on(&piece.place, &-piece.outward);
-            // What comes through is spread anew: over pi.
+            // A Lambertian diffuser spreads the transmitted light: radiance is irradiance over pi.
             let lit = own.emitters.iter().map(|lamp| THROUGH * lamp.power * from_behind(lamp) / PI);
             let color = [0, 1, 2].map(|part| {
                 let colored = own.emitters.iter().zip(lit.clone());
                 colored.map(|(lamp, lit)| lit * lamp.color[part]).sum::<f64>()
             });
+            // Brightness goes into the power, so that the colour has a maximum of 1.
             let brightest = color.iter().copied().fold(0.0, f64::max);
             piece.power *= brightest;
             piece.color = color.map(|part| if brightest > 0.0 { part / brightest } else { 0.0 });
@@ -132,13 +137,13 @@ impl Emitters {
         Ok(Self { emitters: spread, what, ..own })
     }
 
-    /// Each piece that shines.
+    /// Returns the emitting pieces.
     pub fn pieces(&self) -> &[Emitter] {
         &self.emitters
     }
 
-    /// How light of a piece arrives at a place below the layer that it belongs to, if no opaque body hides it; its
-    /// density counts for all of the piece.
+    /// Computes the arrival of a piece's light at a point below the layer of interest; `None` if an opaque body hides
+    /// it. The density is that of the whole piece.
     pub fn arrival(
         &self,
         emitter: &Emitter,
@@ -148,6 +153,7 @@ impl Emitters {
         let mut found = self.planes.arrival(&emitter.place, place)?;
         found.density *= emitter.power * found.leaves.dot(&emitter.outward).max(0.0);
         let is_free = found.density > 0.0 && {
+            // Each straight part of a refracted path is tested for shadows.
             let corners = match self.planes.is_empty() {
                 true => vec![*place, emitter.place],
                 false => vec![*place, found.bends[1], found.bends[0], emitter.place],
@@ -157,25 +163,26 @@ impl Emitters {
         is_free.then_some(found)
     }
 
-    /// For [`Emitters::arrival`]; one per thread.
+    /// Creates a tracer for [`Emitters::arrival`]; one is needed per thread.
     pub fn tracer(&self) -> Tracer<'_> {
         Tracer::new(&self.stack)
     }
 
-    /// How much light arrives straight from what shines at places that look along unit normals, relative: by both
-    /// cosines and the square of the distance, without what an opaque body hides, with what level plates bend.
+    /// Computes the direct irradiance at points with unit normals, relative: with both cosines and the squared
+    /// distance, shadows of opaque bodies, and refraction by level plates.
     pub fn irradiance(&self, places: &[(Point3<f64>, Vector3<f64>)]) -> Vec<Rgb> {
         self.gathered(places, |cosine| cosine)
     }
 
-    /// The same light, each part times how much longer its way through a layer with this refractive index is than the layer
-    /// is thick. Light that comes through air is bent where it enters; that of level plates has been bent there.
+    /// Computes the same irradiance with each contribution multiplied by its path length through a layer of refractive
+    /// index `index`, relative to the thickness. Light from air is refracted where it enters; light from level plates
+    /// has been refracted already.
     pub fn slanted(&self, places: &[(Point3<f64>, Vector3<f64>)], index: f64) -> Vec<Rgb> {
         let index = if self.planes.is_empty() { index } else { 1.0 };
         self.gathered(places, |cosine| cosine / inside(cosine, index))
     }
 
-    /// What arrives at places, each part by what its cosine there makes of it.
+    /// Sums the light of all pieces at each point, each weighted by `part` of its cosine of incidence.
     fn gathered(
         &self,
         places: &[(Point3<f64>, Vector3<f64>)],
@@ -185,7 +192,7 @@ impl Emitters {
             let from = place + OFF_MM * facing;
             let mut sum = [0.0; 3];
             for emitter in &self.emitters {
-                // From behind no way need be followed.
+                // Pieces behind the surface cannot contribute, unless refraction bends their light.
                 if (emitter.place - from).dot(facing) <= 0.0 && self.planes.is_empty() {
                     continue;
                 }
@@ -200,8 +207,8 @@ impl Emitters {
     }
 }
 
-/// How much longer the way of light that is the same from all sides is within a layer than the layer is thick, on average of
-/// what enters: of light from air into a refractive index n, 2 n (n - sqrt(n^2 - 1)), Snell's law under Lambert's.
+/// Computes the mean path length of diffuse light through a layer, relative to its thickness. For light from air into a
+/// refractive index n it is 2 n (n - sqrt(n^2 - 1)): Snell's law averaged over Lambert's.
 ///
 /// ```
 /// // Without bending 2, as known of diffuse light; into glass nearly straight.
@@ -212,14 +219,14 @@ pub fn diffuse_slant(index: f64) -> f64 {
     2.0 * index * (index - (index * index - 1.0).max(0.0).sqrt())
 }
 
-/// The cosine behind a face of a refractive index that light from air meets with this one.
+/// Computes the cosine of refraction for light that enters a refractive index from air.
 fn inside(cosine: f64, index: f64) -> f64 {
     let sine_squared = (1.0 - cosine * cosine).max(0.0) / (index * index);
     (1.0 - sine_squared).max(0.0).sqrt().max(LEAST_COSINE)
 }
 
 impl Emitter {
-    /// Both cosines over the square of the distance, 1/mm2.
+    /// Computes the product of both cosines over the squared distance, 1/mm2.
     fn shines_on(&self, place: &Point3<f64>, facing: &Vector3<f64>) -> f64 {
         let way = self.place - place;
         let square = way.norm_squared();
@@ -228,7 +235,7 @@ impl Emitter {
     }
 }
 
-/// Whether no opaque body is between two places.
+/// Returns whether no opaque body lies between two points.
 fn is_free(from: &Point3<f64>, to: &Point3<f64>, tracer: &mut Tracer<'_>) -> bool {
     let way = to - from;
     let distance_mm = way.norm();
@@ -239,7 +246,8 @@ fn is_free(from: &Point3<f64>, to: &Point3<f64>, tracer: &mut Tracer<'_>) -> boo
     path.lead_mm + path.end_mm > distance_mm - THERE_MM
 }
 
-/// A sensor without what a light shows standing out of something: its shadows are told from where it has moved to.
+/// Returns a copy of the sensor without the coat, print or markers that the lighting displays. They move, so their
+/// shadows are computed at their displaced positions elsewhere.
 fn without_shown(sensor: &Sensor, lighting: &Lighting) -> Sensor {
     let mut without = sensor.clone();
     let is_shown = |name: &String| match &lighting.shows {
@@ -251,16 +259,17 @@ fn without_shown(sensor: &Sensor, lighting: &Lighting) -> Sensor {
     without
 }
 
-/// Which faces shine.
+/// Selection of emitting faces.
 #[derive(Clone, Copy, PartialEq)]
 enum Shines {
-    /// Those that look along the body's z axis: a lamp's.
+    /// Faces that point along the body's z axis: those of a light source.
     Forwards,
-    /// All: those of what spreads light.
+    /// All faces: those of a diffuser.
     AllAround,
 }
 
-/// Lines along each side of a lamp: fewer where there are many lamps, and where shadows are told from each piece.
+/// Returns the number of sampling lines along each side of a light source. It is smaller for many sources, and where
+/// each piece casts its own shadows.
 fn lines(lighting: &Lighting, lamps: usize) -> usize {
     match lighting.shows {
         Shows::Slopes { .. } => {
@@ -271,7 +280,7 @@ fn lines(lighting: &Lighting, lamps: usize) -> usize {
     }
 }
 
-/// Pieces of the faces of a solid in its body's places, equally bright, by their number.
+/// Divides the faces of a solid into equally bright pieces, in all placements of its body, numbered by placement.
 fn faces(
     body: &Body,
     solid: &Solid,
@@ -279,7 +288,7 @@ fn faces(
     lines: usize,
 ) -> Result<Vec<Emitter>, NoLight> {
     let mut pieces = Vec::new();
-    // In the body's own frame, so that every lamp is divided alike.
+    // Sampled in the body's own frame, so that all light sources are divided alike.
     let compiled = CompiledSolid::new(solid)?;
     let mut own = Vec::new();
     for axis in 0..3 {
@@ -303,7 +312,7 @@ fn faces(
     Ok(pieces)
 }
 
-/// The pieces of faces that look along an axis more than along any other, either way.
+/// Adds the pieces of faces whose normals are closest to the given axis, in either direction.
 fn add_along(axis: usize, solid: &CompiledSolid, lines: usize, pieces: &mut Vec<Emitter>) {
     let (bounds, size) = (solid.bounds(), solid.bounds().size_mm());
     let [first, second] = [(axis + 1) % 3, (axis + 2) % 3];
@@ -311,6 +320,7 @@ fn add_along(axis: usize, solid: &CompiledSolid, lines: usize, pieces: &mut Vec<
     let mut direction = Vector3::zeros();
     direction[axis] = 1.0;
     for i in 0..lines * lines {
+        // The line runs through the centre of a grid cell on the bounding box, and starts outside of it.
         let mut origin = bounds.min;
         origin[axis] -= 1.0;
         origin[first] += (0.5 + (i % lines) as f64) * steps[0];
@@ -319,7 +329,9 @@ fn add_along(axis: usize, solid: &CompiledSolid, lines: usize, pieces: &mut Vec<
         for crossing in solid.crossings(&line) {
             let outward = crossing.normal;
             let slope = outward[axis].abs();
+            // The unequal comparison assigns a normal between two axes to one of them only.
             if slope >= outward[first].abs() && slope > outward[second].abs() {
+                // Area of the face under one cell of the sampling grid.
                 let power = steps[0] * steps[1] / slope;
                 let place = line.at(crossing.t);
                 pieces.push(Emitter { place, outward, power, color: WHITE, lamp: 0 });

@@ -1,21 +1,22 @@
-//! What a translucent layer over black sends back.
+//! Reflection of a translucent layer on a black ground.
 
-/// A layer that scatters and does not absorb, on a black ground: the law of two streams (Kubelka and Munk 1931, for no
-/// absorption and a black ground).
+/// Two-stream model of a layer that scatters and does not absorb, on a black ground (Kubelka and Munk 1931, without
+/// absorption).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoStream {
-    /// How much of the light turns back in each millimetre, 1/mm.
+    /// Scattering coefficient: part of the light that turns back per millimetre, 1/mm.
     pub scatter_per_mm: f64,
 }
 
 impl TwoStream {
-    /// Which part of diffuse light comes back from a layer of this thickness, mm; 0 of none, nearly all of a thick one.
+    /// Returns the reflectance for diffuse light of a layer of this thickness, mm: 0 for no layer, nearly 1 for a thick
+    /// one.
     pub fn reflectance(self, thickness_mm: f64) -> f64 {
         let sent = self.scatter_per_mm * thickness_mm.max(0.0);
         sent / (1.0 + sent)
     }
 
-    /// The thickness from which that part comes back, mm; infinite at 1 and above.
+    /// Returns the thickness, mm, of a layer with this reflectance; infinite at 1 and above.
     pub fn thickness_mm(self, reflectance: f64) -> f64 {
         let part = reflectance.clamp(0.0, 1.0);
         part / (1.0 - part) / self.scatter_per_mm
@@ -39,8 +40,9 @@ mod tests {
 
     #[test]
     fn two_streams_are_what_a_stack_of_thin_layers_does() {
-        // Thin layers one on the other, each sending back S dh and letting the rest through, with all of what goes to
-        // and fro between them: adding a layer in front of R gives r + t^2 R / (1 - r R).
+        // Thin layers on top of each other, each reflecting S dh and transmitting the rest, with all multiple
+        // reflections between them: a layer with reflectance r and transmittance t in front of R gives r + t^2 R / (1 -
+        // r R).
         let (gel, steps) = (TwoStream { scatter_per_mm: 0.7 }, 200_000);
         let thin = 0.7 * 2.0 / f64::from(steps);
         let stacked = (0..steps)

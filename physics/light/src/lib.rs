@@ -1,21 +1,23 @@
-//! From layers and lamps to grey values: what a camera inside a sensor records of its light.
+//! Light model of tactile sensors: from layers and light sources to the intensities that a camera inside the sensor
+//! records.
 //!
-//! Nothing here knows which sensor it is: paths, places and thicknesses come in, grey values go out. All of it is a
-//! model, and what it yields is simulated.
+//! The crate knows no particular sensor: paths, points and thicknesses come in, intensities go out. Everything is a
+//! model, and its results are simulated.
 //!
 //! # Conventions
 //!
-//! - Millimetres, `f64`, the sensor's frame. Irradiance is relative: 1 is the mean over what the camera sees at rest.
-//! - Grey values run from 0 to 255 whatever the depth of the picture is; they are rounded at the end.
+//! - Lengths are millimetres, `f64`, in the sensor's frame. Irradiance is relative: 1 is the mean over what the camera
+//!   sees at rest.
+//! - Intensities run from 0 to 255, whatever the bit depth of the image, and are rounded at the end.
 //! - Same input, same bits, on any number of threads.
 //!
 //! # Model
 //!
-//! A *translucent layer over black* ([`TwoStream`]) sends back the more light the thicker it is: a press makes it
-//! thinner and the picture darker, gel that is pushed aside makes it thicker and the picture brighter. *Lamps*
-//! ([`Emitters`]) are what shines of the drawn bodies: each place of the layer gets light from all of them that no opaque
-//! body hides, by cosine and distance, and the same from everywhere for what bounces on. Light goes sideways in the layer
-//! ([`Spread`]). The *chip* ([`Chip`]) adds noise. [`fit`] finds constants.
+//! A *translucent layer on black* ([`TwoStream`]) reflects more light the thicker it is. A press makes it thinner and
+//! the image darker; gel that is pushed aside makes it thicker and the image brighter. *Light sources* ([`Emitters`])
+//! are the emitting faces of the drawn bodies. Each point of the layer receives direct light from all of them that no
+//! opaque body hides, by cosines and distance, and a uniform amount for multiple reflections. Light scatters sideways
+//! in the layer ([`Spread`]). The *image sensor* ([`Chip`]) adds noise. [`fit`] determines constants.
 //!
 //! ```
 //! use fabkit_light::{Chip, TwoStream};

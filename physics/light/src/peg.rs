@@ -1,32 +1,32 @@
-//! What stands out of a coat: cylinders with round or flat ends.
+//! Cylindrical pins with round ends that stand out of a coat.
 
 use fabkit_geometry::{Point3, Vector3};
 
-/// A cylinder that ends in a half ball.
+/// Cylinder that ends in a hemisphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peg {
-    /// The middle of the half ball, mm.
+    /// Centre of the hemisphere, mm.
     pub centre: Point3<f64>,
-    /// From its root to its end, unit.
+    /// Direction from root to tip, unit.
     pub axis: Vector3<f64>,
-    /// Of cylinder and half ball, mm.
+    /// Radius of cylinder and hemisphere, mm.
     pub radius_mm: f64,
 }
 
-/// Where a line meets a [`Peg`].
+/// Intersection of a line with a [`Peg`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PegHit {
-    /// Along the line, mm.
+    /// Distance along the line, mm.
     pub at_mm: f64,
-    /// Out of the peg, unit.
+    /// Outward normal of the peg, unit.
     pub normal: Vector3<f64>,
 }
 
 impl Peg {
-    /// The first place where a ray of unit direction enters the half ball, or the cylinder behind it, which has no end.
+    /// Finds the first point where a ray of unit direction enters the hemisphere, or the cylinder behind it. The
+    /// cylinder has no other end.
     pub fn entry(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<PegHit> {
         let from = origin - self.centre;
-        // Around the half ball's centre no line passes nearer to the peg than to its axis.
         let along = |vector: &Vector3<f64>| vector.dot(&self.axis);
         let mut nearest: Option<PegHit> = None;
         let mut consider = |at_mm: f64, normal: Vector3<f64>| {
@@ -34,7 +34,7 @@ impl Peg {
                 nearest = Some(PegHit { at_mm, normal });
             }
         };
-        // The ball, where it is beyond the cylinder's end.
+        // The sphere, where it lies beyond the end of the cylinder.
         let half = from.dot(direction);
         let beside = half * half - from.norm_squared() + self.radius_mm * self.radius_mm;
         if beside >= 0.0 {
@@ -44,10 +44,11 @@ impl Peg {
                 consider(at_mm, place / self.radius_mm);
             }
         }
-        // The cylinder, where it is behind.
+        // The cylinder, where it lies behind its end.
         let across = |vector: &Vector3<f64>| vector - along(vector) * self.axis;
         let (from_axis, way) = (across(&from), across(direction));
         let a = way.norm_squared();
+        // A ray along the axis can enter through the hemisphere only.
         if a > 1e-18 {
             let b = from_axis.dot(&way);
             let c = from_axis.norm_squared() - self.radius_mm * self.radius_mm;
@@ -72,7 +73,7 @@ mod tests {
 
     #[test]
     fn entries_are_those_of_the_solid() {
-        // The same drawn: a cylinder of radius 0.5 up to z = 2, and a ball there.
+        // The same shape as a solid: a cylinder of radius 0.5 up to z = 2, with a ball there.
         let drawn = Solid::union([
             Solid::cylinder(0.5, 40.0).at_z(-38.0),
             Solid::ellipsoid([0.5; 3]).at_z(2.0),

@@ -1,41 +1,41 @@
-//! Light of a lamp below flat layers: through a plate into gel.
+//! Refraction of direct light by level plates between a light source and a layer.
 
 use fabkit_geometry::{Point3, Ray, Sensor, Vector3};
 use fabkit_optics::{InvalidStack, Stack, Tracer};
 
-/// Faces that lean by more than this are not flat, sine.
+/// Maximum inclination of a level face, sine.
 const FLAT: f64 = 1e-6;
-/// Faces of two lines that lie farther apart in height are not one plane, mm.
+/// Maximum difference in height of one face along different lines, mm.
 const SAME_MM: f64 = 1e-6;
-/// Halvings in which the way through the layers is found: below rounding.
+/// Bisection steps by which the refracted path is found; the result is exact to rounding.
 const HALVINGS: u32 = 60;
 
-/// Level faces between media, from the camera to the layer that is looked at.
+/// Level faces between media, from the camera to the layer of interest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Planes {
-    /// Height of each, mm, and the refractive index above it, from below; below all of them is air.
+    /// Height of each face, mm, and the refractive index above it, from below. Air lies below all of them.
     faces: Vec<(f64, f64)>,
 }
 
-/// How light of a small lamp arrives somewhere.
+/// Arrival of a small light source's light at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
-    /// The way in which it left the lamp, unit.
+    /// Direction in which the light leaves the source, unit.
     pub leaves: Vector3<f64>,
-    /// The way in which it arrives, unit.
+    /// Direction in which the light arrives, unit.
     pub arrives: Vector3<f64>,
-    /// What arrives on an area across it, of a lamp that sends 1 into each unit of solid angle, 1/mm2.
+    /// Irradiance on an area across the light, for a source that emits 1 per unit of solid angle, 1/mm2.
     pub density: f64,
-    /// Where it is bent, from the lamp to the place.
+    /// First and last point of refraction, from the source to the point; both at the source if there is none.
     pub bends: [Point3<f64>; 2],
 }
 
 impl Planes {
-    /// The level faces above a sensor's camera, where they are the same at its axis and beside it; none where any face
-    /// on the way is not level.
+    /// Finds the level faces above a sensor's camera, if they are the same on its axis and beside it. Returns no faces
+    /// if any face on the way is not level.
     ///
     /// # Errors
-    /// Bodies that light cannot be followed through.
+    /// If light cannot be traced through the bodies.
     pub fn of(sensor: &Sensor) -> Result<Self, InvalidStack> {
         let stack = Stack::of(sensor)?;
         let mut tracer = Tracer::new(&stack);
@@ -47,6 +47,7 @@ impl Planes {
             let faces = tracer.bends().iter().map(|bend| (bend.place.z, bend.indices[1]));
             is_level.then(|| faces.collect::<Vec<_>>())
         };
+        // Chosen at different distances and directions from the axis.
         let beside = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.5], [-2.0, 0.5]];
         let all: Option<Vec<_>> = beside.into_iter().map(|[x, y]| faces_at(x, y)).collect();
         let is_same = |a: &[(f64, f64)], b: &[(f64, f64)]| {
@@ -62,28 +63,30 @@ impl Planes {
         })
     }
 
-    /// Those of given heights, mm, and indices above them, from below.
+    /// Creates planes from heights, mm, and the refractive indices above them, from below.
     pub fn new(faces: Vec<(f64, f64)>) -> Self {
         Self { faces }
     }
 
-    /// Whether light is bent at all.
+    /// Returns whether there are no faces, so that light is not refracted.
     pub fn is_empty(&self) -> bool {
         self.faces.is_empty()
     }
 
-    /// Light from a lamp, bent at each face by Snell's law, less what each sends back (Fresnel, for light of no
-    /// polarisation). Nothing where none arrives: a place below the lamp.
+    /// Computes the light that arrives from a source. It is refracted at each face by Snell's law, and reduced by the
+    /// reflection of each (Fresnel, unpolarised). Returns `None` if none arrives because the point lies below the
+    /// source.
     ///
-    /// A cone of light from the lamp widens otherwise behind each face: what arrives is the solid angle that it leaves
-    /// in over the area that it then has.
+    /// A cone of light from the source widens differently behind each face. The irradiance is the solid angle in which
+    /// the light leaves divided by the area on which it arrives.
     pub fn arrival(&self, lamp: &Point3<f64>, place: &Point3<f64>) -> Option<Arrival> {
         let way = place - lamp;
         let across_mm = way.xy().norm();
-        // Height of each layer that is crossed, and its index.
+        // Thickness and refractive index of each crossed layer.
         let mut layers = Vec::with_capacity(self.faces.len() + 1);
         let (mut z, mut index) = (lamp.z, 1.0);
         for &(face, above) in &self.faces {
+            // Faces below the source only determine its medium.
             if face <= lamp.z {
                 index = above;
             } else if face < place.z {
@@ -108,8 +111,9 @@ impl Planes {
         if way.z <= 0.0 {
             return None;
         }
-        // What Snell's law keeps: index times sine. The least index limits it.
+        // The Snell invariant, index times sine, is the same in all layers. The smallest index limits it.
         let most = layers.iter().map(|(_, index)| *index).fold(f64::INFINITY, f64::min);
+        // The horizontal distance grows monotonically with the invariant, so bisection finds it.
         let reach = |kept: f64| -> f64 {
             layers
                 .iter()
@@ -128,12 +132,13 @@ impl Planes {
             let sine = kept / index;
             Vector3::new(sine * out.x, sine * out.y, cosine(index))
         };
-        // d(across) / d(kept): each layer's high n^2 / (n^2 - kept^2)^(3/2).
+        // Derivative of the distance by the invariant: h n^2 / (n^2 - kept^2)^(3/2) for each layer of height h.
         let widens: f64 = layers
             .iter()
             .map(|(high, index)| high * index * index / (index * index - kept * kept).powf(1.5))
             .sum();
-        // Solid angle of a ring, sin t dt dphi, over its area, across d(across) dphi; kept = n sin t.
+        // Solid angle of a ring, sin t dt dphi, over its area, across d(across) dphi, where kept = n sin t. On the axis
+        // both vanish, and the limit is used.
         let per_level_area = if across_mm > 1e-9 {
             kept / (first * first * cosine(first) * across_mm * widens)
         } else {
@@ -145,6 +150,7 @@ impl Planes {
             passes *= passes_face(pair[0].1, pair[1].1, kept);
         }
         let from_below = lamp + along(first) * (layers[0].0 / cosine(first));
+        // One face: both points coincide. Several faces: the path between the two points is not returned.
         let arrives = along(last);
         let to_above = place - arrives * (layers[layers.len() - 1].0 / arrives.z);
         Some(Arrival {
@@ -156,7 +162,7 @@ impl Planes {
     }
 }
 
-/// What passes a face, of light of no polarisation (Fresnel).
+/// Computes the transmittance of a face for unpolarised light (Fresnel). `kept` is the Snell invariant.
 fn passes_face(before: f64, behind: f64, kept: f64) -> f64 {
     let [cos_before, cos_behind] =
         [before, behind].map(|n| (1.0 - (kept / n).powi(2)).max(0.0).sqrt());
@@ -180,7 +186,7 @@ mod tests {
         let planes = Planes::new(PLATE.to_vec());
         let (lamp, place) = (Point3::new(-9.0, 2.0, 0.0), Point3::new(3.0, -1.0, 8.0));
         let found = planes.arrival(&lamp, &place).unwrap();
-        // Followed by hand.
+        // Traced face by face.
         let [mut at, mut way, mut index] = [lamp.coords, found.leaves, Vector3::repeat(1.0)];
         for (z, above) in PLATE {
             at += way * ((z - at.z) / way.z);
@@ -196,7 +202,8 @@ mod tests {
 
     #[test]
     fn no_light_is_lost_but_what_faces_send_back() {
-        // All that leaves upwards within 45 degrees arrives on a level above, but for what faces send back.
+        // All light that leaves within 45 degrees of the vertical arrives on a level above, except for reflections at
+        // the faces.
         let planes = Planes::new(PLATE.to_vec());
         let lamp = Point3::origin();
         let edge = |angle: f64| {
@@ -217,7 +224,7 @@ mod tests {
         let sum: f64 = (0..steps).map(arrives).sum();
         let sent = TAU * (1.0 - (TAU / 8.0).cos());
         assert!((sum / sent - 1.0).abs() < 1e-5, "{sum} {sent}");
-        // Straight up a glass plate sends back 4 % at each face to air.
+        // At normal incidence, each face between glass and air reflects 4 %.
         assert!((passes_face(1.0, 1.5, 0.0) - 0.96).abs() < 1e-12);
     }
 

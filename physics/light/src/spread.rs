@@ -1,14 +1,14 @@
-//! Light that goes sideways in a layer.
+//! Sideways scattering of light in a layer.
 
 use rayon::prelude::*;
 
-/// A blur reaches this many standard deviations.
+/// Radius of the blur, in standard deviations.
 const REACH: f64 = 3.0;
 
-/// Spreads values over their neighbours as a normal distribution does, within a layer: what lies beside the layer neither
-/// gives nor takes. What is even stays even, up to the layer's edge.
+/// Gaussian blur within a layer. Pixels outside the layer neither give nor take light, and a uniform layer stays
+/// uniform up to its edge.
 ///
-/// It is linear: what two pictures differ by spreads as their difference.
+/// The blur is linear: the difference of two images is blurred into the difference of the blurred images.
 ///
 /// ```
 /// use fabkit_light::Spread;
@@ -21,17 +21,19 @@ const REACH: f64 = 3.0;
 #[derive(Clone, Debug)]
 pub struct Spread {
     width: usize,
-    /// Of a neighbour by its distance; empty where nothing spreads.
+    /// Weight of a neighbour by its distance; empty if nothing is blurred.
     weights: Vec<f64>,
     is_layer: Vec<bool>,
-    /// One over the weights of all neighbours in the layer, along rows and along columns; 0 beside it.
+    /// Reciprocal of the summed weights of all neighbours in the layer, along rows and along columns; 0 outside the
+    /// layer.
     shares: [Vec<f64>; 2],
 }
 
 impl Spread {
-    /// Of a picture of so many columns, by a standard deviation, px.
+    /// Creates the blur for an image with `width` columns and a standard deviation in px.
     pub fn new(is_layer: Vec<bool>, width: usize, sigma_px: f64) -> Self {
         let reach = (REACH * sigma_px).ceil();
+        // The negated comparison catches NaN too.
         if width == 0 || !(reach >= 1.0 && sigma_px.is_finite()) {
             return Self { width, weights: Vec::new(), is_layer, shares: [Vec::new(), Vec::new()] };
         }
@@ -49,9 +51,10 @@ impl Spread {
         own
     }
 
-    /// Spreads values, row by row. Where most are zero, only the rows and columns around others are looked at.
+    /// Blurs values in place, row by row. If most are zero, only the rows and columns around the others are visited.
     pub fn apply(&self, values: &mut [f64]) {
         let Some((rows, columns)) = self.around(values) else { return };
+        // Pixels outside the layer give no light.
         let beside = |values: &[f64]| -> Vec<f64> {
             let each = values.iter().zip(&self.is_layer);
             each.map(|(value, is)| if *is { *value } else { 0.0 }).collect()
@@ -69,11 +72,12 @@ impl Spread {
         }
     }
 
-    /// Rows and columns that values which are not zero reach; nothing where none does.
+    /// Returns the ranges of rows and columns that non-zero values reach; `None` if all values are zero.
     fn around(&self, values: &[f64]) -> Option<([usize; 2], [usize; 2])> {
         let reach = self.weights.len().checked_sub(1)?;
         let (mut rows, mut columns) = ([usize::MAX, 0], [usize::MAX, 0]);
         for (row, of_row) in values.chunks(self.width).enumerate() {
+            // Differences of two images are mostly exact zeros.
             let is_some = |value: &f64| *value != 0.0;
             let Some(first) = of_row.iter().position(is_some) else { continue };
             let last = of_row.iter().rposition(is_some).unwrap_or(first);
@@ -87,14 +91,14 @@ impl Spread {
         (rows[0] < rows[1]).then(|| (grown(rows, height), grown(columns, self.width)))
     }
 
-    /// Weighted sums of neighbours in the same row.
+    /// Sums the weighted neighbours in the same row.
     fn along_rows(&self, values: &[f64], (rows, columns): ([usize; 2], [usize; 2])) -> Vec<f64> {
         let mut sums = vec![0.0; values.len()];
         let each = sums.par_chunks_mut(self.width).zip(values.par_chunks(self.width)).enumerate();
         each.filter(|(row, _)| (rows[0]..rows[1]).contains(row)).for_each(|(_, (to, from))| {
             let [first, end] = columns;
             for (k, weight) in self.weights.iter().enumerate() {
-                // To the left, and to the right unless that is the same.
+                // Adds the neighbour on the right, then that on the left unless both are the same pixel.
                 add(
                     &mut to[first..end.min(self.width.saturating_sub(k)).max(first)],
                     &from[(first + k).min(self.width)..],
@@ -109,7 +113,7 @@ impl Spread {
         sums
     }
 
-    /// Weighted sums of neighbours in the same column.
+    /// Sums the weighted neighbours in the same column.
     fn along_columns(&self, values: &[f64], (rows, columns): ([usize; 2], [usize; 2])) -> Vec<f64> {
         let mut sums = vec![0.0; values.len()];
         let (width, height) = (self.width, values.len() / self.width);
@@ -126,7 +130,7 @@ impl Spread {
     }
 }
 
-/// Adds so much of values.
+/// Adds weighted values.
 fn add(to: &mut [f64], from: &[f64], weight: f64) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to += weight * from);
 }
@@ -144,7 +148,7 @@ mod tests {
         assert!((values.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         let variance: f64 =
             values.iter().enumerate().map(|(i, v)| v * ((i % width) as f64 - 30.0).powi(2)).sum();
-        // Cut off at three standard deviations.
+        // The tolerance allows for the cut-off at three standard deviations.
         assert!((variance.sqrt() / sigma - 1.0).abs() < 0.02, "{variance}");
         assert!((values[30 * width + 34] - values[34 * width + 30]).abs() < 1e-15);
     }
@@ -162,7 +166,7 @@ mod tests {
 
     #[test]
     fn it_is_the_weighted_mean_of_neighbours_in_the_layer() {
-        // Straight from what it says, pixel by pixel, with holes and an edge.
+        // Computed directly from the definition, pixel by pixel, with holes and an edge.
         let (width, height, sigma) = (40, 30, 1.7);
         let is_layer: Vec<bool> =
             (0..width * height).map(|i| (i * 7) % 11 > 2 && i % width < 36).collect();

@@ -1,4 +1,4 @@
-//! What lamps do, on a sensor of three bodies.
+//! Light sources of a sensor with up to three bodies.
 
 use fabkit_geometry::{
     Angle, Assembly, Body, Clarity, Lighting, NominalCamera, NominalLens, Placement, Point3, Pose,
@@ -6,10 +6,10 @@ use fabkit_geometry::{
 };
 use fabkit_light::{Emitters, NoLight};
 
-/// A lamp of 0.2 x 0.2 mm at the origin that shines upwards, and whatever else.
+/// Builds a sensor with a light source of 0.2 x 0.2 mm at the origin that shines upwards, and other bodies.
 fn sensor(lamps: bool, others: Vec<Body>) -> Sensor {
     let camera = NominalCamera {
-        // Beside the lamp, so that it sees past it.
+        // Beside the light source, so that the camera sees past it.
         sensor_from_camera: Pose::translation(0.0, 5.0, -30.0),
         width_px: 640,
         height_px: 480,
@@ -38,11 +38,11 @@ fn on_axis_and_aside(emitters: &Emitters) -> [f64; 2] {
 fn light_falls_with_both_cosines_and_the_square_of_the_distance() {
     let emitters = emitters(&sensor(true, Vec::new())).unwrap();
     let [on_axis, aside] = on_axis_and_aside(&emitters);
-    // 0.04 mm2 at 10 mm; the lamp's width changes that by its square over that of the distance.
+    // 0.04 mm2 at 10 mm; the finite size changes this by the relative order of (0.2 mm / 10 mm)^2.
     assert!((on_axis / (0.04 / 100.0) - 1.0).abs() < 1e-3, "{on_axis}");
     // Twice the square of the distance, and a cosine of 45 degrees at both ends.
     assert!((aside / on_axis - 0.25).abs() < 1e-3, "{aside}");
-    // What looks away gets nothing.
+    // A surface that faces away receives nothing.
     assert_eq!(emitters.irradiance(&[(Point3::new(0.0, 0.0, 10.0), Vector3::z())]), [[0.0; 3]]);
 }
 
@@ -71,8 +71,8 @@ fn a_diffuser_shines_instead_of_the_lamps() {
     let emitters = emitters(&sensor(true, vec![diffuser])).unwrap();
     assert!(emitters.what.contains("diffuser"), "{}", emitters.what);
     let [on_axis, aside] = on_axis_and_aside(&emitters);
-    // From its middle, 7 mm below, the fourth power of the cosine is 0.108; some of it is nearer to what is aside, which
-    // sees its side as well.
+    // From the diffuser's centre, 7 mm below, the fourth power of the cosine is 0.108. Parts of it are closer to the
+    // point aside, which also sees its side face.
     assert!((0.12..0.2).contains(&(aside / on_axis)), "{}", aside / on_axis);
 }
 
@@ -83,7 +83,7 @@ fn without_lamps_there_is_no_light() {
 
 #[test]
 fn light_below_a_plate_is_bent_into_it() {
-    // A wide plate of glass from 4 mm on: what is aside is lit more steeply than it would be straight.
+    // A wide glass plate from 4 mm on: light arrives more steeply than along the straight line.
     let solid = Solid::cuboid(200.0, 200.0, 100.0).at_z(4.0);
     let glass = Substance { refractive_index: Some(1.5), ..Substance::default() };
     let mut plate = Body::made("plate", "clear", Process::Laser, solid).in_light(Clarity::Clear);
@@ -106,15 +106,16 @@ fn light_from_aside_goes_a_longer_way_through_a_layer() {
         let [slanted, lit] = [emitters.slanted(&places, index), emitters.irradiance(&places)];
         [0, 1].map(|place| slanted[place][1] / lit[place][1])
     };
-    // Straight through, and from 45 degrees by its root of two; a lamp of 0.2 mm at 10 mm changes that by its square over that.
+    // The path is 1 straight through and sqrt(2) at 45 degrees; the size of the source changes this by the relative
+    // order of (0.2 mm / 10 mm)^2.
     let [above, aside] = lit(Vec::new(), 1.0);
     assert!((above - 1.0).abs() < 1e-3 && (aside - f64::sqrt(2.0)).abs() < 1e-3, "{above} {aside}");
-    // Into silicone it is bent: the sine of 45 degrees over 1.41 is 1/2, about.
+    // In silicone the sine of 45 degrees is divided by 1.41, which gives about 1/2.
     let sine = f64::sqrt(0.5) / 1.41;
     let [above, aside] = lit(Vec::new(), 1.41);
     assert!((above - 1.0).abs() < 1e-3, "{above}");
     assert!((aside - (1.0 - sine * sine).sqrt().recip()).abs() < 1e-3, "{aside}");
-    // Below a plate that has bent it, it is not bent again.
+    // Light that a plate has refracted is not refracted again.
     let solid = Solid::cuboid(200.0, 200.0, 100.0).at_z(4.0);
     let mut plate = Body::made("plate", "clear", Process::Laser, solid).in_light(Clarity::Clear);
     plate.substance.refractive_index = Some(1.41);

@@ -1,7 +1,7 @@
-//! What a network makes of a picture, for `tests/oracles/check_onnx.py` to compare with another runtime.
+//! Evaluates a network on an image, for `tests/oracles/check_onnx.py` to compare with another runtime.
 //!
-//! `evaluate NETWORK.onnx IN COLUMNS OUT [touched]`: 32 bit numbers, row by row; prints the seconds of the fastest of
-//! five runs. `RAYON_NUM_THREADS` says how many threads work.
+//! `evaluate NETWORK.onnx IN COLUMNS OUT [touched]`: files hold 32-bit numbers, row by row. Prints the seconds of the
+//! fastest of five runs. `RAYON_NUM_THREADS` sets the number of threads.
 
 use std::time::Instant;
 

@@ -1,34 +1,34 @@
-//! From a graph to a chain of layers that can be evaluated.
+//! Conversion of an ONNX graph to a chain of layers that can be evaluated.
 
 use crate::NetworkError;
 use crate::convolution::Convolution;
 use crate::onnx::{Attribute, Graph, Node, Tensor, graph, tensor};
 use crate::pointwise::{Constant, Pointwise};
 
-/// More channels than this between two layers are refused: a tile of them must fit in memory.
+/// Maximum number of channels between two layers: a tile of them must fit in memory.
 const MOST_CHANNELS: usize = 1024;
-/// A pixel is told from at most so many pixels on each side.
+/// Maximum reach of an output pixel: how many input pixels to each side influence it.
 const MOST_REACH_PX: usize = 64;
 
-/// A convolution, and what is done to each of its numbers afterwards.
+/// Convolution, and the pointwise operations on its output.
 #[derive(Clone, Debug)]
 pub struct Stage {
     pub convolution: Convolution,
     pub then: Vec<Pointwise>,
 }
 
-/// A picture of one channel in, a map of one channel out.
+/// Chain of layers from an image with one channel to a map with one channel.
 #[derive(Clone, Debug, Default)]
 pub struct Chain {
-    /// What is done to the picture before the first convolution.
+    /// Pointwise operations on the image before the first convolution.
     pub before: Vec<Pointwise>,
     pub stages: Vec<Stage>,
 }
 
-/// Reads a chain.
+/// Reads a chain from the bytes of an ONNX file.
 ///
 /// # Errors
-/// Whatever is no chain of known operators; see [`NetworkError`].
+/// If the graph is not a chain of known operators; see [`NetworkError`].
 pub fn chain(bytes: &[u8]) -> Result<Chain, NetworkError> {
     let mut graph = graph(bytes)?;
     let [input] = &graph.inputs[..] else {
@@ -39,10 +39,12 @@ pub fn chain(bytes: &[u8]) -> Result<Chain, NetworkError> {
     let nodes = std::mem::take(&mut graph.nodes);
     for (number, node) in nodes.into_iter().enumerate() {
         let at = At { node: &format!("{} `{}`", number + 1, node.name), operator: &node.operator };
+        // Both names stand for the standard operators.
         if !matches!(&node.domain[..], "" | "ai.onnx") {
             let operator = format!("{}.{}", node.domain, node.operator);
             return Err(NetworkError::Operator { node: at.node.to_owned(), operator });
         }
+        // Kept with the initializers of the graph.
         if node.operator == "Constant" {
             let value = node.attributes.get("value").and_then(|value| value.tensor.clone());
             let (Some(value), [name]) = (value, &node.outputs[..]) else {
@@ -63,6 +65,7 @@ pub fn chain(bytes: &[u8]) -> Result<Chain, NetworkError> {
     Ok(chain)
 }
 
+/// Quotes names for a message.
 fn listed(names: &[String]) -> String {
     match names {
         [] => "nothing".to_owned(),
@@ -70,7 +73,7 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// Which node is read, for messages.
+/// Node that is being read, for messages.
 #[derive(Clone, Copy)]
 struct At<'a> {
     node: &'a str,
@@ -78,6 +81,7 @@ struct At<'a> {
 }
 
 impl At<'_> {
+    /// Creates the error of an unsupported attribute or input.
     fn wrong(self, found: impl Into<String>, accepted: &str) -> NetworkError {
         NetworkError::Attribute {
             node: self.node.to_owned(),
@@ -88,17 +92,18 @@ impl At<'_> {
     }
 }
 
-/// How far a chain has been read.
+/// Chain as far as it has been read.
 struct Reading {
-    /// What the last node gives.
+    /// Name of the last node's output.
     current: String,
     channels: usize,
-    /// How far a pixel sees, rows and columns, px.
+    /// Reach of an output pixel so far, rows and columns, px.
     reach: [usize; 2],
     chain: Chain,
 }
 
 impl Reading {
+    /// Adds a node to the chain.
     fn take(&mut self, graph: &Graph, at: At, node: &Node) -> Result<(), NetworkError> {
         let known = ["Conv", "Relu", "Clip", "Sigmoid", "Identity", "Add", "Sub", "Mul", "Div"];
         if !known.contains(&at.operator) {
@@ -117,7 +122,7 @@ impl Reading {
             "Relu" => self.then(Pointwise::Clip { least: 0.0, most: f32::INFINITY }),
             "Sigmoid" => self.then(Pointwise::Sigmoid),
             "Clip" => {
-                // Limits are attributes up to version 6 of the operator, inputs since version 11.
+                // Limits are attributes up to version 6 of the operator, and inputs since version 11.
                 let limit = |i: usize, key: &str, none: f32| match constant(i) {
                     Some(name) => match one(graph, name)?.values[..] {
                         [value] => Ok(value),
@@ -136,7 +141,7 @@ impl Reading {
                 let constant = self.constant(at, &one(graph, name)?)?;
                 self.then(match operator {
                     "Add" => Pointwise::Add(constant),
-                    // Exactly the same.
+                    // x - c and x + (-c) are identical in floating point.
                     "Sub" => Pointwise::Add(constant.negative()),
                     "Mul" => Pointwise::Multiply(constant),
                     _ => Pointwise::Divide(constant),
@@ -147,9 +152,9 @@ impl Reading {
         Ok(())
     }
 
-    /// Which of a node's inputs is what the node before it gives.
+    /// Returns the index of the input that is the previous node's output.
     fn input(&self, at: At, node: &Node) -> Result<usize, NetworkError> {
-        // What is added or multiplied may stand in either place.
+        // The operands of a sum or a product may come in either order.
         let places = if matches!(at.operator, "Add" | "Mul") { 2 } else { 1 };
         let found = node.inputs.iter().take(places).position(|name| *name == self.current);
         found.ok_or_else(|| NetworkError::NoChain {
@@ -160,14 +165,16 @@ impl Reading {
         })
     }
 
+    /// Appends a pointwise operation after the last convolution, or before the first.
     fn then(&mut self, pointwise: Pointwise) {
         let Chain { before, stages } = &mut self.chain;
         stages.last_mut().map_or(before, |stage| &mut stage.then).push(pointwise);
     }
 
-    /// One number for all channels, or one for each.
+    /// Converts a tensor to a constant: one number for all channels, or one for each.
     fn constant(&self, at: At, found: &Tensor) -> Result<Constant, NetworkError> {
         let per_channel: Vec<usize> = vec![self.channels, 1, 1];
+        // A leading batch axis of length 1 is ignored.
         let shape = found.shape.strip_prefix(&[1]).filter(|rest| rest.len() == 3);
         match found.values[..] {
             [value] if found.shape.len() <= 4 => Ok(Constant::Same(value)),
@@ -182,6 +189,7 @@ impl Reading {
         }
     }
 
+    /// Appends a convolution.
     fn convolve(
         &mut self,
         graph: &Graph,
@@ -233,7 +241,7 @@ impl Reading {
     }
 }
 
-/// A constant by its name.
+/// Finds and reads a constant by name.
 fn one(graph: &Graph, name: &str) -> Result<Tensor, NetworkError> {
     let missing = || {
         let found = "there is none of this name".to_owned();
@@ -242,7 +250,7 @@ fn one(graph: &Graph, name: &str) -> Result<Tensor, NetworkError> {
     tensor(name, graph.constants.get(name).cloned().ok_or_else(missing)?)
 }
 
-/// A map stays as large as it is, and pixels are looked at around their own place.
+/// Checks that a convolution keeps the size of the map, and that its window is centred on the pixel.
 fn check_window(at: At, node: &Node, kernel: [usize; 2]) -> Result<(), NetworkError> {
     let given = |key: &str| node.attributes.get(key);
     let numbers = |key: &str| given(key).map_or(&[][..], |key: &Attribute| &key.integers[..]);
@@ -264,6 +272,7 @@ fn check_window(at: At, node: &Node, kernel: [usize; 2]) -> Result<(), NetworkEr
     let pads = match &auto[..] {
         "" | "NOTSET" => numbers("pads"),
         "SAME_UPPER" | "SAME_LOWER" => &half,
+        // Without padding; accepted below for 1 x 1 windows only.
         "VALID" => &[],
         other => return Err(at.wrong(format!("auto_pad {other}"), "SAME_UPPER or pads")),
     };
@@ -273,7 +282,7 @@ fn check_window(at: At, node: &Node, kernel: [usize; 2]) -> Result<(), NetworkEr
     Ok(())
 }
 
-/// A list of what is accepted that messages show is what is read.
+/// The operators listed in messages are those that are read.
 #[cfg(test)]
 #[test]
 fn messages_name_what_is_read() {

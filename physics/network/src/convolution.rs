@@ -1,77 +1,77 @@
-//! One convolution, at any list of places.
+//! Convolution at any list of pixels.
 //!
-//! Maps have their channels fastest (rows x columns x channels), so that a row of the window is one run of numbers, and
-//! the numbers of some outputs at one place lie together. A panel is so many outputs as some registers hold; some places
-//! at once are summed over the whole window in registers. Each output is one sum, in the order of the window's rows,
-//! columns and channels, by multiplications and additions that round once: it does not matter which places are asked
-//! for together, how wide registers are, or which thread works.
+//! Maps have their channels fastest (rows x columns x channels), so that a row of the window is contiguous, and the
+//! outputs at one pixel are adjacent. A panel is a group of outputs that fills one or two registers. Several pixels at
+//! once are summed over the whole window in registers. Each output is one sum, in the order of the window's rows,
+//! columns and channels, of fused multiply-adds that round once. The result therefore does not depend on which pixels
+//! are evaluated together, on the width of registers, or on the threads.
 
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::pointwise::{Pointwise, apply};
 
-/// Places worked on before the next panel of weights is taken: what they sum up stays in the nearest cache.
+/// Pixels processed before the next panel of weights is loaded: their sums stay in the first-level cache.
 const BLOCK: usize = 96;
-/// Places whose sums are in registers at once, where a panel is two registers wide; three registers are left for
-/// weights and inputs, of sixteen.
+/// Pixels whose sums are in registers at once, for a panel that is two registers wide. Of sixteen registers, three are
+/// left for weights and inputs.
 const TWO_WIDE: usize = 6;
-/// The same for a panel that is one register wide.
+/// Pixels whose sums are in registers at once, for a panel that is one register wide.
 const ONE_WIDE: usize = 8;
 
-/// Weights of a panel that the nearest cache holds beside all else, bytes.
+/// Maximum size of a panel's weights that stay in the first-level cache beside everything else, bytes.
 const NEAR_BYTES: usize = 16 << 10;
 
-/// Weights in the order in which they are read.
+/// Convolution, with its weights in the order in which they are read.
 #[derive(Clone, Debug)]
 pub struct Convolution {
     /// Rows and columns of the window, odd.
     pub kernel: [usize; 2],
-    /// Channels before and after.
+    /// Number of input and output channels.
     pub inputs: usize,
     pub outputs: usize,
     groups: usize,
-    /// Each output has one input, which is its own.
+    /// True if each output has exactly one input channel of its own.
     is_depthwise: bool,
-    /// Registers that a panel is wide, and numbers.
+    /// Width of a panel, in registers and in numbers.
     registers: usize,
     width: usize,
-    /// One after the other: panels, places of the window with their inputs, outputs; 0 beyond the last output.
+    /// Weights, ordered by panel, position in the window, input and output; 0 beyond the last output.
     weights: Vec<f32>,
-    /// As wide as all panels together.
+    /// Biases, padded to the width of all panels.
     bias: Vec<f32>,
 }
 
-/// Some outputs of one group.
+/// Outputs of one group that are computed together.
 #[derive(Clone, Copy, Debug)]
 struct Panel {
     group: usize,
-    /// The first of them.
+    /// First output.
     output: usize,
-    /// How many.
+    /// Number of outputs.
     count: usize,
 }
 
-/// Numbers in the map that lie together, and belong to weights that do.
+/// Contiguous numbers in the map that belong to contiguous weights.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    /// From where the window begins.
+    /// Offset from the start of the window.
     offset: usize,
     count: usize,
 }
 
-/// Where a convolution is wanted.
+/// Pixels at which a convolution is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub struct Places<'a> {
-    /// The map before, and how many columns it has.
+    /// Input map, and its number of columns.
     pub map: &'a [f32],
     pub columns: usize,
-    /// Where each window begins, as a pixel of the map before.
+    /// First pixel of each window in the input map.
     pub windows: &'a [usize],
-    /// Where what it gives belongs, as a pixel of the map after.
+    /// Pixel of the output map for each window.
     pub pixels: &'a [usize],
 }
 
-/// How many numbers a register holds here.
+/// Query for the number of `f32` lanes in a register of this machine.
 struct Lanes;
 
 impl WithSimd for Lanes {
@@ -84,12 +84,12 @@ impl WithSimd for Lanes {
 }
 
 impl Convolution {
-    /// Of weights (outputs x inputs of a group x rows x columns) and one offset for each output.
+    /// Creates a convolution from weights (outputs x inputs of a group x rows x columns) and one bias for each output.
     pub fn new(weights: &[f32], bias: &[f32], shape: [usize; 4], groups: usize) -> Self {
         let [outputs, per_group, rows, columns] = shape;
         let lanes = Arch::new().dispatch(Lanes);
         let is_depthwise = per_group == 1 && outputs == groups && groups > 1;
-        // Inputs of a depthwise convolution take registers, too.
+        // In a depthwise convolution, inputs occupy registers too.
         let registers = if is_depthwise || outputs / groups <= lanes { 1 } else { 2 };
         let width = registers * lanes;
         let mut this = Self {
@@ -119,12 +119,13 @@ impl Convolution {
         this
     }
 
-    /// Multiplications for each pixel.
+    /// Returns the number of multiplications per pixel.
     pub fn products(&self) -> u64 {
         let [rows, columns] = self.kernel;
         (rows * columns * self.outputs * (self.inputs / self.groups)) as u64
     }
 
+    /// Lists the panels of all groups.
     fn panels(&self) -> impl Iterator<Item = Panel> + use<> {
         let groups = if self.is_depthwise { 1 } else { self.groups };
         let (of_group, width) = (self.outputs / groups, self.width);
@@ -137,7 +138,7 @@ impl Convolution {
         })
     }
 
-    /// What lies together of a window, in the order of the weights.
+    /// Lists the contiguous parts of a window, in the order of the weights.
     fn runs(&self, columns: usize, panel: Panel) -> Vec<Run> {
         let ([high, wide], inputs) = (self.kernel, self.inputs);
         if self.groups == 1 {
@@ -153,12 +154,14 @@ impl Convolution {
         (0..high).flat_map(|row| (0..wide).map(move |column| of(row, column))).collect()
     }
 
-    /// Writes what comes out at `places` into a map of `outputs` channels, each number taken through `then`.
+    /// Evaluates the convolution at `places` and writes each result, after the pointwise operations `then`, into a map
+    /// with `outputs` channels.
     pub fn evaluate(&self, places: Places, then: &[Pointwise], into: &mut [f32]) {
         Arch::new().dispatch(Evaluation { convolution: self, places, then, into });
     }
 }
 
+/// Evaluation of a convolution, compiled for each width of registers.
 struct Evaluation<'a> {
     convolution: &'a Convolution,
     places: Places<'a>,
@@ -177,11 +180,12 @@ impl WithSimd for Evaluation<'_> {
             .panels()
             .map(|panel| (panel, convolution.runs(places.columns, panel)))
             .collect();
+        // All panels have the same number of weights, thanks to padding.
         let weights_of = convolution.weights.len() / panels.len();
         let mut sums = vec![0.0; BLOCK * width];
         let mut starts = [0; BLOCK];
         for (windows, pixels) in places.windows.chunks(BLOCK).zip(places.pixels.chunks(BLOCK)) {
-            // A last block that is not full looks at its last place again and again; nobody reads that.
+            // An incomplete last block repeats its last pixel; these results are not read.
             let last = windows[windows.len() - 1];
             for (i, start) in starts.iter_mut().enumerate() {
                 *start = windows.get(i).unwrap_or(&last) * inputs;
@@ -210,6 +214,7 @@ impl WithSimd for Evaluation<'_> {
                 }
                 apply(then, &mut sums[..windows.len() * width], width, panel.output);
                 let place = [outputs, panel.output];
+                // Constant lengths for the usual panel widths; see [`scatter`].
                 match panel.count {
                     16 => scatter::<16>(&sums, width, pixels, place, into),
                     8 => scatter::<8>(&sums, width, pixels, place, into),
@@ -226,7 +231,7 @@ impl WithSimd for Evaluation<'_> {
     }
 }
 
-/// Sums of a panel that is `WIDE` registers wide; `AT_ONCE` divides how many places there are.
+/// Sums a panel that is `WIDE` registers wide. The number of pixels is a multiple of `AT_ONCE`.
 #[inline(always)]
 fn dense<S: Simd, const AT_ONCE: usize, const WIDE: usize>(
     simd: S,
@@ -240,7 +245,7 @@ fn dense<S: Simd, const AT_ONCE: usize, const WIDE: usize>(
     let mut weights = S::as_simd_f32s(weights).0.as_chunks::<WIDE>().0;
     let bias = S::as_simd_f32s(bias).0.as_chunks::<WIDE>().0[0];
     let sums = S::as_mut_simd_f32s(sums).0.as_chunks_mut::<WIDE>().0;
-    // Weights that stay in the nearest cache anyway need not be taken run by run.
+    // Weights that fit in the first-level cache are used all at once, otherwise run by run.
     let at_once = if size_of_val(weights) <= NEAR_BYTES { runs.len() } else { 1 };
     for (i, runs) in runs.chunks(at_once).enumerate() {
         let count = runs.iter().map(|run| run.count).sum();
@@ -248,6 +253,7 @@ fn dense<S: Simd, const AT_ONCE: usize, const WIDE: usize>(
         weights = rest;
         let some = starts.as_chunks::<AT_ONCE>().0.iter();
         for (starts, sums) in some.zip(sums.as_chunks_mut::<AT_ONCE>().0) {
+            // Later runs continue the sums of earlier ones.
             let mut sum = if i == 0 { [bias; AT_ONCE] } else { *sums };
             let mut left = of_runs;
             for run in runs {
@@ -271,7 +277,8 @@ fn dense<S: Simd, const AT_ONCE: usize, const WIDE: usize>(
     }
 }
 
-/// Sums of a panel of `count` outputs that have inputs of their own; `inputs` is how many channels the map has.
+/// Sums a panel of `count` outputs that each have their own input channel; `inputs` is the number of channels of the
+/// map.
 #[inline(always)]
 fn depthwise<S: Simd>(
     simd: S,
@@ -285,7 +292,7 @@ fn depthwise<S: Simd>(
     let bias = S::as_simd_f32s(bias).0[0];
     let sums = S::as_mut_simd_f32s(sums).0;
     let some = starts.as_chunks::<ONE_WIDE>().0.iter();
-    // Where channels fill registers, the map is one of registers.
+    // If the channels fill whole registers, the map can be read register by register.
     let fills = inputs.is_multiple_of(S::F32_LANES);
     let registers = S::as_simd_f32s(map).0;
     for (starts, sums) in some.zip(sums.as_chunks_mut::<ONE_WIDE>().0) {
@@ -310,7 +317,7 @@ fn depthwise<S: Simd>(
     }
 }
 
-/// Copies `N` numbers of each pixel's panel to where its channels are; a length that is known needs no call.
+/// Copies the `N` results of each pixel to its channels in the map. The constant length avoids a call to `memcpy`.
 #[inline(always)]
 fn scatter<const N: usize>(
     sums: &[f32],

@@ -1,97 +1,97 @@
-//! Why a file is no network that can be evaluated.
+//! Errors of reading and evaluating networks.
 
-/// What operators are accepted, for messages.
+/// Accepted operators, for messages.
 pub const ACCEPTED: &str =
     "Conv, Relu, Clip, Sigmoid, Identity, and Add, Sub, Mul, Div with a constant";
 
-/// Why a file is no network that can be evaluated, or a picture none that it takes.
+/// Reason why a file is not a network that can be evaluated, or an image does not suit it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NetworkError {
-    /// Bytes of something else.
+    /// Bytes that are not an ONNX model.
     #[error("this is no ONNX file: its bytes are not those of a model")]
     NoOnnx,
-    /// A file that ends too early.
+    /// File that ends too early.
     #[error("the file ends within a value: it is cut off")]
     Truncated,
-    /// An operator that is not known here.
+    /// Unknown operator.
     #[error("node {node}: {operator} is not known; a chain of {ACCEPTED} is")]
     Operator {
-        /// The node: its number and name.
+        /// Number and name of the node.
         node: String,
-        /// Its operator.
+        /// Operator of the node.
         operator: String,
     },
-    /// A node whose input is not what the one before it gives.
+    /// Node whose input is not the output of the node before it.
     #[error(
         "node {node}: {operator} takes `{takes}`; a chain is read, in which it takes `{before}`"
     )]
     NoChain {
-        /// The node.
+        /// Number and name of the node.
         node: String,
-        /// Its operator.
+        /// Operator of the node.
         operator: String,
-        /// What it takes.
+        /// Input of the node.
         takes: String,
-        /// What the node before it gives.
+        /// Output of the node before it.
         before: String,
     },
-    /// A graph that gives something else than its chain does, or several things.
+    /// Graph with several outputs, or an output other than that of its last node.
     #[error("the graph gives {gives}; a chain gives one map, what its last node does")]
     Outputs {
-        /// What it gives.
+        /// Outputs of the graph.
         gives: String,
     },
-    /// A graph that takes several things, or none.
+    /// Graph with several inputs, or none.
     #[error("the graph takes {takes}; one picture is accepted, 1 x 1 x rows x columns")]
     Inputs {
-        /// What it takes.
+        /// Inputs of the graph.
         takes: String,
     },
-    /// An operator that is known, in a way that is not.
+    /// Known operator with an unsupported attribute or input.
     #[error("node {node}: {operator} with {found}; {accepted} is accepted")]
     Attribute {
-        /// The node.
+        /// Number and name of the node.
         node: String,
-        /// Its operator.
+        /// Operator of the node.
         operator: String,
-        /// What it has.
+        /// Unsupported attribute or input.
         found: String,
-        /// What it may have.
+        /// Accepted alternative.
         accepted: String,
     },
-    /// A constant that is missing, or none of 32 bit numbers.
+    /// Constant that is missing, or not made of 32-bit numbers.
     #[error(
         "constant `{name}`: {found}; as many finite 32 bit numbers as its shape says, in this file, are accepted"
     )]
     Constant {
-        /// Its name.
+        /// Name of the constant.
         name: String,
-        /// What is wrong with it.
+        /// Description of the problem.
         found: String,
     },
-    /// A network that gives more than one number for each pixel.
+    /// Network with more than one output per pixel.
     #[error("the network gives {channels} channels; one is accepted: depth")]
     Channels {
-        /// How many.
+        /// Number of output channels.
         channels: usize,
     },
-    /// A network that is larger than any that a picture needs.
+    /// Network that is too large.
     #[error("the network has {found}; at most {limit} are accepted")]
     TooLarge {
-        /// What it has too much of.
+        /// Property that is too large.
         found: String,
-        /// How much of it is accepted.
+        /// Limit.
         limit: usize,
     },
-    /// A picture whose values are no full rows.
+    /// Image whose values do not form complete rows.
     #[error("{values} values are no picture of {columns} columns")]
     Picture {
-        /// How many values there are.
+        /// Number of values.
         values: usize,
-        /// How many columns it is said to have.
+        /// Stated number of columns.
         columns: usize,
     },
-    /// A picture with a value that is no number.
+    /// Image with a value that is not finite.
     #[error("the picture has a value that is not finite")]
     NotFinite,
 }

@@ -1,19 +1,19 @@
-//! Depth networks given as ONNX, evaluated where something touches.
+//! Evaluation of depth networks given as ONNX, restricted to the pixels in contact if wanted.
 //!
-//! A network of a tactile sensor is small: some convolutions, and what is done to each number between them. That much
-//! of ONNX is read here ([`Network::read`]), and everything else is refused by the name of its node. Nothing here knows
-//! sensors, cameras, or what a number of the picture means.
+//! A network of a tactile sensor is small: some convolutions with pointwise operations between them. Only this part of
+//! ONNX is read ([`Network::read`]); everything else is refused, with the name of its node. The crate knows no sensors
+//! or cameras, nor the meaning of intensities.
 //!
 //! # Conventions
 //!
-//! - `f32`, row by row. A picture has one channel; what comes out has one, and as many rows and columns.
-//! - Maps keep their size: strides and dilations are 1, and paddings half of each window, with zeros.
-//! - Same network and picture, same bits, on any number of threads and in registers of any width: each number is one
-//!   sum in a fixed order, of multiplications and additions that round once.
+//! - Values are `f32`, row by row. The input image has one channel; the output has one channel and the same size.
+//! - Maps keep their size: strides and dilations are 1, and paddings are half of each window, with zeros.
+//! - The same network and image give the same bits, on any number of threads and with registers of any width: each
+//!   number is one sum in a fixed order, of fused multiply-adds that round once.
 //!
-//! Where nothing touches, the difference to the picture at rest is zero, and depth networks are not trained there: their
-//! authors take zero for what comes out (R-Tac0). [`Network::run_touched`] leaves such places out, tile by tile, and
-//! gives elsewhere what [`Network::run`] gives, to the bit.
+//! Without contact, the difference to the image at rest is zero. Depth networks are not trained there, and their
+//! authors set the output to zero (R-Tac0). [`Network::run_touched`] skips such pixels tile by tile, and returns the
+//! same bits as [`Network::run`] elsewhere.
 //!
 //! ```
 //! use fabkit_network::Network;
@@ -49,7 +49,7 @@ use tiles::Wanted;
 pub use error::NetworkError;
 pub use tiles::TILE_PX;
 
-/// A network that was read.
+/// Network that can be evaluated.
 #[derive(Clone, Debug)]
 pub struct Network {
     chain: Chain,
@@ -57,49 +57,51 @@ pub struct Network {
 }
 
 impl Network {
-    /// Reads an ONNX file: a chain of `Conv` (odd windows, stride and dilation 1, any groups), `Relu`, `Clip`, `Sigmoid`,
-    /// `Identity`, and `Add`, `Sub`, `Mul`, `Div` with a constant, from one channel to one.
+    /// Reads an ONNX file: a chain of `Conv` (odd windows, stride and dilation 1, any groups), `Relu`, `Clip`,
+    /// `Sigmoid`, `Identity`, and `Add`, `Sub`, `Mul`, `Div` with a constant, from one channel to one.
     ///
     /// # Errors
-    /// Bytes of something else, and whatever is not such a chain, by the name of its node.
+    /// If the bytes are not an ONNX model, or the graph is not such a chain; the message names the node.
     pub fn read(bytes: &[u8]) -> Result<Self, NetworkError> {
         let chain = chain::chain(bytes)?;
+        // Each weight is multiplied once per pixel; each output has a bias.
         let of = |convolution: &Convolution| convolution.products() as usize + convolution.outputs;
         let parameters = chain.stages.iter().map(|stage| of(&stage.convolution)).sum();
         Ok(Self { chain, parameters })
     }
 
-    /// Numbers of its convolutions that were learned.
+    /// Returns the number of learned parameters of the convolutions.
     pub fn parameters(&self) -> usize {
         self.parameters
     }
 
-    /// Multiplications for each pixel that is evaluated, those around it apart.
+    /// Returns the number of multiplications per evaluated pixel, without those for its surroundings.
     pub fn products_a_pixel(&self) -> u64 {
         self.chain.stages.iter().map(|stage| stage.convolution.products()).sum()
     }
 
-    /// How far a pixel looks to each side: rows and columns, px.
+    /// Returns how many pixels to each side influence an output pixel: rows and columns, px.
     pub fn reach_px(&self) -> [usize; 2] {
         let of =
             |k: usize| self.chain.stages.iter().map(|stage| stage.convolution.kernel[k] / 2).sum();
         [of(0), of(1)]
     }
 
-    /// What a thread works in, bytes, at most.
+    /// Returns the maximum working memory of a thread, bytes.
     pub fn bytes_a_thread(&self) -> u64 {
         tiles::bytes_a_thread(&self.chain)
     }
 
-    /// What the network makes of a picture, rows x `columns`, row by row; everywhere.
+    /// Evaluates the network at every pixel of an image with `columns` columns, row by row.
     ///
     /// # Errors
-    /// Values that are no picture of so many columns, or not finite.
+    /// If the values do not form complete rows, or are not finite.
     pub fn run(&self, picture: &[f32], columns: usize) -> Result<Vec<f32>, NetworkError> {
         self.evaluate(picture, columns, Wanted::Everything)
     }
 
-    /// The same where the picture is not zero, to the bit; zero elsewhere.
+    /// Evaluates the network where the image is not zero, with the same bits as [`Self::run`]; the output is zero
+    /// elsewhere.
     ///
     /// # Errors
     /// As for [`Self::run`].
@@ -107,6 +109,7 @@ impl Network {
         self.evaluate(picture, columns, Wanted::Touched)
     }
 
+    /// Checks the image and evaluates the network.
     fn evaluate(
         &self,
         picture: &[f32],

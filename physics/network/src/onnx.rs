@@ -1,7 +1,7 @@
-//! What of an ONNX file is read: the graph, its nodes, and constants.
+//! Reader of the used part of ONNX files: the graph, its nodes, and constants.
 //!
-//! Numbers of fields are those of `onnx.proto` (<https://github.com/onnx/onnx/blob/main/onnx/onnx.proto>), which are
-//! never reused. What is not listed here is passed over: names for people, types of what lies between, versions.
+//! Field numbers are those of `onnx.proto` (<https://github.com/onnx/onnx/blob/main/onnx/onnx.proto>), which are never
+//! reused. Other fields are skipped: descriptions, types of intermediate values, versions of operators.
 
 use std::collections::BTreeMap;
 
@@ -13,25 +13,25 @@ const FLOAT: u64 = 1;
 /// `TensorProto.DataLocation.EXTERNAL`.
 const EXTERNAL: u64 = 1;
 
-/// A constant: 32 bit numbers, the last axis fastest.
+/// Constant tensor of 32-bit numbers, the last axis fastest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tensor {
     pub shape: Vec<usize>,
     pub values: Vec<f32>,
 }
 
-/// What a node is told beside its inputs; of each kind what was given.
+/// Attribute of a node; only the field of its kind is set.
 #[derive(Clone, Debug, Default)]
 pub struct Attribute<'a> {
     pub float: Option<f32>,
     pub integer: Option<i64>,
     pub text: Option<String>,
     pub integers: Vec<i64>,
-    /// A constant, not yet read.
+    /// Constant that has not been decoded yet.
     pub tensor: Option<Fields<'a>>,
 }
 
-/// One step.
+/// Node of the graph: one operation.
 #[derive(Clone, Debug, Default)]
 pub struct Node<'a> {
     pub name: String,
@@ -42,33 +42,35 @@ pub struct Node<'a> {
     pub attributes: BTreeMap<String, Attribute<'a>>,
 }
 
-/// Steps in an order in which they can be done, and what they need.
+/// Graph: nodes in an order of evaluation, and their constants.
 #[derive(Clone, Debug, Default)]
 pub struct Graph<'a> {
     pub nodes: Vec<Node<'a>>,
-    /// Constants, not yet read, by name.
+    /// Constants that have not been decoded yet, by name.
     pub constants: BTreeMap<String, Fields<'a>>,
     pub inputs: Vec<String>,
     pub outputs: Vec<String>,
 }
 
-/// The graph of a model.
+/// Reads the graph of a model.
 ///
 /// # Errors
-/// Bytes of something else.
+/// If the bytes are not an ONNX model.
 pub fn graph(bytes: &[u8]) -> Result<Graph<'_>, NetworkError> {
     let (mut version, mut found) = (None, None);
     for field in Fields::of(bytes) {
+        // ModelProto: 1 ir_version, 7 graph.
         match field? {
             (1, Value::Varint(number)) => version = Some(number),
             (7, value) => found = Some(message(value)?),
             _ => {}
         }
     }
-    // Every model says which version of the format it is written in, and has one graph.
+    // Every model has a format version and a graph.
     let (Some(_), Some(fields)) = (version, found) else { return Err(NetworkError::NoOnnx) };
     let mut graph = Graph::default();
     for field in fields {
+        // GraphProto: 1 node, 5 initializer, 11 input, 12 output.
         match field? {
             (1, value) => graph.nodes.push(node(message(value)?)?),
             (5, value) => {
@@ -80,13 +82,13 @@ pub fn graph(bytes: &[u8]) -> Result<Graph<'_>, NetworkError> {
             _ => {}
         }
     }
-    // Older files list their constants as inputs, too.
+    // Older files list their constants among the inputs.
     let Graph { inputs, constants, .. } = &mut graph;
     inputs.retain(|name| !constants.contains_key(name));
     Ok(graph)
 }
 
-/// The text in field `number`; empty if there is none.
+/// Returns the text in field `number`; empty if there is none.
 fn named(fields: Fields<'_>, number: u64) -> Result<String, NetworkError> {
     let mut name = String::new();
     for field in fields {
@@ -98,9 +100,11 @@ fn named(fields: Fields<'_>, number: u64) -> Result<String, NetworkError> {
     Ok(name)
 }
 
+/// Reads a node.
 fn node(fields: Fields<'_>) -> Result<Node<'_>, NetworkError> {
     let mut node = Node::default();
     for field in fields {
+        // NodeProto: 1 input, 2 output, 3 name, 4 op_type, 5 attribute, 7 domain.
         match field? {
             (1, value) => node.inputs.push(text(value)?),
             (2, value) => node.outputs.push(text(value)?),
@@ -117,9 +121,11 @@ fn node(fields: Fields<'_>) -> Result<Node<'_>, NetworkError> {
     Ok(node)
 }
 
+/// Reads an attribute with its name.
 fn attribute(fields: Fields<'_>) -> Result<(String, Attribute<'_>), NetworkError> {
     let (mut name, mut attribute) = (String::new(), Attribute::default());
     for field in fields {
+        // AttributeProto: 1 name, 2 f, 3 i, 4 s, 5 t, 8 ints.
         match field? {
             (1, value) => name = text(value)?,
             (2, Value::Fixed32(bits)) => attribute.float = Some(f32::from_bits(bits)),
@@ -133,10 +139,10 @@ fn attribute(fields: Fields<'_>) -> Result<(String, Attribute<'_>), NetworkError
     Ok((name, attribute))
 }
 
-/// A constant's shape and numbers.
+/// Decodes a constant's shape and numbers.
 ///
 /// # Errors
-/// Another type of numbers, numbers in another file, fewer or more than its shape says, some that are not finite.
+/// If the numbers have another type, are in another file, do not match the shape in number, or are not finite.
 pub fn tensor(name: &str, fields: Fields<'_>) -> Result<Tensor, NetworkError> {
     let wrong = |found: &str| {
         let (name, found) = (name.to_owned(), found.to_owned());
@@ -144,6 +150,7 @@ pub fn tensor(name: &str, fields: Fields<'_>) -> Result<Tensor, NetworkError> {
     };
     let (mut shape, mut values, mut raw) = (Vec::new(), Vec::new(), None);
     for field in fields {
+        // TensorProto: 1 dims, 2 data_type, 4 float_data, 9 raw_data, 14 data_location.
         match field? {
             (1, value) => integers(value, &mut shape)?,
             (2, Value::Varint(kind)) if kind != FLOAT => {

@@ -1,6 +1,6 @@
-//! What is done to each number on its own.
+//! Pointwise operations: those on each number by itself.
 
-/// A constant for all channels, or one for each.
+/// Constant for all channels, or one for each.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Constant {
     Same(f32),
@@ -8,7 +8,7 @@ pub enum Constant {
 }
 
 impl Constant {
-    /// With the other sign.
+    /// Returns the constant with the opposite sign.
     pub fn negative(self) -> Self {
         match self {
             Self::Same(value) => Self::Same(-value),
@@ -16,7 +16,8 @@ impl Constant {
         }
     }
 
-    /// Applies `f` to each number and its constant; `values` are pixels of `width` channels from channel `first`.
+    /// Applies `f` to each number and its constant; `values` are pixels of `width` channels, beginning with channel
+    /// `first`.
     #[inline(always)]
     fn each(&self, values: &mut [f32], width: usize, first: usize, f: impl Fn(f32, f32) -> f32) {
         match self {
@@ -25,7 +26,7 @@ impl Constant {
             }
             Self::Channels(constants) => {
                 for pixel in values.chunks_exact_mut(width) {
-                    // A panel may be wider than what is left of the channels; nobody reads that.
+                    // A panel may be wider than the remaining channels; the surplus is not read.
                     for (value, constant) in pixel.iter_mut().zip(&constants[first..]) {
                         *value = f(*value, *constant);
                     }
@@ -35,28 +36,28 @@ impl Constant {
     }
 }
 
-/// One step.
+/// Pointwise operation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pointwise {
-    /// Not below the one, not above the other.
+    /// Limits the value to `least` to `most`.
     Clip {
         least: f32,
         most: f32,
     },
-    /// 1 / (1 + exp(-x)).
+    /// Logistic function, 1 / (1 + exp(-x)).
     Sigmoid,
     Add(Constant),
     Multiply(Constant),
     Divide(Constant),
 }
 
-/// Does all steps; `values` are pixels of `width` channels, of which the first is channel `first`.
+/// Applies all operations in order; `values` are pixels of `width` channels, of which the first is channel `first`.
 #[inline(always)]
 pub fn apply(steps: &[Pointwise], values: &mut [f32], width: usize, first: usize) {
     for step in steps {
         match step {
             Pointwise::Clip { least, most } => {
-                // Comparisons that are one instruction each, where `max` and `min` would look for what is no number.
+                // Each comparison is one instruction, whereas `max` and `min` would also handle NaN.
                 for value in values.iter_mut() {
                     let above = if *value > *least { *value } else { *least };
                     *value = if above < *most { above } else { *most };

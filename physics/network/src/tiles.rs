@@ -1,7 +1,7 @@
-//! A chain of layers over a picture, tile by tile.
+//! Evaluation of a chain of layers over an image, tile by tile.
 //!
-//! Of each tile, a layer is evaluated only where the next one looks at it, and the last one only where it is asked for.
-//! Beyond the picture every layer sees zeros, as the paddings of its convolutions say.
+//! In each tile, a layer is evaluated only where the next layer reads it, and the last layer only where its output is
+//! requested. Outside the image every layer reads zeros, as the paddings of its convolutions state.
 
 use rayon::prelude::*;
 
@@ -9,19 +9,19 @@ use crate::chain::Chain;
 use crate::convolution::Places;
 use crate::pointwise::apply;
 
-/// Rows and columns of a tile, px: maps of sixty-four channels around it stay in the second cache.
+/// Rows and columns of a tile, px. Maps of 64 channels around it stay in the second-level cache.
 pub const TILE_PX: usize = 32;
 
-/// Where what comes out is wanted.
+/// Pixels at which the output is requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// Everywhere.
+    /// All pixels.
     Everything,
-    /// Where the picture is not zero.
+    /// Pixels where the image is not zero.
     Touched,
 }
 
-/// A part of a picture: its first row and column, which may lie beyond the picture, and how many there are.
+/// Rectangle of an image: its first row and column, which may lie outside the image, and its size.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     first: [isize; 2],
@@ -29,7 +29,7 @@ struct Part {
 }
 
 impl Part {
-    /// The same with so many more rows and columns on each side.
+    /// Returns the rectangle enlarged by `reach` rows and columns on each side.
     fn around(self, reach: [usize; 2]) -> Self {
         Self {
             first: [0, 1].map(|k| self.first[k] - reach[k] as isize),
@@ -41,7 +41,7 @@ impl Part {
         self.size[0] * self.size[1]
     }
 
-    /// Its rows and columns that lie in a picture of `rows` x `columns`.
+    /// Returns the rows and columns of the rectangle that lie in an image of the given size.
     fn inside(self, picture: [usize; 2]) -> [std::ops::Range<usize>; 2] {
         [0, 1].map(|k| {
             let clamped = |at: isize| at.clamp(0, self.size[k] as isize) as usize;
@@ -49,12 +49,13 @@ impl Part {
         })
     }
 
+    /// Returns whether the whole rectangle lies in the image.
     fn is_inside(self, picture: [usize; 2]) -> bool {
         self.inside(picture) == self.size.map(|size| 0..size)
     }
 }
 
-/// What a thread works in; what it holds afterwards means nothing.
+/// Working memory of a thread; its content is meaningless between tiles.
 #[derive(Default)]
 struct Room {
     before: Vec<f32>,
@@ -63,14 +64,14 @@ struct Room {
     pixels: Vec<usize>,
 }
 
-/// The picture as it is given, row by row; rows and columns.
+/// Input image, row by row, with its rows and columns.
 #[derive(Clone, Copy)]
 struct Given<'a> {
     values: &'a [f32],
     size: [usize; 2],
 }
 
-/// Bytes that a thread works in, at most.
+/// Returns the maximum working memory of a thread, bytes.
 pub fn bytes_a_thread(chain: &Chain) -> u64 {
     let mut part = Part { first: [0, 0], size: [TILE_PX, TILE_PX] };
     let mut largest = part.pixels();
@@ -78,11 +79,12 @@ pub fn bytes_a_thread(chain: &Chain) -> u64 {
         largest = largest.max(part.pixels() * stage.convolution.outputs);
         part = part.around(stage.convolution.kernel.map(|px| px / 2));
     }
+    // Two lists of indices, and a mask for the tile and for each layer.
     let a_pixel = 2 * size_of::<usize>() + (1 + chain.stages.len()) * size_of::<bool>();
     (2 * size_of::<f32>() * largest.max(part.pixels()) + a_pixel * part.pixels()) as u64
 }
 
-/// What a chain makes of a picture of `columns` columns.
+/// Evaluates a chain on an image with `columns` columns.
 pub fn evaluate(chain: &Chain, values: &[f32], columns: usize, wanted: Wanted) -> Vec<f32> {
     let mut all = vec![0.0; values.len()];
     if values.is_empty() {
@@ -110,7 +112,7 @@ pub fn evaluate(chain: &Chain, values: &[f32], columns: usize, wanted: Wanted) -
     all
 }
 
-/// What comes out in one tile, zeros where it is not wanted; nothing where all of it is not.
+/// Evaluates one tile, with zeros where the output is not requested; `None` if it is requested nowhere.
 fn of_tile(
     chain: &Chain,
     given: Given,
@@ -126,7 +128,7 @@ fn of_tile(
     let asked: Vec<bool> = match wanted {
         Wanted::Everything => vec![true; tile.pixels()],
         Wanted::Touched => {
-            // Most tiles are left here; without leaving a row earlier, many numbers are looked at in one step.
+            // Most tiles end here. Without an early exit from the row, the comparison is vectorized.
             let is_touched =
                 |row| row_of(row).iter().fold(false, |any, value| any | (*value != 0.0));
             if !rows.clone().any(is_touched) {
@@ -137,7 +139,7 @@ fn of_tile(
             asked
         }
     };
-    // From the last layer to the first: where each is looked at, and on which part.
+    // From the last layer to the first: the rectangle and the pixels at which each is evaluated.
     let mut needs = vec![(tile, asked)];
     for stage in chain.stages.iter().skip(1).rev() {
         let (part, asked) = &needs[needs.len() - 1];
@@ -154,11 +156,13 @@ fn of_tile(
         if room.after.len() < count {
             room.after.resize(count, 0.0);
         }
+        // Pixels outside the image are read by the next layer but never written, so they must be zero. Unrequested
+        // pixels inside keep stale values that nothing reads.
         if !part.is_inside(given.size) {
             room.after[..count].fill(0.0);
         }
         if i > 0 && stage.convolution.kernel == [1, 1] {
-            // It looks where the one before was evaluated.
+            // A 1 x 1 window reads exactly the pixels of the layer before it.
             room.windows.clone_from(&room.pixels);
         } else {
             list(*part, asked, given.size, columns, room);
@@ -170,13 +174,13 @@ fn of_tile(
         columns = part.size[1];
     }
     let (_, asked) = &needs[0];
-    // Without any convolution all of the tile was read.
+    // Without any convolution, the whole tile was read.
     let found = asked.iter().zip(&room.before);
     Some(found.map(|(asked, value)| if *asked { *value } else { 0.0 }).collect())
 }
 
-/// Lists the pixels of a part that are asked for and lie in the picture, and where their windows begin in the map before,
-/// which has so many columns.
+/// Lists the requested pixels of a rectangle that lie in the image, and the first pixel of each window in the input
+/// map, which has `columns` columns.
 fn list(part: Part, asked: &[bool], picture: [usize; 2], columns: usize, room: &mut Room) {
     let [rows, inside] = part.inside(picture);
     room.windows.clear();
@@ -193,7 +197,7 @@ fn list(part: Part, asked: &[bool], picture: [usize; 2], columns: usize, room: &
     }
 }
 
-/// Where the layer before is looked at, by windows that reach so far.
+/// Returns the pixels that windows with the given reach read, and their rectangle.
 fn looked_at(part: Part, asked: &[bool], reach: [usize; 2]) -> (Part, Vec<bool>) {
     if reach == [0, 0] {
         return (part, asked.to_vec());
@@ -203,7 +207,7 @@ fn looked_at(part: Part, asked: &[bool], reach: [usize; 2]) -> (Part, Vec<bool>)
     let mut found = vec![false; wider.pixels()];
     let mut along = vec![false; wide];
     for (row, asked) in asked.chunks_exact(columns).enumerate() {
-        // How many more columns are looked at because of the last one that was asked for.
+        // Number of columns still covered by the window of the last requested pixel.
         let mut left = 0;
         for (column, along) in along.iter_mut().enumerate() {
             if asked.get(column).is_some_and(|asked| *asked) {
@@ -222,7 +226,7 @@ fn looked_at(part: Part, asked: &[bool], reach: [usize; 2]) -> (Part, Vec<bool>)
     (wider, found)
 }
 
-/// A part of the picture, zeros beyond it, through what is done before the first layer.
+/// Copies a rectangle of the image, with zeros outside it, and applies the operations before the first layer.
 fn read(chain: &Chain, given: Given, part: Part, into: &mut Vec<f32>) {
     into.clear();
     into.resize(part.pixels(), 0.0);

@@ -1,41 +1,43 @@
-//! Protocol buffers' wire format: what is needed to read ONNX, and no more.
+//! Reader of the protocol-buffers wire format, as far as ONNX needs it.
 //!
-//! <https://protobuf.dev/programming-guides/encoding/>. Nothing is copied, and nothing is called again from within
-//! itself: messages lie in each other as deep as the reader above asks for them.
+//! See <https://protobuf.dev/programming-guides/encoding/>. Nothing is copied. There is no recursion: nested messages
+//! are read as deep as the caller asks for.
 
 use crate::NetworkError;
 
-/// What a field holds.
+/// Value of a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value<'a> {
-    /// An integer of any kind.
+    /// Integer of any kind.
     Varint(u64),
     /// Eight bytes, little endian.
     Fixed64(u64),
-    /// A text, a message, bytes, or numbers one after the other.
+    /// Text, message, bytes, or packed numbers.
     Bytes(&'a [u8]),
     /// Four bytes, little endian.
     Fixed32(u32),
 }
 
-/// The fields of a message, in the order of its bytes.
+/// Fields of a message, in the order of its bytes.
 #[derive(Clone, Debug)]
 pub struct Fields<'a> {
     rest: &'a [u8],
 }
 
 impl<'a> Fields<'a> {
-    /// Of a message.
+    /// Creates the iterator over the fields of a message.
     pub fn of(message: &'a [u8]) -> Self {
         Self { rest: message }
     }
 
+    /// Reads an integer.
     fn varint(&mut self) -> Result<u64, NetworkError> {
         let (value, used) = varint(self.rest)?;
         self.rest = &self.rest[used..];
         Ok(value)
     }
 
+    /// Reads `count` bytes.
     fn take(&mut self, count: u64) -> Result<&'a [u8], NetworkError> {
         let count = usize::try_from(count).map_err(|_| NetworkError::Truncated)?;
         let (taken, rest) = self.rest.split_at_checked(count).ok_or(NetworkError::Truncated)?;
@@ -43,12 +45,14 @@ impl<'a> Fields<'a> {
         Ok(taken)
     }
 
+    /// Reads an array of bytes.
     fn array<const N: usize>(&mut self) -> Result<[u8; N], NetworkError> {
         let (taken, rest) = self.rest.split_first_chunk().ok_or(NetworkError::Truncated)?;
         self.rest = rest;
         Ok(*taken)
     }
 
+    /// Reads a field: its number and value.
     fn field(&mut self) -> Result<(u64, Value<'a>), NetworkError> {
         let key = self.varint()?;
         let value = match key & 7 {
@@ -59,7 +63,7 @@ impl<'a> Fields<'a> {
                 Value::Bytes(self.take(count)?)
             }
             5 => Value::Fixed32(u32::from_le_bytes(self.array()?)),
-            // Groups, which ONNX has none of, and what is not defined.
+            // Groups, which ONNX does not use, and undefined types.
             _ => return Err(NetworkError::NoOnnx),
         };
         Ok((key >> 3, value))
@@ -75,16 +79,17 @@ impl<'a> Iterator for Fields<'a> {
         }
         let field = self.field();
         if field.is_err() {
-            // What follows a fault means nothing.
+            // Nothing after a fault can be interpreted.
             self.rest = &[];
         }
         Some(field)
     }
 }
 
-/// The integer that bytes begin with, and how many it takes.
+/// Decodes the integer at the start of `bytes`; returns it with its length.
 fn varint(bytes: &[u8]) -> Result<(u64, usize), NetworkError> {
     let mut value = 0u64;
+    // Ten groups of seven bits hold 64 bits.
     for (i, byte) in bytes.iter().take(10).enumerate() {
         value |= u64::from(byte & 0x7f) << (7 * i);
         if byte & 0x80 == 0 {
@@ -94,10 +99,10 @@ fn varint(bytes: &[u8]) -> Result<(u64, usize), NetworkError> {
     Err(if bytes.len() < 10 { NetworkError::Truncated } else { NetworkError::NoOnnx })
 }
 
-/// Appends integers: one, or some one after the other.
+/// Appends integers: a single one, or a packed list.
 pub fn integers(value: Value<'_>, into: &mut Vec<i64>) -> Result<(), NetworkError> {
     match value {
-        // Negative numbers are written as their two's complement.
+        // Negative numbers are written in two's complement.
         Value::Varint(one) => into.push(one as i64),
         Value::Bytes(mut bytes) => {
             while !bytes.is_empty() {
@@ -111,7 +116,7 @@ pub fn integers(value: Value<'_>, into: &mut Vec<i64>) -> Result<(), NetworkErro
     Ok(())
 }
 
-/// Appends numbers: one, or some one after the other.
+/// Appends numbers: a single one, or a packed list.
 pub fn floats(value: Value<'_>, into: &mut Vec<f32>) -> Result<(), NetworkError> {
     match value {
         Value::Fixed32(bits) => into.push(f32::from_bits(bits)),
@@ -127,13 +132,13 @@ pub fn floats(value: Value<'_>, into: &mut Vec<f32>) -> Result<(), NetworkError>
     Ok(())
 }
 
-/// A text.
+/// Reads a text.
 pub fn text(value: Value<'_>) -> Result<String, NetworkError> {
     let Value::Bytes(bytes) = value else { return Err(NetworkError::NoOnnx) };
     String::from_utf8(bytes.to_vec()).map_err(|_| NetworkError::NoOnnx)
 }
 
-/// A message.
+/// Reads a nested message.
 pub fn message(value: Value<'_>) -> Result<Fields<'_>, NetworkError> {
     match value {
         Value::Bytes(bytes) => Ok(Fields::of(bytes)),

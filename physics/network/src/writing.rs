@@ -1,17 +1,17 @@
-//! Writes such networks: what the tests read, and examples.
+//! Writer of ONNX files, for tests and examples.
 
-/// A step of a chain.
+/// Node of a chain.
 #[derive(Clone, Debug)]
 pub struct Layer {
     operator: &'static str,
-    /// Attributes of integers.
+    /// Integer attributes.
     integers: Vec<(&'static str, Vec<i64>)>,
     /// Constants with their shapes.
     constants: Vec<(Vec<usize>, Vec<f32>)>,
 }
 
 impl Layer {
-    /// A convolution of weights (outputs x inputs of a group x rows x columns), padded by half of its window.
+    /// Creates a convolution from weights (outputs x inputs of a group x rows x columns), padded by half of its window.
     pub fn convolution(shape: [usize; 4], groups: usize, weights: &[f32], bias: &[f32]) -> Self {
         let [outputs, _, rows, columns] = shape;
         let half = [rows / 2, columns / 2, rows / 2, columns / 2].map(|px| px as i64);
@@ -22,24 +22,25 @@ impl Layer {
             .and(&[outputs], bias)
     }
 
-    /// A step without constants.
+    /// Creates a node without constants.
     pub fn operator(operator: &'static str) -> Self {
         Self { operator, integers: Vec::new(), constants: Vec::new() }
     }
 
-    /// The same with an attribute of integers: one number is written as such, more as a list.
+    /// Adds an attribute of integers: `group` is written as one number, other keys as a list.
     pub fn with(mut self, key: &'static str, numbers: &[i64]) -> Self {
         self.integers.push((key, numbers.to_vec()));
         self
     }
 
-    /// The same with one more constant input.
+    /// Adds a constant input.
     pub fn and(mut self, shape: &[usize], values: &[f32]) -> Self {
         self.constants.push((shape.to_vec(), values.to_vec()));
         self
     }
 }
 
+/// Appends an integer of variable length.
 fn varint(mut value: u64, into: &mut Vec<u8>) {
     while value >= 0x80 {
         into.push(value as u8 | 0x80);
@@ -48,20 +49,20 @@ fn varint(mut value: u64, into: &mut Vec<u8>) {
     into.push(value as u8);
 }
 
-/// A field of an integer.
+/// Appends an integer field.
 fn integer(number: u64, value: i64, into: &mut Vec<u8>) {
     varint(number << 3, into);
     varint(value as u64, into);
 }
 
-/// A field of bytes.
+/// Appends a field of bytes.
 fn bytes(number: u64, value: &[u8], into: &mut Vec<u8>) {
     varint(number << 3 | 2, into);
     varint(value.len() as u64, into);
     into.extend(value);
 }
 
-/// An ONNX file of layers one after the other, from `x` to `y`; version 13 of the operators.
+/// Writes an ONNX file with one layer after the other, from `x` to `y`; version 13 of the operators.
 pub fn chain(layers: &[Layer]) -> Vec<u8> {
     let mut graph = Vec::new();
     let (mut nodes, mut constants) = (Vec::new(), Vec::new());
@@ -78,6 +79,7 @@ pub fn chain(layers: &[Layer]) -> Vec<u8> {
             bytes(1, name.as_bytes(), &mut node);
             let mut tensor = Vec::new();
             shape.iter().for_each(|size| integer(1, *size as i64, &mut tensor));
+            // TensorProto.data_type 1: FLOAT.
             integer(2, 1, &mut tensor);
             bytes(8, name.as_bytes(), &mut tensor);
             let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
@@ -92,9 +94,11 @@ pub fn chain(layers: &[Layer]) -> Vec<u8> {
             bytes(1, key.as_bytes(), &mut attribute);
             if let ([one], true) = (&numbers[..], *key == "group") {
                 integer(3, *one, &mut attribute);
+                // AttributeProto.type 2: INT.
                 integer(20, 2, &mut attribute);
             } else {
                 numbers.iter().for_each(|number| integer(8, *number, &mut attribute));
+                // AttributeProto.type 7: INTS.
                 integer(20, 7, &mut attribute);
             }
             bytes(5, &attribute, &mut node);
@@ -123,6 +127,7 @@ pub fn chain(layers: &[Layer]) -> Vec<u8> {
         bytes(number, &value, &mut graph);
     }
     let (mut model, mut version) = (Vec::new(), Vec::new());
+    // Version 8 of the file format.
     integer(1, 8, &mut model);
     bytes(7, &graph, &mut model);
     integer(2, 13, &mut version);

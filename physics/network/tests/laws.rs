@@ -1,10 +1,10 @@
-//! What is evaluated is what loops over all windows give, to the bit, wherever, in whatever pieces and on any threads.
+//! Evaluated networks equal plain loops over all windows to the bit, for any requested pixels, tiles and threads.
 
 use fabkit_network::writing::{Layer, chain};
 use fabkit_network::{Network, TILE_PX};
 use proptest::prelude::*;
 
-/// Numbers that look random, from -1 to 1.
+/// Pseudo-random numbers from -1 to 1.
 struct Numbers(u64);
 
 impl Numbers {
@@ -22,7 +22,7 @@ impl Numbers {
     }
 }
 
-/// A convolution as the tests know it: outputs x inputs of a group x rows x columns.
+/// Convolution as the tests compute it: outputs x inputs of a group x rows x columns.
 #[derive(Clone)]
 struct Plain {
     shape: [usize; 4],
@@ -41,7 +41,8 @@ impl Plain {
         Layer::convolution(self.shape, self.groups, &self.weights, &self.bias)
     }
 
-    /// One output at one place, by `step` from its offset on, over rows, columns and channels of the window.
+    /// Computes one output at one pixel: starts from the bias and applies `step` over rows, columns and channels of the
+    /// window.
     fn at<T: Copy>(
         &self,
         maps: &[Vec<f32>],
@@ -72,7 +73,7 @@ impl Plain {
         sum
     }
 
-    /// All outputs, each sum rounded as the crate says it is.
+    /// Computes all outputs, with sums rounded as the crate documents.
     fn map(&self, maps: &[Vec<f32>], columns: usize) -> Vec<Vec<f32>> {
         let pixels = maps[0].len();
         let of = |output: usize, i: usize| {
@@ -87,7 +88,8 @@ fn relu(maps: &mut [Vec<f32>]) {
     maps.iter_mut().flatten().for_each(|value| *value = value.max(0.0));
 }
 
-/// Three convolutions with a Relu between them: odd counts of channels, a depthwise and a grouped one in the middle.
+/// Builds four convolutions, to be used with a Relu between them: odd channel counts, a depthwise or full one, and a
+/// grouped one.
 fn three(numbers: &mut Numbers, channels: usize, depthwise: bool) -> Vec<Plain> {
     let middle = match depthwise {
         true => ([channels, 1, 5, 3], channels),
@@ -114,7 +116,7 @@ fn network(plain: &[Plain]) -> Network {
     Network::read(&chain(&layers)).unwrap()
 }
 
-/// A picture of which a part is not zero, if asked for.
+/// Draws an image, with zeros outside a pattern of patches if `sparse`.
 fn picture(numbers: &mut Numbers, [rows, columns]: [usize; 2], sparse: bool) -> Vec<f32> {
     let mut picture = numbers.some(rows * columns);
     for (i, value) in picture.iter_mut().enumerate() {
@@ -167,7 +169,7 @@ fn a_convolution_is_as_exact_as_its_sum_can_be() {
         let maps = first.map(std::slice::from_ref(&picture), size[1]);
         let file = chain(&[first.layer(), second.layer()]);
         let found = Network::read(&file).unwrap().run(&picture, size[1]).unwrap();
-        // Each of n steps rounds once, by half a unit of the last place at most of what has been summed up.
+        // Each of n steps rounds once, by at most half a unit in the last place of the sum so far.
         let steps = (6 * kernel[0] * kernel[1] + 1) as f64;
         for (i, found) in found.iter().enumerate() {
             let at = [0, i / size[1], i % size[1]];

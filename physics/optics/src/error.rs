@@ -1,73 +1,73 @@
-//! Why nothing can be said about a sensor's light.
+//! Errors of optical stacks.
 
 use fabkit_geometry::{InvalidSolid, Point3};
 
-/// Bodies that no light can be followed through.
+/// Reason why light cannot be traced through the bodies of a sensor.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidStack {
-    /// A clear body of which nobody knows how it bends light.
+    /// Clear body with an unknown refractive index.
     #[error("{body}: light passes it, but nobody says how {} bends light", material_of(.material))]
     UnknownIndex {
-        /// Which body.
+        /// Name of the body.
         body: String,
-        /// From what; empty where nobody says.
+        /// Name of the material; empty if unknown.
         material: String,
     },
-    /// An index that no medium has.
+    /// Refractive index outside 1 to 4.
     #[error("{body}: a refractive index of {index} is not within 1 to 4")]
     Index {
-        /// Which body.
+        /// Name of the body.
         body: String,
-        /// As told.
+        /// Stated index.
         index: f64,
     },
-    /// Two media in one place.
+    /// Overlap of two media.
     #[error(
         "{} and {} overlap by {depth_mm:.3} mm at ({:.3}, {:.3}, {:.3}) mm: light has two media there",
         .bodies[0], .bodies[1], .place_in_sensor.x, .place_in_sensor.y, .place_in_sensor.z
     )]
     Overlap {
-        /// The two, by name.
+        /// Names of the two bodies.
         bodies: [String; 2],
-        /// Where a ray from the camera first is in both, sensor frame, mm.
+        /// First point of a ray from the camera that lies in both, sensor frame, mm.
         place_in_sensor: Point3<f64>,
-        /// Along that ray, mm.
+        /// Length of the overlap along that ray, mm.
         depth_mm: f64,
     },
-    /// A camera within what light does not pass.
+    /// Camera inside a body that light does not pass.
     #[error(
         "the camera's pupil at ({:.3}, {:.3}, {:.3}) mm lies inside {body}, which light does not pass",
         .place_in_sensor.x, .place_in_sensor.y, .place_in_sensor.z
     )]
     CameraInside {
-        /// Which body.
+        /// Name of the body.
         body: String,
-        /// The pupil, sensor frame, mm.
+        /// Position of the pupil, sensor frame, mm.
         place_in_sensor: Point3<f64>,
     },
-    /// More bodies than can be told apart.
+    /// More bodies than can be distinguished.
     #[error("{count} kinds of bodies; at most {} can be told apart", crate::MAX_NAMES)]
     TooMany {
-        /// How many there are.
+        /// Number of bodies of different names.
         count: usize,
     },
-    /// A camera that has an interface in its own model where none is drawn.
+    /// Camera whose model has an interface although none is drawn.
     #[error(
         "the camera's file has an interface before drawn bodies, but none is drawn that all rays pass first"
     )]
     NoInterface,
-    /// Dimensions that make no solid.
+    /// Invalid solid.
     #[error("{body}: {source}")]
     Solid {
-        /// Which body.
+        /// Name of the body.
         body: String,
-        /// What is wrong with it.
+        /// Reason.
         source: InvalidSolid,
     },
 }
 
 impl InvalidStack {
-    /// What to do about it; empty where the message says it all.
+    /// Returns what to do; empty if the message says it.
     pub fn hint(&self) -> &'static str {
         match self {
             Self::UnknownIndex { .. } | Self::Index { .. } => {
@@ -83,6 +83,7 @@ impl InvalidStack {
     }
 }
 
+/// Returns the name of the material, or words that stand for an unknown one.
 fn material_of(material: &str) -> &str {
     if material.is_empty() { "what it is made from" } else { material }
 }

@@ -1,21 +1,21 @@
-//! Room that a body surely leaves free, though the box around the body holds it: what is cast around the camera
-//! is looked into only where light leaves that.
+//! Hollows: ellipsoids that a body certainly leaves free within its bounding box. A body that is cast around the camera
+//! is intersected only where a ray leaves its hollow.
 
 use fabkit_geometry::{EllipsoidOffset, Point3, Pose, Ray, Solid, Vector3};
 
-/// Hollows are taken to be smaller by this share, for rounding.
+/// Relative amount by which hollows are shrunk, for rounding.
 const SLACK: f64 = 1e-9;
 
-/// An ellipsoid.
+/// Free ellipsoid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hollow {
     own_from_sensor: Pose,
-    /// One over its half axes, 1/mm.
+    /// Reciprocal semi-axes, 1/mm.
     per_mm: Vector3<f64>,
 }
 
 impl Hollow {
-    /// Those of a solid: within what is cut out of all of it.
+    /// Finds the hollows of a solid: ellipsoids within what is cut out of all of it.
     pub(crate) fn of(solid: &Solid, sensor_from_solid: &Pose) -> Vec<Self> {
         match solid {
             Solid::Placed { pose, of } => Self::of(of, &sensor_from_solid.then_in(*pose)),
@@ -32,7 +32,7 @@ impl Hollow {
         }
     }
 
-    /// Ellipsoids within a solid.
+    /// Finds ellipsoids that lie within a solid.
     fn within(solid: &Solid, sensor_from_solid: &Pose) -> Vec<Self> {
         let half_axes_mm = match solid {
             Solid::Placed { pose, of } => {
@@ -46,9 +46,10 @@ impl Hollow {
             Solid::Sphere(sphere) => [sphere.radius_mm; 3],
             Solid::Ellipsoid(ellipsoid) => ellipsoid.semi_axes_mm,
             Solid::EllipsoidOffset(EllipsoidOffset { equatorial_mm, polar_mm, offset_mm }) => {
-                // Minkowski: the sum of the ellipsoid and a ball holds the ellipsoid of the summed half axes;
-                // the ellipsoid is the sum of two that are like it, of which the one that is as high as the
-                // offset where it is lowest holds a ball of that.
+                // Positive offset: the Minkowski sum of an ellipsoid and a ball contains the ellipsoid with the summed
+                // semi-axes. Negative offset: the ellipsoid is the sum of two scaled copies of itself. If the smaller
+                // one has the offset as its least semi-axis, it contains a ball of that radius, so the larger one
+                // remains free.
                 let scale = 1.0 + offset_mm.min(0.0) / equatorial_mm.min(*polar_mm);
                 let by_mm = offset_mm.max(0.0);
                 let across_mm = equatorial_mm * scale + by_mm;
@@ -60,13 +61,13 @@ impl Hollow {
         vec![Self { own_from_sensor: sensor_from_solid.inverse(), per_mm }]
     }
 
-    /// Whether a point lies in it.
+    /// Returns whether a point lies in the hollow.
     pub(crate) fn holds(&self, point: &Point3<f64>) -> bool {
         let own = self.own_from_sensor.point(*point).coords.component_mul(&self.per_mm);
         own.norm_squared() < 1.0
     }
 
-    /// Where a ray that starts in it leaves it, mm; 0 for one that does not.
+    /// Returns the distance at which a ray that starts inside leaves the hollow, mm; 0 for other rays.
     pub(crate) fn exit_mm(&self, ray: &Ray) -> f64 {
         let origin = self.own_from_sensor.point(ray.origin).coords.component_mul(&self.per_mm);
         let c = 1.0 - origin.norm_squared();
@@ -76,7 +77,7 @@ impl Hollow {
         let direction = self.own_from_sensor.vector(ray.direction).component_mul(&self.per_mm);
         let (a, b) = (direction.norm_squared(), origin.dot(&direction));
         let root = (b * b + a * c).sqrt();
-        // Of two forms, the one without cancellation.
+        // Of the two algebraic forms, the one without cancellation is used.
         if b > 0.0 { c / (root + b) } else { (root - b) / a }
     }
 }
@@ -87,7 +88,7 @@ mod tests {
 
     use super::*;
 
-    /// No point of a ray before its exit is in the body, and for a ball's room all of it is used.
+    /// Before its exit a ray meets nothing of the body, and a hollow without offset is used fully.
     #[test]
     fn a_hollow_is_free() {
         for (offset_mm, is_tight) in [(-2.4, false), (0.0, true), (1.5, false)] {

@@ -1,7 +1,7 @@
-//! The one interface that bends a camera's rays, where the drawn bodies make one.
+//! Detection of the single interface that refracts a camera's rays, if the drawn bodies form one.
 //!
-//! Solvers fit a lens behind a plane, a pane or a sphere (`camera/`). Which of them a design draws, and where,
-//! is read off the rays that reach its sensing surface.
+//! Camera calibration fits a lens behind a plane, a pane or a sphere (`camera/`). Which of them a design draws, and
+//! where, is found from the rays that reach its sensing surface.
 
 use fabkit_camera::{Camera, Flat, Interface, Point2, Sphere};
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
@@ -13,38 +13,38 @@ use crate::stack::Stack;
 use crate::trace::{Bend, End};
 use crate::viewer::Viewer;
 
-/// Rays along the longer side of the picture.
+/// Number of rays along the longer side of the image.
 const RAYS: u32 = 48;
-/// Crossings that far from a common plane or sphere do not lie in it, mm; normals that differ by this are
-/// different. Both are computed a thousand times better.
+/// Tolerance within which points lie in a common plane or sphere, mm, and within which unit normals are equal. Both are
+/// computed a thousand times more precisely.
 const SAME: f64 = 1e-6;
-/// Rays from which an interface is guessed.
+/// Number of pairs of rays from which an interface is guessed.
 const GUESSES: usize = 24;
-/// Part of the rays that has to pass one interface, so that it stands for all.
+/// Minimum share of the rays that must pass one interface for it to represent all.
 const MOST: f64 = 0.9;
 
-/// What a camera sees its sensing surface through.
+/// Refracting interface between a camera and its sensing surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Window {
-    /// It sees nothing of it.
+    /// No ray reaches the sensing surface.
     Blind,
-    /// One interface first.
+    /// One interface comes first.
     One {
-        /// In the camera's frame; [`Interface::None`] where nothing bends the rays.
+        /// Interface in the camera's frame; [`Interface::None`] if nothing refracts the rays.
         interface: Interface,
-        /// Part of the rays to the surface that pass it; the rest is bent otherwise.
+        /// Share of the rays to the surface that pass it; the others are refracted differently.
         share: f64,
-        /// Whether the rays are bent again behind it: see [`Window::displacement`].
+        /// True if rays are refracted again behind it. See [`Window::displacement`].
         again: bool,
     },
-    /// Several, or one that is neither plane nor pane nor sphere.
+    /// Several interfaces, or one that is not a plane, a pane or a sphere.
     Other,
 }
 
 impl Window {
-    /// What the drawn bodies put between a lens and the sensing surface.
+    /// Finds the interface that the drawn bodies form between a lens and the sensing surface.
     ///
-    /// The camera is a lens alone, as for [`Viewer::new`].
+    /// `camera` must be a lens alone, as for [`Viewer::new`].
     pub fn of(camera: &Camera, sensor_from_camera: &Pose, sights: &Sights) -> Self {
         let rays = rays_to_surface(camera, sensor_from_camera, sights);
         if rays.is_empty() {
@@ -52,6 +52,7 @@ impl Window {
         }
         let stride = rays.len().div_ceil(GUESSES);
         let guesses = (0..rays.len()).step_by(stride);
+        // Each ray is paired with one far away in the list, so that their normals differ.
         let pairs = guesses.map(|i| (&rays[i], &rays[(i + rays.len() / 2) % rays.len()]));
         let counted = pairs.filter_map(|(ray, other)| Faces::guess(ray, other)).map(|faces| {
             let passing = rays.iter().filter(|bends| faces.are_passed_by(bends)).count();
@@ -67,8 +68,8 @@ impl Window {
         Self::One { interface: drawn_behind(faces.interface, again), share, again }
     }
 
-    /// How far from where it is a place seems to be, mm, for who knows of the first interface alone: from the
-    /// place to the line that the ray to it follows behind that. `None` where no light leads there.
+    /// Computes the apparent displacement of a point if only the first interface is known, mm: from the point to the
+    /// line that its ray follows behind that interface. `None` if no light from the point reaches the pupil.
     pub fn displacement(
         &self,
         pupil: &Point3<f64>,
@@ -76,6 +77,7 @@ impl Window {
         seeker: &mut Seeker<'_>,
     ) -> Option<Vector3<f64>> {
         let Self::One { interface, again: true, .. } = self else { return Some(Vector3::zeros()) };
+        // Number of faces of the first interface.
         let faces = match interface {
             Interface::None | Interface::Drawn => 0,
             Interface::Flat(flat) if flat.glass_thickness_mm > 0.0 => 2,
@@ -90,7 +92,7 @@ impl Window {
     }
 }
 
-/// The interface, which says of itself whether rays are bent again behind it.
+/// Returns the interface with its flag for refraction behind it.
 fn drawn_behind(interface: Interface, is_drawn_behind: bool) -> Interface {
     match interface {
         Interface::None | Interface::Drawn => interface,
@@ -100,8 +102,8 @@ fn drawn_behind(interface: Interface, is_drawn_behind: bool) -> Interface {
 }
 
 impl Stack {
-    /// The same for the rays of a camera that has the first interface of `sensor_from_camera`'s window in its own model,
-    /// near where it is drawn: what is drawn behind that bends them further. See [`Stack::entered`].
+    /// Returns the stack for a camera whose own model contains the first drawn interface, near its drawn place. Rays
+    /// then begin behind that interface, and only the bodies behind it refract them. See [`Stack::entered`].
     ///
     /// # Errors
     /// [`InvalidStack::NoInterface`].
@@ -118,19 +120,19 @@ impl Stack {
         Ok(self)
     }
 
-    /// Whether rays begin behind the first interface.
+    /// Returns whether rays begin behind the first interface.
     pub fn is_entered(&self) -> bool {
         self.passed.is_some()
     }
 
-    /// A ray as it leaves a camera, where it can be followed from: behind the first drawn interface, if the camera has
-    /// that in its own model, see [`Stack::behind`]; else the ray itself.
+    /// Moves a ray that leaves a camera to where it can be traced from: behind the first drawn interface, if the
+    /// camera's model contains it (see [`Stack::behind`]). Otherwise returns the ray itself.
     pub fn entered(&self, ray: &Ray) -> Ray {
         self.passed.as_ref().map_or(*ray, |face| face.passed(ray))
     }
 }
 
-/// The bends of the rays of a lattice of pixels that end at the sensing surface, in the camera's frame.
+/// Returns the refractions of the rays that end at the sensing surface, for a lattice of pixels, in the camera's frame.
 fn rays_to_surface(camera: &Camera, sensor_from_camera: &Pose, sights: &Sights) -> Vec<Vec<Bend>> {
     let mut viewer = Viewer::new(camera, sensor_from_camera, sights);
     let camera_from_sensor = sensor_from_camera.inverse();
@@ -153,14 +155,14 @@ fn rays_to_surface(camera: &Camera, sensor_from_camera: &Pose, sights: &Sights) 
     rays
 }
 
-/// An interface with what its rays show of it.
+/// Candidate interface, with the refractive indices of its faces.
 struct Faces {
     interface: Interface,
     indices: Vec<[f64; 2]>,
 }
 
 impl Faces {
-    /// The interface that two rays pass first, if one passes it with the other.
+    /// Guesses the interface that two rays pass first, if they pass the same one.
     fn guess(ray: &[Bend], other: &[Bend]) -> Option<Self> {
         let Some((face, first)) = ray.first().zip(other.first()) else {
             let both = ray.is_empty() && other.is_empty();
@@ -178,6 +180,7 @@ impl Faces {
         Some(Self { interface, indices })
     }
 
+    /// Returns whether a ray passes the faces of the candidate first.
     fn are_passed_by(&self, bends: &[Bend]) -> bool {
         let first = bends.get(..self.indices.len()).unwrap_or_default();
         if !first.iter().map(|bend| bend.indices).eq(self.indices.iter().copied()) {
@@ -201,12 +204,14 @@ impl Faces {
     }
 }
 
+/// Returns whether two normals are parallel.
 fn are_parallel(a: &Bend, b: &Bend) -> bool {
     a.normal.cross(&b.normal).norm() < SAME
 }
 
-/// A plane, or with a second face a pane.
+/// Builds a plane, or a pane if there is a second face.
 fn flat(face: &Bend, back: Option<&Bend>) -> Option<Flat> {
+    // Normals point away from the lens.
     let outward = |bend: &Bend| bend.normal * bend.normal.dot(&bend.place.coords).signum();
     let normal = outward(face);
     let distance_mm = normal.dot(&face.place.coords);
@@ -224,10 +229,10 @@ fn flat(face: &Bend, back: Option<&Bend>) -> Option<Flat> {
     (distance_mm > 0.0 && flat.glass_thickness_mm >= 0.0).then_some(flat)
 }
 
-/// The sphere around the lens that has both normals, which are not parallel.
+/// Builds the sphere around the lens from two points with normals that are not parallel.
 fn sphere(a: &Bend, b: &Bend) -> Option<Sphere> {
     let across = a.normal.cross(&b.normal);
-    // Where the line along the first normal passes the second's the nearest.
+    // Distance along the first normal at which it comes closest to the second: the centre of the sphere.
     let along = (b.place - a.place).cross(&b.normal).dot(&across) / across.norm_squared();
     let centre: Point3<f64> = a.place + a.normal * along;
     let sphere = Sphere {
@@ -238,7 +243,7 @@ fn sphere(a: &Bend, b: &Bend) -> Option<Sphere> {
         is_drawn_behind: false,
     };
     let outward: Vector3<f64> = (a.place - centre) / along.abs();
-    // The lens is inside.
+    // Only a sphere that contains the lens is accepted.
     (centre.coords.norm() < sphere.radius_mm && outward.dot(&a.place.coords) > 0.0)
         .then_some(sphere)
 }

@@ -1,9 +1,8 @@
-//! From a place to the ray that sees it.
+//! Inverse problem: finds the ray from the pupil to a given point.
 //!
-//! A ray is known by its direction at the pupil. How far it passes beside a place, measured across it, is a
-//! smooth function of that direction as long as it passes the same surfaces; Newton's iteration finds where
-//! that is 0. What is opaque is left out while a ray is looked for, so that a place that is hidden is told
-//! from one to which no light leads.
+//! A ray is determined by its direction at the pupil. Its offset from the point, measured across the ray, is a smooth
+//! function of that direction as long as the ray passes the same surfaces; Newton's iteration finds its zero. Opaque
+//! bodies are ignored during the search, so that a hidden point can be distinguished from one to which no light leads.
 
 mod every;
 
@@ -14,35 +13,35 @@ use crate::bundle::{Chain, Surfaces};
 use crate::stack::Stack;
 use crate::trace::{End, LightPath, Tracer};
 
-/// Rays that pass a place nearer than that go through it, mm: a few roundings of its coordinates.
+/// Offset at which a ray counts as passing through a point, mm: a few roundings of its coordinates.
 const NEAR_MM: f64 = 1e-12;
 
-/// Where rounding ends the iteration earlier, this near is near enough, mm.
+/// Offset that is accepted if rounding ends the iteration earlier, mm.
 const NEAR_ENOUGH_MM: f64 = 1e-10;
 
-/// A ray that ends that near to a place ends there, mm.
+/// Distance from a point at which the end of a ray counts as reaching it, mm.
 const THERE_MM: f64 = 1e-6;
 
-/// Most steps of an iteration, and most halvings of a step.
+/// Maximum number of steps of an iteration, and of halvings of a step.
 const MOST_STEPS: usize = 40;
 const MOST_HALVINGS: usize = 6;
 
-/// Ways past different faces that are remembered.
+/// Maximum number of remembered surface sequences.
 const MOST_CHAINS: usize = 6;
 
-/// Step of differences, rad: that of the least error of central ones.
+/// Step of central differences, rad: the one with the least error.
 const STEP_RAD: f64 = 1e-5;
 
-/// The same where one side is enough.
+/// Step of one-sided differences, rad.
 const SLOPE_STEP_RAD: f64 = 1e-7;
 
-/// Directions of which some are tried where the straight one leads nowhere.
+/// Number of directions of the fan, some of which are tried if the straight direction fails.
 const STARTS: usize = 512;
 
-/// How many of them, the nearest first.
+/// Number of directions tried, those with the smallest offsets first.
 const NEAREST: usize = 3;
 
-/// The stack as it is, and without what is opaque.
+/// A stack with and without its opaque bodies.
 #[derive(Clone, Debug)]
 pub struct Sights {
     stack: Stack,
@@ -50,15 +49,15 @@ pub struct Sights {
     surfaces: Surfaces,
 }
 
-/// Finds rays; one per thread.
+/// Solver for rays to given points; one is needed per thread.
 #[derive(Debug)]
 pub struct Seeker<'a> {
     all: Tracer<'a>,
     clear: Tracer<'a>,
     surfaces: &'a Surfaces,
-    /// The faces past which places were found, the last first: neighbours are found past the same.
+    /// Surface sequences past which points were found, the latest first: neighbouring points usually have the same.
     chains: Vec<Chain>,
-    /// Those past which nothing was found where a search began.
+    /// Surface sequences for which a search from its start has failed.
     barren: Vec<Chain>,
     fan: Option<Fan>,
 }
@@ -67,28 +66,28 @@ pub struct Seeker<'a> {
 #[derive(Debug)]
 struct Fan {
     pupil: Point3<f64>,
-    /// Direction, corners and path of each.
+    /// Direction, corners and path of each ray.
     rays: Vec<(Vector3<f64>, Vec<Point3<f64>>, LightPath)>,
 }
 
-/// The ray that goes through a place if nothing opaque is in its way.
+/// Ray that passes through a point if nothing opaque blocks it.
 #[derive(Clone, Copy, Debug)]
 pub struct Sight {
     /// Unit direction at the pupil, sensor frame.
     pub direction: Vector3<f64>,
-    /// Length of the way from the pupil to the place, mm.
+    /// Path length from the pupil to the point, mm.
     pub way_mm: f64,
-    /// Unit direction at the place.
+    /// Unit direction of the ray at the point.
     pub direction_there: Vector3<f64>,
-    /// Where the ray really goes.
+    /// Actual path of the ray, with opaque bodies.
     pub path: LightPath,
 }
 
-/// Where a ray passes a place.
+/// Closest approach of a ray to a point.
 struct Miss {
-    /// From the ray to the place, mm.
+    /// Offset from the ray to the point, mm.
     off: Vector3<f64>,
-    /// Direction of the ray there.
+    /// Direction of the ray at the closest approach.
     direction: Vector3<f64>,
     way_mm: f64,
 }
@@ -100,22 +99,22 @@ impl Sights {
         Self { surfaces: Surfaces::of(&clear), clear, stack }
     }
 
-    /// All of it.
+    /// Returns the complete stack.
     pub fn stack(&self) -> &Stack {
         &self.stack
     }
 
-    /// Whether anything in it bends light.
+    /// Returns whether any body refracts light.
     pub fn bends(&self) -> bool {
         self.stack.bends()
     }
 
-    /// Follows rays through what is clear, as if nothing stood in their way; for those of one thread.
+    /// Creates a tracer that ignores opaque bodies, for one thread.
     pub fn media_tracer(&self) -> Tracer<'_> {
         Tracer::new(&self.clear)
     }
 
-    /// For the places of one thread.
+    /// Creates a solver for one thread.
     pub fn seeker(&self) -> Seeker<'_> {
         Seeker {
             all: Tracer::new(&self.stack),
@@ -129,14 +128,14 @@ impl Sights {
 }
 
 impl Sight {
-    /// The two unit vectors across a direction along which its changes are counted.
+    /// Returns two unit vectors across a direction, along which its changes are measured.
     pub fn across(direction: &Vector3<f64>) -> Matrix3x2<f64> {
         let u = Vector3::ith(direction.iamin(), 1.0).cross(direction).normalize();
         Matrix3x2::from_columns(&[u, direction.cross(&u)])
     }
 
-    /// What ends the ray before it is at the place, if anything does; the place itself lies on what it
-    /// belongs to, so that the last `slack_mm` are free.
+    /// Returns what ends the ray before the point, if anything does. The last `slack_mm` are free, because the point
+    /// itself lies on the body that it belongs to.
     pub fn hidden_by(&self, slack_mm: f64) -> Option<End> {
         let ends_mm = self.path.lead_mm + self.path.end_mm;
         (ends_mm < self.way_mm - slack_mm).then_some(self.path.end)
@@ -144,24 +143,25 @@ impl Sight {
 }
 
 impl Seeker<'_> {
-    /// Follows a ray through all of the stack.
+    /// Traces a ray through the complete stack.
     pub fn follow(&mut self, ray: &Ray) -> LightPath {
         self.all.follow(ray)
     }
 
-    /// The ray from a pupil through a place, sensor frame, mm; the one nearest to the straight line between
-    /// them where there are several, `None` where there is none: light from there is totally reflected, or
-    /// bent past the pupil.
+    /// Finds a ray from a pupil through a point, sensor frame, mm. If there are several, one that nothing hides is
+    /// preferred; the search begins at the straight line, so it usually finds the ray closest to that. Returns `None`
+    /// if there is none, because light from the point is totally reflected or bent past the pupil.
     pub fn seek(&mut self, pupil: &Point3<f64>, place: &Point3<f64>) -> Option<Sight> {
         let straight = (place - pupil).try_normalize(0.0)?;
-        // Where a way in closed form leads that the real ray does not go, it goes past other faces. Of several
-        // rays to a place one that nothing hides is better.
+        // A closed-form solution that the real ray does not follow passes other faces; it is a good start for another
+        // search. Among several rays to a point, one that is not hidden is preferred.
         let (mut leads, mut hidden) = (Vec::new(), None);
         for number in 0..self.chains.len() {
             let found = solve(&self.chains[number], pupil, place, &straight);
             let Some(direction) = found else { continue };
             if let Some(sight) = self.verified(pupil, place, &direction) {
                 if sight.hidden_by(THERE_MM).is_none() {
+                    // The most recently used comes first.
                     self.chains[..=number].rotate_right(1);
                     return Some(sight);
                 }
@@ -184,8 +184,8 @@ impl Seeker<'_> {
         hidden
     }
 
-    /// Past the faces that a ray passes, then past those that the ray passes which that leads to, and so on;
-    /// where these were never met before or have no closed form, with rays that are followed.
+    /// Searches past the faces that the start passes, then past those that the solution's ray passes, and so on. If the
+    /// faces have no closed form, or a sequence fails for the first time, traced rays are used instead.
     fn search(
         &mut self,
         pupil: &Point3<f64>,
@@ -199,6 +199,7 @@ impl Seeker<'_> {
             let way_mm = self.miss(pupil, place, &direction).map_or(f64::INFINITY, |m| m.way_mm);
             let chain = Chain::of(&mut self.clear, self.surfaces, &ray, way_mm);
             let Some(chain) = chain else { break };
+            // The same faces again: the search goes round in a circle.
             if tried.iter().any(|known| known.is_same(&chain)) {
                 return None;
             }
@@ -222,7 +223,7 @@ impl Seeker<'_> {
         self.verified(pupil, place, &direction)
     }
 
-    /// The faces of a sight, for its neighbours.
+    /// Remembers the surface sequence of a ray, for neighbouring points.
     fn remember(&mut self, pupil: &Point3<f64>, sight: &Sight) {
         let ray = Ray { origin: *pupil, direction: sight.direction };
         let chain = Chain::of(&mut self.clear, self.surfaces, &ray, sight.way_mm);
@@ -232,7 +233,8 @@ impl Seeker<'_> {
         self.chains.truncate(MOST_CHAINS);
     }
 
-    /// Does a ray really go there? If nothing ends it before, that is known at once.
+    /// Checks that a ray really passes through the point. If nothing ends it earlier, its traced path decides;
+    /// otherwise it is traced without opaque bodies.
     fn verified(
         &mut self,
         pupil: &Point3<f64>,
@@ -250,8 +252,9 @@ impl Seeker<'_> {
         Some(Sight { direction, way_mm: miss.way_mm, direction_there: miss.direction, path })
     }
 
-    /// Change of a sight's direction at the pupil with the place, 1/mm: along the two vectors across it that
-    /// [`Sight::across`] gives. `None` where a caustic lies: light from nearby places arrives as one.
+    /// Computes the derivative of a ray's direction at the pupil by the point, 1/mm, along the two vectors across it
+    /// that [`Sight::across`] returns. Returns `None` on a caustic, where light from neighbouring points arrives along
+    /// one ray.
     pub fn by_place(
         &mut self,
         pupil: &Point3<f64>,
@@ -259,18 +262,18 @@ impl Seeker<'_> {
         sight: &Sight,
     ) -> Option<Matrix2x3<f64>> {
         let by_direction = match self.chain_to(pupil, place, sight) {
-            // In closed form, and as exact.
+            // In closed form, which is as exact.
             Some(chain) => by_direction(&sight.direction, |direction| {
                 let (last, lead_mm) = chain.follow(pupil, direction)?;
                 Some(Miss::of(place, &last, lead_mm))
             }),
             None => by_direction(&sight.direction, |direction| self.miss(pupil, place, direction)),
         }?;
-        // Moved by something across the ray, the place is met by a direction that is off by the inverse.
+        // If the point moves across the ray, the direction changes by the inverse of the offset's derivative.
         Some(by_direction.try_inverse()? * Sight::across(&sight.direction_there).transpose())
     }
 
-    /// The corners of a sight's way, sensor frame, mm: the pupil, where it is bent, and the place.
+    /// Returns the corners of a ray's path, sensor frame, mm: the pupil, the points of refraction, and the point.
     pub fn way(
         &mut self,
         pupil: &Point3<f64>,
@@ -291,7 +294,7 @@ impl Seeker<'_> {
         way
     }
 
-    /// The known faces past which a place was seen.
+    /// Returns the remembered surface sequence past which a point was found.
     fn chain_to(&self, pupil: &Point3<f64>, place: &Point3<f64>, sight: &Sight) -> Option<Chain> {
         let leads_there = |chain: &&Chain| {
             chain.follow(pupil, &sight.direction).is_some_and(|(last, lead_mm)| {
@@ -303,7 +306,7 @@ impl Seeker<'_> {
         self.chains.iter().find(leads_there).cloned()
     }
 
-    /// Of directions all around, those that pass nearest.
+    /// Returns the directions of the fan whose rays pass closest to a point.
     fn nearest_of_fan(&mut self, pupil: &Point3<f64>, place: &Point3<f64>) -> Vec<Vector3<f64>> {
         if self.fan.as_ref().is_none_or(|fan| fan.pupil != *pupil) {
             let rays = lattice(STARTS).map(|direction| {
@@ -322,7 +325,7 @@ impl Seeker<'_> {
         missed.into_iter().take(NEAREST).map(|(_, direction)| direction).collect()
     }
 
-    /// How a ray passes a place; `None` where it ends before that.
+    /// Traces a ray and returns its closest approach to a point; `None` if it ends before that.
     fn miss(
         &mut self,
         pupil: &Point3<f64>,
@@ -335,15 +338,15 @@ impl Seeker<'_> {
 }
 
 impl Miss {
-    /// Of a straight piece that begins `lead_mm` behind the pupil.
+    /// Computes the closest approach of a straight piece that begins `lead_mm` behind the pupil.
     fn of(place: &Point3<f64>, Ray { origin, direction }: &Ray, lead_mm: f64) -> Self {
         let along_mm = (place - origin).dot(direction);
         let off = place - (origin + along_mm * direction);
         Self { off, direction: *direction, way_mm: lead_mm + along_mm }
     }
 
-    /// Of the first piece that does not end before it is beside the place; `None` where that is behind the
-    /// pupil, or where the path ends before.
+    /// Computes the closest approach on the first straight piece that contains it; `None` if that is behind the pupil,
+    /// or the path ends before.
     fn of_path(place: &Point3<f64>, corners: &[Point3<f64>], path: &LightPath) -> Option<Self> {
         let mut lead_mm = 0.0;
         for pair in corners.windows(2) {
@@ -356,13 +359,13 @@ impl Miss {
             }
         }
         let miss = Self::of(place, &path.last, lead_mm);
-        // Before it is reflected it may pass the place.
+        // A ray that is totally reflected may pass the point before.
         let is_lost = matches!(path.end, End::Mirror(_)) && miss.way_mm > lead_mm + path.end_mm;
         (!is_lost && miss.way_mm > 0.0).then_some(miss)
     }
 }
 
-/// Unit directions all around, evenly: a Fibonacci lattice.
+/// Generates evenly distributed unit directions: a Fibonacci lattice.
 fn lattice(count: usize) -> impl Iterator<Item = Vector3<f64>> {
     (0..count).map(move |number| {
         let along = 1.0 - (2 * number + 1) as f64 / count as f64;
@@ -373,7 +376,8 @@ fn lattice(count: usize) -> impl Iterator<Item = Vector3<f64>> {
     })
 }
 
-/// The direction at the pupil of a ray past these surfaces to a place, wherever they end.
+/// Solves for the direction at the pupil of a ray past the given surfaces to a point. Whether the ray meets the faces
+/// on these surfaces is not checked.
 fn solve(
     chain: &Chain,
     pupil: &Point3<f64>,
@@ -388,7 +392,7 @@ fn solve(
     found.map(|(direction, _)| direction)
 }
 
-/// The direction at the pupil of a ray that misses a place by nothing, by Newton's iteration from another.
+/// Solves for the direction at the pupil of a ray with zero offset, by Newton's iteration from `start`.
 fn newton(
     start: Vector3<f64>,
     mut miss_of: impl FnMut(&Vector3<f64>) -> Option<Miss>,
@@ -400,6 +404,7 @@ fn newton(
         if off_mm <= NEAR_MM {
             return Some((direction, miss));
         }
+        // The derivative of the previous step is reused while it works well.
         let is_old = inverse.is_some();
         let by_place = match inverse {
             Some(inverse) => inverse,
@@ -408,7 +413,7 @@ fn newton(
         let step = by_place * (Sight::across(&miss.direction).transpose() * miss.off);
         match shorter(&direction, step, off_mm, &mut miss_of) {
             Some((moved, nearer)) => {
-                // A step that gains little asks for new derivatives.
+                // A step that gains little means that the old derivatives no longer suffice.
                 let gains = nearer.off.norm() < 1e-2 * off_mm;
                 inverse = gains.then_some(by_place);
                 (direction, miss) = (moved, nearer);
@@ -421,7 +426,7 @@ fn newton(
     (miss.off.norm() <= NEAR_ENOUGH_MM).then_some((direction, miss))
 }
 
-/// Change of where a ray passes, across it, with its direction at the pupil, mm.
+/// Computes the derivative of the offset across the ray by its direction at the pupil, mm, with central differences.
 fn by_direction(
     direction: &Vector3<f64>,
     mut miss_of: impl FnMut(&Vector3<f64>) -> Option<Miss>,
@@ -434,13 +439,14 @@ fn by_direction(
     };
     let mut column = |axis: usize| {
         let (before, after) = (side(axis, -STEP_RAD)?, side(axis, STEP_RAD)?);
-        // The ray comes nearer by what its miss becomes smaller.
+        // Reversed, because the offset points from the ray to the point.
         Some((before - after) / (2.0 * STEP_RAD))
     };
     Some(Matrix2::from_columns(&[column(0)?, column(1)?]))
 }
 
-/// [`by_direction`] to one side, which is enough to get nearer, for half as many rays.
+/// Computes the same derivative as [`by_direction`] with one-sided differences, which suffices for Newton steps and
+/// needs half as many rays.
 fn slope(
     direction: &Vector3<f64>,
     miss: &Miss,
@@ -455,7 +461,7 @@ fn slope(
     Some(Matrix2::from_columns(&[column(0)?, column(1)?]))
 }
 
-/// The first of a step and its halves that leads nearer.
+/// Returns the first of a step and its halves that reduces the offset.
 fn shorter(
     direction: &Vector3<f64>,
     mut step: Vector2<f64>,
@@ -463,7 +469,7 @@ fn shorter(
     miss_of: &mut impl FnMut(&Vector3<f64>) -> Option<Miss>,
 ) -> Option<(Vector3<f64>, Miss)> {
     let across = Sight::across(direction);
-    // A step of more than that is a guess.
+    // Larger steps than 0.5 rad are no better than a guess.
     step *= (0.5 / step.norm()).min(1.0);
     for _ in 0..MOST_HALVINGS {
         let moved = (direction + across * step).normalize();

@@ -1,15 +1,15 @@
-//! Where rays leave the interface that a camera file states.
+//! Last face of the interface that a camera file states.
 
 use fabkit_camera::Interface;
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
 
-/// Behind a face by this much, mm: beyond rounding, and straight on in the same medium.
+/// Distance by which rays start behind the face, mm: beyond rounding, and straight on in the same medium.
 const BEHIND_MM: f64 = 1e-5;
 
-/// The last face of a drawn interface, sensor frame.
+/// Last face of a drawn interface, sensor frame.
 ///
-/// A unit's own interface lies a little beside the drawn one. A ray that leaves it goes on behind the drawn one: it is not
-/// bent by both.
+/// The calibrated interface of a unit lies slightly beside the drawn one. A ray that leaves it is continued behind the
+/// drawn one, so that it is not refracted by both.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum LastFace {
     Plane { point: Point3<f64>, normal: Vector3<f64> },
@@ -17,7 +17,7 @@ pub(crate) enum LastFace {
 }
 
 impl LastFace {
-    /// Of an interface in a camera's frame; `None` where that has none.
+    /// Creates the last face of an interface in the camera's frame; `None` if there is no such interface.
     pub(crate) fn of(interface: &Interface, sensor_from_camera: &Pose) -> Option<Self> {
         match interface {
             Interface::None | Interface::Drawn => None,
@@ -35,7 +35,7 @@ impl LastFace {
         }
     }
 
-    /// How far along a ray it lies, mm; negative or not a number where the ray begins behind it.
+    /// Returns the distance of the face along a ray, mm; negative or NaN if the ray begins behind it.
     fn ahead_mm(&self, ray: &Ray) -> f64 {
         match self {
             Self::Plane { point, normal } => {
@@ -45,13 +45,13 @@ impl LastFace {
                 let from = ray.origin - centre;
                 let along = from.dot(&ray.direction);
                 let square = from.norm_squared() - radius_mm * radius_mm;
-                // From outside there is nothing to leave.
+                // A ray from outside the sphere does not leave it.
                 if square > 0.0 { f64::NAN } else { -along + (along * along - square).sqrt() }
             }
         }
     }
 
-    /// The ray as it goes on behind it.
+    /// Returns the ray continued behind the face.
     pub(crate) fn passed(&self, ray: &Ray) -> Ray {
         let ahead_mm = self.ahead_mm(ray);
         match ahead_mm > -BEHIND_MM {

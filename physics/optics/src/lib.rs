@@ -1,27 +1,27 @@
-//! What light does between a camera and what it looks at.
+//! Ray tracing between a camera and the surface that it views, through the bodies of a sensor.
 //!
 //! # Model
 //!
-//! A camera sees along rays that leave its pupil. Where a ray passes from one medium into another it is
-//! bent by Snell's law at the exact crossing of the drawn surfaces; where it meets what does not let it
-//! pass as it is, it ends. The bodies are the sensor's own: the same solids that are printed and cast.
+//! A camera sees along rays that leave its pupil. Where a ray passes from one medium into another, it is refracted by
+//! Snell's law at the exact intersection with the drawn surface. Where it meets a body that does not let it pass, it
+//! ends. The bodies are the sensor's own: the same solids that are printed and cast.
 //!
-//! - What is [`Clear`](fabkit_geometry::Clarity::Clear) is a medium with a refractive index; between bodies
+//! - A body that is [`Clear`](fabkit_geometry::Clarity::Clear) is a medium with a refractive index. Between bodies
 //!   there is air.
-//! - The *skin* is what shows the touch: what the camera is there to see, and opaque or translucent layers
-//!   that are cast. A ray that meets it sees the *surface* if it goes on to the sensing surface through
-//!   skin alone; nothing bends it in there, since what it shows is where it met the skin.
-//! - All else ends a ray. The bodies around the nominal pupil are the camera's own, and see themselves not.
-//! - Light that is totally reflected ends where that happens: what a mirror shows is no ground truth.
+//! - The *skin* shows the touch: it consists of the bodies that the camera is meant to see, and of cast opaque or
+//!   translucent layers. A ray that meets skin sees the *surface* if it reaches the sensing surface through skin alone.
+//!   It is not refracted there, because it shows the point where it met the skin.
+//! - Any other body ends a ray. Bodies around the nominal pupil belong to the camera and are not seen by it.
+//! - Light that is totally reflected ends there: a mirror image is no ground truth.
 //!
-//! A [`Viewer`] is a camera in such a place: from pixels to paths, and back from places to pixels. Of
-//! several rays to one place it finds the one next to the straight line; [`Viewer::looks_at`] finds them all.
+//! A [`Viewer`] is a camera at its place: it maps pixels to paths, and points back to pixels. Of several rays to one
+//! point, it finds the one closest to the straight line; [`Viewer::looks_at`] finds all of them.
 //!
 //! # Conventions
 //!
-//! Sensor frame, mm. Rays have unit directions and run from the pupil outwards, against the light. A path is
-//! a chain of straight pieces; its *lead* is the length of all but the last. Indices are against vacuum; air
-//! counts as 1 (1.0003 moves nothing by more than a thousandth of a degree).
+//! Coordinates are in the sensor frame, mm. Rays have unit directions and run from the pupil outwards, against the
+//! light. A path is a chain of straight pieces; its *lead* is the length of all but the last. Refractive indices are
+//! relative to vacuum, and air counts as 1 (1.0003 changes no direction by more than a thousandth of a degree).
 //!
 //! ```
 //! use fabkit_geometry::{Angle, Assembly, Body, Clarity, NominalCamera, Placement, Point3, Pose, Ray};

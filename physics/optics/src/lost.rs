@@ -1,4 +1,4 @@
-//! Why a camera does not see a place.
+//! Reasons why a camera does not see a point.
 
 use fabkit_camera::Point2;
 use fabkit_geometry::Point3;
@@ -7,28 +7,28 @@ use crate::stack::Stack;
 use crate::trace::End;
 use crate::viewer::{Unseen, Viewer};
 
-/// What is lost since the camera looks elsewhere, see [`Lost::word`].
+/// Label of points outside the image. See [`Lost::word`].
 pub const BESIDE_PICTURE: &str = "beside the picture";
 
-/// What is lost since light is bent away or totally reflected, in the same.
+/// Label of points whose light is bent away or totally reflected. See [`Lost::word`].
 pub const REFRACTION: &str = "refraction";
 
-/// A ray that ends that near to a place ends there, mm.
+/// Distance from a point at which the end of a ray counts as reaching it, mm.
 const THERE_MM: f64 = 1e-6;
 
-/// Why a place is not seen.
+/// Reason why a point is not seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Lost {
-    /// One of the stack's names stands in the way.
+    /// A body hides it; index into the names of the stack.
     Hidden(u8),
-    /// Light from there is bent away, or reflected back.
+    /// Its light is bent away or totally reflected.
     Refraction,
-    /// Light from there enters the lens, but beside what it shows.
+    /// Its light enters the lens, but arrives outside the image.
     BesidePicture,
 }
 
 impl Lost {
-    /// What keeps a place from being seen by ending its ray.
+    /// Returns the reason that corresponds to the end of a ray.
     pub fn at(end: End) -> Self {
         match end {
             End::Body(name) => Self::Hidden(name),
@@ -36,7 +36,7 @@ impl Lost {
         }
     }
 
-    /// The body in the way, or [`REFRACTION`], or [`BESIDE_PICTURE`].
+    /// Returns the name of the hiding body, or [`REFRACTION`], or [`BESIDE_PICTURE`].
     pub fn word(self, stack: &Stack) -> &str {
         match self {
             Self::Hidden(name) => stack.name_of(End::Body(name)),
@@ -47,10 +47,10 @@ impl Lost {
 }
 
 impl Viewer<'_> {
-    /// The pixel of a place, sensor frame, mm.
+    /// Returns the pixel of a visible point, sensor frame, mm.
     ///
     /// # Errors
-    /// Why it is not seen.
+    /// The reason why it is not seen.
     pub fn see(&mut self, place_in_sensor: &Point3<f64>) -> Result<Point2<f64>, Lost> {
         match self.look_at(place_in_sensor) {
             Err(Unseen::NoLight { .. }) => Err(Lost::Refraction),
@@ -63,7 +63,7 @@ impl Viewer<'_> {
     }
 }
 
-/// Shares of what is lost, by [`Lost::word`], in words: `27 % lies beside the picture, diffuser hides 3 %`.
+/// Describes shares of invisible points by [`Lost::word`]: `27 % lies beside the picture, diffuser hides 3 %`.
 ///
 /// ```
 /// let lost = [("refraction".to_owned(), 0.25), ("lid".to_owned(), 0.041)];

@@ -1,4 +1,4 @@
-//! Where rays from within leave through the sensing surface.
+//! Exit of rays from within through the sensing surface.
 
 use std::f64::consts::TAU;
 
@@ -7,19 +7,20 @@ use fabkit_geometry::{
     Scratch, Segment, Solid, TouchSurface, Vector3,
 };
 
-/// A crossing nearer than this to where a ray starts is that start itself, mm.
+/// Distance from the start of a ray within which an intersection counts as the start itself, mm.
 pub const START_MM: f64 = 1e-9;
 
-/// How far down the prism below a flat pad goes, mm: farther than any camera.
+/// Depth of the prism below a flat pad, mm: farther than any camera.
 const DOWN_MM: f64 = 1e4;
 
-/// Edges are taken to be wider than they are by this, for rounding, mm.
+/// Margin of outline edges for rounding, mm.
 const CORE_SLACK_MM: f64 = 1e-6;
 
-/// What lies within the surface, endlessly far down: every ray from a camera starts in it.
+/// Volume within the sensing surface, extended downwards without end, so that every ray from a camera starts in it.
 #[derive(Clone, Debug)]
 pub struct SensingSurface(Inside);
 
+/// Volume by the kind of its surface.
 #[derive(Clone, Debug)]
 enum Inside {
     Dome(InsideDome),
@@ -30,7 +31,7 @@ impl SensingSurface {
     /// Prepares a sensing surface.
     ///
     /// # Errors
-    /// Dimensions that make no solid.
+    /// If its dimensions do not form a valid solid.
     pub fn new(touch: &TouchSurface) -> Result<Self, InvalidSolid> {
         Ok(Self(match touch {
             TouchSurface::Dome(dome) => Inside::Dome(InsideDome::new(dome)?),
@@ -38,9 +39,9 @@ impl SensingSurface {
         }))
     }
 
-    /// Range and outward normal where a ray of unit direction leaves; below the foot it leaves
-    /// through the housing, which is nothing to see.
-    // Inlined, so that where only the range is wanted no normal is computed.
+    /// Returns distance and outward normal where a ray of unit direction leaves the volume; `None` below the foot,
+    /// where it leaves through the housing.
+    // Inlined, so that callers that need only the distance do not compute the normal.
     #[inline(always)]
     pub fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
         match &self.0 {
@@ -50,14 +51,14 @@ impl SensingSurface {
     }
 }
 
-/// A prism with the pad's outline.
+/// Prism with the outline of a pad.
 #[derive(Clone, Debug)]
 struct InsidePlane {
     prism: Box<CompiledSolid>,
     top_z_mm: f64,
     foot_z_mm: f64,
-    /// A box within the outline, as its least and largest x and y: from there to there rays leave through the
-    /// top. Empty where none was found.
+    /// Box within the outline, as its smallest and largest x and y. A ray that starts and ends in it leaves through the
+    /// top. Empty if none was found.
     core: [[f64; 2]; 2],
 }
 
@@ -78,7 +79,7 @@ impl InsidePlane {
             low[0] <= x && x <= high[0] && low[1] <= y && y <= high[1]
         };
         let (from, to) = (&ray.origin, ray.at(range_mm));
-        // Not from below the prism.
+        // Rays that start below the prism take the general way.
         let is_upwards = range_mm > START_MM && rise_mm > 0.0 && rise_mm < DOWN_MM;
         if is_upwards && is_in(from.x, from.y) && is_in(to.x, to.y) {
             return Some((range_mm, Vector3::z()));
@@ -88,8 +89,8 @@ impl InsidePlane {
     }
 }
 
-/// The largest box within an outline of those that are its own box less an equal margin: where no edge comes
-/// near to a box and its middle lies within the outline, all of it does.
+/// Finds the largest box within an outline, among those that are its bounding box reduced by an equal margin. If no
+/// edge comes near a box and its centre lies within the outline, all of it does.
 fn core(outline: &Path, prism: &CompiledSolid, z_mm: f64) -> [[f64; 2]; 2] {
     const NONE: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     let Some(edges) = boxes_along(outline) else { return NONE };
@@ -112,8 +113,9 @@ fn core(outline: &Path, prism: &CompiledSolid, z_mm: f64) -> [[f64; 2]; 2] {
     boxes.into_iter().find(is_clear).unwrap_or(NONE)
 }
 
-/// Boxes that the edges of an outline lie in; `None` for other curves than circles.
+/// Returns boxes that contain the edges of an outline; `None` for curves other than circles.
 fn boxes_along(outline: &Path) -> Option<Vec<[[f64; 2]; 2]>> {
+    /// Boxes per segment.
     const PARTS: u32 = 32;
     let (mut boxes, mut from) = (Vec::new(), outline.start);
     for segment in &outline.segments {
@@ -137,6 +139,7 @@ fn boxes_along(outline: &Path) -> Option<Vec<[[f64; 2]; 2]>> {
                     let (sin, cos) = (angle(from) + f64::from(part) * step).sin_cos();
                     [centre[0] + radius_mm * cos, centre[1] + radius_mm * sin]
                 };
+                // The sagitta: by how much an arc bulges beyond its chord.
                 ((0..=PARTS).map(at).collect(), radius_mm * (1.0 - (0.5 * step).cos()))
             }
             Segment::EllipticArc { .. } => return None,
@@ -154,26 +157,27 @@ fn boxes_along(outline: &Path) -> Option<Vec<[[f64; 2]; 2]>> {
     Some(boxes)
 }
 
-/// Dome and wall together are convex, so that a ray leaves through the dome if it is above the
-/// dome's centre there, else through the wall. Both are asked in closed form where there is one:
-/// this is asked once for every pixel, and nothing else is.
+/// Volume under a dome and its wall. Both together are convex, so a ray leaves through the dome if that exit lies above
+/// the dome's centre, and otherwise through the wall. Closed forms are used where there are any, because this is
+/// computed for every pixel.
 #[derive(Clone, Debug)]
 struct InsideDome {
     dome: Dome,
     radius_mm: f64,
-    /// One over it, 1/mm.
+    /// Reciprocal of the radius, 1/mm.
     per_radius: f64,
     centre_z_mm: f64,
     foot_z_mm: f64,
 }
 
+/// Shape of a dome.
 #[derive(Clone, Debug)]
 enum Dome {
-    /// Its radius is that of the wall.
+    /// Sphere with the radius of the wall.
     Sphere,
-    /// An ellipsoid of revolution: one over its half axes, 1/mm.
+    /// Ellipsoid of revolution, by its reciprocal semi-axes, 1/mm.
     Ellipsoid(Vector3<f64>),
-    /// A surface parallel to one.
+    /// Surface at a constant distance from an ellipsoid.
     Offset(Box<CompiledSolid>),
 }
 
@@ -184,7 +188,7 @@ impl InsideDome {
         let (radius_mm, height_mm) = (touch.equator_radius_mm(), polar_mm + offset_mm);
         let dome = if equatorial_mm == polar_mm || offset_mm == 0.0 {
             let half_axes_mm = [radius_mm, radius_mm, height_mm];
-            // Checked as the solid that it is.
+            // Validated as a solid, although none is built.
             Solid::ellipsoid(half_axes_mm).validate()?;
             match radius_mm == height_mm {
                 true => Dome::Sphere,
@@ -214,15 +218,15 @@ impl InsideDome {
         let above = through_dome.filter(|(range_mm, _)| z_mm(*range_mm) >= self.centre_z_mm);
         let exit = match above {
             Some(exit) => exit,
-            // Where the foot lies above the centre there is no wall.
+            // If the foot lies above the centre, there is no wall.
             None if self.foot_z_mm >= self.centre_z_mm => return None,
             None => self.exit_wall(ray)?,
         };
         (z_mm(exit.0) >= self.foot_z_mm).then_some(exit)
     }
 
-    /// The discriminant from the foot of the perpendicular (Haines et al., "Precision Improvements
-    /// for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
+    /// Intersects the sphere, with the discriminant from the foot of the perpendicular (Haines et al., "Precision
+    /// Improvements for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
     #[inline(always)]
     fn exit_sphere(&self, ray: &Ray) -> Option<(f64, Vector3<f64>)> {
         let origin = ray.origin - Point3::new(0.0, 0.0, self.centre_z_mm);
@@ -237,7 +241,7 @@ impl InsideDome {
         (range_mm > START_MM).then_some((range_mm, normal))
     }
 
-    /// The sphere of radius 1 in coordinates scaled by one over the half axes.
+    /// Intersects the ellipsoid: a unit sphere in coordinates divided by the semi-axes.
     #[inline(always)]
     fn exit_ellipsoid(&self, ray: &Ray, per_mm: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
         let centre = Point3::new(0.0, 0.0, self.centre_z_mm);
@@ -254,7 +258,7 @@ impl InsideDome {
         (range_mm > START_MM).then(|| (range_mm, normal.normalize()))
     }
 
-    /// The endless cylinder; a ray along its axis never leaves.
+    /// Intersects the infinite cylinder of the wall; a ray along its axis never leaves.
     #[inline(always)]
     fn exit_wall(&self, ray: &Ray) -> Option<(f64, Vector3<f64>)> {
         let (o, d) = (ray.origin.coords.xy(), ray.direction.xy());
@@ -262,7 +266,7 @@ impl InsideDome {
         let per_a = 1.0 / a;
         let cross = o.x * d.y - o.y * d.x;
         let half_squared = (self.radius_mm * self.radius_mm - cross * cross * per_a) * per_a;
-        // NaN comes from a = 0.
+        // NaN comes from a = 0, a ray along the axis.
         if half_squared.is_nan() || half_squared <= 0.0 {
             return None;
         }
@@ -273,6 +277,7 @@ impl InsideDome {
     }
 }
 
+/// Intersects a general solid. Not inlined, to keep the common closed forms small.
 #[inline(never)]
 fn exit_body(
     body: &CompiledSolid,
@@ -287,7 +292,7 @@ mod tests {
     use super::*;
     use fabkit_geometry::Grip;
 
-    /// Through the middle in closed form, at the rim by the solid: both say the same.
+    /// The closed form used in the middle agrees with the solid used at the rim.
     #[test]
     fn a_pad_is_left_where_its_prism_is() {
         let arc = |to, centre| Segment::Arc { to, centre, ccw: true };

@@ -1,11 +1,11 @@
-//! The law of refraction.
+//! Law of refraction.
 
 use fabkit_geometry::Vector3;
 
-/// The unit direction behind an interface; `None` where light is totally reflected.
+/// Computes the unit direction behind an interface; `None` if light is totally reflected.
 ///
-/// `ratio` is the index before the interface over the one behind it, `normal` a unit normal on either
-/// side (Snell's law in vectors: Born and Wolf, "Principles of Optics", 3.2.2).
+/// `ratio` is the refractive index before the interface divided by the one behind it; `normal` is a unit normal on
+/// either side (Snell's law in vector form: Born and Wolf, "Principles of Optics", 3.2.2).
 ///
 /// ```
 /// use fabkit_geometry::Vector3;
@@ -29,6 +29,6 @@ pub fn refract(
     if squared <= 0.0 {
         return None;
     }
-    // Of length 1 but for rounding, which later pieces would add up.
+    // The length is 1 but for rounding, which later pieces would accumulate.
     Some((along + squared.sqrt().copysign(cosine) * normal).normalize())
 }

@@ -1,4 +1,4 @@
-//! The bodies of a sensor as light meets them.
+//! Optical stack: the bodies of a sensor as light meets them.
 
 use fabkit_geometry::{
     Aabb, Assembly, Body, Clarity, CompiledSolid, Kind, Point3, Ray, Sensor, Vector3,
@@ -10,72 +10,72 @@ use crate::last_face::LastFace;
 use crate::sensing::SensingSurface;
 use crate::trace::{End, Tracer};
 
-/// Of what is around all bodies.
+/// Refractive index around all bodies.
 pub(crate) const AIR: f64 = 1.0;
 
-/// Most kinds of bodies, so that one byte a pixel says which.
+/// Maximum number of names of bodies, so that one byte per pixel identifies them.
 pub const MAX_NAMES: usize = 250;
 
-/// Largest index of what is known to be clear: diamond's is 2.4.
+/// Maximum refractive index of a clear body; that of diamond is 2.4.
 const MAX_INDEX: f64 = 4.0;
 
-/// Boxes grow by this much, so that rounding hides nothing, mm.
+/// Margin of boxes for rounding, mm.
 const BOX_SLACK_MM: f64 = 1e-6;
 
-/// Rays that look for media which overlap.
+/// Number of rays that search for overlapping media.
 const OVERLAP_RAYS: usize = 2_048;
 
-/// Overlaps shorter than that along a ray are rounding, mm.
+/// Length along a ray below which an overlap is rounding, mm.
 const LEAST_OVERLAP_MM: f64 = 1e-6;
 
-/// What a body is to light.
+/// Optical role of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
-    /// It lets light through, and may be what shows the touch.
+    /// Body that light passes; it may also show the touch.
     Medium {
-        /// Its refractive index.
+        /// Refractive index.
         index: f64,
-        /// Whether it counts as skin too, where light goes on from skin.
+        /// True if it also counts as skin, for rays that come through skin.
         is_skin: bool,
     },
-    /// It shows the touch.
+    /// Body that shows the touch.
     Skin,
-    /// It ends rays.
+    /// Body that ends rays.
     Stop {
-        /// Whether it counts as skin where light goes on from skin: gel that lets no light through shows a
-        /// touch to what lies on it, and hides the touch where the camera meets it first.
+        /// True if it counts as skin for rays that come through skin. Opaque gel transmits a touch to the skin on it,
+        /// and hides the touch if the camera meets the gel first.
         is_skin: bool,
     },
 }
 
-/// One body in its place.
+/// One placed body.
 #[derive(Clone, Debug)]
 pub(crate) struct Item {
     pub(crate) solid: CompiledSolid,
     pub(crate) bounds: Aabb,
-    /// Where it surely is not.
+    /// Regions that it certainly leaves free.
     pub(crate) hollows: Vec<Hollow>,
     pub(crate) part: Part,
-    /// Which of the stack's names.
+    /// Index into the names of the stack.
     pub(crate) name: u8,
 }
 
-/// A sensor as light meets it: see the crate's model.
+/// Bodies of a sensor as light meets them. See the model of the crate.
 #[derive(Clone, Debug)]
 pub struct Stack {
     pub(crate) items: Vec<Item>,
     pub(crate) sensing: Option<SensingSurface>,
     names: Vec<String>,
-    /// What the camera's own model has of it.
+    /// Last face of the interface that the camera's own model contains, if any.
     pub(crate) passed: Option<LastFace>,
 }
 
 impl Stack {
-    /// The bodies of the finished sensor but for the camera's own.
+    /// Builds the stack from the bodies of the assembled sensor, except the camera's own.
     ///
     /// # Errors
-    /// Clear bodies of unknown or impossible index, media that overlap where the camera looks, a camera within
-    /// a part, more than [`MAX_NAMES`] kinds of bodies.
+    /// If a clear body has an unknown or impossible refractive index, media overlap within the camera's view, the
+    /// camera lies inside a body that ends light and is not a bought one, or there are more than [`MAX_NAMES`] names.
     pub fn of(sensor: &Sensor) -> Result<Self, InvalidStack> {
         let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
         let place = Assembly::sensor();
@@ -91,9 +91,10 @@ impl Stack {
                 let of_body = |source| InvalidStack::Solid { body: body.name.clone(), source };
                 let solid = body.solid.clone().placed(placement.assembly_from_body);
                 let solid = CompiledSolid::new(&solid).map_err(of_body)?;
+                // A bought body around the pupil is the camera itself and is left out; any other one is an error.
                 if !part.is_stop() || !solid.contains(&pupil) {
                     let bounds = solid.bounds().grown(BOX_SLACK_MM);
-                    // Others may be many, and rays do not start there.
+                    // Other hollows may be many, and rays do not start in them.
                     let mut hollows = Hollow::of(&body.solid, &placement.assembly_from_body);
                     hollows.retain(|hollow| hollow.holds(&pupil));
                     stack.items.push(Item { solid, bounds, hollows, part, name: count as u8 });
@@ -102,6 +103,7 @@ impl Stack {
                     return Err(InvalidStack::CameraInside { body, place_in_sensor: pupil });
                 }
             }
+            // The name is kept only if one of its placements was.
             if stack.items.last().is_some_and(|item| usize::from(item.name) == count) {
                 stack.names.push(body.name.clone());
             }
@@ -117,11 +119,11 @@ impl Stack {
         Ok(stack)
     }
 
-    /// The same bodies for a camera whose own model says how light is bent on its way: they hide what is
-    /// behind them, and bend nothing.
+    /// Builds the stack for a camera whose own model describes the refraction on its way: bodies hide what is behind
+    /// them, but refract nothing.
     ///
     /// # Errors
-    /// As for [`Stack::of`], but for what is said of media.
+    /// As for [`Stack::of`], except for those about media.
     pub fn straight(sensor: &Sensor) -> Result<Self, InvalidStack> {
         let mut sensor = sensor.clone();
         for body in &mut sensor.bodies {
@@ -130,25 +132,25 @@ impl Stack {
         Self::of(&sensor)
     }
 
-    /// Whether any medium differs from air.
+    /// Returns whether any medium differs from air.
     pub(crate) fn bends(&self) -> bool {
         let bends = |item: &Item| matches!(item.part, Part::Medium { index, .. } if index != AIR);
         self.items.iter().any(bends)
     }
 
-    /// What light passes, and what counts as skin.
+    /// Returns the stack with media and skin only, including opaque bodies that count as skin.
     pub(crate) fn without_stops(&self) -> Self {
         let mut clear = self.clone();
         clear.items.retain(|item| item.part != Part::Stop { is_skin: false });
         clear
     }
 
-    /// Names of the bodies, as [`End`](crate::End) numbers them.
+    /// Returns the names of the bodies, indexed by [`End`](crate::End).
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// What a ray ended at, in words.
+    /// Describes the end of a ray.
     pub fn name_of(&self, end: End) -> &str {
         match end {
             End::Surface => "surface",
@@ -158,7 +160,7 @@ impl Stack {
         }
     }
 
-    /// Refuses a camera whose pupil lies in what light does not pass.
+    /// Refuses a camera whose pupil lies in a body that light does not pass.
     ///
     /// # Errors
     /// [`InvalidStack::CameraInside`].
@@ -171,7 +173,7 @@ impl Stack {
         Err(InvalidStack::CameraInside { body, place_in_sensor: *place_in_sensor })
     }
 
-    /// Looks along straight rays for places that two media claim.
+    /// Searches along straight rays for points in two media.
     fn find_overlap(&self, pupil: Point3<f64>) -> Result<(), InvalidStack> {
         let media = self.without_stops();
         let mut tracer = Tracer::new(&media);
@@ -190,7 +192,7 @@ impl Stack {
     }
 }
 
-/// One of [`OVERLAP_RAYS`] directions, spread evenly (a Fibonacci lattice).
+/// Returns one of [`OVERLAP_RAYS`] evenly distributed directions (a Fibonacci lattice).
 fn direction(number: usize) -> Vector3<f64> {
     let along = 1.0 - (2 * number + 1) as f64 / OVERLAP_RAYS as f64;
     let (sin, cos) = (number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt())).sin_cos();
@@ -199,18 +201,19 @@ fn direction(number: usize) -> Vector3<f64> {
 }
 
 impl Part {
-    /// Whether it ends rays that meet it first.
+    /// Returns whether the body ends rays that meet it first.
     pub fn is_stop(self) -> bool {
         matches!(self, Self::Stop { .. })
     }
 
-    /// What a body of a sensor is.
+    /// Determines the optical role of a body.
     ///
     /// # Errors
-    /// A clear body of unknown or impossible index.
+    /// If a clear body has an unknown or impossible refractive index.
     pub fn of(sensor: &Sensor, body: &Body) -> Result<Self, InvalidStack> {
         let is_looked_at = sensor.sight.contains(&body.name) || body.gives_way;
         if body.clarity() != Clarity::Clear {
+            // Cast layers may lie between the bodies that show the touch and the sensing surface.
             let is_skin = body.kind == Kind::Cast;
             return Ok(if is_looked_at { Self::Skin } else { Self::Stop { is_skin } });
         }

@@ -1,4 +1,4 @@
-//! Following a ray from medium to medium.
+//! Tracing of a single ray from medium to medium.
 
 use fabkit_geometry::{Aabb, Point3, Ray, Scratch, Vector3};
 
@@ -6,53 +6,53 @@ use crate::sensing::START_MM;
 use crate::snell::refract;
 use crate::stack::{AIR, Part, Stack};
 
-/// Faces nearer to each other than this along a ray touch, mm: solids that share a face are computed each by
-/// itself. Where light passes from one to the other there is no air between them.
+/// Distance along a ray within which two faces touch, mm. Solids that share a face are intersected separately; between
+/// them there is no air for light to pass.
 pub(crate) const TOUCH_MM: f64 = 1e-7;
 
-/// Most straight pieces of a path; light that needs more goes round in a ring.
+/// Maximum number of refractions of a path; light that needs more is trapped.
 const MAX_PIECES: u32 = 64;
 
-/// What a ray ends at.
+/// End of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// The sensing surface.
+    /// Sensing surface.
     Surface,
-    /// A body that hides what is behind it: one of [`Stack::names`].
+    /// Body that hides what is behind it; index into [`Stack::names`].
     Body(u8),
-    /// The face of this body, from within, or the face to it: light is totally reflected there.
+    /// Total reflection, from within at the face of this body or at the face to it.
     Mirror(u8),
-    /// Nothing: it leaves the sensor.
+    /// Nothing: the ray leaves the sensor.
     Nothing,
 }
 
-/// How a ray went.
+/// Path of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightPath {
-    /// Its last straight piece, from where it was bent last.
+    /// Last straight piece, from the last refraction.
     pub last: Ray,
-    /// Length of all pieces before that, mm.
+    /// Length of all pieces before the last, mm.
     pub lead_mm: f64,
-    /// Where on the last piece it ends, mm; infinite where it ends nowhere.
+    /// Distance along the last piece at which it ends, mm; infinite if it leaves the sensor.
     pub end_mm: f64,
-    /// At what.
+    /// End of the ray.
     pub end: End,
-    /// How often it was bent.
+    /// Number of refractions.
     pub bends: u32,
 }
 
-/// Where a ray passes from one medium into another.
+/// Refraction of a ray between two media.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bend {
-    /// Sensor frame, mm.
+    /// Position, sensor frame, mm.
     pub place: Point3<f64>,
-    /// Unit normal of the face, to either side.
+    /// Unit normal of the face, on either side.
     pub normal: Vector3<f64>,
-    /// Refractive indices before and behind it.
+    /// Refractive indices before and behind the face.
     pub indices: [f64; 2],
 }
 
-/// A stretch of a line in a body.
+/// Part of a line inside a body.
 #[derive(Clone, Copy, Debug)]
 struct Inside {
     from_mm: f64,
@@ -60,13 +60,14 @@ struct Inside {
     item: u32,
 }
 
-/// What ends a straight piece.
+/// Event that ends a straight piece.
 pub(crate) enum Event {
     Bend { at_mm: f64, normal: Vector3<f64>, to_index: f64, item: u32 },
     End { at_mm: f64, end: End },
 }
 
 impl Event {
+    /// Returns the distance of the event, mm.
     pub(crate) fn at_mm(&self) -> f64 {
         match self {
             Self::Bend { at_mm, .. } | Self::End { at_mm, .. } => *at_mm,
@@ -74,13 +75,14 @@ impl Event {
     }
 }
 
-/// Follows rays through a [`Stack`]; one per thread, so that its memory is used again.
+/// Tracer of rays through a [`Stack`]; one is needed per thread, so that its buffers are reused.
 #[derive(Debug)]
 pub struct Tracer<'a> {
     stack: &'a Stack,
-    /// Before where the line meets nothing of bodies that have not been looked into, the nearest last.
+    /// Bodies that have not been intersected yet, each with the distance before which the line meets nothing of it; the
+    /// nearest is last.
     waiting: Vec<(f64, u32)>,
-    /// Where the line enters boxes, whatever is hollow there.
+    /// Distances at which the line enters boxes, regardless of hollows.
     boxes: Vec<(f64, u32)>,
     insides: Vec<Inside>,
     stretches: Vec<[f64; 2]>,
@@ -90,7 +92,7 @@ pub struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    /// For the rays of one thread.
+    /// Creates a tracer for one thread.
     pub fn new(stack: &'a Stack) -> Self {
         Self {
             stack,
@@ -104,17 +106,17 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Where the last ray that was followed began and was bent, in order, sensor frame, mm.
+    /// Returns the start of the last traced ray and its points of refraction, in order, sensor frame, mm.
     pub fn corners(&self) -> &[Point3<f64>] {
         &self.corners
     }
 
-    /// Where and how the last ray that was followed was bent, in order.
+    /// Returns the refractions of the last traced ray, in order.
     pub fn bends(&self) -> &[Bend] {
         &self.bends
     }
 
-    /// Follows a ray of unit direction from the pupil to its end.
+    /// Traces a ray of unit direction from the pupil to its end.
     pub fn follow(&mut self, ray: &Ray) -> LightPath {
         self.bends.clear();
         self.corners.clear();
@@ -147,10 +149,11 @@ impl<'a> Tracer<'a> {
                 }
             }
         }
+        // Trapped light counts as leaving the sensor.
         path
     }
 
-    /// The first stretch that is in two media of different index, with both.
+    /// Finds the first part of a line that lies in two media of different refractive index, and both of them.
     pub(crate) fn overlap(&mut self, ray: &Ray, least_mm: f64) -> Option<(f64, f64, [usize; 2])> {
         self.aim(ray);
         self.look_until(ray, f64::INFINITY);
@@ -164,6 +167,7 @@ impl<'a> Tracer<'a> {
             self.insides[i + 1..]
                 .iter()
                 .map(move |b| (a, b))
+                // Sorted by start: later ones cannot overlap `a` either.
                 .take_while(|(a, b)| b.from_mm < a.to_mm)
         });
         pairs.filter(|(a, b)| index(a) != index(b)).find_map(|(a, b)| {
@@ -173,14 +177,15 @@ impl<'a> Tracer<'a> {
         })
     }
 
-    /// Goes along a straight piece until something ends it. `index` is that of the medium it is in, which
-    /// the first piece finds.
+    /// Follows a straight piece until something ends it. `index` is the refractive index of the present medium; the
+    /// first piece determines it.
     pub(crate) fn piece(&mut self, ray: &Ray, index: &mut Option<f64>) -> Event {
         self.aim(ray);
         let stack = self.stack;
         let (mut t_mm, mut last) = (0.0, None);
         loop {
             self.look_until(ray, t_mm + TOUCH_MM);
+            // Looked up just behind the face, so that touching bodies leave no gap.
             let Some(inside) = self.around(t_mm + TOUCH_MM) else {
                 if index.is_some_and(|index| index != AIR) {
                     if self.is_sensing(ray, t_mm) {
@@ -204,13 +209,14 @@ impl<'a> Tracer<'a> {
                 Part::Skin => return self.through_skin(ray, t_mm, item.name),
                 Part::Medium { index: to_index, .. } => {
                     if *index.get_or_insert(to_index) != to_index {
-                        // Of two faces that touch, the one that is entered counts, unless it was passed before.
+                        // Of two touching faces, that of the body being entered counts, unless it was passed before.
                         let is_entered = (inside.from_mm - t_mm).abs() <= TOUCH_MM;
                         let face =
                             if is_entered { inside.item } else { last.unwrap_or(inside.item) };
                         let normal = self.normal(ray, face, t_mm, is_entered);
                         return Event::Bend { at_mm: t_mm, normal, to_index, item: inside.item };
                     }
+                    // The same refractive index: straight on to the end of this body.
                     (t_mm, last) = (inside.to_mm, Some(inside.item));
                     if t_mm == f64::INFINITY {
                         return Event::End { at_mm: t_mm, end: End::Nothing };
@@ -220,23 +226,24 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Which of the stack's names an item has.
+    /// Returns the index of an item's name.
     pub(crate) fn name(&self, item: u32) -> u8 {
         self.stack.items[item as usize].name
     }
 
-    /// Whether bodies of a name are skin and nothing else.
+    /// Returns whether bodies of this name are skin and nothing else.
     pub(crate) fn is_skin(&self, name: u8) -> bool {
         self.stack.items.iter().any(|item| item.name == name && item.part == Part::Skin)
     }
 
-    /// The items whose boxes the last line enters before a place, each once.
+    /// Returns the items whose boxes the present line enters before a distance, each once.
     pub(crate) fn boxes_before(&self, at_mm: f64) -> impl Iterator<Item = u32> {
         let before = self.boxes.iter().filter(move |(entry_mm, _)| *entry_mm <= at_mm);
         before.map(|(_, item)| *item)
     }
 
-    /// From where skin is met: does skin alone lie between there and the sensing surface?
+    /// Continues a ray that has met skin: it sees the surface if only skin lies between this point and the sensing
+    /// surface.
     fn through_skin(&mut self, ray: &Ray, at_mm: f64, name: u8) -> Event {
         let hidden = Event::End { at_mm, end: End::Body(name) };
         let Some(sensing) = &self.stack.sensing else { return hidden };
@@ -255,23 +262,23 @@ impl<'a> Tracer<'a> {
         Event::End { at_mm: exit_mm, end: End::Surface }
     }
 
-    /// Whether a point of a ray lies on the sensing surface.
+    /// Returns whether a point of a ray lies on the sensing surface.
     fn is_sensing(&mut self, ray: &Ray, at_mm: f64) -> bool {
         let Some(sensing) = &self.stack.sensing else { return false };
         let exit = sensing.exit(ray, &mut self.scratch);
         exit.is_some_and(|(exit_mm, _)| (exit_mm - at_mm).abs() <= TOUCH_MM)
     }
 
-    /// Normal of a face that a ray passes.
+    /// Returns the normal of the face that a ray passes at a distance.
     fn normal(&mut self, ray: &Ray, item: u32, at_mm: f64, entering: bool) -> Vector3<f64> {
         let solid = &self.stack.items[item as usize].solid;
         let crossing =
             solid.first_crossing(ray, at_mm - 2.0 * TOUCH_MM, entering, &mut self.scratch);
-        // Only a stretch too short to be one has no such crossing.
+        // Only a stretch too short to count has no such crossing.
         crossing.map_or(ray.direction, |crossing| crossing.normal)
     }
 
-    /// Begins a line: nothing is known of it but which boxes it enters.
+    /// Begins a line by finding the boxes that it enters.
     fn aim(&mut self, ray: &Ray) {
         self.insides.clear();
         self.boxes.clear();
@@ -284,11 +291,11 @@ impl<'a> Tracer<'a> {
                 self.waiting.push((free_mm.fold(entry_mm, f64::max), item as u32));
             }
         }
-        // The nearest last, to be taken from there; the number settles ties.
+        // The nearest is last, so that it can be popped; the index settles ties.
         self.waiting.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)));
     }
 
-    /// Looks into all bodies whose boxes are entered before that.
+    /// Intersects all bodies whose boxes (without hollows) the line enters before a distance.
     fn look_until(&mut self, ray: &Ray, t_mm: f64) {
         while let Some(&(entry_mm, item)) = self.waiting.last()
             && entry_mm <= t_mm
@@ -301,7 +308,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// What is there: what stops light before what lets it through, the body entered last before others.
+    /// Returns the body at a distance. Opaque bodies come before media, and among equals the one entered last wins.
     fn around(&self, t_mm: f64) -> Option<Inside> {
         let items = &self.stack.items;
         let rank = |inside: &Inside| match items[inside.item as usize].part {
@@ -321,7 +328,7 @@ impl<'a> Tracer<'a> {
             .copied()
     }
 
-    /// Where the next body is entered beyond a place in air.
+    /// Returns the distance at which the next body is entered, from a point in air.
     fn next(&mut self, ray: &Ray, after_mm: f64) -> Option<f64> {
         loop {
             let ahead = self.insides.iter().map(|inside| inside.from_mm).filter(|&t| t > after_mm);
@@ -334,7 +341,7 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// Where a line enters a box ahead of its origin, if it does.
+/// Returns the distance at which a line enters a box ahead of its origin, if it does.
 #[inline]
 pub(crate) fn box_entry(
     bounds: &Aabb,
@@ -345,7 +352,7 @@ pub(crate) fn box_entry(
     for axis in 0..3 {
         let a = (bounds.min[axis] - origin[axis]) * inverse[axis];
         let b = (bounds.max[axis] - origin[axis]) * inverse[axis];
-        // `min` and `max` pass over NaN: 0 times infinity, a line within a face.
+        // `min` and `max` ignore NaN, which is 0 times infinity: a line within a face.
         entry = entry.max(a.min(b));
         exit = exit.min(a.max(b));
     }

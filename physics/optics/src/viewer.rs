@@ -1,4 +1,4 @@
-//! A camera that looks through a sensor's bodies: from pixels to paths, and from places to pixels.
+//! Camera that looks through a sensor's bodies: maps pixels to paths, and points to pixels.
 
 use fabkit_camera::{Camera, Interface, OutsideDomain, Point2};
 use fabkit_geometry::{Point3, Pose, Ray};
@@ -7,7 +7,7 @@ use nalgebra::Matrix2x3;
 use crate::inverse::{Seeker, Sight, Sights};
 use crate::trace::{Bend, LightPath, Tracer};
 
-/// A camera at its place; one per thread.
+/// Camera at its place; one is needed per thread.
 #[derive(Debug)]
 pub struct Viewer<'a> {
     camera: Camera,
@@ -17,31 +17,31 @@ pub struct Viewer<'a> {
     tracer: Tracer<'a>,
 }
 
-/// Why a place has no pixel.
+/// Reason why a point has no pixel.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Unseen {
-    /// No ray leads there: light from there is totally reflected, or bent past the pupil.
+    /// No ray leads there: light from the point is totally reflected or bent past the pupil.
     #[error("no light from ({:.3}, {:.3}, {:.3}) mm reaches the pupil", .place_in_sensor.x, .place_in_sensor.y, .place_in_sensor.z)]
     NoLight {
-        /// Sensor frame, mm.
+        /// Position of the point, sensor frame, mm.
         place_in_sensor: Point3<f64>,
     },
-    /// The ray from there meets the lens where that maps nothing.
+    /// The lens does not map the direction of the ray.
     #[error(transparent)]
     Lens(#[from] OutsideDomain),
 }
 
-/// Where a place appears.
+/// Pixel of a point, with its ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
-    /// Column and row, px; it may lie beside the picture, see [`Camera::sees`].
+    /// Column and row, px; they may lie outside the image, see [`Camera::sees`].
     pub pixel: Point2<f64>,
-    /// The ray that leads there, and what is in its way.
+    /// Ray to the point, with anything that hides it.
     pub sight: Sight,
 }
 
 impl<'a> Viewer<'a> {
-    /// A camera at its place among bodies: its lens alone, since the bodies are what bends its rays.
+    /// Places a camera among bodies. `camera` must be a lens alone, because the bodies refract its rays.
     pub fn new(camera: &Camera, sensor_from_camera: &Pose, sights: &'a Sights) -> Self {
         debug_assert!(
             matches!(camera.interface(), Interface::None | Interface::Drawn),
@@ -56,20 +56,20 @@ impl<'a> Viewer<'a> {
         }
     }
 
-    /// Its lens.
+    /// Returns the camera, which is its lens alone.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// The pupil, sensor frame, mm.
+    /// Returns the position of the pupil, sensor frame, mm.
     pub fn pupil(&self) -> Point3<f64> {
         self.sensor_from_camera.point(Point3::origin())
     }
 
-    /// The path of a pixel's ray to what it sees.
+    /// Traces the ray of a pixel.
     ///
     /// # Errors
-    /// A pixel that the lens does not reach.
+    /// If the lens does not map the pixel.
     pub fn path(&mut self, pixel: &Point2<f64>) -> Result<LightPath, OutsideDomain> {
         let direction = self.camera.unproject(pixel)?.direction;
         let ray =
@@ -77,17 +77,17 @@ impl<'a> Viewer<'a> {
         Ok(self.tracer.follow(&ray))
     }
 
-    /// Where the last pixel's ray began and was bent, sensor frame, mm.
+    /// Returns the start and the points of refraction of the last pixel's ray, sensor frame, mm.
     pub fn corners(&self) -> &[Point3<f64>] {
         self.tracer.corners()
     }
 
-    /// Where and how the last pixel's ray was bent, sensor frame.
+    /// Returns the refractions of the last pixel's ray, sensor frame.
     pub fn bends(&self) -> &[Bend] {
         self.tracer.bends()
     }
 
-    /// The pixel at which a place is seen, or would be if nothing opaque hid it.
+    /// Finds the pixel at which a point is seen, or would be if nothing opaque hid it.
     ///
     /// # Errors
     /// [`Unseen`].
@@ -95,12 +95,13 @@ impl<'a> Viewer<'a> {
         let sight = self.seeker.seek(&self.pupil(), place_in_sensor);
         let sight = sight.ok_or(Unseen::NoLight { place_in_sensor: *place_in_sensor })?;
         let direction = self.camera_from_sensor.vector(sight.direction);
+        // Directions are projected like points, since the lens depends on the direction only.
         Ok(Look { pixel: self.camera.project(&Point3::from(direction))?, sight })
     }
 
-    /// All pixels at which a place is seen, or would be if nothing opaque hid it, by the length of the way
-    /// there: see [`Seeker::every`]. Empty where no light leads from there to the pupil; rays that the lens
-    /// does not map are left out.
+    /// Finds all pixels at which a point is seen, or would be if nothing opaque hid it, by increasing path length. See
+    /// [`Seeker::every`]. Rays that the lens does not map are omitted; the result is empty if no light leads from the
+    /// point to the pupil.
     pub fn looks_at(&mut self, place_in_sensor: &Point3<f64>) -> Vec<Look> {
         let sights = self.seeker.every(&self.pupil(), place_in_sensor);
         let looks = sights.into_iter().filter_map(|sight| {
@@ -110,8 +111,8 @@ impl<'a> Viewer<'a> {
         looks.collect()
     }
 
-    /// Change of the pixel with the place, px per mm along the sensor's axes; `None` where the lens has no
-    /// derivative, or a caustic lies.
+    /// Computes the derivative of the pixel by the point, px per mm along the sensor's axes; `None` if the lens has no
+    /// derivative, or on a caustic.
     pub fn by_place(
         &mut self,
         place_in_sensor: &Point3<f64>,
@@ -121,10 +122,11 @@ impl<'a> Viewer<'a> {
         let lens = self.camera.project_with_jacobians(&Point3::from(direction)).ok()?;
         let by_place = self.seeker.by_place(&self.pupil(), place_in_sensor, &look.sight)?;
         let across = self.camera_from_sensor.rotation() * Sight::across(&look.sight.direction);
+        // Chain rule: pixel by direction, direction by its two components, these by the point.
         Some(lens.by_point * across * by_place)
     }
 
-    /// The straight pieces of the way to a place that was looked at, sensor frame, mm, from the pupil on.
+    /// Returns the corners of the path to a point that was looked at, sensor frame, mm, from the pupil on.
     pub fn way(&mut self, place_in_sensor: &Point3<f64>, look: &Look) -> Vec<Point3<f64>> {
         self.seeker.way(&self.pupil(), place_in_sensor, &look.sight)
     }

@@ -1,7 +1,7 @@
-//! Sparse systems of equations, factorised once and solved for many right sides: `faer` behind plain numbers.
+//! Sparse linear systems, factorised once and solved for many right-hand sides: a non-generic interface to `faer`.
 //!
-//! A crate of its own because `faer` is generic: whoever names its types compiles all of it, and a library is compiled
-//! once more for its tests.
+//! It is a crate of its own because `faer` is generic: every crate that names its types compiles all of it, and a
+//! library is compiled once more for its tests.
 //!
 //! ```
 //! use fabkit_sparse::{RightSides, Symmetric};
@@ -24,7 +24,7 @@ use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat, Triplet};
 use faer::{MatMut, Side};
 
-/// What cannot be factorised, in `faer`'s words: a pivot that is not positive, no memory.
+/// Failure of a factorisation, in the words of `faer`: a pivot that is not positive, or no memory.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct SparseError(String);
@@ -35,21 +35,21 @@ impl SparseError {
     }
 }
 
-/// Where a symmetric positive definite matrix has entries, and in which order it is eliminated.
+/// Sparsity pattern of a symmetric positive definite matrix, with its elimination order.
 #[derive(Debug)]
 pub struct Symmetric {
     entries: SymbolicSparseColMat<usize>,
-    /// Of the given values among the entries.
+    /// Order of the given values among the entries of the matrix.
     order: Argsort<usize>,
     elimination: SymbolicLlt<usize>,
 }
 
 impl Symmetric {
-    /// Of `size` unknowns, with entries at these rows and columns, on and below the diagonal; where one is there more
-    /// than once, values add up.
+    /// Analyses a matrix with `size` unknowns and entries at these rows and columns, on and below the diagonal. The
+    /// values of repeated entries add up.
     ///
     /// # Errors
-    /// A place outside the matrix, no memory.
+    /// If an entry lies outside the matrix, or memory is lacking.
     pub fn new(
         size: usize,
         places: impl IntoIterator<Item = [usize; 2]>,
@@ -58,6 +58,7 @@ impl Symmetric {
     }
 
     fn of(size: usize, places: &[Pair<usize, usize>]) -> Result<Self, SparseError> {
+        // `order` says into which entry each value goes; repeated entries share one.
         let (entries, order) = SymbolicSparseColMat::try_new_from_indices(size, size, places)
             .map_err(SparseError::of)?;
         let elimination =
@@ -65,13 +66,13 @@ impl Symmetric {
         Ok(Self { entries, order, elimination })
     }
 
-    /// With a value for each place, in the order of the places.
+    /// Factorises the matrix with one value for each entry, in the order given to [`Symmetric::new`].
     ///
     /// # Errors
-    /// A matrix that is not positive definite, no memory.
+    /// If the matrix is not positive definite, or memory is lacking.
     ///
     /// # Panics
-    /// Other than as many values as there were places.
+    /// If the number of values differs from the number of entries.
     pub fn factorise(&self, values: &[f64]) -> Result<Factors, SparseError> {
         let matrix = SparseColMat::new_from_argsort(self.entries.clone(), &self.order, values)
             .map_err(SparseError::of)?;
@@ -81,21 +82,21 @@ impl Symmetric {
     }
 }
 
-/// A factorised symmetric matrix.
+/// Factors of a symmetric matrix.
 #[derive(Debug)]
 pub struct Factors(Llt<usize, f64>);
 
 impl Factors {
-    /// Right sides to solutions, in place. Bytes depend on how many are solved for together.
+    /// Replaces right-hand sides by solutions. Rounding depends on how many are solved together.
     pub fn solve(&self, sides: &mut RightSides) {
         self.0.solve_in_place(sides.matrix());
     }
 }
 
-/// Solves a square system that need not be symmetric, given as rows, columns and values, in place.
+/// Solves a square system that need not be symmetric, in place. The matrix is given as rows, columns and values.
 ///
 /// # Errors
-/// A singular matrix, a place outside it, no memory.
+/// If the matrix is singular, an entry lies outside it, or memory is lacking.
 pub fn solve_any(entries: &[(usize, usize, f64)], side: &mut [f64]) -> Result<(), SparseError> {
     let size = side.len();
     let entries: Vec<_> =
@@ -107,7 +108,7 @@ pub fn solve_any(entries: &[(usize, usize, f64)], side: &mut [f64]) -> Result<()
     Ok(())
 }
 
-/// Right sides, one column each.
+/// Right-hand sides, one per column.
 #[derive(Clone, Debug)]
 pub struct RightSides {
     size: usize,
@@ -115,27 +116,29 @@ pub struct RightSides {
 }
 
 impl RightSides {
-    /// So many columns of zeros for `size` unknowns.
+    /// Creates `columns` columns of zeros for `size` unknowns.
     pub fn new(size: usize, columns: usize) -> Self {
         Self { size, columns: vec![0.0; size * columns] }
     }
 
-    /// Zeros again.
+    /// Sets all values to zero.
     pub fn clear(&mut self) {
         self.columns.fill(0.0);
     }
 
-    /// One of them.
+    /// Returns one column.
     pub fn column(&self, column: usize) -> &[f64] {
         &self.columns[column * self.size..][..self.size]
     }
 
-    /// The same, to be changed.
+    /// Returns one column for writing.
     pub fn column_mut(&mut self, column: usize) -> &mut [f64] {
         &mut self.columns[column * self.size..][..self.size]
     }
 
+    /// Returns a matrix view for `faer`.
     fn matrix(&mut self) -> MatMut<'_, f64> {
+        // A matrix without rows has no columns.
         let columns = self.columns.len().checked_div(self.size).unwrap_or(0);
         MatMut::from_column_major_slice_mut(&mut self.columns, self.size, columns)
     }

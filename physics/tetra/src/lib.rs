@@ -1,15 +1,15 @@
-//! Soft layers as tetrahedra, for solvers that are not fabkit's.
+//! Tetrahedral meshes of the soft layers, for external finite-element solvers.
 //!
-//! The touched surface is divided into triangles, whose corners lie on it exactly; each is carried inwards along the
-//! surface's normals, through all layers, as a column of prisms; each prism is three tetrahedra. Interfaces between
-//! layers are common faces, and their nodes lie on them exactly. Diagonals go from the corner of the lower number, so
-//! that neighbours agree.
+//! The touched surface is divided into triangles whose corners lie on it exactly. Each triangle is extruded inwards
+//! along the surface normals, through all layers, as a column of prisms; each prism is divided into three tetrahedra.
+//! Interfaces between layers are shared faces whose nodes lie on them exactly. Diagonals start at the corner with the
+//! lower number, so that neighbours agree.
 //!
 //! # Conventions
 //!
-//! Millimetres, sensor frame. Layers are counted from the touched one, 0, inwards. Corners of a tetrahedron are in the
-//! order of a positive volume: the fourth lies on that side of the first three from which they run counter-clockwise.
-//! Same input, same bytes.
+//! Units are millimetres, in the sensor frame. Layers are counted inwards from the touched one, 0. The corners of a
+//! tetrahedron are ordered for a positive volume: seen from the fourth, the first three run counter-clockwise. Same
+//! input, same bytes.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! From layers to tetrahedra.
+//! Tetrahedral meshes of soft layers.
 
 use fabkit_elastic::{Hold, SoftStack};
 use fabkit_geometry::{Point3, TouchSurface};
@@ -11,29 +11,29 @@ use crate::{outline, rings};
 /// Corners of a triangle.
 pub(crate) type Face = [u32; 3];
 
-/// The most tetrahedra of a mesh: files of some hundred megabytes.
+/// Maximum number of tetrahedra of a mesh; its files have some hundred megabytes.
 pub const MAX_CELLS: usize = 5_000_000;
-/// Edges are at most so many times as long as a layer is thick: flatter prisms have flat tetrahedra. What is thinner
-/// belongs to its neighbour.
+/// Maximum length of edges relative to the thickness of a layer: flatter prisms give flat tetrahedra. Thinner layers
+/// are merged with a neighbour.
 const FLATTEST: f64 = 2.5;
-/// Height of a prism over its edges, about: what lies inside of a dome is narrower.
+/// Approximate height of a prism relative to its edges. It is below 1 because a dome is narrower inside.
 const HEIGHT: f64 = 0.8;
-/// Places along the meridian at which thicknesses are looked at.
+/// Sample points along the meridian for thicknesses and areas.
 const PLACES: usize = 200;
 
-/// A node of the touched surface of a dome.
+/// Node on the touched surface of a dome.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
     pub s: f64,
     pub azimuth: f64,
 }
 
-/// A layer of a mesh.
+/// Layer of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// The body's name.
+    /// Name of the body.
     pub name: String,
-    /// What it is made of.
+    /// Name of the material.
     pub material: String,
     /// Young's modulus, MPa.
     pub young_mpa: f64,
@@ -41,66 +41,66 @@ pub struct Layer {
     pub poissons_ratio: f64,
 }
 
-/// Soft layers of a sensor as tetrahedra, bonded to each other.
+/// Tetrahedral mesh of the soft layers of a sensor, which are bonded to each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tetrahedra {
     /// Nodes, sensor frame, mm.
     pub points_mm: Vec<[f64; 3]>,
-    /// Corners of tetrahedra.
+    /// Corners of the tetrahedra, as indices of nodes.
     pub cells: Vec<[u32; 4]>,
-    /// The layer of each, by its place in `layers`.
+    /// Index into `layers` for each tetrahedron.
     pub layer_of: Vec<u32>,
-    /// From the touched one inwards.
+    /// Layers, from the touched one inwards.
     pub layers: Vec<Layer>,
     /// Triangles of the touched surface, counter-clockwise from outside.
     pub outer: Vec<[u32; 3]>,
-    /// Triangles that are bonded to what is stiff: below the last layer, and at its rim; out of the soft body.
+    /// Triangles bonded to stiff bodies, below the last layer and at its rim, oriented out of the soft body.
     pub bonded: Vec<[u32; 3]>,
-    /// Length of edges, about, mm.
+    /// Approximate length of edges, mm.
     pub edge_mm: f64,
-    /// What was simplified, in words.
+    /// Simplifications, in words.
     pub left_out: Vec<String>,
 }
 
-/// Why there is no mesh.
+/// Reason why there is no mesh.
 #[derive(Debug, thiserror::Error)]
 pub enum TetraError {
-    /// An edge length that is none.
+    /// Invalid edge length.
     #[error("an edge of {edge_mm} mm; it must be positive and finite")]
     Edge {
-        /// As told.
+        /// Requested edge length, mm.
         edge_mm: f64,
     },
-    /// More tetrahedra than anybody reads.
+    /// Mesh with too many tetrahedra.
     #[error("edges of {edge_mm} mm make {cells} tetrahedra; at most {MAX_CELLS} are made")]
     TooMany {
-        /// As long as they may be for the thinnest layer.
+        /// Edge length after the limit for the thinnest layer, mm.
         edge_mm: f64,
-        /// How many there would be.
+        /// Number of tetrahedra that there would be.
         cells: usize,
     },
-    /// A face that has no triangles.
+    /// Outline that cannot be triangulated.
     #[error("the pad's outline has no triangles: {what}")]
     Outline {
-        /// Why.
+        /// Reason.
         what: String,
     },
-    /// A layer that is folded.
+    /// Tetrahedron with a volume of nearly zero, or one that is not a number.
     #[error("a tetrahedron of {layer} is inverted at ({x:.2}, {y:.2}, {z:.2}) mm")]
     Inverted {
-        /// Which layer.
+        /// Name of the layer.
         layer: String,
-        /// Where, sensor frame, mm.
+        /// Position, sensor frame, mm.
         x: f64,
-        /// The same.
+        /// Position, sensor frame, mm.
         y: f64,
-        /// The same.
+        /// Position, sensor frame, mm.
         z: f64,
     },
 }
 
 impl Tetrahedra {
-    /// The layers below a sensor's surface, with edges about `edge_mm` long; shorter where a layer is thinner.
+    /// Meshes the layers below a sensor's surface, with edges about `edge_mm` long, shorter if a layer is thin.
     ///
     /// # Errors
     /// [`TetraError`].
@@ -113,10 +113,12 @@ impl Tetrahedra {
         let parts: Vec<usize> = kept.layers.iter().map(|layer| layer.parts).collect();
         let levels: usize = parts.iter().sum();
         let too_many = |faces: usize| {
+            // Three tetrahedra per prism.
             let cells = 3 * faces * levels;
             (cells > MAX_CELLS).then_some(TetraError::TooMany { edge_mm, cells })
         };
-        // From the area, before anything is made.
+        // Estimated from the area before the surface is divided; 0.433 is the area of an equilateral triangle over its
+        // squared side.
         let area_mm2 = match touch {
             TouchSurface::Plane(plane) => plane.outline.signed_area_mm2().abs(),
             TouchSurface::Dome(_) => area_mm2(soft),
@@ -134,7 +136,7 @@ impl Tetrahedra {
         surface.below(soft, &kept)
     }
 
-    /// Nodes of a set of triangles, each once, ascending.
+    /// Returns the nodes of a set of triangles, each once, in ascending order.
     pub fn nodes_of(faces: &[[u32; 3]]) -> Vec<u32> {
         let mut nodes: Vec<u32> = faces.iter().flatten().copied().collect();
         nodes.sort_unstable();
@@ -143,17 +145,17 @@ impl Tetrahedra {
     }
 }
 
-/// A layer that is meshed.
+/// Layer that is meshed.
 struct KeptLayer {
-    /// Among the stack's.
+    /// Index in the stack.
     layer: usize,
-    /// Below it.
+    /// Index of the interface below it.
     interface: usize,
-    /// How many prisms lie in it, one below the other.
+    /// Number of prisms through its thickness.
     parts: usize,
 }
 
-/// What is meshed, and how finely.
+/// Layers to mesh, and how finely.
 struct Kept {
     layers: Vec<KeptLayer>,
     edge_mm: f64,
@@ -161,7 +163,9 @@ struct Kept {
 }
 
 impl Kept {
+    /// Decides which layers are meshed, and with which edge length.
     fn of(soft: &SoftStack, touch: &TouchSurface, edge_mm: f64) -> Self {
+        // The layers of a pad are equally thick everywhere.
         let places = if matches!(touch, TouchSurface::Plane(_)) { 1 } else { PLACES };
         let thickness = |upper: usize, lower: usize| {
             let [upper, lower] = [upper, lower].map(|i| &soft.body.interfaces[i]);
@@ -179,7 +183,7 @@ impl Kept {
         let is_thin = |i: usize| FLATTEST * thickness(i, i + 1).0 < edge_mm;
         let mut kept: Vec<usize> = (0..count).filter(|i| !is_thin(*i)).collect();
         if kept.is_empty() {
-            // What is thin all through is meshed more finely.
+            // If all layers are thin, the thickest is meshed, more finely.
             kept.extend(
                 (0..count).max_by(|a, b| thickness(*a, a + 1).0.total_cmp(&thickness(*b, b + 1).0)),
             );
@@ -193,7 +197,8 @@ impl Kept {
                 "that {name}, {mm:.3} mm where it is thinnest, is another material than {into}"
             ));
         }
-        // Each reaches down to where the next one that is kept begins to count: what is thin belongs to what lies below.
+        // Each meshed layer reaches from the one above down to its own lower interface, and the last one to the bottom.
+        // A thin layer thus belongs to the meshed layer below it, or to the last one.
         let last = kept.len().saturating_sub(1);
         let interface = |at: usize| if at == last { count } else { kept[at] + 1 };
         let mut layers = Vec::new();
@@ -208,6 +213,7 @@ impl Kept {
         let layers = layers.into_iter().map(|(layer, interface)| {
             let (least, most) = thickness(upper, interface);
             upper = interface;
+            // By the geometric mean of the extreme thicknesses.
             let parts = ((least * most).sqrt() / (HEIGHT * edge_mm)).round().max(1.0) as usize;
             KeptLayer { layer, interface, parts }
         });
@@ -215,7 +221,7 @@ impl Kept {
     }
 }
 
-/// Of the touched surface, mm2: frustums.
+/// Computes the area of the touched surface as a sum of frustums, mm2.
 fn area_mm2(soft: &SoftStack) -> f64 {
     let Some(surface) = soft.body.interfaces.first() else { return 0.0 };
     let place = |i: usize| surface.at(i as f64 / PLACES as f64);
@@ -226,7 +232,7 @@ fn area_mm2(soft: &SoftStack) -> f64 {
     (0..PLACES).map(frustum).sum()
 }
 
-/// The touched surface as triangles, and how to get from it inwards.
+/// Triangles of the touched surface, and the positions of their nodes on every interface.
 struct Surface {
     places: Places,
     faces: Vec<Face>,
@@ -234,6 +240,7 @@ struct Surface {
     rim: Vec<u32>,
 }
 
+/// Positions of the nodes on the touched surface.
 enum Places {
     Dome(Vec<Node>),
     /// x and y, mm.
@@ -241,16 +248,19 @@ enum Places {
 }
 
 impl Surface {
+    /// Triangulates the touched surface of a dome.
     fn dome(soft: &SoftStack, edge_mm: f64) -> Self {
         let (nodes, faces, rim) = rings::triangles(&soft.body.interfaces[0], edge_mm);
         Self { places: Places::Dome(nodes), faces, rim }
     }
 
+    /// Triangulates the touched surface of a pad.
     fn pad(outline: &fabkit_geometry::Path, edge_mm: f64) -> Result<Self, TetraError> {
         let (nodes, faces) = outline::triangles(outline, edge_mm)?;
         Ok(Self { places: Places::Pad(nodes), faces, rim: Vec::new() })
     }
 
+    /// Returns the number of nodes.
     fn count(&self) -> usize {
         match &self.places {
             Places::Dome(nodes) => nodes.len(),
@@ -258,7 +268,7 @@ impl Surface {
         }
     }
 
-    /// Where the nodes are on an interface, sensor frame, mm.
+    /// Returns the positions of the nodes on an interface, sensor frame, mm.
     fn on_interface(&self, soft: &SoftStack, interface: usize) -> Vec<Point3<f64>> {
         let curve = &soft.body.interfaces[interface];
         match &self.places {
@@ -277,7 +287,7 @@ impl Surface {
         }
     }
 
-    /// All layers below.
+    /// Extrudes the surface through all layers.
     fn below(&self, soft: &SoftStack, kept: &Kept) -> Result<Tetrahedra, TetraError> {
         let edge_mm = kept.edge_mm;
         let mut points_mm: Vec<[f64; 3]> = Vec::new();
@@ -290,7 +300,7 @@ impl Surface {
             let lower = self.on_interface(soft, *interface);
             for part in 1..=*parts {
                 let share = part as f64 / *parts as f64;
-                // The last one exactly on the interface.
+                // The last level lies exactly on the interface, without rounding.
                 let level: Vec<Point3<f64>> = match part == *parts {
                     true => lower.clone(),
                     false => upper.iter().zip(&lower).map(|(a, b)| a + share * (b - a)).collect(),
@@ -313,9 +323,11 @@ impl Surface {
         let corner = |node: u32| Vector3::from(points_mm[node as usize]);
         for (cell, layer) in cells.iter_mut().zip(&layer_of) {
             let volume_mm3 = volume_mm3(&cell.map(corner));
+            // The prism's tetrahedra have either orientation, depending on the order of the face's corners.
             if volume_mm3 < 0.0 {
                 cell.swap(2, 3);
             }
+            // Relative to the edges, so that the tolerance suits sensors of any size.
             if volume_mm3.abs() <= 1e-9 * edge_mm.powi(3) || volume_mm3.is_nan() {
                 let [x, y, z] = points_mm[cell[0] as usize];
                 let layer = soft.layers[kept.layers[*layer as usize].layer].name.clone();
@@ -341,16 +353,18 @@ impl Surface {
         })
     }
 
+    /// Returns the faces bonded to stiff bodies, below the last level and at the rim.
     fn bonded(&self, soft: &SoftStack, levels: &Levels, last: usize) -> Vec<Face> {
         let is_held = |node: u32| match (&soft.body.inner, &self.places) {
             (Hold::Free, _) => false,
             (Hold::BondedBeyond(from), Places::Dome(nodes)) => {
+                // Tolerance for rounding of s.
                 nodes[node as usize].s >= from - 1e-12
             }
             _ => true,
         };
         let held = self.faces.iter().filter(|face| face.iter().all(|node| is_held(*node)));
-        // Seen from below they run the other way.
+        // Seen from below, the triangles run the other way.
         let mut bonded: Vec<Face> =
             held.map(|[a, b, c]| [*a, *c, *b].map(|node| levels.node(node, last))).collect();
         if soft.body.is_rim_bonded {

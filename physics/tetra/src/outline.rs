@@ -1,4 +1,4 @@
-//! Triangles of a flat face of any outline.
+//! Triangulation of a flat face with any outline.
 
 use fabkit_geometry::{Path, Segment};
 use spade::{
@@ -7,18 +7,19 @@ use spade::{
 
 use crate::mesh::{Face, TetraError};
 
-/// Refined until no angle is below this, degrees: what Ruppert's method is proven to reach is 20.7, and in practice it
-/// reaches 30.
+/// Minimum angle of the refined triangles, degrees. Ruppert's method is proven to reach 20.7; in practice it reaches
+/// 30.
 const LEAST_ANGLE_DEG: f64 = 30.0;
-/// Area of an even triangle over its side squared, with room for sides that are longer.
+/// Maximum area of a triangle over its squared side: that of an equilateral triangle, with some room for longer sides.
 const AREA: f64 = 0.5;
-/// More nodes than any face needs: what comes here does not end.
+/// Maximum number of nodes. A refinement that reaches it would not end.
 const MOST_NODES: usize = 2_000_000;
 
-/// Corners and triangles of a face, counter-clockwise, about `edge_mm` long. Nodes of the outline lie on it exactly.
+/// Triangulates a face. Returns corners and triangles, counter-clockwise, with edges about `edge_mm` long. Nodes of the
+/// outline lie on it exactly.
 ///
 /// # Errors
-/// An outline that is none.
+/// [`TetraError::Outline`].
 pub(crate) fn triangles(
     outline: &Path,
     edge_mm: f64,
@@ -60,7 +61,7 @@ pub(crate) fn triangles(
     Ok((nodes.collect(), faces.collect()))
 }
 
-/// Points of the outline about `edge_mm` apart, each of its corners among them.
+/// Samples the outline with points about `edge_mm` apart, including each of its corners.
 fn points(outline: &Path, edge_mm: f64) -> Vec<[f64; 2]> {
     let (mut points, mut from) = (Vec::new(), outline.start);
     for segment in &outline.segments {
@@ -71,6 +72,7 @@ fn points(outline: &Path, edge_mm: f64) -> Vec<[f64; 2]> {
                 let radius_mm = (from[0] - centre[0]).hypot(from[1] - centre[1]);
                 let turn = (angle(to) - angle(from)) * if *ccw { 1.0 } else { -1.0 };
                 let turn = turn.rem_euclid(std::f64::consts::TAU);
+                // An arc that ends where it starts is a full circle.
                 let turn = if turn == 0.0 { std::f64::consts::TAU } else { turn };
                 let steps = (radius_mm * turn / edge_mm).ceil().max(2.0);
                 let sign = if *ccw { 1.0 } else { -1.0 };
@@ -80,7 +82,7 @@ fn points(outline: &Path, edge_mm: f64) -> Vec<[f64; 2]> {
                     points.push([centre[0] + radius_mm * cos, centre[1] + radius_mm * sin]);
                 }
             }
-            // Only revolutions have arcs of ellipses.
+            // Only revolutions have elliptic arcs, so none occurs here.
             Segment::Line { .. } | Segment::EllipticArc { .. } => {
                 let length_mm = (to[0] - from[0]).hypot(to[1] - from[1]);
                 let steps = (length_mm / edge_mm).ceil().max(1.0);

@@ -1,20 +1,21 @@
-//! Columns of prisms below triangles, each prism three tetrahedra.
+//! Columns of prisms below triangles, each prism divided into three tetrahedra.
 
 use crate::mesh::Face;
 
-/// Nodes below a node of the surface: level by level, each as large as the surface.
+/// Numbering of the nodes: level by level, each with as many nodes as the surface.
 pub(crate) struct Levels {
-    /// Nodes of the surface.
+    /// Number of nodes of the surface.
     pub per_level: u32,
 }
 
 impl Levels {
+    /// Returns the node at a level below a node of the surface.
     pub fn node(&self, of_surface: u32, level: usize) -> u32 {
         of_surface + level as u32 * self.per_level
     }
 
-    /// The prism below a triangle between two levels. Diagonals of its sides go from the corner of the lower number
-    /// above to that of the higher number below, which both neighbours see alike.
+    /// Divides the prism below a triangle between two levels. The diagonal of each side runs from the upper corner with
+    /// the lower number to the lower corner with the higher number, so that both neighbours use the same one.
     pub fn prism(&self, face: Face, level: usize) -> [[u32; 4]; 3] {
         let mut corners = face;
         corners.sort_unstable();
@@ -28,7 +29,7 @@ impl Levels {
         ]
     }
 
-    /// The side below an edge between two levels, with the same diagonal.
+    /// Divides the side below an edge between two levels, with the same diagonal.
     pub fn side(&self, from: u32, to: u32, level: usize) -> [Face; 2] {
         let (i, j) = (from.min(to), from.max(to));
         let (above_i, above_j) = (self.node(i, level), self.node(j, level));

@@ -1,24 +1,24 @@
-//! What is known of a mesh: volumes and angles.
+//! Quality of a mesh: volumes and angles.
 
 use nalgebra::Vector3;
 
 use crate::mesh::Tetrahedra;
 
-/// What a mesh is worth.
+/// Measured quality of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quality {
-    /// Of each layer, mm3.
+    /// Volume of each layer, mm3.
     pub volume_mm3: Vec<f64>,
-    /// Of any tetrahedron; positive if none is inverted, mm3.
+    /// Smallest volume of a tetrahedron, mm3; positive if none is inverted.
     pub least_volume_mm3: f64,
-    /// The smallest angle between two faces of a tetrahedron, degrees.
+    /// Smallest angle between two faces of a tetrahedron, degrees.
     pub least_dihedral_deg: f64,
-    /// The largest one, degrees.
+    /// Largest angle between two faces of a tetrahedron, degrees.
     pub most_dihedral_deg: f64,
 }
 
 impl Tetrahedra {
-    /// Measures all tetrahedra.
+    /// Measures volumes and angles of all tetrahedra.
     pub fn quality(&self) -> Quality {
         let mut quality = Quality {
             volume_mm3: vec![0.0; self.layers.len()],
@@ -40,13 +40,15 @@ impl Tetrahedra {
     }
 }
 
-/// Positive if the fourth corner lies where the first three run counter-clockwise.
+/// Computes the signed volume of a tetrahedron, mm3: positive if the first three corners run counter-clockwise seen
+/// from the fourth.
 pub(crate) fn volume_mm3([a, b, c, d]: &[Vector3<f64>; 4]) -> f64 {
     (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
 }
 
-/// At each of the six edges.
+/// Computes the dihedral angles at the six edges, degrees.
 fn dihedrals_deg(corners: &[Vector3<f64>; 4]) -> [f64; 6] {
+    // Both corners of an edge, and the two others.
     const EDGES: [[usize; 4]; 6] =
         [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2], [1, 2, 0, 3], [1, 3, 0, 2], [2, 3, 0, 1]];
     EDGES.map(|[i, j, k, l]| {

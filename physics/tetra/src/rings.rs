@@ -1,4 +1,4 @@
-//! Triangles of a round surface: rings of nodes about the axis.
+//! Triangulation of a surface of revolution by rings of nodes about the axis.
 
 use std::f64::consts::TAU;
 
@@ -6,14 +6,15 @@ use fabkit_elastic::Curve;
 
 use crate::mesh::{Face, Node};
 
-/// Points by which the meridian's length is measured.
+/// Sample points by which the length of the meridian is measured.
 const LENGTH_STEPS: usize = 4000;
-/// Height of an even triangle over its side.
+/// Height of an equilateral triangle over its side.
 const HEIGHT: f64 = 0.866;
-/// Nodes of the smallest ring.
+/// Minimum number of nodes of a ring.
 const LEAST: usize = 5;
 
-/// Nodes by s and azimuth, and triangles of them, about `edge_mm` long; and the nodes of the rim, in order.
+/// Triangulates a surface with edges about `edge_mm` long. Returns nodes by s and azimuth, triangles, and the nodes of
+/// the rim in order.
 pub(crate) fn triangles(surface: &Curve, edge_mm: f64) -> (Vec<Node>, Vec<Face>, Vec<u32>) {
     let lengths = lengths(surface);
     let total_mm = lengths[LENGTH_STEPS];
@@ -28,7 +29,8 @@ pub(crate) fn triangles(surface: &Curve, edge_mm: f64) -> (Vec<Node>, Vec<Face>,
         };
         let around_mm = TAU * surface.at(s)[0];
         let count = ((around_mm / edge_mm).round() as usize).max(LEAST);
-        // Every other ring begins half a step later, so that triangles are even where counts are.
+        // Every other ring is turned by half a step, so that triangles are equilateral where neighbouring rings have
+        // equal counts.
         let phase = if row % 2 == 1 { 0.5 / count as f64 } else { 0.0 };
         let ring = Ring { first: nodes.len() as u32, count, phase };
         nodes.extend((0..count).map(|i| Node { s, azimuth: TAU * ring.turn(i) }));
@@ -41,28 +43,30 @@ pub(crate) fn triangles(surface: &Curve, edge_mm: f64) -> (Vec<Node>, Vec<Face>,
     (nodes, faces, (0..before.count).map(|i| before.node(i)).collect())
 }
 
+/// Ring of evenly spaced nodes.
 struct Ring {
     first: u32,
     count: usize,
-    /// Where its first node is, turns.
+    /// Azimuth of its first node, turns.
     phase: f64,
 }
 
 impl Ring {
+    /// Returns the index of a node; continues beyond one turn.
     fn node(&self, i: usize) -> u32 {
         self.first + (i % self.count) as u32
     }
 
-    /// Also beyond one turn.
+    /// Returns the azimuth of a node, turns; continues beyond one turn.
     fn turn(&self, i: usize) -> f64 {
         self.phase + i as f64 / self.count as f64
     }
 }
 
-/// A strip between two rings: whichever next node is nearer makes the next triangle.
+/// Triangulates the strip between two rings: each triangle takes the nearer of the two next nodes.
 fn between(inner: &Ring, outer: &Ring, faces: &mut Vec<Face>) {
     let (mut i, mut j) = (0, 0);
-    // The outer ring's node that is nearest to the inner one's first.
+    // Starts at the outer node that is nearest to the first inner one.
     let skip = ((inner.phase - outer.phase) * outer.count as f64).round().max(0.0) as usize;
     while i < inner.count || j < outer.count {
         let (a, b) = (inner.node(i), outer.node(j + skip));
@@ -82,6 +86,7 @@ fn between(inner: &Ring, outer: &Ring, faces: &mut Vec<Face>) {
     }
 }
 
+/// Returns the length of the meridian from the pole to each sample point.
 fn lengths(surface: &Curve) -> Vec<f64> {
     let mut lengths = vec![0.0];
     let mut before = surface.at(0.0);
@@ -93,6 +98,7 @@ fn lengths(surface: &Curve) -> Vec<f64> {
     lengths
 }
 
+/// Returns the curve parameter at a length along the meridian.
 fn s_at(lengths: &[f64], length_mm: f64) -> f64 {
     let i = lengths.partition_point(|&l| l <= length_mm).clamp(1, LENGTH_STEPS) - 1;
     let step_mm = lengths[i + 1] - lengths[i];

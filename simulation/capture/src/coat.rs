@@ -1,4 +1,4 @@
-//! A reflective coat under coloured lamps: which way it looks, and what throws shadows on it.
+//! Rendering of a reflective coat under coloured light sources: shading by slopes, and shadows on the coat.
 
 use fabkit_depth::truth::{DepthMap, NO_LABEL, Sigmas, Yielding as _};
 use fabkit_files::Error;
@@ -15,26 +15,27 @@ use super::scene::middle_of;
 use super::table::{Place, Plan};
 use super::{CaptureError, LightConstants, Painted, moved};
 
-/// Farther from what stands out of a coat it throws no shadow, mm.
+/// Distance beyond which markers that stand out of the coat throw no shadow, mm.
 const SHADOW_MM: f64 = 2.5;
-/// Rays that meet the coat flatter than this are taken to meet it so, cosine.
+/// Smallest cosine between ray and normal. Flatter rays are treated as if they had it.
 const LEAST_COSINE: f64 = 0.2;
-/// Steps along light in which the moved surface is looked for, and how far, mm.
+/// Number of steps along a shadow ray in which the deformed surface is searched, and length of the search, mm.
 const SHADOW_STEPS: u32 = 16;
 const SHADOW_REACH_MM: f64 = 8.0;
-/// The surface stands in the way of light that passes so deep behind it, mm.
+/// Depth behind the surface's inner face from which light counts as blocked, mm.
 const BEHIND_MM: f64 = 0.02;
-/// How far light from one place of the table passes beside that from the next, mm.
+/// Largest lateral distance between light paths from neighbouring places of the table, mm.
 const BESIDE_MM: f64 = 0.5;
-/// Rings around the middle of what is pressed in, each with how deep it is there and beyond.
+/// Number of rings around the middle of the dent, each with the largest depth in it or beyond, and least radius of all
+/// rings, mm.
 const RINGS: usize = 8;
 const LEAST_DENT_MM: f64 = 1.0;
-/// Off a place, where its shadows begin, mm.
+/// Offset of a shadow ray's start from the surface, mm.
 const OFF_MM: f64 = 1e-3;
-/// After so many steps a ray misses the surface.
+/// Maximum number of ray-marching steps.
 const MOST_STEPS: u32 = 256;
 
-/// A sensor in a light that shows which way its coat looks.
+/// A sensor in a lighting that shows the slopes of its coat.
 #[derive(Debug)]
 pub struct CoatScene<'a> {
     sensor: &'a Sensor,
@@ -42,14 +43,14 @@ pub struct CoatScene<'a> {
     coat_name: String,
     /// Thickness of the coat, mm.
     coat_mm: f64,
-    /// Whether marks are dark places; else they stand out.
+    /// Whether markers are printed dark on the coat, rather than standing out of it.
     is_printed: bool,
     plan: Plan,
-    /// Of each piece of the lamps.
+    /// Colour of each emitter.
     colors: Vec<Rgb>,
-    /// How the light of each piece arrives at the table's places, place by place, some pieces at once.
+    /// Irradiance vectors at the table's places, place by place, in blocks of [`LANES`] emitters.
     arrives: Vec<Beams>,
-    /// Where that at rest comes from, unit; nothing where none does.
+    /// Unit directions towards the emitters at rest; `None` where no light arrives.
     comes_from: Vec<Option<Vector3<f64>>>,
     soft_mm: f64,
     mean: Rgb,
@@ -57,18 +58,18 @@ pub struct CoatScene<'a> {
     coat: Coat,
     pub(super) exposure: f64,
     words: [String; 2],
-    /// What each ray sees at rest, and how the surface looks there, where many pictures are taken by the same rays.
+    /// Light and normal of each ray at rest, kept where many captures share the same rays.
     at_rest: Option<(Vec<Rgb>, Vec<Vector3<f64>>)>,
 }
 
-/// What stands in the way of light: all of the surface that is pressed in, as far as it is seen, lies in a ball.
+/// Bounding volume of the dented surface, as far as it is seen, for shadow tests: a ball.
 #[derive(Clone, Copy)]
 struct Dent {
     centre: Point3<f64>,
     radius_mm: f64,
-    /// Of rings around the centre, by the surface at rest.
+    /// Width of the rings around the centre, measured on the surface at rest, mm.
     ring_mm: f64,
-    /// How deep the surface is in each ring or beyond it, mm.
+    /// Largest depth of the surface in each ring or beyond it, mm.
     deepest_mm: [f64; RINGS],
 }
 
@@ -92,13 +93,15 @@ impl Dent {
         let mut deepest_mm = [0.0; RINGS];
         for (far_mm, depth_mm) in feet() {
             let within = ((far_mm / ring_mm) as usize).min(RINGS - 1);
+            // A depth counts for its ring and all inner ones, which makes each entry a maximum outwards.
             deepest_mm[..=within].iter_mut().for_each(|known| *known = depth_mm.max(*known));
         }
         Some(Self { centre: Point3::from(centre), radius_mm, ring_mm, deepest_mm })
     }
 
-    /// No place of the surface whose foot at rest is that far from the centre is deeper, mm: rays see places in each ring
-    /// and in the next one inwards, of which one is at least as deep. Nothing is known of the middle.
+    /// Returns an upper bound of the depth, mm, of surface points whose foot at rest has this distance from the centre.
+    /// Rays sample each ring and its inner neighbour, one of which is at least as deep. The middle has no inner
+    /// neighbour, hence no bound.
     fn deepest_mm(&self, far_mm: f64) -> f64 {
         match (far_mm / self.ring_mm) as usize {
             0 => f64::INFINITY,
@@ -107,7 +110,7 @@ impl Dent {
         }
     }
 
-    /// Whether light that goes on from a place may pass so near.
+    /// Returns whether light that travels on from a place may pass within the ball and `slack_mm` of it.
     fn is_near(&self, from: &Point3<f64>, towards: &Vector3<f64>, slack_mm: f64) -> bool {
         let way = self.centre - from;
         let along_mm = way.dot(towards).clamp(0.0, SHADOW_REACH_MM);
@@ -115,13 +118,14 @@ impl Dent {
     }
 }
 
-/// The way in which light arrives, times its density; zero where none does.
+/// Irradiance vector: direction of light times its density; zero without light.
 type Arrives = Vector3<f64>;
 
-/// Pieces of lamps that are worked out side by side.
+/// Number of emitters processed per block, for vectorisation.
 const LANES: usize = 8;
 
-/// How light of so many pieces arrives at a place, x, y and z: at rest, and as deep as layers give way.
+/// Irradiance vectors of a block of emitters at a place, by x, y and z: on the surface at rest, and at full depth of
+/// the soft layers.
 type Beams = [[[f64; LANES]; 3]; 2];
 
 fn beam(beams: &[Beams], piece: usize) -> [Arrives; 2] {
@@ -130,10 +134,10 @@ fn beam(beams: &[Beams], piece: usize) -> [Arrives; 2] {
 }
 
 impl<'a> CoatScene<'a> {
-    /// Prepares what rays meet of a coat in this light.
+    /// Tabulates the light on the coat for this lighting, and sets the exposure.
     ///
     /// # Errors
-    /// Lamps or bodies that no light can be followed through.
+    /// Returns an error for light sources or bodies that light cannot be traced through.
     pub fn of(
         sensor: &'a Sensor,
         lighting: &'a Lighting,
@@ -145,7 +149,7 @@ impl<'a> CoatScene<'a> {
         let touch = touch.ok_or_else(|| CaptureError::NoSurface { sensor: sensor.name.clone() })?;
         let (middle, outward) = middle_of(touch).ok_or_else(missing)?;
         let body = sensor.body(coat).ok_or_else(missing)?;
-        // In the middle it may have a mark: beside it, it is thinner.
+        // A marker in the middle would make the coat thicker there, so its thickness is sampled all over the surface.
         let solid = super::scene::in_use(body)?;
         let coat_mm = thinnest(touch, &solid);
         let emitters = Emitters::of(sensor, lighting).map_err(CaptureError::NoLight)?;
@@ -170,6 +174,7 @@ impl<'a> CoatScene<'a> {
             };
             emitters.pieces().par_iter().map(of_piece).collect()
         };
+        // Two depths suffice: irradiance in between is interpolated linearly.
         let [at_rest, deep] = [coat_mm + OFF_MM, coat_mm + OFF_MM + soft_mm].map(arrives);
         let colors: Vec<Rgb> = emitters.pieces().iter().map(|piece| piece.color).collect();
         let blocks = colors.len().div_ceil(LANES);
@@ -211,7 +216,7 @@ impl<'a> CoatScene<'a> {
             words,
             at_rest: None,
         };
-        // What bounces on: a part of what arrives on average over the surface.
+        // Repeatedly reflected light is proportional to the mean irradiance over the surface.
         let mut sums = ([0.0; 3], 0.0);
         for (place, share) in &places {
             let Some((point, outward)) = place else { continue };
@@ -235,13 +240,13 @@ impl<'a> CoatScene<'a> {
         self.words.clone()
     }
 
-    /// Of all pieces of lamps, at a place of the table.
+    /// Returns the irradiance vectors of all emitters at a place of the table.
     fn at_place(&self, number: usize) -> &[Beams] {
         let blocks = self.colors.len().div_ceil(LANES);
         &self.arrives[number * blocks..][..blocks]
     }
 
-    /// What arrives on an area that looks along a unit normal, straight and without shadows of marks.
+    /// Returns the direct light on an area with a unit normal, without shadows of markers.
     fn straight(&self, rest: &Point3<f64>, facing: &Vector3<f64>) -> Rgb {
         let around = self.plan.around(rest).map(|(i, share)| (self.at_place(i), share));
         let mut sum = [0.0; 3];
@@ -254,8 +259,8 @@ impl<'a> CoatScene<'a> {
         sum
     }
 
-    /// Light of each colour of lamp that arrives at a place at rest, and as deep as layers give way: pieces of a colour
-    /// together, each its way times its density.
+    /// Returns the irradiance vectors for each colour of light source, at rest and at full depth of the soft layers.
+    /// Emitters of one colour are summed.
     pub fn by_color(&self, rest: &Point3<f64>) -> Vec<(Rgb, [Vector3<f64>; 2])> {
         let around = self.plan.around(rest).map(|(i, share)| (self.at_place(i), share));
         let mut colors: Vec<(Rgb, [Vector3<f64>; 2])> = Vec::new();
@@ -270,17 +275,18 @@ impl<'a> CoatScene<'a> {
         colors
     }
 
-    /// What bounces on, at places that look anywhere.
+    /// Returns the light from repeated reflections, the same for any orientation.
     pub fn bounced(&self) -> Rgb {
         self.mean.map(|part| self.constants.bounce.value * self.coat.diffuse * part)
     }
 
-    /// What the coat sends back.
+    /// Returns the reflectance model of the coat.
     pub fn coat(&self) -> Coat {
         self.coat
     }
 
-    /// What is sent along a ray from a place that looks along `facing`, whose foot on the surface at rest is `rest`.
+    /// Returns the light along a ray from a place with the normal `facing`, whose foot on the undeformed surface is
+    /// `rest`. `is_hidden` is called with the direction of each emitter's light.
     pub(super) fn lit(
         &self,
         rest: &Point3<f64>,
@@ -297,6 +303,7 @@ impl<'a> CoatScene<'a> {
             for (at, share) in &around {
                 for (beam, part) in at[block].iter().zip([1.0 - share_deep, share_deep]) {
                     let share = share * part;
+                    // On the surface at rest the deep half of the table is skipped.
                     if share == 0.0 {
                         continue;
                     }
@@ -308,6 +315,7 @@ impl<'a> CoatScene<'a> {
             for (lane, color) in colors.iter().enumerate() {
                 let [x, y, z] = &arrives;
                 let arrives = Vector3::new(x[lane], y[lane], z[lane]);
+                // Light from behind the surface, or none at all.
                 if facing.dot(&arrives) >= 0.0 {
                     continue;
                 }
@@ -323,7 +331,7 @@ impl<'a> CoatScene<'a> {
         sum
     }
 
-    /// For many pictures by the same rays: what nothing has changed is not painted again.
+    /// Renders the surface at rest, so that captures of presses only render what has changed.
     pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
         let sigmas = Sigmas::default();
         let seen =
@@ -338,7 +346,7 @@ impl<'a> CoatScene<'a> {
         let height_mm = self.height_mm();
         let pegs = Pegs::of(&marks, height_mm, SHADOW_MM);
         let dent = seen.answer.and_then(|answer| {
-            // A place on its way is as far from where the surface is as it lies below it.
+            // A point on a shadow ray is as far from the deformed surface as the surface lies below it.
             let slack_mm = answer.limits_mm()[0] + self.coat_mm;
             Dent::of(map, self.touch).map(|dent| (answer, dent, slack_mm))
         });
@@ -357,7 +365,7 @@ impl<'a> CoatScene<'a> {
             {
                 return known[i];
             }
-            // The coat's inner face, which light meets.
+            // Light meets the coat's inner face.
             let inwards_mm = self.coat_mm / outward.dot(&direction).max(LEAST_COSINE);
             let at = place - inwards_mm * direction;
             let mut facing = -outward;
@@ -368,6 +376,7 @@ impl<'a> CoatScene<'a> {
                     |peg: &Peg| (peg.centre + peg.radius_mm * peg.axis - at).norm() < peg.radius_mm;
                 if pegs.near(&at).any(is_in) {
                     let [_, dark] = &self.constants.marks;
+                    // The shading below uses the coat's diffuse reflectance, so the dark one is set relative to it.
                     send = dark.value / self.coat.diffuse;
                 }
             } else {
@@ -400,8 +409,8 @@ impl<'a> CoatScene<'a> {
         Painted { light, thickness_mm: Vec::new(), marks }
     }
 
-    /// Where a ray would meet the surface, and how, that ends at what stands out of the coat without going on in it: it
-    /// grazes a mark's rim, and what is behind that is not truth, but the rim is seen.
+    /// Finds where a ray that grazes a marker's rim would meet the surface. Such a ray ends on the coat's solid without
+    /// a valid surface point, but the rim is visible.
     fn behind_a_rim(
         &self,
         map: &DepthMap<'_>,
@@ -410,7 +419,7 @@ impl<'a> CoatScene<'a> {
         let rays = map.rays();
         let name = rays.seen_by_names().get(usize::from(*rays.seen_by().get(pixel)?))?;
         let ray = rays.ray(pixel).filter(|_| !self.is_printed && *name == self.coat_name)?;
-        // No place below the surface is nearer to it than it is deep.
+        // Sphere tracing: a point below the surface is at least its depth away from it.
         let mut at_mm = 0.0;
         for _ in 0..MOST_STEPS {
             let depth_mm = self.touch.depth_mm(&ray.at(at_mm)).0;
@@ -422,7 +431,7 @@ impl<'a> CoatScene<'a> {
         None
     }
 
-    /// How far marks stand out of the coat, mm.
+    /// Returns the height of markers above the coat, mm; 0 for printed ones.
     fn height_mm(&self) -> f64 {
         let Some(Mark { point, .. }) = self.sensor.marks.first().filter(|_| !self.is_printed)
         else {
@@ -431,7 +440,8 @@ impl<'a> CoatScene<'a> {
         self.touch.depth_mm(point).0 - self.coat_mm
     }
 
-    /// Whether the shadow of what is pressed in may fall on a place at rest: light goes about as at the places of the table around it.
+    /// Returns whether the dent's shadow may fall on a place at rest. Light directions are taken from the table's
+    /// neighbouring places.
     fn may_shade(&self, dent: &Dent, rest: &Point3<f64>, slack_mm: f64) -> bool {
         let far_mm = dent.radius_mm + SHADOW_REACH_MM + slack_mm;
         if (rest - dent.centre).norm() > far_mm {
@@ -443,7 +453,7 @@ impl<'a> CoatScene<'a> {
         })
     }
 
-    /// Whether the moved surface is between a place of it and a lamp.
+    /// Returns whether the deformed surface lies between a place and a light source.
     fn is_behind(
         &self,
         answer: &Answer<'_>,
@@ -454,16 +464,17 @@ impl<'a> CoatScene<'a> {
         let [deepest_mm, _] = answer.limits_mm();
         let mut last_mm = f64::INFINITY;
         for step in 1..=SHADOW_STEPS {
+            // Quadratic steps: dense near the place, where shadows begin.
             let share = f64::from(step) / f64::from(SHADOW_STEPS);
             let place = from + share * share * SHADOW_REACH_MM * towards;
             let (depth_mm, outward) = self.touch.depth_mm(&place);
-            // Light that is once above all that moves stays there.
+            // Light above the highest point of the deformed surface cannot be blocked further on.
             if depth_mm > deepest_mm + self.coat_mm {
                 return false;
             }
             let foot = place + depth_mm * outward;
-            // Above all that is around, there is nothing to ask; nor farther on, where light goes away from the dent: in a
-            // convex body a straight way is nowhere less deep than at both its ends.
+            // Above the ring's bound nothing can block the light. Where the light also moves away from the dent, the
+            // search ends: in a convex body, the depth along a straight line is nowhere below its values at the ends.
             let far_mm = (foot - dent.centre).norm();
             let above_mm = dent.deepest_mm(far_mm) + self.coat_mm;
             if depth_mm > above_mm {
@@ -484,7 +495,7 @@ impl<'a> CoatScene<'a> {
     }
 }
 
-/// The least thickness of a coat at some places of the surface, mm: that beside marks.
+/// Returns the lower quartile of a coat's thickness over the surface, mm: its thickness beside markers.
 fn thinnest(touch: &TouchSurface, coat: &fabkit_geometry::CompiledSolid) -> f64 {
     let Ok(points) = SurfacePoints::new(touch) else { return 0.0 };
     let (mut scratch, mut found) = (Scratch::default(), Vec::new());
@@ -498,6 +509,6 @@ fn thinnest(touch: &TouchSurface, coat: &fabkit_geometry::CompiledSolid) -> f64 
         })
         .collect();
     all.sort_by(f64::total_cmp);
-    // At the foot itself there may be less.
+    // The very minimum may be an edge effect at the foot.
     all.get(all.len() / 4).copied().unwrap_or(0.0)
 }

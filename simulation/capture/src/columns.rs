@@ -1,4 +1,4 @@
-//! Columns of dyed liquid before a white back, in the light of the room.
+//! Rendering of columns of dyed liquid before a white background in room light.
 
 use std::sync::Arc;
 
@@ -17,16 +17,16 @@ use rayon::prelude::*;
 use super::scene::in_use;
 use super::{CaptureError, LightConstants, Painted, sends_back};
 
-/// A sensor's display, as the camera above it sees it.
+/// A sensor's display as seen by the camera above it.
 #[derive(Debug)]
 pub(super) struct ColumnScene<'a> {
-    /// The sensor with that camera instead of its own, and without the liquid.
+    /// The sensor with that camera in place of its own, and without the liquid.
     sensor: Sensor,
     liquid: CompiledSolid,
     pub(super) columns: &'a [Column],
     constants: &'a LightConstants,
     pub(super) exposure: f64,
-    /// Where some pictures are taken by the same rays.
+    /// Rays of the view, kept where several captures share it.
     rays: Option<PixelRays>,
 }
 
@@ -46,7 +46,7 @@ impl<'a> ColumnScene<'a> {
         let mut sensor = sensor.clone();
         sensor.camera = camera.clone();
         sensor.bodies.retain(|body| body.name != *liquid);
-        // The back is as bright as a mark is elsewhere.
+        // The background has the reflectance of a light marker and gets the same intensity.
         let exposure = constants.mark_grey.value / constants.marks[0].value;
         Ok(Self { sensor, liquid: compiled, columns, constants, exposure, rays: None })
     }
@@ -55,7 +55,7 @@ impl<'a> ColumnScene<'a> {
         [format!("ends of {} columns", self.columns.len()), "the room".to_owned()]
     }
 
-    /// For some pictures by the same rays: the same ones.
+    /// Keeps the rays of a view for several captures.
     pub(super) fn keep_view(&mut self, viewpoint: &Viewpoint, samples: u32) -> Result<(), Error> {
         self.rays = Some(self.rays(viewpoint, samples)?);
         Ok(())
@@ -81,6 +81,7 @@ impl<'a> ColumnScene<'a> {
             }
         };
         let [light, dark] = &self.constants.marks;
+        // Reflectance of each body on which rays may end.
         let sends: Vec<f64> = rays
             .seen_by_names()
             .iter()
@@ -91,14 +92,14 @@ impl<'a> ColumnScene<'a> {
             let back = self.exposure * sends[usize::from(rays.seen_by()[i])];
             let Some(ray) = rays.ray(i) else { return [self.constants.beside_grey.value; 3] };
             let left = (-per_mm * self.in_liquid_mm(&ray, &marks, scratch)).exp();
-            // Red passes.
+            // The dye transmits red.
             [back, back * left, back * left]
         };
         let light = (0..rays.len()).into_par_iter().map_init(Scratch::default, ray).collect();
         Ok(Painted { light, thickness_mm: Vec::new(), marks })
     }
 
-    /// How long a ray is in the liquid, mm.
+    /// Returns the length of a ray in the liquid, mm.
     fn in_liquid_mm(&self, ray: &Ray, marks: &[Moved], scratch: &mut Scratch) -> f64 {
         let Some((column, moved)) = self.passed(ray, marks) else { return 0.0 };
         let by_mm = moved.displacement_mm.map_or(0.0, |by| by.dot(&column.way));
@@ -109,11 +110,12 @@ impl<'a> ColumnScene<'a> {
             found.iter().map(|[from, to]| to - from).sum::<f64>()
         };
         let [at_rest, shifted] = [ray, &back].map(&mut length_mm);
-        // Pushed on it fills what it filled, and more; drawn back it leaves some of that.
+        // A column pushed forward fills the place at rest and more; drawn back it fills less. The liquid's solid is
+        // shifted along the channel, so the union or the intersection with the place at rest is taken.
         if by_mm >= 0.0 { at_rest.max(shifted) } else { at_rest.min(shifted) }
     }
 
-    /// The column whose channel a ray passes.
+    /// Finds the column whose channel a ray passes at the height of the column's end.
     fn passed<'m>(&self, ray: &Ray, marks: &'m [Moved]) -> Option<(&'a Column, &'m Moved)> {
         self.columns.iter().zip(marks).find(|(column, _)| {
             let down_mm = (column.end.z - ray.origin.z) / ray.direction.z;
@@ -124,7 +126,7 @@ impl<'a> ColumnScene<'a> {
     }
 }
 
-/// Columns as marks at their ends, moved by what channels do.
+/// Returns the columns as markers at their ends, displaced by the channels' liquid.
 pub fn column_ends(columns: &[Column], channels: &[ChannelMoved]) -> Vec<Moved> {
     let end = |(i, column): (usize, &Column)| {
         let moves_mm = channels.get(i).map_or(0.0, |channel| channel.column_moves_mm);

@@ -1,17 +1,17 @@
-//! What a picture's light rests on: constants with their sources.
+//! Optical constants of captures, with their sources.
 
 use fabkit_geometry::{Assembly, Body, Clarity, CompiledSolid, Kind, Sensor, Shows, Vector3};
 use fabkit_light::{Chip, TwoStream};
 use serde_json::{Value, json};
 
-/// How a constant is known.
+/// Provenance of a constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Known {
-    /// Nobody knows; a plausible value.
+    /// Not known; a plausible value.
     Chosen,
     /// Measured.
     Measured,
-    /// Fitted; to what, its source says.
+    /// Fitted; the constant's source states to which data.
     Fitted,
 }
 
@@ -25,71 +25,72 @@ impl Known {
     }
 }
 
-/// A number that somebody stands for.
+/// A constant with its provenance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constant {
-    /// As outputs call it, with its unit.
+    /// Name with unit, as in outputs.
     pub name: &'static str,
-    /// Its value.
+    /// Numeric value.
     pub value: f64,
-    /// How it is known.
+    /// Provenance of the value.
     pub known: Known,
-    /// From where.
+    /// Description of the source.
     pub source: String,
 }
 
-/// The constants of pictures, whatever light shows.
+/// Optical constants of captures in any lighting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightConstants {
-    /// How much the layer scatters, 1/mm.
+    /// Scattering coefficient of the layer, 1/mm.
     pub scatter_per_mm: Constant,
-    /// What an endless layer would send back where the light is as on average, grey.
+    /// Intensity of an infinitely thick layer at mean irradiance.
     pub layer_grey: Constant,
-    /// What comes back from elsewhere at the same place, whatever the layer does, grey.
+    /// Intensity of light from elsewhere that reaches the same pixel, independent of the layer.
     pub ground_grey: Constant,
-    /// How far light goes sideways in the layer, mm: a standard deviation.
+    /// Lateral spread of light in the layer as a standard deviation, mm.
     pub spread_mm: Constant,
-    /// What bounces on and arrives everywhere alike, as a part of what arrives straight on average.
+    /// Uniform light from repeated reflections, relative to the mean direct irradiance.
     pub bounce: Constant,
-    /// Which part of the light a reflective coat spreads, which it sends on as a rough mirror does, and how narrowly.
+    /// Diffuse share, specular share and specular exponent of a reflective coat.
     pub coat: [Constant; 3],
-    /// How fast layers that glow use up the light that makes them, 1/mm.
+    /// Attenuation of the exciting light in glowing layers, 1/mm.
     pub uv_per_mm: Constant,
-    /// How far off the core of the layers' mold stands, sensor frame, mm: layers are thinner on that side.
+    /// Shift of the core of the layers' mold, sensor frame, mm. Layers are thinner on the side towards which it is
+    /// shifted.
     pub core_off_mm: Vector3<f64>,
-    /// How fast dyed liquid swallows green and blue light, 1/mm.
+    /// Absorption of green and blue light in dyed liquid, 1/mm.
     pub dye_per_mm: Constant,
-    /// What light marks and their dark ground send back.
+    /// Reflectances of light markers and of their dark background.
     pub marks: [Constant; 2],
-    /// How bright the brightest mark at rest is: what the exposure is set for.
+    /// Intensity of the brightest marker at rest, for which the exposure is set.
     pub mark_grey: Constant,
-    /// How bright the middle of the surface at rest is: what the exposure is set for; nothing where
-    /// the constants are those of a unit with its own.
+    /// Intensity of the middle of the surface at rest, for which the exposure is set. `None` for constants fitted to a
+    /// unit with an exposure of its own.
     pub middle_grey: Option<Constant>,
-    /// What the chip records where the camera sees no sensing surface, grey.
+    /// Intensity where the camera sees no sensing surface.
     pub beside_grey: Constant,
-    /// Noise in the dark, grey.
+    /// Standard deviation of the noise in the dark, in intensities.
     pub read_noise: Constant,
-    /// Noise at a grey value of 1, grey.
+    /// Standard deviation of the shot noise at an intensity of 1.
     pub shot_noise: Constant,
-    /// Standard deviation of how bright a whole picture is, grey.
+    /// Standard deviation of the offset of a whole image, in intensities.
     pub drift: Constant,
 }
 
-/// As bright as anything of the surface at rest is exposed, grey.
+/// Largest intensity of the surface at rest after exposure.
 const BELOW_WHITE: f64 = 235.0;
-/// Of light that meets them, what comes back from dark walls, from white ones, and from those of which nobody says what
-/// colour they have. Chosen: black plastic 4 to 7 %, white plastic 80 to 90 %.
+/// Reflectances of dark walls, of white walls and of walls of unknown colour. Chosen: black plastic reflects 4 to 7 %,
+/// white plastic 80 to 90 %.
 const WALLS: [f64; 3] = [0.05, 0.85, 0.3];
 
-/// What goes round between the walls of a sensor, as a part of what comes straight: of walls that send back a part r,
-/// r + r^2 + ... = r / (1 - r), as in an integrating sphere.
+/// Returns the light from repeated reflections between a sensor's walls, relative to the direct light. For walls of
+/// reflectance r it is r + r^2 + ... = r / (1 - r), as in an integrating sphere.
 fn bounce(sensor: &Sensor) -> Constant {
     let is_wall = |body: &&Body| {
         let in_use = body.placements.iter().any(|place| place.assembly == Assembly::sensor());
         in_use && matches!(body.kind, Kind::Made(_)) && body.clarity() == Clarity::Opaque
     };
-    // The largest is what surrounds the light.
+    // The largest opaque body is taken as the one that encloses the light.
     let volume_mm3 = |body: &&Body| {
         CompiledSolid::new(&body.solid)
             .map_or(0.0, |solid| solid.bounds().size_mm().iter().product())
@@ -112,7 +113,8 @@ fn bounce(sensor: &Sensor) -> Constant {
 }
 
 impl LightConstants {
-    /// For a sensor: those of R-Tac0's published unit, with what goes round between its own walls.
+    /// Returns the default constants: those of R-Tac0's published unit, with the repeated reflections of the sensor's
+    /// own walls.
     pub fn of(sensor: &Sensor) -> Self {
         use Known::{Chosen, Fitted, Measured};
         let constant = |name, value, known, source: &str| Constant {
@@ -172,7 +174,7 @@ impl LightConstants {
         }
     }
 
-    /// Those that a light's pictures rest on, in order.
+    /// Returns the constants that matter for what a lighting shows, in the order of outputs.
     pub fn all(&self, shows: &Shows) -> Vec<&Constant> {
         let mut all = match shows {
             Shows::Thickness { .. } => vec![
@@ -190,42 +192,45 @@ impl LightConstants {
             Shows::Marks { .. } => self.marks.iter().chain([&self.bounce]).collect(),
             Shows::Columns { .. } => self.marks.iter().chain([&self.dye_per_mm]).collect(),
         };
+        // These matter whatever the lighting shows.
         all.extend([&self.beside_grey, &self.read_noise, &self.shot_noise, &self.drift]);
         match shows {
+            // Marker lightings are exposed for the brightest marker, others for the middle of the surface.
             Shows::Marks { .. } | Shows::Columns { .. } => all.push(&self.mark_grey),
             _ => all.extend(&self.middle_grey),
         }
         all
     }
 
-    /// By what all light is multiplied, where the middle of the surface gets so much of it and the path in the layer is
-    /// that long, mm.
+    /// Returns the factor on all light that puts the middle of the surface at `middle_grey`, given its relative
+    /// irradiance and the path in the layer there, mm. 1 without `middle_grey`.
     pub(super) fn exposure(&self, lit: f64, path_mm: f64) -> f64 {
         let sent = lit
             * (self.ground_grey.value + self.layer_grey.value * self.layer().reflectance(path_mm));
         match &self.middle_grey {
             Some(middle) if sent > 0.0 => middle.value / sent,
+            // Constants of a unit already contain its exposure.
             _ => 1.0,
         }
     }
 
-    /// By how much less is exposed where the middle is not as bright as other places are, so that those are not white.
+    /// Returns the factor by which exposure is reduced so that the brightest place stays below white, at most 1.
     pub(super) fn dimmer(&self, brightest_over_middle: f64) -> f64 {
         let most = self.middle_grey.as_ref().map(|middle| middle.value * brightest_over_middle);
         most.map_or(1.0, |most| (BELOW_WHITE / most).min(1.0))
     }
 
-    /// The law of the layer.
+    /// Returns the reflectance model of the layer.
     pub fn layer(&self) -> TwoStream {
         TwoStream { scatter_per_mm: self.scatter_per_mm.value }
     }
 
-    /// The chip.
+    /// Returns the noise model of the chip.
     pub fn chip(&self) -> Chip {
         Chip { read_noise: self.read_noise.value, shot_noise: self.shot_noise.value }
     }
 
-    /// As JSON.
+    /// Returns the constants for what a lighting shows as JSON.
     pub fn document(&self, shows: &Shows) -> Value {
         let constant = |constant: &&Constant| {
             json!({

@@ -1,4 +1,4 @@
-//! The constants of a real unit's light, read from the file that `fit-light` wrote.
+//! Reading of fitted constants from the files of `fit-light`.
 
 use std::path::{Path, PathBuf};
 
@@ -9,22 +9,22 @@ use serde_json::Value;
 
 use super::{Constant, Known, LightConstants};
 
-/// What such a file calls itself.
+/// Name of the file format.
 pub(super) const FORMAT: &str = "fabkit-fit-light";
 
-/// Names of the fitted numbers, in the order of a fit.
+/// Names of the fitted constants, in the order of a fit's parameters.
 pub(super) const FITTED: [&str; 4] = ["layer_grey", "ground_grey", "scatter_per_mm", "spread_mm"];
 
-/// What to do about a file that holds no constants.
+/// Hint for files without constants.
 const HINT: &str = "`fabkit fit-light` writes such files with -o";
 
 /// A file that holds no constants of light.
 #[derive(Debug, thiserror::Error)]
 #[error("{} {what}", .file.display())]
 pub struct ConstantsError {
-    /// The file.
+    /// Path of the file.
     pub file: PathBuf,
-    /// What is wrong with it.
+    /// Description of the fault.
     pub what: String,
 }
 
@@ -42,10 +42,10 @@ impl Explained for ConstantsError {
     }
 }
 
-/// What pictures of a unit rest on, from a file that `fit-light` wrote.
+/// Reads a unit's constants from a file of `fit-light`. Constants that are not fitted keep the sensor's defaults.
 ///
 /// # Errors
-/// A file that cannot be read, or is none of those.
+/// Returns an error for a file that cannot be read or is not of this format.
 pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Error> {
     let expected = Expected { what: "constants of light", max_bytes: 1 << 20, hint: HINT };
     let text = reading::read_text(path, expected)?;
@@ -67,7 +67,7 @@ pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Er
         || "none was held out".to_owned(),
         |rms| format!("{rms:.1} grey rms are left on those that were held out"),
     );
-    // On pads how far light spreads is held.
+    // Fits on pads hold the lateral spread constant.
     let is_pad = document["balls"].is_array();
     let (fitted, what) = if is_pad { (&FITTED[..3], "balls") } else { (&FITTED[..], "pins") };
     let source =

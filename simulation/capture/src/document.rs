@@ -1,4 +1,4 @@
-//! Pictures as JSON and in words.
+//! JSON documents and comments of captures.
 
 use fabkit_designs::{Design, design_hash};
 use fabkit_fixtures::Project;
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::{Captured, Capturing, lens, unit_document};
 
-/// What a simulated picture leaves out, for people.
+/// Returns what the simulation leaves out, as phrases for people.
 pub(super) fn left_out(shows: &Shows, of_lens: Vec<&'static str>) -> Vec<&'static str> {
     let own: &[&str] = match shows {
         Shows::Thickness { .. } => &["the bending of light between lamps and curved layers"],
@@ -27,7 +27,7 @@ pub(super) fn left_out(shows: &Shows, of_lens: Vec<&'static str>) -> Vec<&'stati
     own.iter().copied().chain(bounces).chain(of_lens).chain(all).collect()
 }
 
-/// What a picture rests on.
+/// Returns the constants behind a capture as JSON, those of the lens included.
 pub(super) fn constants(design: &Design, capturing: &Capturing<'_>) -> Value {
     let Value::Array(mut all) = capturing.constants.document(&capturing.lighting.shows) else {
         return Value::Null;
@@ -36,13 +36,14 @@ pub(super) fn constants(design: &Design, capturing: &Capturing<'_>) -> Value {
     all.into()
 }
 
-/// A picture as `fabkit capture --json` says it (`fabkit-capture` version 1), without files.
+/// Returns a capture as `fabkit capture --json` prints it (`fabkit-capture` version 1), without files.
 pub fn document(
     project: &Project,
     viewpoint: &Viewpoint,
     capturing: &Capturing<'_>,
     captured: &Captured,
 ) -> Value {
+    // Rays that meet no layer have NaN.
     let known = captured.thickness_mm.iter().filter(|mm| mm.is_finite());
     let ends = |[low, high]: [f64; 2], mm: &f64| [low.min(*mm), high.max(*mm)];
     let thickness = known.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
@@ -69,6 +70,7 @@ pub fn document(
         "jpeg_quality": capturing.jpeg_quality(&project.design.sensor),
         "range_grey": captured.range_grey(),
         "shown": captured.shown,
+        // Without any finite thickness the range is still inverted, and null is written.
         "thickness_mm": (thickness[0] <= thickness[1]).then_some(thickness),
         "lamps": captured.lamps,
         "marks": marks(captured),
@@ -77,7 +79,7 @@ pub fn document(
     })
 }
 
-/// Marks as `fabkit press` says them, with their pixels.
+/// Returns the markers as `fabkit press` prints them, with their pixels.
 fn marks(captured: &Captured) -> Value {
     let mut document = marks_document(&captured.marks);
     for (mark, pixel) in document.as_array_mut().into_iter().flatten().zip(&captured.mark_pixels) {
@@ -86,7 +88,7 @@ fn marks(captured: &Captured) -> Value {
     document
 }
 
-/// One line that goes with the picture wherever it goes.
+/// Returns one line about the origin of a capture, to be embedded in its files.
 pub fn comment(project: &Project, capturing: &Capturing<'_>, captured: &Captured) -> String {
     let presses: Vec<&str> = capturing.cast.presses.iter().map(|p| p.id.as_str()).collect();
     let pressed = if presses.is_empty() { "no contact".to_owned() } else { presses.join(" ") };

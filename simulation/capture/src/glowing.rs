@@ -1,4 +1,4 @@
-//! Layers that glow in a light which is not seen itself.
+//! Rendering of layers that fluoresce in light that the camera does not see.
 
 use fabkit_depth::truth::{DepthMap, NO_LABEL};
 use fabkit_files::Error;
@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use super::scene::{Scene, along, middle_of};
 use super::{LightConstants, Painted};
 
-/// Rays start that far before the layers, mm.
+/// Distance before the layers at which rays start, mm.
 const BEFORE_MM: f64 = 0.5;
 
-/// A sensor in a light that makes its layers glow.
+/// A sensor in a lighting that makes its layers glow.
 #[derive(Debug)]
 pub(super) struct GlowScene<'a> {
     scene: Scene<'a>,
@@ -37,6 +37,7 @@ impl<'a> GlowScene<'a> {
             let light = own.ray((&rest, &outward), &outward, 1.0, scratch);
             light.map_or(0.0, |light| light.into_iter().fold(0.0, f64::max))
         });
+        // The exposure puts the middle of the surface at rest at `middle_grey`.
         if let Some(middle) = constants.middle_grey.as_ref().filter(|_| brightest > 0.0) {
             own.exposure = middle.value / brightest * constants.dimmer(own.scene.brightest());
         }
@@ -67,7 +68,8 @@ impl<'a> GlowScene<'a> {
                 };
                 let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&foot));
                 let thickness_mm = (thick_mm - depth_mm - lower_mm).max(0.0);
-                // What is here now was beside it at rest: layers keep their order and their shares.
+                // The layers here were beside this place at rest: material keeps its order and its shares of the
+                // thickness.
                 let aside_mm =
                     aside.as_ref().map_or_else(Vector3::zeros, |aside| aside.mm(&foot, &outward));
                 let (off_mm, outward) = scene.touch.depth_mm(&(foot - aside_mm));
@@ -84,7 +86,8 @@ impl<'a> GlowScene<'a> {
         Painted { light, thickness_mm, marks: Vec::new() }
     }
 
-    /// What a ray sees that meets the surface at a place at rest, where layers are so much of what they were.
+    /// Computes the light of a ray that meets the surface at `rest`, with all layers at `share` of their thickness at
+    /// rest. `None` where the ray meets no layers.
     fn ray(
         &self,
         (rest, outward): (&Point3<f64>, &Vector3<f64>),
@@ -99,8 +102,9 @@ impl<'a> GlowScene<'a> {
         let per_mm = self.constants.uv_per_mm.value;
         let (mut sum, mut left) = ([0.0; 3], 1.0);
         for (from, to, layer) in self.scene.stretches(&ray, scratch) {
-            // What the ray meets behind the surface is another side of the sensor.
+            // Whatever the ray meets behind `before_mm` is the opposite side of the sensor.
             let length_mm = share * (to.min(before_mm) - from.max(0.0));
+            // Light of inner layers is attenuated by the layers before them.
             if length_mm > 0.0 {
                 let (glows, passes) = glow(per_mm, length_mm / slants[1], slants);
                 sum = [0, 1, 2].map(|part| sum[part] + left * glows * self.colors[layer][part]);

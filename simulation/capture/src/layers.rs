@@ -1,4 +1,4 @@
-//! Translucent layers over black: the thicker, the brighter.
+//! Rendering of translucent layers over a black background: thicker layers are brighter.
 
 use fabkit_depth::truth::{DepthMap, NO_LABEL};
 use fabkit_files::Error;
@@ -10,78 +10,79 @@ use rayon::prelude::*;
 use super::scene::{Scene, along};
 use super::{LightConstants, Painted, ray_mm};
 
-/// Layers that differ by less are as thick everywhere, mm.
+/// Difference of thickness below which layers count as evenly thick, mm.
 const EVEN_MM: f64 = 1e-6;
 
-/// A sensor in a light that shows how thick its layers are.
+/// A sensor in a lighting that shows the thickness of its layers.
 #[derive(Debug)]
 pub struct LayerScene<'a> {
-    /// Surface, layers and lamps.
+    /// Surface, layers and light sources.
     pub scene: Scene<'a>,
     pub(super) constants: &'a LightConstants,
     pub(super) exposure: f64,
-    /// How far neighbouring rays meet the surface from each other, mm, where maps are parts of a picture.
+    /// Distance between the surface points of neighbouring rays, mm, where maps are parts of an image.
     ray_mm: Option<f64>,
-    /// What all rays see at rest, where that is kept.
+    /// Rays of the surface at rest, where they are kept.
     at_rest: Option<AtRest>,
 }
 
-/// What a ray sees of layers that nothing presses.
+/// Layers along a ray, on the surface at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenAtRest {
-    /// Where it meets the surface, sensor frame, mm.
+    /// Point where the ray meets the surface, sensor frame, mm.
     pub place: Point3<f64>,
-    /// Thickness there along the normal, mm.
+    /// Thickness of the layers at that point along the normal, mm.
     pub thick_mm: f64,
     /// Length of the ray in the layers, mm.
     pub path_mm: f64,
 }
 
-/// What a ray meets of the layers.
+/// Intersection of a ray with the layers.
 #[derive(Clone, Copy, Debug)]
 struct Met {
-    /// How much light arrives there.
+    /// Irradiance there, relative to the mean over the surface.
     lit: f64,
     thickness_mm: f64,
-    /// How far the ray goes through them, mm.
+    /// Length of the ray in the layers, mm.
     path_mm: f64,
 }
 
-/// What rays use again.
+/// Buffers that a worker reuses from ray to ray.
 type Memory = (Scratch, Vec<[f64; 2]>);
 
-/// What each ray sees while nothing presses.
+/// Rays of the surface at rest, for reuse where a press moves nothing.
 #[derive(Debug)]
 struct AtRest {
-    /// Where the surface is met, mm.
+    /// Range of each ray to the surface, mm.
     range_mm: Vec<f64>,
-    /// Grey value and thickness, before light spreads.
+    /// Intensity, before lateral spread, and thickness of each ray, mm.
     seen: Vec<(f64, f64)>,
-    /// How light spreads.
+    /// Lateral spread of light.
     spread: Spread,
-    /// Grey values when it has.
+    /// Intensities after the spread.
     grey: Vec<f64>,
-    /// How thick the layers are everywhere, mm, if they are.
+    /// Thickness of layers that are equally thick everywhere, mm.
     even_mm: Option<f64>,
 }
 
 impl<'a> LayerScene<'a> {
-    /// Prepares what rays meet of translucent layers in this light.
+    /// Sets up surface, layers and exposure for this lighting.
     ///
     /// # Errors
-    /// Lamps or bodies that no light can be followed through.
+    /// Returns an error for light sources or bodies that light cannot be traced through.
     pub fn of(
         sensor: &'a Sensor,
         lighting: &'a Lighting,
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
         let scene = Scene::of(sensor, lighting, constants)?;
+        // The middle gets its intensity first; then everything is dimmed if another place would be white.
         let exposure = scene.middle().map_or(1.0, |[lit, mm]| constants.exposure(lit, mm))
             * constants.dimmer(scene.brightest());
         Ok(Self { scene, constants, exposure, ray_mm: None, at_rest: None })
     }
 
-    /// The same for parts of the picture that is as fine as this map.
+    /// Uses the ray spacing of `map` for maps that are parts of an image of the same resolution.
     pub fn for_parts_of(self, map: &DepthMap<'_>) -> Self {
         Self { ray_mm: Some(ray_mm(map)), ..self }
     }
@@ -90,7 +91,7 @@ impl<'a> LayerScene<'a> {
         [format!("thickness of {}", self.scene.layers.join(" and ")), self.scene.lamps.clone()]
     }
 
-    /// Keeps what rays see of a surface at rest: where a press moves nothing, that is seen again.
+    /// Keeps the rays of the surface at rest, so that a press recomputes only the rays that it changes.
     pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
         let seen = self.rays(map, None);
         let spread = self.spread(self.constants, map, &seen);
@@ -105,12 +106,12 @@ impl<'a> LayerScene<'a> {
         self.at_rest = Some(AtRest { range_mm, seen, spread, grey, even_mm });
     }
 
-    /// Computes the grey values of what the rays of a map meet.
+    /// Computes intensities and thickness for the rays of a map.
     pub fn paint(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Painted {
         let rays = self.rays(map, answer);
         let mut grey: Vec<f64> = rays.iter().map(|(grey, _)| *grey).collect();
         match &self.at_rest {
-            // Light that spreads adds up: of what has changed alone.
+            // The spread is linear, so only the change from rest is spread. The change is 0 almost everywhere.
             Some(rest) => {
                 grey.iter_mut().zip(&rest.seen).for_each(|(now, before)| *now -= before.0);
                 rest.spread.apply(&mut grey);
@@ -123,7 +124,8 @@ impl<'a> LayerScene<'a> {
         Painted { light, thickness_mm, marks: Vec::new() }
     }
 
-    /// Grey values of one surface by each of several constants of the layer, where nothing is kept of the surface at rest.
+    /// Computes the intensities of one surface for each of several sets of constants. The geometry is traced once; rays
+    /// kept from the surface at rest are not used.
     pub fn grey_by_each<const N: usize>(
         &self,
         constants: [&LightConstants; N],
@@ -141,7 +143,7 @@ impl<'a> LayerScene<'a> {
         })
     }
 
-    /// What each ray of a surface at rest sees of the layers; nothing of those that see none.
+    /// Returns what each ray meets of the layers at rest; `None` for rays that meet no layer.
     pub fn seen_at_rest(&self, map: &DepthMap<'_>) -> Vec<Option<SeenAtRest>> {
         let ray = |(scratch, found): &mut Memory, i: usize| {
             let (place, direction) = map.arrival(i).filter(|_| map.label()[i] != NO_LABEL)?;
@@ -153,7 +155,7 @@ impl<'a> LayerScene<'a> {
         (0..map.range_mm().len()).into_par_iter().map_init(Memory::default, ray).collect()
     }
 
-    /// How light spreads where there is a layer.
+    /// Returns the lateral spread of light within the pixels that see a layer.
     fn spread(
         &self,
         constants: &LightConstants,
@@ -166,17 +168,18 @@ impl<'a> LayerScene<'a> {
         Spread::new(is_layer, map.width_px() as usize, sigma_px)
     }
 
-    /// Grey value and thickness that each ray meets.
+    /// Computes intensity and thickness, mm, for each ray.
     fn rays(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Vec<(f64, f64)> {
         let (look, rest) = (self.look(map, answer), self.at_rest.as_ref());
         let ray = |memory: &mut Memory, i: usize| {
+            // A ray whose range is exactly that at rest meets unchanged layers.
             let as_before = rest.filter(|rest| map.range_mm()[i] == rest.range_mm[i]);
             as_before.map_or_else(|| self.sent(self.constants, look(memory, i)), |r| r.seen[i])
         };
         (0..map.range_mm().len()).into_par_iter().map_init(Memory::default, ray).collect()
     }
 
-    /// What a ray meets of the layers, by its number.
+    /// Returns a function from a ray's index to its intersection with the layers.
     fn look<'s>(
         &'s self,
         map: &'s DepthMap<'_>,
@@ -187,7 +190,8 @@ impl<'a> LayerScene<'a> {
         let even_mm = self.at_rest.as_ref().and_then(|rest| rest.even_mm);
         move |(scratch, found), i| {
             let (place, direction) = map.arrival(i).filter(|_| map.label()[i] != NO_LABEL)?;
-            // Where the surface was at rest, how far it has moved, and what lay below it.
+            // The foot of the point on the undeformed surface, its depth below that surface, and the layers below it at
+            // rest.
             let (depth_mm, outward) = scene.touch.depth_mm(&place);
             let foot = place + depth_mm * outward;
             let thick_mm =
@@ -199,7 +203,8 @@ impl<'a> LayerScene<'a> {
         }
     }
 
-    /// What comes back from where a ray meets the layers, grey, and how thick they are there, mm.
+    /// Returns the intensity of a ray and the thickness of the layers, mm; a constant background and NaN without
+    /// layers.
     fn sent(&self, constants: &LightConstants, met: Option<Met>) -> (f64, f64) {
         let Some(met) = met else { return (constants.beside_grey.value, f64::NAN) };
         let sent = constants.ground_grey.value

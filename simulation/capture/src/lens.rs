@@ -1,4 +1,4 @@
-//! What the camera's lens does to what it shows: it is darker off its axis, and sharp at one distance.
+//! Lens effects on captures: vignetting and defocus.
 
 use std::borrow::Cow;
 
@@ -13,23 +13,22 @@ use fabkit_scene::ground_truth::Viewpoint;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-/// What pictures leave out of what lenses do, where their lens is said to do nothing.
+/// Effects left out where the lens has neither vignetting nor an aperture.
 pub(super) const LEFT_OUT: &str = "vignetting and defocus of the lens";
 
-/// Nothing nearer to the optical centre is seen, mm.
+/// Smallest apparent distance from the optical centre, mm.
 const NEAREST_MM: f64 = 0.1;
 
-/// What the lens does to each ray's light, the same for all pictures of a sensor through it: where disks depend on how far
-/// away something is, that is where it is at rest.
+/// Effects of the lens on each ray, the same for all captures of a view. Blur disks are computed for distances at rest.
 #[derive(Debug)]
 pub(super) struct LensEffects {
-    /// Which part of its light arrives; empty where all does.
+    /// Transmitted share of each ray's light; empty without vignetting.
     falloff: Vec<f64>,
     defocus: Option<Defocus>,
 }
 
 impl LensEffects {
-    /// Of a view of a sensor in a light; nothing where its lens is said to do nothing.
+    /// Computes the effects for a view of a sensor; `None` for a lens without vignetting and aperture.
     pub(super) fn of(
         sensor: &Sensor,
         lighting: &Lighting,
@@ -44,6 +43,7 @@ impl LensEffects {
         let camera = viewpoint.camera().in_air();
         let part = |i: usize| {
             let ray = camera.unproject(&rays.at_px(i));
+            // Natural vignetting: a power of the cosine of the angle to the axis.
             ray.map_or(0.0, |ray| ray.direction.z.max(0.0).powf(falloff_power))
         };
         let falloff = match falloff_power > 0.0 {
@@ -58,7 +58,8 @@ impl LensEffects {
         let focal_px = f64::midpoint(focal.fx_px, focal.fy_px) * f64::from(samples);
         let pose = &viewpoint.sensor_from_camera;
         let pupil = pose.point(Point3::origin());
-        // How far away what it sees looks is counted from the pupil, and the drawn interface is near enough to the camera's own.
+        // Apparent distances are measured from the pupil, so rays start there. The drawn interface is close enough to
+        // that of the camera model.
         let ray = |i: usize| match stack.is_entered() {
             true => {
                 let direction = camera.unproject(&rays.at_px(i)).ok()?.direction;
@@ -77,7 +78,7 @@ impl LensEffects {
         Ok(Some(Self { falloff, defocus }))
     }
 
-    /// Changes what rays see to what arrives at the chip.
+    /// Turns the light that rays see into the light that arrives at the chip.
     pub(super) fn apply(&self, light: &mut [Rgb]) {
         for (light, part) in light.iter_mut().zip(&self.falloff) {
             *light = light.map(|grey| part * grey);
@@ -88,9 +89,10 @@ impl LensEffects {
     }
 }
 
-/// How far away along the ray the end of a path looks through air, mm: what is in a medium looks nearer by its index, as
-/// rays near the normal of its faces show it. Along the ray, not along the axis: what wide lenses show near the picture's
-/// edge is hardly before them at all, and they are not focused on a plane.
+/// Returns the apparent distance of a path's end along the ray, as seen through air, mm. A length in a medium counts
+/// divided by its index, which holds for rays near the normal of the media's faces. The distance is taken along the
+/// ray, not along the axis: near the image's edge, wide lenses see points that are hardly in front of them, and their
+/// focus is not on a plane.
 fn apparent_mm(ray: &Ray, path: &LightPath, tracer: &Tracer<'_>) -> f64 {
     if !path.end_mm.is_finite() {
         return f64::INFINITY;
@@ -105,7 +107,7 @@ fn apparent_mm(ray: &Ray, path: &LightPath, tracer: &Tracer<'_>) -> f64 {
 }
 
 fn stack(sensor: &Sensor, lighting: &Lighting, viewpoint: &Viewpoint) -> Result<Stack, Error> {
-    // Seen by the camera that looks at it.
+    // The stack must belong to the camera of this lighting, which may not be the sensor's own.
     let seen = match &lighting.camera {
         Some(camera) => Cow::Owned(Sensor { camera: camera.clone(), ..sensor.clone() }),
         None => Cow::Borrowed(sensor),
@@ -118,7 +120,7 @@ fn imaging(sensor: &Sensor, lighting: &Lighting) -> LensImaging {
     camera.lens.imaging
 }
 
-/// What the lens's part of pictures rests on, as constants; nothing where it has none.
+/// Returns the constants of the lens as JSON; empty if it has no effects.
 pub(super) fn constants(design: &Design, lighting: &Lighting) -> Vec<Value> {
     let LensImaging { falloff_power, pupil_mm, focus_mm } = imaging(&design.sensor, lighting);
     let constant = |name: &str, value: f64, key: &str| {
@@ -142,7 +144,7 @@ pub(super) fn constants(design: &Design, lighting: &Lighting) -> Vec<Value> {
     all
 }
 
-/// What pictures leave out of what lenses do.
+/// Returns the lens effects that captures leave out.
 pub(super) fn left_out(sensor: &Sensor, lighting: &Lighting) -> Vec<&'static str> {
     let LensImaging { falloff_power, pupil_mm, .. } = imaging(sensor, lighting);
     match (falloff_power > 0.0, pupil_mm > 0.0) {

@@ -1,8 +1,8 @@
-//! The picture that a sensor's camera would take, simulated, with the truth that it shows.
+//! Simulated captures of a sensor's camera, with their ground truth.
 //!
-//! A sensor says in which ways it is lit and what each shows: the thickness of translucent layers, which way a coat
-//! looks, layers that glow, places of marks. Paths, layers, marks and lamps are those of the drawn bodies; what a press
-//! does to them is what [`fabkit_scene::pressing`] says.
+//! Each lighting of a sensor states what its images show: the thickness of translucent layers, the slopes of a coat,
+//! glowing layers, or markers. Optical paths, layers, markers and light sources are those of the design's bodies;
+//! [`fabkit_scene::pressing`] computes how a press moves them.
 
 mod coat;
 mod columns;
@@ -61,74 +61,74 @@ use fabkit_scene::ground_truth::{Viewpoint, pixels_of};
 use fabkit_scene::pressing::{Answer, Contact, Moved};
 use fabkit_scene::{Cast, Seen, SensorView};
 
-/// Why there is no picture.
+/// Reason why a capture cannot be simulated.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
-    /// Nobody says how it is lit.
+    /// A sensor without a known lighting, or without what that lighting shows.
     #[error("nobody says how `{sensor}` is lit, or what of it that shows")]
     OtherLight {
-        /// The sensor.
+        /// Name of the sensor.
         sensor: String,
     },
-    /// It has no surface that a camera could look at.
+    /// A sensor without a surface of known shape.
     #[error("`{sensor}` has no surface of known shape")]
     NoSurface {
-        /// The sensor.
+        /// Name of the sensor.
         sensor: String,
     },
-    /// A light of that name it has not.
+    /// An unknown lighting.
     #[error("`{sensor}` has no light `{light}`: it has {}", .known.join(", "))]
     UnknownLight {
-        /// The sensor.
+        /// Name of the sensor.
         sensor: String,
-        /// What was asked for.
+        /// Requested lighting.
         light: String,
-        /// What there is.
+        /// Names of the sensor's lightings.
         known: Vec<&'static str>,
     },
-    /// Constants of another kind of light.
+    /// Fitted constants with a lighting that does not show thickness.
     #[error(
         "fitted constants are those of translucent layers; `{sensor}` in `{light}` light shows something else"
     )]
     OtherConstants {
-        /// The sensor.
+        /// Name of the sensor.
         sensor: String,
-        /// Its light.
+        /// Name of the lighting.
         light: &'static str,
     },
-    /// Marks that nobody moves.
+    /// A press with a contact model that does not move markers, in a lighting that shows markers.
     #[error("`rigid` contact does not say where marks go, which `{light}` light shows")]
     RigidMarks {
-        /// The light.
+        /// Name of the lighting.
         light: &'static str,
     },
-    /// Light of which simulators have no tables.
+    /// A lighting for which simulators have no tables.
     #[error(
         "simulators have tables of slopes and of thickness; `{sensor}` in `{light}` light shows something else"
     )]
     NoTable {
-        /// The sensor.
+        /// Name of the sensor.
         sensor: String,
-        /// Its light.
+        /// Name of the lighting.
         light: &'static str,
     },
-    /// Slopes on a surface that is not flat.
+    /// A table of slopes for a surface that is not flat.
     #[error(
         "tables of slopes count pixels of one size on a flat gel; the surface of `{sensor}` is curved"
     )]
     NotFlat {
-        /// The sensor.
+        /// Name of the sensor.
         sensor: String,
     },
-    /// Nobody knows how it is lit.
+    /// A lighting whose light sources are not known.
     #[error(transparent)]
     NoLight(#[from] NoLight),
-    /// Lamps that do not reach the surface.
+    /// Light sources whose light does not reach the surface.
     #[error(
         "no light of `{sensor}`'s lamps reaches what its camera looks at: opaque bodies are in the way"
     )]
     Dark {
-        /// The sensor.
+        /// Name of the sensor.
         sensor: String,
     },
 }
@@ -164,69 +164,70 @@ impl Explained for CaptureError {
     }
 }
 
-/// What to take a picture of.
+/// Options of a capture.
 #[derive(Clone, Debug)]
 pub struct Capturing<'a> {
-    /// What presses, and how the layers answer; a sample is a ray, a pixel the mean of its own.
+    /// Presses, contact model and samples. A sample is one ray; a pixel records the mean of its samples.
     pub cast: Cast<'a>,
-    /// How the sensor is lit.
+    /// Lighting of the sensor.
     pub lighting: &'a Lighting,
-    /// What the light rests on.
+    /// Optical constants of the sensor.
     pub constants: &'a LightConstants,
-    /// For the noise; nothing for none, and no drift.
+    /// Seed of noise and drift; `None` for a capture without either.
     pub seed: Option<u64>,
 }
 
-/// A picture, with what it was made from.
+/// A simulated capture with the data behind it.
 #[derive(Clone, Debug)]
 pub struct Captured {
-    /// Columns and rows.
+    /// Number of columns and rows.
     pub size_px: [u32; 2],
-    /// Values of a pixel: 1, or 3 for red, green and blue.
+    /// Number of values per pixel: 1, or 3 for red, green and blue.
     pub channels: usize,
-    /// Row by row, 0 to 255, not rounded to whole numbers, but to what the chip tells apart where that is less.
+    /// Intensities row by row, 0 to 255, not rounded to integers. Quantised only where the chip has fewer than eight
+    /// bits, or where the camera sends JPEG.
     pub grey: Vec<f64>,
-    /// How thick the layers are that each ray meets, mm; NaN where it meets none. Row by row, `samples` times as many;
-    /// empty where no thickness is shown.
+    /// Thickness of the layers along each ray, mm; NaN where a ray meets none. Row by row with `samples` rays along
+    /// each side of a pixel; empty where no thickness is shown.
     pub thickness_mm: Vec<f64>,
-    /// By what all light was multiplied.
+    /// Factor on all light.
     pub exposure: f64,
-    /// How much brighter than others this picture is, grey.
+    /// Offset of the intensity of the whole image by drift.
     pub drift_grey: f64,
-    /// What the light shows, in words.
+    /// Description of what the lighting shows.
     pub shown: String,
-    /// What shines, in words.
+    /// Description of the light sources.
     pub lamps: String,
-    /// Where marks are, if those are shown.
+    /// Markers during the press, where the lighting shows them.
     pub marks: Vec<Moved>,
-    /// Column and row of each, px, whether or not something opaque hides it; nothing beside the picture.
+    /// Column and row of each marker, px, even if an opaque body hides it; `None` outside the image.
     pub mark_pixels: Vec<Option<[f64; 2]>>,
-    /// What the soft layers answered, as JSON.
+    /// Solution of the soft layers as JSON; `None` without elastic contact.
     pub elastic: Option<serde_json::Value>,
-    /// How the surface answered.
+    /// Name of the contact model.
     pub contact_level: &'static str,
 }
 
 impl Captured {
-    /// Least and largest grey value.
+    /// Returns the smallest and the largest intensity.
     pub fn range_grey(&self) -> [f64; 2] {
         let ends = |[low, high]: [f64; 2], grey: &f64| [low.min(*grey), high.max(*grey)];
         self.grey.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends)
     }
 }
 
-/// What rays see, before a chip records it.
+/// Light of all rays, before the lens and the chip.
 pub struct Painted {
-    /// Of each ray, in grey values.
+    /// Light of each ray, in intensities.
     pub light: Vec<Rgb>,
-    /// As in [`Captured`].
+    /// Same as [`Captured::thickness_mm`].
     thickness_mm: Vec<f64>,
-    /// As in [`Captured`].
+    /// Same as [`Captured::marks`].
     marks: Vec<Moved>,
 }
 
 impl Painted {
-    /// As it arrives at the chip.
+    /// Applies the lens: the light as it arrives at the chip.
     fn through(mut self, lens: Option<&LensEffects>) -> Self {
         if let Some(lens) = lens {
             lens.apply(&mut self.light);
@@ -235,7 +236,7 @@ impl Painted {
     }
 }
 
-/// A sensor in one of its lights.
+/// Renderer of a sensor in one of its lightings, by what the lighting shows.
 #[derive(Debug)]
 enum Painter<'a> {
     Layers(LayerScene<'a>),
@@ -293,7 +294,7 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// What is shown and what shines, in words.
+    /// Returns descriptions of what is shown and of the light sources.
     fn words(&self) -> [String; 2] {
         match self {
             Self::Layers(layers) => layers.words(),
@@ -305,10 +306,10 @@ impl<'a> Painter<'a> {
 }
 
 impl Capturing<'_> {
-    /// Takes the picture; `also` sees the truth that it shows.
+    /// Renders the capture. `also` is called with the ground truth that the image shows.
     ///
     /// # Errors
-    /// A sensor whose light is not known here, and what [`SensorView::cast`] says.
+    /// Returns an error for a lighting that cannot be simulated, and the errors of [`SensorView::cast`].
     pub fn take(
         &self,
         scene: &SensorView,
@@ -340,6 +341,7 @@ impl Capturing<'_> {
     ) -> Result<(), CaptureError> {
         let shows = &self.lighting.shows;
         let shows_thickness = matches!(shows, Shows::Thickness { .. });
+        // Only constants fitted to a real unit lack `middle_grey`, and fits exist for thickness alone.
         if self.constants.middle_grey.is_none() && !shows_thickness {
             let sensor = sensor.name.clone();
             return Err(CaptureError::OtherConstants { sensor, light: self.lighting.name });
@@ -352,7 +354,7 @@ impl Capturing<'_> {
         Ok(())
     }
 
-    /// What the chip makes of it.
+    /// Records the light with the chip, and collects the capture's data.
     fn recorded(
         &self,
         sensor: &Sensor,
@@ -384,13 +386,13 @@ impl Capturing<'_> {
         self.seed.map_or(0.0, |seed| drift(self.constants.drift.value, seed))
     }
 
-    /// The quality of the JPEG in which pictures come; a picture without noise comes as it is.
+    /// Returns the JPEG quality of the sensor's images. A capture without noise is not compressed.
     fn jpeg_quality(&self, sensor: &Sensor) -> Option<u8> {
         sensor.jpeg_quality.filter(|_| self.seed.is_some())
     }
 
-    /// What comes of each pixel's rays: means over its samples, with drift, noise, in the steps that the chip tells apart,
-    /// as the camera sends them.
+    /// Computes the intensities of all pixels: means over the samples, with drift and noise, quantised as by the chip,
+    /// and compressed where the camera sends JPEG.
     fn values(&self, sensor: &Sensor, light: &[Rgb], size_px: [u32; 2]) -> Result<Vec<f64>, Error> {
         let taken = self.taken(sensor, light, size_px);
         match self.jpeg_quality(sensor) {
@@ -408,26 +410,29 @@ impl Capturing<'_> {
         };
         let (width, height) = (width as usize, height as usize);
         let channels = self.channels();
-        // A chip of less than eight bits has less steps up to the same white; of more, nobody asks.
+        // A chip with fewer than eight bits has fewer levels up to the same white; finer levels than eight bits do not
+        // matter.
         let steps = f64::from((1u32 << sensor.grey_bits.min(8)) - 1);
         let stepped = |grey: f64| match sensor.grey_bits {
             8.. => grey,
             _ => (grey / 255.0 * steps).round() * 255.0 / steps,
         };
         let value = |i: usize| {
+            // Rays lie row by row at `samples` times the image's width: `first` is the pixel's top left ray.
             let (pixel, channel) = (i / channels, i % channels);
             let first = pixel / width * samples * width * samples + pixel % width * samples;
             let rows = (0..samples).map(|row| first + row * width * samples);
             let all = rows.flat_map(|begin| &light[begin..begin + samples]);
             let mean = all.map(|light| light[channel]).sum::<f64>() / (samples * samples) as f64;
+            // The index makes the noise of each value independent of threads and order.
             stepped(chip.records(mean + drift_grey, seed, i as u64))
         };
         (0..width * height * channels).into_par_iter().map(value).collect()
     }
 }
 
-/// Which part of the light comes back from what a camera sees, light or dark: of the surface and of nothing it is what is
-/// dark, of what nobody says a third.
+/// Returns the reflectance of a body, given those of light and dark bodies. Dark holds for the surface and for rays
+/// that meet nothing; bodies of unknown colour get [`UNKNOWN_SENDS`].
 fn sends_back(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
     match body.map(|body| body.substance.is_dark) {
         None | Some(Some(true)) => dark,
@@ -436,10 +441,10 @@ fn sends_back(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
     }
 }
 
-/// Chosen: what is neither white nor black.
+/// Reflectance of bodies of unknown colour: neither white nor black. Chosen.
 const UNKNOWN_SENDS: f64 = 0.3;
 
-/// A sensor's marks, where they are now.
+/// Returns a sensor's markers at their places during a press; at rest without a solution.
 pub fn moved(sensor: &Sensor, answer: Option<&Answer<'_>>) -> Vec<Moved> {
     let at_rest = |mark: &Mark| Moved {
         displacement_mm: Some(Vector3::zeros()),
@@ -452,7 +457,7 @@ pub fn moved(sensor: &Sensor, answer: Option<&Answer<'_>>) -> Vec<Moved> {
     }
 }
 
-/// Where marks are in the picture.
+/// Projects markers to pixels; `None` for markers outside the image or of unknown place.
 pub fn mark_pixels(
     viewpoint: &Viewpoint,
     sights: &Sights,
@@ -462,11 +467,12 @@ pub fn mark_pixels(
     pixels_of(viewpoint, sights, &marks.iter().map(place).collect::<Vec<_>>())
 }
 
-/// How far neighbouring rays meet the surface from each other, mm: the median along rows.
+/// Returns the median distance, mm, between the surface points of neighbouring rays in a row; infinity without any.
 pub fn ray_mm(map: &DepthMap<'_>) -> f64 {
     use fabkit_depth::truth::NO_LABEL;
     let places: Vec<_> = map.point_in_sensor().collect();
     let width = map.width_px() as usize;
+    // Pairs across the surface's outline have no distance on it.
     let both = |pair: &[usize; 2]| pair.iter().all(|i| map.label()[*i] != NO_LABEL);
     let beside = (1..places.len()).filter(|i| i % width != 0).map(|i| [i - 1, i]).filter(both);
     let mut apart: Vec<f64> = beside.map(|[a, b]| (places[b] - places[a]).norm()).collect();

@@ -1,4 +1,4 @@
-//! What lights a sensor, and what its light rests on.
+//! Selection of a sensor's lighting and its optical constants.
 
 use std::path::Path;
 
@@ -9,10 +9,10 @@ use fabkit_geometry::{Lighting, Sensor};
 use super::constants_file::read_constants;
 use super::{CaptureError, LightConstants, Unit};
 
-/// A sensor's light by its name, or its usual one.
+/// Finds a sensor's lighting by name, or returns its default lighting.
 ///
 /// # Errors
-/// [`CaptureError`]: none of that name, or none at all.
+/// [`CaptureError`] for an unknown name, and for a sensor without lightings.
 pub fn lighting<'a>(sensor: &'a Sensor, name: Option<&str>) -> Result<&'a Lighting, CaptureError> {
     let Some(name) = name else {
         let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
@@ -26,11 +26,11 @@ pub fn lighting<'a>(sensor: &'a Sensor, name: Option<&str>) -> Result<&'a Lighti
     sensor.lightings.iter().find(|light| light.name == name).ok_or_else(unknown)
 }
 
-/// A light of a sensor as for [`lighting`], and the constants of a file or the sensor's own; of a unit as they
-/// came out in it.
+/// Selects a lighting as [`lighting`] does, with the constants of a file or else the sensor's own. For a unit, the
+/// constants get that unit's deviations.
 ///
 /// # Errors
-/// A light that the sensor has not; a file that cannot be read, or holds no constants.
+/// Returns an error for an unknown lighting, and for a file that cannot be read or holds no constants.
 pub fn lit<'a>(
     project: &'a Project,
     light: Option<&str>,

@@ -1,24 +1,24 @@
-//! How much light arrives at each place of a layer, at rest.
+//! Irradiance at each place of the layers, at rest.
 
 use fabkit_geometry::{Point3, Rgb, SurfacePoints, Vector3};
 use fabkit_light::{Emitters, diffuse_slant};
 
 use super::table::{Place, Plan};
 
-/// A table over the sensing surface: between its places in proportion.
+/// Table of irradiance over the sensing surface, interpolated linearly.
 #[derive(Debug)]
 pub struct Lit {
     plan: Plan,
-    /// 1 on average over the surface.
+    /// Irradiance relative to its mean over the surface.
     values: Vec<f64>,
-    /// How much longer the light's way through the layers is than they are thick; nothing where nobody asks.
+    /// Ratio of the light's path through the layers to their thickness; empty where it is not needed.
     slants: Vec<f64>,
 }
 
 impl Lit {
-    /// Light that arrives straight, and `bounce` of its average everywhere; the places are `below_mm` below the surface
-    /// and look inwards. How slanted it is, in layers with this refractive index, is known where there is one. Nothing where no
-    /// light arrives at all.
+    /// Computes direct light plus `bounce` of its mean everywhere. The places lie `below_mm` below the surface and face
+    /// inwards. With a refractive index in `slanted_in`, the slant of the light in layers of that index is tabulated
+    /// too. `None` if no light arrives.
     pub(super) fn new(
         points: &SurfacePoints,
         emitters: &Emitters,
@@ -37,7 +37,7 @@ impl Lit {
             let mut arrives = arrives.into_iter();
             let grey = |[red, green, blue]: Rgb| (red + green + blue) / 3.0;
             let mut next = || arrives.next().map_or(0.0, grey);
-            // Beyond a pad's rounded corners nothing is looked at.
+            // Places beyond a pad's rounded corners are not on the surface.
             places.iter().map(|(place, _)| place.map_or(0.0, |_| next())).collect()
         };
         let mut values = over_table(emitters.irradiance(&known));
@@ -49,6 +49,7 @@ impl Lit {
             return None;
         }
         let slants = slanted_in.map(|index| {
+            // Repeatedly reflected light arrives diffusely and has the slant of diffuse light.
             let around = bounce * mean;
             let slanted = over_table(emitters.slanted(&known, index));
             let both = slanted.into_iter().zip(&values);
@@ -60,20 +61,19 @@ impl Lit {
         Some(Self { plan, values, slants: slants.unwrap_or_default() })
     }
 
-    /// The most of it anywhere but near a dome's foot.
+    /// Returns the largest irradiance, except near a dome's foot.
     pub(super) fn most(&self) -> f64 {
         let from_foot = self.plan.is_near_foot();
         let seen = self.values.iter().enumerate().filter(|(i, _)| !from_foot(*i));
         seen.map(|(_, value)| *value).fold(0.0, f64::max)
     }
 
-    /// At a point of the surface at rest.
+    /// Returns the relative irradiance at a point of the undeformed surface.
     pub fn at(&self, point: &Point3<f64>) -> f64 {
         self.plan.around(point).iter().map(|(place, share)| share * self.values[*place]).sum()
     }
 
-    /// How much longer than they are thick the light's way through the layers is there, on average of what arrives; 1 where
-    /// nobody has asked for it.
+    /// Returns the mean ratio of the light's path through the layers to their thickness at a point; 1 without a table.
     pub(super) fn slant(&self, point: &Point3<f64>) -> f64 {
         let slant = |(place, share): &(usize, f64)| share * self.slants.get(*place).unwrap_or(&1.0);
         self.plan.around(point).iter().map(slant).sum()

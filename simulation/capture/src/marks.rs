@@ -1,4 +1,4 @@
-//! Light marks on a dark ground: dots on pins, painted ends of markers.
+//! Rendering of light markers on a dark background: dots on pins, painted ends of markers.
 
 use std::sync::Arc;
 
@@ -17,75 +17,80 @@ use rayon::prelude::*;
 use super::scene::in_use;
 use super::{CaptureError, LightConstants, Painted, moved, sends_back};
 
-/// A mark lies within so many of its radii around the middle of what faces the camera.
+/// Radius around a marker's visible centre within which its solid lies, in marker radii.
 const AROUND: f64 = 2.5;
-/// Where light on the ground is looked at: every so many rays.
+/// Spacing of the samples of irradiance on the background, in rays.
 const COARSE: usize = 12;
-/// Over which light at a mark is taken to change evenly, where many pictures are taken, mm: as far as marks move.
+/// Step of the finite differences for the irradiance at markers, mm: as far as markers move. Irradiance is taken as
+/// linear over it.
 const SLOPE_STEP_MM: f64 = 0.5;
-/// Rays along each side of a part of the picture, for which marks are chosen together.
+/// Number of rays along each side of a tile, for which nearby markers are listed together.
 const TILE: usize = 16;
-/// How bright what shines itself is: white.
+/// Intensity of visible light sources: white.
 const WHITE_GREY: f64 = 255.0;
 
-/// A sensor in a light that shows its marks.
+/// A sensor in a lighting that shows its markers.
 #[derive(Debug)]
 pub(super) struct MarkScene<'a> {
     sensor: &'a Sensor,
     marks: CompiledSolid,
-    /// The sensor without its marks.
+    /// The sensor without its markers.
     ground: Sensor,
     lamps: Vec<String>,
     emitters: Emitters,
     constants: &'a LightConstants,
     pub(super) exposure: f64,
-    /// Where many pictures are taken by the same rays.
+    /// View and irradiance, kept where many captures share the same rays.
     kept: Option<Kept>,
 }
 
-/// What no press changes.
+/// Everything that no press changes.
 #[derive(Debug)]
 struct Kept {
     view: View,
-    /// Marks, and how the light that arrives at each changes with its place, 1/mm; empty where it is looked at anew.
+    /// Markers at rest with the gradient of the irradiance vector at each, 1/mm; empty if irradiance is computed for
+    /// each capture.
     at_rest: Vec<(Placed, Matrix3<f64>)>,
 }
 
-/// What a camera sees of the sensor without its marks: no press changes it.
+/// View of the sensor without its markers, which no press changes.
 #[derive(Debug)]
 struct View {
     straight: PixelRays,
-    /// Behind all that bends them.
+    /// Rays behind all refracting bodies.
     rays: PixelRays,
     stack: Stack,
     ground: Ground,
-    /// Where each ray ends before or at the ground, mm; nothing known for a single picture, of which few rays ask.
+    /// Length at which each ray ends at or before the background, mm. `None` for a single capture, which needs few of
+    /// them.
     ends_mm: Option<Vec<f64>>,
 }
 
 impl View {
-    /// Where a ray ends on its last piece, mm, if something that is no ground may be before it.
+    /// Returns the length of a ray's last segment, mm; infinity where only background can lie on it.
     fn end_mm(&self, i: usize, tracer: &mut Tracer<'_>) -> f64 {
         let (Some(ray), Some(first)) = (self.rays.ray(i), self.straight.ray(i)) else {
             return f64::INFINITY;
         };
+        // 0 and 1 name no body that could lie before a marker.
         if self.rays.seen_by()[i] <= 1 {
             return f64::INFINITY;
         }
         let path = tracer.follow(&first);
+        // A ray that ended on an earlier segment has no length on the last one.
         if path.last.origin == ray.origin { path.end_mm } else { f64::INFINITY }
     }
 }
 
-/// A mark where it is now.
+/// A marker at its present place and orientation.
 #[derive(Clone, Copy, Debug)]
 struct Placed {
     at: Point3<f64>,
-    /// The middle of what faces the camera, at rest.
+    /// Visible centre of the marker at rest.
     at_rest: Point3<f64>,
-    /// From how it stood at rest.
+    /// Rotation from the orientation at rest.
     turn: Matrix3<f64>,
-    /// How light arrives there, by its density.
+    /// Irradiance vector: sum of the directions of light times its density.
     arrives: Vector3<f64>,
     reach_mm: f64,
 }
@@ -122,6 +127,7 @@ impl<'a> MarkScene<'a> {
         };
         let at_rest = own.placed(&moved(sensor, None));
         let facing = sensor.marks.iter().zip(&at_rest);
+        // Irradiance on the end of each marker, which faces along its axis.
         let lit = facing.map(|(mark, placed)| -placed.arrives.dot(&mark.axis));
         let brightest = constants.marks[0].value * lit.fold(0.0, f64::max);
         if brightest <= 0.0 {
@@ -135,13 +141,14 @@ impl<'a> MarkScene<'a> {
         [format!("places of {} marks", self.sensor.marks.len()), self.emitters.what.clone()]
     }
 
-    /// For some pictures by the same rays: the same ones.
+    /// Keeps the view for several captures with the same rays.
     pub(super) fn keep_view(&mut self, viewpoint: &Viewpoint, samples: u32) -> Result<(), Error> {
         self.kept = Some(Kept { view: self.view(viewpoint, samples)?, at_rest: Vec::new() });
         Ok(())
     }
 
-    /// For many pictures by the same rays: light at marks changes evenly.
+    /// Prepares many captures with the same rays: also tabulates where rays end, and irradiance at markers to first
+    /// order.
     pub(super) fn prepare(&mut self, viewpoint: &Viewpoint, samples: u32) -> Result<(), Error> {
         let at_rest = self.placed(&moved(self.sensor, None));
         let mut view = self.view(viewpoint, samples)?;
@@ -174,10 +181,11 @@ impl<'a> MarkScene<'a> {
                 || self.emitters.tracer(),
                 |tracer, (i, moved, by_mm)| {
                     let at = moved.mark.point + by_mm;
-                    // All are known at rest, so that they go by the same numbers.
+                    // All displacements are known at rest, so `at_rest` has the same indices as `marks`.
                     let kept = self.kept.as_ref();
                     let arrives = match kept.and_then(|kept| kept.at_rest.get(i)) {
                         Some((at_rest, slope)) => at_rest.arrives + slope * by_mm,
+                        // The place is shifted outwards so that the marker does not shadow itself.
                         None => self.arrives(&(at + 1e-3 * moved.axis), tracer),
                     };
                     Placed {
@@ -201,7 +209,7 @@ impl<'a> MarkScene<'a> {
         Ok(View { straight, rays, stack, ground, ends_mm: None })
     }
 
-    /// The ways in which light arrives at a place, by its density.
+    /// Returns the irradiance vector at a place: the sum of the directions of light times its density.
     fn arrives(&self, place: &Point3<f64>, tracer: &mut Tracer<'_>) -> Vector3<f64> {
         let pieces = self.emitters.pieces().iter();
         let all = pieces.filter_map(|piece| self.emitters.arrival(piece, place, tracer));
@@ -236,7 +244,7 @@ impl<'a> MarkScene<'a> {
             let Some((at_mm, normal, mark)) = self.first(near, &ray, scratch) else {
                 return [behind; 3];
             };
-            // Before it there may be something else than the ground.
+            // A body other than the background may hide the marker.
             let end_mm = match &view.ends_mm {
                 Some(known) => known[i],
                 None => view.end_mm(i, tracer),
@@ -252,7 +260,7 @@ impl<'a> MarkScene<'a> {
         Ok(Painted { light, thickness_mm: Vec::new(), marks })
     }
 
-    /// The first mark on a ray: how far along it, mm, its normal there, and which.
+    /// Finds the first marker on a ray: distance along the ray, mm, normal there, and the marker.
     fn first<'p>(
         &self,
         placed: impl Iterator<Item = &'p Placed>,
@@ -264,7 +272,7 @@ impl<'a> MarkScene<'a> {
             if !mark.may_meet(ray) {
                 continue;
             }
-            // Back to where the mark is drawn.
+            // The ray is transformed to the marker's pose at rest, in which its solid is compiled.
             let back = mark.turn.transpose();
             let origin = mark.at_rest + back * (ray.origin - mark.at);
             let drawn = Ray { origin, direction: back * ray.direction };
@@ -283,12 +291,12 @@ impl<'a> MarkScene<'a> {
         nearest
     }
 
-    /// What is behind the marks.
+    /// Computes reflectance and irradiance of everything behind the markers.
     fn ground(&self, straight: &PixelRays, rays: &PixelRays, stack: &Stack) -> Ground {
         let [light, dark] = &self.constants.marks;
         let sends = |name: &String| match self.lamps.contains(name) {
             true => f64::INFINITY,
-            // The surface is seen through what lies on it: what marks stand on.
+            // The surface is seen through the layers that the markers stand on, so it counts as background.
             false => sends_back(self.ground.body(name), [light.value, dark.value]),
         };
         let sends: Vec<f64> = rays.seen_by_names().iter().map(sends).collect();
@@ -303,7 +311,7 @@ impl<'a> MarkScene<'a> {
             if !path.end_mm.is_finite() {
                 return 0.0;
             }
-            // What is looked at looks back.
+            // The background is taken to face the camera, since its normal is not known here.
             let place = path.last.at(path.end_mm - 1e-2);
             self.arrives(&place, of_light).dot(&path.last.direction).max(0.0)
         };
@@ -314,7 +322,7 @@ impl<'a> MarkScene<'a> {
     }
 }
 
-/// Which marks rays of a part of the picture may meet.
+/// Markers that the rays of each tile of the image may meet.
 struct Tiles {
     width: usize,
     columns: usize,
@@ -332,7 +340,8 @@ impl Tiles {
             });
             let own: Vec<Ray> = own.filter_map(|i| rays.ray(i)).collect();
             let meets = |mark: &Placed| own.iter().any(|ray| mark.may_meet(ray));
-            // All rays of a tile, once for each mark that the middle one comes near to.
+            // A ball around the marker, widened by the tile's spread, must reach the middle ray; only then are all rays
+            // tested.
             let Some(middle) = own.get(own.len() / 2) else { return Vec::new() };
             let spread = |at_mm: f64| {
                 let off = own.iter().map(|ray| (ray.at(at_mm) - middle.at(at_mm)).norm());
@@ -356,13 +365,13 @@ impl Tiles {
     }
 }
 
-/// Light on what is behind marks, and what of it comes back.
+/// Irradiance and reflectance of the background behind the markers.
 #[derive(Debug)]
 struct Ground {
     columns: usize,
-    /// Every [`COARSE`] rays.
+    /// Irradiance at every [`COARSE`]-th ray.
     lit: Vec<f64>,
-    /// Of each ray.
+    /// Reflectance at each ray; infinite for visible light sources.
     sends: Vec<f64>,
 }
 
@@ -382,10 +391,10 @@ impl Ground {
     }
 }
 
-/// The least turn that takes one unit vector to another (Rodrigues 1840).
+/// Returns the smallest rotation that takes one unit vector to another (Rodrigues 1840).
 fn turn(from: &Vector3<f64>, to: &Vector3<f64>) -> Matrix3<f64> {
     let (axis, cosine) = (from.cross(to), from.dot(to));
     let across = axis.cross_matrix();
-    // A mark does not turn over.
+    // The denominator vanishes only for opposite vectors, and no marker turns over.
     Matrix3::identity() + across + across * across / (1.0 + cosine).max(1e-6)
 }

@@ -1,4 +1,4 @@
-//! Marks on a coat, found quickly.
+//! Spatial index of the markers on a coat, for shadowing and visibility.
 
 use std::collections::BTreeMap;
 
@@ -6,22 +6,23 @@ use fabkit_geometry::{Mark, Point3, Vector3};
 use fabkit_light::Peg;
 use fabkit_scene::pressing::Moved;
 
-/// Balls around pegs are larger by this, mm: places that are looked at from are a hair beside each other.
+/// Margin of the bounding balls around markers, mm: they are built for one place and used from others very nearby.
 const SLACK_MM: f64 = 0.01;
 
-/// Where marks of a coat are, and what they are.
+/// Markers of a coat in a grid of cells.
 pub(super) struct Pegs {
     pegs: Vec<Peg>,
-    /// How far they stand out of the coat, mm.
+    /// Height of the markers above the coat, mm.
     height_mm: f64,
-    /// Farther off nothing is asked of them, mm.
+    /// Distance beyond which markers are ignored, mm. Also the size of the grid's cells.
     reach_mm: f64,
-    /// Those that are near any place of a cell.
+    /// Indices of the markers in or beside each cell.
     cells: BTreeMap<[i32; 3], Vec<u32>>,
 }
 
 impl Pegs {
-    /// Of marks where they are now, for places up to `reach_mm` beside them; those of unknown place are left out.
+    /// Builds the index for markers at their present places, for queries up to `reach_mm` away. Markers of unknown
+    /// place are left out.
     pub(super) fn of(marks: &[Moved], height_mm: f64, reach_mm: f64) -> Self {
         let peg = |moved: &Moved| {
             let Mark { point, radius_mm, .. } = &moved.mark;
@@ -35,6 +36,7 @@ impl Pegs {
         let pegs: Vec<Peg> = marks.iter().filter_map(peg).collect();
         let mut own = Self { pegs, height_mm, reach_mm, cells: BTreeMap::new() };
         for (i, peg) in own.pegs.iter().enumerate() {
+            // Each marker is entered in its cell and all neighbours, so a query needs one cell only.
             let at = cell(&peg.centre, own.reach_mm);
             for k in 0..27 {
                 let beside = [at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1];
@@ -44,14 +46,14 @@ impl Pegs {
         own
     }
 
-    /// Those of which anything may be within reach of a place.
+    /// Returns the markers that may be within reach of a place.
     pub(super) fn near(&self, place: &Point3<f64>) -> impl Iterator<Item = &Peg> {
         let own = self.cells.get(&cell(place, self.reach_mm)).map_or(&[][..], Vec::as_slice);
         own.iter().map(|i| &self.pegs[*i as usize])
     }
 
-    /// Balls around what stands out of the coat near a place, as seen from there or from nearby, into a list that is used
-    /// again: a place asks about many lamps.
+    /// Collects bounding balls around the markers near `place`, relative to `from`, into a reused list. One list serves
+    /// the queries towards many light sources.
     pub(super) fn balls(&self, place: &Point3<f64>, from: &Point3<f64>, balls: &mut Vec<Ball>) {
         balls.clear();
         balls.extend(self.near(place).filter_map(|peg| {
@@ -68,9 +70,10 @@ impl Pegs {
         }));
     }
 
-    /// Whether any of them hides what lies there.
+    /// Returns whether a marker blocks the ray from a place in a direction.
     pub(super) fn hide(&self, balls: &[Ball], from: &Point3<f64>, towards: &Vector3<f64>) -> bool {
         balls.iter().any(|ball| {
+            // The ball's discriminant rejects most markers before the exact intersection.
             let along = ball.way.dot(towards);
             along > -ball.radius_mm
                 && ball.beyond < along * along
@@ -78,7 +81,8 @@ impl Pegs {
         })
     }
 
-    /// What a ray that would arrive at a place enters first: how far before it, mm, and the normal there.
+    /// Returns the first marker that a ray enters on its way to a place: the distance before the place, mm, and the
+    /// normal.
     pub(super) fn before(
         &self,
         balls: &[Ball],
@@ -96,7 +100,7 @@ impl Pegs {
         Some((self.reach_mm - mm, normal))
     }
 
-    /// Where a ray enters what of a peg stands out of the coat: how far along it, mm, and the normal there.
+    /// Intersects a ray with the part of a marker above the coat: the distance along the ray, mm, and the normal.
     fn entry(
         &self,
         peg: &Peg,
@@ -104,17 +108,17 @@ impl Pegs {
         direction: &Vector3<f64>,
     ) -> Option<(f64, Vector3<f64>)> {
         let hit = peg.entry(origin, direction)?;
-        // Behind its root there is the coat.
+        // Below a marker's root there is only coat.
         let from_root = (origin + hit.at_mm * direction - peg.centre).dot(&peg.axis);
         (from_root > -self.height_mm).then_some((hit.at_mm, hit.normal))
     }
 }
 
-/// Around what of a peg stands out of the coat.
+/// Bounding ball of the part of a marker above the coat.
 pub(super) struct Ball {
-    /// To its middle, mm.
+    /// Vector to its centre, mm.
     way: Vector3<f64>,
-    /// The square of how far that is, less the square of its radius.
+    /// Squared distance of the centre minus squared radius, mm2.
     beyond: f64,
     radius_mm: f64,
     peg: Peg,

@@ -1,4 +1,4 @@
-//! A sensor that shows touch by the thickness of translucent layers: those layers, and how they are lit.
+//! Geometry and irradiance of sensors with translucent or glowing layers.
 
 use fabkit_files::Error;
 use fabkit_geometry::{
@@ -10,34 +10,34 @@ use fabkit_light::Emitters;
 use super::lit::Lit;
 use super::{CaptureError, LightConstants};
 
-/// Rays that meet the layer flatter than this see it as if they met it so, cosine.
+/// Smallest cosine between ray and normal in path lengths. Flatter rays are treated as if they had it.
 const LEAST_COSINE: f64 = 0.2;
 
-/// Layers nearer to each other than this touch, mm.
+/// Gap below which layers count as touching, mm.
 const TOUCHING_MM: f64 = 1e-3;
 
-/// What of a sensor makes its picture.
+/// Surface, layers and light sources that form a sensor's images.
 #[derive(Debug)]
 pub struct Scene<'a> {
     /// The surface that is pressed.
     pub touch: &'a TouchSurface,
-    /// The layers' names, from the inside out.
+    /// Names of the layers, from the inside out.
     pub layers: Vec<String>,
-    /// What shines, in words.
+    /// Description of the light sources.
     pub lamps: String,
-    /// Irradiance on the surface, and by which lamps.
+    /// Irradiance over the surface.
     pub lit: Lit,
     solids: Solids,
-    /// How far off the core of their mold stands.
+    /// Shift of the core of the layers' mold, sensor frame, mm.
     core_off_mm: Vector3<f64>,
     pupil: Point3<f64>,
 }
 
 impl<'a> Scene<'a> {
-    /// Of a sensor in a light that shows the thickness of layers.
+    /// Builds the scene for a lighting that shows the layers' thickness or their glow.
     ///
     /// # Errors
-    /// [`CaptureError`]: it shows touch otherwise, or nothing lights it.
+    /// [`CaptureError`] for a lighting that shows something else, and if no light reaches the surface.
     pub fn of(
         sensor: &'a Sensor,
         lighting: &Lighting,
@@ -56,7 +56,7 @@ impl<'a> Scene<'a> {
         if bodies.is_empty() {
             return Err(missing().into());
         }
-        // Light that makes layers glow is used up on its own way.
+        // Exciting light is attenuated along its own slanted path, whose direction depends on the layer's index.
         let slanted_in =
             lighting.glows().then(|| bodies[0].substance.refractive_index.unwrap_or(1.0));
         let solids = bodies.into_iter().map(in_use).collect::<Result<Vec<_>, _>>()?;
@@ -65,6 +65,7 @@ impl<'a> Scene<'a> {
         let points = SurfacePoints::new(touch).map_err(Error::bug)?;
         let inner_mm = |point: &Point3<f64>, outward: &Vector3<f64>| {
             let extent = solids.extent((point, outward), &mut Scratch::default(), &mut Vec::new());
+            // Light arrives from inside, so irradiance is computed at the innermost face.
             extent.map_or(0.0, |[_, to]| to)
         };
         let lit = Lit::new(&points, &emitters, inner_mm, constants.bounce.value, slanted_in);
@@ -75,30 +76,31 @@ impl<'a> Scene<'a> {
         Ok(Self { touch, layers, lamps, lit, solids, core_off_mm, pupil })
     }
 
-    /// How much light there is in the middle of the surface, and how long the path in the layer is there, mm.
+    /// Returns the relative irradiance in the middle of the surface at rest, and the path length in the layers there,
+    /// mm.
     pub(super) fn middle(&self) -> Option<[f64; 2]> {
         let (point, outward) = middle_of(self.touch)?;
         Some([self.lit.at(&point), self.paths_mm(&point, &outward, 0.0)[0]])
     }
 
-    /// The most light anywhere but near the foot, over that in the middle.
+    /// Returns the largest irradiance, except near the foot, relative to that in the middle.
     pub(super) fn brightest(&self) -> f64 {
         let middle = middle_of(self.touch).map_or(1.0, |(point, _)| self.lit.at(&point));
         self.lit.most() / middle
     }
 
-    /// The innermost layer.
+    /// Returns the name of the innermost layer.
     pub fn innermost(&self) -> &str {
         &self.layers[0]
     }
 
-    /// Stretches of a straight path in each layer, in order, from where to where and in which, mm.
+    /// Returns the intervals of a straight ray in the layers, in order: start and end, mm, and index of the layer.
     pub(super) fn stretches(&self, ray: &Ray, scratch: &mut Scratch) -> Vec<(f64, f64, usize)> {
         self.solids.stretches(ray, scratch)
     }
 
-    /// How thick the layers are together below a point of the surface at rest, along the normal, mm; nothing where they
-    /// are not.
+    /// Returns the thickness of all layers below a point of the undeformed surface, along the normal, mm; `None` where
+    /// there are none.
     pub fn thickness_mm(
         &self,
         place: (&Point3<f64>, &Vector3<f64>),
@@ -106,12 +108,12 @@ impl<'a> Scene<'a> {
         found: &mut Vec<[f64; 2]>,
     ) -> Option<f64> {
         let drawn = self.solids.extent(place, scratch, found).map(|[from, to]| to - from);
-        // Where the core stands nearer to the surface, less is around it.
+        // On the side towards which the core is shifted, the layers are thinner.
         drawn.map(|mm| (mm - self.core_off_mm.dot(place.1)).max(0.0))
     }
 
-    /// How long the camera's path in the layer is at rest, and where it has become so much thicker, mm; from where the
-    /// design has the camera, straight.
+    /// Returns the length of the camera's straight path in the layers at rest, and with layers thicker by `gains_mm`,
+    /// mm. The camera is at its pose in the design.
     pub fn paths_mm(&self, rest: &Point3<f64>, outward: &Vector3<f64>, gains_mm: f64) -> [f64; 2] {
         let thick_mm = self
             .thickness_mm((rest, outward), &mut Scratch::default(), &mut Vec::new())
@@ -121,14 +123,14 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// A body in its place in the finished sensor.
+/// Compiles a body's solid at its place in the finished sensor.
 pub fn in_use(body: &Body) -> Result<CompiledSolid, Error> {
     let place = body.placements.iter().find(|place| place.assembly == Assembly::sensor());
     let pose = place.map_or_else(Pose::identity, |place| place.assembly_from_body);
     CompiledSolid::new(&body.solid.clone().placed(pose)).map_err(Error::bug)
 }
 
-/// The middle of the surface and its normal.
+/// Returns the middle of the surface and its normal.
 pub fn middle_of(touch: &TouchSurface) -> Option<(Point3<f64>, Vector3<f64>)> {
     match SurfacePoints::new(touch).ok()? {
         SurfacePoints::Dome(dome) => dome.towards(0.0, 0.0),
@@ -138,12 +140,12 @@ pub fn middle_of(touch: &TouchSurface) -> Option<(Point3<f64>, Vector3<f64>)> {
     }
 }
 
-/// Along a path a layer is longer than along the normal, as its faces are parallel, about.
+/// Returns the path length along a direction in a layer of a given thickness. The layer's faces are taken as parallel.
 pub(super) fn along(thickness_mm: f64, outward: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
     thickness_mm / outward.dot(direction).max(LEAST_COSINE)
 }
 
-/// Layers, from the inside out.
+/// Solids of the layers, from the inside out.
 #[derive(Debug)]
 struct Solids(Vec<CompiledSolid>);
 
@@ -159,14 +161,14 @@ impl Solids {
         all
     }
 
-    /// From where to where they lie below a point, along a normal, mm, one after the other, whatever goes into what.
+    /// Returns start and end, mm, of the connected layers below a point along the normal, whatever overlaps.
     fn extent(
         &self,
         (point, outward): (&Point3<f64>, &Vector3<f64>),
         scratch: &mut Scratch,
         found: &mut Vec<[f64; 2]>,
     ) -> Option<[f64; 2]> {
-        // From a little outside, so that the surface itself is crossed.
+        // The ray starts 1 mm outside, so that it crosses the surface itself. This 1 mm is subtracted again.
         let ray = Ray { origin: point + outward, direction: -outward };
         if let [only] = &self.0[..] {
             only.stretches_into(&ray, scratch, found);
@@ -176,6 +178,7 @@ impl Solids {
         for (from, to, _) in self.stretches(&ray, scratch) {
             match &mut extent {
                 None => extent = Some([from, to]),
+                // Touching or overlapping layers continue the extent; the first gap ends it.
                 Some([_, last]) if from - *last < TOUCHING_MM => *last = last.max(to),
                 Some(_) => break,
             }

@@ -1,9 +1,9 @@
-//! Pictures as they come from cameras that send JPEG.
+//! JPEG compression of simulated captures.
 
 use fabkit_files::Error;
 use fabkit_picture::{Values, jpeg, read};
 
-/// What is left of grey values, 0 to 255, when they have been written as JPEG and read again: whole numbers.
+/// Encodes intensities, 0 to 255, as JPEG and decodes them again. Returns integers.
 pub(super) fn sent(grey: &[f64], size_px: [u32; 2], quality: u8) -> Result<Vec<f64>, Error> {
     let values: Vec<u8> = grey.iter().map(|grey| grey.round().clamp(0.0, 255.0) as u8).collect();
     let file = jpeg(size_px, &values, quality).map_err(Error::bug)?;

@@ -1,5 +1,5 @@
-//! Pictures of a skin with channels of liquid: no surface of it is known that a fixture could go around, but its marks
-//! are.
+//! Captures of a skin with liquid channels. Such a skin has no surface of known shape for casts, but its markers are
+//! known.
 
 use std::sync::Arc;
 
@@ -15,19 +15,19 @@ use fabkit_scene::{Cast, SceneError};
 use super::columns::{ColumnScene, column_ends};
 use super::{Captured, Capturing, LensEffects, LightConstants, MarkScene, Painted, mark_pixels};
 
-/// Distance of nodes that nobody asked for, mm.
+/// Default distance of nodes, mm.
 const SPACING_MM: f64 = 1.0;
 
-/// A sensor with a skin over marks, and the camera that looks at them.
+/// A sensor with a skin over markers, and the camera that sees them.
 #[derive(Clone, Debug)]
 pub struct SkinView {
-    /// The sensor.
+    /// The sensor's design and fixtures.
     pub project: Arc<Project>,
-    /// Its camera.
+    /// Viewpoint of the camera.
     pub viewpoint: Viewpoint,
 }
 
-/// What a skin's light shows.
+/// Renderer of a skin, by what its lighting shows.
 enum SkinScene<'a> {
     Columns(Box<ColumnScene<'a>>),
     Marks(Box<MarkScene<'a>>),
@@ -59,7 +59,7 @@ impl<'a> SkinScene<'a> {
         }
     }
 
-    /// What is shown and what shines, and the exposure.
+    /// Returns descriptions of what is shown and of the light sources, and the exposure.
     fn words(&self) -> ([String; 2], f64) {
         match self {
             Self::Columns(scene) => (scene.words(), scene.exposure),
@@ -68,11 +68,11 @@ impl<'a> SkinScene<'a> {
     }
 }
 
-/// Pictures of a skin in one of its lights, row by row, 0 to 255, not rounded: of each press what it shows, moved, and the
-/// seed of its noise.
+/// Renders images of a skin in one of its lightings, row by row, 0 to 255, not rounded. Each press is given as its
+/// moved markers or column ends, and the seed of its noise.
 ///
 /// # Errors
-/// As for [`Capturing::take_of_skin`].
+/// Returns the errors of [`Capturing::take_of_skin`].
 pub fn skin_pictures(
     sensor: &Sensor,
     lighting: &Lighting,
@@ -98,10 +98,10 @@ pub fn skin_pictures(
 }
 
 impl Capturing<'_> {
-    /// As [`Capturing::take`], of a skin with channels of liquid.
+    /// Renders the capture of a skin with liquid channels, as [`Capturing::take`] does for other surfaces.
     ///
     /// # Errors
-    /// A light that shows something else than marks; what the skin's solver says.
+    /// Returns an error for a lighting that shows neither markers nor columns, and the errors of the skin's solver.
     pub fn take_of_skin(&self, view: &SkinView) -> Result<Captured, Error> {
         let sensor = &view.project.design.sensor;
         self.check(sensor, self.cast.presses.is_empty(), self.cast.contact)?;
@@ -126,7 +126,7 @@ impl Capturing<'_> {
         let words = scene.words();
         let camera = view.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()];
-        // Seen by the camera that looks at it.
+        // The stack must belong to the camera of this lighting, which may not be the sensor's own.
         let mut seen = sensor.clone();
         seen.camera = self.lighting.camera.clone().unwrap_or(seen.camera);
         let stack = view.viewpoint.stack(&seen).map_err(SceneError::Light)?;
@@ -135,13 +135,14 @@ impl Capturing<'_> {
         Ok(Captured { mark_pixels, ..captured? })
     }
 
-    /// What the skin answers, if something presses it.
+    /// Solves the skin under the presses; `None` without presses.
     fn pressed(&self, sensor: &Sensor) -> Result<Option<(LiquidStack, LiquidOutcome)>, Error> {
         if self.cast.presses.is_empty() {
             return Ok(None);
         }
         let spacing_mm = match self.cast.contact {
             Contact::Linear(Linear { spacing_mm, .. }) => spacing_mm,
+            // Other contact models carry no spacing; the default applies.
             _ => None,
         };
         let stack = LiquidStack::of(sensor, spacing_mm.unwrap_or(SPACING_MM));

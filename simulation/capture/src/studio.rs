@@ -1,4 +1,4 @@
-//! One picture after the other of the same sensor.
+//! Renderer for many captures of one sensor.
 
 use fabkit_depth::truth::{DepthMap, ReferenceSurface, Sigmas};
 use fabkit_files::Error;
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::{Capturing, LensEffects, LightConstants, Painter};
 
-/// A sensor, its camera and its light, with all that no press changes.
+/// A sensor, its camera and its lighting, with everything that no press changes computed once.
 #[derive(Debug)]
 pub struct Studio<'a> {
     scene: &'a SensorView,
@@ -20,13 +20,14 @@ pub struct Studio<'a> {
 }
 
 impl<'a> Studio<'a> {
-    /// What moves by less is not seen to move, mm: R-Tac0's layer changes by 0.08 grey then, of a noise of 0.8.
+    /// Displacement below which the surface counts as unmoved, mm: R-Tac0's layer changes by 0.08 in intensity then,
+    /// with a noise of 0.8.
     pub const STILL_MM: f64 = 2e-3;
 
-    /// Of a surface as the camera sees it, by the rays it was cast with: a pixel records the mean of its own.
+    /// Prepares a renderer for the rays that `surface` was cast with. A pixel records the mean of its rays.
     ///
     /// # Errors
-    /// As for [`Capturing::take`].
+    /// Returns the errors of [`Capturing::take`].
     pub fn new(
         scene: &'a SensorView,
         surface: &ReferenceSurface<'_>,
@@ -35,35 +36,39 @@ impl<'a> Studio<'a> {
         contact: Contact,
     ) -> Result<Self, Error> {
         let sensor = &scene.project.design.sensor;
+        // The surface was cast with several rays per pixel; their number follows from the sizes.
         let samples = surface.rays().width_px() / scene.viewpoint.camera().width_px();
         let cast = Cast { samples, ..Cast::at_rest(contact) };
         let capturing = Capturing { cast, lighting, constants, seed: None };
+        // Checked as if pressed: captures of presses will follow.
         capturing.check(sensor, false, contact)?;
         let mut painter = Painter::of(sensor, lighting, constants)?;
         match &mut painter {
             Painter::Layers(layers) => layers.prepare(&surface.untouched()),
             Painter::Coat(coat) => coat.prepare(&surface.untouched()),
             Painter::Marks(marks) => marks.prepare(&scene.viewpoint, samples)?,
+            // Glow is rendered anew each time.
             Painter::Glow(_) => {}
         }
         let lens = LensEffects::of(sensor, lighting, &scene.viewpoint, samples)?;
         Ok(Self { scene, capturing, painter, lens })
     }
 
-    /// Values of a pixel: 1, or 3 for red, green and blue.
+    /// Returns the number of values per pixel: 1, or 3 for red, green and blue.
     pub fn channels(&self) -> usize {
         self.capturing.channels()
     }
 
-    /// Whether maps need their normals.
+    /// Returns whether maps need normals.
     pub fn wants_normals(&self) -> bool {
         matches!(self.painter, Painter::Coat(_))
     }
 
-    /// The picture of a press, row by row, 0 to 255, not rounded; without a seed without noise and drift.
+    /// Renders the capture of a press, row by row, 0 to 255, not rounded. Without a seed it has neither noise nor
+    /// drift.
     ///
     /// # Errors
-    /// As for [`Capturing::take`].
+    /// Returns the errors of [`Capturing::take`].
     pub fn take(
         &self,
         map: &DepthMap<'_>,
@@ -73,6 +78,7 @@ impl<'a> Studio<'a> {
         let sensor = &self.scene.project.design.sensor;
         let touch = self.scene.touch()?;
         let deepest = self.wants_normals().then(|| deepest(map, touch)).flatten();
+        // Renderers use neither sigmas nor the count of pixels.
         let seen =
             Seen { map, sigmas: &Sigmas::default(), deepest, surface_px: 0, answer, gap: None };
         let painted = self.painter.paint(self.scene, &self.capturing.cast, &seen)?;
@@ -83,7 +89,7 @@ impl<'a> Studio<'a> {
         capturing.values(sensor, &painted.light, size_px)
     }
 
-    /// What pictures rest on, as JSON.
+    /// Returns as JSON what is shown, the light sources, the constants and what is left out.
     pub fn document(&self) -> Value {
         let lighting = self.capturing.lighting;
         let design = &self.scene.project.design;

@@ -1,23 +1,23 @@
-//! Values over the sensing surface at rest: known at some places, between them in proportion.
+//! Interpolation table over the undeformed sensing surface.
 
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{Point3, SurfacePoints, Vector3};
 
-/// Steps of the table along a dome's meridian or a pad's x, and around or along y.
+/// Steps of the table: along a dome's meridian or a pad's x, and around the axis or along y.
 const STEPS: [usize; 2] = [16, 32];
 
-/// A place of the surface and its outward normal.
+/// A point of the surface with its outward normal.
 pub(super) type Place = (Point3<f64>, Vector3<f64>);
 
-/// Where values are known.
+/// Grid of the table on a dome or a pad.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Plan {
     Dome { centre: Point3<f64>, last_rad: f64 },
     Pad { bounds_mm: [[f64; 2]; 2] },
 }
 
-/// Four neighbours by number, and how much of each.
+/// Indices and weights of the four neighbouring places.
 pub(super) type Shares = [(usize, f64); 4];
 
 impl Plan {
@@ -30,7 +30,7 @@ impl Plan {
         }
     }
 
-    /// The places, in order, each with its share of the surface; nothing beyond a pad's rounded corners.
+    /// Returns the places in order, each with its weight in area averages; `None` beyond a pad's rounded corners.
     pub(super) fn places(&self, points: &SurfacePoints) -> Vec<(Option<Place>, f64)> {
         let [rows, columns] = STEPS;
         let each = (0..=rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
@@ -38,13 +38,13 @@ impl Plan {
             let along = row as f64 / rows as f64;
             match (points, self) {
                 (SurfacePoints::Dome(dome), Self::Dome { last_rad, .. }) => {
-                    // The foot itself belongs to the wall below.
+                    // The foot itself already belongs to the wall below.
                     let polar = along.min(1.0 - 1e-9) * last_rad;
                     let place = dome.towards(polar, TAU * column as f64 / columns as f64);
                     (place, (along * last_rad).sin())
                 }
                 (SurfacePoints::Plane(pad), Self::Pad { bounds_mm: [x, y] }) => {
-                    // A hair within the outline.
+                    // Slightly inside the outline, where the pad's surface is defined.
                     let part = |[from, to]: &[f64; 2], share: f64| {
                         from + (to - from) * share.clamp(1e-6, 1.0 - 1e-6)
                     };
@@ -57,14 +57,15 @@ impl Plan {
         each.map(place).collect()
     }
 
-    /// Whether a place, by its number, is within the last quarter of a dome's meridian: lamps are there, and housings.
+    /// Returns a predicate on indices of places: whether one lies within the last quarter of a dome's meridian, where
+    /// light sources and housings are.
     pub(super) fn is_near_foot(&self) -> impl Fn(usize) -> bool + use<> {
         let [rows, columns] = STEPS;
         let is_dome = matches!(self, Self::Dome { .. });
         move |i| is_dome && 4 * (i / columns) > 3 * rows
     }
 
-    /// Which places are around a point of the surface at rest.
+    /// Returns the four places around a point of the undeformed surface, with bilinear weights.
     #[inline]
     pub(super) fn around(&self, point: &Point3<f64>) -> Shares {
         let [rows, columns] = STEPS;
@@ -82,9 +83,11 @@ impl Plan {
             }
         };
         let row = row.clamp(0.0, rows as f64 - 1e-9);
+        // Just below the last index, so that the upper neighbour exists.
         let column = column.clamp(0.0, last as f64 - 1e-9);
         let (i, j) = (row as usize, column as usize);
         let (by_row, by_column) = (row - i as f64, column - j as f64);
+        // On a dome the last column's neighbour is the first one.
         let at = |i: usize, j: usize| i * columns + j % columns;
         [
             (at(i, j), (1.0 - by_row) * (1.0 - by_column)),

@@ -1,4 +1,4 @@
-//! Pictures as cameras sent them.
+//! Reading of captured images.
 
 use std::path::{Path, PathBuf};
 
@@ -7,18 +7,18 @@ use fabkit_calibration::pin_captures::pictures::PICTURE;
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, reading};
 use fabkit_picture::{Picture, PictureError};
 
-/// A picture of another size than the camera takes.
+/// An image whose size differs from the camera's.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "{}: {} x {} px; the camera takes {} x {} px",
     .file.display(), .size_px[0], .size_px[1], .expected_px[0], .expected_px[1]
 )]
 pub struct OtherSize {
-    /// The picture.
+    /// Path of the image.
     pub file: PathBuf,
-    /// Its width and height, px.
+    /// Width and height of the image, px.
     pub size_px: [usize; 2],
-    /// The camera's, px.
+    /// Width and height that the camera takes, px.
     pub expected_px: [usize; 2],
 }
 
@@ -36,7 +36,7 @@ impl Explained for OtherSize {
     }
 }
 
-/// Checks that a picture, which came from `file`, has so many columns and rows.
+/// Checks that an image read from `file` has the expected number of columns and rows.
 ///
 /// # Errors
 /// [`OtherSize`].
@@ -47,47 +47,50 @@ pub fn check_size(file: &Path, picture: &Taken, expected_px: [usize; 2]) -> Resu
     Err(OtherSize { file: file.to_owned(), size_px: picture.size_px, expected_px })
 }
 
-/// Weights of red, green and blue in brightness, as in ITU-R BT.709.
+/// Weights of red, green and blue in luminance, as in ITU-R BT.709.
 const BRIGHTNESS: [f32; 3] = [0.2126, 0.7152, 0.0722];
-/// The most pixels of a picture.
+/// Maximum number of pixels of an image.
 const MAX_PIXELS: u64 = 64 << 20;
 
-/// A picture, values from 0 to 1, row by row.
+/// An image with values from 0 to 1, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Taken {
-    /// Columns and rows.
+    /// Number of columns and rows.
     pub size_px: [usize; 2],
-    /// Values of a pixel: 1, or 3 for red, green and blue.
+    /// Number of values per pixel: 1, or 3 for red, green and blue.
     pub channels: usize,
-    /// As many as pixels times channels.
+    /// Values, as many as pixels times channels.
     pub values: Vec<f32>,
 }
 
 impl Taken {
-    /// Reads a PNG, JPEG, TIFF or BMP.
+    /// Reads a PNG, JPEG, TIFF or BMP file.
     ///
     /// # Errors
-    /// A file that cannot be read, or is no picture that can be used.
+    /// Returns an error for a file that cannot be read, or holds no usable image.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let bytes = reading::read(path, PICTURE)?;
+        // Images of captures report the same errors as those of calibrations.
         let wrong = |error: PictureError| {
             let source = error.into();
             Error::from(PinCaptureError::Picture { file: path.display().to_string(), source })
         };
         let Picture { width_px, height_px, channels, values } =
             fabkit_picture::read(&bytes, MAX_PIXELS).map_err(wrong)?;
+        // `get` scales 8-bit and 16-bit values alike to 0 to 1.
         let values = (0..values.len()).filter_map(|i| values.get(i)).collect();
         let size_px = [width_px, height_px].map(|px| px as usize);
         Ok(Self { size_px, channels: channels as usize, values })
     }
 
-    /// Brightness of each pixel.
+    /// Returns the luminance of each pixel.
     pub fn grey(self) -> Vec<f32> {
         let (colors, _) = self.values.as_chunks::<3>();
         match self.channels {
             3 => {
                 colors.iter().map(|color| (0..3).map(|k| BRIGHTNESS[k] * color[k]).sum()).collect()
             }
+            // A greyscale image is its own luminance.
             _ => self.values,
         }
     }

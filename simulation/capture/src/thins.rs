@@ -1,4 +1,5 @@
-//! By how much thinner layers become where their surface is pressed in: what lies below them gives way, too.
+//! Change of the layers' thickness with indentation. The layers below are compressed too, so a layer thins by less than
+//! the indentation.
 
 use fabkit_depth::truth::Yielding as _;
 use fabkit_files::Error;
@@ -11,37 +12,37 @@ use super::scene::middle_of;
 
 /// Polar angles of the table on a dome, deg.
 const POLAR_DEG: [f64; 8] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0];
-/// The ball that is pressed in, and how far, as a part of what is soft.
+/// Radius of the ball that is pressed in, mm, and its depth as a share of the soft layers' thickness.
 pub(super) const BALL_MM: f64 = 2.5;
 const PRESSED: f64 = 0.4;
 
-/// A place of the surface at rest, with its outward unit normal.
+/// A point of the undeformed surface with its outward unit normal.
 pub(super) type Place = (Point3<f64>, Vector3<f64>);
 
-/// Where a ball was pressed in.
+/// Result of one press of the ball.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pressed {
-    /// From +z, seen from a dome's centre, deg; 0 in the middle of a pad.
+    /// Polar angle from +z about a dome's centre, deg; 0 in the middle of a pad.
     pub polar_deg: f64,
     pub at: Place,
-    /// By how much thinner for each millimetre.
+    /// Loss of thickness per millimetre of indentation.
     pub thins: f64,
 }
 
-/// By how much thinner layers become for each millimetre that something of a fingertip's size is pressed in.
+/// Loss of the layers' thickness per millimetre of indentation by an indenter of a fingertip's size, over the surface.
 #[derive(Clone, Debug)]
 pub struct Thins {
-    /// Ascending.
+    /// Presses by ascending polar angle.
     places: Vec<Pressed>,
-    /// Of a dome.
+    /// Centre of the dome; `None` for a pad.
     centre: Option<Point3<f64>>,
 }
 
 impl Thins {
-    /// Presses a ball into some places.
+    /// Computes the table from presses of a ball at some places.
     ///
     /// # Errors
-    /// Layers that cannot be pressed.
+    /// Returns an error if the layers cannot be pressed.
     pub fn of(layers: &LayerScene<'_>, sensor: &Sensor) -> Result<Self, Error> {
         let touch = layers.scene.touch;
         let points = SurfacePoints::new(touch).map_err(Error::bug)?;
@@ -54,6 +55,7 @@ impl Thins {
                 (middle_of(touch).map(|place| (0.0, place)).into_iter().collect(), None)
             }
         };
+        // One setup serves all places.
         let ready = Ready::for_all(sensor, None, false, threads())?;
         let pressed = |(polar_deg, at): (f64, Place)| {
             let thins = thins(layers, touch, &ready, &at)?;
@@ -67,7 +69,8 @@ impl Thins {
         &self.places
     }
 
-    /// At a point of the surface: between the places that were pressed, and beyond the last as there.
+    /// Returns the loss of thickness per millimetre of indentation at a point, interpolated over the polar angle and
+    /// constant beyond the last press.
     pub fn at(&self, point: &Point3<f64>) -> f64 {
         let Some(centre) = self.centre else { return self.places.first().map_or(1.0, |p| p.thins) };
         let deg = (point - centre).angle(&Vector3::z()).to_degrees();
@@ -91,6 +94,7 @@ fn thins(
     (point, outward): &Place,
 ) -> Result<f64, Error> {
     let depth_mm = PRESSED * touch.soft_mm();
+    // The ball's lowest point then lies `depth_mm` below the surface.
     let centre = point + (BALL_MM - depth_mm) * outward;
     let ball = PressBody {
         name: "ball".to_owned(),
@@ -101,5 +105,6 @@ fn thins(
     let outwards_mm = answer.outwards_mm(point, outward);
     let lower = answer.lower_face(layers.scene.innermost());
     let lower_mm = lower.map_or(0.0, |lower| lower.outwards_mm(point));
+    // Both displacements are along the normal: the layer loses the surface's minus the lower face's.
     Ok(1.0 - lower_mm / outwards_mm)
 }

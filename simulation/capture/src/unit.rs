@@ -1,4 +1,4 @@
-//! Another sensor of the same design: what differs from the drawing from unit to unit.
+//! Units of a design: random deviations of built specimens from the drawing.
 
 use fabkit_designs::built::Dimension;
 use fabkit_fixtures::{OneUnit, Project};
@@ -8,29 +8,32 @@ use serde_json::{Value, json};
 
 use super::{Constant, LightConstants};
 
-/// Standard deviations from unit to unit. All chosen, but for the focal length, of which the design says what makers allow,
+/// Standard deviations from unit to unit. All are chosen, except the focal length, whose tolerance the design states
+/// from the maker, and dimensions, whose tolerance the design or a standard states.
 /// and sizes, of which the design or a standard says what is permissible.
 ///
-/// A camera's seat, along each axis, mm, and about each, rad: prints and screws.
+/// Camera seat: shift along each axis, mm, and rotation about each axis, rad. Causes are printing and screws.
 const SEAT_MM: f64 = 0.1;
 const SEAT_RAD: f64 = 0.3 * std::f64::consts::PI / 180.0;
-/// How bright an LED is, as a part: bins of usual LEDs are 10 to 20 % wide.
+/// Standard deviation of an LED's brightness, relative. Bins of usual LEDs are 10 to 20 % wide.
 const LAMP: f64 = 0.1;
-/// Where a mold's core stands, along each axis, mm: what is cast around it is thicker on one side.
+/// Standard deviation of the position of a mold's core along each axis, mm. Layers cast around a shifted core are
+/// thicker on one side.
 const CORE_MM: f64 = 0.05;
-/// What layers scatter and how far light goes in them, as a part: mixing and curing.
+/// Standard deviation of the layers' scattering and of the reach of light in them, relative. Causes are mixing and
+/// curing.
 const LAYER: f64 = 0.1;
-/// A tolerance is about two standard deviations.
+/// Standard deviation as a share of a tolerance: a tolerance is about two standard deviations.
 const OF_TOLERANCE: f64 = 0.5;
 
-/// A unit, by its number: the same number is the same unit, whatever is captured with it.
+/// A unit by its number. The same number always gives the same deviations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit(pub u64);
 
 impl Unit {
-    /// A number of a normal distribution around 0, by what it is for.
+    /// Draws the normally distributed deviation number `what` of this unit, with mean 0.
     fn drawn(self, what: u64, sigma: f64) -> f64 {
-        // Apart from the seeds of noise.
+        // The mask keeps these numbers apart from the seeds of noise, which use the same generator.
         sigma * normal(self.0 ^ 0x756e_6974, what)
     }
 
@@ -51,16 +54,18 @@ impl Unit {
     }
 
     fn lamp(self, group: usize, placement: usize) -> f64 {
+        // Numbers from 1,000 on are LEDs; smaller ones are assigned by hand below 100.
         let what = 1_000 + 1_000 * group as u64 + placement as u64;
         (1.0 + self.drawn(what, LAMP)).max(0.1)
     }
 
-    /// How far off a size is, in its tolerances. None is beyond them: such parts are not used.
+    /// Returns the deviation of a dimension as a share of its tolerance, -1 to 1: parts beyond their tolerances are not
+    /// used.
     pub fn off(self, path: &str) -> f64 {
         self.drawn(of_name(path), OF_TOLERANCE).clamp(-1.0, 1.0)
     }
 
-    /// Camera and lamps of a sensor as this unit has them.
+    /// Applies the unit's deviations to camera and light sources of a sensor.
     pub fn build(self, sensor: &mut Sensor) {
         let camera = &mut sensor.camera;
         let turns = self.seat_rad().map(Angle::from_rad);
@@ -70,7 +75,7 @@ impl Unit {
         camera.sensor_from_camera = Pose::translation(moved.x, moved.y, moved.z)
             .then_in(camera.sensor_from_camera)
             .then_in(turned);
-        // A longer lens sees less.
+        // A longer focal length reduces the field of view.
         let law = camera.lens.projection;
         let radius =
             law.radius(camera.field_of_view.rad() / 2.0) / (1.0 + self.focal_share(camera));
@@ -90,7 +95,7 @@ impl Unit {
         }
     }
 
-    /// What its light rests on.
+    /// Applies the unit's deviations to optical constants, and notes them in their sources.
     pub(super) fn change(self, constants: &mut LightConstants) {
         let all: [&mut Constant; 3] =
             [&mut constants.scatter_per_mm, &mut constants.spread_mm, &mut constants.uv_per_mm];
@@ -136,7 +141,7 @@ fn dimension(of: &Dimension) -> Value {
     })
 }
 
-/// What differs from the drawing in the unit that a sensor is, as JSON; null for what is drawn.
+/// Returns a unit's deviations from the drawing as JSON; null for the drawn sensor.
 pub fn unit_document(project: &Project) -> Value {
     let of = |OneUnit { number, dimensions, .. }: &OneUnit| {
         Unit(*number).document(dimensions, &project.design.sensor)
@@ -144,18 +149,20 @@ pub fn unit_document(project: &Project) -> Value {
     project.unit.as_ref().map(of).into()
 }
 
-/// A number for each name, apart from the small ones that are given by hand.
+/// Hashes a name to a number that does not collide with those assigned by hand.
 fn of_name(name: &str) -> u64 {
-    // FNV-1a: as good as any for some hundred names.
+    // FNV-1a suffices for some hundred names.
     let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     });
+    // The top bit is set, and numbers assigned by hand are small.
     hash | 1 << 63
 }
 
-/// The angle that a lens shows at a radius over its focal length, rad; the search begins nearby.
+/// Returns the angle, rad, at which a projection has the given radius in focal lengths. The search starts at
+/// `near_rad`.
 fn angle_of(law: Projection, radius: f64, near_rad: f64) -> f64 {
-    // Newton's steps: laws are smooth and steep.
+    // Newton's method; the projection laws are smooth and steep.
     (0..8).fold(near_rad, |rad, _| rad - (law.radius(rad) - radius) / law.slope(rad))
 }
 

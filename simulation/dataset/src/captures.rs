@@ -1,4 +1,4 @@
-//! Pictures of half presses that somebody has.
+//! Existing images of half presses.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,28 +21,27 @@ const PICTURE: Expected = Expected {
     hint: "captures are files of a few megabytes at most",
 };
 
-/// One picture for each half: left halves, then right ones.
+/// Image for each half: left halves, then right ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfCaptures {
-    /// Values of a pixel: 1 or 3.
+    /// Number of values per pixel: 1 or 3.
     channels: u32,
-    /// Row by row.
+    /// Values of each image, row by row.
     pictures: Vec<Vec<u8>>,
 }
 
-/// Everything that is wrong with a set of captures.
+/// All problems of a set of captures.
 #[derive(Debug, thiserror::Error)]
 #[error("{}", listed(.0))]
 pub struct InvalidCaptures(pub Vec<String>);
 
 impl HalfCaptures {
-    /// Reads a folder that holds `PATTERN-left.png` and `PATTERN-right.png` for each pattern, or a
-    /// CSV file with the columns pattern, side (`left` or `right`) and file, which is relative to
-    /// the CSV file's folder.
+    /// Reads images from a folder with `PATTERN-left.png` and `PATTERN-right.png` for each pattern, or from a CSV file
+    /// with the columns pattern, side (`left` or `right`) and file. Files are relative to the folder of the CSV file.
     ///
     /// # Errors
-    /// Missing pictures, two for one half, pictures that cannot be read or are not as large as the
-    /// camera's; all at once.
+    /// Reports missing images, two for one half, and images that cannot be read or do not have the camera's size; all
+    /// together.
     pub fn read(
         place: &Path,
         patterns: &[String],
@@ -95,17 +94,17 @@ impl HalfCaptures {
         }
     }
 
-    /// Values of a pixel: 1 or 3.
+    /// Returns the number of values per pixel: 1 or 3.
     pub fn channels(&self) -> u32 {
         self.channels
     }
 
-    /// Of a half, row by row.
+    /// Returns the values of a half's image, row by row.
     pub(super) fn picture(&self, half: usize) -> &[u8] {
         &self.pictures[half]
     }
 
-    /// BLAKE3, in hex, over all pictures.
+    /// Computes a BLAKE3 hash, in hex, over all images.
     pub fn hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         for picture in &self.pictures {
@@ -117,10 +116,12 @@ impl HalfCaptures {
 
 type Found = BTreeMap<(String, &'static str), Vec<PathBuf>>;
 
+/// Finds the images of each half in a folder, by their names.
 fn in_folder(folder: &Path, patterns: &[String]) -> Found {
     let mut found = Found::new();
     for side in SIDES {
         for pattern in patterns {
+            // Names are compared exactly, so that upper-case extensions are tried too.
             let endings =
                 ENDINGS.into_iter().flat_map(|end| [end.into(), end.to_ascii_uppercase()]);
             let files = endings.map(|end: String| folder.join(format!("{pattern}-{side}.{end}")));
@@ -131,6 +132,7 @@ fn in_folder(folder: &Path, patterns: &[String]) -> Found {
     found
 }
 
+/// Reads the images of each half from a list.
 fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
     let mut found = Found::new();
     let shown = csv.display();
@@ -148,6 +150,7 @@ fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
             [""] | ["pattern", "side", "file"] => {}
             [pattern, side, file] => {
                 let side = SIDES.into_iter().find(|known| *known == side);
+                // An unknown pattern is a fault, because it may be misspelt.
                 let known = patterns.iter().any(|known| known == pattern);
                 match side {
                     Some(side) if known => {
@@ -168,8 +171,7 @@ fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
     found
 }
 
-/// Channels and values of 8 bits, which training sets are made of. Sizes are compared before anything is
-/// decoded.
+/// Reads channels and 8-bit values, which training sets consist of. The size is compared before anything is decoded.
 fn read_one(file: &Path, size_px: [u32; 2]) -> Result<(u32, Vec<u8>), String> {
     let shown = file.display();
     let bytes = reading::read(file, PICTURE).map_err(|error| error.to_string())?;
@@ -181,7 +183,7 @@ fn read_one(file: &Path, size_px: [u32; 2]) -> Result<(u32, Vec<u8>), String> {
             "{shown} has {found_width} x {found_height} px; the camera has {width} x {height}"
         ));
     }
-    // As large as the camera's picture, whose size has its own limit.
+    // The image has the size of the camera's, which has its own limit.
     let Picture { channels, values, .. } =
         fabkit_picture::read(&bytes, u64::MAX).map_err(unreadable)?;
     match values {

@@ -1,4 +1,4 @@
-//! The data card: what a stranger needs to train on the folder.
+//! Data card: everything that somebody needs to train on the folder.
 
 use fabkit_depth::truth::Uncertainty;
 use fabkit_scene::ground_truth::median;
@@ -7,13 +7,13 @@ use fabkit_scene::pressing::{Contact, ContactGap};
 use super::halves::{pressers_of, with_map};
 use super::{DatasetError, Job, Split};
 
-/// So many halves tell how far elastic contact is from rigid contact.
+/// Number of halves for which elastic and rigid contact are compared.
 const COMPARED: usize = 8;
 
-/// The content of `README.md`.
+/// Writes the content of `README.md`.
 ///
 /// # Errors
-/// Layers that do not answer a press.
+/// Fails for a press without a contact solution.
 pub(super) fn text(job: &Job) -> Result<String, DatasetError> {
     let plan = job.plan;
     let count = plan.patterns.len();
@@ -88,7 +88,7 @@ pub(super) fn text(job: &Job) -> Result<String, DatasetError> {
     ))
 }
 
-/// How far ranges are from those of rigid contact, of halves from all over the set.
+/// Compares ranges with those of rigid contact, for halves spread over the set.
 fn beside_rigid(job: &Job) -> Result<String, DatasetError> {
     let halves = 2 * job.plan.patterns.len();
     let compared = COMPARED.min(halves);
@@ -106,7 +106,7 @@ fn beside_rigid(job: &Job) -> Result<String, DatasetError> {
     ))
 }
 
-/// Standard deviations of the surface at rest, medians over its pixels.
+/// Describes the standard deviations of the surface at rest, by medians over its pixels.
 fn how_sure(job: &Job, uncertainty: &Uncertainty) -> String {
     let sigmas = job.surface.untouched().sigmas(uncertainty);
     let [range_mm, point_mm, normal_rad] = [

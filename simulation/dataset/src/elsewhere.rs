@@ -1,16 +1,16 @@
-//! Halves that are cast elsewhere: each shard depends on the job alone, so that it can be computed
-//! on any machine, and as often as it gets lost. What is sent is looked at before it is kept.
+//! Halves that are cast on other machines. Each shard depends on the job alone, so that any machine can compute it, and
+//! again if it gets lost. Files that arrive are checked before they are kept.
 
 use super::store::DatasetError;
 use super::{Begun, Job, halves, shard_file, size_px};
 
-/// Files by their paths below a data set's folder.
+/// Files by their paths relative to a data set's folder.
 pub type Files = Vec<(String, Vec<u8>)>;
 
-/// A shard of halves, with the hash of the plan that it belongs to.
+/// Computes a shard of halves. Also returns the hash of the plan that it belongs to.
 ///
 /// # Errors
-/// Files that cannot be made.
+/// Fails if a file cannot be made.
 pub fn shard(job: &Job, number: u64) -> Result<(String, Files), DatasetError> {
     let halves = halves::arrays(job, size_px(job));
     let plan = hash(&job.plan.document(job));
@@ -18,12 +18,12 @@ pub fn shard(job: &Job, number: u64) -> Result<(String, Files), DatasetError> {
 }
 
 impl Begun {
-    /// The hash of the plan, which [`shard`] tells too.
+    /// Computes the hash of the plan, which [`shard`] returns too.
     pub fn plan_hash(&self) -> String {
         hash(&self.plan)
     }
 
-    /// Which shards of halves are missing.
+    /// Lists the shards of halves that are missing.
     pub fn missing(&self) -> Vec<u64> {
         let is_missing = |shard: &u64| {
             let names = halves::shard_names(&self.halves, *shard);
@@ -33,11 +33,11 @@ impl Begun {
         (0..all).filter(is_missing).collect()
     }
 
-    /// Keeps the files of a [`shard`] that somebody else computed, each whole or not at all.
+    /// Keeps the files of a [`shard`] that another machine computed, each completely or not at all.
     ///
     /// # Errors
-    /// [`DatasetError::Stranger`]: a name that is none of the plan's, content that is no shard;
-    /// then nothing of it is kept. Files that cannot be written.
+    /// Returns [`DatasetError::Stranger`] for a name that is not in the plan, or content that is no shard; then no file
+    /// is kept. Fails if a file cannot be written.
     pub fn keep(&self, files: &Files) -> Result<(), DatasetError> {
         for (name, bytes) in files {
             let stranger = |what| DatasetError::Stranger { name: name.clone(), what };
@@ -47,6 +47,7 @@ impl Begun {
             shard_file::check(array, shard, bytes)
                 .map_err(|what| stranger(format!("which is not what it should be: {what}")))?;
         }
+        // Only after all files have passed: a shard is kept completely or not at all.
         files.iter().try_for_each(|(name, bytes)| Ok(self.folder.put(name, bytes)?))
     }
 }

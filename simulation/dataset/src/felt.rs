@@ -1,4 +1,4 @@
-//! What soft layers feel of half presses: forces, moments, and what reaches across the seam.
+//! Response of soft layers to half presses: forces, moments, and effects across the seam.
 
 use std::fmt::Write as _;
 
@@ -15,27 +15,27 @@ use serde_json::{Value, json};
 use super::order::DatasetRequestError;
 use super::{DatasetError, DatasetRequest, Job, NamedPresses, PressPattern};
 
-/// A pattern as the layers feel it, on the left and on the right.
+/// Pattern with the response of the layers, on the left and on the right.
 #[derive(Clone, Debug)]
 pub struct Felt {
     touch: TouchSurface,
     shear_mm: [f64; 2],
     bodies: [Vec<PressBody>; 2],
-    /// Nothing where a half does not touch.
+    /// Response on either side; `None` if the half does not touch.
     forces: [Option<Forces>; 2],
 }
 
-/// What a half press does.
+/// Response of the layers to a half press.
 #[derive(Clone, Copy, Debug)]
 struct Forces {
     step: Step,
     friction: Option<f64>,
-    /// How far the surface moves at most on the other side of the seam, mm.
+    /// Largest displacement of the surface on the other side of the seam, mm.
     beyond_seam_mm: f64,
 }
 
 impl Felt {
-    /// What the layers answer to one side; nothing where nothing touches.
+    /// Computes the contact solution of one side; `None` if nothing touches.
     pub(super) fn answer<'r>(
         &self,
         ready: &'r Ready,
@@ -59,7 +59,7 @@ fn friction_of(contact: Contact) -> Option<f64> {
     }
 }
 
-/// What is wrong with a half, and what to do.
+/// Error of a half press, with advice.
 struct Fault {
     text: String,
     hint: Option<String>,
@@ -69,10 +69,10 @@ fn fault(half: &str, error: &PressingError) -> Fault {
     Fault { text: format!("`{half}`: {error}"), hint: error.hint() }
 }
 
-/// Patterns with their bodies where they end up, and what the layers answer if they are asked.
+/// Prepares patterns with their bodies at the end of the press, and the response of the layers if they are simulated.
 ///
 /// # Errors
-/// Every half that has no answer; ways along a surface that does not give way.
+/// Reports every half without a contact solution, and shear on a rigid surface.
 pub(super) fn prepare(
     named: &[NamedPresses],
     touch: &TouchSurface,
@@ -107,6 +107,7 @@ pub(super) fn prepare(
     }
 }
 
+/// Solves for the contact on both sides, and moves the bodies to the end of the press.
 fn felt(
     pattern: &NamedPresses,
     touch: &TouchSurface,
@@ -121,6 +122,7 @@ fn felt(
         match ready.answer(touch, &bodies[i], pattern.shear_mm, friction) {
             Ok(answer) => {
                 let way = answer.way_mm;
+                // Bodies are stored where the press ends, after pressing and shear.
                 let way = Pose::translation(way.x, way.y, way.z);
                 for body in sides[i].iter_mut().flat_map(|press| &mut press.bodies) {
                     body.sensor_from_body = way.then_in(body.sensor_from_body);
@@ -131,6 +133,7 @@ fn felt(
                     beyond_seam_mm: beyond_seam_mm(ready, &answer, i == 0),
                 });
             }
+            // The caller accepts presses that miss the surface.
             Err(error) if error.is_no_contact() && order.allow_no_contact => {}
             Err(error) => faults.push(fault(&format!("{} {side}", pattern.name), &error)),
         }
@@ -146,6 +149,7 @@ fn bodies_of(presses: &[Press]) -> Vec<PressBody> {
     presses.iter().flat_map(|press| press.bodies.clone()).collect()
 }
 
+/// Creates a pattern from presses in their final poses.
 fn built(
     pattern: &NamedPresses,
     sides: &[Vec<Press>; 2],
@@ -163,8 +167,10 @@ fn built(
     })
 }
 
-/// Beyond the plane between the halves: what stitching leaves out, and the other half would feel first.
+/// Computes the largest motion of the surface beyond the plane between the halves, mm. Stitching leaves it out,
+/// although the other half would change it first.
 fn beyond_seam_mm(ready: &Ready, answer: &Answer, is_left: bool) -> f64 {
+    // The seam's normal points from left to right.
     let sign = if is_left { 1.0 } else { -1.0 };
     let pose = ready.soft.sensor_from_stack;
     let is_beyond =
@@ -173,7 +179,7 @@ fn beyond_seam_mm(ready: &Ready, answer: &Answer, is_left: bool) -> f64 {
     moved.map(|node| node.displacement_mm.dot(&node.outward).abs()).fold(0.0, f64::max)
 }
 
-/// One line for each half; nothing where the layers were not asked.
+/// Writes a table with a line for each half; `None` if the layers are not simulated.
 pub(super) fn halves_csv(job: &Job) -> Option<String> {
     job.ready?;
     let mut text = String::from(
@@ -203,7 +209,7 @@ pub(super) fn halves_csv(job: &Job) -> Option<String> {
                 Some(step.bulge_mm),
                 Some(beyond_seam_mm),
             ],
-            // Nothing touches.
+            // A half that does not touch has no forces; its friction stays empty.
             None => [[Some(0.0); 2].as_slice(), &[None], &[Some(0.0); 10]].concat(),
         };
         for number in numbers {
@@ -217,7 +223,7 @@ pub(super) fn halves_csv(job: &Job) -> Option<String> {
     Some(text)
 }
 
-/// What forces and displacements rest on.
+/// Describes the assumptions behind forces and displacements.
 pub(super) fn about(ready: &Ready, patterns: &[PressPattern]) -> Value {
     let forces = patterns.iter().filter_map(|pattern| pattern.felt.as_ref());
     let forces = forces.flat_map(|felt| felt.forces.iter().flatten());

@@ -1,4 +1,4 @@
-//! Casting every half press once.
+//! Casting of every half press, once.
 
 use std::ops::Range;
 
@@ -14,18 +14,19 @@ use super::store::{DatasetError, Store};
 use super::tiling::Tiling;
 use super::{Files, Job};
 
-/// Half presses in one file.
+/// Number of half presses in one file.
 const HALVES_PER_SHARD: u64 = 16;
 
-/// What is kept of a half press.
+/// Stored values of a half press.
 pub(super) struct Half {
     pub(super) indentation_mm: Vec<f32>,
     pub(super) label: Vec<u8>,
-    /// If a calibration says how sure it is; else nothing.
+    /// Standard deviations, if the calibration has a covariance; else empty.
     indentation_sigma_mm: Vec<f32>,
 }
 
-/// `halves/indentation_mm`, `halves/label` and, if a calibration says how sure it is, `halves/indentation_sigma_mm`.
+/// Returns the arrays `halves/indentation_mm`, `halves/label` and, if the calibration has a covariance,
+/// `halves/indentation_sigma_mm`.
 pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
     let array = |element, attributes| ZarrArray {
         element,
@@ -54,15 +55,15 @@ pub(super) fn arrays(job: &Job, [height, width]: [u32; 2]) -> Vec<ZarrArray> {
     all
 }
 
-/// Names of [`arrays`], in order; there may be fewer.
+/// Names of [`arrays`], in order; the last may be absent.
 const NAMES: [&str; 3] = ["halves/indentation_mm", "halves/label", "halves/indentation_sigma_mm"];
 
-/// What a shard's work leaves: what its halves contribute to samples, if these are written, and
-/// which halves touch nothing.
+/// Result of a shard: the contributions of its halves to samples, if these are written, and the indices of halves that
+/// touch nothing.
 type Cast = (Vec<Parts>, Vec<usize>);
 
-/// Casts and writes. What samples will be stitched from is handed back if there is a tiling for them,
-/// and with it the places of halves that touch nothing.
+/// Casts and writes all halves. Returns their contributions to samples, if there is a tiling, and the indices of halves
+/// that touch nothing.
 pub(super) fn write(
     store: &Store,
     job: &Job,
@@ -78,6 +79,7 @@ pub(super) fn write(
         let places = as_usize(first.samples_of(shard));
         let is_there = names.iter().all(|name| store.has(name));
         let halves: Vec<Half> = match (is_there, tiling) {
+            // Nothing to write, and nothing to stitch: existing halves need not be read.
             (true, None) => Vec::new(),
             (true, Some(_)) => read_halves(store, arrays, places.clone())?,
             (false, _) => {
@@ -105,7 +107,7 @@ pub(super) fn write(
     Ok(all)
 }
 
-/// The files of one shard, whatever is there already.
+/// Computes the files of one shard, even if they exist.
 pub(super) fn shard_files(
     job: &Job,
     arrays: &[ZarrArray],
@@ -124,13 +126,13 @@ fn as_usize(range: Range<u64>) -> Range<usize> {
     range.start as usize..range.end as usize
 }
 
-/// A shard's file in each array, in order.
+/// Returns the paths of a shard's files, one for each array, in order.
 pub(super) fn shard_names(arrays: &[ZarrArray], shard: u64) -> Vec<String> {
     let path = |(name, array): (&&str, &ZarrArray)| format!("{name}/{}", array.shard_path(shard));
     NAMES.iter().zip(arrays).map(path).collect()
 }
 
-/// The array and the number of a shard's file.
+/// Finds the array and the number of a shard from the path of its file.
 pub(super) fn shard_of<'a>(arrays: &'a [ZarrArray], name: &str) -> Option<(&'a ZarrArray, u64)> {
     NAMES.iter().zip(arrays).find_map(|(of, array)| {
         let is_its = |shard: &u64| name == format!("{of}/{}", array.shard_path(*shard));
@@ -138,6 +140,7 @@ pub(super) fn shard_of<'a>(arrays: &'a [ZarrArray], name: &str) -> Option<(&'a Z
     })
 }
 
+/// Packs one kind of values of some halves into a shard.
 fn pack(
     array: &ZarrArray,
     halves: &[Half],
@@ -147,14 +150,14 @@ fn pack(
     Ok(array.shard(&packed.collect::<Result<Vec<_>, _>>()?))
 }
 
-/// What is in each of [`NAMES`], little-endian.
+/// Values of each of [`NAMES`], little-endian.
 const VALUES: [fn(&Half) -> Vec<u8>; 3] = [
     |half| bytes_of_f32(&half.indentation_mm),
     |half| half.label.clone(),
     |half| bytes_of_f32(&half.indentation_sigma_mm),
 ];
 
-/// What an earlier run, or somebody else, cast.
+/// Reads halves that an earlier run, or another machine, cast.
 pub(super) fn read_halves(
     store: &Store,
     arrays: &[ZarrArray],
@@ -169,13 +172,13 @@ pub(super) fn read_halves(
         let bytes = indentations.sample(place)?;
         let values = bytes.as_chunks().0.iter().map(|value| f32::from_le_bytes(*value));
         let (indentation_mm, label) = (values.collect(), labels.sample(place)?);
-        // What is read again is stitched and not written again: how sure it is nobody asks.
+        // Halves that are read are stitched and not written again: their standard deviations are not needed.
         Ok(Half { indentation_mm, label, indentation_sigma_mm: Vec::new() })
     };
     places.map(half).collect()
 }
 
-/// Casts one half: the left ones in order, then the right ones.
+/// Casts one half by its index: left halves first, then right ones.
 pub(super) fn cast_half(job: &Job, half: usize) -> Result<Half, DatasetError> {
     with_map(job, half, false, |map, _| Half {
         indentation_mm: indentation_f32(map),
@@ -184,7 +187,7 @@ pub(super) fn cast_half(job: &Job, half: usize) -> Result<Half, DatasetError> {
     })
 }
 
-/// What layers answer to a half, if they are asked and touched.
+/// Computes the contact solution of a half, if layers are simulated and touched.
 pub(super) fn answer<'a>(job: &Job<'a>, half: usize) -> Result<Option<Answer<'a>>, DatasetError> {
     let (pattern, side) = job.half(half);
     match (job.ready, &pattern.felt) {
@@ -193,13 +196,13 @@ pub(super) fn answer<'a>(job: &Job<'a>, half: usize) -> Result<Option<Answer<'a>
     }
 }
 
-/// What presses in a half.
+/// Returns the bodies of a half.
 pub(super) fn pressers_of<'a>(job: &'a Job, half: usize) -> &'a [Presser] {
     let (pattern, side) = job.half(half);
     if side == Side::Left { &pattern.left } else { &pattern.right }
 }
 
-/// Shows the map of a half, and what layers answer, with normals if they are wanted.
+/// Calls `look` with the depth map of a half and its contact solution; the map has normals if `has_normals`.
 pub(super) fn with_map<R>(
     job: &Job,
     half: usize,
@@ -215,26 +218,26 @@ pub(super) fn with_map<R>(
     Ok(look(&map, answer.as_ref()))
 }
 
-/// Whether any pixel on its own side sees what presses.
+/// Returns whether any pixel on the half's own side shows one of its bodies.
 fn touches(job: &Job, place: usize, half: &Half) -> bool {
     let (_, own) = job.half(place);
     let mut labels = half.label.iter().zip(job.seam.sides());
     labels.any(|(label, side)| u16::from(*label) > SURFACE_LABEL && *side == own)
 }
 
-/// Where no surface is seen there is no indentation either.
+/// Converts indentations; 0 where no surface is visible.
 fn indentation_f32(map: &DepthMap) -> Vec<f32> {
     map.indentation_mm().map(|mm| if mm.is_finite() { mm as f32 } else { 0.0 }).collect()
 }
 
-/// Where nothing has moved, or no surface is seen, nothing is unsure.
+/// Converts standard deviations of indentations; 0 where nothing has moved or no surface is visible.
 fn sigma_f32(map: &DepthMap, uncertainty: &Uncertainty) -> Vec<f32> {
     let has_moved: Vec<bool> = map.indentation_mm().map(|mm| mm.is_finite() && mm != 0.0).collect();
     let sigmas = map.sigmas_where(uncertainty, |pixel| has_moved[pixel]);
     sigmas.indentation_mm().map(|mm| if mm.is_finite() { mm as f32 } else { 0.0 }).collect()
 }
 
-/// A pattern has at most [`MAX_BODIES`](super::MAX_BODIES).
+/// Converts labels. They fit into bytes, because a pattern has at most [`MAX_BODIES`](super::MAX_BODIES) bodies.
 fn labels_u8(map: &DepthMap) -> Vec<u8> {
     map.label().iter().map(|&label| u8::try_from(label).unwrap_or(u8::MAX)).collect()
 }
@@ -245,7 +248,7 @@ fn bytes_of_f32(values: &[f32]) -> Vec<u8> {
     bytes
 }
 
-/// The bytes of `reference.npz`.
+/// Computes the content of `reference.npz`.
 pub(super) fn reference(job: &Job) -> Result<Vec<u8>, DatasetError> {
     let map = job.surface.untouched();
     let shape = vec![map.height_px() as usize, map.width_px() as usize];

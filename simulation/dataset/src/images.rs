@@ -1,4 +1,4 @@
-//! Pictures of half presses, given or simulated, stitched like the halves that they show.
+//! Images of half presses, given or simulated, stitched like the halves that they show.
 
 use std::borrow::Cow;
 
@@ -16,17 +16,17 @@ use super::{Job, halves};
 const HALVES: &str = "halves/image";
 const SAMPLES: &str = "samples/image";
 
-/// A picture of each half: left halves, then right ones.
+/// Images of all halves: left halves, then right ones.
 #[derive(Debug)]
 pub enum HalfImages<'a> {
-    /// Somebody has them.
+    /// Existing images.
     Given(HalfCaptures),
-    /// They are taken as they are needed, each with noise of its own: of this seed and its number.
+    /// Images that are rendered when needed, with noise from this seed and the half's number.
     Simulated(Box<Studio<'a>>, u64),
 }
 
 impl HalfImages<'_> {
-    /// Values of a pixel: 1 or 3.
+    /// Returns the number of values per pixel: 1 or 3.
     pub fn channels(&self) -> u32 {
         match self {
             Self::Given(captures) => captures.channels(),
@@ -34,7 +34,7 @@ impl HalfImages<'_> {
         }
     }
 
-    /// What the folder says of them.
+    /// Describes the images for the data set's document.
     pub(super) fn document(&self) -> Value {
         match self {
             Self::Given(captures) => json!({ "is_simulated": false, "hash": captures.hash() }),
@@ -53,6 +53,7 @@ impl HalfImages<'_> {
         }
     }
 
+    /// Returns the image of a half, rendered if it is simulated.
     fn picture(
         &self,
         store: &Store,
@@ -64,12 +65,12 @@ impl HalfImages<'_> {
             Self::Given(captures) => return Ok(Cow::Borrowed(captures.picture(half))),
             Self::Simulated(studio, seed) => (studio, seed),
         };
-        // As far from those of other halves as seeds are from each other.
+        // Distinct seeds of data sets give distinct seeds of halves.
         let seed = Some(seed.wrapping_mul(2 * job.patterns.len() as u64 + 1) + half as u64);
         let taken = if studio.wants_normals() {
             halves::with_map(job, half, true, |map, answer| studio.take(map, answer, seed))?
         } else {
-            // Its truth has been written: rays need not be cast again.
+            // The half's depth map has been written: rays need not be cast again.
             let written = halves::read_halves(store, halves, half..half + 1)?;
             let Some(truth) = written.first() else { return Ok(Cow::Owned(Vec::new())) };
             let (by_mm, label) = (&truth.indentation_mm, &truth.label);
@@ -80,7 +81,7 @@ impl HalfImages<'_> {
         Ok(Cow::Owned(taken.iter().map(|grey| grey.round() as u8).collect()))
     }
 
-    /// `halves/image` and, if there is a tiling for them, `samples/image`.
+    /// Returns the array `halves/image` and, if there is a tiling, `samples/image`.
     pub(super) fn arrays(
         &self,
         job: &Job,
@@ -113,7 +114,7 @@ impl HalfImages<'_> {
         arrays
     }
 
-    /// Writes the pictures, and all pairs of them if they are materialised; the halves' truth has been written.
+    /// Writes the images, and all pairs of them if they are materialised. The halves' depth maps have been written.
     pub(super) fn write(
         &self,
         store: &Store,
@@ -122,7 +123,7 @@ impl HalfImages<'_> {
         halves: &[ZarrArray],
         arrays: &[(String, ZarrArray)],
     ) -> Result<(), DatasetError> {
-        // Each is taken once, whatever it is needed for, and none where all files are there.
+        // Each image is rendered once, even if several arrays need it, and none if all files exist.
         let names = arrays.iter().flat_map(|(name, array)| {
             (0..array.shards()).map(move |shard| format!("{name}/{}", array.shard_path(shard)))
         });
@@ -155,6 +156,7 @@ impl HalfImages<'_> {
         Ok(())
     }
 
+    /// Cuts a half's image into its part of samples.
     fn part(
         &self,
         job: &Job,

@@ -1,26 +1,25 @@
-//! Training targets for all combinations of two half presses.
+//! Training data sets: ground truth for all combinations of two half presses.
 //!
-//! Each pattern is cast twice: on the left of the seam and, turned by half a turn, on the right.
-//! N patterns are 2 N casts; each left half goes with each right half, which makes N x N samples
-//! at the price of stitching (R-Tac0, section IV-B). The folder is a Zarr version 3 group:
+//! Each pattern is cast twice: on the left of the seam and, rotated by half a turn, on the right. N patterns are 2 N
+//! casts. Each left half is combined with each right half, which makes N x N samples at the cost of stitching (R-Tac0,
+//! section IV-B). The folder is a Zarr version 3 group:
 //!
-//! | path | holds |
+//! | path | content |
 //! |---|---|
 //! | `halves/indentation_mm`, `halves/label` | (2 N, rows, columns): left halves, then right ones |
-//! | `halves/indentation_sigma_mm` | how sure indentations are, if a calibration says how sure it is |
-//! | `reference.npz` | range, points, normals without contact, how sure they are; the side of the seam of each pixel |
-//! | `samples.csv` | which two halves each sample consists of, and its split |
-//! | `halves.csv` | forces, moments and contact of each half, if layers give way |
-//! | `samples/indentation_mm`, `samples/label` | the same, stitched, if materialised |
+//! | `halves/indentation_sigma_mm` | standard deviations of indentations, if the calibration has a covariance |
+//! | `reference.npz` | range, points, normals without contact, their sigmas; the side of the seam of each pixel |
+//! | `samples.csv` | the two halves of each sample, and its split |
+//! | `halves.csv` | forces, moments and contact of each half, if layers are elastic |
+//! | `samples/indentation_mm`, `samples/label` | the same as for halves, stitched, if materialised |
 //! | `halves/image`, `samples/image` | captures of the halves, and stitched, if there are any |
-//! | `dataset.json`, `README.md` | what everything means, for programs and for people |
+//! | `dataset.json`, `README.md` | description of everything, for programs and for people |
 //!
-//! A sample's range is the reference's minus its indentation. Splits are by *pattern*: a sample is
-//! for training only if both of its patterns are, so that no shape leaks into the test.
+//! A sample's range is the reference's range minus the indentation. Splits are by *pattern*: a sample is for training
+//! only if both of its patterns are, so that no shape leaks into the test.
 //!
-//! Every file appears whole or not at all, under its final name; `dataset.json` lists them with
-//! their hashes. Killed and resumed, a run ends with the same bytes as an undisturbed one
-//! ([`resumable`](fabkit_files::resumable)).
+//! Every file appears complete or not at all, under its final name; `dataset.json` lists them with their hashes. A run
+//! that was killed and resumed ends with the same bytes as an undisturbed one ([`resumable`](fabkit_files::resumable)).
 
 mod captures;
 mod card;
@@ -64,46 +63,46 @@ use fabkit_files::resumable::{Folder, FolderError};
 use fabkit_scene::pressing::{Contact, Ready};
 use tiling::Tiling;
 
-/// What is pressed: the same shape on either side of the seam.
+/// Pattern of bodies that is pressed on either side of the seam.
 #[derive(Clone, Debug)]
 pub struct PressPattern {
-    /// For example `semi-dome-017`.
+    /// Name, for example `semi-dome-017`.
     pub name: String,
     /// Bodies on the left, in the sensor frame.
     pub left: Vec<Presser>,
     /// The same bodies after half a turn about z.
     pub right: Vec<Presser>,
-    /// What soft layers feel of either, if they are asked.
+    /// Response of soft layers on either side, if it is simulated.
     pub felt: Option<Felt>,
 }
 
-/// What to compute, and from what.
+/// Inputs of a data set.
 #[derive(Clone, Copy, Debug)]
 pub struct Job<'a> {
-    /// The surface as the camera sees it.
+    /// Surface as the camera sees it.
     pub surface: &'a ReferenceSurface<'a>,
-    /// Where left and right meet.
+    /// Seam between the left and the right side.
     pub seam: &'a Seam,
-    /// What is pressed, in order.
+    /// Patterns, in order.
     pub patterns: &'a [PressPattern],
-    /// How the surface answers.
+    /// Contact model of the surface.
     pub contact: Contact,
-    /// The soft layers, if they are asked.
+    /// Solver for the soft layers, if they are simulated.
     pub ready: Option<&'a Ready>,
-    /// How sure camera and pose are, if a calibration says so.
+    /// Uncertainty of camera and pose, if a calibration states it.
     pub uncertainty: Option<&'a Uncertainty>,
-    /// What the folder will say about itself.
+    /// Description of the data set, stored in its folder.
     pub plan: &'a DatasetPlan,
-    /// Pictures of all halves.
+    /// Images of all halves.
     pub captures: Option<&'a HalfImages<'a>>,
-    /// Write the stitched samples too, instead of their list alone.
+    /// Write the stitched samples, not only their list.
     pub materialise: bool,
-    /// Go on where an earlier run was stopped.
+    /// Resume an earlier run that was stopped.
     pub resume: bool,
 }
 
 impl Job<'_> {
-    /// The pattern of a half, and on which side of the seam it presses.
+    /// Returns the pattern of a half, and the side of the seam on which it presses.
     fn half(&self, half: usize) -> (&PressPattern, Side) {
         let count = self.patterns.len();
         let side = if half < count { Side::Left } else { Side::Right };
@@ -116,48 +115,47 @@ impl Job<'_> {
     }
 }
 
-/// What a run did.
+/// Summary of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WrittenDataset {
-    /// Half presses.
+    /// Number of half presses.
     pub halves: usize,
-    /// Combinations of them.
+    /// Number of their combinations.
     pub samples: usize,
-    /// Files that an earlier run had finished.
+    /// Number of files that an earlier run had finished.
     pub found: usize,
-    /// Files written now.
+    /// Number of files written in this run.
     pub made: usize,
-    /// Of these, files that were there and were not what an earlier run wrote.
+    /// Rewritten files that existed with other content than an earlier run wrote.
     pub damaged: Vec<String>,
-    /// Halves, of those cast now, that press nothing that the camera sees on their side of the
-    /// seam.
+    /// Halves cast in this run whose bodies no pixel on their side of the seam shows.
     pub untouched: Vec<String>,
 }
 
-/// A data set that is being written: nobody else writes there until this is dropped.
+/// Data set that is being written. The folder is locked until this is dropped.
 #[derive(Debug)]
 pub struct Begun {
     folder: Folder,
-    /// The plan that it was begun with.
+    /// Plan with which the data set was begun.
     plan: serde_json::Value,
-    /// Shapes of `halves/indentation_mm` and `halves/label`.
+    /// Arrays `halves/indentation_mm`, `halves/label` and, if present, `halves/indentation_sigma_mm`.
     halves: Vec<ZarrArray>,
 }
 
-/// Begins a data set, or, to [`resume`](Job::resume), goes on with one.
+/// Begins a data set, or resumes one if [`Job::resume`] is set.
 ///
 /// # Errors
-/// [`DatasetError::Folder`]: a folder that is not empty, holds another plan, or is in use.
+/// Returns [`DatasetError::Folder`] for a folder that is not empty, holds another plan, or is in use.
 pub fn begin(folder: &Path, job: &Job) -> Result<Begun, DatasetError> {
     let plan = job.plan.document(job);
     let folder = Folder::open(KIND, folder, plan.clone(), job.resume)?;
     Ok(Begun { folder, plan, halves: halves::arrays(job, size_px(job)) })
 }
 
-/// Writes a data set: [`begin`] and [`Begun::write`].
+/// Writes a data set: calls [`begin`] and [`Begun::write`].
 ///
 /// # Errors
-/// Theirs.
+/// Fails as these two.
 pub fn write(
     folder: &Path,
     job: &Job,
@@ -168,11 +166,11 @@ pub fn write(
 }
 
 impl Begun {
-    /// Writes what is missing. `cancelled` is asked between files; what was finished until then
-    /// stays for `resume`.
+    /// Writes the files that are missing. `cancelled` is called before each file; files that are finished then remain
+    /// for `resume`.
     ///
     /// # Errors
-    /// [`DatasetError`]; a job with another plan.
+    /// Fails if a file cannot be computed or written, or if the job has another plan.
     pub fn write(
         self,
         job: &Job,
@@ -189,7 +187,7 @@ impl Begun {
         let images = job.captures.map(|captures| captures.arrays(job, tiling, [height, width]));
         let images = images.unwrap_or_default();
         let felt = felt::halves_csv(job);
-        // Group, reference, list, card, plan.
+        // Five files: group, reference, list of samples, data card, document.
         let groups = if job.materialise { ["halves", "samples"].as_slice() } else { &["halves"] };
         let arrays = halves.iter().chain(&samples).chain(images.iter().map(|(_, array)| array));
         let files = 5
@@ -208,7 +206,9 @@ impl Begun {
         if let Some(felt) = felt {
             store.put("halves.csv", || Ok(felt.into_bytes()))?;
         }
+        // The data card may cast some halves, to compare contact models.
         store.put("README.md", || Ok(card::text(job)?.into_bytes()))?;
+        // The reference and the halves are independent and both take long.
         let (reference, cast) = rayon::join(
             || store.put("reference.npz", || halves::reference(job)),
             || halves::write(&store, job, halves, tiling),
@@ -234,7 +234,7 @@ impl Begun {
         })
     }
 
-    /// What a job is read from may have changed since the data set was begun.
+    /// Checks that the job still has the plan with which the data set was begun, as its inputs may have changed.
     fn check(&self, job: &Job) -> Result<(), DatasetError> {
         let differences = fabkit_files::resumable::differences(&self.plan, &job.plan.document(job));
         match differences.is_empty() {
@@ -247,7 +247,7 @@ impl Begun {
     }
 }
 
-/// Rows and columns.
+/// Returns rows and columns.
 fn size_px(job: &Job) -> [u32; 2] {
     [job.surface.rays().height_px(), job.surface.rays().width_px()]
 }

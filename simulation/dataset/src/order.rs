@@ -1,4 +1,4 @@
-//! What a data set is made of: read, checked and cast.
+//! Preparation of a data set: reads, checks and casts what a request names.
 
 use std::path::Path;
 
@@ -21,53 +21,53 @@ use super::{
     patterns,
 };
 
-/// What a data set is made of, besides what the camera sees.
+/// Request for a data set, besides the camera and the sensor.
 #[derive(Clone, Debug)]
 pub struct DatasetRequest<'a> {
-    /// List of patterns; all semi-domes without it.
+    /// File with a list of patterns; `None` for all semi-domes.
     pub presses: Option<&'a Path>,
-    /// Pictures of the halves.
+    /// Folder or list of existing images of the halves.
     pub captures: Option<&'a Path>,
-    /// Take pictures of the halves instead.
+    /// Simulated images of the halves instead.
     pub images: Option<ImageRequest<'a>>,
-    /// How the surface answers.
+    /// Contact model of the surface.
     pub contact: Contact,
-    /// What is left out on either side of the seam, mm.
+    /// Width that is left out on either side of the seam, mm.
     pub seam_margin_mm: f64,
-    /// Whether presses may miss the surface.
+    /// True if presses may miss the surface.
     pub allow_no_contact: bool,
-    /// Which patterns are for what.
+    /// Seed for the assignment of patterns to splits, and for the noise of simulated images.
     pub seed: u64,
     /// Write the stitched samples too.
     pub materialise: bool,
-    /// Go on where an earlier run was stopped.
+    /// Resume an earlier run that was stopped.
     pub resume: bool,
 }
 
-/// What pictures of halves to take.
+/// Request for simulated images of halves.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageRequest<'a> {
-    /// Which of the sensor's lights is on; its usual one where nobody says.
+    /// Name of the sensor's light that is on; the usual one by default.
     pub light: Option<&'a str>,
-    /// Constants of a unit's light.
+    /// File with the constants of a unit's light.
     pub constants: Option<&'a Path>,
 }
 
-/// What a data set cannot be made of.
+/// Reason why a data set cannot be prepared.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetRequestError {
-    /// Nothing was named, and the sensor has no halves of its own.
+    /// No patterns were named, and the sensor has no halves of its own.
     #[error(transparent)]
     NoPatterns(NoPatterns),
-    /// Presses that the layers do not answer.
+    /// Some presses have no contact solution.
     #[error("{}", listed(.faults))]
     Presses {
-        /// One line for each.
+        /// Messages, one line for each press.
         faults: Vec<String>,
-        /// What to do about the first.
+        /// Advice about the first.
         hint: Option<String>,
     },
-    /// Pictures that are not there, or not of this camera.
+    /// Images of halves are missing, or not from this camera.
     #[error(transparent)]
     HalfCaptures(#[from] InvalidCaptures),
 }
@@ -98,11 +98,11 @@ impl Explained for DatasetRequestError {
     }
 }
 
-/// Reads what an order names, casts the surface, and hands the job over, with the memory that writing it
-/// takes; `explain` says why a press cannot be had, with the texts that are to blame.
+/// Reads what a request names, casts the surface, and calls `work` with the job and the memory that writing it takes.
+/// `explain` turns the error of a press into one that shows the source texts.
 ///
 /// # Errors
-/// Lengths beyond their limits, presses and captures that cannot be had, and what `work` says.
+/// Fails for lengths beyond their limits, presses and captures that cannot be used, and errors of `work`.
 pub fn prepare<R, E: From<Error>>(
     scene: &SensorView,
     explain: &dyn Fn(PressError) -> Error,
@@ -113,6 +113,7 @@ pub fn prepare<R, E: From<Error>>(
     within("seam_margin_mm", order.seam_margin_mm, MARGIN_LIMITS_MM).map_err(Error::from)?;
     let named = patterns_of(order, explain, scene)?;
     let room = Room::new(scene, order, named.len());
+    // Fails early if memory is short, before anything expensive.
     room.work(|| Ok::<_, Error>(()))?;
     let presses =
         named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
@@ -121,6 +122,7 @@ pub fn prepare<R, E: From<Error>>(
     let ready = match order.contact {
         Contact::Linear(Linear { spacing_mm, .. }) => {
             let sensor = &scene.project.design.sensor;
+            // Shear needs more of the solver than pressing alone.
             let is_dragged = named.iter().any(|of| of.shear_mm != [0.0; 2]);
             let ready = Ready::for_all(sensor, spacing_mm, is_dragged, threads());
             Some(ready.map_err(Error::from)?)
@@ -148,8 +150,9 @@ pub fn prepare<R, E: From<Error>>(
         about["sigma_parameters"] = scene.viewpoint.sigma_parameters().into();
     }
     let plan = DatasetPlan::new(&patterns, order.seed, about);
-    // Of surfaces as drawn: a design's own camera is where it is.
+    // Surfaces are as drawn, and a designed camera is exactly at its place.
     let uncertainty = scene.viewpoint.uncertainty(0.0);
+    // Without a covariance the data set has no standard deviations, rather than zeros.
     let is_said = scene.viewpoint.says_how_sure();
     let job = Job {
         surface: &surface,
@@ -166,6 +169,7 @@ pub fn prepare<R, E: From<Error>>(
     work(&job, room)
 }
 
+/// Reads the patterns that a request names.
 fn patterns_of(
     order: &DatasetRequest,
     explain: &dyn Fn(PressError) -> Error,
@@ -187,6 +191,7 @@ fn patterns_of(
     })
 }
 
+/// Reads the images that a request names, if any.
 fn captures_of(
     order: &DatasetRequest,
     named: &[NamedPresses],
@@ -198,7 +203,7 @@ fn captures_of(
     Ok(Some(HalfImages::Given(given)))
 }
 
-/// What the folder says about itself besides its patterns.
+/// Describes the data set's origin for its document.
 fn about(
     order: &DatasetRequest,
     scene: &SensorView,

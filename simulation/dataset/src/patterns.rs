@@ -1,53 +1,53 @@
-//! Which patterns a data set has: the sensor's semi-domes, or what a text file lists.
+//! Patterns of a data set: the sensor's semi-domes, or the list in a text file.
 
 use fabkit_fixtures::{Press, PressError, PressFinder, Project};
 use fabkit_geometry::Length;
 use fabkit_scene::unknown_hint;
 use fabkit_text::{Fault, Position, shown};
 
-/// Each half is cast, each pair stitched: beyond this, a million samples.
+/// Largest number of patterns: each half is cast and each pair stitched, which makes a million samples.
 pub const MAX_PATTERNS: usize = 1000;
-/// Labels are bytes, of which 0 and 1 are taken.
+/// Largest number of bodies in a pattern: labels are bytes, of which 0 and 1 are taken.
 pub const MAX_BODIES: usize = 254;
 const MAX_NAME: usize = 64;
 
-/// What a line looks like.
+/// Form of a line, for messages.
 const FORM: &str = "a line is `NAME = ID + ID`, or an ID alone, and may end in `shear 0.5mm,0mm`";
-/// Before how far what presses moves along the surface.
+/// Word before the lengths by which bodies move along the surface.
 const SHEAR: &str = " shear ";
-/// No sensor's surface is larger, mm.
+/// Largest shear, mm: no sensor's surface is larger.
 const MAX_SHEAR_MM: f64 = 50.0;
 
-/// Why there are no patterns.
+/// Reason why there are no patterns.
 #[derive(Debug, thiserror::Error)]
 pub enum NoPatterns {
-    /// The sensor's own presses cannot be had.
+    /// The sensor's own presses cannot be made.
     #[error(transparent)]
     Press(#[from] PressError),
-    /// The sensor has none.
+    /// The sensor has no halves.
     #[error("{sensor} has neither semi-domes nor half-plates")]
     NoSemiDomes {
-        /// Its name.
+        /// Name of the sensor.
         sensor: String,
     },
 }
 
-/// A pattern on the left, by its presses.
+/// Pattern on the left side, as a list of presses.
 #[derive(Clone, Debug)]
 pub struct NamedPresses {
-    /// For example `semi-dome-017`.
+    /// Name, for example `semi-dome-017`.
     pub name: String,
-    /// What presses.
+    /// Presses of the pattern.
     pub presses: Vec<Press>,
-    /// How far all of it then moves along the surface, mm: on a dome away from the tip and around it where it goes
-    /// deepest, on a pad along x and y.
+    /// Subsequent motion of all bodies along the surface, mm: on a dome away from the tip and around it at the deepest
+    /// point, on a pad along x and y.
     pub shear_mm: [f64; 2],
 }
 
-/// All presses of the sensor that are halves.
+/// Returns all presses of the sensor that are halves, as patterns.
 ///
 /// # Errors
-/// [`NoPatterns`].
+/// Fails if the sensor has no halves, or if they cannot be made.
 pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, NoPatterns> {
     let (mut presses, mut failed) = (Vec::new(), None);
     for of_fixture in project.presses() {
@@ -57,7 +57,7 @@ pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, NoPatterns> {
         }
     }
     if presses.is_empty() {
-        // It may be the semi-domes that cannot be made.
+        // Perhaps the semi-domes are the fixtures that cannot be made.
         if let Some(error) = failed {
             return Err(PressError::from(error).into());
         }
@@ -71,16 +71,17 @@ pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, NoPatterns> {
     Ok(presses.into_iter().map(named).collect())
 }
 
-/// Reads a patterns file: one pattern a line, `NAME = ID + ID` or an ID alone; `#` starts a comment.
+/// Reads a list of patterns: one pattern a line, `NAME = ID + ID` or an ID alone; `#` starts a comment.
 ///
 /// # Errors
-/// Everything that is wrong.
+/// Returns all problems.
 pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Fault>> {
     let mut faults = Vec::new();
     let mut patterns: Vec<NamedPresses> = Vec::new();
     let finder = project.press_finder();
     for (line, content) in (1..).zip(text.lines()) {
         let content = content.split('#').next().unwrap_or_default().trim_end();
+        // Faults point to the first character that is not a space.
         let column = 1 + content.chars().take_while(|c| c.is_whitespace()).count();
         let content = content.trim_start();
         if content.is_empty() {
@@ -107,9 +108,10 @@ pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Faul
     if faults.is_empty() { Ok(patterns) } else { Err(faults) }
 }
 
-/// What is wrong, and what to do.
+/// Problem, and advice.
 type Wrong = (String, String);
 
+/// Parses a line of the list.
 fn pattern(content: &str, finder: &PressFinder) -> Result<NamedPresses, Wrong> {
     let (name, ids) = match content.split_once('=') {
         Some((name, ids)) => (name.trim(), ids),
@@ -147,7 +149,7 @@ fn pattern(content: &str, finder: &PressFinder) -> Result<NamedPresses, Wrong> {
     Ok(NamedPresses { name: name.into(), presses, shear_mm })
 }
 
-/// Two lengths, mm.
+/// Reads two lengths, mm.
 fn shear(text: &str) -> Result<[f64; 2], Wrong> {
     let length = |text: &str| text.trim().parse::<Length>().ok().map(Length::mm);
     let lengths = text.split_once(',').and_then(|(a, b)| Some([length(a)?, length(b)?]));
@@ -161,13 +163,13 @@ fn shear(text: &str) -> Result<[f64; 2], Wrong> {
 }
 
 impl NamedPresses {
-    /// The same after half a turn about z: bodies on the left and on the right.
+    /// Returns the presses on the left, and after half a turn about z on the right.
     pub(super) fn sides(&self) -> [Vec<Press>; 2] {
         [self.presses.clone(), self.presses.iter().cloned().map(Press::flipped).collect()]
     }
 }
 
-/// BLAKE3, in hex, over every solid and its place.
+/// Computes a BLAKE3 hash, in hex, over every solid and its pose.
 ///
 /// # Panics
 /// Never: solids and poses are JSON.
@@ -179,6 +181,7 @@ pub fn hash(patterns: &[NamedPresses]) -> String {
             let json = serde_json::to_vec(&(&body.name, &body.solid, &body.sensor_from_body));
             hasher.update(&json.expect("solids and poses are JSON"));
         }
+        // A pattern without shear is hashed by its presses alone.
         if pattern.shear_mm != [0.0; 2] {
             hasher.update(format!("{:?}", pattern.shear_mm).as_bytes());
         }

@@ -1,4 +1,4 @@
-//! What a data set will hold, decided before the first ray.
+//! Plan of a data set, fixed before the first ray is cast.
 
 use std::fmt::Write as _;
 
@@ -8,21 +8,21 @@ use serde_json::{Value, json};
 use super::store::KIND;
 use super::{HalfImages, Job, PressPattern, size_px};
 
-/// What a pattern, and a sample, is for.
+/// Purpose of a pattern, and of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
-    /// Learning.
+    /// Training.
     Train,
-    /// Choosing when to stop.
+    /// Validation: choice of a model and of the moment to stop.
     Validation,
-    /// Reporting.
+    /// Test: reported results.
     Test,
-    /// A sample whose two patterns are for different things: using it would leak.
+    /// Sample whose two patterns have different purposes: its use would leak shapes between splits.
     Mixed,
 }
 
 impl Split {
-    /// The word in `samples.csv`.
+    /// Name of the split in `samples.csv`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Train => "train",
@@ -33,20 +33,20 @@ impl Split {
     }
 }
 
-/// Shares of patterns for validation and test, of 10: the rest is for training.
+/// Numbers of patterns for validation and test, of 10; the rest is for training.
 const VALIDATION_OF_TEN: usize = 1;
 const TEST_OF_TEN: usize = 1;
 
-/// Names, splits and everything the folder says about itself.
+/// Names, splits and origin of a data set, as its document states them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DatasetPlan {
     /// Names of the patterns, in order.
     pub patterns: Vec<String>,
-    /// Names of the bodies of each pattern: the first has the label 2.
+    /// Names of the bodies of each pattern; the first has the label 2.
     pub bodies: Vec<Vec<String>>,
-    /// What each pattern is for.
+    /// Split of each pattern.
     pub splits: Vec<Split>,
-    /// Sensor, design hash, camera, frames, units, seed: the caller's part of the document.
+    /// Caller's part of the document: sensor, design hash, camera, frames, units, seed.
     pub about: Value,
 }
 
@@ -61,6 +61,7 @@ impl DatasetPlan {
         let bodies = patterns.iter().map(names).collect();
         let patterns: Vec<String> = patterns.iter().map(|pattern| pattern.name.clone()).collect();
         let count = patterns.len();
+        // A tenth, rounded down, but one as soon as there are enough patterns.
         let share = |of_ten: usize, at_least: usize| {
             (count * of_ten / 10).max(usize::from(count >= at_least))
         };
@@ -76,13 +77,13 @@ impl DatasetPlan {
         Self { patterns, bodies, splits, about }
     }
 
-    /// What the sample of two patterns is for.
+    /// Returns the split of the sample of two patterns.
     pub fn split_of(&self, left: usize, right: usize) -> Split {
         let (left, right) = (self.splits[left], self.splits[right]);
         if left == right { left } else { Split::Mixed }
     }
 
-    /// One line for each sample: its number, the two halves' places in `halves/`, its split.
+    /// Writes a table with a line for each sample: its number, the indices of its two halves in `halves/`, its split.
     pub fn samples_csv(&self) -> String {
         let count = self.patterns.len();
         let mut text = String::from("sample,left_half,right_half,left,right,split\n");
@@ -108,7 +109,7 @@ impl DatasetPlan {
         json!({ "format": "fabkit-dataset", "version": KIND.version, "see": "dataset.json" })
     }
 
-    /// What `dataset.json` says besides its files.
+    /// Writes `dataset.json` without its list of files.
     pub(super) fn document(&self, job: &Job) -> Value {
         let [height_px, width_px] = size_px(job);
         let pattern = |((name, bodies), split): ((&String, &Vec<String>), &Split)| json!({ "name": name, "bodies": bodies, "split": split.word() });
@@ -132,7 +133,7 @@ impl DatasetPlan {
     }
 }
 
-/// The numbers below `count` in an order given by the seed.
+/// Returns the numbers below `count` in an order given by the seed.
 pub(super) fn shuffled(count: usize, seed: u64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     Random::new(seed).shuffle(&mut order);

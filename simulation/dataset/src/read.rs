@@ -1,9 +1,8 @@
-//! Reading one sample of an array that a data set holds.
+//! Reading of single samples of an array in a data set.
 //!
-//! Nothing is kept open or running between reads, so that processes that a training forks can read
-//! side by side. What is read is the part of Zarr version 3 that fabkit writes: regular chunks with
-//! the sharding codec, little-endian values, Zstandard, checksums; sizes are checked before anybody
-//! computes with them.
+//! Nothing stays open or running between reads, so that forked training processes can read side by side. It reads the
+//! part of Zarr version 3 that fabkit writes: regular chunks with the sharding codec, little-endian values, Zstandard,
+//! checksums. Sizes are checked before they are used in computations.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -16,48 +15,48 @@ use rayon::prelude::*;
 
 use super::shard_file::{Fault, ShardFile};
 
-/// Longest `zarr.json` of an array.
+/// Largest `zarr.json` of an array, bytes.
 pub(super) const MAX_METADATA_BYTES: u64 = 1 << 20;
 
-/// Why a sample cannot be read.
+/// Reason why a sample cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum SampleError {
-    /// The operating system said no.
+    /// The operating system reported an error.
     #[error(transparent)]
     Io(#[from] ReadError),
     /// There is no data set.
     #[error("cannot read {}: there is no such file", .path.display())]
     Absent {
-        /// Its `dataset.json`.
+        /// Path of its `dataset.json`.
         path: PathBuf,
-        /// Whether one was begun there.
+        /// True if a data set was begun there.
         is_begun: bool,
     },
-    /// Metadata that is not fabkit's, or not this data set's.
+    /// Metadata are not fabkit's, or do not belong to this data set.
     #[error("{}: {what}", .path.display())]
     Foreign {
-        /// Which file.
+        /// File concerned.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the problem.
         what: String,
     },
-    /// Content that was damaged after it was written.
+    /// A file was damaged after it was written.
     #[error("{} is damaged: {what}", .path.display())]
     Damaged {
-        /// Which file.
+        /// File concerned.
         path: PathBuf,
-        /// What is wrong, and with which chunk.
+        /// Description of the damage, with the chunk.
         what: String,
     },
-    /// A document or a file that is not what was written.
+    /// A document or a file is not what was written.
     #[error(transparent)]
     Folder(#[from] FolderError),
-    /// A sample beyond the last.
+    /// The index is beyond the last sample.
     #[error("there is no sample {index}; the array has {samples}")]
     OutOfRange {
-        /// As asked for.
+        /// Index that was requested.
         index: usize,
-        /// How many there are.
+        /// Number of samples.
         samples: usize,
     },
 }
@@ -94,23 +93,23 @@ impl Explained for SampleError {
     }
 }
 
-/// An array whose first axis counts samples.
+/// Array whose first axis counts samples.
 #[derive(Clone, Debug)]
 pub struct SampleArray {
     folder: PathBuf,
     array: ZarrArray,
     shape: Vec<usize>,
-    /// Of the part that one file holds, and of the parts that this consists of.
+    /// Shapes of the part that one file holds, and of the chunks that it consists of.
     shard: Vec<usize>,
     chunk: Vec<usize>,
 }
 
 impl SampleArray {
-    /// Reads what an array's folder says about it. [`DatasetReader`](super::DatasetReader) also compares it with
-    /// the data set that it is part of.
+    /// Reads an array's metadata from its folder. [`DatasetReader`](super::DatasetReader) also compares them with the
+    /// data set that the array belongs to.
     ///
     /// # Errors
-    /// No `zarr.json`, or one that fabkit has not written.
+    /// Fails without a `zarr.json`, or for one that fabkit has not written.
     pub fn open(folder: &Path) -> Result<Self, SampleError> {
         let path = folder.join("zarr.json");
         let bytes = read_regular(&path, MAX_METADATA_BYTES)?;
@@ -120,7 +119,7 @@ impl SampleArray {
         Self::of_metadata(folder, &bytes)
     }
 
-    /// From the content of its `zarr.json`.
+    /// Creates the array from the content of its `zarr.json`.
     pub(super) fn of_metadata(folder: &Path, bytes: &[u8]) -> Result<Self, SampleError> {
         let array = ZarrArray::from_metadata(bytes).map_err(|error| {
             let path = folder.join("zarr.json");
@@ -129,12 +128,13 @@ impl SampleArray {
         Ok(Self::new(folder, array))
     }
 
-    /// An array whose shape is known.
+    /// Creates an array of known shape.
     pub(super) fn new(folder: &Path, array: ZarrArray) -> Self {
         let axes = |count: u64, of_sample: &[u64]| -> Vec<usize> {
             [&[count], of_sample].concat().into_iter().map(|size| size as usize).collect()
         };
         let along = array.sample_shape.iter().zip(&array.chunk_shape);
+        // Chunks at the border are stored whole, beyond the end of the array.
         let whole: Vec<u64> = along.map(|(size, chunk)| size.div_ceil(*chunk) * chunk).collect();
         let shape = axes(array.samples, &array.sample_shape);
         let shard = axes(array.samples_per_shard, &whole);
@@ -147,7 +147,7 @@ impl SampleArray {
         &self.shape
     }
 
-    /// What a value is.
+    /// Type of the values.
     pub fn element(&self) -> Element {
         self.array.element
     }
@@ -156,11 +156,10 @@ impl SampleArray {
         &self.array
     }
 
-    /// A sample's values, little-endian, the last axis fastest. What the index does not name is
-    /// zero.
+    /// Reads a sample's values, little-endian, the last axis fastest. Chunks that are not in the index are zero.
     ///
     /// # Errors
-    /// [`SampleError`]; a file that is missing, or damaged where this sample lies.
+    /// Fails for an index beyond the last, or a file that is missing or damaged where this sample lies.
     pub fn sample(&self, index: usize) -> Result<Vec<u8>, SampleError> {
         let samples = self.shape[0];
         if index >= samples {
@@ -178,6 +177,7 @@ impl SampleArray {
             self.shard[1..].iter().zip(&self.chunk[1..]).map(|(all, one)| all / one).collect();
         let chunks: usize = grid.iter().product();
         let chunk_bytes = self.chunk.iter().product::<usize>() * size;
+        // Chunks of a shard are numbered sample by sample.
         let first = index % self.shard[0] * chunks;
         for (place, number) in places(&grid).zip(first..) {
             if let Some(values) = file.chunk(number, chunk_bytes).map_err(fault)? {
@@ -188,7 +188,7 @@ impl SampleArray {
         Ok(bytes)
     }
 
-    /// Every file is there in a data set that is whole, also where all is zero.
+    /// Opens a shard's file, which a complete data set always has, even if all its values are zero.
     fn shard_file(&self, path: &Path) -> Result<ShardFile<reading::File>, Fault> {
         match reading::open(path) {
             Ok((file, length)) => ShardFile::open(file, length, &self.array),
@@ -200,8 +200,8 @@ impl SampleArray {
         }
     }
 
-    /// The name of each file below the array's folder, and what is wrong with the first of its chunks
-    /// that is damaged.
+    /// Checks all files: returns the name of each damaged one, relative to the array's folder, with its first damaged
+    /// chunk.
     pub(super) fn damaged_chunks(&self) -> Vec<(String, String)> {
         let look = |shard: u64| {
             let name = self.array.shard_path(shard);
@@ -212,7 +212,7 @@ impl SampleArray {
         (0..self.array.shards()).into_par_iter().filter_map(look).collect()
     }
 
-    /// Copies what one chunk holds of a sample, line by line; chunks may reach beyond the array.
+    /// Copies a chunk's part of a sample, line by line; chunks may reach beyond the array.
     fn copy(&self, values: &[u8], start: &[usize], sample: &mut [u8]) {
         let size = self.element().size();
         let (shape, chunk) = (&self.shape[1..], &self.chunk[1..]);
@@ -221,6 +221,7 @@ impl SampleArray {
             return;
         };
         let axis = rest.len();
+        // The last chunk along an axis may reach beyond it.
         let length = last.min(shape[axis] - start[axis]) * size;
         let (to, from) = (strides(shape), strides(chunk));
         for line in places(rest) {
@@ -236,12 +237,12 @@ impl SampleArray {
     }
 }
 
-/// How many values one step along each axis skips.
+/// Returns the number of values that one step along each axis skips.
 fn strides(counts: &[usize]) -> Vec<usize> {
     (1..=counts.len()).map(|axis| counts[axis..].iter().product()).collect()
 }
 
-/// All places of a grid, the last axis fastest.
+/// Lists all positions of a grid, the last axis fastest.
 fn places(counts: &[usize]) -> impl Iterator<Item = Vec<usize>> + use<'_> {
     let strides = strides(counts);
     (0..counts.iter().product()).map(move |i: usize| {

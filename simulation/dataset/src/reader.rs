@@ -1,4 +1,4 @@
-//! A whole data set, read again: everything is compared with what `dataset.json` says of it.
+//! Reader of a complete data set, which checks everything against `dataset.json`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use super::read::{SampleArray, SampleError};
 use super::shard_file::chunk_bytes;
 use super::store::KIND;
 
-/// A data set that is whole.
+/// Complete data set.
 #[derive(Clone, Debug)]
 pub struct DatasetReader {
     folder: PathBuf,
@@ -21,10 +21,10 @@ pub struct DatasetReader {
 }
 
 impl DatasetReader {
-    /// Reads `dataset.json`; every other file is looked at when it is asked for.
+    /// Reads `dataset.json`. Every other file is read and checked when it is requested.
     ///
     /// # Errors
-    /// No data set, one that is not finished, one of another version, a damaged document.
+    /// Fails without a data set, for one that is not finished or of another version, or for a damaged document.
     pub fn open(folder: &Path) -> Result<Self, SampleError> {
         let path = folder.join(KIND.document());
         let Some(document) = KIND.read(&path)? else {
@@ -34,15 +34,15 @@ impl DatasetReader {
         Ok(Self { folder: folder.into(), files: files_of(&document), document })
     }
 
-    /// What `dataset.json` says.
+    /// Content of `dataset.json`.
     pub fn document(&self) -> &Value {
         &self.document
     }
 
-    /// The content of a file.
+    /// Reads the content of a file, and checks its hash.
     ///
     /// # Errors
-    /// A file that is not of this data set, is missing, or was damaged.
+    /// Fails for a file that does not belong to this data set, is missing, or was damaged.
     pub fn bytes(&self, name: &str) -> Result<Vec<u8>, SampleError> {
         let unknown = || {
             let what = "it is not among the data set's files".into();
@@ -51,10 +51,10 @@ impl DatasetReader {
         Ok(self.files.get(name).ok_or_else(unknown)?.read(&self.folder, name)?)
     }
 
-    /// An array such as `halves/label`, if there is one.
+    /// Opens an array such as `halves/label`, if there is one.
     ///
     /// # Errors
-    /// Metadata that was damaged, or does not fit the data set.
+    /// Fails for metadata that were damaged, or do not fit the data set.
     pub fn array(&self, name: &str) -> Result<Option<SampleArray>, SampleError> {
         let metadata = format!("{name}/zarr.json");
         if !self.files.contains_key(&metadata) {
@@ -64,6 +64,7 @@ impl DatasetReader {
         let array = SampleArray::of_metadata(&folder, &self.bytes(&metadata)?)?;
         let foreign = |what| SampleError::Foreign { path: self.folder.join(&metadata), what };
         let (shape, expected) = (array.shape(), self.shape(name));
+        // Metadata with other sizes than the document's could make a reader allocate anything.
         if expected.as_deref() != Some(shape) {
             let expected = expected.unwrap_or_default();
             let message = format!("its shape is {shape:?}; the data set's is {expected:?}");
@@ -81,14 +82,14 @@ impl DatasetReader {
         }
     }
 
-    /// Looks at every chunk of every array: names of damaged files, and what is wrong with each.
+    /// Checks every chunk of every array: returns the names of damaged files with their first damage.
     ///
     /// # Errors
-    /// Chunks that need more memory than is allowed.
+    /// Fails if chunks need more memory than allowed.
     pub fn damaged_chunks(&self) -> Result<BTreeMap<String, String>, MemoryError> {
         let mut damaged = BTreeMap::new();
         for name in self.files.keys().filter_map(|name| name.strip_suffix("/zarr.json")) {
-            // Groups have no values.
+            // Groups (`halves`, `samples`, the root) have no values.
             if !name.contains('/') {
                 continue;
             }
@@ -100,7 +101,7 @@ impl DatasetReader {
                     continue;
                 }
             };
-            // Packed and unpacked.
+            // Packed and unpacked content of one chunk.
             let bytes = 2 * chunk_bytes(array.array()) as u64;
             let found = memory::on_workers("reading a chunk", 0, bytes, Less::Nothing, || {
                 Ok::<_, MemoryError>(array.damaged_chunks())
@@ -110,7 +111,7 @@ impl DatasetReader {
         Ok(damaged)
     }
 
-    /// The shape that the plan gives an array.
+    /// Returns an array's shape according to the document.
     fn shape(&self, name: &str) -> Option<Vec<usize>> {
         let number = |value: &Value| Some(value.as_u64()? as usize);
         let (group, kind) = name.split_once('/')?;
@@ -178,7 +179,7 @@ mod tests {
         let chunk = "/codecs/0/configuration/chunk_shape";
         let numbers = [0, 1, 71, 73, 1_000_000, 1 << 31, 1 << 62, u64::MAX];
         for (axis, number) in (0..3).flat_map(|axis| numbers.map(|number| (axis, number))) {
-            // Each alone, and all together, as somebody would who wants to be believed.
+            // Each alone, and all together, as a forger would change them.
             for places in [&["/shape"][..], &[grid], &[chunk], &["/shape", grid, chunk]] {
                 let edit = |json: &mut Value| {
                     for place in places {

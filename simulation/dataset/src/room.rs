@@ -1,4 +1,4 @@
-//! How much memory a data set takes, from what was measured on each of its steps.
+//! Memory of a data set, estimated from measurements of each step.
 
 use fabkit_files::memory::{self, Less, MemoryError};
 use fabkit_scene::pressing::Contact;
@@ -6,28 +6,33 @@ use fabkit_scene::{BENT_BYTES, SensorView};
 
 use super::DatasetRequest;
 
-/// For each pixel, bytes: rays, the surface, the seam, and the reference with the file made of it.
+/// Memory shared by all workers, bytes per pixel: rays, the surface, the seam, and the reference with the file made of
+/// it.
 const SHARED: u64 = 24 + 24 + 1 + 8 + 1 + 150;
-/// A worker's file of halves, one of them being cast, and all of them packed.
+/// Memory of a worker, bytes per pixel: its file of halves, one of them being cast, and all of them packed.
 const EACH: u64 = 150;
-/// What a transition around contacts adds to the one being cast.
+/// Additional memory of a worker with a membrane around contacts, bytes per pixel.
 const MEMBRANE: u64 = 200;
-/// What a surface that gives way adds, and its table, bytes in all.
+/// Additional memory of a worker with elastic layers, bytes per pixel.
 const YIELDING: u64 = 60;
+/// Memory of the layers' displacement table for a worker, bytes.
 const FIELD: u64 = 40 << 20;
-/// What a calibration that says how sure it is adds to either: how sure the reference is, and the halves of a file.
+/// Additional shared memory with an uncertain calibration, bytes per pixel: standard deviations of the reference.
 const UNSURE_SHARED: u64 = 120;
+/// Additional memory of a worker with an uncertain calibration, bytes per pixel: standard deviations of the halves of a
+/// file.
 const UNSURE_EACH: u64 = 230;
-/// What samples are stitched from: a half holds half a picture of 5 bytes, packed at worst not at all.
+/// Memory of a half's part of samples, bytes per pixel: half an image of 5 bytes per pixel, incompressible in the worst
+/// case.
 const PART: u64 = 3;
-/// A capture in three colours, and as a part.
+/// Memory of a capture in three colours, and of its part of samples, bytes per pixel.
 const CAPTURE: u64 = 3 + 2;
-/// Pictures in a sheet, values and colours, and the sheet with the file made of it.
+/// Memory of a contact sheet, bytes per pixel: its images, values and colours, and the sheet with the file made of it.
 const SHEET: u64 = 12 * (8 + 4 + 3 + 3 + 3);
-/// A line of the list of samples.
+/// Size of a line in the list of samples, bytes.
 const LINE: u64 = 200;
 
-/// Memory of a data set, bytes.
+/// Estimated memory of a data set, bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
     size_px: [u32; 2],
@@ -36,6 +41,7 @@ pub struct Room {
 }
 
 impl Room {
+    /// Adds up the memory for a request.
     pub(super) fn new(scene: &SensorView, order: &DatasetRequest, patterns: usize) -> Self {
         let camera = scene.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()];
@@ -47,6 +53,7 @@ impl Room {
         let is_unsure = scene.viewpoint.says_how_sure();
         let shared = SHARED
             + if_so(is_unsure, UNSURE_SHARED)
+            // Standard deviations through refracting bodies need more memory.
             + if_so(scene.is_unsure_behind_bends(), BENT_BYTES)
             + 2 * patterns * of_halves;
         let (more, field) = match order.contact {
@@ -58,17 +65,17 @@ impl Room {
         Self { size_px, shared: pixels * shared + LINE * patterns * patterns, each }
     }
 
-    /// The same with a sheet of samples.
+    /// Returns the memory including a contact sheet.
     #[must_use]
     pub fn with_sheet(self) -> Self {
         let pixels: u64 = self.size_px.map(u64::from).iter().product();
         Self { shared: self.shared + pixels * SHEET, ..self }
     }
 
-    /// Works on as many threads as there is memory for.
+    /// Runs `work` on as many threads as memory allows.
     ///
     /// # Errors
-    /// No room for one; what `work` says.
+    /// Fails if there is not enough memory for one thread, or as `work` does.
     pub fn work<R: Send, E: From<MemoryError> + Send>(
         self,
         work: impl FnOnce() -> Result<R, E> + Send,

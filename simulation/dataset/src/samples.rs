@@ -1,8 +1,8 @@
-//! Stitching: each left half with each right half.
+//! Stitching of samples: each left half with each right half.
 //!
-//! Each half is cut into chunks once. Where a chunk belongs to one half alone it is packed once and
-//! named by every sample that contains it; where the seam passes through it, the runs of both halves
-//! are merged. So the cost of N x N samples is that of 2 N halves and of the seam.
+//! Each half is cut into chunks once. A chunk that belongs to one half alone is packed once and shared by every sample
+//! that contains it. For a chunk through which the seam passes, the runs of both halves are merged. So the cost of N x
+//! N samples is that of 2 N halves and of the seam.
 
 use fabkit_depth::truth::Side;
 use fabkit_export::{
@@ -18,12 +18,12 @@ use super::tiling::Tiling;
 
 const NAMES: [&str; 2] = ["samples/indentation_mm", "samples/label"];
 
-/// Readers fetch a file's whole index for any of its samples.
+/// Largest size of a file's index, bytes, because readers fetch the whole index for any sample.
 const MAX_INDEX_BYTES: usize = 64 << 10;
-/// Of one chunk in an index.
+/// Size of a chunk's entry in the index, bytes.
 const ENTRY_BYTES: usize = 16;
 
-/// An array of all samples of `count` patterns; a file holds those of one or more left halves.
+/// Returns the array of all samples of `count` patterns; a file holds the samples of one or more left halves.
 pub(super) fn stitched_array(
     count: usize,
     tiling: &Tiling,
@@ -31,6 +31,7 @@ pub(super) fn stitched_array(
     element: Element,
     is: &str,
 ) -> ZarrArray {
+    // As many left halves as the index allows; at least one, even if the index is then larger.
     let lefts = MAX_INDEX_BYTES / (ENTRY_BYTES * tiling.chunks() * count);
     ZarrArray {
         element,
@@ -43,7 +44,7 @@ pub(super) fn stitched_array(
     }
 }
 
-/// `samples/indentation_mm` and `samples/label`.
+/// Returns the arrays `samples/indentation_mm` and `samples/label`.
 pub(super) fn arrays(job: &Job, tiling: &Tiling, size_px: [u32; 2]) -> Vec<ZarrArray> {
     let array = |element, is| stitched_array(job.patterns.len(), tiling, size_px, element, is);
     let mut indentation =
@@ -53,13 +54,14 @@ pub(super) fn arrays(job: &Job, tiling: &Tiling, size_px: [u32; 2]) -> Vec<ZarrA
     vec![indentation, array(Element::U8, is)]
 }
 
-/// What a half contributes to samples.
+/// Contribution of a half to its samples.
 pub(super) struct Parts {
     indentation: Part,
     label: Part,
 }
 
 impl Parts {
+    /// Cuts a half's values into chunks.
     pub(super) fn new(
         job: &Job,
         tiling: &Tiling,
@@ -74,20 +76,20 @@ impl Parts {
     }
 }
 
-/// What a half's own side of the seam contributes to one array, chunk by chunk.
+/// Contribution of a half's own side of the seam to one array, chunk by chunk.
 pub(super) struct Part(Vec<PartChunk>);
 
 enum PartChunk {
-    /// Zeros, or nothing of this side.
+    /// Chunk of zeros, or without pixels of this side.
     Empty,
-    /// All that the chunk holds, packed.
+    /// Chunk of this side alone, packed.
     Whole(Vec<u8>),
-    /// To be merged with those of the other side.
+    /// Chunk of both sides, as runs to be merged with those of the other side.
     Shared(Vec<Run>),
 }
 
 impl Part {
-    /// From the bytes of each pixel.
+    /// Cuts a half into chunks; `bytes_of` returns the bytes of a pixel.
     pub(super) fn new<const N: usize>(
         tiling: &Tiling,
         sides: &[Side],
@@ -111,7 +113,7 @@ impl Part {
         Ok(Self((0..tiling.chunks()).map(chunk).collect::<Result<_, _>>()?))
     }
 
-    /// The places in a file of what needs no merging.
+    /// Stores the packed chunks in a file, and returns their places.
     fn store(&self, shard: &mut Shard) -> Vec<Option<StoredChunk>> {
         let store = |chunk: &PartChunk| match chunk {
             PartChunk::Whole(packed) => Some(shard.store(packed)),
@@ -134,7 +136,7 @@ pub(super) fn write(
     write_array(store, NAMES[1], labels, tiling, &of(|parts| &parts.label))
 }
 
-/// Writes one array of samples from the parts of the left halves and then those of the right ones.
+/// Writes one array of samples from the parts of the left halves, followed by those of the right ones.
 pub(super) fn write_array(
     store: &Store,
     name: &str,
@@ -149,6 +151,7 @@ pub(super) fn write_array(
     (0..array.shards()).into_par_iter().try_for_each(|number| {
         store.put(&format!("{name}/{}", array.shard_path(number)), || {
             let mut shard = Shard::default();
+            // The chunks of all right halves are stored once at the beginning of each file.
             let of_rights: Vec<_> = rights.iter().map(|right| right.store(&mut shard)).collect();
             let samples = array.samples_of(number);
             for left in &lefts[samples.start as usize / count..samples.end as usize / count] {
@@ -159,6 +162,7 @@ pub(super) fn write_array(
                             (PartChunk::Shared(left), PartChunk::Shared(right)) => {
                                 merged(left, right, chunk_bytes).map(|chunk| shard.store(&chunk))
                             }
+                            // A chunk of one side is empty in the half of the other side.
                             _ => of_left[chunk].or(of_right[chunk]),
                         };
                         shard.push(stored);
@@ -170,7 +174,7 @@ pub(super) fn write_array(
     })
 }
 
-/// The runs of some pixels of a chunk, in order of place; zeros are left out.
+/// Collects the runs of pixels of a chunk, in order of place; zeros are left out.
 fn runs<const N: usize>(
     pixels: impl Iterator<Item = (usize, usize)>,
     bytes_of: impl Fn(usize) -> [u8; N],
@@ -179,6 +183,7 @@ fn runs<const N: usize>(
     for (place, pixel) in pixels {
         let place = N * place..N * (place + 1);
         let bytes = bytes_of(pixel);
+        // A pixel of equal bytes, such as 0.0 or a label, can be part of a run.
         let is_fill = bytes.iter().all(|byte| *byte == bytes[0]);
         let last = runs.last_mut().filter(|run| run.place.end == place.start);
         match last {
@@ -200,18 +205,19 @@ fn runs<const N: usize>(
             }
         }
     }
+    // Chunks are zero unless a run says otherwise.
     runs.retain(|run| run.content != RunContent::Fill(0));
     runs
 }
 
-/// A packed chunk of `length` bytes; what neither part holds, the seam among it, is zero. `None` if
-/// all of it is.
+/// Merges the runs of both sides into a packed chunk of `length` bytes; everything else, including the seam, is zero.
+/// `None` if all of it is.
 fn merged(left: &[Run], right: &[Run], length: usize) -> Option<Vec<u8>> {
     if left.is_empty() && right.is_empty() {
         return None;
     }
     let mut all: Vec<&Run> = left.iter().chain(right).collect();
-    // Two ascending lists: the sort only merges.
+    // Both lists are ascending, so that this stable sort only merges.
     all.sort_by_key(|run| run.place.start);
     Some(zarr_sealed(zstd_of_runs(all, length)))
 }

@@ -1,21 +1,21 @@
-//! One file of an array: chunks, and an index of where they lie. Nothing of it is believed that has
-//! no checksum, and nothing is read that does not lie in it.
+//! File of an array: chunks, and an index of their positions. Nothing without a valid checksum is used, and nothing
+//! beyond the file is read.
 
 use std::fmt;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
 use fabkit_export::{DamagedChunk, ZarrArray, zarr_checksum, zarr_most_packed, zarr_unpack};
 
-/// The index's mark for a chunk that is all zeros.
+/// Offset and length of a chunk in the index that is all zeros.
 const ABSENT: u64 = u64::MAX;
 const ENTRY_BYTES: u64 = 16;
 const CHECKSUM_BYTES: u64 = 4;
 
-/// Why there are no values.
+/// Reason why values cannot be read.
 pub(super) enum Fault {
-    /// The operating system said no.
+    /// The operating system reported an error.
     Io(io::Error),
-    /// What is wrong with the file.
+    /// The file is damaged, with a description.
     Damaged(String),
 }
 
@@ -34,11 +34,11 @@ impl From<io::Error> for Fault {
     }
 }
 
-/// An open file.
+/// Open file with its index.
 pub(super) struct ShardFile<F> {
     file: F,
     index: Vec<(u64, u64)>,
-    /// Where the chunks end and the index begins.
+    /// Position where the chunks end and the index begins.
     end: u64,
 }
 
@@ -51,6 +51,7 @@ impl<F: Read + Seek> ShardFile<F> {
             let message = format!("it has {length} bytes, less than its index of {bytes}");
             return Err(Fault::Damaged(message));
         };
+        // The index stands at the end of the file, followed by its checksum.
         file.seek(SeekFrom::Start(end))?;
         let mut index = vec![0; bytes as usize];
         file.read_exact(&mut index)?;
@@ -64,7 +65,7 @@ impl<F: Read + Seek> ShardFile<F> {
         Ok(Self { file, index: numbers.chunks_exact(2).map(entry).collect(), end })
     }
 
-    /// Values of a chunk of `size` bytes; nothing if they are all zero.
+    /// Reads the values of a chunk of `size` bytes; `None` if they are all zero.
     pub(super) fn chunk(&mut self, number: usize, size: usize) -> Result<Option<Vec<u8>>, Fault> {
         let (offset, length) = self.index[number];
         if (offset, length) == (ABSENT, ABSENT) {
@@ -76,6 +77,7 @@ impl<F: Read + Seek> ShardFile<F> {
                 offset.saturating_add(length)
             ))
         };
+        // Damaged numbers must not lead out of the file, nor to a huge allocation.
         let is_inside = offset.checked_add(length).is_some_and(|end| end <= self.end);
         if !is_inside || length > zarr_most_packed(size) {
             return Err(damaged("it cannot lie there".into()));
@@ -89,7 +91,7 @@ impl<F: Read + Seek> ShardFile<F> {
 }
 
 impl<F: Read + Seek> ShardFile<F> {
-    /// Looks at every chunk, one after the other.
+    /// Reads every chunk, one after the other, to check them.
     pub(super) fn check(&mut self, array: &ZarrArray, shard: u64) -> Result<(), Fault> {
         let chunk = chunk_bytes(array);
         let samples = array.samples_of(shard);
@@ -100,12 +102,12 @@ impl<F: Read + Seek> ShardFile<F> {
     }
 }
 
-/// What one chunk is unpacked.
+/// Returns the size of an unpacked chunk, bytes.
 pub(super) fn chunk_bytes(array: &ZarrArray) -> usize {
     array.chunk_shape.iter().product::<u64>() as usize * array.element.size()
 }
 
-/// Looks at every chunk of a file that somebody else made.
+/// Checks every chunk of a file that another machine made.
 pub(super) fn check(array: &ZarrArray, shard: u64, bytes: &[u8]) -> Result<(), String> {
     let file = ShardFile::open(Cursor::new(bytes), bytes.len() as u64, array);
     file.and_then(|mut file| file.check(array, shard)).map_err(|fault| fault.to_string())

@@ -1,4 +1,4 @@
-//! A look at a data set: random samples side by side.
+//! Contact sheet of a data set: random samples side by side.
 
 use fabkit_depth::truth::false_color;
 use fabkit_depth::{Picture, contact_sheet};
@@ -12,10 +12,10 @@ const SAMPLES: usize = 12;
 const COLUMNS: usize = 4;
 const GAP_PX: u32 = 8;
 
-/// Indentations of a few samples chosen by a seed, on one scale.
+/// Renders the indentations of a few samples chosen by a seed, on a common scale.
 ///
 /// # Errors
-/// A camera too large for a sheet; a press that the layers do not answer.
+/// Fails for a camera too large for a sheet, or a press without a contact solution.
 pub fn sheet(job: &Job, seed: u64) -> Result<Picture, Error> {
     let count = job.patterns.len();
     let chosen = shuffled(count * count, seed).into_iter().take(SAMPLES);

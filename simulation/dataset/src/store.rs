@@ -1,4 +1,4 @@
-//! The files of a data set as they come: those that are missing are made, others are counted.
+//! Writing of a data set's files: missing ones are made, existing ones are counted.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -12,44 +12,44 @@ use serde_json::Map;
 
 use super::read::SampleError;
 
-/// A data set's folder. Version 1 had no checksums.
+/// Kind of a data set's folder. Version 1 had no checksums.
 pub const KIND: FolderKind = FolderKind { what: "data set", name: "dataset", version: 2 };
 
-/// Why there is no data set.
+/// Reason why a data set cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
-    /// The folder is another's, in use, or cannot be written to.
+    /// The folder belongs to something else, is in use, or cannot be written to.
     #[error(transparent)]
     Folder(#[from] FolderError),
-    /// A file that cannot be made.
+    /// A file cannot be made.
     #[error(transparent)]
     Export(#[from] ExportError),
-    /// A half that an earlier run wrote cannot be read again.
+    /// A half that an earlier run wrote cannot be read.
     #[error(transparent)]
     Read(#[from] SampleError),
-    /// A press that the layers do not answer.
+    /// A press has no contact solution.
     #[error("`{half}`: {error}")]
     Press {
-        /// Which half.
+        /// Name of the half.
         half: String,
-        /// What is wrong.
+        /// Reason.
         error: PressingError,
     },
-    /// A look at the data set that cannot be drawn.
+    /// A contact sheet cannot be drawn.
     #[error(transparent)]
     Sheet(#[from] RenderError),
-    /// A picture that cannot be taken.
+    /// An image cannot be rendered.
     #[error(transparent)]
     Picture(Box<fabkit_files::Error>),
-    /// Somebody else sent a file that is none of this data set's.
+    /// A worker sent a file that does not belong to this data set.
     #[error("a worker sent `{name}`, {what}")]
     Stranger {
-        /// As sent.
+        /// Name of the file as sent.
         name: String,
-        /// What is wrong with it.
+        /// Description of the problem.
         what: String,
     },
-    /// The caller asked to stop.
+    /// The caller cancelled the run.
     #[error("interrupted")]
     Cancelled,
 }
@@ -91,7 +91,7 @@ impl Explained for DatasetError {
     }
 }
 
-/// Whatever is written goes through here.
+/// Writer of all files, with progress and cancellation.
 pub(super) struct Store<'a> {
     folder: &'a Folder,
     files: usize,
@@ -102,6 +102,7 @@ pub(super) struct Store<'a> {
 }
 
 impl<'a> Store<'a> {
+    /// Creates a writer for a known number of files.
     pub(super) fn new(
         folder: &'a Folder,
         files: usize,
@@ -112,17 +113,17 @@ impl<'a> Store<'a> {
         Self { folder, files, found, made, progress, cancelled }
     }
 
-    /// Where the files are.
+    /// Folder of the data set.
     pub(super) fn folder(&self) -> &Folder {
         self.folder
     }
 
-    /// Whether an earlier run finished a file.
+    /// Returns whether an earlier run finished a file.
     pub(super) fn has(&self, name: &str) -> bool {
         self.folder.has(name)
     }
 
-    /// Writes a file unless it is there.
+    /// Writes a file unless it exists; `bytes` computes its content.
     pub(super) fn put(
         &self,
         name: &str,
@@ -143,8 +144,9 @@ impl<'a> Store<'a> {
         Ok(())
     }
 
-    /// Marks the data set as whole; the numbers of files found and made.
+    /// Marks the data set as complete. Returns the numbers of files found and made.
     pub(super) fn finish(&self) -> Result<(usize, usize), DatasetError> {
+        // The document itself counts as found if an earlier run completed the data set.
         let of_document = if self.folder.whole().is_some() { &self.found } else { &self.made };
         self.folder.finish(Map::new())?;
         of_document.fetch_add(1, Ordering::Relaxed);

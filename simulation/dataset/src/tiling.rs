@@ -1,31 +1,30 @@
-//! How samples are cut into chunks: so that nearly every chunk belongs to one half.
+//! Tiling of samples into chunks, so that nearly every chunk belongs to one half.
 //!
-//! A chunk whose pixels all lie left of the seam is the same in all samples with that left half. It
-//! is packed once and stored once in a file, however many samples it is part of. Only chunks that
-//! the seam passes through are stitched sample by sample.
+//! A chunk whose pixels all lie left of the seam is the same in all samples with that left half. It is packed and
+//! stored once in a file, however many samples contain it. Only chunks through which the seam passes are stitched
+//! sample by sample.
 
 use fabkit_depth::truth::Side;
 
-/// Numbers of strips that are tried: more of them follow a crooked seam closer, fewer are read
-/// faster.
+/// Numbers of strips that are tried: more strips follow a crooked seam more closely, fewer are faster to read.
 const STRIPS: [usize; 5] = [1, 2, 4, 8, 16];
 
-/// More pixels than this share in chunks of two halves, and narrower strips are tried.
+/// Largest fraction of chunks with pixels of both halves; above it, narrower strips are tried.
 const MOST_MIXED: f64 = 0.125;
 
-/// A grid of equal chunks over a picture; the last ones may reach beyond it.
+/// Grid of equal chunks over an image; the last ones may reach beyond it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Tiling {
-    /// Rows and columns of the picture.
+    /// Rows and columns of the image.
     size_px: [usize; 2],
     /// Rows and columns of a chunk.
     chunk_px: [usize; 2],
-    /// Whether each chunk has pixels on the left, and on the right of the seam.
+    /// True if a chunk has pixels on the left, and on the right of the seam, for each chunk.
     sides: Vec<[bool; 2]>,
 }
 
 impl Tiling {
-    /// Strips across the seam, as many as it takes.
+    /// Cuts the image into strips along the seam, as few as are sufficient.
     pub(super) fn new(sides: &[Side], width_px: usize) -> Self {
         let size_px = [sides.len() / width_px, width_px];
         let strips = STRIPS.into_iter().flat_map(|count| {
@@ -36,6 +35,7 @@ impl Tiling {
         let mut best: Option<(f64, Self)> = None;
         for tiling in strips {
             let mixed = tiling.mixed_share();
+            // Tilings come from coarse to fine: the first good one has the fewest chunks.
             if mixed <= MOST_MIXED {
                 return tiling;
             }
@@ -46,6 +46,7 @@ impl Tiling {
         best.map_or_else(|| Self::cut(sides, size_px, size_px), |(_, tiling)| tiling)
     }
 
+    /// Cuts the image into chunks of a size.
     fn cut(sides: &[Side], size_px: [usize; 2], chunk_px: [usize; 2]) -> Self {
         let mut tiling = Self { size_px, chunk_px, sides: Vec::new() };
         let chunks = tiling.grid().into_iter().product();
@@ -63,12 +64,12 @@ impl Tiling {
         mixed as f64 / self.sides.len() as f64
     }
 
-    /// Chunks along rows and columns.
+    /// Numbers of chunks along rows and columns.
     fn grid(&self) -> [usize; 2] {
         [0, 1].map(|axis| self.size_px[axis].div_ceil(self.chunk_px[axis]))
     }
 
-    /// How many chunks there are.
+    /// Number of chunks.
     pub(super) fn chunks(&self) -> usize {
         self.sides.len()
     }
@@ -78,19 +79,20 @@ impl Tiling {
         self.chunk_px
     }
 
-    /// Pixels of a chunk, those beyond the picture included.
+    /// Number of pixels of a chunk, including those beyond the image.
     pub(super) fn chunk_pixels(&self) -> usize {
         self.chunk_px.into_iter().product()
     }
 
-    /// Whether a chunk has pixels on the left, and on the right.
+    /// Returns whether a chunk has pixels on the left, and on the right.
     pub(super) fn sides(&self, chunk: usize) -> [bool; 2] {
         self.sides[chunk]
     }
 
-    /// The pixels of a chunk that lie in the picture: their places in the chunk and in the picture.
+    /// Lists the pixels of a chunk that lie in the image: their positions in the chunk and in the image.
     pub(super) fn pixels(&self, chunk: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
         let ([height, width], [rows, columns]) = (self.size_px, self.chunk_px);
+        // Chunks are numbered row by row.
         let across = self.grid()[1];
         let (top, left) = (chunk / across * rows, chunk % across * columns);
         (top..(top + rows).min(height)).flat_map(move |row| {

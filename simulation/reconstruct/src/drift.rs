@@ -1,29 +1,30 @@
-//! Pictures that are brighter or darker as a whole than the one at rest.
+//! Estimation of the overall brightness of an image relative to the one at rest.
 
-/// Of a grey value of 255 in a picture.
+/// Intensity of a value of 1 in an image.
 const WHITE: f32 = 255.0;
-/// Where the picture at rest is darker, nothing is said, grey.
+/// Minimum intensity at rest for a pixel to be used.
 pub(super) const LEAST_GREY: f64 = 8.0;
-/// Pictures are brighter or darker than the one at rest as a whole by this part at most; steps in which that is looked for.
+/// Largest relative drift of brightness, and number of histogram steps over its range.
 const MOST_DRIFT: f32 = 0.1;
 const DRIFT_STEPS: usize = 160;
-/// Every so many-th pixel is asked for it.
+/// Stride of the pixels that are sampled.
 const DRIFT_STRIDE: usize = 7;
 
-/// How much brighter most of a picture is than the one at rest: what a press changes is the smaller part. Values from 0 to
-/// 1 beside grey values at rest, 0 where nothing is said.
+/// Returns the brightness of most of an image relative to the one at rest; a press changes the smaller part. `values`
+/// are 0 to 1, `at_rest` are intensities with 0 for unusable pixels. 1 if no pixel is usable.
 pub(super) fn brighter(at_rest: &[f32], values: &[f32]) -> f32 {
     let mut counts = [0u32; DRIFT_STEPS + 1];
     let of_ratio = |ratio: f32| ((ratio - 1.0) / MOST_DRIFT + 1.0) * 0.5 * DRIFT_STEPS as f32;
     let strides = at_rest.chunks(DRIFT_STRIDE).zip(values.chunks(DRIFT_STRIDE));
     for (rest, value) in strides.map(|(rest, value)| (rest[0], value[0])) {
-        // Rounded: what is below half a step is cut off.
+        // Adding one half rounds to the nearest step. Negative values must be excluded before the cast would turn them
+        // to 0.
         let step = of_ratio(WHITE * value / rest) + 0.5;
         if rest > 0.0 && step >= 0.0 && step < DRIFT_STEPS as f32 + 1.0 {
             counts[step as usize] += 1;
         }
     }
-    // The densest stretch of some steps, and its middle by weight.
+    // The mode: the densest window of the histogram, refined by its centre of mass. Of equal windows the first counts.
     const STRETCH: usize = 9;
     let sums = counts.windows(STRETCH).enumerate();
     let densest =

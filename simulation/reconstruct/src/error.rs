@@ -1,4 +1,4 @@
-//! Why there is no depth.
+//! Errors of reconstruction.
 
 use std::path::PathBuf;
 
@@ -6,76 +6,76 @@ use fabkit_capture::OtherSize;
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use fabkit_network::NetworkError;
 
-/// Why there is no depth.
+/// Reason why an image cannot be reconstructed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReconstructError {
-    /// Light that does not show thickness.
+    /// A lighting that shows neither thickness nor slopes.
     #[error(
         "depth is reconstructed where light shows how thick layers are, or which way a coat looks; `{sensor}` in `{light}` light shows something else"
     )]
     OtherLight {
-        /// The sensor.
+        /// Name of the sensor.
         sensor: String,
-        /// Its light.
+        /// Name of the lighting.
         light: &'static str,
     },
-    /// A light in which no marks are followed.
+    /// A lighting in which no markers can be tracked.
     #[error("{why}")]
     NoMarks {
-        /// Why.
+        /// Explanation.
         why: String,
     },
-    /// A picture at rest without the drawn marks.
+    /// An image at rest without enough of the expected markers.
     #[error("{}: {found} of the {of} marks that the camera should see are found", .file.display())]
     FewMarks {
-        /// The picture.
+        /// Path of the image.
         file: PathBuf,
-        /// How many are found.
+        /// Number of markers found.
         found: usize,
-        /// How many are drawn where the camera sees.
+        /// Number of markers expected in view.
         of: usize,
     },
-    /// A picture of another size than the camera takes.
+    /// An image whose size differs from the camera's.
     #[error(transparent)]
     OtherSize(#[from] OtherSize),
-    /// A grey picture where colours say which way a coat looks, or where marks are.
+    /// A greyscale image where colours are needed for slopes or markers.
     #[error("{}: this picture has no colours, by which lamps and layers are told apart", .file.display())]
     NoColors {
-        /// The picture.
+        /// Path of the image.
         file: PathBuf,
     },
-    /// A picture at rest in which nothing is lit.
+    /// An image at rest in which nearly nothing is lit.
     #[error("{}: the surface is darker than {} grey nearly everywhere: this is no picture of it at rest", .file.display(), .least_grey)]
     Dark {
-        /// The picture.
+        /// Path of the image.
         file: PathBuf,
-        /// What is bright enough, grey.
+        /// Minimum intensity of a lit pixel.
         least_grey: f64,
     },
-    /// A file that is no network, or one of other layers than are known.
+    /// A file that holds no network, or one with unsupported layers.
     #[error("{}: {source}", .file.display())]
     Network {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// The fault itself.
         source: Box<NetworkError>,
     },
-    /// A card that does not say what a network takes and gives.
+    /// A card that does not describe a network's input and output.
     #[error("{} {what}", .file.display())]
     Card {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// Description of the fault.
         what: String,
     },
-    /// Pictures whose depth would go into one file.
+    /// Two images whose results would have the same file name.
     #[error("{} and {} would both be written as {}", .first.display(), .second.display(), .name)]
     SameName {
-        /// A picture.
+        /// Path of one image.
         first: PathBuf,
-        /// Another.
+        /// Path of the other image.
         second: PathBuf,
-        /// The file.
+        /// Common name of the result.
         name: String,
     },
 }

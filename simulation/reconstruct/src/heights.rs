@@ -1,54 +1,58 @@
-//! A surface from the ways its places look: neighbours lie across them.
+//! Integration of normals to a surface, along the camera's rays.
 //!
-//! Of a node's place `P` at rest, its ray's direction `r` and the mean normal `n` of two neighbours, how much nearer they
-//! are, `d`, follows from `n . (P' - d' r' - P + d r) = 0`: linear in `d`, exact for any lens and any surface. All pairs
-//! together, with what is still held near rest, are least squares, solved by conjugate gradients.
+//! Let `P` be a node's point at rest, `r` the direction of its ray, `n` the mean normal of two neighbours, and `d` the
+//! displacement towards the camera. Then `n . (P' - d' r' - P + d r) = 0`, which is linear in `d` and exact for any
+//! lens and any surface. All pairs of neighbours, with a weak hold near rest, form a least-squares problem that
+//! conjugate gradients solve.
 
 use fabkit_geometry::{Point3, Vector3};
 
-/// How sure ways are, rad: chosen, of slopes from pictures with a noise of a grey value.
+/// Standard deviation of normals, rad. Chosen for slopes from images with a noise of one intensity level.
 const SLOPE_RAD: f64 = 0.02;
-/// How far what looks as at rest may be from it, mm: chosen, what gel does around a press.
+/// Standard deviation of the displacement where the image looks as at rest, mm. Chosen for the movement of gel around a
+/// press.
 const STILL_MM: f64 = 0.03;
-/// Everything is held by this much, mm: more than layers are thick, so that what nothing holds does not drift.
+/// Standard deviation of the displacement elsewhere, mm. It exceeds the thickness of layers and only prevents parts
+/// without any other constraint from drifting.
 const LOOSE_MM: f64 = 5.0;
-/// Pairs that are seen flatter than this say nothing, cosine.
+/// Smallest cosine between ray and normal at which a pair counts.
 const LEAST_COSINE: f64 = 0.05;
-/// Of conjugate gradients.
+/// Maximum number of steps and relative tolerance of conjugate gradients.
 const MOST_STEPS: usize = 400;
 const TOLERANCE: f64 = 1e-4;
 
-/// Places that are seen, on a grid.
+/// Surface points of the image on a grid.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Grid {
     pub columns: usize,
-    /// Row by row; nothing where no surface is seen.
+    /// Nodes row by row; `None` where no surface is seen.
     pub nodes: Vec<Option<Node>>,
 }
 
-/// A place of the surface at rest, sensor frame.
+/// A point of the undeformed surface, sensor frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Node {
     pub place: Point3<f64>,
     pub outward: Vector3<f64>,
-    /// Of the ray that sees it, away from the camera.
+    /// Direction of the ray that sees the point, away from the camera.
     pub direction: Vector3<f64>,
 }
 
-/// What holds heights, as equations: row by row the node's own factor, and those of the neighbours to its right and below it,
-/// which hold it in the same way.
+/// Normal equations of the displacements: for each node the diagonal entry, and the entries of its right and lower
+/// neighbours. The matrix is symmetric.
 struct Equations {
     columns: usize,
     own: Vec<f64>,
     right: Vec<f64>,
     below: Vec<f64>,
-    /// Other side.
+    /// Right-hand side.
     wanted: Vec<f64>,
 }
 
 impl Grid {
-    /// How much nearer each node is than at rest, mm, from the way each looks, and whether it looks as at rest; 0 where
-    /// nothing is seen. It begins with `nearer_mm`: what was found before, or zeros.
+    /// Computes the displacement of each node towards the camera along its ray, mm, from the normals. `still` marks
+    /// nodes that look as at rest, `known` those whose normal is known; the result is 0 where nothing is seen. The
+    /// iteration starts at `nearer_mm`, an earlier result or zeros.
     pub fn nearer_mm(
         &self,
         normals: &[Vector3<f64>],
@@ -69,15 +73,17 @@ impl Grid {
         solve(&equations, nearer_mm)
     }
 
-    /// Of two neighbours, `after` of the second minus `before` of the first is `step`, each in mm.
+    /// Adds one equation for each pair of neighbours: `after` times the second displacement minus `before` times the
+    /// first is `step`, mm.
     fn add_pairs(&self, normals: &[Vector3<f64>], known: &[bool], equations: &mut Equations) {
         for (i, node) in self.nodes.iter().enumerate() {
             let Some(node) = node else { continue };
+            // Each pair is visited once, from its left or upper node.
             let right = (i % self.columns + 1 < self.columns).then_some(i + 1);
             for j in right.into_iter().chain([i + self.columns]) {
                 let Some(Some(other)) = self.nodes.get(j) else { continue };
                 let mean = |a: &Vector3<f64>, b: &Vector3<f64>| (a + b).normalize();
-                // A place of which nothing is known looks as at rest beside those that do.
+                // If only one normal is known, it stands for both; if none is, the pair keeps its shape at rest.
                 let rest = mean(&node.outward, &other.outward);
                 let normal = match [known[i], known[j]] {
                     [true, true] => mean(&normals[i], &normals[j]),
@@ -91,9 +97,10 @@ impl Grid {
                     continue;
                 }
                 let sure_mm = SLOPE_RAD * apart.norm();
-                // One over the variance, 1/mm2.
+                // Inverse variance, 1/mm2. Pairs without a known normal count a tenth.
                 let weight = if known[i] || known[j] { 1.0 } else { 0.1 } / (sure_mm * sure_mm);
-                // At rest nothing is nearer, whatever the grid makes of a curved surface.
+                // Subtracting the normal at rest cancels the grid's error on curved surfaces: at rest, `step` is
+                // exactly 0.
                 let step = (normal - rest).dot(&apart);
                 equations.own[i] += weight * before * before;
                 equations.own[j] += weight * after * after;
@@ -107,7 +114,7 @@ impl Grid {
 }
 
 impl Equations {
-    /// Their left side.
+    /// Multiplies the matrix with a vector.
     fn times(&self, x: &[f64], y: &mut [f64]) {
         for ((y, own), x) in y.iter_mut().zip(&self.own).zip(x) {
             *y = own * x;
@@ -125,7 +132,7 @@ impl Equations {
     }
 }
 
-/// In eight sums side by side, which do not wait for each other.
+/// Returns the dot product. Eight independent partial sums allow vectorisation.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (eights, others) = a.as_chunks::<8>();
@@ -139,7 +146,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Conjugate gradients (Hestenes and Stiefel 1952), each unknown scaled by its diagonal.
+/// Solves the equations with conjugate gradients (Hestenes and Stiefel 1952), preconditioned by the diagonal. Starts at
+/// `x`.
 fn solve(equations: &Equations, mut x: Vec<f64>) -> Vec<f64> {
     let Equations { own: diagonal, wanted: right, .. } = equations;
     let scaled = |r: &[f64]| -> Vec<f64> { r.iter().zip(diagonal).map(|(r, d)| r / d).collect() };

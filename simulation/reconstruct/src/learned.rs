@@ -1,8 +1,8 @@
-//! Depth by a network that somebody has trained.
+//! Reconstruction of depth by a trained network.
 //!
-//! What R-Tac0's authors feed theirs: both pictures blurred, how much darker it is than at rest less a few grey, cut off and
-//! scaled to 1; zero where nothing touches, and there depth is zero. [`Card`] says it of a network; one without a card is
-//! taken for theirs.
+//! The input is that of R-Tac0's authors: both images are blurred, the loss of intensity against rest is reduced by a
+//! small offset, clipped and scaled to 1. It is 0 without contact, where depth is 0 too. A [`Card`] states the
+//! parameters for a network; a network without a card is treated as the published one.
 
 use std::path::{Path, PathBuf};
 
@@ -20,14 +20,14 @@ use serde_json::{Value, json};
 use super::drift::{LEAST_GREY, brighter};
 use super::{ReconstructError, Reconstructed};
 
-/// Of the card's file.
+/// Name and version of the card's file format.
 const FORMAT: &str = "fabkit-network-card";
 const VERSION: u64 = 1;
-/// Of a grey value of 255 in a picture.
+/// Intensity of a value of 1 in an image.
 const WHITE: f32 = 255.0;
-/// Wider windows than this are no blur of a camera's noise, px.
+/// Largest width of the blur's window, px: wider ones do not serve against a camera's noise.
 const MOST_BLUR_PX: usize = 31;
-/// Beyond that from the tip's pixel, R-Tac0's authors mask their pictures, px.
+/// Radius around the tip's pixel beyond which R-Tac0's authors mask their images, px.
 const PUBLISHED_MASK_PX: f32 = 207.0;
 
 const NETWORK: Expected = Expected {
@@ -41,53 +41,53 @@ const CARD: Expected = Expected {
     hint: "a card says in a few lines what a network takes and gives",
 };
 
-/// What a network was trained to take and to give.
+/// Card of a network: its required input and the meaning of its output.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Card {
-    /// The sensor whose pictures it was trained on.
+    /// Name of the sensor whose images it was trained on.
     pub sensor: Option<String>,
-    /// Its design, as manifests name it.
+    /// Hash of that sensor's design, as in manifests.
     pub design_hash: Option<String>,
-    /// What is made of two pictures.
+    /// Normalisation of the input.
     pub input: Normalisation,
-    /// Depth where the network gives 1, mm.
+    /// Depth for a network output of 1, mm.
     pub output_mm: f32,
-    /// Where pictures show the sensor; everywhere, if nothing is said.
+    /// Region in which images show the sensor; the whole image if missing.
     pub mask: Option<Circle>,
-    /// The training set, in words.
+    /// Description of the training set.
     pub training: Option<String>,
-    /// Errors on what it was not trained on, as their writer has them.
+    /// Errors on data that was not trained on, in the writer's form.
     #[serde(default)]
     pub held_out: Value,
 }
 
-/// What is made of a picture and the one at rest.
+/// Conversion of an image and the one at rest to a network's input.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct Normalisation {
-    /// Pixels along each side of the window by which both are blurred, odd; 1 for none.
+    /// Number of pixels along each side of the blur's window, odd; 1 for no blur.
     pub blur_px: usize,
-    /// Standard deviation of that blur, px.
+    /// Standard deviation of the blur, px.
     pub blur_sigma_px: f32,
-    /// Whether a picture that is brighter or darker as a whole is scaled first, until most of it is as bright as at rest.
+    /// Whether an image is first scaled until most of it is as bright as at rest.
     #[serde(default)]
     pub as_bright_as_rest: bool,
-    /// What is darker by less is taken for the same, grey.
+    /// Loss of intensity that counts as none.
     pub offset_grey: f32,
-    /// What is darker by so much more is 1, and so is all above, grey.
+    /// Further loss of intensity at which the input reaches its maximum of 1.
     pub maximum_grey: f32,
 }
 
-/// A circle in the picture.
+/// A circle in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct Circle {
-    /// Its middle's column and row, px; nothing for where the camera sees the tip.
+    /// Column and row of its centre, px; `None` for the pixel of the tip.
     pub center_px: Option<[f32; 2]>,
-    /// Its radius, px.
+    /// Radius, px.
     pub radius_px: f32,
 }
 
 impl Normalisation {
-    /// That of R-Tac0's published network.
+    /// Normalisation of R-Tac0's published network.
     pub const PUBLISHED: Self = Self {
         blur_px: 5,
         blur_sigma_px: 5.0,
@@ -97,17 +97,17 @@ impl Normalisation {
     };
 }
 
-/// A network with what it takes and gives.
+/// A network with its card.
 #[derive(Clone, Debug)]
 pub struct DepthNetwork {
     file: PathBuf,
     network: Network,
-    /// Nothing where no file says it.
+    /// Card of the network; `None` without a card file.
     card: Option<Card>,
 }
 
 impl DepthNetwork {
-    /// The file that is looked at for a network's card: of the same name, but `.json`.
+    /// Returns the path of a network's card: the same name with the extension `.json`.
     pub fn card_of(network: &Path) -> PathBuf {
         network.with_extension("json")
     }
@@ -115,7 +115,7 @@ impl DepthNetwork {
     /// Reads an ONNX file, and its card if there is one.
     ///
     /// # Errors
-    /// Files that cannot be read, networks of other layers than are known, a card of something else.
+    /// Returns an error for files that cannot be read, networks with unsupported layers, and a card of another format.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let bytes = reading::read(file, NETWORK)?;
         let wrong = |error| {
@@ -124,6 +124,7 @@ impl DepthNetwork {
         };
         let network = Network::read(&bytes).map_err(wrong)?;
         let path = Self::card_of(file);
+        // A network named `.json` cannot have a card of the same name.
         let card = match path.exists() && path != file {
             true => Some(read_card(&path)?),
             false => None,
@@ -131,7 +132,7 @@ impl DepthNetwork {
         Ok(Self { file: file.to_owned(), network, card })
     }
 
-    /// What was trained, and on what, in a sentence.
+    /// Describes the network and its training in a sentence.
     pub fn words(&self) -> String {
         let file = self.file.display();
         let Some(card) = &self.card else {
@@ -145,7 +146,7 @@ impl DepthNetwork {
         format!("{file} was trained for {sensor} on {training}")
     }
 
-    /// What is wrong with using it for this sensor.
+    /// Returns a warning if the network was trained for another design.
     pub fn warning(&self, scene: &SensorView) -> Option<String> {
         let hash = self.card.as_ref()?.design_hash.as_ref()?;
         let design = &scene.project.design;
@@ -158,7 +159,7 @@ impl DepthNetwork {
         })
     }
 
-    /// For documents.
+    /// Returns the network's data for documents.
     pub fn document(&self, scene: &SensorView) -> Value {
         let card = self.card.as_ref();
         json!({
@@ -184,6 +185,7 @@ fn read_card(path: &Path) -> Result<Card, Error> {
     }
     let card: Card =
         serde_json::from_value(value).map_err(|error| wrong(format!("has {error}")))?;
+    // Unusable values are refused here, so that errors name the card's file.
     let Normalisation { blur_px, blur_sigma_px, offset_grey, maximum_grey, .. } = card.input;
     if blur_px % 2 == 0 || blur_px > MOST_BLUR_PX {
         return Err(wrong(format!(
@@ -208,7 +210,7 @@ fn read_card(path: &Path) -> Result<Card, Error> {
     Ok(card)
 }
 
-/// A network that knows the picture at rest.
+/// A network with the image at rest of one sensor.
 #[derive(Clone, Debug)]
 pub(super) struct Learned {
     network: Network,
@@ -217,24 +219,26 @@ pub(super) struct Learned {
     columns: usize,
     /// Weights of the blur along one side of its window.
     blur: Vec<f32>,
-    /// The picture at rest, blurred, grey; below everything where the mask is.
+    /// Blurred intensities at rest; minus infinity outside the mask.
     at_rest: Vec<f32>,
-    /// The same not blurred, 0 where it is too dark to be compared; nothing where pictures are taken as they are.
+    /// Intensities at rest without blur, 0 where too dark for a comparison; `None` if images are not scaled to rest.
     compared: Option<Vec<f32>>,
 }
 
 impl Learned {
-    /// Of brightness at rest, from 0 to 1.
+    /// Prepares a network with the luminance at rest, 0 to 1.
     ///
     /// # Errors
-    /// A network that needs more memory than is allowed.
+    /// Returns an error for a network that needs more memory than allowed.
     pub fn new(known: &DepthNetwork, scene: &SensorView, reference: &[f32]) -> Result<Self, Error> {
         let DepthNetwork { network, card, .. } = known;
         let threads = rayon::current_num_threads() as u64;
+        // Each thread has buffers of its own.
         memory::admit("this network", threads * network.bytes_a_thread(), Less::Network)?;
         let columns = scene.viewpoint.camera().width_px() as usize;
         let input = card.as_ref().map_or(Normalisation::PUBLISHED, |card| card.input);
         let published = Some(Circle { center_px: None, radius_px: PUBLISHED_MASK_PX });
+        // A card without a mask means the whole image; only without a card the published mask applies.
         let mask = card.as_ref().map_or(published, |card| card.mask);
         let blur = weights(input.blur_px, input.blur_sigma_px);
         let mut at_rest = blurred(reference, columns, &blur);
@@ -243,6 +247,7 @@ impl Learned {
         {
             for (i, grey) in at_rest.iter_mut().enumerate() {
                 let [x, y] = [i % columns, i / columns].map(|px| px as f32);
+                // Nothing is darker than minus infinity, so the input is 0 outside the mask.
                 if (x - middle[0]).hypot(y - middle[1]) > radius_px {
                     *grey = f32::NEG_INFINITY;
                 }
@@ -259,17 +264,19 @@ impl Learned {
         Ok(Self { network: network.clone(), input, output_mm, columns, blur, at_rest, compared })
     }
 
-    /// What a picture shows, brightness from 0 to 1.
+    /// Reconstructs the depth of an image of luminance 0 to 1.
     pub fn of_values(&self, picture: &[f32]) -> Result<Reconstructed, Error> {
         let Normalisation { offset_grey, maximum_grey, .. } = self.input;
         let compared = self.compared.as_ref();
         let brighter = compared.map_or(1.0, |compared| brighter(compared, picture));
+        // The image is divided by its relative brightness.
         let scale = brighter.recip();
         let mut input = blurred(picture, self.columns, &self.blur);
         for (grey, at_rest) in input.iter_mut().zip(&self.at_rest) {
             *grey =
                 (at_rest - scale * *grey - offset_grey).max(0.0).min(maximum_grey) / maximum_grey;
         }
+        // The network is only run there.
         let contact = input.iter().map(|input| *input > 0.0).collect();
         let mut depth_mm = self.network.run_touched(&input, self.columns).map_err(Error::bug)?;
         depth_mm.iter_mut().for_each(|depth| *depth *= self.output_mm);
@@ -278,7 +285,7 @@ impl Learned {
 }
 
 impl Circle {
-    /// Its middle; nothing where the camera's model knows no pixel of the tip.
+    /// Returns its centre; `None` if the camera model has no pixel for the tip.
     fn middle(&self, scene: &SensorView) -> Option<[f32; 2]> {
         if self.center_px.is_some() {
             return self.center_px;
@@ -292,7 +299,7 @@ impl Circle {
     }
 }
 
-/// Of a bell of `sigma_px` that is cut off after `count` pixels; their sum is 1.
+/// Returns Gaussian weights of `sigma_px` over `count` pixels with a sum of 1.
 fn weights(count: usize, sigma_px: f32) -> Vec<f32> {
     let bell = |i: usize| {
         let away = (i as f32 - (count / 2) as f32) / sigma_px;
@@ -302,9 +309,11 @@ fn weights(count: usize, sigma_px: f32) -> Vec<f32> {
     (0..count).map(|i| bell(i) / sum).collect()
 }
 
-/// Grey of a blurred picture. Beyond its border it goes back as it came, without the border's own pixels, as in OpenCV.
+/// Returns the intensities of a blurred image. Beyond the border the image is mirrored without repeating the border's
+/// pixels, as in OpenCV.
 fn blurred(picture: &[f32], columns: usize, weights: &[f32]) -> Vec<f32> {
     let (half, rows) = (weights.len() / 2, picture.len() / columns);
+    // Index of the pixel that stands for `at`. Images smaller than the window are clamped.
     let back = |at: isize, count: usize| {
         let last = count as isize - 1;
         let at = at.abs().min(2 * last);

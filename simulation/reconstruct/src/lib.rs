@@ -1,23 +1,24 @@
-//! From pictures to depth: by a network that somebody has trained ([`DepthNetwork`]), or without one, by what a sensor's light
-//! shows.
+//! Reconstruction of depth from images: by a trained network ([`DepthNetwork`]), or without one, from what a sensor's
+//! lighting shows.
 //!
-//! Where light shows **thickness** (R-Tac0, 9DTact), how dark a layer has become says how thin it is, and so how far its
-//! surface is pressed in. What it needs is the picture at rest and the drawn layers. The picture at rest says how much
-//! light there is at each pixel; the law of the layer ([`TwoStream`](fabkit_light::TwoStream)) turns what is missing of
-//! it into thickness, and what lies below gives way as an elastic press of a ball says. Of an endless layer's light `L`,
-//! ground `g` as a part of it, scattering `s` and a path `p` in the layer,
+//! Where the lighting shows **thickness** (R-Tac0, 9DTact), the darkening of a layer gives its thickness, and the
+//! thickness gives the indentation. Inputs are the image at rest and the design's layers. The image at rest gives the
+//! irradiance at each pixel. The law of the layer ([`TwoStream`](fabkit_light::TwoStream)) converts the loss of
+//! intensity into a loss of thickness. The layers below are compressed too; `thins`, the loss of thickness per
+//! millimetre of indentation, comes from an elastic press of a ball. With the intensity `L` of an infinitely thick
+//! layer, the background `g` as a share of it, the scattering `s` and a path `p` in the layer,
 //!
 //! ```text
 //! grey at rest = E L (R(p) + g)        R(p) = s p / (1 + s p)
 //! darker       = E L (R(p) - R(p'))    depth = (1 - p' / p) thickness / thins / cosine
 //! ```
 //!
-//! and `E L` is what the picture at rest has over `R(p) + g`. Light that goes sideways in the layer makes what is narrow
-//! shallower; some of it is taken back.
+//! and `E L` is the image at rest divided by `R(p) + g`. The lateral spread of light in the layer makes narrow contacts
+//! shallower; part of it is undone.
 //!
-//! Where light shows **slopes** (ShadowTac, DIGIT, GelSight), each place of the coat looks where the drawn lamps would
-//! give it the colours that it has (photometric stereo, Woodham 1980), again beside the picture at rest; and the surface
-//! is the one whose neighbouring places lie across these ways, along the camera's own rays.
+//! Where the lighting shows **slopes** (ShadowTac, DIGIT, GelSight), the normal of each place of the coat is the one
+//! for which the design's light sources give the observed colours (photometric stereo, Woodham 1980), relative to the
+//! image at rest. The surface is integrated from these normals along the camera's own rays.
 
 mod drift;
 mod error;
@@ -48,36 +49,38 @@ pub use following::{Followed, MarkFollower, hides_marks};
 pub use learned::{Card, Circle, DepthNetwork, Normalisation};
 pub use reader::{PictureRead, PictureReader, ReadingRates};
 
-/// Whether a light shows how deep something presses, without a network.
+/// Returns whether depth can be reconstructed in this lighting without a network.
 pub fn shows_depth(lighting: &Lighting) -> bool {
     matches!(lighting.shows, Shows::Thickness { .. } | Shows::Slopes { .. })
 }
 
-/// What a picture shows.
+/// Depth reconstructed from an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstructed {
-    /// How much nearer the surface is than at rest, along each pixel's ray, mm, as `indentation_mm` of truth; negative
-    /// where gel bulges; not a number where no surface is seen. By a network, what it was trained on, and 0 where nothing touches.
+    /// Indentation along each pixel's ray, mm, as `indentation_mm` of ground truth: negative where the gel bulges, NaN
+    /// where no surface is seen. A network returns the quantity it was trained on, and 0 without contact.
     pub depth_mm: Vec<f32>,
-    /// Where something presses.
+    /// Pixels in contact.
     pub contact: Vec<bool>,
-    /// How much brighter the picture is as a whole than the one at rest: 1 is not, and with a network whose card does not ask
-    /// for it nobody looks.
+    /// Brightness of the whole image relative to the one at rest. It is 1 with a network whose card does not request
+    /// the comparison.
     pub brighter: f32,
 }
 
 impl Reconstructed {
-    /// The deepest contact, mm, but for a thousandth of its pixels: at a pad's edge one sees past gel that has moved aside.
+    /// Returns the largest depth in contact, mm, after dropping the largest thousandth of its pixels: at a pad's edge,
+    /// rays pass the displaced gel. `None` without contact.
     pub fn deepest_mm(&self) -> Option<f32> {
         let pressed = self.depth_mm.iter().zip(&self.contact).filter(|(_, contact)| **contact);
         let mut pressed: Vec<f32> = pressed.map(|(mm, _)| *mm).collect();
         pressed.sort_by(f32::total_cmp);
+        // The subtraction fails for an empty list alone.
         let last = pressed.len().checked_sub(1 + pressed.len() / 1000)?;
         Some(pressed[last])
     }
 }
 
-/// Knows the light of a sensor at rest.
+/// Reconstructor of depth, calibrated with the image at rest.
 #[derive(Clone, Debug)]
 pub struct Reconstructor {
     size_px: [usize; 2],
@@ -92,11 +95,11 @@ enum Shown {
 }
 
 impl Reconstructor {
-    /// From a sensor as its camera sees it, and its picture at rest, which came from `file`.
+    /// Creates a reconstructor from the view of a sensor and its image at rest, which was read from `file`.
     ///
     /// # Errors
-    /// Light that shows neither thickness nor slopes, layers that cannot be pressed, a picture of another size or of
-    /// something else, or without colours where they are needed.
+    /// Returns an error for a lighting that shows neither thickness nor slopes, layers that cannot be pressed, and an
+    /// image that has another size, shows something else or lacks required colours.
     pub fn new(
         scene: &SensorView,
         lighting: &Lighting,
@@ -133,10 +136,11 @@ impl Reconstructor {
         Ok(Self { size_px, shown })
     }
 
-    /// By a network, from a sensor as its camera sees it, and its picture at rest, which came from `file`.
+    /// Creates a reconstructor with a network from the view of a sensor and its image at rest, which was read from
+    /// `file`.
     ///
     /// # Errors
-    /// A picture of another size, a network that needs more memory than is allowed.
+    /// Returns an error for an image of another size, and a network that needs more memory than allowed.
     pub fn with_network(
         scene: &SensorView,
         network: &DepthNetwork,
@@ -149,15 +153,15 @@ impl Reconstructor {
         Ok(Self { size_px, shown: Shown::Learned(Box::new(learned)) })
     }
 
-    /// Width and height of pictures, px.
+    /// Returns the width and height of images, px.
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// What a picture shows, which came from `file`.
+    /// Reconstructs the depth of an image, which was read from `file`.
     ///
     /// # Errors
-    /// A picture of another size, or without colours where they are needed.
+    /// Returns an error for an image that has another size or lacks required colours.
     pub fn reconstruct(&self, file: &Path, picture: Taken) -> Result<Reconstructed, Error> {
         check_size(file, &picture, self.size_px)?;
         Ok(match &self.shown {
@@ -170,17 +174,20 @@ impl Reconstructor {
         })
     }
 
-    /// Pictures that one core reconstructs in a second, decoding apart: of the fastest of some runs.
+    /// Measures the number of images that one core reconstructs per second, without decoding: the fastest of several
+    /// runs.
     ///
     /// # Errors
-    /// As for [`Self::reconstruct`].
+    /// Returns the errors of [`Self::reconstruct`].
     pub fn pictures_per_s(&self, file: &Path, picture: &Taken) -> Result<f64, Error> {
         const RUNS: usize = 5;
+        // Reconstruction is parallel otherwise.
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(Error::bug)?;
         let mut fastest_s = f64::INFINITY;
         for _ in 0..RUNS {
             let picture = picture.clone();
             let start = Instant::now();
+            // The result must not be optimised away.
             std::hint::black_box(one.install(|| self.reconstruct(file, picture))?);
             fastest_s = fastest_s.min(start.elapsed().as_secs_f64());
         }
@@ -195,11 +202,11 @@ fn check_colors(file: &Path, picture: &Taken) -> Result<(), ReconstructError> {
     Err(ReconstructError::NoColors { file: file.to_owned() })
 }
 
-/// For `numpy.load`: `depth_mm` and `contact`, rows x columns, of a light that shows them; and what
-/// [`MarkFollower::arrays`] says, of one that shows marks.
+/// Encodes results as NPZ file for `numpy.load`: `depth_mm` and `contact`, rows x columns, where depth is
+/// reconstructed, and the arrays of [`MarkFollower::arrays`] where markers are tracked.
 ///
 /// # Errors
-/// Arrays that are larger than their file can be.
+/// Returns an error for arrays that are larger than their file can be.
 pub fn npz_of(
     size_px: [usize; 2],
     shown: Option<&Reconstructed>,
@@ -207,6 +214,7 @@ pub fn npz_of(
 ) -> Result<Vec<u8>, Error> {
     let array = |name: &str, values| Array {
         name: name.to_owned(),
+        // NumPy counts rows first.
         shape: vec![size_px[1], size_px[0]],
         values,
     };

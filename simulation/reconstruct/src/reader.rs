@@ -1,4 +1,4 @@
-//! All that pictures of one sensor show: depth, where its light or a network tells it, and marks, where there are any.
+//! Reader of images of one sensor: depth, where its lighting or a network allows it, and markers, where there are any.
 
 use std::path::Path;
 
@@ -13,42 +13,44 @@ use super::{
     hides_marks, npz_of, shows_depth,
 };
 
-/// Knows a sensor at rest, and reads what presses it from pictures.
+/// Reader that is calibrated with the image at rest.
 #[derive(Debug)]
 pub struct PictureReader {
     size_px: [usize; 2],
     depth: Option<Reconstructor>,
-    /// What the camera sees, where depth is read.
+    /// View of the sensor, where depth is reconstructed.
     pub scene: Option<SensorView>,
-    /// What follows the marks, if there are any.
+    /// Tracker of the markers, if there are any.
     pub marks: Option<MarkFollower>,
-    /// What pictures do not show, and why.
+    /// Quantities that images do not show, with reasons.
     pub left_out: Vec<String>,
 }
 
-/// What a picture shows.
+/// Result of reading an image.
 #[derive(Debug)]
 pub struct PictureRead {
-    /// Depth, where it is read.
+    /// Depth, where it is reconstructed.
     pub shown: Option<Reconstructed>,
-    /// Marks, where they are followed.
+    /// Markers, where they are tracked.
     pub followed: Option<Followed>,
 }
 
-/// How many pictures one core reads in a second, decoding apart.
+/// Number of images that one core reads per second, without decoding.
 #[derive(Clone, Copy, Debug)]
 pub struct ReadingRates {
-    /// Whatever is read of them.
+    /// Rate for everything that is read.
     pub pictures_per_s: f64,
-    /// Only their marks.
+    /// Rate for markers alone.
     pub marks_per_s: Option<f64>,
 }
 
 impl PictureReader {
-    /// From the picture at rest; depth by a network, if there is one, of the sensor as `view` shows it.
+    /// Creates a reader from the image at rest. `view` is called where depth is reconstructed, by the network if there
+    /// is one.
     ///
     /// # Errors
-    /// Light that shows neither depth nor marks, and as for [`Reconstructor::new`] and [`MarkFollower::new`].
+    /// Returns an error for a lighting that shows neither depth nor markers, and the errors of [`Reconstructor::new`]
+    /// and [`MarkFollower::new`].
     pub fn new(
         (sensor, viewpoint): (&Sensor, &Viewpoint),
         view: impl FnOnce() -> Result<SensorView, Error>,
@@ -60,6 +62,7 @@ impl PictureReader {
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
         let mut left_out = Vec::new();
         let (mut depth, mut scene) = (None, None);
+        // Without depth and without markers, `Reconstructor::new` returns the error to report.
         if network.is_some() || shows_depth(lighting) || hides_marks(sensor, lighting).is_some() {
             let view = view()?;
             depth = Some(match network {
@@ -73,7 +76,7 @@ impl PictureReader {
         }
         let marks = match MarkFollower::new(sensor, viewpoint, lighting, reference) {
             Ok(marks) => Some(marks),
-            // Depth needs none, and a picture without marks still shows it.
+            // Depth does not need markers, so an image without them is still read.
             Err(error) if depth.is_some() => match error.downcast_ref() {
                 Some(few @ ReconstructError::FewMarks { .. }) => {
                     left_out.push(format!("{few}: they are not followed"));
@@ -90,15 +93,15 @@ impl PictureReader {
         Ok(Self { size_px, depth, scene, marks, left_out })
     }
 
-    /// Width and height of pictures, px.
+    /// Returns the width and height of images, px.
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// What a picture shows, which came from `file`.
+    /// Reads an image, which was read from `file`.
     ///
     /// # Errors
-    /// A picture of another size, or without colours where they are needed.
+    /// Returns an error for an image that has another size or lacks required colours.
     pub fn read(&self, file: &Path, picture: Taken) -> Result<PictureRead, Error> {
         let followed = self.marks.as_ref().map(|marks| marks.follow(file, &picture)).transpose()?;
         let shown =
@@ -106,38 +109,39 @@ impl PictureReader {
         Ok(PictureRead { shown, followed })
     }
 
-    /// For `numpy.load`: as [`npz_of`].
+    /// Encodes the result as NPZ file, as [`npz_of`] does.
     ///
     /// # Errors
-    /// Arrays that are larger than their file can be.
+    /// Returns an error for arrays that are larger than their file can be.
     pub fn npz(&self, read: &PictureRead) -> Result<Vec<u8>, Error> {
         let of_marks = self.marks.as_ref().zip(read.followed.as_ref());
         let arrays = of_marks.map_or_else(Vec::new, |(marks, followed)| marks.arrays(followed));
         npz_of(self.size_px, read.shown.as_ref(), arrays)
     }
 
-    /// How far the mark goes that goes farthest, px.
+    /// Returns the largest displacement of a marker, px.
     pub fn farthest_px(&self, read: &PictureRead) -> Option<f64> {
         let (marks, followed) = self.marks.as_ref().zip(read.followed.as_ref())?;
         let moved = marks.moved_px(followed).into_iter().flatten();
         Some(moved.map(|[x, y]| x.hypot(y)).fold(0.0, f64::max))
     }
 
-    /// How fast pictures like this one are read.
+    /// Measures the rates at which images like this one are read.
     ///
     /// # Errors
-    /// As for [`Self::read`].
+    /// Returns the errors of [`Self::read`].
     pub fn rates(&self, file: &Path, picture: &Taken) -> Result<ReadingRates, Error> {
         let of_depth = self.depth.as_ref().map(|depth| depth.pictures_per_s(file, picture));
         let of_marks = self.marks.as_ref().map(|marks| marks.pictures_per_s(file, picture));
         let (of_depth, marks_per_s) = (of_depth.transpose()?, of_marks.transpose()?);
         let rates = [of_depth, marks_per_s].into_iter().flatten();
+        // Times add up, so the inverse rates are summed.
         Ok(ReadingRates { pictures_per_s: rates.map(f64::recip).sum::<f64>().recip(), marks_per_s })
     }
 }
 
 impl PictureRead {
-    /// Pixels that see what presses, where depth is read.
+    /// Returns the number of pixels in contact, where depth is reconstructed.
     pub fn contact_px(&self) -> Option<usize> {
         let shown = self.shown.as_ref()?;
         Some(shown.contact.iter().filter(|contact| **contact).count())

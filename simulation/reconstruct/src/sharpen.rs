@@ -1,23 +1,23 @@
-//! Takes back light that went sideways in a layer.
+//! Partial compensation of the lateral spread of light in a layer.
 
-/// A blur reaches this many standard deviations.
+/// Reach of the blur in standard deviations.
 const REACH: f64 = 3.0;
-/// The widest, px: it must not reach beyond the tiles beside one.
+/// Largest reach of the blur, px: it must not exceed the neighbouring tiles.
 const MOST_REACH: usize = TILE_PX;
-/// Tiles with contact and those beside them are sharpened: elsewhere there is noise alone.
+/// Side of the tiles, px. Only tiles with contact and their neighbours are sharpened, since the rest is noise.
 const TILE_PX: usize = 16;
 
-/// Sharpens what a normal distribution has spread, once: as much is added as spreading what is seen would take away (van
-/// Cittert 1931). More of it sharpens noise as well.
+/// Sharpener for a Gaussian spread, one step of van Cittert's method (1931): the difference between an image and its
+/// blurred version is added. More steps would amplify noise.
 #[derive(Clone, Debug)]
 pub(super) struct Sharpener {
     size_px: [usize; 2],
-    /// From the farthest neighbour before to the farthest after; their sum is 1.
+    /// Weights of the blur from the farthest pixel before to the farthest after; their sum is 1.
     weights: Vec<f32>,
 }
 
 impl Sharpener {
-    /// By a standard deviation, px; 0 changes nothing.
+    /// Creates a sharpener for a standard deviation, px; 0 changes nothing.
     pub fn new(size_px: [usize; 2], sigma_px: f64) -> Self {
         let reach = (REACH * sigma_px).ceil();
         let reach = if reach.is_finite() { (reach as usize).min(MOST_REACH) } else { 0 };
@@ -29,7 +29,7 @@ impl Sharpener {
         Self { size_px, weights: all.into_iter().map(|weight| (weight / sum) as f32).collect() }
     }
 
-    /// Values row by row, in tiles with contact and beside them; what lies beyond those counts as 0.
+    /// Sharpens values, row by row, in tiles with contact and their neighbours. Values beyond these tiles count as 0.
     pub fn apply(&self, values: &mut [f32], contact: &[bool]) {
         let tiles = Tiles::near(self.size_px, contact);
         let [width, height] = self.size_px;
@@ -37,14 +37,16 @@ impl Sharpener {
         if reach == 0 || !tiles.is_near.contains(&true) {
             return;
         }
-        // Along rows, in runs of tiles; a row with room on both sides, so that no neighbour is asked for its place.
+        // Rows are blurred in runs of tiles, within a buffer padded by the reach, so that the inner loop needs no
+        // bounds.
         let mut along = vec![0.0f32; values.len()];
         let mut row_values = vec![0.0f32; width + 2 * reach];
         for row in 0..height {
             for [from, to] in tiles.runs(row) {
                 row_values[reach + from..reach + to]
                     .copy_from_slice(&values[row * width..][from..to]);
-                // Also beside the run, where columns will ask for it no more than this tile does.
+                // Pixels beside the run count as 0; columns that need them lie in tiles for which this is the rule
+                // anyway.
                 let sums = &mut along[row * width..][from..to];
                 for (k, weight) in self.weights.iter().enumerate() {
                     for (sum, value) in sums.iter_mut().zip(&row_values[from + k..]) {
@@ -77,7 +79,7 @@ impl Sharpener {
     }
 }
 
-/// Which tiles have contact, or lie beside one that has.
+/// Tiles that have contact or a neighbour with contact.
 struct Tiles {
     width: usize,
     across: usize,
@@ -104,7 +106,7 @@ impl Tiles {
         Self { width: size_px[0], across, is_near }
     }
 
-    /// Columns from where to where, in a row.
+    /// Returns the runs of such tiles in a pixel row, as first and last column (exclusive).
     fn runs(&self, row: usize) -> Vec<[usize; 2]> {
         let tiles = &self.is_near[row / TILE_PX * self.across..][..self.across];
         let mut runs: Vec<[usize; 2]> = Vec::new();
@@ -123,7 +125,7 @@ impl Tiles {
 mod tests {
     use super::*;
 
-    /// What a normal distribution has spread is narrower and higher afterwards, and nothing changes far from contact.
+    /// A peak that was spread by a Gaussian becomes narrower and higher, and nothing changes far from contact.
     #[test]
     fn what_was_spread_is_brought_back() {
         let (size, sigma) = ([200, 120], 4.0f64);

@@ -1,4 +1,4 @@
-//! Depth from which way a coat looks under coloured lamps.
+//! Reconstruction of depth from a coat's slopes under coloured light sources.
 
 use std::path::Path;
 
@@ -14,59 +14,64 @@ use rayon::prelude::*;
 use super::heights::{Grid, Node};
 use super::{ReconstructError, Reconstructed};
 
-/// Pixels are taken together to a grid of at most so many columns: ways are surer, and gel has no finer shape.
+/// Maximum number of grid columns. Pixels are averaged to nodes: normals are more certain then, and gel has no finer
+/// shape.
 const COLUMNS: usize = 160;
-/// Of a grey value of 255 in a picture.
+/// Intensity of a value of 1 in an image.
 const WHITE: f64 = 255.0;
-/// A colour that is darker at rest says nothing, grey.
+/// Minimum intensity of a colour at rest for it to be used.
 const LEAST_GREY: f64 = 8.0;
-/// Fewer nodes that are lit, as a part of those that see the surface, are no picture at rest.
+/// Minimum share of lit nodes among those that see the surface, for an image at rest.
 const LEAST_LIT: f64 = 0.25;
-/// What changes by less looks as at rest, grey, in the mean of a node's pixels. Chosen: some times what is left of the noise there.
+/// Change of intensity below which a node looks as at rest, in the mean of its pixels. Chosen: several times the noise
+/// that remains there.
 const STILL_GREY: f64 = 1.0;
-/// Deeper than this something presses, mm. Chosen: what is left of slopes that are not there.
+/// Depth above which a pixel is in contact, mm. Chosen: the depth that remains from false slopes.
 const CONTACT_MM: f64 = 0.1;
-/// Regions at rest lie around presses if they are not this many times smaller than the largest. Chosen.
+/// Ratio of sizes up to which a region at rest counts as surrounding a press, relative to the largest region. Chosen.
 const AROUND: usize = 4;
-/// How steep places are expected to be, and the steepest, tangent.
+/// Expected standard deviation of slopes, and the largest slope, as tangents.
 const STEEP: f64 = 0.7;
 const STEEPEST: f64 = 2.0;
-/// By how much of its light a place is expected to be in shadow, as a part. Chosen.
+/// Expected standard deviation of the share of light lost to shadow. Chosen.
 const SHADED: f64 = 0.3;
-/// Every so many-th node is asked how most of a picture has drifted: some thousand, each with less noise than a grey value; and steps.
+/// Stride of the nodes that are sampled for the drift of an image, which gives some thousand nodes with a noise below
+/// one intensity level, and number of iterations.
 const DRIFT_STRIDE: usize = 7;
 const DRIFT_STEPS: usize = 10;
-/// Most steps to the way a place looks, and the last that counts: a hundredth of what noise does; and of a derivative, tangent.
+/// Maximum number of iterations for a normal; step below which it has converged, a hundredth of the noise; and step of
+/// finite differences. All as tangents.
 const STEPS: usize = 5;
 const FINE: f64 = 2e-4;
 const NUDGE: f64 = 1e-3;
-/// With the light at rest, then with that where the first result says that places are.
+/// Number of passes: first with the light at rest, then with that at the depth of the first result.
 const PASSES: usize = 2;
-/// Printed marks are left out so far around, radii: they move along.
+/// Radius around printed markers that is left out, in their radii: they move along with the coat.
 const AROUND_MARK: f64 = 1.5;
 
-/// A node's light at rest.
+/// Light of a node at rest.
 #[derive(Clone, Debug)]
 struct Lit {
-    /// By colour of lamp: the way of light times its density, at rest and as deep as layers give way.
+    /// Irradiance vectors by colour of light source: direction of light times density, at rest and at the depth of the
+    /// soft layers.
     arrives: Vec<[Vector3<f64>; 2]>,
-    /// Grey values at rest.
+    /// Intensities at rest.
     grey: Rgb,
-    /// Grey values over what the drawing says is sent, at rest.
+    /// Ratio of the intensities at rest to those that the design predicts.
     gain: Rgb,
-    /// Along the surface.
+    /// Unit tangents of the surface.
     tangents: [Vector3<f64>; 2],
 }
 
-/// Knows which colours ways have.
+/// Photometric-stereo model of a sensor, calibrated with the image at rest.
 #[derive(Clone, Debug)]
 pub(super) struct Slopes {
     size_px: [usize; 2],
-    /// Pixels along a side of a node.
+    /// Number of pixels along a side of a node.
     binned: usize,
     grid: Grid,
     lit: Vec<Option<Lit>>,
-    /// Whether a node's colours are those of the coat.
+    /// Whether a node shows the coat alone, without a printed marker.
     is_coat: Vec<bool>,
     /// Whether a pixel sees the surface.
     is_seen: Vec<bool>,
@@ -78,10 +83,10 @@ pub(super) struct Slopes {
 }
 
 impl Slopes {
-    /// From a sensor as its camera sees it, and colours at rest, which came from `file`.
+    /// Creates the model from the view of a sensor and its colours at rest, which were read from `file`.
     ///
     /// # Errors
-    /// Lamps that light nothing; a picture of something else.
+    /// Returns an error for light sources that light nothing, and for an image that shows something else.
     pub fn new(
         scene: &SensorView,
         lighting: &Lighting,
@@ -129,6 +134,7 @@ impl Slopes {
             soft_mm: touch.soft_mm(),
             grid,
         };
+        // `own` must exist before its light, since predictions use its coat and grid.
         let grey = own.grey(reference);
         let nodes = own.grid.nodes.clone();
         let first = nodes.iter().flatten().next();
@@ -141,6 +147,7 @@ impl Slopes {
             let arrives = by_color.into_iter().map(|(_, arrives)| arrives).collect();
             let mut lit = Lit { arrives, grey: *grey, gain: [0.0; 3], tangents };
             let sent = own.sent(node, &lit, &-node.outward, 0.0);
+            // Colours that are too dark at rest get a gain of 0 and are ignored from then on.
             lit.gain = [0, 1, 2].map(|k| match grey[k] >= LEAST_GREY && sent[k] > 0.0 {
                 true => grey[k] / sent[k],
                 false => 0.0,
@@ -164,10 +171,12 @@ impl Slopes {
         Ok(own)
     }
 
-    /// What a picture shows, red, green, blue from 0 to 1, row by row; as many values as pixels.
+    /// Reconstructs depth from an image, given as red, green and blue from 0 to 1, row by row, with three values per
+    /// pixel.
     pub fn of_values(&self, values: &[f32]) -> Reconstructed {
         let mut grey = self.grey(values);
         let [times, plus] = self.drift(&grey);
+        // Undoes the drift, so that undisturbed nodes have their intensities at rest.
         grey.iter_mut().flatten().for_each(|part| *part = (*part - plus) / times);
         let still: Vec<bool> = self
             .lit
@@ -194,7 +203,7 @@ impl Slopes {
             };
             let normals: Vec<Vector3<f64>> =
                 (0..self.grid.nodes.len()).into_par_iter().map(way).collect();
-            // What is left out of the coat is held by its neighbours alone.
+            // Nodes with markers have no reliable intensity, so only their neighbours determine them.
             let held: Vec<bool> =
                 around.iter().zip(&self.is_coat).map(|(held, is_coat)| *held && *is_coat).collect();
             nearer_mm = self.grid.nearer_mm(&normals, &held, &self.is_coat, nearer_mm);
@@ -202,13 +211,15 @@ impl Slopes {
         let depth_mm = self.of_pixels(&nearer_mm);
         let contact = depth_mm.iter().map(|mm| *mm > CONTACT_MM as f32).collect();
         let middle = median(self.lit.iter().flatten().map(|lit| lit.grey[1]).collect());
+        // The offset counts relative to the median green intensity.
         let brighter = (times + plus / middle) as f32;
         Reconstructed { depth_mm, contact, brighter }
     }
 
-    /// What is sent to the camera from a node that looks along `facing`, nearer by so much.
+    /// Returns the predicted light of a node with the normal `facing`, at `nearer_mm` towards the camera.
     fn sent(&self, node: &Node, lit: &Lit, facing: &Vector3<f64>, nearer_mm: f64) -> Rgb {
         let place = node.place - nearer_mm * node.direction;
+        // Irradiance is interpolated between the surface at rest and the depth of the soft layers.
         let deep = (self.touch.depth_mm(&place).0 / self.soft_mm).clamp(0.0, 1.0);
         let mut sum = self.bounced;
         for ([at_rest, lower], color) in lit.arrives.iter().zip(&self.colors) {
@@ -223,8 +234,8 @@ impl Slopes {
         sum
     }
 
-    /// Outwards where a node has these colours: Gauss and Newton's steps from how it looks at rest. What throws shadows on
-    /// it takes of all colours alike, more or less, and is found along.
+    /// Finds the outward normal for which a node has these colours, by Gauss-Newton iteration from its normal at rest.
+    /// A shadow dims all colours about equally; its strength is a third unknown.
     fn looks(&self, node: &Node, lit: &Lit, grey: &Rgb, nearer_mm: f64) -> Vector3<f64> {
         let outward =
             |a: f64, b: f64| (node.outward + a * lit.tangents[0] + b * lit.tangents[1]).normalize();
@@ -236,10 +247,12 @@ impl Slopes {
             })
         };
         let rest = Vector3::new(0.0, 0.0, 1.0);
+        // Prior weights keep the two slopes and the brightness near rest where colours do not determine them.
         let hold = Vector3::new(STEEP, STEEP, SHADED).map(|sigma| sigma.powi(-2));
         let mut at = rest;
         for _ in 0..STEPS {
             let off = miss(&at);
+            // The Jacobian, by forward differences.
             let by = |k: usize| (miss(&(at + NUDGE * Vector3::ith(k, 1.0))) - off) / NUDGE;
             let slopes = Matrix3::from_columns(&[by(0), by(1), by(2)]);
             let square = slopes.transpose() * slopes + Matrix3::from_diagonal(&hold);
@@ -247,6 +260,7 @@ impl Slopes {
             let Some(step) = square.cholesky().map(|square| square.solve(&towards)) else { break };
             at -= step;
             let steep = at[0].hypot(at[1]);
+            // Keeps the direction of the slope and limits its steepness.
             if steep > STEEPEST {
                 at[0] *= STEEPEST / steep;
                 at[1] *= STEEPEST / steep;
@@ -258,17 +272,19 @@ impl Slopes {
         outward(at[0], at[1])
     }
 
-    /// What most of a picture is of the one at rest: so many times as bright, plus some grey. What a press changes is the
-    /// smaller part, and counts the less the more it differs (Cauchy's weights).
+    /// Returns factor and offset of most of an image relative to the one at rest, by iteratively reweighted least
+    /// squares. A press changes the smaller part, and pixels count less the more they differ (Cauchy weights).
     fn drift(&self, grey: &[Rgb]) -> [f64; 2] {
         let lit = self.lit.iter().zip(grey).step_by(DRIFT_STRIDE);
         let both = lit.filter_map(|(lit, grey)| Some((lit.as_ref()?.grey, grey)));
         let pairs: Vec<[f64; 2]> =
             both.flat_map(|(rest, now)| [0, 1, 2].map(|k| [rest[k], now[k]])).collect();
+        // The median difference is a start that a press does not disturb.
         let mut drift = [1.0, median(pairs.iter().map(|[rest, now]| now - rest).collect())];
         for _ in 0..DRIFT_STEPS {
             let weigh = |[rest, now]: &[f64; 2]| {
                 let off = (now - drift[0] * rest - drift[1]) / STILL_GREY;
+                // The square root of the Cauchy weight, since rows are squared.
                 let root = (1.0 + off * off).sqrt().recip();
                 ([root * rest, root], root * now)
             };
@@ -279,11 +295,12 @@ impl Slopes {
         drift
     }
 
-    /// Which of the nodes that look as at rest lie around a press, not within it: the middle of a flat punch looks so too. They
-    /// hang together in a region that is not much smaller than the largest.
+    /// Returns which of the nodes that look as at rest surround a press rather than lie within it, as the middle of a
+    /// flat punch does. They form a connected region that is not much smaller than the largest.
     fn around(&self, still: &[bool]) -> Vec<bool> {
         let columns = self.grid.columns;
         let is_one = |i: usize| still[i] && self.grid.nodes[i].is_some();
+        // Flood fill; region 0 means none.
         let mut region = vec![0usize; still.len()];
         let mut sizes = vec![0usize];
         for first in 0..still.len() {
@@ -315,7 +332,7 @@ impl Slopes {
         region.iter().map(|own| *own != 0 && AROUND * sizes[*own] >= largest).collect()
     }
 
-    /// Colours of the nodes, grey values.
+    /// Returns the mean intensities of the nodes.
     fn grey(&self, values: &[f32]) -> Vec<Rgb> {
         let mean = |pixels: &[usize]| {
             let mut sum = [0.0; 3];
@@ -327,7 +344,7 @@ impl Slopes {
         of_nodes(self.size_px, self.binned, mean)
     }
 
-    /// From nodes to pixels, between them in proportion; not a number where no surface is seen.
+    /// Interpolates from nodes to pixels linearly; NaN where no surface is seen.
     fn of_pixels(&self, nearer_mm: &[f64]) -> Vec<f32> {
         let [width, _] = self.size_px;
         let columns = self.grid.columns;
@@ -351,7 +368,7 @@ impl Slopes {
     }
 }
 
-/// What becomes of the pixels of each node, row by row; pixels beyond the last whole node are left out.
+/// Applies `of` to the pixels of each node, row by row. Pixels beyond the last whole node are left out.
 fn of_nodes<T: Send>(
     [width, height]: [usize; 2],
     binned: usize,
@@ -368,7 +385,7 @@ fn of_nodes<T: Send>(
     (0..columns * (height / binned)).into_par_iter().map(node).collect()
 }
 
-/// In the middle of rays that all see the surface.
+/// Returns the mean of rays that all see the surface; `None` if one does not.
 fn mean_node(rays: &[Option<Node>], pixels: &[usize]) -> Option<Node> {
     let nodes: Vec<&Node> = pixels.iter().map(|i| rays[*i].as_ref()).collect::<Option<_>>()?;
     let mean = |of: fn(&Node) -> Vector3<f64>| {
@@ -381,13 +398,13 @@ fn mean_node(rays: &[Option<Node>], pixels: &[usize]) -> Option<Node> {
     })
 }
 
-/// Two ways along a surface, across each other.
+/// Returns two unit vectors in the surface, at right angles to each other.
 fn tangents(outward: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let first = outward.cross(&Vector3::ith(outward.iamin(), 1.0)).normalize();
     [first, outward.cross(&first)]
 }
 
-/// From a node to the next along rows, mm: the median.
+/// Returns the median distance between neighbouring nodes of a row, mm.
 fn apart_mm(grid: &Grid) -> f64 {
     let beside = |i: &usize| !i.is_multiple_of(grid.columns);
     let apart = (1..grid.nodes.len()).filter(beside).filter_map(|i| {
@@ -397,7 +414,7 @@ fn apart_mm(grid: &Grid) -> f64 {
     median(apart.collect())
 }
 
-/// 0 of nothing.
+/// Returns the median, the upper one of an even number; 0 without values.
 fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     if values.is_empty() {

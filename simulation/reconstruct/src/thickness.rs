@@ -1,4 +1,4 @@
-//! Depth from what is missing of a layer's light.
+//! Reconstruction of depth from the loss of a layer's light.
 
 use std::path::Path;
 
@@ -12,35 +12,35 @@ use super::drift::{LEAST_GREY, brighter};
 use super::sharpen::Sharpener;
 use super::{ReconstructError, Reconstructed};
 
-/// Of a grey value of 255 in a picture.
+/// Intensity of a value of 1 in an image.
 const WHITE: f32 = 255.0;
-/// Rays that meet the surface flatter than this see it as if they met it so, cosine.
+/// Smallest cosine between ray and normal. Flatter rays are treated as if they had it.
 const LEAST_COSINE: f64 = 0.2;
-/// Fewer pixels that are bright enough, as a part of those that see the surface, are no picture of it.
+/// Minimum share of lit pixels among those that see the surface, for an image at rest.
 const LEAST_LIT: f64 = 0.25;
-/// So much darker than at rest, in the mean of a square around it, something presses, grey. Chosen: three times what the mean of a square
-/// of R-Tac0's pictures differs by from one picture at rest to the next.
+/// Loss of intensity, in the mean of a square, above which its middle is in contact. Chosen: three times the difference
+/// of such means between images at rest of R-Tac0.
 const CONTACT_GREY: f32 = 3.0;
-/// No layer sends more back than this part of the light.
+/// Largest reflectance of a layer, relative to an infinitely thick one.
 const MOST_BACK: f32 = 0.98;
-/// Half a side of that square, px.
+/// Half the side of that square, px.
 const AROUND: usize = 2;
-/// What pixels at rest say, each list row by row: what is computed for all of them at once lies together.
+/// Calibration of each pixel at rest. Separate lists allow vectorised loops over all pixels.
 #[derive(Clone, Debug, Default)]
 struct Laws {
-    /// Grey values at rest; 0 where nothing is said.
+    /// Intensities at rest; 0 for unusable pixels.
     at_rest: Vec<f32>,
-    /// Light that is sent back at rest, as a part of what an endless layer sends.
+    /// Reflectance of the layer at rest, relative to an infinitely thick one.
     back: Vec<f32>,
-    /// How much less of it for each grey value darker.
+    /// Loss of reflectance per loss of intensity.
     per_grey: Vec<f32>,
-    /// Depth if nothing were left of the layers, mm; not a number where no surface is seen.
+    /// Depth at which nothing would be left of the layers, mm; NaN where no surface is seen.
     most_mm: Vec<f32>,
-    /// One over the path at rest, in units of what the law makes of `back`.
+    /// Inverse of the path at rest, in units of `back / (1 - back)`.
     over_path: Vec<f32>,
 }
 
-/// Knows how bright layers are at rest.
+/// Model of a sensor that shows thickness, calibrated with the image at rest.
 #[derive(Clone, Debug)]
 pub(super) struct Thickness {
     size_px: [usize; 2],
@@ -49,10 +49,10 @@ pub(super) struct Thickness {
 }
 
 impl Thickness {
-    /// From a sensor as its camera sees it, and brightness at rest, which came from `file`.
+    /// Creates the model from the view of a sensor and its luminance at rest, which was read from `file`.
     ///
     /// # Errors
-    /// Layers that cannot be pressed; a picture of something else.
+    /// Returns an error for layers that cannot be pressed, and for an image that shows something else.
     pub fn new(
         scene: &SensorView,
         lighting: &Lighting,
@@ -74,6 +74,7 @@ impl Thickness {
             let mut laws = Laws::default();
             for ((seen, cosine), value) in at_rest.iter().zip(cosines).zip(reference) {
                 let grey = f64::from(WHITE * value);
+                // Too dark pixels and those without a layer get the neutral entry.
                 laws.push(seen.filter(|_| grey >= LEAST_GREY).map(|seen| {
                     let back = law.reflectance(seen.path_mm);
                     let most_mm = seen.thick_mm / thins.at(&seen.place) / cosine;
@@ -90,7 +91,7 @@ impl Thickness {
         Ok(Self { size_px, laws, sharpener })
     }
 
-    /// What a picture of brightness from 0 to 1 shows, row by row; as many values as pixels.
+    /// Reconstructs depth from an image of luminance 0 to 1, row by row.
     pub fn of_values(&self, values: &[f32]) -> Reconstructed {
         let brighter = brighter(&self.laws.at_rest, values);
         let (mut darker, contact) = self.darker(values, WHITE / brighter);
@@ -99,15 +100,16 @@ impl Thickness {
         Reconstructed { depth_mm: darker, contact, brighter }
     }
 
-    /// How much darker than at rest each pixel is, grey, and where the mean over a square around it is so much so that
-    /// something presses: nowhere where no surface is seen, and at the border.
+    /// Returns the loss of intensity of each pixel, and whether its mean over a square around the pixel shows contact.
+    /// There is no contact where no surface is seen and at the border.
     fn darker(&self, values: &[f32], scale: f32) -> (Vec<f32>, Vec<bool>) {
         const SIDE: usize = 2 * AROUND + 1;
         const LEAST: f32 = CONTACT_GREY * (SIDE * SIDE) as f32;
         let [width, _] = self.size_px;
         let mut darker = Vec::with_capacity(values.len());
         let mut touched = vec![false; values.len()];
-        // Sums along the rows of the square, in turn, and over all of them. Row after row, as long as it is at hand.
+        // Row sums of the square in a ring buffer, and their total. Each row is finished while it is still in the
+        // cache.
         let mut along: [Vec<f32>; SIDE] = std::array::from_fn(|_| vec![0.0; width]);
         let mut sums = vec![0.0f32; width];
         let rows = self.laws.at_rest.chunks_exact(width).zip(values.chunks_exact(width));
@@ -121,6 +123,7 @@ impl Thickness {
                     *sum += value;
                 }
             }
+            // The square around `middle` is complete once its last row has been summed.
             let Some(middle) = row.checked_sub(AROUND).filter(|middle| *middle >= AROUND) else {
                 continue;
             };
@@ -141,7 +144,7 @@ impl Thickness {
 }
 
 impl Laws {
-    /// Of one more pixel: each list's value.
+    /// Appends the values of one pixel.
     fn push(&mut self, law: Option<[f64; 5]>) {
         let [at_rest, back, per_grey, most_mm, over_path] =
             law.unwrap_or([0.0, 0.0, 0.0, f64::NAN, 0.0]).map(|value| value as f32);
@@ -152,11 +155,11 @@ impl Laws {
         self.over_path.push(over_path);
     }
 
-    /// From how much darker each pixel is to its depth, mm.
+    /// Converts the loss of intensity of each pixel in place to its depth, mm.
     fn to_depth_mm(&self, darker: &mut [f32]) {
         let laws = self.back.iter().zip(&self.per_grey).zip(&self.most_mm).zip(&self.over_path);
         for (value, (((back, per_grey), most_mm), over_path)) in darker.iter_mut().zip(laws) {
-            // No more than all of the layers can be missing, and brighter than endless ones none are.
+            // At most all of the layers is missing, and at most an infinitely thick layer is there.
             let back = (back - per_grey * *value).clamp(0.0, MOST_BACK);
             *value = most_mm * (1.0 - back / (1.0 - back) * over_path);
         }

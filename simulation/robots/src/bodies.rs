@@ -1,4 +1,4 @@
-//! What the sensor consists of, in its places.
+//! Bodies of the sensor in their places.
 
 use std::sync::Arc;
 
@@ -11,21 +11,21 @@ use rayon::prelude::*;
 use super::masses::{Mass, mass};
 use crate::RobotError;
 
-/// Meshes that are seen are nowhere farther from the exact surface, mm: simulators draw nothing smaller.
+/// Largest distance of visual meshes from the exact surface, mm: simulators draw nothing smaller.
 pub(super) const SEEN_MM: f64 = 0.05;
 
-/// A body of the sensor in its place.
+/// Body of the sensor in its place.
 pub(super) struct Standing<'a> {
     pub body: &'a Body,
     pub sensor_from_body: Pose,
     pub mass: Mass,
     pub is_soft: bool,
-    /// In the sensor frame, mm.
+    /// Vertices in the sensor frame, mm.
     pub vertices_mm: Vec<[f64; 3]>,
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// All bodies in the sensor, with their masses and meshes.
+/// Returns all bodies of the sensor, with their masses and meshes.
 pub(super) fn standing<'a>(design: &'a Design) -> Result<Vec<Standing<'a>>, Error> {
     let densities = fabkit_sweep::densities(design);
     let one = |(body, pose): (&'a Body, Pose)| -> Result<Standing<'a>, Error> {
@@ -37,6 +37,7 @@ pub(super) fn standing<'a>(design: &'a Design) -> Result<Vec<Standing<'a>>, Erro
             body,
             sensor_from_body: pose,
             mass: mass(body, densities.get(body.name.as_str()).copied(), moments),
+            // Bodies with a known modulus that are cast, or that the design declares to give way.
             is_soft: body.substance.elasticity.is_some()
                 && (body.kind == Kind::Cast || body.gives_way),
             vertices_mm: mesh.vertices,
@@ -49,14 +50,15 @@ pub(super) fn standing<'a>(design: &'a Design) -> Result<Vec<Standing<'a>>, Erro
     });
     let places: Vec<(&Body, Pose)> = places.collect();
     let standing: Vec<Result<Standing<'a>, Error>> = places.into_par_iter().map(one).collect();
-    // One after the other, so that the first error is the same on any number of threads.
+    // Collected in order, so that the first error is the same for any number of threads.
     standing.into_iter().collect()
 }
 
-/// What is seen of a body wherever it stands, as one mesh.
+/// Joins all placements of a body into one visual mesh.
 pub(super) fn seen(body: &Body, standing: &[Standing<'_>]) -> RobotMesh {
     let (mut vertices_mm, mut triangles) = (Vec::new(), Vec::new());
     for one in standing.iter().filter(|one| one.body.name == body.name) {
+        // Indices of the next placement follow those of the one before.
         let first = vertices_mm.len() as u32;
         vertices_mm.extend_from_slice(&one.vertices_mm);
         triangles.extend(one.triangles.iter().map(|corners| corners.map(|i| i + first)));
@@ -64,7 +66,7 @@ pub(super) fn seen(body: &Body, standing: &[Standing<'_>]) -> RobotMesh {
     RobotMesh { file: format!("robot-{}.obj", body.name), vertices_mm, triangles }
 }
 
-/// What is welded to what else, with what is seen of it; what is touched of it comes later.
+/// Creates a link of bodies that are rigidly connected, with their visual meshes. Collision shapes are added later.
 pub(super) fn link(name: &str, own: &[&Standing<'_>], seen: &[Arc<RobotMesh>]) -> RobotLink {
     let inertia = own.iter().fold(Inertia::NOTHING, |sum, one| sum.and(&one.mass.inertia));
     let mut visuals: Vec<RobotShape> = Vec::new();

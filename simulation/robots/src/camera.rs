@@ -1,4 +1,4 @@
-//! The camera: the pinhole that stands for it, and how to get from that one's picture to its own.
+//! Camera of a robot description: a pinhole that replaces the real one, and the map between their images.
 
 use std::sync::Arc;
 
@@ -10,27 +10,27 @@ use fabkit_geometry::{Point3, Ray, Scratch, Sensor, Vector3};
 use fabkit_optics::{End, SensingSurface, Sights, Tracer};
 use fabkit_scene::ground_truth::Viewpoint;
 
-/// A pinhole shows no wider view than this to each side, deg: beyond it a picture is mostly edge.
+/// Largest half angle of the pinhole, degrees: beyond it an image consists mostly of its stretched edge.
 const WIDEST_DEG: f64 = 70.0;
-/// Nor is its picture larger, px.
+/// Largest side of the pinhole's image, px.
 const LARGEST_PX: f64 = 4096.0;
-/// The nearest that it sees, mm.
+/// Distance of the pinhole's near plane, mm.
 const NEAR_MM: f64 = 1.0;
-/// What is seen of nothing is as far away, mm.
+/// Distance assigned to rays that meet nothing, mm.
 const FAR_MM: f64 = 1e3;
 
-/// What each pixel sees at rest.
+/// Points that the pixels show at rest.
 pub(super) struct Pixels {
-    /// Columns and rows.
+    /// Numbers of columns and rows.
     size_px: [u32; 2],
-    /// Behind all that bends them; nothing where the lens does not reach.
+    /// Rays behind all refracting bodies; `None` outside the lens's image.
     rays: Vec<Option<Ray>>,
-    /// Where they meet what is touched, or else what ends them, in the camera's frame, mm.
+    /// Points where rays meet the touched surface, or else where they end, camera frame, mm.
     places_in_camera: Vec<Option<Point3<f64>>>,
 }
 
 impl Pixels {
-    /// Of a drawn camera.
+    /// Traces the pixels of a designed camera.
     pub fn of(sensor: &Sensor, viewpoint: &Viewpoint, sights: &Arc<Sights>) -> Result<Self, Error> {
         let touch =
             sensor.touch.as_ref().map(SensingSurface::new).transpose().map_err(Error::bug)?;
@@ -51,7 +51,7 @@ impl Pixels {
         Ok(Self { size_px: [camera.width_px(), camera.height_px()], rays, places_in_camera })
     }
 
-    /// The pinhole at the same place that is as sharp in the middle of the picture, and as wide as it has to be.
+    /// Computes the pinhole at the same position that is as sharp in the middle of the image, and as wide as necessary.
     pub fn pinhole(&self, viewpoint: &Viewpoint, frame: &str) -> RobotCamera {
         let camera = viewpoint.camera();
         let [width, height] = self.size_px.map(f64::from);
@@ -59,19 +59,21 @@ impl Pixels {
         let way =
             |x: f64| camera.unproject(&Point2::new(x, middle[1])).ok().map(|ray| ray.direction);
         let apart = way(middle[0] - 0.5).zip(way(middle[0] + 0.5)).map(|(a, b)| a.angle(&b));
-        // A lens that does not reach the middle of its picture is none; any number will do.
+        // A lens that does not reach the middle of its image is no real one; any value will do.
         let sharp_px = apart.filter(|rad| *rad > 0.0).map_or(width, |rad| 0.5 / (rad / 2.0).tan());
         let most = WIDEST_DEG.to_radians().tan();
         let reach = |of: fn(&Point3<f64>) -> f64| {
             let each = self.places_in_camera.iter().flatten();
             let slope =
+                // Points beside or behind the camera have no slope: the widest view is taken.
                 each.map(|place| if place.z > 0.0 { (of(place) / place.z).abs() } else { most });
             slope.fold(0.0, f64::max).min(most)
         };
         let reaches = [reach(|place| place.x), reach(|place| place.y)];
+        // If the image would be too large, the focal length is reduced instead of the view.
         let half_px = reaches[0].max(reaches[1]) * sharp_px;
         let focal_px = sharp_px * (LARGEST_PX / 2.0 / half_px).min(1.0);
-        // Half a pixel more to each side, and as many to the left as to the right.
+        // Half a pixel more on each side, and the same number on the left and on the right.
         let size = |reach: f64| 2 * ((reach * focal_px - 1e-6).ceil().max(1.0) as u32);
         RobotCamera {
             frame: frame.to_owned(),
@@ -82,7 +84,7 @@ impl Pixels {
         }
     }
 
-    /// `robot-camera.yaml`: a pinhole as ROS's `camera_info` and `fabkit --camera` read it.
+    /// Writes `robot-camera.yaml`: the pinhole in the format of ROS's `camera_info`, which `fabkit --camera` reads too.
     pub fn yaml(pinhole: &RobotCamera) -> Result<String, Error> {
         let [cx_px, cy_px] = pinhole.middle_px();
         let intrinsics =
@@ -93,9 +95,9 @@ impl Pixels {
         files::write(&camera.into(), CameraFormat::Ros).map_err(Error::bug)
     }
 
-    /// `robot-rays.npz`: where each pixel's ray leaves what it is bent by last, mm, and its direction, sensor frame, rows x columns
-    /// x 3; and where the pinhole sees what the pixel sees at rest, rows x columns x 2, column and row; not a number where a
-    /// pinhole is not wide enough.
+    /// Writes `robot-rays.npz`: the point where each pixel's ray leaves the last refracting body, mm, and its
+    /// direction, sensor frame, rows x columns x 3; and the pinhole's pixel of the point that the pixel shows at rest,
+    /// rows x columns x 2, column and row; NaN outside the pinhole's image.
     pub fn npz(&self, pinhole: &RobotCamera) -> Result<Vec<u8>, Error> {
         let [width, height] = self.size_px.map(|px| px as usize);
         let unknown = [f64::NAN; 3];
@@ -123,13 +125,13 @@ impl Pixels {
                 3,
                 Values::F32(ways.flatten().map(|part| part as f32).collect()),
             ),
-            // As `cv2.remap` wants them.
+            // In the form that `cv2.remap` needs.
             array("pinhole_px", 2, Values::F32(pixels.flatten().map(|px| px as f32).collect())),
         ];
         npz(&arrays).map_err(Error::bug)
     }
 
-    /// How much of the picture the pinhole shows: 1 is all that the lens reaches.
+    /// Computes the fraction of the image that the pinhole shows: 1 is everything that the lens reaches.
     pub fn share(&self, pinhole: &RobotCamera) -> f64 {
         let reached = self.places_in_camera.iter().flatten();
         let is_seen = |place: &&Point3<f64>| pinhole.sees(place.coords.into()).is_some();

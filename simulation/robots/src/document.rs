@@ -1,4 +1,4 @@
-//! `robot.json`: what files of robots have no place for.
+//! The file `robot.json`, with everything that robot formats cannot hold.
 
 use fabkit_export::Robot;
 use fabkit_files::Error;
@@ -11,20 +11,20 @@ use super::taxels::TouchMesh;
 
 const MM_PER_M: f64 = 1000.0;
 
-/// What there is to tell.
+/// Inputs of the file.
 pub(super) struct Told<'a> {
     pub robot: &'a Robot,
     pub standing: &'a [Standing<'a>],
     pub case: &'a [Hull],
     pub taxels: Option<&'a TouchMesh>,
     pub soft: Option<&'a Soft>,
-    /// How much of the camera's picture the pinhole shows.
+    /// Fraction of the camera's image that the pinhole shows.
     pub shown: f64,
     pub hash: &'a str,
 }
 
 impl Told<'_> {
-    /// The whole file.
+    /// Writes the file.
     pub fn text(&self) -> Result<String, Error> {
         let camera = &self.robot.camera;
         let bodies = self.standing.iter().map(|one| {

@@ -1,25 +1,25 @@
-//! Why a sensor cannot be described for robots.
+//! Errors of robot descriptions.
 
 use fabkit_elastic::SoftError;
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use fabkit_mesh::MeshError;
 use fabkit_tetra::TetraError;
 
-/// Why a sensor cannot be described for robots.
+/// Reason why a sensor cannot be described for robots.
 #[derive(Debug, thiserror::Error)]
 pub enum RobotError {
-    /// Nothing soft that tetrahedra could be made of.
+    /// There are no soft layers to make tetrahedra of.
     #[error(transparent)]
     Soft(#[from] SoftError),
-    /// Layers that tetrahedra cannot be made of.
+    /// The layers cannot be divided into tetrahedra.
     #[error(transparent)]
     Tetra(#[from] TetraError),
-    /// A body that cannot be turned into triangles.
+    /// A body cannot be meshed.
     #[error("{part}: {source}")]
     Mesh {
-        /// Which body.
+        /// Name of the body.
         part: String,
-        /// Why.
+        /// Reason.
         source: MeshError,
     },
 }

@@ -1,12 +1,12 @@
-//! A sensor for robots' descriptions and simulators: what is stiff as one body, each soft layer as one of its own, with exact
-//! masses, what is touched and where it feels, what gives way, and the camera.
+//! Robot descriptions of a sensor for simulators: stiff parts as one link, each soft layer as a link of its own, with
+//! exact masses, collision shapes, touch points, deformable layers, and the camera.
 //!
 //! ```text
 //! bodies of the sensor -> moments of the exact solids x densities -> links
-//!                      -> meshes: what is seen; slabs of the case, convex each: what is bumped into
-//! touched surface      -> points of equal area -> one convex mesh, whose vertices feel
-//! layers below it      -> tetrahedra, and their modulus as one
-//! camera               -> frame, a pinhole, every pixel's true ray, and where the pinhole sees what that sees
+//!                      -> meshes: visuals; convex pieces of the case: collisions
+//! touched surface      -> points of equal area -> one convex mesh, whose vertices are taxels
+//! layers below it      -> tetrahedra, and one equivalent modulus
+//! camera               -> frame, a pinhole, every pixel's true ray, and the pinhole's pixel of the same point
 //! ```
 
 mod bodies;
@@ -41,32 +41,32 @@ use self::document::Told;
 use self::soft::{lamps, soft};
 use self::taxels::TouchMesh;
 
-/// The camera's frame.
+/// Name of the camera's frame.
 const OPTICAL: &str = "camera_optical";
 
-/// What a file is for.
+/// Format of robot descriptions, by simulator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RobotFormat {
-    /// ROS, PyBullet, TACTO, SAPIEN.
+    /// URDF: ROS, PyBullet, TACTO, SAPIEN.
     Urdf,
-    /// MuJoCo.
+    /// MJCF: MuJoCo.
     Mjcf,
-    /// Gazebo.
+    /// SDF: Gazebo.
     Sdf,
-    /// Isaac Sim and Isaac Lab, with configurations for TacSL and TacEx.
+    /// USD: Isaac Sim and Isaac Lab, with configurations for TacSL and TacEx.
     Usd,
-    /// Drake, with what gives way as tetrahedra.
+    /// SDF for Drake, with the soft layers as tetrahedra.
     Drake,
-    /// TACTO's renderer.
+    /// Configuration of TACTO's renderer.
     Tacto,
 }
 
 impl RobotFormat {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 6] =
         [Self::Urdf, Self::Mjcf, Self::Sdf, Self::Usd, Self::Drake, Self::Tacto];
 
-    /// As it is asked for.
+    /// Name on the command line.
     pub fn word(self) -> &'static str {
         match self {
             Self::Urdf => "urdf",
@@ -78,7 +78,7 @@ impl RobotFormat {
         }
     }
 
-    /// Names and texts: those for a surface to touch are missing where there is none.
+    /// Writes the files of the format: names and texts. Those for a surface to touch are absent if there is none.
     fn files(self, robot: &Robot) -> Vec<(String, String)> {
         let name = &robot.name;
         let touched =
@@ -100,17 +100,17 @@ impl RobotFormat {
         }
     }
 
-    /// Whether its readers solve how layers give way.
+    /// Returns whether simulators of this format compute the deformation of layers.
     fn deforms(self) -> bool {
         matches!(self, Self::Usd | Self::Drake)
     }
 }
 
-/// The files of some formats, and what all of them need: meshes, `robot.json`, `robot-taxels.npz`, `robot-rays.npz`; and
-/// tetrahedra, for those that deform.
+/// Writes the files of some formats, and those that all of them need: meshes, `robot.json`, `robot-taxels.npz`,
+/// `robot-rays.npz`, and tetrahedra for formats that deform.
 ///
 /// # Errors
-/// Bodies that no mesh can be made of; layers without tetrahedra; a camera that cannot be.
+/// Fails for bodies that cannot be meshed, layers without tetrahedra, or an impossible camera.
 pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<ForeignFile>, Error> {
     let sensor = &design.sensor;
     let hash = design_hash(design);
@@ -124,7 +124,7 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
         fabkit_export::VERSION
     );
     let mut files = Files { made: Vec::new() };
-    // Case and layers, each with what is seen of it. A body that stands several times is one mesh.
+    // Visual meshes of case and layers. A body with several placements becomes one mesh.
     let mut meshes: Vec<Arc<RobotMesh>> = Vec::new();
     for one in &standing {
         let mesh = seen(one.body, &standing);
@@ -134,6 +134,7 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
     }
     let (soft_bodies, stiff): (Vec<&Standing>, Vec<&Standing>) =
         standing.iter().partition(|one| one.is_soft);
+    // All stiff bodies are one link, the base; each soft layer is a link of its own.
     let mut links = vec![link("base", &stiff, &meshes)];
     for one in &soft_bodies {
         if links.iter().all(|known| known.name != one.body.name) {
@@ -141,7 +142,7 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
             links.push(link(&one.body.name, &own.collect::<Vec<_>>(), &meshes));
         }
     }
-    // Wires and rubber rings bend aside when something meets them.
+    // Wires and rubber rings are flexible and give way on contact.
     let bumped: Vec<&Standing> =
         stiff.iter().copied().filter(|one| one.body.gives_mm == 0.0).collect();
     let case = pieces::pieces(&bumped)?;
@@ -155,7 +156,7 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
         meshes.push(Arc::clone(&mesh));
         links[0].collisions.push(RobotShape { name, mesh, rgba: [0.5, 0.5, 0.5, 0.3] });
     }
-    // What is touched belongs to the outermost layer, or to the base of a sensor without any.
+    // The touched surface belongs to the outermost layer, or to the base of a sensor without layers.
     let mut felt = None;
     let mut touch = None;
     if let Some(surface) = &sensor.touch {
@@ -199,6 +200,7 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
             files.add(&name, format.word(), text.into_bytes());
         }
     }
+    // Tetrahedra are large: they are written only for formats that use them.
     if let Some(soft) = touch.as_mut().filter(|_| formats.iter().any(|format| format.deforms())) {
         for (name, format, bytes) in &mut soft.files {
             files.add(name, format, std::mem::take(bytes));
@@ -238,7 +240,8 @@ impl Files {
     }
 }
 
-/// The camera's optical frame; where a robot holds the sensor, z to it; and the middle of what is touched, z outwards.
+/// Lists the frames: the camera's optical frame; the mount, whose z points towards the sensor; and the middle of the
+/// touched surface, with z outwards.
 fn frames(viewpoint: &Viewpoint, sensor: &Sensor) -> Vec<RobotFrame> {
     let frame =
         |name: &str, sensor_from_frame: Pose| RobotFrame { name: name.into(), sensor_from_frame };

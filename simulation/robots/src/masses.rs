@@ -1,31 +1,35 @@
-//! What a body weighs.
+//! Masses of bodies.
 
 use fabkit_export::Inertia;
 use fabkit_geometry::{Body, Clarity, Duty, Kind, Matrix3, Vector3};
 
-/// g/cm3 to kg/mm3.
+/// Conversion from g/cm3 to kg/mm3.
 const KG_PER_MM3: f64 = 1e-6;
 const MM_PER_M: f64 = 1000.0;
 
-/// Of what is bought, by what it does and how it is. Chosen, rounded, g/cm3: steel of screws; brass of inserts, nuts and
-/// spacers; glass; rubber and cables; electronics in plastic, and anything else.
+/// Density of screws, g/cm3: steel. This and the following densities apply to bought components without a known one;
+/// chosen and rounded.
 const STEEL: f64 = 7.85;
+/// Density of inserts, nuts and spacers, g/cm3: brass.
 const BRASS: f64 = 8.4;
+/// Density of clear components, g/cm3: glass.
 const GLASS: f64 = 2.2;
+/// Density of flexible components, g/cm3: rubber and cables.
 const BENDS: f64 = 1.6;
+/// Density of anything else, g/cm3: electronics in plastic.
 const UNKNOWN: f64 = 1.5;
 
-/// A body's mass, and where it is known from.
+/// Mass of a body, and its source.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mass {
     pub volume_mm3: f64,
     pub density_g_per_cm3: f64,
-    /// `material` or `chosen`.
+    /// Source of the density: `material` or `chosen`.
     pub source: &'static str,
     pub inertia: Inertia,
 }
 
-/// From the exact solid's moments in the sensor frame.
+/// Computes a mass from the exact solid's moments in the sensor frame.
 pub(super) fn mass(
     body: &Body,
     known: Option<f64>,
@@ -39,11 +43,13 @@ pub(super) fn mass(
     let inertia = Inertia {
         mass_kg: per_mm3 * volume_mm3,
         centre_m: centre_mm / MM_PER_M,
+        // From kg mm2 to kg m2.
         about_centre: per_mm3 / (MM_PER_M * MM_PER_M) * inertia_mm5,
     };
     Mass { volume_mm3, density_g_per_cm3, source, inertia }
 }
 
+/// Chooses a density for a body whose material has none, g/cm3.
 fn chosen(body: &Body) -> f64 {
     match body.duty {
         Duty::Fastens => STEEL,

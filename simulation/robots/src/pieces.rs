@@ -1,7 +1,8 @@
-//! What is stiff as convex pieces: boxes across the axes, each with the hull of what lies in it.
+//! Convex pieces of the stiff parts: boxes across the axes, each with the hull of its content.
 //!
-//! Plates, flanges and tubes follow each other along a sensor's axis, posts and connectors stand beside it; each of these is nearly
-//! convex. Boxes are cut where that saves most, one after the other, at the places where something ends.
+//! Plates, flanges and tubes follow each other along a sensor's axis, and posts and connectors stand beside it; each of
+//! these is nearly convex. The bodies are cut recursively, each time where it saves most volume, at positions where
+//! something ends.
 
 use fabkit_files::Error;
 use fabkit_mesh::{Hull, convex_hull};
@@ -9,27 +10,27 @@ use rayon::prelude::*;
 
 use super::Standing;
 
-/// No more pieces than this.
+/// Largest number of pieces.
 const MOST: usize = 39;
-/// A cut that saves less of all that pieces enclose is not worth a piece.
+/// Smallest saving of a cut, as a fraction of the volume of all pieces.
 const WORTH: f64 = 0.002;
-/// Places that are tried along each axis of a box.
+/// Number of positions that are tried along each axis of a box.
 const TRIED: usize = 12;
-/// Boxes are no thinner, mm.
+/// Smallest thickness of a box, mm.
 const THINNEST_MM: f64 = 0.3;
-/// Nor is what lies in them, mm.
+/// Smallest thickness of a box's content, mm.
 const FLAT_MM: f64 = 0.01;
 
-/// A box across the axes with the hull of what lies in it, and the best cut of it.
+/// Box across the axes with the hull of its content, and its best cut.
 struct Block {
-    /// Least and largest of each coordinate, mm.
+    /// Smallest and largest value of each coordinate, mm.
     from_mm: [f64; 3],
     to_mm: [f64; 3],
     hull: Hull,
     cut: Option<Cut>,
 }
 
-/// Across an axis.
+/// Cut across an axis.
 #[derive(Clone, Copy)]
 struct Cut {
     axis: usize,
@@ -37,7 +38,7 @@ struct Cut {
     saved_mm3: f64,
 }
 
-/// Convex pieces that hold all of some bodies in their places.
+/// Computes convex pieces that enclose some bodies in their places.
 pub(super) fn pieces(bodies: &[&Standing<'_>]) -> Result<Vec<Hull>, Error> {
     let triangles: Vec<Triangle> = bodies
         .iter()
@@ -68,6 +69,7 @@ pub(super) fn pieces(bodies: &[&Standing<'_>]) -> Result<Vec<Hull>, Error> {
         middle_to[axis] = at_mm;
         let upper = block(&triangles, &levels, middle_from, blocks[best].to_mm)?;
         blocks[best] = block(&triangles, &levels, blocks[best].from_mm, middle_to)?;
+        // Neighbouring pieces stay next to each other, so that numbers follow the sensor's axis.
         blocks.insert(best + 1, upper);
     }
     Ok(blocks.into_iter().map(|block| block.hull).collect())
@@ -75,7 +77,8 @@ pub(super) fn pieces(bodies: &[&Standing<'_>]) -> Result<Vec<Hull>, Error> {
 
 type Triangle = [[f64; 3]; 3];
 
-/// Places along an axis at which something ends, by how much lies flat there, the most first.
+/// Lists the positions along an axis at which something ends, sorted by the area of the flat faces there, the largest
+/// first.
 fn levels(triangles: &[Triangle], axis: usize) -> Vec<f64> {
     let mut flat: std::collections::BTreeMap<i64, f64> = std::collections::BTreeMap::new();
     let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
@@ -83,7 +86,9 @@ fn levels(triangles: &[Triangle], axis: usize) -> Vec<f64> {
         let ends = [a[axis], b[axis], c[axis]];
         let [low, high] = [f64::min, f64::max].map(|of| ends.into_iter().reduce(of).unwrap_or(0.0));
         if high - low < 1e-6 {
+            // Twice the triangle's area, by the cross product.
             let double = (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
+            // Positions are rounded to micrometres, so that faces of different bodies at one level add up.
             *flat.entry((a[axis] * 1e3).round() as i64).or_default() += double.abs() / 2.0;
         }
     }
@@ -92,6 +97,7 @@ fn levels(triangles: &[Triangle], axis: usize) -> Vec<f64> {
     levels.into_iter().map(|(um, _)| um as f64 / 1e3).collect()
 }
 
+/// Computes the hull of a box's content, and the cut that saves most.
 fn block(
     triangles: &[Triangle],
     levels: &[Vec<f64>; 3],
@@ -106,20 +112,21 @@ fn block(
     let all_mm3 = hull.volume_mm3();
     let volume_mm3 = |axis: usize, range: [f64; 2]| {
         let hull = convex_hull(&clipped(&own, axis, range).concat());
-        // What is flat is no body: simulators refuse it.
+        // Simulators refuse flat bodies.
         hull.ok().filter(is_thick).map_or(f64::INFINITY, |hull| hull.volume_mm3())
     };
     let tried = (0..3).flat_map(|axis| {
         let [from, to] = [from_mm[axis], to_mm[axis]];
         let is_within = move |at: &f64| *at > from + THINNEST_MM && *at < to - THINNEST_MM;
         let own = levels[axis].iter().copied().filter(is_within).take(TRIED);
-        // Round bodies end nowhere: some places in between.
+        // Round bodies have no flat ends: some positions in between.
         let between = (1..4).map(move |k| from + f64::from(k) / 4.0 * (to - from));
         own.chain(between.filter(is_within)).map(move |at_mm| (axis, at_mm))
     });
     let tried: Vec<(usize, f64)> = tried.collect();
     let cut = |(axis, at_mm): &(usize, f64)| {
         let halves = [[from_mm[*axis], *at_mm], [*at_mm, to_mm[*axis]]];
+        // If one part would be flat its volume counts as infinite, and the cut is never taken.
         let both: f64 = halves.iter().map(|range| volume_mm3(*axis, *range)).sum();
         Cut { axis: *axis, at_mm: *at_mm, saved_mm3: all_mm3 - both }
     };
@@ -135,7 +142,7 @@ fn is_thick(hull: &Hull) -> bool {
     })
 }
 
-/// What of triangles lies between two places along an axis: each as the triangles of what is left of it.
+/// Clips triangles to the range between two positions along an axis, and triangulates the remaining polygons.
 fn clipped(triangles: &[Triangle], axis: usize, [from_mm, to_mm]: [f64; 2]) -> Vec<Triangle> {
     let mut left = Vec::new();
     for triangle in triangles {
@@ -148,7 +155,7 @@ fn clipped(triangles: &[Triangle], axis: usize, [from_mm, to_mm]: [f64; 2]) -> V
     left
 }
 
-/// A polygon without what lies on the negative side (Sutherland and Hodgman 1974).
+/// Clips a polygon to the positive side (Sutherland and Hodgman 1974).
 fn cut(polygon: &[[f64; 3]], side: impl Fn(&[f64; 3]) -> f64) -> Vec<[f64; 3]> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (i, here) in polygon.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What gives way, and what shines: for simulators that deform and that light themselves.
+//! Soft layers and light sources, for simulators that deform and render themselves.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,21 +16,22 @@ use fabkit_tetra::Tetrahedra;
 
 use crate::RobotError;
 
-/// Length of edges, about, mm: simulators solve it in every step. Finer ones are in the formats `msh` and `vtk`.
+/// Approximate length of edges, mm. It is coarse, because simulators solve the mesh in every step; finer meshes are in
+/// the formats `msh` and `vtk`.
 const EDGE_MM: f64 = 1.0;
 const MM_PER_M: f64 = 1000.0;
 
-/// What is touched, with its tetrahedra and their files: for Drake, and for UIPC and TacEx.
+/// Touched surface with its tetrahedra and their files, for Drake, UIPC and TacEx.
 pub(super) struct Soft {
     pub touch: RobotTouch,
     pub files: [(&'static str, &'static str, Vec<u8>); 2],
-    /// Edges as they came out, mm.
+    /// Approximate length of edges in the mesh, mm.
     pub edge_mm: f64,
-    /// What was simplified, in words.
+    /// Simplifications, in words.
     pub left_out: Vec<String>,
 }
 
-/// The layers below a surface. `link` is the outermost one's.
+/// Builds the soft layers below a surface. `link` is the name of the outermost layer's link.
 pub(super) fn soft(
     design: &Design,
     touch: &TouchSurface,
@@ -77,37 +78,40 @@ pub(super) fn soft(
     Ok(Soft { touch, files, edge_mm: cells.edge_mm, left_out })
 }
 
-/// Whether its usual light shows slopes.
+/// Returns whether the sensor's usual light makes slopes visible.
 fn shows_slopes(sensor: &Sensor) -> bool {
     let usual = sensor.lightings.first();
     usual.is_some_and(|lighting| matches!(lighting.shows, Shows::Slopes { .. }))
 }
 
-/// The modulus of one layer that gives way as much as all of them, one upon the other.
+/// Computes the modulus of a single layer that is as compliant as all layers in series.
 fn in_series_mpa(layers: &[SoftLayer]) -> f64 {
     let thickness_mm: f64 = layers.iter().map(|layer| layer.thickness_mm).sum();
+    // Compliances of layers in series add up.
     let gives: f64 = layers.iter().map(|l| l.thickness_mm / l.elasticity.young_mpa).sum();
     thickness_mm / gives
 }
 
-/// Faces that belong to one tetrahedron alone, counter-clockwise from outside.
+/// Collects the faces that belong to a single tetrahedron, counter-clockwise seen from outside.
 fn surface(cells: &[[u32; 4]]) -> Vec<[u32; 3]> {
     let mut once: BTreeMap<[u32; 3], Option<[u32; 3]>> = BTreeMap::new();
     for [a, b, c, d] in cells {
         for face in [[*a, *c, *b], [*a, *b, *d], [*a, *d, *c], [*b, *c, *d]] {
             let mut key = face;
             key.sort_unstable();
+            // A face that occurs twice, with its corners in opposite orders, is inside.
             once.entry(key).and_modify(|face| *face = None).or_insert(Some(face));
         }
     }
     once.into_values().flatten().collect()
 }
 
-/// Lamps of the usual light, each in the middle of what shines of it; none where nobody says how it is lit.
+/// Lists the light sources of the usual light, each at the centroid of its emitting pieces; empty if the lighting is
+/// unknown.
 pub(super) fn lamps(sensor: &Sensor) -> Vec<RobotLamp> {
     let Some(lighting) = sensor.lightings.first() else { return Vec::new() };
     let Ok(emitters) = Emitters::of(sensor, lighting) else { return Vec::new() };
-    /// Power; place and colour, times power.
+    /// Sums over a light source's pieces: power, and position and colour times power.
     type Sum = (f64, Vector3<f64>, Vector3<f64>);
     let mut lamps: BTreeMap<usize, Sum> = BTreeMap::new();
     for piece in emitters.pieces() {

@@ -1,32 +1,33 @@
-//! Where the touched surface feels: points that stand for equal areas, as the vertices of one closed mesh.
+//! Taxels of the touched surface: points of equal area, which are the vertices of one closed mesh.
 
 use fabkit_export::{Array, Values};
 use fabkit_files::Error;
 use fabkit_geometry::{Point3, SurfacePoints, Vector3};
 use fabkit_mesh::convex_hull;
 
-/// Points of a dome; those of a pad along its longer side.
+/// Number of taxels of a dome.
 const OF_DOME: usize = 900;
+/// Number of steps of a pad's grid along its longer side.
 const OF_SIDE: usize = 32;
-/// Around a dome's foot.
+/// Number of points around a dome's foot.
 const OF_RIM: usize = 96;
-/// The foot itself belongs to the wall below.
+/// Area fraction of the rim: just inside, because the foot itself belongs to the wall below.
 const FOOT: f64 = 1.0 - 1e-9;
-/// A hair within a pad's outline.
+/// Distance of the outermost points from a pad's outline, as a fraction of its side.
 const WITHIN: f64 = 1e-6;
-/// Turns from one point of a spiral to the next (Vogel 1979).
+/// Turns from one point of a spiral to the next: the golden ratio (Vogel 1979).
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// A closed mesh, sensor frame.
+/// Closed mesh with taxels, sensor frame.
 #[derive(Clone, Debug)]
 pub(super) struct TouchMesh {
     pub vertices_mm: Vec<[f64; 3]>,
     pub triangles: Vec<[u32; 3]>,
-    /// Outward at each vertex; of those that feel.
+    /// Outward normal at each vertex; meaningful for taxels.
     normals: Vec<Vector3<f64>>,
-    /// Whether a vertex is a point of equal area: others close the mesh.
+    /// True for taxels, each of which stands for an equal area. The other vertices close the mesh.
     feels: Vec<bool>,
-    /// Of the surface.
+    /// Area of the surface, mm2.
     pub area_mm2: f64,
 }
 
@@ -38,17 +39,18 @@ impl TouchMesh {
         }
     }
 
-    /// How many points feel.
+    /// Number of taxels.
     pub fn count(&self) -> usize {
         self.feels.iter().filter(|feels| **feels).count()
     }
 
-    /// A spiral from the tip to the foot, and the foot's rim. A dome is convex: its hull has all of them as corners.
+    /// Creates a dome: a spiral from the tip to the foot, and the foot's rim. A dome is convex, so that all points are
+    /// corners of its hull.
     fn of_dome(points: &SurfacePoints) -> Result<Self, Error> {
         let missing = || Error::bug("a dome without points");
         let mut found = Vec::new();
         for k in 0..OF_DOME {
-            // The tip is the first: presses there are what people try.
+            // The tip is the first point, because presses there are what people try first.
             let along = k as f64 / OF_DOME as f64;
             let around = (k as f64 * GOLDEN).fract();
             found.push((points.by_area([along, around]).ok_or_else(missing)?, true));
@@ -60,7 +62,7 @@ impl TouchMesh {
         let places: Vec<[f64; 3]> =
             found.iter().map(|((place, _), _)| place.coords.into()).collect();
         let hull = convex_hull(&places).map_err(Error::bug)?;
-        // The hull has an order of its own.
+        // The hull has its own order of vertices: taxels are found by their coordinates.
         let key = |place: &[f64; 3]| place.map(f64::to_bits);
         let known: std::collections::BTreeMap<_, _> =
             places.iter().zip(&found).map(|(place, found)| (key(place), found)).collect();
@@ -75,7 +77,7 @@ impl TouchMesh {
         })
     }
 
-    /// A grid on the face, and the same as deep as layers give way.
+    /// Creates a pad: a grid on its face, and a copy at the depth of the soft layers.
     fn of_pad(points: &SurfacePoints, [x, y]: [[f64; 2]; 2], soft_mm: f64) -> Result<Self, Error> {
         let missing = || Error::bug("a pad without points");
         let [wide, high] = [x[1] - x[0], y[1] - y[0]];
@@ -99,13 +101,14 @@ impl TouchMesh {
                 triangles.extend([[a, c, b], [a, d, c]].map(|t| t.map(|k| k + count)));
             }
         }
-        // Around the edge, counter-clockwise seen from above.
+        // The outline of the grid, counter-clockwise seen from above.
         let mut edge: Vec<u32> = (0..columns).map(|i| at(i, 0)).collect();
         edge.extend((0..rows).map(|j| at(columns, j)));
         edge.extend((1..=columns).rev().map(|i| at(i, rows)));
         edge.extend((1..=rows).rev().map(|j| at(0, j)));
         for (k, a) in edge.iter().enumerate() {
             let b = edge[(k + 1) % edge.len()];
+            // The side walls between the face and its copy below.
             triangles.extend([[*a, a + count, b + count], [*a, b + count, b]]);
         }
         let below = |(place, normal): &(Point3<f64>, Vector3<f64>)| place - soft_mm * normal;
@@ -119,8 +122,9 @@ impl TouchMesh {
         })
     }
 
-    /// For `robot-taxels.npz`, in the order of the mesh's vertices: `place_mm`, `normal`, `tangents` (two each), `area_mm2` (0 for
-    /// those that only close the mesh), `pixel` (not a number beside the picture), `seen` (1, or 0 where something opaque is before it).
+    /// Returns the arrays of `robot-taxels.npz`, in the order of the mesh's vertices: `place_mm`, `normal`, `tangents`
+    /// (two each), `area_mm2` (0 for vertices that only close the mesh), `pixel` (NaN outside the image), `seen` (1, or
+    /// 0 behind something opaque).
     pub fn arrays(&self, pixels: &[Option<[f64; 2]>], are_seen: &[bool]) -> Vec<Array> {
         let count = self.vertices_mm.len();
         let array = |name: &str, of_each: &[usize], values: Vec<f64>| Array {
@@ -128,8 +132,9 @@ impl TouchMesh {
             shape: [&[count], of_each].concat(),
             values: Values::F64(values),
         };
+        // By construction every taxel stands for the same area.
         let share = self.area_mm2 / self.count() as f64;
-        // The first along a meridian away from +x, the second across it.
+        // The first tangent lies along a meridian in the direction of +x, the second across it.
         let tangents = self.normals.iter().flat_map(|normal| {
             let first = (Vector3::x() - normal.x * normal).try_normalize(1e-6);
             let first = first.unwrap_or_else(|| Vector3::y().cross(normal).normalize());

@@ -1,4 +1,4 @@
-//! Whether presses touch: not deeper than the surface is soft, and at all.
+//! Checks of presses: each must touch the surface and stay within the soft layer.
 
 use fabkit_files::Error;
 use fabkit_fixtures::Press;
@@ -7,28 +7,28 @@ use rayon::prelude::*;
 use super::{SceneError, SensorView};
 use crate::ground_truth::{Penetration, approach, penetration};
 
-/// A press may go this much past the soft layer: rounding.
+/// Tolerance for a press that reaches exactly to the bottom of the soft layer, mm: rounding.
 const SLACK_MM: f64 = 1e-6;
-/// What misses is recommended to go deeper by as much as it misses, times these: surfaces curve.
+/// Factors on the missing distance that are tried in turn for a suggested depth. More than 1, since surfaces curve.
 const DEEPER: [f64; 4] = [1.05, 1.2, 1.5, 2.0];
-/// Recommended depths are multiples of this, mm.
+/// Step of suggested depths, mm.
 const DEPTH_STEP_MM: f64 = 0.01;
 
-/// How a press meets the surface.
+/// Deepest point of a press relative to the surface.
 #[derive(Clone, Debug)]
 pub(super) struct Meeting {
     id: String,
-    /// The deepest point of all of its bodies.
+    /// Deepest point over all bodies of the press; `None` if all of them lie below the surface's foot.
     deepest: Option<Penetration>,
 }
 
 impl SensorView {
-    /// Refuses presses, by the names they go by, that reach below the soft layer: what is there does
-    /// not give way, so that nobody can take a picture of such a press. And those that do not reach
-    /// the surface, unless that is allowed: who asks for a press wants contact.
+    /// Checks presses, given with the names they are reported by. A press that reaches below the soft layer is refused,
+    /// since the shell there does not yield and no real capture of such a press can exist. A press that misses the
+    /// surface is refused unless that is allowed.
     ///
     /// # Errors
-    /// Every press that is too deep or misses, with how deep or how far, and where.
+    /// Lists every press that is too deep or misses, with its depth or distance and its place.
     pub(super) fn check_presses<'a>(
         &self,
         presses: impl Iterator<Item = (&'a str, &'a Press)>,
@@ -39,6 +39,7 @@ impl SensorView {
         let bodies: Vec<_> = presses.iter().flat_map(|(_, press)| &press.bodies).collect();
         let found = bodies.par_iter().map(|body| approach(touch, body));
         let found: Vec<_> = found.collect::<Result<_, _>>().map_err(Error::bug)?;
+        // One result per body, in the order in which the loop below asks for them.
         let mut found = found.into_iter();
         let (mut too_deep, mut missing, mut example) = (Vec::new(), Vec::new(), None);
         let mut meetings = Vec::new();
@@ -61,6 +62,7 @@ impl SensorView {
                 }
             }
             if !nearest.is_some_and(|nearest| nearest.depth_mm > 0.0) {
+                // A name other than the press itself is a pattern that matched it; the message then names both.
                 let pattern = if *name == press.id { "" } else { &format!("`{name}`: ") };
                 missing.push(format!("{pattern}`{}` {}", press.id, how_it_misses(nearest)));
                 example = example.or_else(|| self.that_touches(press, nearest?));
@@ -76,7 +78,7 @@ impl SensorView {
         Err(SceneError::NoContact { faults: missing, deeper: example }.into())
     }
 
-    /// The same press so much deeper that it touches; tried, not only computed.
+    /// Finds the same press at a depth at which it touches. Each candidate depth is verified, not only computed.
     fn that_touches(&self, press: &Press, nearest: Penetration) -> Option<String> {
         let touch = self.touch().ok()?;
         DEEPER.iter().find_map(|factor| {
@@ -87,7 +89,7 @@ impl SensorView {
         })
     }
 
-    /// Refuses presses of which no pixel sees anything: truth without contact is the reference.
+    /// Returns an error if no pixel sees any of the presses: ground truth without contact is just the reference.
     pub(super) fn check_seen(&self, presses: &[Meeting]) -> Result<(), SceneError> {
         let unseen: Vec<String> = presses
             .iter()

@@ -1,4 +1,4 @@
-//! Why there is no ground truth.
+//! Errors of ground truth and of viewpoints.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -10,25 +10,25 @@ use fabkit_optics::{InvalidStack, REFRACTION};
 use super::{MAX_RAYS, MAX_SAMPLES};
 use crate::ground_truth::{BESIDE_PICTURE, InvalidViewpoint, SurfaceCoverage};
 
-/// Why there is no ground truth.
+/// Reason why ground truth cannot be computed.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// Nothing to look at.
+    /// The sensor has no sensing surface of known shape.
     #[error("{sensor} has no sensing surface of known shape to look at")]
     NoSurface {
-        /// Its name.
+        /// Name of the sensor.
         sensor: String,
     },
-    /// Bodies that no light can be followed through.
+    /// Bodies that light cannot be traced through.
     #[error(transparent)]
     Light(InvalidStack),
-    /// A camera of which all is hidden.
+    /// A camera whose view of the surface is blocked completely.
     #[error("the camera sees none of the surface: {}", words(.lost))]
     Hidden {
-        /// By what, with shares of the surface.
+        /// Blocking bodies or causes, with their shares of the surface's area.
         lost: Vec<(String, f64)>,
     },
-    /// A camera that looks elsewhere.
+    /// A camera that looks away from the surface.
     #[error(
         "the camera sees none of the surface: it lies {:.0} to {:.0} deg off the camera's axis, and \
          the lens reaches {:.0} deg",
@@ -37,65 +37,65 @@ pub enum SceneError {
         .lens_rad.to_degrees()
     )]
     Unseen {
-        /// Least and most that the surface lies off the camera's axis, rad.
+        /// Smallest and largest angle between the surface's points and the camera's axis, rad.
         angles_rad: [f64; 2],
-        /// How far off it the lens sees, rad.
+        /// Largest angle off the axis that the lens images, rad.
         lens_rad: f64,
     },
-    /// What a camera file, a pose file, or both together say.
+    /// A fault in a camera file, in a pose file, or in their combination.
     #[error("{}{source}", .file.iter().map(|f| format!("{}: ", f.display())).collect::<String>())]
     Viewpoint {
-        /// Which file; nothing for what was given otherwise.
+        /// Path of the faulty file; `None` for input that did not come from a file.
         file: Option<PathBuf>,
-        /// What is wrong.
+        /// The fault itself.
         source: InvalidViewpoint,
     },
-    /// Too many rays for a pixel, or none.
+    /// A number of samples per pixel outside its limits.
     #[error("{samples} samples; the limits are 1 and {MAX_SAMPLES}")]
     Samples {
-        /// Along each side of a pixel.
+        /// Requested number of rays along each side of a pixel.
         samples: u32,
     },
     /// A length outside its limits.
     #[error("{name}: {value_mm} mm; the limits are {} mm and {} mm", .limits_mm[0], .limits_mm[1])]
     Length {
-        /// What it is.
+        /// Name of the length in messages.
         name: &'static str,
-        /// Asked for, mm.
+        /// Requested value, mm.
         value_mm: f64,
-        /// Least and most, mm.
+        /// Smallest and largest allowed value, mm.
         limits_mm: [f64; 2],
     },
     /// More rays than one cast may have.
     #[error("{width} x {height} rays are more than {MAX_RAYS}")]
     TooManyRays {
-        /// Columns.
+        /// Number of ray columns.
         width: u32,
-        /// Rows.
+        /// Number of ray rows.
         height: u32,
     },
-    /// A press that cannot be had.
+    /// A press that does not exist or cannot be built.
     #[error(transparent)]
     Press(PressError),
-    /// Presses that go deeper than the surface is soft, each as a sentence.
+    /// Presses that reach below the soft layer, one sentence each.
     #[error("{}", listed(.0))]
     TooDeep(Vec<String>),
     /// Presses that do not touch the surface.
     #[error("{}", listed(.faults))]
     NoContact {
-        /// Each as a sentence.
+        /// One sentence for each press.
         faults: Vec<String>,
-        /// One of them so much deeper that it touches.
+        /// Identifier of one of the presses at a depth at which it touches, as a suggestion.
         deeper: Option<String>,
     },
-    /// Presses of which the camera sees nothing, each as a sentence.
+    /// Presses of which the camera sees nothing, one sentence each.
     #[error("{}", listed(.0))]
     NothingSeen(Vec<String>),
 }
 
 impl SceneError {
     pub(super) fn unseen(coverage: &SurfaceCoverage) -> Self {
-        // What lies beside the picture is a matter of the pose.
+        // The largest share decides: surface outside the image is a matter of the pose, otherwise a body blocks it.
         let is_beside = coverage.lost.first().is_none_or(|(by, _)| by == BESIDE_PICTURE);
         match is_beside {
             true => Self::Unseen { angles_rad: coverage.angles_rad, lens_rad: coverage.lens_rad },
@@ -103,7 +103,7 @@ impl SceneError {
         }
     }
 
-    /// What is wrong with a file, or with what was given without one.
+    /// Creates the error for a fault in `file`, or in input without a file.
     pub fn viewpoint(file: Option<&Path>, source: InvalidViewpoint) -> Self {
         Self::Viewpoint { file: file.map(Path::to_owned), source }
     }
@@ -127,6 +127,7 @@ impl Explained for SceneError {
             Self::Hidden { lost } => {
                 let pose =
                     "is the pose `camera_from_sensor`, and from the camera's place in this design?";
+                // Refraction cannot be cured by a clear material or a wider opening.
                 let by = lost.first().map(|(by, _)| by).filter(|by| *by != REFRACTION);
                 return Some(by.map_or(pose.to_owned(), |by| {
                     format!(
@@ -160,12 +161,12 @@ impl Explained for SceneError {
     }
 }
 
-/// What hides a surface, as one sentence.
+/// Joins causes and their shares of the surface into one sentence.
 pub fn words(lost: &[(String, f64)]) -> String {
     fabkit_optics::in_words(lost, 1)
 }
 
-/// What to do about a press that cannot be had, where that is known.
+/// Returns a hint for a press that cannot be built, where one is known.
 pub fn press_hint(error: &PressError) -> Option<String> {
     match error {
         PressError::Unknown { id, known, place } => Some(unknown_hint(id, known, place)),
@@ -176,12 +177,13 @@ pub fn press_hint(error: &PressError) -> Option<String> {
     }
 }
 
-/// What somebody may have meant who asked for a press that there is not.
+/// Suggests presses for an unknown press `id`: the closest known name, or one example of each kind.
 pub fn unknown_hint(id: &str, known: &[String], place: &str) -> String {
     let written =
         |tool: &str| format!("an indenter and its place are written like `{tool}{place}`");
     let unknown = UnknownName::new("press", id, known.iter().map(String::as_str));
     match &unknown.closest {
+        // A known name that ends with `@` is an indenter that still needs a place.
         Some(closest) if closest.ends_with('@') => written(closest),
         Some(_) => unknown.hint(),
         None => {
@@ -194,7 +196,7 @@ pub fn unknown_hint(id: &str, known: &[String], place: &str) -> String {
     }
 }
 
-/// The first of the names that differ in their numbers alone.
+/// Returns the first of each group of names that differ in their digits alone.
 fn one_of_each_kind(names: &[String]) -> Vec<String> {
     let mut kinds = BTreeSet::new();
     let kind = |name: &str| -> String { name.chars().filter(|c| !c.is_ascii_digit()).collect() };

@@ -1,4 +1,4 @@
-//! What calibration files say of a camera and its place.
+//! Reading of camera and pose files.
 
 use std::path::Path;
 
@@ -11,21 +11,21 @@ use fabkit_fixtures::Project;
 use super::SceneError;
 use crate::ground_truth::Viewpoint;
 
-/// What calibration files say: the content of a camera file, and a pose.
+/// Contents of calibration files: the text of a camera file, and a pose.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ViewpointFiles {
-    /// The one named, else the one that the pose was solved with.
+    /// Text of the camera file: the one given, else the one that the pose file names.
     pub camera: Option<String>,
-    /// The pose.
+    /// Parsed pose.
     pub pose: Option<PoseFile>,
 }
 
 impl ViewpointFiles {
-    /// Reads them, and looks whether they make a viewpoint: a pose file brings the camera that it
-    /// names, unless another is given.
+    /// Reads the files and checks that they form a viewpoint. A pose file brings the camera file that it names, unless
+    /// `camera` is given.
     ///
     /// # Errors
-    /// Files that cannot be read or hold no camera or pose, each named.
+    /// Names each file that cannot be read or holds no camera or pose.
     pub fn read(
         project: &Project,
         camera: Option<&Path>,
@@ -44,14 +44,14 @@ impl ViewpointFiles {
         let of_pose = |error| SceneError::viewpoint(pose_path, error);
         let pose = pose.map(|text| read_pose(&text)).transpose();
         let pose = pose.map_err(|error| of_pose(error.into()))?;
-        // A pose is only good with the camera it was solved with: unless told otherwise, that one.
+        // A pose is only valid with the camera it was solved with, so that one is the default.
         let beside = pose_path.zip(pose.as_ref().and_then(|pose| pose.camera.as_ref()));
         let beside = beside.map(|(path, camera)| path.with_file_name(camera));
         let camera_path = camera.or(beside.as_deref());
         let camera_hint = "is it the right file? It holds a lens and an image size";
         let camera = read(camera_path, "a camera file", camera_hint)?;
         let nominal = &project.design.sensor.camera;
-        // One after the other, so that each fault is told with its file.
+        // The camera is checked alone first, so that each fault is reported with its own file.
         Viewpoint::new(nominal, camera.as_deref(), None)
             .map_err(|error| SceneError::viewpoint(camera_path, error))?;
         let viewpoint =
@@ -60,11 +60,11 @@ impl ViewpointFiles {
     }
 }
 
-/// The camera of a design, or what calibration files say instead. A pose file brings the camera
-/// that it names, unless another is given.
+/// Returns the viewpoint of a design, with the camera and pose of calibration files where given. A pose file brings the
+/// camera file that it names, unless `camera` is given.
 ///
 /// # Errors
-/// Files that cannot be read or hold no camera or pose, each named.
+/// Names each file that cannot be read or holds no camera or pose.
 pub fn viewpoint_from_files(
     project: &Project,
     camera: Option<&Path>,

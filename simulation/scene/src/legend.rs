@@ -1,21 +1,21 @@
-//! Letters and legends on pictures.
+//! Text and legends drawn on images.
 
 use fabkit_depth::Picture;
 
 const INK: [u8; 3] = [30, 30, 36];
 const PAPER: [u8; 3] = [255, 255, 255];
 
-/// A colour, what it stands for, and how often.
+/// An entry of a legend: a colour, its meaning and its number of occurrences.
 pub struct Entry {
-    /// Its name.
+    /// Label of the entry.
     pub name: String,
-    /// Red, green and blue.
+    /// Colour as red, green and blue.
     pub color: [u8; 3],
-    /// How often it occurs.
+    /// Number of occurrences.
     pub count: usize,
 }
 
-/// Writes a line of text, its left top corner there, capitals `height_px` high.
+/// Draws one line of text with capitals `height_px` high. `[left, top]` is the top left corner of the text.
 pub fn write(picture: &mut Picture, text: &str, [left, top]: [f64; 2], height_px: f64) {
     for stroke in fabkit_export::lettering(text, height_px) {
         let points: Vec<[f64; 2]> =
@@ -24,25 +24,26 @@ pub fn write(picture: &mut Picture, text: &str, [left, top]: [f64; 2], height_px
     }
 }
 
-/// How wide a text is, px.
+/// Returns the width of a line of text, px.
 pub fn width_px(text: &str, height_px: f64) -> f64 {
     let ends = fabkit_export::lettering(text, height_px);
     ends.iter().flatten().fold(0.0, |most: f64, [x, _]| most.max(*x))
 }
 
-/// Colours and what they stand for, in the left top corner.
+/// Draws a legend of colours and labels in the top left corner, sized to the image.
 pub fn draw(picture: &mut Picture, entries: &[([u8; 3], String)]) {
     let height_px = (f64::from(picture.height_px) / 66.0).max(7.0);
     draw_at(picture, entries, [height_px, height_px], height_px);
 }
 
-/// The same from a corner on.
+/// Draws a legend with its top left corner at `[left, top]` and capitals `height_px` high.
 pub fn draw_at(
     picture: &mut Picture,
     entries: &[([u8; 3], String)],
     [left, top]: [f64; 2],
     height_px: f64,
 ) {
+    // Distances below are multiples of the height of capitals.
     let pitch_px = 1.9 * height_px;
     let widest = entries.iter().map(|(_, text)| width_px(text, height_px)).fold(0.0, f64::max);
     let right_bottom =

@@ -1,4 +1,5 @@
-//! A sensor's surface and the camera that looks at it: what `depth` and `dataset` share.
+//! View of a sensor's sensing surface by one camera: casting of rays, contact models and ground truth. Shared by the
+//! commands `depth` and `dataset`.
 
 mod contacts;
 mod error;
@@ -26,66 +27,68 @@ use crate::ground_truth::{
 };
 use crate::pressing::{Answer, Contact, ContactGap, PressingError, Ready, threads};
 
-/// Radius of the transition around contacts, smallest and largest, mm: wider than any gel's skin
+/// Limits of the radius of the membrane's transition around contacts, mm. The upper limit is wider than any gel's skin
 /// carries.
 pub const MEMBRANE_LIMITS_MM: [f64; 2] = [0.0, 10.0];
-/// Standard deviation of printed and cast surfaces, smallest and largest, mm.
+/// Limits of the standard deviation of printed and cast surfaces, mm.
 pub const SIGMA_LIMITS_MM: [f64; 2] = [0.0, 1.0];
-/// What is left out on either side of a seam, smallest and largest, mm.
+/// Limits of the margin that is left out on either side of a seam, mm.
 pub const MARGIN_LIMITS_MM: [f64; 2] = [0.0, 10.0];
-/// Most rays along each side of a pixel.
+/// Maximum number of rays along each side of a pixel.
 pub const MAX_SAMPLES: u32 = 8;
-/// Most rays of one cast: the same limit as for pictures.
+/// Maximum number of rays of one cast: the same limit as for images.
 pub const MAX_RAYS: u64 = fabkit_depth::MAX_PIXELS;
 
-/// Rays that are cast at once where they need not know each other.
+/// Number of rays per band, where rays can be cast independently of each other.
 const BAND_RAYS: u32 = 1 << 18;
-/// What a ray takes while it is cast and looked at, bytes: measured on surfaces that are all contact.
+/// Memory per ray while a band is cast and evaluated, bytes. Measured on surfaces that are all contact.
 const BAND_BYTES: u64 = 475;
-/// The same with a transition around contacts.
+/// Same as [`BAND_BYTES`] for contact with a membrane.
 const MEMBRANE_BYTES: u64 = 575;
-/// The same where the surface gives way.
+/// Same as [`BAND_BYTES`] for elastic contact.
 const YIELDING_BYTES: u64 = 540;
-/// What it takes besides to say how sure a place behind bent rays is: counted, not measured.
+/// Additional memory per ray for uncertainties behind refracting bodies, bytes. Derived by counting, not measured.
 pub const BENT_BYTES: u64 = 201;
 
-/// A sensor whose surface a camera sees.
+/// A sensor whose sensing surface is seen by a camera.
 #[derive(Clone, Debug)]
 pub struct SensorView {
-    /// The sensor.
+    /// The sensor's design and fixtures.
     pub project: Arc<Project>,
-    /// The camera at its place.
+    /// The camera at its pose.
     pub viewpoint: Viewpoint,
-    /// What it sees of the surface: something.
+    /// Coverage of the surface by the camera; its area is greater than 0.
     pub coverage: SurfaceCoverage,
-    /// The sensor's bodies as its rays meet them.
+    /// Optical paths of the camera's rays through the sensor's bodies.
     sights: Arc<Sights>,
-    /// The soft layers as several presses at once found them last, and the distance of nodes that was asked for.
+    /// Solver of the last cast with several presses at once, and the node spacing that was requested for it.
     layers: Arc<Mutex<Option<KeptLayers>>>,
 }
 
-/// Seconds of work that depends on nothing but the sensor and this distance of nodes, mm.
+/// Requested node spacing, mm, and the solver for it. Its setup takes seconds and depends on the sensor and the spacing
+/// alone.
 type KeptLayers = (Option<f64>, Arc<Ready>);
 
-/// What to cast.
+/// Options of one cast.
 #[derive(Clone, Debug)]
 pub struct Cast<'a> {
-    /// What presses; nothing for the reference.
+    /// Presses in contact at the same time; empty for the reference without contact.
     pub presses: &'a [Press],
-    /// Rays along each side of a pixel.
+    /// Number of rays along each side of a pixel.
     pub samples: u32,
-    /// How the surface answers.
+    /// Contact model of the surface.
     pub contact: Contact,
-    /// How far all of it moves on along the surface, mm, as for [`Ready::answer`]; elastic contact alone knows.
+    /// Displacement of all indenters along the surface after indentation, mm, as for [`Ready::answer`]. Only elastic
+    /// contact supports it.
     pub shear_mm: [f64; 2],
     /// Standard deviation of printed and cast surfaces along their normals, mm.
     pub print_sigma_mm: f64,
-    /// Whether a press may miss the surface, or touch it where the camera sees nothing of it.
+    /// Accepts presses that miss the surface, or touch it only where the camera sees nothing of it.
     pub allow_no_contact: bool,
 }
 
 impl Cast<'_> {
-    /// Nothing presses, a ray a pixel, surfaces as drawn.
+    /// Returns a cast without presses: one ray per pixel and no uncertainty of shape.
     pub fn at_rest(contact: Contact) -> Self {
         Self {
             presses: &[],
@@ -98,35 +101,35 @@ impl Cast<'_> {
     }
 }
 
-/// What the camera sees of a press.
+/// Result of a cast, or of one band of rows of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {
-    /// Ground truth.
+    /// Depth map with labels, points and normals.
     pub map: &'a DepthMap<'a>,
-    /// How sure it is.
+    /// Standard deviations of the map's values.
     pub sigmas: &'a Sigmas,
-    /// The deepest contact; `None` without contact.
+    /// Deepest contact that the camera sees; `None` without contact.
     pub deepest: Option<Deepest>,
-    /// How many pixels see the surface.
+    /// Number of pixels that see the surface.
     pub surface_px: usize,
-    /// What the soft layers answer, if they were asked.
+    /// Solution of the elastic layers; `None` for other contact models and without contact.
     pub answer: Option<&'a Answer<'a>>,
-    /// How far that is from rigid contact.
+    /// Difference between elastic and rigid contact; present if `answer` is.
     pub gap: Option<ContactGap>,
 }
 
-/// What presses, where it ends up, and what the soft layers answer.
+/// Indenters at their final poses, and the solution of the elastic layers.
 struct Pressing<'a> {
     pressers: Vec<Presser>,
     answer: Option<Answer<'a>>,
 }
 
 impl SensorView {
-    /// Looks whether the camera sees the surface.
+    /// Builds the view and computes the camera's coverage of the surface.
     ///
     /// # Errors
-    /// A sensor without a surface of known shape, bodies that no light can be followed through, a camera
-    /// that sees none of it.
+    /// Returns an error for a sensor without a surface of known shape, for bodies that light cannot be traced through,
+    /// and for a camera that sees none of the surface.
     pub fn new(project: Arc<Project>, viewpoint: Viewpoint) -> Result<Self, Error> {
         let touch = touch(&project)?;
         let stack = viewpoint.stack(&project.design.sensor).map_err(SceneError::Light)?;
@@ -138,20 +141,20 @@ impl SensorView {
         Ok(Self { project, viewpoint, coverage, sights, layers: Arc::default() })
     }
 
-    /// Whether somebody says how sure camera or pose are, and bodies bend rays behind them.
+    /// Returns whether calibration states uncertainties of camera or pose, and bodies refract the camera's rays.
     pub fn is_unsure_behind_bends(&self) -> bool {
         self.viewpoint.says_how_sure() && self.sights.bends()
     }
 
-    /// The sensor's bodies as the camera's rays meet them.
+    /// Returns the optical paths of the camera's rays through the sensor's bodies.
     pub fn sights(&self) -> &Sights {
         &self.sights
     }
 
-    /// Which places of the unrolled surface the camera sees, and what keeps it from the others, as PNG.
+    /// Renders as PNG which parts of the unrolled surface the camera sees, and what hides the others.
     ///
     /// # Errors
-    /// None that [`SensorView::new`] has not found.
+    /// Fails only where [`SensorView::new`] would.
     pub fn coverage_map(&self) -> Result<Vec<u8>, Error> {
         let touch = self.touch().map_err(Error::from)?;
         let picture = coverage_map(touch, &self.viewpoint, &self.sights, &self.coverage);
@@ -159,29 +162,30 @@ impl SensorView {
         fabkit_export::png(picture.width_px, picture.height_px, &picture.rgb).map_err(Error::bug)
     }
 
-    /// The rays of some rows of all pixels, each split into `samples` x `samples`, behind the sensor's
-    /// bodies.
+    /// Computes the rays behind the sensor's bodies, each pixel split into `samples` x `samples` rays. `rows` counts
+    /// rows of rays, not of pixels.
     pub fn rays_of_rows(&self, samples: u32, rows: Range<u32>) -> PixelRays {
         self.viewpoint.rays_of_rows(samples, rows).through(&self.sights)
     }
 
-    /// The surface.
+    /// Returns the sensing surface.
     ///
     /// # Errors
-    /// None that [`SensorView::new`] has not found.
+    /// Fails only where [`SensorView::new`] would.
     pub fn touch(&self) -> Result<&TouchSurface, SceneError> {
         touch(&self.project)
     }
 
-    /// Casts a press, and shows what is seen of it.
+    /// Casts all rays of a press at once and passes the result to `look`.
     ///
     /// # Errors
-    /// Options beyond their limits, a press deeper than the surface is soft, one without contact
-    /// unless that is allowed, and what `look` says.
+    /// Returns an error for options beyond their limits, a press that reaches below the soft layer, a press without
+    /// contact unless that is allowed, and any error of `look`.
     pub fn cast<R, E: From<Error>>(
         &self,
         cast: &Cast,
         look: impl FnOnce(Seen) -> Result<R, E>,
+        // Only a press that geometrically touches can get here without visible contact: the camera does not see it.
     ) -> Result<R, E> {
         let meetings = self.meetings(cast)?;
         let ready = self.ready(cast)?;
@@ -194,11 +198,12 @@ impl SensorView {
         })
     }
 
-    /// The same in bands of rows, from the top down, if they do not depend on each other: what is
-    /// large need not be in memory at once. `kept` is how many bytes `look` keeps of each ray.
+    /// Casts like [`SensorView::cast`], but in bands of rows from the top down, so that large maps need not be in
+    /// memory at once. With a membrane, all rows form one band. `kept` is the number of bytes that `look` keeps of each
+    /// ray.
     ///
     /// # Errors
-    /// As for [`SensorView::cast`]; more memory than allowed.
+    /// Returns the errors of [`SensorView::cast`], and one if the cast needs more memory than allowed.
     pub fn cast_in_bands<E: From<Error>>(
         &self,
         cast: &Cast,
@@ -207,9 +212,10 @@ impl SensorView {
     ) -> Result<(), E> {
         let [width, height] = self.check(cast).map_err(Error::from)?;
         let rays = u64::from(width) * u64::from(height);
-        // A transition spreads as far as it likes.
+        // The transition of a membrane couples rows at any distance, so all rows are cast at once.
         let is_whole = cast.contact.membrane_mm() > 0.0;
-        // Bands end where tiles do, so that rays are bundled as they are in the whole.
+        // Bands end where tiles do, so that rays are bundled exactly as in a cast of the whole image.
+        // Wide images still get one row of tiles per band.
         let band = (BAND_RAYS / width / TILE * TILE).max(TILE);
         let rows = if is_whole { height } else { band.min(height) };
         let at_once = u64::from(width) * u64::from(rows);
@@ -221,6 +227,7 @@ impl SensorView {
         let per_ray = per_ray + if self.is_unsure_behind_bends() { BENT_BYTES } else { 0 };
         memory::admit(
             &format!("casting {width} x {height} rays for these files"),
+            // `look` keeps its data of all rays, but only one band is cast at a time.
             kept * rays + per_ray * at_once,
             Less::Rays,
         )
@@ -247,8 +254,10 @@ impl SensorView {
         self.check_presses(presses, cast.allow_no_contact)
     }
 
-    /// The soft layers, if something presses them and they are asked.
+    /// Returns the solver of the soft layers, or `None` if nothing presses or contact is not elastic. Solvers for
+    /// several bodies are kept for later casts; a single body gets a mesh refined at its contact.
     fn ready(&self, cast: &Cast) -> Result<Option<Arc<Ready>>, Error> {
+        // Rigid and membrane contact have no tangential degrees of freedom, so a shear would be ignored silently.
         let Contact::Linear(linear) = cast.contact else {
             return match cast.shear_mm == [0.0; 2] {
                 true => Ok(None),
@@ -262,9 +271,11 @@ impl SensorView {
         }
         let sensor = &self.project.design.sensor;
         let spacing_mm = linear.spacing_mm;
+        // A single body gets a mesh for its own contact, which no other press can reuse.
         if let [_] = &bodies[..] {
             return Ok(Some(Arc::new(Ready::for_press(sensor, &bodies, spacing_mm, threads())?)));
         }
+        // The lock is held during setup: concurrent casts wait for one solver instead of each building its own.
         let mut kept = self.layers.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((of_mm, ready)) = &*kept
             && *of_mm == spacing_mm
@@ -277,7 +288,7 @@ impl SensorView {
         Ok(Some(ready))
     }
 
-    /// What presses, where it ends up, and what the layers answer.
+    /// Solves the contact and moves the indenters along the surface by the solution's displacement.
     fn press<'r>(&self, cast: &Cast, ready: Option<&'r Ready>) -> Result<Pressing<'r>, Error> {
         let mut presses = cast.presses.to_vec();
         let answer = match (ready, cast.contact) {
@@ -286,6 +297,7 @@ impl SensorView {
                     presses.iter().flat_map(|press| press.bodies.clone()).collect();
                 let touch = self.touch()?;
                 match ready.answer(touch, &bodies, cast.shear_mm, linear.friction) {
+                    // Without contact the surface stays at rest, as in a cast without presses.
                     Err(error) if error.is_no_contact() && cast.allow_no_contact => None,
                     answer => Some(answer?),
                 }
@@ -293,6 +305,7 @@ impl SensorView {
             _ => None,
         };
         if let Some(answer) = &answer {
+            // The map must show the indenters where the solution left them.
             let way = Pose::translation(answer.way_mm.x, answer.way_mm.y, answer.way_mm.z);
             for body in presses.iter_mut().flat_map(|press| &mut press.bodies) {
                 body.sensor_from_body = way.then_in(body.sensor_from_body);
@@ -316,6 +329,7 @@ impl SensorView {
             Some(answer) => surface.yielded(pressers, answer, true),
             None => surface.pressed(pressers),
         };
+        // Rigid contact of the same final poses is the reference.
         let gap = answer.as_ref().map(|_| ContactGap::of(&contact, &surface.pressed(pressers)));
         let deepest = deepest(&contact, touch);
         let map = contact.with_membrane(cast.contact.membrane_mm());
@@ -330,11 +344,11 @@ impl SensorView {
         })
     }
 
-    /// Refuses presses, by the names they go by, that go deeper than the surface is soft, or do not
-    /// touch it, unless that is allowed.
+    /// Checks presses, given with the names they are reported by: none may reach below the soft layer, and each must
+    /// touch the surface unless `allow_no_contact` is set.
     ///
     /// # Errors
-    /// Every one of them, with how deep or how far, and where.
+    /// Lists every faulty press with its depth or distance and its place.
     pub fn check_contacts<'a>(
         &self,
         presses: impl Iterator<Item = (&'a str, &'a Press)>,
@@ -349,10 +363,10 @@ impl SensorView {
         self.size_rays(cast.samples)
     }
 
-    /// Columns and rows of rays, `samples` along each side of a pixel.
+    /// Returns the number of columns and rows of rays for `samples` rays along each side of a pixel.
     ///
     /// # Errors
-    /// More of them than fabkit handles.
+    /// Returns an error if `samples` is outside 1 to [`MAX_SAMPLES`] or there are more than [`MAX_RAYS`] rays.
     pub fn size_rays(&self, samples: u32) -> Result<[u32; 2], SceneError> {
         let camera = self.viewpoint.camera();
         if !(1..=MAX_SAMPLES).contains(&samples) {
@@ -366,12 +380,13 @@ impl SensorView {
     }
 }
 
-/// Checks a length.
+/// Checks that a length lies within its limits.
 ///
 /// # Errors
-/// A value outside its limits, or no number.
+/// Returns an error for a value outside its limits, and for NaN.
 pub fn within(name: &'static str, value_mm: f64, limits_mm: [f64; 2]) -> Result<(), SceneError> {
     let [least, most] = limits_mm;
+    // NaN is in no range and is refused as well.
     if (least..=most).contains(&value_mm) {
         return Ok(());
     }

@@ -1,17 +1,16 @@
-//! Design sweeps: many variants of one sensor, and what each of them is worth.
+//! Design sweeps: many variants of one sensor, and their metrics.
 //!
-//! A [`Plan`] is read from YAML: a sensor, the parameters to vary, what must hold, and which
-//! [metrics](METRICS) to compute. It numbers its variants; [`Plan::evaluate`] makes one row of one
-//! variant. A row depends on the plan and its number alone, so that rows can be computed in any
-//! order, on any machine, twice, and the table is the same. A [`Table`] of all rows becomes CSV,
-//! Parquet and a report.
+//! A [`Plan`] is read from YAML: a sensor, the parameters to vary, constraints, and the [metrics](METRICS) to compute.
+//! It numbers its variants, and [`Plan::evaluate`] computes the row of one variant. A row depends only on the plan and
+//! the variant's number, so that rows can be computed in any order, on any machine, even twice, and the table is the
+//! same. A [`Table`] of all rows becomes CSV, Parquet and a report.
 //!
 //! # Conventions
 //!
 //! - Lengths are millimetres, angles degrees; every column's name ends in its unit.
-//! - A metric that does not apply to a sensor is an empty cell; one that should be a number and is
-//!   none fails its row. So does a panic, which is a bug, and does not stop the other rows.
-//! - Nothing here opens a file.
+//! - A metric that does not apply to a sensor is an empty cell. One that should be a number and is not finite fails its
+//!   row. So does a panic, which is a bug; the other rows are not affected.
+//! - This crate opens no files.
 //!
 //! ```
 //! use fabkit_sweep::{Plan, PlanSource, Status, Table};

@@ -1,9 +1,9 @@
-//! A variant that makes fabkit panic is a bug, and no reason to lose all the others: it becomes a
-//! row that says where.
+//! Isolation of panics. A variant that makes fabkit panic is a bug, but no reason to lose all other variants: it
+//! becomes a row that names the place.
 //!
-//! A panic is told by a hook, which is called on the thread that panics; with work that is spread
-//! over threads that may be any of them, and which of several panics is handed on depends on time.
-//! So what panicked is done once more on a single thread, whose first panic is always the same.
+//! A hook records the place of a panic on the thread that panics. If work is spread over threads, this may be any of
+//! them, and which of several panics propagates depends on timing. So work that panicked is repeated on a single
+//! thread, whose first panic is always the same.
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
@@ -13,7 +13,7 @@ use std::sync::Once;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// What a panic said, and where.
+/// Message and place of a panic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Panic {
     text: String,
@@ -27,20 +27,20 @@ impl fmt::Display for Panic {
     }
 }
 
-/// How many threads do work whose panics are caught.
+/// Number of threads that run work whose panics are caught.
 static CATCHING: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
-    /// How deep in such work this thread is.
+    /// Nesting depth of such work on this thread.
     static DEPTH: Cell<usize> = const { Cell::new(0) };
-    /// Where it last panicked there.
+    /// Place of the last panic on this thread.
     static PLACE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// For panic hooks: whether this panic becomes a row, and nothing is to be said of it.
+/// Returns whether a panic becomes a row, so that a panic hook must not report it.
 ///
-/// Threads of the pool that have no variant of their own help with those of others; what else
-/// panics there meanwhile is still handed on, but not told by the hook.
+/// Idle threads of the pool help with the variants of others. Other work that panics there meanwhile still propagates
+/// its panic, but the hook does not report it.
 pub fn becomes_a_row(info: &PanicHookInfo) -> bool {
     let is_helper =
         || CATCHING.load(Ordering::Relaxed) > 0 && rayon::current_thread_index().is_some();
@@ -52,16 +52,18 @@ pub fn becomes_a_row(info: &PanicHookInfo) -> bool {
     true
 }
 
-/// The same wherever the packages of this machine lie.
+/// Shortens a source path so that it is the same on all machines, wherever packages are stored.
 fn shown(file: &str) -> String {
     let file = file.replace('\\', "/");
+    // Sources of packages lie in a folder that differs between machines.
     let of_package = file.split_once("/registry/src/").and_then(|(_, rest)| rest.split_once('/'));
     of_package.map_or(file.as_str(), |(_, rest)| rest).to_owned()
 }
 
-/// Does work; if it panics, does it again on a single thread, and tells what panicked there.
+/// Runs work. If it panics, runs it again on a single thread and returns that panic.
 pub(crate) fn caught<T: Send>(work: impl Fn() -> T + Sync) -> Result<T, Panic> {
     static HOOK: Once = Once::new();
+    // Hooks are global: ours is installed once and passes on all other panics.
     HOOK.call_once(|| {
         let others = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
@@ -73,13 +75,14 @@ pub(crate) fn caught<T: Send>(work: impl Fn() -> T + Sync) -> Result<T, Panic> {
     attempt(&work).or_else(|panic| alone(&work).unwrap_or(Err(panic)))
 }
 
-/// On a pool of one thread; `None` if there are no more threads to be had.
+/// Runs work on a pool of one thread; `None` if no thread can be created.
 fn alone<T: Send>(work: &(impl Fn() -> T + Sync)) -> Option<Result<T, Panic>> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().ok()?;
-    // A thread of its own waits for it: one of the pool's would take up other work meanwhile.
+    // A new thread waits for the result: a waiting thread of the pool would take up other work meanwhile.
     thread::scope(|scope| scope.spawn(|| pool.install(|| attempt(work))).join().ok())
 }
 
+/// Runs work and returns its panic with the recorded place.
 fn attempt<T>(work: &impl Fn() -> T) -> Result<T, Panic> {
     CATCHING.fetch_add(1, Ordering::Relaxed);
     DEPTH.set(DEPTH.get() + 1);

@@ -1,12 +1,12 @@
-//! Which variants no other one beats.
+//! Pareto front of variants.
 
 use crate::plan::Direction;
 
-/// The Pareto front: for each row, whether no other row is at least as good in every objective and
+/// Computes the Pareto front: true for each row for which no other row is at least as good in every objective and
 /// better in one. Rows with a missing value are not on it.
 ///
-/// Rows are visited from best to worst in the first objective (Kung, Luccio and Preparata, J. ACM 22,
-/// 1975), so that each need be compared with the front found so far alone.
+/// Rows are visited from best to worst in the first objective (Kung, Luccio and Preparata, J. ACM 22, 1975), so that
+/// each is compared only with the front found so far.
 ///
 /// ```
 /// use fabkit_sweep::{Direction::{Max, Min}, front};
@@ -15,7 +15,7 @@ use crate::plan::Direction;
 /// assert_eq!(front(&rows, &[Min, Max]), [true, true, false]);
 /// ```
 pub fn front(rows: &[Vec<Option<f64>>], directions: &[Direction]) -> Vec<bool> {
-    // Costs: the smaller, the better.
+    // Costs: smaller is better.
     let cost = |row: &Vec<Option<f64>>| -> Option<Vec<f64>> {
         let sign = |direction: &Direction| if *direction == Direction::Max { -1.0 } else { 1.0 };
         row.iter().zip(directions).map(|(value, d)| Some((*value)? * sign(d))).collect()
@@ -26,6 +26,7 @@ pub fn front(rows: &[Vec<Option<f64>>], directions: &[Direction]) -> Vec<bool> {
         let pairs = a.iter().zip(b);
         pairs.map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
     };
+    // Ties are broken by the row's index, so that the result is the same in every run.
     costs.sort_by(|a, b| order(&a.1, &b.1).then(a.0.cmp(&b.0)));
     let mut best: Vec<&Vec<f64>> = Vec::new();
     let mut on_front = vec![false; rows.len()];
@@ -34,7 +35,7 @@ pub fn front(rows: &[Vec<Option<f64>>], directions: &[Direction]) -> Vec<bool> {
             other.iter().zip(cost).all(|(a, b)| a <= b)
                 && other.iter().zip(cost).any(|(a, b)| a < b)
         };
-        // What comes later cannot beat what came before: it is worse in its first difference.
+        // A later row cannot beat an earlier one, because it is worse in the first objective in which they differ.
         if !directions.is_empty() && !best.iter().any(beats) {
             on_front[*i] = true;
             best.push(cost);

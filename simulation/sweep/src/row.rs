@@ -1,31 +1,31 @@
-//! What is known of one variant.
+//! Rows of a sweep's table.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// The error code of a variant that made fabkit panic, which is a bug; the reason says where.
+/// Error code of a variant that made fabkit panic, which is a bug; the reason names the place.
 pub const PANIC: &str = "panic";
 
-/// What became of a variant.
+/// Result of a variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
-    /// It can be built, and fulfils all constraints.
+    /// The variant can be built, and fulfils all constraints.
     Ok,
-    /// It breaks a constraint of the plan.
+    /// The variant violates a constraint of the plan.
     Excluded,
-    /// It cannot be built.
+    /// The variant cannot be built.
     Invalid,
-    /// A metric came out as no number, or fabkit panicked.
+    /// A metric is not finite, or fabkit panicked.
     Failed,
 }
 
 impl Status {
-    /// In the order of reports.
+    /// All statuses, in the order of reports.
     pub const ALL: [Self; 4] = [Self::Ok, Self::Excluded, Self::Invalid, Self::Failed];
 
-    /// As written in tables.
+    /// Name of the status in tables.
     pub fn word(self) -> &'static str {
         match self {
             Self::Ok => "ok",
@@ -36,18 +36,18 @@ impl Status {
     }
 }
 
-/// The value of an axis: a number in the unit of its column, or a word.
+/// Value on an axis: a number in the unit of its column, or a word.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// mm, degrees, or plain.
+    /// Number in mm, degrees, or without unit.
     Number(f64),
-    /// A material, a choice, a list.
+    /// Word: a material, a choice, or a list.
     Text(String),
 }
 
 impl Value {
-    /// The number, if it is one.
+    /// Returns the number; `None` for a word.
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number),
@@ -56,35 +56,36 @@ impl Value {
     }
 }
 
-/// One row of a sweep's table.
+/// Row of a sweep's table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
-    /// The variant's number.
+    /// Number of the variant.
     pub variant: usize,
-    /// What became of it.
+    /// Result of the variant.
     pub status: Status,
-    /// `design`, `constraint`, `not-finite` or [`panic`](PANIC); nothing for [`Status::Ok`].
+    /// Error code: `design`, `constraint`, `not-finite` or [`panic`](PANIC); `None` for [`Status::Ok`].
     pub error_code: Option<String>,
-    /// Why it is not ok, for people.
+    /// Reason why the status is not ok, for people.
     pub reason: Option<String>,
-    /// Why cells are empty that might have been filled.
+    /// Reasons why cells are empty.
     pub notes: Vec<String>,
-    /// What else had to change so that it can be built, as `path=value`; only where the plan says so.
+    /// Additional changes that make the variant buildable, as `path=value`; only if the plan asks for them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<String>,
-    /// The values of the plan's axes, in their order.
+    /// Values on the plan's axes, in their order.
     pub parameters: Vec<Value>,
     /// Metrics that apply, by name.
     pub metrics: BTreeMap<String, f64>,
 }
 
-/// Why a line is no row.
+/// Error of a line that is not a row.
 #[derive(Debug, thiserror::Error)]
 #[error("this is not a row of a sweep: {0}")]
 pub struct InvalidRow(#[from] serde_json::Error);
 
 impl Row {
+    /// Creates a row with the status ok and without metrics.
     pub(crate) fn new(variant: usize, parameters: Vec<Value>) -> Self {
         Self {
             variant,
@@ -104,11 +105,11 @@ impl Row {
         self.reason = Some(reason);
     }
 
-    /// One line of JSON, without the line's end.
+    /// Writes one line of JSON, without a newline.
     ///
     /// # Errors
-    /// [`InvalidRow`] for a number that JSON does not have; [`Plan::evaluate`](crate::Plan::evaluate)
-    /// makes no such row.
+    /// Returns [`InvalidRow`] for a number that JSON cannot hold; [`Plan::evaluate`](crate::Plan::evaluate) creates no
+    /// such row.
     pub fn to_line(&self) -> Result<String, InvalidRow> {
         Ok(serde_json::to_string(self)?)
     }
@@ -116,7 +117,7 @@ impl Row {
     /// Reads a line.
     ///
     /// # Errors
-    /// [`InvalidRow`].
+    /// Returns [`InvalidRow`] for a line that is not a row.
     pub fn from_line(line: &str) -> Result<Self, InvalidRow> {
         Ok(serde_json::from_str(line)?)
     }

@@ -1,4 +1,4 @@
-//! All rows as one table: CSV and Parquet.
+//! Table of all rows, as CSV and Parquet.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -9,26 +9,27 @@ use crate::pareto::front;
 use crate::plan::Plan;
 use crate::row::{Row, Status, Value};
 
-/// The rows of a plan in order, and their columns.
+/// Rows of a plan, in order, with their columns.
 #[derive(Clone, Debug)]
 pub struct Table {
     rows: Vec<Row>,
-    /// Names of the axes' columns.
+    /// Names of the columns of the axes.
     axes: Vec<String>,
-    /// Names of the metrics' columns.
+    /// Names of the columns of the metrics.
     metrics: Vec<String>,
-    /// Whether a row is on the Pareto front.
+    /// True for each row on the Pareto front.
     pareto: Vec<bool>,
     has_objectives: bool,
-    /// Whether what is chosen may follow, so that there is a column for it.
+    /// True if the plan allows additional changes, so that there is a column for them.
     has_changes: bool,
 }
 
 impl Table {
-    /// Puts rows in order. Columns are the plan's metrics in the order of their table, those of
-    /// materials by name, then those that somebody else computed.
+    /// Creates a table of rows, which are sorted. The metrics' columns are the plan's in the order of their table,
+    /// those of materials sorted by name, then the custom metrics.
     pub fn new(plan: &Plan, mut rows: Vec<Row>) -> Self {
         rows.sort_by_key(|row| row.variant);
+        // A row that was computed twice is the same both times.
         rows.dedup_by_key(|row| row.variant);
         let found: BTreeSet<&str> =
             rows.iter().flat_map(|row| row.metrics.keys().map(String::as_str)).collect();
@@ -57,29 +58,29 @@ impl Table {
         Self { rows, axes, metrics, pareto, has_objectives, has_changes }
     }
 
-    /// The rows, in order.
+    /// Rows, in order.
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }
 
-    /// Names of the metrics' columns.
+    /// Names of the columns of the metrics.
     pub fn metrics(&self) -> &[String] {
         &self.metrics
     }
 
-    /// Whether a row, counted from 0, is on the Pareto front.
+    /// Returns whether a row, by its index, is on the Pareto front.
     pub fn is_on_front(&self, row: usize) -> bool {
         self.pareto.get(row).copied().unwrap_or(false)
     }
 
-    /// The metrics of the plan that no row has.
+    /// Lists the metrics of the plan that no row has.
     pub fn empty_metrics(&self) -> Vec<&str> {
         let is_empty =
             |name: &&String| !self.rows.iter().any(|row| row.metrics.contains_key(*name));
         self.metrics.iter().filter(is_empty).map(String::as_str).collect()
     }
 
-    /// Comma-separated values (RFC 4180, but lines end as in Unix), numbers with all their digits.
+    /// Writes comma-separated values (RFC 4180, but with Unix line ends); numbers have all their digits.
     pub fn to_csv(&self) -> String {
         let columns = self.columns();
         let names: Vec<String> = columns.iter().map(|(name, _)| quoted(name)).collect();
@@ -108,14 +109,15 @@ impl Table {
         csv
     }
 
-    /// The same as a Parquet file; empty cells are null.
+    /// Writes a Parquet file; empty cells are null.
     ///
     /// # Errors
-    /// None that rows of one plan can cause.
+    /// Does not fail for rows of one plan.
     pub fn to_parquet(&self) -> Result<Vec<u8>, ExportError> {
         parquet("sweep", &self.columns())
     }
 
+    /// Lists names and values of all columns.
     fn columns(&self) -> Vec<(String, Column)> {
         let texts = |text: &dyn Fn(&Row) -> Option<String>| {
             Column::Texts(self.rows.iter().map(text).collect())
@@ -139,6 +141,7 @@ impl Table {
         }
         for (i, name) in self.axes.iter().enumerate() {
             let values = || self.rows.iter().map(|row| row.parameters.get(i));
+            // A column has one type: a single word makes it a column of texts.
             let is_number = values().all(|value| matches!(value, None | Some(Value::Number(_))));
             let column = match is_number {
                 true => Column::Numbers(values().map(|v| v.and_then(Value::number)).collect()),
@@ -161,7 +164,7 @@ fn shown(value: &Value) -> String {
     }
 }
 
-/// A cell in quotes if it needs them.
+/// Quotes a cell if necessary.
 fn quoted(text: &str) -> String {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),

@@ -50,7 +50,8 @@ pub fn dead_links(root: &Path, pages: &BTreeMap<PathBuf, Page>) -> Vec<String> {
         let folder = root.join(path.parent().unwrap_or(Path::new("")));
         for link in &page.links {
             let file = link.target.split('#').next().unwrap_or_default();
-            let is_elsewhere = ["https://", "http://"].iter().any(|scheme| file.starts_with(scheme));
+            let is_elsewhere =
+                ["https://", "http://"].iter().any(|scheme| file.starts_with(scheme));
             if !(is_elsewhere || file.is_empty() || folder.join(file).exists()) {
                 faults.push(format!("{}:{}: there is no {file}", path.display(), link.line));
             }

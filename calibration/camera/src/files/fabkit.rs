@@ -1,4 +1,4 @@
-//! Our own format: everything, to the last bit.
+//! fabkit's own camera format, which is lossless.
 
 use std::fmt::Write;
 
@@ -12,11 +12,11 @@ use crate::estimate::CameraEstimate;
 use crate::interface::{Flat, Interface, Sphere};
 use crate::lens::{INTRINSICS, Intrinsics, Lens, LensModel};
 
-/// Tells this format from others; its value is the version.
+/// Key that identifies this format; its value is the version.
 pub(super) const VERSION_KEY: &str = "fabkit_camera";
 const VERSION: &str = "1";
 
-/// What a flat interface is given by, calibrated or not.
+/// Keys of a flat interface, calibrated or not.
 const FLAT: [&str; 7] = [
     "interface_distance_mm",
     "interface_tilt_x_rad",
@@ -27,7 +27,7 @@ const FLAT: [&str; 7] = [
     "interface_index_glass",
 ];
 
-/// What a spherical interface is given by.
+/// Keys of a spherical interface.
 const SPHERE: [&str; 6] = [
     "interface_centre_x_mm",
     "interface_centre_y_mm",
@@ -37,9 +37,10 @@ const SPHERE: [&str; 6] = [
     "interface_index_outside",
 ];
 
-/// What bends rays behind an interface; nothing, if it is left out.
+/// Key for drawn bodies behind an interface; absent if there are none.
 const BEHIND: &str = "behind";
 
+/// Writes a camera in fabkit's own format.
 pub(super) fn write(estimate: &CameraEstimate) -> String {
     let camera = estimate.camera();
     let mut text = format!(
@@ -52,7 +53,7 @@ pub(super) fn write(estimate: &CameraEstimate) -> String {
     write_pairs(&mut text, camera.lens().parameters());
     let (names, values) = interface_values(camera.interface());
     if *camera.interface() != Interface::None {
-        // Writing to a string does not fail, here and below.
+        // Writing to a string cannot fail, here and below.
         let _ = writeln!(text, "interface:\n  kind: {}", camera.interface().kind_name());
         write_pairs(&mut text, names.iter().copied().zip(values));
         if camera.interface().is_drawn_behind() {
@@ -75,6 +76,7 @@ fn write_pairs(text: &mut String, pairs: impl Iterator<Item = (&'static str, f64
     }
 }
 
+/// Returns keys and values of an interface, calibrated or not.
 fn interface_values(interface: &Interface) -> (&'static [&'static str], Vec<f64>) {
     match interface {
         Interface::None | Interface::Drawn => (&[], Vec::new()),
@@ -104,6 +106,7 @@ fn interface_values(interface: &Interface) -> (&'static [&'static str], Vec<f64>
     }
 }
 
+/// Reads a camera in fabkit's own format.
 pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     let mut fields = Fields::default();
     if let Some((version, line)) = fields.text(root, VERSION_KEY)
@@ -126,7 +129,7 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
             let (of_interface, count) = interface.parameters();
             of_lens.chain(of_interface.into_iter().take(count).map(|(name, _)| name)).collect()
         }
-        // The names cannot be known; the lens is reported.
+        // Without a lens the parameters' names are unknown, and the lens itself is reported.
         _ => return Err(fields.faults_of(size.into(), lens, interface)),
     };
     let covariance = root.get("covariance");
@@ -134,6 +137,7 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     fields.finish(size.into(), lens, interface, covariance)
 }
 
+/// Reads the lens; `None` if its model is missing or unknown.
 fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCamera>> {
     let (model, line) = fields.text(map, "model")?;
     let is_given = |name: &str| map.get(name).is_some();
@@ -150,6 +154,7 @@ fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCame
     Lens::of_model(model, intrinsics, &k)
 }
 
+/// Reads the interface; [`Interface::None`] if its kind is missing or unknown.
 fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
     let Some((kind, line)) = fields.text(map, "kind") else { return Interface::None };
     match kind {
@@ -204,7 +209,7 @@ fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
     }
 }
 
-/// Whether drawn bodies bend rays behind an interface.
+/// Reads whether drawn bodies refract rays behind an interface.
 fn read_behind(fields: &mut Fields, map: &Node) -> bool {
     let Some((behind, line)) = map.get(BEHIND).and_then(|_| fields.text(map, BEHIND)) else {
         return false;
@@ -217,7 +222,7 @@ fn read_behind(fields: &mut Fields, map: &Node) -> bool {
     behind == "drawn"
 }
 
-/// N x N, if names and sizes fit the camera's `names`.
+/// Reads an N x N covariance, if its names and size fit the camera's `names`.
 fn read_covariance(fields: &mut Fields, map: &Node, names: &[&str]) -> Option<DMatrix<f64>> {
     fields.only(map, &["names", "matrix"]);
     let n = names.len();

@@ -1,4 +1,4 @@
-//! Typed values out of a tree, with every fault collected.
+//! Typed values from a YAML tree, with all faults collected.
 
 use fabkit_text::{Node, Position, shown, suggestion};
 use nalgebra::DMatrix;
@@ -10,14 +10,14 @@ use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 use crate::lens::Lens;
 
-/// Reads values and remembers what was wrong and where parameters came from.
+/// Reader that collects faults, and the positions of parameters for messages.
 ///
-/// What cannot be read becomes NaN or nothing, so that reading goes on; [`Fields::finish`] never
-/// makes a camera of it.
+/// Values that cannot be read become NaN, 0 or `None`, so that reading goes on; [`Fields::finish`] never makes a camera
+/// from them.
 #[derive(Default)]
 pub(super) struct Fields {
     faults: Vec<Fault>,
-    /// Parameter names with the places they were read from.
+    /// Positions in the file from which parameters were read, by parameter name.
     places: Vec<(&'static str, Position)>,
 }
 
@@ -26,7 +26,7 @@ impl Fields {
         self.faults.push(fault);
     }
 
-    /// Remembers where a camera's parameters stand.
+    /// Records the position of a camera's parameters.
     pub(super) fn stands_on(&mut self, names: &[&'static str], at: Position) {
         self.places.extend(names.iter().map(|name| (*name, at)));
     }
@@ -39,13 +39,14 @@ impl Fields {
         child
     }
 
-    /// A required number; NaN if it is missing or none.
+    /// Reads a required number; NaN if it is missing or not a number.
     pub(super) fn number(&mut self, map: &Node, key: &'static str) -> f64 {
         let Some(node) = self.child(map, key) else { return f64::NAN };
         self.stands_on(&[key], node.position);
         self.parse_number(node, key)
     }
 
+    /// Reads a finite number; NaN if it is not one.
     pub(super) fn parse_number(&mut self, node: &Node, field: &str) -> f64 {
         let text = node.text().unwrap_or("a list or mapping");
         let number = text.parse().ok().filter(|number: &f64| number.is_finite());
@@ -56,7 +57,7 @@ impl Fields {
         })
     }
 
-    /// A required list of numbers, of which those that are none are NaN.
+    /// Reads a list of numbers; entries that are not numbers become NaN.
     pub(super) fn numbers(&mut self, node: &Node, field: &str) -> Vec<f64> {
         if !node.is_list() {
             self.fault(Fault::new(node.position, field, "must be a list of numbers"));
@@ -64,7 +65,9 @@ impl Fields {
         node.items().iter().map(|i| self.parse_number(i, field)).collect()
     }
 
+    /// Reads a list of exactly `N` numbers; missing ones become NaN.
     pub(super) fn exactly<const N: usize>(&mut self, node: &Node, field: &str) -> [f64; N] {
+        // A list with unreadable entries is already reported: its length is not reported on top.
         let before = self.faults.len();
         let numbers = self.numbers(node, field);
         if numbers.len() != N && self.faults.len() == before {
@@ -74,7 +77,7 @@ impl Fields {
         std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(f64::NAN))
     }
 
-    /// A whole number of pixels; 0 if it is none.
+    /// Reads a whole number of pixels; 0 if it is not one.
     pub(super) fn pixels(&mut self, node: &Node, field: &'static str) -> u32 {
         let number = self.parse_number(node, field);
         if number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number) {
@@ -88,6 +91,7 @@ impl Fields {
         0
     }
 
+    /// Reads a required word with its position.
     pub(super) fn text<'a>(&mut self, map: &'a Node, key: &str) -> Option<(&'a str, Position)> {
         let node = self.child(map, key)?;
         let text = node.text();
@@ -97,7 +101,7 @@ impl Fields {
         Some((text?, node.position))
     }
 
-    /// Every key must be one of these.
+    /// Reports every key that is not in `known`.
     pub(super) fn only(&mut self, map: &Node, known: &[&str]) {
         for entry in map.entries() {
             if !known.contains(&entry.key.as_str()) {
@@ -109,13 +113,12 @@ impl Fields {
         }
     }
 
-    /// What was read, unless something is wrong.
+    /// Returns `value`, or the faults if there are any.
     pub(super) fn into_result<T>(self, value: T) -> Result<T, InvalidCameraFile> {
         if self.faults.is_empty() { Ok(value) } else { Err(self.with_violations(Vec::new())) }
     }
 
-    /// A camera of what was read, or everything that is wrong. Without a lens a fault stands
-    /// already.
+    /// Creates a camera from the values, or returns all faults. If `lens` is `None`, a fault has been reported for it.
     pub(super) fn finish(
         mut self,
         (width_px, height_px): (u32, u32),
@@ -138,7 +141,7 @@ impl Fields {
         })
     }
 
-    /// Everything that is wrong, where no camera can be made.
+    /// Returns all faults, including those of the values, if no camera can be created.
     pub(super) fn faults_of(
         self,
         (width_px, height_px): (u32, u32),
@@ -157,10 +160,11 @@ impl Fields {
         InvalidCameraFile { faults: self.faults }
     }
 
-    /// A rule that a value breaks, unless it could not even be read and is reported for that.
+    /// Reports a violated condition, unless the value could not be read and is reported for that.
     fn violation(&mut self, violation: LensViolation) {
         let LensViolation { field, value, limit } = violation;
         let place = self.places.iter().find(|(name, _)| *name == field).map(|(_, at)| *at);
+        // A size of 0 without a position was not read either.
         let unread = value.is_nan() || (value == 0.0 && place.is_none());
         if !unread || self.faults.is_empty() {
             self.fault(Fault::new(place, field, format!("is {}, but {limit}", readable(value))));

@@ -1,4 +1,4 @@
-//! Kalibr's camera chains, with one camera.
+//! Kalibr's camera chains with one camera.
 
 use fabkit_text::{Content, Node, shown, suggestion};
 
@@ -10,6 +10,7 @@ use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 use crate::lens::{DoubleSphere, Eucm, INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
 
+/// Reads a camera chain with one camera.
 pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     let mut fields = Fields::default();
     for entry in root.entries().iter().filter(|e| e.key.starts_with("cam") && e.key != "cam0") {
@@ -35,11 +36,13 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     }
 }
 
+/// Reads the lens; `None` if something required is missing or unknown.
 fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCamera>> {
     let (model, line) = fields.text(map, "camera_model")?;
     let node = fields.child(map, "intrinsics");
     if let Some(node) = node {
         fields.stands_on(&INTRINSICS, node.position);
+        // In sphere models Kalibr's intrinsics begin with the model's coefficients.
         fields.stands_on(&["xi", "alpha", "beta"], node.position);
     }
     let node = node?;
@@ -77,7 +80,7 @@ fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCame
     }
 }
 
-/// A pinhole with one of Kalibr's distortions.
+/// Reads a pinhole with one of Kalibr's distortions.
 fn read_distorted(
     fields: &mut Fields,
     map: &Node,
@@ -107,7 +110,7 @@ fn read_distorted(
     }
 }
 
-/// The sphere models stand for the whole lens here; distortion on top of them is refused.
+/// Refuses distortion on top of a sphere model, which describes the whole lens here.
 fn no_distortion(fields: &mut Fields, map: &Node, model: &str) {
     let Some(node) = map.get("distortion_coeffs") else { return };
     let coefficients = fields.numbers(node, "distortion_coeffs");
@@ -118,7 +121,7 @@ fn no_distortion(fields: &mut Fields, map: &Node, model: &str) {
     }
 }
 
-/// The file's text, or what it has no place for.
+/// Writes the file's text, or returns in words what the format cannot hold.
 pub(super) fn write(camera: &Camera) -> Result<String, String> {
     let Intrinsics { fx_px, fy_px, cx_px, cy_px } = camera.lens().intrinsics();
     let pinhole = [fx_px, fy_px, cx_px, cy_px];
@@ -127,6 +130,7 @@ pub(super) fn write(camera: &Camera) -> Result<String, String> {
         Lens::OpenCv(_) if k.iter().all(|k| *k == 0.0) => {
             ("pinhole", pinhole.into(), "none", &k[..0])
         }
+        // Kalibr's `radtan` has four terms: k3 to k6 must be zero.
         Lens::OpenCv(_) if k[4..].iter().all(|k| *k == 0.0) => {
             ("pinhole", pinhole.into(), "radtan", &k[..4])
         }

@@ -1,4 +1,4 @@
-//! Camera matrix and distortion vector: OpenCV's `FileStorage` and ROS's `camera_info`.
+//! Formats with a camera matrix and a distortion vector: OpenCV's `FileStorage` and ROS's `camera_info`.
 
 use fabkit_text::{Content, Node, Position, shown, suggestion};
 
@@ -9,7 +9,7 @@ use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 use crate::lens::{INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
 
-/// Spellings of each key: OpenCV's and ROS's calibration tools, messages, and common scripts.
+/// Spellings of each key in OpenCV's and ROS's calibration tools, in ROS messages, and in common scripts.
 const MATRIX: [&str; 6] =
     ["camera_matrix", "K", "k", "cameraMatrix", "Camera_Matrix", "intrinsic_matrix"];
 const DISTORTION: [&str; 6] =
@@ -17,7 +17,7 @@ const DISTORTION: [&str; 6] =
 const WIDTH: [&str; 3] = ["image_width", "width", "image_Width"];
 const HEIGHT: [&str; 3] = ["image_height", "height", "image_Height"];
 
-/// What the distortion vector means.
+/// Lens model of the distortion vector.
 #[derive(Clone, Copy, PartialEq)]
 enum DistortionModel {
     OpenCv,
@@ -32,6 +32,7 @@ pub(super) fn is_recognised(root: &Node) -> bool {
     first(root, &MATRIX).is_some()
 }
 
+/// Reads a camera in OpenCV's or ROS's format.
 pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     let mut fields = Fields::default();
     let mut size = |spellings: &[&'static str], field: &'static str| {
@@ -51,6 +52,7 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
         return Err(fields.faults_of(size, None, Interface::None));
     };
     let coefficients = matrix_data(&mut fields, distortion, DISTORTION[0]);
+    // Violations of any coefficient point to the vector as a whole.
     fields.stands_on(&["k1", "k2", "p1", "p2", "k3", "k4"], distortion.position);
     let model = read_model(&mut fields, root, distortion.position, coefficients.len());
     let (Some(intrinsics), Some(model)) = (intrinsics, model) else {
@@ -71,7 +73,7 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     fields.finish(size, lens, Interface::None, None)
 }
 
-/// The numbers of a matrix, row by row, or of a plain list.
+/// Reads the numbers of a matrix, row by row, or of a plain list.
 fn matrix_data(fields: &mut Fields, node: &Node, field: &str) -> Vec<f64> {
     match &node.content {
         Content::Map(_) => {
@@ -81,6 +83,7 @@ fn matrix_data(fields: &mut Fields, node: &Node, field: &str) -> Vec<f64> {
     }
 }
 
+/// Reads the camera matrix, and reports skew or another form.
 fn read_intrinsics(fields: &mut Fields, node: &Node) -> Intrinsics {
     fields.stands_on(&INTRINSICS, node.position);
     let k = matrix_data(fields, node, MATRIX[0]);
@@ -103,10 +106,10 @@ fn read_intrinsics(fields: &mut Fields, node: &Node) -> Intrinsics {
     Intrinsics { fx_px, fy_px, cx_px, cy_px }
 }
 
-/// What the file says the coefficients mean.
+/// Reads which lens model the coefficients belong to.
 ///
-/// OpenCV's own files do not always tell its two models apart, and both can have four
-/// coefficients. Where nothing but four numbers is given, the file is refused.
+/// OpenCV's own files do not always distinguish its two models, and both can have four coefficients. A file with four
+/// numbers and no other statement is refused.
 fn read_model(
     fields: &mut Fields,
     root: &Node,
@@ -149,7 +152,7 @@ fn read_model(
     Some(DistortionModel::OpenCv)
 }
 
-/// OpenCV's 12 and 14 coefficients, if those beyond the eighth are zero.
+/// Shortens OpenCV's 12 or 14 coefficients to 8, if those beyond the eighth are zero.
 fn without_prism_and_tilt<'a>(fields: &mut Fields, node: &Node, k: &'a [f64]) -> &'a [f64] {
     if !matches!(k.len(), 12 | 14) {
         return k;
@@ -163,6 +166,7 @@ fn without_prism_and_tilt<'a>(fields: &mut Fields, node: &Node, k: &'a [f64]) ->
     used
 }
 
+/// Returns the coefficients if their number is allowed, else reports it.
 fn count_is<'a>(
     fields: &mut Fields,
     node: &Node,
@@ -178,7 +182,7 @@ fn count_is<'a>(
     None
 }
 
-/// Camera matrix and coefficients of a lens that both formats have, or what would be lost.
+/// Returns camera matrix, coefficients and model of a lens that both formats have, or in words what would be lost.
 fn parts(camera: &Camera) -> Result<([f64; 9], &[f64], DistortionModel), String> {
     let Intrinsics { fx_px, fy_px, cx_px, cy_px } = camera.lens().intrinsics();
     let matrix = [fx_px, 0.0, cx_px, 0.0, fy_px, cy_px, 0.0, 0.0, 1.0];
@@ -190,6 +194,7 @@ fn parts(camera: &Camera) -> Result<([f64; 9], &[f64], DistortionModel), String>
     }
 }
 
+/// Writes OpenCV's format, or returns in words what would be lost.
 pub(super) fn write_opencv(camera: &Camera) -> Result<String, String> {
     let (matrix, k, model) = parts(camera)?;
     let as_matrix = |name: &str, rows: usize, columns: usize, data: &[f64]| {
@@ -208,6 +213,7 @@ pub(super) fn write_opencv(camera: &Camera) -> Result<String, String> {
     ))
 }
 
+/// Writes ROS's format, or returns in words what would be lost.
 pub(super) fn write_ros(camera: &Camera) -> Result<String, String> {
     let (matrix, k, model) = parts(camera)?;
     let [fx, _, cx, _, fy, cy, ..] = matrix;

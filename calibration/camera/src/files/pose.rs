@@ -1,4 +1,4 @@
-//! Where a camera is: the pose file that a calibration writes and ground truth reads.
+//! Pose files: written by the calibration, read for ground truth.
 
 use std::fmt::Write;
 
@@ -11,34 +11,34 @@ use crate::camera::Camera;
 use crate::estimate::{CameraEstimate, InvalidCovariance};
 use crate::joint::{JointEstimate, POSE_COUNT, POSE_PARAMETERS};
 
-/// Where the sensor is in the camera frame, and how sure that is.
+/// Pose of the sensor in the camera frame, with its covariance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseFile {
-    /// Maps sensor coordinates to camera coordinates, 4 x 4, row by row, mm; the last row is
-    /// 0 0 0 1. Whether its rotation is one, the reader judges.
+    /// Transform from sensor to camera coordinates, 4 x 4, row by row, mm; the last row is 0 0 0 1. Whether its upper
+    /// left block is a rotation is not checked here.
     pub camera_from_sensor: [[f64; 4]; 4],
-    /// Of the pose by itself, in the order of [`POSE_PARAMETERS`]; `None` if nothing is known.
+    /// Covariance of the pose alone, in the order of [`POSE_PARAMETERS`]; `None` if it is unknown.
     pub covariance: Option<[[f64; POSE_COUNT]; POSE_COUNT]>,
-    /// Of the pose and the camera together; `None` in files of before.
+    /// Joint covariance of the pose and the camera; `None` in older files.
     pub joint: Option<FiledJoint>,
-    /// The file of the camera that it was solved with, relative to the pose's, if it names one.
+    /// Path of the camera file used to solve for the pose, relative to the pose file, if it names one.
     pub camera: Option<String>,
 }
 
-/// A joint covariance as a file has it: with the names of its parameters and the camera that it was
-/// solved with, so that it is not taken for another's.
+/// Joint covariance as stored in a file: with the names of its parameters and the camera that it was solved with, so
+/// that it cannot be applied to another camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FiledJoint {
-    /// Of the pose, then of the camera.
+    /// Names of the pose's parameters, then of the camera's.
     pub names: Vec<String>,
-    /// The camera's parameters, in the order of their names.
+    /// Values of the camera's parameters, in the order of their names.
     pub camera_values: Vec<f64>,
-    /// In the order of the names.
+    /// Covariance, in the order of the names.
     pub matrix: DMatrix<f64>,
 }
 
 impl FiledJoint {
-    /// What a file says of an estimate.
+    /// Creates the file's form of an estimate.
     pub fn of(estimate: &JointEstimate) -> Self {
         Self {
             names: estimate.names().into_iter().map(str::to_owned).collect(),
@@ -47,19 +47,19 @@ impl FiledJoint {
         }
     }
 
-    /// Whether a camera is the one that this was solved with, to the last digit.
+    /// Returns whether `camera` is the camera that this was solved with, to the last digit.
     pub fn belongs_to(&self, camera: &Camera) -> bool {
         let values = camera.parameters().into_iter().map(|(_, value)| value);
         self.names == JointEstimate::names_for(camera)
             && values.eq(self.camera_values.iter().copied())
     }
 
-    /// The pose's part.
+    /// Returns the pose's 6 x 6 block.
     fn pose(&self) -> [[f64; POSE_COUNT]; POSE_COUNT] {
         std::array::from_fn(|r| std::array::from_fn(|c| self.matrix[(r, c)]))
     }
 
-    /// As the value of the key `joint_covariance` in YAML, from the line below it on.
+    /// Writes the value of the key `joint_covariance` in YAML, from the line below the key.
     pub fn to_yaml(&self) -> String {
         let mut text = format!(
             "  names: [{}]\n  camera_values: {}\n  matrix:\n",
@@ -75,11 +75,11 @@ impl FiledJoint {
 }
 
 impl PoseFile {
-    /// What is known of this pose and a camera: together, if the camera is the one that the pose was
-    /// solved with; else each by itself.
+    /// Combines this pose with a camera estimate: with the joint covariance if `estimate` has the camera that the pose
+    /// was solved with, else as independent.
     ///
     /// # Errors
-    /// A matrix that is no covariance.
+    /// Fails for a matrix that is no covariance.
     pub fn with_camera(
         &self,
         estimate: &CameraEstimate,
@@ -91,17 +91,18 @@ impl PoseFile {
     }
 }
 
-/// Reads the keys `camera_from_sensor` (4 x 4) and, if they are there, `covariance` (6 x 6),
-/// `joint_covariance` (`names`, `camera_values`, `matrix`) and `camera` of a YAML or JSON file. Other keys are left alone: what `fabkit calibrate extrinsics`
-/// writes has more of them, and its JSON report is such a file too.
+/// Reads a pose from a YAML or JSON file: the key `camera_from_sensor` (4 x 4) and, if present, `covariance` (6 x 6),
+/// `joint_covariance` (`names`, `camera_values`, `matrix`) and `camera`. Other keys are ignored, because files from
+/// `fabkit calibrate extrinsics` have more of them. Its JSON report is such a file too.
 ///
 /// # Errors
-/// Text that is not YAML, a missing matrix, one of another size or with numbers that are none; all
-/// at once.
+/// Reports text that is not YAML, a missing matrix, a matrix of another size, or entries that are not numbers; all
+/// together.
 pub fn read_pose(text: &str) -> Result<PoseFile, InvalidCameraFile> {
     parse(text, read_root)
 }
 
+/// Reads a pose file's tree.
 fn read_root(root: &Node) -> Result<PoseFile, InvalidCameraFile> {
     let mut fields = Fields::default();
     let camera_from_sensor = match fields.child(root, "camera_from_sensor") {
@@ -119,6 +120,7 @@ fn read_root(root: &Node) -> Result<PoseFile, InvalidCameraFile> {
     let known = root.get("joint_covariance").filter(|node| !is_nothing(node));
     let joint = known.and_then(|node| read_joint(&mut fields, node));
     let of_joint = joint.as_ref().map(FiledJoint::pose);
+    // Contradicting covariances would give different results to different readers.
     if let Some((alone, together)) = covariance.zip(of_joint)
         && !agree(&alone, &together)
     {
@@ -132,7 +134,8 @@ fn read_root(root: &Node) -> Result<PoseFile, InvalidCameraFile> {
     fields.into_result(PoseFile { camera_from_sensor, covariance, joint, camera })
 }
 
-/// Names that begin with the pose's, as many values as the camera has names, a matrix for all.
+/// Reads a joint covariance: names that begin with the pose's, a value for each of the camera's names, and a matrix for
+/// all.
 fn read_joint(fields: &mut Fields, map: &Node) -> Option<FiledJoint> {
     const KEY: &str = "joint_covariance";
     fields.only(map, &["names", "camera_values", "matrix"]);
@@ -169,7 +172,7 @@ fn read_joint(fields: &mut Fields, map: &Node) -> Option<FiledJoint> {
     Some(FiledJoint { names: found, camera_values, matrix })
 }
 
-/// As numbers that were written down and may have lost their last digits.
+/// Compares two covariances with a tolerance, because written numbers may have lost their last digits.
 fn agree(
     alone: &[[f64; POSE_COUNT]; POSE_COUNT],
     together: &[[f64; POSE_COUNT]; POSE_COUNT],
@@ -178,7 +181,7 @@ fn agree(
         let scale = (alone[r][r] * alone[c][c]).abs().sqrt();
         (alone[r][c] - together[r][c]).abs() <= 1e-6 * scale
     };
-    // What is no number is told elsewhere.
+    // Entries that are not numbers have already been reported.
     let all = alone.iter().chain(together).flatten();
     all.copied().any(f64::is_nan) || (0..POSE_COUNT).all(|r| (0..POSE_COUNT).all(|c| near(r, c)))
 }
@@ -187,6 +190,7 @@ fn is_nothing(node: &Node) -> bool {
     node.text() == Some("")
 }
 
+/// Reads an `N` x `N` matrix; entries that cannot be read become NaN.
 fn matrix<const N: usize>(fields: &mut Fields, node: &Node, name: &str) -> [[f64; N]; N] {
     let rows = node.items();
     if rows.len() != N {

@@ -1,4 +1,4 @@
-//! A plane, or a pane of glass, between the lens and the gel.
+//! Flat interface: a plane, or a pane of glass, between the lens and the gel.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -6,35 +6,36 @@ use super::{Bent, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_MM, check_indices, refr
 use crate::error::{OutsideDomain, Rules};
 use crate::view_ray::ViewRay;
 
-/// A flat window: lens in one medium (air), then a pane of glass or nothing, then the gel.
+/// Flat window: lens in one medium (air), then a pane of glass or nothing, then the gel.
 ///
 /// The plane's unit normal, toward the gel, is +z turned about y by `tilt_y_rad` and then about x
 /// by `tilt_x_rad`: `(sin ty, -sin tx cos ty, cos tx cos ty)` in the camera frame.
 ///
-/// Distance, both tilts and the outer index can be calibrated. The inner index cannot be told from
-/// the outer one, and a pane's thickness hardly from the distance: they are given.
+/// Distance, both tilts and the outer index can be calibrated. The inner index cannot be distinguished from the outer
+/// one, and a pane's thickness hardly from the distance, so these are inputs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flat {
-    /// From the lens's centre to the first surface, along its normal.
+    /// Distance from the lens's centre to the first surface, along its normal, mm.
     pub distance_mm: f64,
-    /// Turn of the normal about the camera's x axis.
+    /// Rotation of the normal about the camera's x axis, radians.
     pub tilt_x_rad: f64,
-    /// Turn of the normal about the camera's y axis.
+    /// Rotation of the normal about the camera's y axis, radians.
     pub tilt_y_rad: f64,
-    /// Refractive index on the lens's side: 1 for air.
+    /// Refractive index on the lens's side; 1 for air.
     pub index_inside: f64,
-    /// Refractive index behind the window: about 1.41 for silicone.
+    /// Refractive index behind the window; about 1.41 for silicone.
     pub index_outside: f64,
-    /// Thickness of the pane, 0 for a bare surface.
+    /// Thickness of the pane, mm; 0 for a bare surface.
     pub glass_thickness_mm: f64,
-    /// Refractive index of the pane; without meaning at thickness 0.
+    /// Refractive index of the pane; without effect at thickness 0.
     pub index_glass: f64,
-    /// Whether drawn bodies bend rays again behind it: see [`Interface::is_drawn_behind`](super::Interface::is_drawn_behind).
+    /// True if drawn bodies behind the window refract rays again; see
+    /// [`Interface::is_drawn_behind`](super::Interface::is_drawn_behind).
     pub is_drawn_behind: bool,
 }
 
 impl Flat {
-    /// A bare surface square to the optical axis, with air on the lens's side.
+    /// Creates a bare surface perpendicular to the optical axis, with air on the lens's side.
     pub fn in_air(distance_mm: f64, index_outside: f64) -> Self {
         Self {
             distance_mm,
@@ -48,13 +49,14 @@ impl Flat {
         }
     }
 
-    /// The plane's unit normal toward the gel, camera frame.
+    /// Computes the plane's unit normal towards the gel, camera frame.
     pub fn normal(&self) -> Vector3<f64> {
         let (sx, cx) = self.tilt_x_rad.sin_cos();
         let (sy, cy) = self.tilt_y_rad.sin_cos();
         Vector3::new(sy, -sx * cy, cx * cy)
     }
 
+    /// Names and values of the parameters that can be calibrated.
     pub(super) fn parameters(&self) -> [(&'static str, f64); 4] {
         [
             ("interface_distance_mm", self.distance_mm),
@@ -69,6 +71,7 @@ impl Flat {
         Self { distance_mm, tilt_x_rad, tilt_y_rad, index_outside, ..*self }
     }
 
+    /// Checks the limits of all values.
     pub(super) fn check(&self, rules: &mut Rules) {
         rules.above("interface_distance_mm", self.distance_mm, 0.0, 1000.0);
         rules.within("interface_tilt_x_rad", self.tilt_x_rad, -1.0, 1.0);
@@ -82,7 +85,7 @@ impl Flat {
     }
 }
 
-/// A [`Flat`] with its normal, and indices relative to the lens's side.
+/// [`Flat`] with its normal precomputed, and indices relative to the lens's side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FlatRefraction {
     normal_in_camera: Vector3<f64>,
@@ -93,18 +96,18 @@ pub(crate) struct FlatRefraction {
     index_inside: f64,
 }
 
-/// A plane-parallel layer that light crosses.
+/// Plane-parallel layer that light crosses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Layer {
     thickness_mm: f64,
-    /// Relative to the medium of the lens, at least 1.
+    /// Refractive index relative to the medium of the lens, at least 1.
     index: f64,
 }
 
 impl Layer {
-    /// How far sideways light goes in this layer, and the derivative of that by `w`.
+    /// Computes the sideways shift of light in this layer, mm, and its derivative by `w`.
     ///
-    /// `w` is the tangent of the angle to the normal on the lens's side. Both are concave in `w`.
+    /// `w` is the tangent of the angle to the normal on the lens's side. Both results are concave in `w`.
     fn shift(&self, w: f64) -> (f64, f64) {
         let squared = self.index * self.index;
         let root = (squared + (squared - 1.0) * w * w).sqrt();
@@ -112,23 +115,25 @@ impl Layer {
     }
 }
 
-/// How light reaches a point: in the plane of the normal and the point.
+/// Light path to a point, in the plane of the normal and the point.
 struct Path {
     /// Tangent of the angle to the normal on the lens's side.
     w: f64,
     /// Derivative of the point's distance from the normal by `w`, mm.
     slope_mm: f64,
-    /// Height of the point above the plane through the lens's centre, mm.
+    /// Height of the point above the plane through the lens's centre, along the normal, mm.
     height_mm: f64,
     gel: Layer,
-    /// From the normal through the lens's centre to the point, mm.
+    /// Vector from the normal through the lens's centre to the point, mm.
     perpendicular: Vector3<f64>,
-    /// Its length.
+    /// Length of `perpendicular`, mm.
     radius_mm: f64,
 }
 
 impl FlatRefraction {
+    /// Precomputes normal, derivatives and relative indices.
     pub(super) fn new(flat: &Flat) -> Self {
+        // Derivatives of `Flat::normal` by both tilts.
         let (sx, cx) = flat.tilt_x_rad.sin_cos();
         let (sy, cy) = flat.tilt_y_rad.sin_cos();
         Self {
@@ -138,6 +143,7 @@ impl FlatRefraction {
                 Vector3::new(cy, sx * sy, -cx * sy),
             ],
             distance_mm: flat.distance_mm,
+            // Index 1 instead of the given one, which has no meaning (it may even be 0) without a pane.
             glass: match flat.glass_thickness_mm > 0.0 {
                 true => Layer {
                     thickness_mm: flat.glass_thickness_mm,
@@ -150,11 +156,11 @@ impl FlatRefraction {
         }
     }
 
-    /// Solves for the path to a point.
+    /// Computes the light path to a point.
     ///
-    /// Seen along the path, the point's distance from the normal is the sum of the layers' shifts:
-    /// increasing and concave in `w`. The paraxial path is too flat, so Newton's method that starts
-    /// there climbs to the solution without ever overshooting it.
+    /// The point's distance from the normal is the sum of the layers' shifts, which is increasing and concave in `w`.
+    /// The paraxial solution is too small, so Newton's method, started there, climbs to the solution without
+    /// overshooting it.
     fn path(&self, point: &Point3<f64>) -> Result<Path, OutsideDomain> {
         let height_mm = self.normal_in_camera.dot(&point.coords);
         let depth_mm = height_mm - self.distance_mm - self.glass.thickness_mm;
@@ -165,6 +171,7 @@ impl FlatRefraction {
             return Err(OutsideDomain::BeforeInterface { depth_mm: -depth_mm });
         }
         let gel = Layer { thickness_mm: depth_mm.max(0.0), index: self.gel_index };
+        // The path lies in the plane of the normal and the point: two coordinates are enough.
         let perpendicular = point.coords - self.normal_in_camera * height_mm;
         let radius_mm = perpendicular.norm();
         if !radius_mm.is_finite() {
@@ -175,7 +182,7 @@ impl FlatRefraction {
             + gel.thickness_mm / gel.index;
         let mut w = radius_mm / paraxial_mm;
         let mut slope_mm = paraxial_mm;
-        // Quadratic from the first step on; ten would do even at grazing angles.
+        // Converges quadratically from the first step on; ten steps would do even at grazing angles.
         for _ in 0..50 {
             let (glass, glass_slope) = self.glass.shift(w);
             let (in_gel, gel_slope) = gel.shift(w);
@@ -183,7 +190,7 @@ impl FlatRefraction {
             let step = (radius_mm - self.distance_mm * w - glass - in_gel) / slope_mm;
             w += step;
             if step <= 1e-9 * w {
-                // The error of the step just taken is of the order of its square.
+                // The error that remains is of the order of the square of this step.
                 break;
             }
         }
@@ -198,18 +205,20 @@ impl FlatRefraction {
         })
     }
 
+    /// Computes [`FlatRefraction::towards`] with derivatives by the point and by the parameters.
     pub(super) fn differentiate(&self, point: &Point3<f64>) -> Result<Bent, OutsideDomain> {
         let path = self.path(point)?;
         let normal = self.normal_in_camera;
         let by_radius = 1.0 / path.slope_mm;
-        // On the normal through the lens any azimuth will do: both stretches agree there.
+        // On the normal through the lens any azimuth will do, because both stretches are equal there.
         let (azimuth, around) = match path.radius_mm > 0.0 {
             true => (path.perpendicular / path.radius_mm, path.w / path.radius_mm),
             false => (normal.cross(&least_axis(&normal)).normalize(), by_radius),
         };
-        // Derivatives of `w` at a fixed point, from those of the condition that the shifts add up.
+        // Derivatives of `w` at a fixed point, from the condition that the shifts add up to its radius.
         let squared = self.gel_index * self.gel_index;
         let root = (squared + (squared - 1.0) * path.w * path.w).sqrt();
+        // Moving the point deeper shifts it sideways by the tangent in the gel.
         let tangent_in_gel = path.w / root;
         let by_height = -tangent_in_gel * by_radius;
         let by_distance = (tangent_in_gel - path.w) * by_radius;
@@ -222,6 +231,7 @@ impl FlatRefraction {
         let by_perpendicular = (Matrix3::identity() - outward) * around + outward * by_radius;
         let by_point = by_perpendicular * (Matrix3::identity() - normal * normal.transpose())
             + azimuth * normal.transpose() * by_height;
+        // Tilting the normal changes both the point's height above the plane and its distance from the normal.
         let by_tilt = self.normal_by_tilt.map(|turn| {
             let higher = turn.dot(&point.coords);
             let across = -(normal * higher + turn * path.height_mm);
@@ -235,10 +245,11 @@ impl FlatRefraction {
         Ok(Bent { direction, by_point, by_parameters })
     }
 
+    /// Computes the ray in the gel whose light reaches the lens from a unit direction.
     pub(super) fn outward(&self, direction: &Vector3<f64>) -> Result<ViewRay, OutsideDomain> {
         let normal = self.normal_in_camera;
         let cosine = direction.dot(&normal);
-        // At a million distances to the side rounding would have the last word.
+        // At 1e-6 the passage is a million distances to the side, where rounding would dominate.
         if cosine < 1e-6 {
             return Err(OutsideDomain::MissesInterface { angle_rad: cosine.acos() });
         }
@@ -252,7 +263,7 @@ impl FlatRefraction {
     }
 }
 
-/// The axis to which a vector is least parallel.
+/// Returns the coordinate axis that is least parallel to a vector.
 fn least_axis(vector: &Vector3<f64>) -> Vector3<f64> {
     let mut axis = Vector3::zeros();
     axis[vector.iamin()] = 1.0;

@@ -1,4 +1,4 @@
-//! A sphere around the lens.
+//! Spherical interface around the lens.
 
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Point3, Vector3};
 
@@ -7,25 +7,27 @@ use crate::error::{OutsideDomain, Rules};
 use crate::roots::increasing;
 use crate::view_ray::ViewRay;
 
-/// A dome around the lens: air within, gel beyond.
+/// Dome around the lens: air inside, gel outside.
 ///
-/// Light is bent as far as the lens is off the centre; a concentric dome bends none. The lens must
-/// be inside the sphere. Centre, radius and the outer index can be calibrated.
+/// Light is refracted only if the lens is off the centre; a concentric dome refracts none. The lens must be inside the
+/// sphere. Centre, radius and the outer index can be calibrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// The sphere's centre in the camera frame, mm.
+    /// Centre of the sphere in the camera frame, mm.
     pub centre_in_camera: Point3<f64>,
-    /// The sphere's radius.
+    /// Radius of the sphere, mm.
     pub radius_mm: f64,
-    /// Refractive index on the lens's side: 1 for air.
+    /// Refractive index on the lens's side; 1 for air.
     pub index_inside: f64,
-    /// Refractive index beyond: about 1.41 for silicone.
+    /// Refractive index outside; about 1.41 for silicone.
     pub index_outside: f64,
-    /// Whether drawn bodies bend rays again beyond it: see [`Interface::is_drawn_behind`](super::Interface::is_drawn_behind).
+    /// True if drawn bodies outside refract rays again; see
+    /// [`Interface::is_drawn_behind`](super::Interface::is_drawn_behind).
     pub is_drawn_behind: bool,
 }
 
 impl Sphere {
+    /// Names and values of the parameters that can be calibrated.
     pub(super) fn parameters(&self) -> [(&'static str, f64); 5] {
         [
             ("interface_centre_x_mm", self.centre_in_camera.x),
@@ -42,10 +44,12 @@ impl Sphere {
         Self { centre_in_camera, radius_mm, index_outside, ..*self }
     }
 
+    /// Checks the limits of all values.
     pub(super) fn check(&self, rules: &mut Rules) {
         rules.above("interface_radius_mm", self.radius_mm, 0.0, 1000.0);
         let off_centre_mm = self.centre_in_camera.coords.norm();
         rules.require(
+            // Close to the sphere itself the refraction becomes singular.
             off_centre_mm < 0.99 * self.radius_mm,
             "distance between the lens and interface_centre",
             off_centre_mm,
@@ -55,19 +59,20 @@ impl Sphere {
     }
 }
 
-/// A [`Sphere`] prepared for questions.
+/// [`Sphere`] with the quantities precomputed that refraction needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SphereRefraction {
     centre: Vector3<f64>,
     radius_mm: f64,
-    /// Of the medium beyond, relative to that of the lens; at least 1.
+    /// Refractive index outside relative to that of the lens's medium; at least 1.
     index: f64,
     index_inside: f64,
-    /// From the lens to the centre, mm.
+    /// Distance from the lens to the sphere's centre, mm.
     off_centre_mm: f64,
 }
 
 impl SphereRefraction {
+    /// Precomputes the relative index and the lens's distance from the centre.
     pub(super) fn new(sphere: &Sphere) -> Self {
         let centre = sphere.centre_in_camera.coords;
         Self {
@@ -79,13 +84,13 @@ impl SphereRefraction {
         }
     }
 
-    /// The point of the sphere through which the lens sees `point`.
+    /// Finds the point of the sphere through which light from `point` reaches the lens.
     ///
-    /// All happens in the plane of lens, centre and point. Seen from the centre, light that leaves
-    /// the lens turns through an angle; where it passes the sphere after `phi`, its distance from
-    /// the centre `b = a R sin(phi) / |lens - passage|` gives the sines on both sides (`b / R` and
-    /// `b / (n R)`), and beyond it turns by `asin(b / (n R)) - asin(b / (n p))` more until it is
-    /// `p` away from the centre. That grows with `phi` and is bracketed by 0 and the whole angle.
+    /// Everything happens in the plane of lens, centre and point. As seen from the centre, light that leaves the lens
+    /// turns through an angle. Where it passes the sphere at the angle `phi`, its distance from the centre `b = a R
+    /// sin(phi) / |lens - passage|` gives the sines on both sides (`b / R` and `b / (n R)`). Outside it turns by
+    /// `asin(b / (n R)) - asin(b / (n p))` more until it is `p` away from the centre. The total grows with `phi`, and
+    /// `phi` lies between 0 and the whole angle to the point.
     pub(super) fn towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
         let (a, radius, n) = (self.off_centre_mm, self.radius_mm, self.index);
         let from_centre = point.coords - self.centre;
@@ -96,8 +101,10 @@ impl SphereRefraction {
         if far < radius - ON_INTERFACE_MM {
             return Err(OutsideDomain::BeforeInterface { depth_mm: radius - far });
         }
+        // Within the tolerance a point may lie slightly inside.
         let far = far.max(radius);
         let straight = self.centre + from_centre * (radius / far);
+        // A concentric sphere is crossed along its normal.
         if a == 0.0 {
             return Ok(straight);
         }
@@ -108,6 +115,7 @@ impl SphereRefraction {
         if aside == 0.0 {
             return Ok(straight);
         }
+        // Angle at the centre between the lens and the point.
         let whole = aside.atan2(along);
         let excess = |phi: f64| {
             let (sin, cos) = phi.sin_cos();
@@ -115,6 +123,7 @@ impl SphereRefraction {
             let reach = squared.sqrt();
             let b = a * radius * sin / reach;
             let b_by_phi = a * radius * cos / reach - b * (a * radius * sin) / squared;
+            // Sines of the angles to the radius, where the ray enters the medium and at the point.
             let (near, beyond) = (b / (n * radius), b / (n * far));
             let turned_by_b = 1.0 / (n * radius * (1.0 - near * near).sqrt())
                 - 1.0 / (n * far * (1.0 - beyond * beyond).sqrt());
@@ -126,13 +135,12 @@ impl SphereRefraction {
         Ok(self.centre + (to_lens * cos + across * (sin / aside)) * radius)
     }
 
-    /// Derivatives from Fermat's principle.
+    /// Differentiates the passage by the point and by the parameters, by Fermat's principle.
     ///
-    /// The passage `x` makes the optical path `|x| + n |point - x|` stationary on the sphere: its
-    /// gradient is `mu (x - c)`. The implicit function theorem on that, in the two directions of
-    /// the tangent plane, is regular where the plane of incidence is not (lens at the centre, point
-    /// on the axis). All terms are multiplied by `|point - x|`, so that a point on the sphere is an
-    /// ordinary one.
+    /// The passage `x` makes the optical path `|x| + n |point - x|` stationary on the sphere: its gradient is `mu (x -
+    /// c)`. The implicit function theorem, applied to this in the two directions of the tangent plane, is regular even
+    /// where the plane of incidence is undefined (lens at the centre, point on the axis). All terms are multiplied by
+    /// `|point - x|`, so that a point on the sphere is no special case.
     pub(super) fn differentiate(&self, point: &Point3<f64>) -> Result<Bent, OutsideDomain> {
         let x = self.towards(point)?;
         let (n, radius) = (self.index, self.radius_mm);
@@ -148,7 +156,7 @@ impl SphereRefraction {
         let mu = behind * (before - after * n).dot(&normal) / radius;
         let tangents = tangent_plane(&normal);
         let curved = tangents.transpose() * hessian * tangents - Matrix2::identity() * mu;
-        // Not singular: `phi` above is a simple root.
+        // Not singular, because `phi` in `towards` is a simple root.
         let solve = tangents
             * curved.try_inverse().ok_or(OutsideDomain::NoDirection)?
             * tangents.transpose();
@@ -165,9 +173,11 @@ impl SphereRefraction {
         Ok(Bent { direction: x, by_point: -solve * by_target, by_parameters })
     }
 
+    /// Computes the ray outside the sphere whose light reaches the lens from a unit direction.
     pub(super) fn outward(&self, direction: &Vector3<f64>) -> ViewRay {
         let b = direction.dot(&self.centre);
         let slack = self.radius_mm * self.radius_mm - self.off_centre_mm * self.off_centre_mm;
+        // The lens is inside the sphere, so the root is real and the positive solution is the one ahead.
         let x = direction * (b + (b * b + slack).sqrt());
         let normal = (x - self.centre) / self.radius_mm;
         ViewRay {
@@ -177,7 +187,7 @@ impl SphereRefraction {
     }
 }
 
-/// Two unit vectors across a unit normal (Duff et al., "Building an Orthonormal Basis, Revisited",
+/// Computes two unit vectors perpendicular to a unit normal (Duff et al., "Building an Orthonormal Basis, Revisited",
 /// JCGT 2017).
 fn tangent_plane(n: &Vector3<f64>) -> Matrix3x2<f64> {
     let sign = 1.0f64.copysign(n.z);

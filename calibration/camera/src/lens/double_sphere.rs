@@ -1,4 +1,4 @@
-//! Two unit spheres, one behind the other.
+//! Double sphere camera model.
 
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
@@ -10,7 +10,7 @@ use crate::error::InvalidCamera;
 
 const NAMES: [&str; 2] = ["xi", "alpha"];
 
-/// The double sphere model: closed forms both ways, for lenses beyond 180 degrees.
+/// Double sphere model: closed forms for both directions, for lenses beyond 180 degrees.
 ///
 /// Usenko, Demmel and Cremers, "The Double Sphere Camera Model", 3DV 2018. With
 /// `d1 = |(x, y, z)|`, `z1 = z + xi d1` and `d2 = |(x, y, z1)|` the normalised plane shows
@@ -25,17 +25,17 @@ pub struct DoubleSphere {
 }
 
 impl DoubleSphere {
-    /// A lens with `-1 < xi < 1` and `0 <= alpha <= 1`; both zero is a pinhole.
+    /// Creates a lens with `-1 < xi < 1` and `0 <= alpha <= 1`; both zero is a pinhole.
     ///
     /// # Errors
-    /// Values that are not finite, absurd or outside the model's ranges, each named.
+    /// Fails for values that are not finite, absurd or outside the model's ranges, naming each.
     pub fn new(intrinsics: Intrinsics, xi: f64, alpha: f64) -> Result<Self, InvalidCamera> {
         let mut rules = check(&intrinsics, &[], &[]);
         rules.require(xi > -1.0 && xi < 1.0, NAMES[0], xi, "must be above -1 and below 1");
         rules.within(NAMES[1], alpha, 0.0, 1.0);
         rules.finish()?;
-        // The second sphere sees the incidence angle `theta` as `t`; sine rule in the triangle of
-        // both centres and a point of the first sphere.
+        // From the second sphere's centre the incidence angle `theta` appears as `t`: sine rule in the triangle of both
+        // centres and a point of the first sphere.
         let t = unified::limit(alpha);
         let limit_rad = t + (xi * t.sin()).asin();
         check_limit((NAMES[0], xi), limit_rad)?;
@@ -46,7 +46,7 @@ impl DoubleSphere {
 
 #[allow(non_upper_case_globals, reason = "models are told apart as kinds are")]
 impl LensModel {
-    /// The double sphere: 2 coefficients.
+    /// Double sphere: 2 coefficients.
     pub const DoubleSphere: Self = Self {
         name: DoubleSphere::NAME,
         of: DoubleSphere::NAME,
@@ -80,7 +80,7 @@ impl Projector for DoubleSphere {
     }
 
     fn contains(&self, direction: &Vector3<f64>) -> bool {
-        // At an infinite radius (alpha up to 1/2) the limit itself has no image.
+        // At an infinite radius (alpha up to 1/2) the limit itself has no pixel, hence `>` and not `>=`.
         direction.z > self.limit_cosine * direction.norm()
     }
 
@@ -101,6 +101,7 @@ impl Projector for DoubleSphere {
         let scale = 1.0 / (alpha * d2 + (1.0 - alpha) * z1);
         let at = across * scale;
 
+        // Quotient rule for `across / denominator`, with the chain through z1 and d2.
         let z1_by_direction = (Vector3::z() + direction * (xi / d1)).transpose();
         let by_z1 = alpha * z1 / d2 + (1.0 - alpha);
         let d2_by_across = Vector3::new(across.x, across.y, 0.0).transpose() / d2;
@@ -117,7 +118,7 @@ impl Projector for DoubleSphere {
         let [xi, alpha] = self.coefficients;
         let squared = normalised.norm_squared();
         let height = unified::height(alpha, squared)?;
-        // From the second sphere's centre along (x, y, height) to the first sphere.
+        // Follows the line from the second sphere's centre along (x, y, height) to the first sphere.
         let length_squared = height * height + squared;
         let reach =
             (height * xi + (height * height + (1.0 - xi * xi) * squared).sqrt()) / length_squared;

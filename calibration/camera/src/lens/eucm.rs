@@ -10,7 +10,8 @@ use crate::error::InvalidCamera;
 
 const NAMES: [&str; 2] = ["alpha", "beta"];
 
-/// Projection onto an ellipsoid and from there onto a plane: closed forms both ways.
+/// Extended unified camera model: projection onto an ellipsoid and from there onto a plane, with closed forms for both
+/// directions.
 ///
 /// Khomutenko, Garcia and Martinet, "An Enhanced Unified Camera Model", RA-L 2016: the normalised
 /// plane shows `(x, y) / (alpha d + (1 - alpha) z)` with `d^2 = beta (x^2 + y^2) + z^2`. With
@@ -25,10 +26,10 @@ pub struct Eucm {
 }
 
 impl Eucm {
-    /// A lens with `0 <= alpha <= 1` and `beta > 0`; `alpha = 0` is a pinhole.
+    /// Creates a lens with `0 <= alpha <= 1` and `beta > 0`; `alpha = 0` is a pinhole.
     ///
     /// # Errors
-    /// Values that are not finite, absurd or outside the model's ranges, each named.
+    /// Fails for values that are not finite, absurd or outside the model's ranges, naming each.
     pub fn new(intrinsics: Intrinsics, alpha: f64, beta: f64) -> Result<Self, InvalidCamera> {
         let mut rules = check(&intrinsics, &[], &[]);
         rules.within(NAMES[0], alpha, 0.0, 1.0);
@@ -45,7 +46,7 @@ impl Eucm {
 
 #[allow(non_upper_case_globals, reason = "models are told apart as kinds are")]
 impl LensModel {
-    /// The extended unified camera model: 2 coefficients.
+    /// Extended unified camera model: 2 coefficients.
     pub const Eucm: Self =
         Self { name: Eucm::NAME, of: Eucm::NAME, coefficients: &NAMES, plain: &[0.55, 1.0] };
 }
@@ -75,7 +76,7 @@ impl Projector for Eucm {
     }
 
     fn contains(&self, direction: &Vector3<f64>) -> bool {
-        // At an infinite radius (alpha up to 1/2) the limit itself has no image.
+        // At an infinite radius (alpha up to 1/2) the limit itself has no pixel, hence `>` and not `>=`.
         direction.z > self.limit_cosine * direction.norm()
     }
 
@@ -94,6 +95,7 @@ impl Projector for Eucm {
 
         let by_across = across * (alpha * beta / d);
         let by_z = alpha * direction.z / d + (1.0 - alpha);
+        // Quotient rule for `across / denominator`.
         let denominator_by_direction = Vector3::new(by_across.x, by_across.y, by_z).transpose();
         let by_direction = Matrix2x3::new(scale, 0.0, 0.0, 0.0, scale, 0.0)
             - at * denominator_by_direction * scale;

@@ -1,4 +1,4 @@
-//! A polynomial in the incidence angle.
+//! Kannala and Brandt's polynomial in the incidence angle.
 
 use std::f64::consts::PI;
 
@@ -12,30 +12,30 @@ use crate::roots::{first_zero, increasing};
 
 const NAMES: [&str; 4] = ["k1", "k2", "k3", "k4"];
 
-/// Distance from the centre of the normalised plane as an odd polynomial in the incidence angle:
-/// `r = theta + k1 theta^3 + k2 theta^5 + k3 theta^7 + k4 theta^9`.
+/// Kannala-Brandt lens: the distance from the centre of the normalised plane is an odd polynomial in the incidence
+/// angle, `r = theta + k1 theta^3 + k2 theta^5 + k3 theta^7 + k4 theta^9`.
 ///
-/// Kannala and Brandt, "A generic camera model and calibration method for conventional,
-/// wide-angle, and fish-eye lenses", PAMI 2006, radially symmetric part. OpenCV's `fisheye` and
-/// Kalibr's `equidistant` are the same polynomial, but both compute the angle from `(x/z, y/z)` and
-/// so know nothing beyond 90 degrees; here the polynomial holds wherever it grows, up to 180.
+/// Kannala and Brandt, "A generic camera model and calibration method for conventional, wide-angle, and fish-eye
+/// lenses", PAMI 2006, radially symmetric part. OpenCV's `fisheye` and Kalibr's `equidistant` are the same polynomial,
+/// but both compute the angle from `(x/z, y/z)`, which ends at 90 degrees. Here the polynomial holds wherever it grows,
+/// up to 180 degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KannalaBrandt {
     pub(super) intrinsics: Intrinsics,
     k: [f64; 4],
     limit_rad: f64,
-    /// Distance from the centre at the limit.
+    /// Distance from the centre of the normalised plane at the limit.
     limit_radius: f64,
 }
 
 impl KannalaBrandt {
-    /// A lens with coefficients `k1..k4`; all zero is the equidistant lens.
+    /// Creates a lens with coefficients `k1..k4`; all zero is the equidistant lens.
     ///
     /// # Errors
-    /// Values that are not finite or absurd, each named.
+    /// Fails for values that are not finite or absurd, naming each.
     pub fn new(intrinsics: Intrinsics, k: [f64; 4]) -> Result<Self, InvalidCamera> {
         check(&intrinsics, &NAMES, &k).finish()?;
-        // The slope is a polynomial in the square of the angle.
+        // The slope is a polynomial in the square of the angle, hence pi squared as the upper end.
         let slope = [1.0, 3.0 * k[0], 5.0 * k[1], 7.0 * k[2], 9.0 * k[3]];
         let limit_rad = first_zero(&slope, PI * PI).map_or(PI, f64::sqrt);
         check_limit((NAMES[0], k[0]), limit_rad)?;
@@ -44,7 +44,7 @@ impl KannalaBrandt {
         Ok(lens)
     }
 
-    /// Distance from the centre and its slope.
+    /// Computes the distance from the centre and its derivative by the angle.
     fn radius(&self, theta: f64) -> (f64, f64) {
         let [k1, k2, k3, k4] = self.k;
         let u = theta * theta;
@@ -89,7 +89,7 @@ impl Projector for KannalaBrandt {
 
     fn contains(&self, direction: &Vector3<f64>) -> bool {
         let across = direction.xy().norm();
-        // Straight behind there is no azimuth, whatever the polynomial says.
+        // Straight behind the lens there is no azimuth, even if the polynomial reaches 180 degrees.
         across.atan2(direction.z) <= self.limit_rad
             && (across > 0.0 || direction.z > 0.0)
             && across < f64::INFINITY
@@ -108,12 +108,13 @@ impl Projector for KannalaBrandt {
         let theta = across.atan2(direction.z);
         let (radius, slope) = self.radius(theta);
         let squared = direction.norm_squared();
-        // On the axis any azimuth will do: there, both stretches are 1/z.
+        // On the axis any azimuth will do: there the stretch is 1/z in both directions.
         let (azimuth, along_azimuth) = match across > 0.0 {
             true => (direction.xy() / across, radius / across),
             false => (Vector2::x(), 1.0 / direction.z),
         };
         let along_radius = slope * direction.z / squared;
+        // Stretch along the radius differs from that along the azimuth.
         let outward = azimuth * azimuth.transpose();
         let mut by_direction = Matrix2x3::zeros();
         by_direction.fixed_columns_mut::<2>(0).copy_from(
@@ -144,6 +145,7 @@ impl Projector for KannalaBrandt {
         };
         let theta = increasing(excess, 0.0, self.limit_rad, radius);
         let (sin, cos) = theta.sin_cos();
+        // The result has unit length.
         let across = normalised * (sin / radius);
         Some(Vector3::new(across.x, across.y, cos))
     }

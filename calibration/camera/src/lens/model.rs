@@ -1,42 +1,42 @@
-//! Lens models by name, each with a number of coefficients: what files may hold, and what pictures choose among.
+//! Registered lens models by name and number of coefficients, for files and for the choice of a model.
 
 use super::{Intrinsics, Lens};
 
-/// A lens model with its coefficients. Each declares itself in its own file.
+/// Lens model with a fixed set of coefficients. Each is declared in the file of its model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensModel {
-    /// As the command calls it.
+    /// Name on the command line.
     pub(super) name: &'static str,
-    /// The model's own name, which those with other numbers of coefficients share.
+    /// Name of the model itself, shared by variants with other numbers of coefficients.
     pub(super) of: &'static str,
-    /// Names of the coefficients.
+    /// Names of the coefficients, in their order.
     pub(super) coefficients: &'static [&'static str],
-    /// Coefficients of a lens that is a plain one near its axis.
+    /// Coefficients of a lens without distortion near its axis, as start values.
     pub(super) plain: &'static [f64],
 }
 
 impl LensModel {
-    /// As the command calls it.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         self.name
     }
 
-    /// The model of a name.
+    /// Finds the model with a name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|model| model.name == name)
     }
 
-    /// Numbers to be found: focal lengths, centre and coefficients.
+    /// Number of unknowns in a calibration: focal lengths, centre and coefficients.
     pub fn parameter_count(self) -> usize {
         4 + self.coefficients.len()
     }
 
-    /// A lens of this model that is a plain one near its axis; `None` for intrinsics that no lens has.
+    /// Creates a lens of this model without distortion near its axis; `None` for impossible intrinsics.
     pub fn plain(self, intrinsics: Intrinsics) -> Option<Lens> {
         Lens::of_model(self.of, intrinsics, self.plain)?.ok()
     }
 
-    /// The names of all models in files: those with the most coefficients first.
+    /// Names of all models in files, those with the most coefficients first.
     pub(crate) fn file_names() -> Vec<&'static str> {
         let mut models = Self::ALL;
         models.sort_by_key(|model| (usize::MAX - model.coefficients.len(), model.of));
@@ -45,7 +45,8 @@ impl LensModel {
         names
     }
 
-    /// The coefficients that a file gives a model of this name: as many as it begins to name.
+    /// Returns the coefficient names that a file must give for this model: of its variants, the one with the most
+    /// coefficients whose first additional one is given.
     pub(crate) fn coefficients_in_file(
         name: &str,
         is_given: impl Fn(&str) -> bool,
@@ -53,6 +54,7 @@ impl LensModel {
         let mut counts: Vec<_> = Self::ALL.iter().filter(|model| model.of == name).collect();
         counts.sort_by_key(|model| model.coefficients.len());
         let coefficients = counts.iter().map(|model| model.coefficients);
+        // Variants of a model share their first coefficients.
         coefficients.reduce(|fewer, more| if is_given(more[fewer.len()]) { more } else { fewer })
     }
 }

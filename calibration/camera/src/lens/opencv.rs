@@ -8,11 +8,11 @@ use crate::roots::{first_zero, increasing};
 
 const NAMES: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
 
-/// The model is looked at up to this `tan(theta)` (89.994 degrees); a pixel beyond would be
-/// thousands of image widths away.
+/// Largest `tan(theta)` for which the domain is examined (89.994 degrees). A pixel beyond would be thousands of image
+/// widths away.
 const LARGEST_TANGENT: f64 = 1e4;
 
-/// Pinhole with radial distortion, polynomial (5 terms) or rational (8), and tangential terms.
+/// Pinhole with tangential distortion and radial distortion, polynomial (5 terms) or rational (8 terms).
 ///
 /// The model of OpenCV's `calib3d` (`plumb_bob` and `rational_polynomial` in ROS), after Brown,
 /// "Decentering Distortion of Lenses", 1966. With `u = x^2 + y^2` of the pinhole point `(x, y)`,
@@ -20,35 +20,35 @@ const LARGEST_TANGENT: f64 = 1e4;
 /// distorted point is `s (x, y) + u p + 2 ((x, y) . p) (x, y)`.
 ///
 /// # Domain
-/// Far from the axis the distorted image folds back, and one pixel shows several directions. The
-/// derivative of the distortion is a symmetric matrix; where it is positive definite on a disc,
-/// the distortion is the gradient of a strictly convex function there and cannot fold. The domain
-/// is the largest such disc, for the worst azimuth of the tangential terms.
+/// Far from the axis the distorted image folds back, and one pixel belongs to several directions. The derivative of the
+/// distortion is a symmetric matrix. Where it is positive definite on a disc, the distortion is the gradient of a
+/// strictly convex function and cannot fold. The domain is the largest such disc, for the worst azimuth of the
+/// tangential terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpenCv {
     pub(super) intrinsics: Intrinsics,
     k: [f64; 8],
-    /// 5 or 8.
+    /// Number of coefficients, 5 or 8.
     terms: usize,
     limit_rad: f64,
     limit_tangent: f64,
-    /// Distance from the centre at the limit, tangential terms aside; infinite at a pole.
+    /// Distorted radius at the limit, without tangential terms; infinite at a pole.
     limit_radius: f64,
 }
 
-/// Distortion of one point.
+/// Distorted point with its derivative.
 struct Distorted {
     at: Vector2<f64>,
     by_point: Matrix2<f64>,
 }
 
 impl OpenCv {
-    /// A lens with OpenCV's coefficients `k1 k2 p1 p2 k3 k4 k5 k6`.
+    /// Creates a lens with OpenCV's coefficients `k1 k2 p1 p2 k3 k4 k5 k6`.
     ///
-    /// None, four or five numbers make the polynomial model of five terms, eight the rational one.
+    /// With 0, 4 or 5 numbers it is the polynomial model of five terms, with 8 the rational model.
     ///
     /// # Errors
-    /// Another count of coefficients; values that are not finite or absurd, each named.
+    /// Fails for another number of coefficients, and for values that are not finite or absurd, naming each.
     pub fn new(intrinsics: Intrinsics, coefficients: &[f64]) -> Result<Self, InvalidCamera> {
         let count = coefficients.len();
         let mut rules = check(&intrinsics, &NAMES, coefficients);
@@ -61,6 +61,7 @@ impl OpenCv {
         rules.finish()?;
         let mut k = [0.0; 8];
         k[..count].copy_from_slice(coefficients);
+        // Missing coefficients are zero: four numbers are five with k3 = 0.
         let terms = if count == 8 { 8 } else { 5 };
         let (limit_tangent, is_pole) = limit_tangent(&k);
         let limit_rad = limit_tangent.atan();
@@ -73,7 +74,7 @@ impl OpenCv {
         Ok(lens)
     }
 
-    /// Radial factor `s` and its derivative by `u`.
+    /// Computes the radial factor `s` and its derivative by `u`.
     fn stretch(&self, u: f64) -> (f64, f64) {
         let [k1, k2, _, _, k3, k4, k5, k6] = self.k;
         let numerator = 1.0 + u * (k1 + u * (k2 + u * k3));
@@ -90,6 +91,7 @@ impl OpenCv {
         Vector2::new(self.k[3], self.k[2])
     }
 
+    /// Computes the distorted point of a pinhole point, with its derivative.
     fn distort(&self, point: &Vector2<f64>) -> Distorted {
         let u = point.norm_squared();
         let (s, s_by_u) = self.stretch(u);
@@ -104,7 +106,7 @@ impl OpenCv {
         }
     }
 
-    /// The point of the disc that is distorted to `target`.
+    /// Finds the point of the domain's disc that is distorted to `target`.
     fn undistort(&self, target: &Vector2<f64>) -> Option<Vector2<f64>> {
         let radius = target.norm();
         if radius == 0.0 {
@@ -122,6 +124,7 @@ impl OpenCv {
         }
         // The limit itself may be a pole: start anywhere but there.
         let start = if radius < self.limit_tangent { radius } else { 0.5 * self.limit_tangent };
+        // The radial part alone gives a start for the tangential terms.
         let r = match within {
             true => increasing(excess, 0.0, self.limit_tangent, start),
             false => self.limit_tangent,
@@ -133,10 +136,10 @@ impl OpenCv {
         self.descend(point, target)
     }
 
-    /// Newton's method on the disc from a point nearby: two or three steps for real lenses.
+    /// Refines a nearby point by Newton's method within the disc: two or three steps for real lenses.
     ///
-    /// A step is shortened until it brings the distorted point closer to its target, as near a
-    /// fold or a pole a whole one may not.
+    /// A step is halved until the distorted point comes closer to its target, because near a fold or a pole a full step
+    /// may not.
     fn descend(&self, start: Vector2<f64>, target: &Vector2<f64>) -> Option<Vector2<f64>> {
         let mut point = start;
         let mut here = self.distort(&point);
@@ -144,12 +147,14 @@ impl OpenCv {
         let mut step = Vector2::zeros();
         for _ in 0..60 {
             step = here.by_point.try_inverse()? * miss;
+            // A few units in the last place: closer is not possible.
             if step.norm() <= 4e-16 * point.norm() {
                 return Some(point);
             }
             let closer = (0..30).find_map(|halvings| {
                 let mut next = point + step * 0.5f64.powi(halvings);
                 let beyond = next.norm() / self.limit_tangent;
+                // Beyond the disc the distortion folds: steps end on its rim.
                 if beyond > 1.0 {
                     next /= beyond;
                 }
@@ -162,26 +167,26 @@ impl OpenCv {
                 None => break,
             }
         }
-        // As close as rounding allows; or, at a pixel outside the image, somewhere on the rim.
+        // Either converged as far as rounding allows, or, for a pixel outside the image, stuck on the rim.
         let close = step.norm() <= 1e-12 * (1.0 + point.norm());
         (close || miss.norm() <= 1e-13 * (1.0 + target.norm())).then_some(point)
     }
 }
 
-/// Largest `tan(theta)` up to which the distortion's derivative is positive definite at every
-/// azimuth, and whether the rational function has a pole there.
+/// Computes the largest `tan(theta)` up to which the distortion's derivative is positive definite at every azimuth, and
+/// whether the rational function has a pole there.
 ///
-/// With `N / D = s` and `P = |p|`, the derivative at radius `r`, where `c` is the cosine between
-/// the point and `p`, has in radial and tangential direction the diagonal
-/// `(r s)' + 6 r P c` and `s + 2 r P c` and off it `2 r P sqrt(1 - c^2)`. Its determinant is a
-/// parabola in `c`. If `s > 10/3 r P` and `(r s)' > 6 r P`, the parabola's vertex lies below
-/// `c = -1`, where it is `((r s)' - 6 r P) (s - 2 r P) > 0`. For tangential terms that a lens can
-/// have, the second condition fails first and so is exact.
+/// With `N / D = s`, `P = |p|` and `c` the cosine between the point and `p`, the derivative at radius `r` is a 2 x 2
+/// matrix in radial and tangential direction: `(r s)' + 6 r P c` and `s + 2 r P c` on the diagonal, `2 r P sqrt(1 -
+/// c^2)` off it. Its determinant is a parabola in `c`. If `s > 10/3 r P` and `(r s)' > 6 r P`, the parabola's vertex
+/// lies below `c = -1`, where the determinant is `((r s)' - 6 r P) (s - 2 r P) > 0`. For tangential terms of real
+/// lenses the second condition fails first, so that it is exact.
 fn limit_tangent(k: &[f64; 8]) -> (f64, bool) {
     let [k1, k2, p1, p2, k3, k4, k5, k6] = *k;
     let tangential = p1.hypot(p2);
     let numerator = Polynomial::even([1.0, k1, k2, k3]);
     let denominator = Polynomial::even([1.0, k4, k5, k6]);
+    // Both conditions, multiplied by powers of D to make them polynomials in r.
     let slope = numerator
         .times_x()
         .derivative()
@@ -195,11 +200,11 @@ fn limit_tangent(k: &[f64; 8]) -> (f64, bool) {
     (fold.min(pole), pole <= fold)
 }
 
-/// `self.0[i]` belongs to `x^i`.
+/// Polynomial; `self.0[i]` belongs to `x^i`.
 struct Polynomial(Vec<f64>);
 
 impl Polynomial {
-    /// From the coefficients of `x^0, x^2, x^4, x^6`.
+    /// Creates an even polynomial from the coefficients of `x^0, x^2, x^4, x^6`.
     fn even(coefficients: [f64; 4]) -> Self {
         let [a, b, c, d] = coefficients;
         Self(vec![a, 0.0, b, 0.0, c, 0.0, d])
@@ -217,6 +222,7 @@ impl Polynomial {
         Self(self.0.iter().enumerate().skip(1).map(|(i, c)| i as f64 * c).collect())
     }
 
+    /// Multiplies two polynomials.
     fn times(&self, other: &Self) -> Self {
         let mut product = vec![0.0; self.0.len() + other.0.len() - 1];
         for (i, a) in self.0.iter().enumerate() {
@@ -236,7 +242,7 @@ impl Polynomial {
 
 #[allow(non_upper_case_globals, reason = "models are told apart as kinds are")]
 impl LensModel {
-    /// OpenCV's `k1 k2 p1 p2 k3`.
+    /// OpenCV's polynomial model, `k1 k2 p1 p2 k3`.
     pub const OpenCv5: Self = Self {
         name: "opencv-5",
         of: OpenCv::NAME,
@@ -291,6 +297,7 @@ impl Projector for OpenCv {
         let u = point.norm_squared();
         let [.., k4, k5, k6] = self.k;
         let denominator = 1.0 + u * (k4 + u * (k5 + u * k6));
+        // Derivatives of the radial factor: those of the numerator, then those of the denominator.
         let by_k = point / denominator;
         let by_denominator = -by_k * self.stretch(u).0;
         let twice_xy = 2.0 * point.x * point.y;

@@ -1,14 +1,15 @@
-//! What the double sphere and the extended unified model share: both end in the unified model
-//! `r = sin t / (alpha + (1 - alpha) cos t)` of some angle `t` that grows with the incidence angle.
+//! Shared formulas of the double sphere and the extended unified model. Both end in the unified model `r = sin t /
+//! (alpha + (1 - alpha) cos t)`, where the angle `t` grows with the incidence angle.
 
-/// The `t` at which `r` ceases to grow (`alpha > 1/2`) or becomes infinite (`alpha <= 1/2`).
+/// Computes the `t` at which `r` ceases to grow (`alpha > 1/2`) or becomes infinite (`alpha <= 1/2`).
 pub(super) fn limit(alpha: f64) -> f64 {
+    // For alpha > 1/2 the slope of r vanishes, else its denominator does.
     let cosine = if alpha > 0.5 { (1.0 - alpha) / alpha } else { alpha / (1.0 - alpha) };
     (-cosine).acos()
 }
 
-/// Height above the normalised plane of the point that projects to squared radius `squared`, as a
-/// multiple of the plane's scale; `None` beyond the image.
+/// Computes the height, above the normalised plane and in units of its scale, of the point that projects to the squared
+/// radius `squared`; `None` beyond the image.
 ///
 /// Usenko, Demmel and Cremers, "The Double Sphere Camera Model", 3DV 2018, equations 50 and 51;
 /// the same expression as in Khomutenko, Garcia and Martinet, RA-L 2016.

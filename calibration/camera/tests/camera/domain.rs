@@ -1,4 +1,4 @@
-//! Where each lens ends, found independently by brute force, and what is said beyond.
+//! End of each lens's domain, found independently by brute force, and the errors beyond it.
 
 use crate::common;
 

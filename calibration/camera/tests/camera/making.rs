@@ -1,4 +1,4 @@
-//! What cameras and estimates can be made of.
+//! Construction and validation of cameras and estimates.
 
 use crate::common;
 use fabkit_camera::{

@@ -1,64 +1,65 @@
-//! The board's file: the link between the printed sheet and the detector.
+//! Board files, which link the printed sheet to the detector.
 
 use std::collections::BTreeMap;
 
 use fabkit_text::{InvalidDocument, JsonFormat};
 use serde::{Deserialize, Serialize};
 
-/// What `format` says in a board's file.
+/// Value of `format` in a board file.
 pub const FORMAT: &str = "fabkit-board";
-/// The version this crate reads and writes.
+/// Version that this crate reads and writes.
 pub const VERSION: u32 = 1;
-/// Longest file, bytes.
+/// Largest file, bytes.
 pub const MAX_BYTES: usize = 4 << 20;
-/// Fewest squares along a side: below, a grid of corners cannot be told from clutter.
+/// Smallest number of squares along a side: below, a grid of corners cannot be distinguished from clutter.
 pub const MIN_SQUARES: u32 = 4;
-/// Most squares along a side.
+/// Largest number of squares along a side.
 pub const MAX_SQUARES: u32 = 100;
 
+/// Smallest and largest side of a square, mm.
 const SQUARE_LIMITS_MM: [f64; 2] = [0.1, 500.0];
-/// Bits along the side of a marker.
+/// Smallest and largest number of bits along the side of a marker.
 const MARKER_BITS: [usize; 2] = [3, 8];
-/// How far a corner may lie from where the squares put it, in squares. A measured board differs
-/// from the drawing by its printer's scale; more than this is another board.
+/// Largest distance of a corner from its nominal place, in squares. A measured board differs from the drawing by its
+/// printer's scale; a larger difference means another board.
 const CORNER_TOLERANCE_SQUARES: f64 = 0.25;
 
-/// What kind of board.
+/// Kind of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BoardKind {
-    /// Dark and light squares alone. All of it must be in sight.
+    /// Dark and light squares only. All of it must be in the image.
     Checkerboard,
-    /// A checkerboard with a marker in each light square. Any part of it may be in sight.
+    /// Checkerboard with a marker in each light square. Any part of it may be in the image.
     Charuco,
 }
 
-/// Where four squares meet inside the board.
+/// Inner corner of a board, where four squares meet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoardCorner {
-    /// Row by row from the upper left: `row * (columns - 1) + column`, both from 0, as in OpenCV.
+    /// Number, row by row from the upper left: `row * (columns - 1) + column`, both from 0, as in OpenCV.
     pub id: u32,
-    /// x and y in the board frame, mm; z is 0.
+    /// Coordinates x and y in the board frame, mm; z is 0.
     pub in_board_mm: [f64; 2],
 }
 
-/// A marker in a light square.
+/// Marker in a light square.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoardMarker {
-    /// Its number in the dictionary.
+    /// Number of the marker in its dictionary.
     pub id: u32,
     /// Column and row of its square, from 0. Their sum is odd.
     pub square: [u32; 2],
-    /// Its rows from the top as printed, without the dark border: `1` is light, `0` dark.
+    /// Rows of bits from the top as printed, without the dark border: `1` is light, `0` dark.
     pub bits: Vec<String>,
 }
 
-/// A printed board. The square in column `c` and row `r` is dark where `c + r` is even.
+/// Printed board. The square in column `c` and row `r` is dark if `c + r` is even.
 ///
-/// A checkerboard whose two numbers of squares are both even or both odd looks the same upside
-/// down; then a picture does not tell which corner is which, and calibration does not need it.
+/// A checkerboard whose two numbers of squares are both even or both odd looks the same upside down. Then an image does
+/// not determine which corner is which, and calibration does not need it.
 ///
 /// ```
 /// use fabkit_calibration::board::Board;
@@ -70,9 +71,9 @@ pub struct BoardMarker {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Board {
-    /// [`FORMAT`].
+    /// Always [`FORMAT`].
     pub format: String,
-    /// [`VERSION`].
+    /// Always [`VERSION`].
     pub version: u32,
     /// Name of the board.
     pub name: String,
@@ -85,12 +86,12 @@ pub struct Board {
     /// Side of a marker with its dark border, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub marker_mm: Option<f64>,
-    /// Where the markers' bits are from, for example `DICT_4X4_50`.
+    /// Name of the dictionary of the markers' bits, for example `DICT_4X4_50`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dictionary: Option<String>,
-    /// All inner corners, by id.
+    /// Inner corners, sorted by id.
     pub corners: Vec<BoardCorner>,
-    /// The markers, by id; none on a checkerboard.
+    /// Markers, sorted by id; none on a checkerboard.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub markers: Vec<BoardMarker>,
 }
@@ -103,10 +104,10 @@ const DOCUMENT: JsonFormat = JsonFormat {
 };
 
 impl Board {
-    /// A checkerboard of columns x rows squares with sides of `square_mm`.
+    /// Creates a checkerboard of columns x rows squares with sides of `square_mm`.
     ///
     /// # Errors
-    /// Too few or too many squares, or a side outside 0.1 mm to 500 mm.
+    /// Fails for too few or too many squares, or a side outside 0.1 mm to 500 mm.
     pub fn checkerboard(
         name: &str,
         squares: [u32; 2],
@@ -128,15 +129,14 @@ impl Board {
         Ok(board)
     }
 
-    /// A ChArUco board laid out as OpenCV's (since 4.6): markers 0, 1, 2, ... of the dictionary in
-    /// the light squares, row by row.
+    /// Creates a ChArUco board with OpenCV's layout (since 4.6): markers 0, 1, 2, ... of the dictionary in the light
+    /// squares, row by row.
     ///
-    /// `bits` holds for each marker its rows, `1` for light; those beyond the last light square
-    /// are left out.
+    /// `bits` holds the rows of each marker, `1` for light. Markers beyond the last light square are left out.
     ///
     /// # Errors
-    /// As [`Board::checkerboard`]; too few markers, markers that look alike in some rotation, a
-    /// marker that does not fit its square.
+    /// Fails as [`Board::checkerboard`], for too few markers, markers that look alike in some rotation, or a marker
+    /// that does not fit its square.
     pub fn charuco(
         name: &str,
         squares: [u32; 2],
@@ -173,35 +173,36 @@ impl Board {
         Ok(board)
     }
 
-    /// Reads a board's file.
+    /// Reads a board file.
     ///
     /// # Errors
-    /// Text that is no such document, with line and column; other formats and versions; everything
-    /// that contradicts itself.
+    /// Reports text that is no such document, with line and column; other formats and versions; all contradictions in
+    /// the content.
     pub fn from_json(text: &str) -> Result<Self, InvalidDocument> {
         let board: Self = DOCUMENT.read(text, &DOCUMENT.parse(text)?)?;
         board.check()?;
         Ok(board)
     }
 
-    /// As indented JSON with a final newline.
+    /// Writes indented JSON with a final newline.
     pub fn to_json(&self) -> String {
         let text = serde_json::to_string_pretty(self);
         text.expect("strings and finite numbers can be written") + "\n"
     }
 
-    /// Columns and rows of inner corners.
+    /// Numbers of columns and rows of inner corners.
     pub fn inner_corners(&self) -> [usize; 2] {
         self.squares.map(|n| n as usize - 1)
     }
 
-    /// Column and row of every light square, row by row.
+    /// Lists column and row of every light square, row by row.
     pub fn light_squares(squares: [u32; 2]) -> Vec<[u32; 2]> {
         let [columns, rows] = squares;
         let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
         all.filter(|[column, row]| (column + row) % 2 == 1).collect()
     }
 
+    /// Lists the corners at their nominal places.
     fn regular_corners(
         squares: [u32; 2],
         square_mm: f64,
@@ -215,6 +216,7 @@ impl Board {
         Ok((0..columns * rows).map(corner).collect())
     }
 
+    /// Reports everything that is wrong.
     fn check(&self) -> Result<(), InvalidDocument> {
         let nominal = Self::regular_corners(self.squares, self.square_mm)?;
         let mut problems = Vec::new();
@@ -252,6 +254,7 @@ impl Board {
         DOCUMENT.accept(problems)
     }
 
+    /// Reports everything that is wrong with the markers.
     fn check_markers(&self, problems: &mut Vec<String>) {
         match self.marker_mm {
             Some(side) if side > 0.3 * self.square_mm && side < self.square_mm => {}
@@ -262,6 +265,7 @@ impl Board {
             None => problems.push("a charuco board needs marker_mm".into()),
         }
         let mut squares: Vec<[u32; 2]> =
+            // Row first, so that sorting goes row by row like `light_squares`.
             self.markers.iter().map(|m| [m.square[1], m.square[0]]).collect();
         squares.sort_unstable();
         let light = Self::light_squares(self.squares);
@@ -287,11 +291,13 @@ impl Board {
         }
         let mut seen = BTreeMap::new();
         for marker in &self.markers {
+            // The detector tries all rotations, so that markers must differ in all of them.
             let words = [0, 1, 2, 3].map(|turns| marker.word(turns));
             let id = marker.id;
             if words[1..].contains(&words[0]) {
                 problems.push(format!("marker {id} looks the same in two rotations"));
             }
+            // The smallest of the four rotations is the same for markers that look alike in any of them.
             let canonical = words.into_iter().min();
             if let Some(other) = seen.insert(canonical, id) {
                 problems.push(format!("markers {other} and {id} look alike in some rotation"));
@@ -301,8 +307,8 @@ impl Board {
 }
 
 impl BoardMarker {
-    /// The bits as a word, row by row from the most significant, after so many quarter turns of
-    /// the printed marker, clockwise.
+    /// Packs the bits into a word, row by row from the most significant, after `turns` clockwise quarter turns of the
+    /// printed marker.
     pub(super) fn word(&self, turns: usize) -> u64 {
         let side = self.bits.len();
         let mut word = 0;
@@ -310,7 +316,7 @@ impl BoardMarker {
             for column in 0..side {
                 let (mut r, mut c) = (row, column);
                 for _ in 0..turns {
-                    // What stands at (row, column) of the turned marker stood one turn back here.
+                    // The field at (row, column) of the turned marker was here one turn before.
                     (r, c) = (side - 1 - c, r);
                 }
                 word = word << 1 | u64::from(self.bits[r].as_bytes()[c] == b'1');
@@ -320,6 +326,7 @@ impl BoardMarker {
     }
 }
 
+/// Checks the limits of the numbers of squares.
 fn check_squares(squares: [u32; 2]) -> Result<(), InvalidDocument> {
     if squares.iter().all(|n| (MIN_SQUARES..=MAX_SQUARES).contains(n)) {
         return Ok(());

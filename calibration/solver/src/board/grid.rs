@@ -1,8 +1,8 @@
-//! From single saddles to grids: neighbours along edges, then coordinates.
+//! Grids of saddles: first neighbours along edges, then coordinates.
 //!
-//! Nothing here assumes straight lines or even spacing, so that a fisheye's pictures need no
-//! undistortion: two saddles are neighbours if each is the nearest along an edge of the other, a
-//! light and a dark side run along between them, and the sides change places at both ends.
+//! Nothing here assumes straight lines or even spacing, so that fisheye images need no undistortion. Two saddles are
+//! neighbours if each is the nearest along an edge of the other, a light and a dark side run along the line between
+//! them, and the sides change places at both ends.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -11,42 +11,41 @@ use fabkit_camera::{Point2, Vector2};
 use super::saddle::{self, Saddle};
 use crate::image::GreyImage;
 
-/// Neighbours are sought among so many nearest saddles: the markers of ChArUco boards are full of
-/// saddles of their own.
+/// Number of nearest saddles among which neighbours are searched. It is large, because the markers of ChArUco boards
+/// contain many saddles of their own.
 const NEAREST: usize = 80;
-/// Largest angle between an edge as seen at one end and the line to the other end.
+/// Smallest cosine of the angle between an edge as seen at one end and the line to the other end.
 const MAX_BEND_COS: f64 = 0.88;
-/// The sides of an edge are sampled this far from it, in lengths of the edge: between it and the
-/// markers.
+/// Distance from an edge at which its sides are sampled, in lengths of the edge: between the edge and the markers.
 const SIDE: f64 = 0.1;
-/// Least difference between the sides, in contrasts of the saddles.
+/// Smallest difference of intensity between the sides, as a multiple of the saddles' contrast.
 const LEAST_STEP: f64 = 0.2;
 /// Largest ratio of opposite sides of a square, as distortion and tilt leave them.
 const MAX_SIDE_RATIO: f64 = 2.0;
-/// How far from where its neighbours say a missing saddle may be found, in spacings.
+/// Largest distance of a missing saddle from the position that its neighbours predict, in spacings.
 const SEARCH: f64 = 0.25;
-/// The final smoothing in spacings: wide against noise, narrow against distortion and markers.
+/// Standard deviation of the final smoothing, in spacings: wide against noise, narrow against distortion and markers.
 const SMOOTHING: f64 = 0.08;
+/// Limits of the final smoothing, px.
 const SMOOTHING_LIMITS_PX: [f64; 2] = [1.0, 3.0];
 
-/// Column and row within a grid, from anywhere; right-handed as the picture is (+x right, +y down).
+/// Column and row within a grid, from an arbitrary origin; right-handed like the image (+x right, +y down).
 pub(super) type Cell = (i32, i32);
 
-/// Saddles with coordinates. The square right of and below the corner (i, j) is light where i + j
-/// is even.
+/// Saddles with coordinates. The square to the lower right of the corner (i, j) is light if i + j is even.
 pub(super) type Grid = BTreeMap<Cell, Saddle>;
 
-/// A saddle's neighbours along +first, -first, +second and -second edge.
+/// Indices of a saddle's neighbours along its +first, -first, +second and -second edge.
 type Links = [Option<usize>; 4];
 
-/// What is needed to look at the picture again.
+/// Image with its noise (standard deviation of the intensity) and the smoothing in use, px.
 pub(super) struct BoardPicture<'a> {
     pub image: &'a GreyImage,
     pub noise: f64,
     pub sigma_px: f64,
 }
 
-/// All grids of at least 2 x 2 corners, the largest first.
+/// Finds all grids of at least 2 x 2 corners, the largest first.
 pub(super) fn grow(scene: &BoardPicture, saddles: &[Saddle]) -> Vec<Grid> {
     let links = in_squares(saddles, &links(scene.image, saddles));
     let mut taken = vec![false; saddles.len()];
@@ -66,7 +65,7 @@ pub(super) fn grow(scene: &BoardPicture, saddles: &[Saddle]) -> Vec<Grid> {
     grids
 }
 
-/// For each saddle its neighbours.
+/// Finds the neighbours of each saddle.
 fn links(image: &GreyImage, saddles: &[Saddle]) -> Vec<Links> {
     let wanted: Vec<Links> = (0..saddles.len())
         .map(|from| {
@@ -87,17 +86,19 @@ fn links(image: &GreyImage, saddles: &[Saddle]) -> Vec<Links> {
             })
         })
         .collect();
+    // A link counts only in both directions.
     let mutual = |from: usize, to: usize| wanted[to].contains(&Some(from));
     let keep = |(from, ways): (usize, &Links)| ways.map(|to| to.filter(|to| mutual(from, *to)));
     wanted.iter().enumerate().map(keep).collect()
 }
 
-/// The links that are a side of a square of four: a single link may lead into a marker or off the
-/// board, a square hardly ever.
+/// Keeps the links that are a side of a square of four saddles. A single link may lead into a marker or off the board,
+/// a square hardly ever.
 fn in_squares(saddles: &[Saddle], links: &[Links]) -> Vec<Links> {
     let length = |a: usize, b: usize| (saddles[a].at - saddles[b].at).norm();
     let alike = |a: f64, b: f64| a < MAX_SIDE_RATIO * b && b < MAX_SIDE_RATIO * a;
     let is_side = |from: usize, to: usize, way: usize| {
+        // Ways 0 and 1 lie on one axis, 2 and 3 on the other: these two are across `way`.
         let sideways = [way ^ 2, way ^ 3];
         sideways.into_iter().filter_map(|side| links[from][side]).any(|beside| {
             links[to].iter().flatten().any(|&across| {
@@ -113,12 +114,12 @@ fn in_squares(saddles: &[Saddle], links: &[Links]) -> Vec<Links> {
         .collect()
 }
 
-/// The direction of one of the four ways along a saddle's edges.
+/// Returns the direction of one of the four ways along a saddle's edges.
 fn along(saddle: &Saddle, way: usize) -> Vector2<f64> {
     if way & 1 == 0 { saddle.edges[way / 2] } else { -saddle.edges[way / 2] }
 }
 
-/// Whether an edge leads from one saddle, along one of its ways, to the other.
+/// Returns whether an edge leads from one saddle, along one of its ways, to the other.
 fn joins(image: &GreyImage, from: &Saddle, way: usize, to: &Saddle) -> bool {
     let line = to.at - from.at;
     let length = line.norm();
@@ -131,6 +132,7 @@ fn joins(image: &GreyImage, from: &Saddle, way: usize, to: &Saddle) -> bool {
     }
     let left = Vector2::new(-direction.y, direction.x);
     let light = if way / 2 == 0 { left } else { -left };
+    // At least 1.5 px, to be outside the blur of the edge.
     let side = light * (SIDE * length).max(1.5);
     let least = LEAST_STEP * from.contrast.min(to.contrast);
     [0.3, 0.5, 0.7].into_iter().all(|t| {
@@ -140,7 +142,7 @@ fn joins(image: &GreyImage, from: &Saddle, way: usize, to: &Saddle) -> bool {
     })
 }
 
-/// Brightness between pixels, linearly.
+/// Interpolates the intensity between pixels linearly; `None` outside the image.
 pub(super) fn sample(image: &GreyImage, at: Point2<f64>) -> Option<f64> {
     let (x0, y0) = (at.x.floor(), at.y.floor());
     let fits = |v: f64, n: usize| v >= 0.0 && v + 1.0 < n as f64;
@@ -154,9 +156,9 @@ pub(super) fn sample(image: &GreyImage, at: Point2<f64>) -> Option<f64> {
     Some(top * (1.0 - v) + bottom * v)
 }
 
-/// Walks along links from a seed and numbers what it meets.
+/// Walks along links from a seed and assigns coordinates to the saddles on the way.
 fn spread(saddles: &[Saddle], links: &[Links], seed: usize, taken: &mut [bool]) -> Grid {
-    // For each saddle: which of its ways is +i and which is +j.
+    // Each entry: a saddle, its cell, and which of its ways are +i and +j.
     let mut queue = VecDeque::from([(seed, (0, 0), [0, 2])]);
     let mut corners = Grid::new();
     taken[seed] = true;
@@ -171,16 +173,17 @@ fn spread(saddles: &[Saddle], links: &[Links], seed: usize, taken: &mut [bool]) 
                 continue;
             }
             let line = (saddles[to].at - saddles[from].at).normalize();
-            // The way of `to` that goes on in the same direction, and the one to its side.
+            // The way of `to` along an axis that points in the direction of `goal`.
             let same = |axis: usize, goal: &Vector2<f64>| {
                 let way = 2 * axis;
                 if along(&saddles[to], way).dot(goal) > 0.0 { way } else { way + 1 }
             };
+            // The edge that was a saddle's first is the other saddle's second.
             let axis = 1 - way / 2;
             let onward = same(axis, &line);
             let forward = if di + dj > 0 { onward } else { onward ^ 1 };
             let is_i = di != 0;
-            // The other axis such that the frame stays right-handed.
+            // The direction of the other axis for which the frame stays right-handed.
             let e = along(&saddles[to], forward);
             let candidate = 2 * (1 - axis);
             let f = along(&saddles[to], candidate);
@@ -192,11 +195,11 @@ fn spread(saddles: &[Saddle], links: &[Links], seed: usize, taken: &mut [bool]) 
             queue.push_back((to, cell, ways));
         }
     }
-    // Edges turn from the first to the second through light, so that the seed's square is light.
+    // A saddle's edges turn from the first to the second through light, so that the square at cell (0, 0) is light.
     corners
 }
 
-/// Removes corners that are no corner of any complete square.
+/// Removes corners that belong to no complete square.
 fn prune(grid: &mut Grid) {
     let whole = |(i, j): Cell| {
         [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].iter().all(|c| grid.contains_key(c))
@@ -211,7 +214,7 @@ fn prune(grid: &mut Grid) {
     }
 }
 
-/// Looks again where the neighbours say that a corner should be.
+/// Searches for missing corners at the positions that their neighbours predict.
 fn fill(scene: &BoardPicture, grid: &mut Grid) {
     loop {
         let mut found = Vec::new();
@@ -225,8 +228,9 @@ fn fill(scene: &BoardPicture, grid: &mut Grid) {
             let Some(saddle) = saddle::refine(scene.image, at, scene.sigma_px, scene.noise) else {
                 continue;
             };
+            // The refinement may have found the saddle of a marker or of another corner.
             let near = (saddle.at - at).norm() <= SEARCH * spacing;
-            // Every neighbour that is there must be joined by an edge, from both ends.
+            // Every existing neighbour must be joined by an edge, from both ends.
             let joined = |other: &Saddle| {
                 let one_way =
                     |a: &Saddle, b: &Saddle| (0..4).any(|way| joins(scene.image, a, way, b));
@@ -243,14 +247,15 @@ fn fill(scene: &BoardPicture, grid: &mut Grid) {
         let before = grid.len();
         grid.extend(found);
         prune(grid);
+        // If pruning removes all that was added, another round would repeat itself.
         if grid.len() <= before {
             return;
         }
     }
 }
 
-/// Where a corner should be, from those around it that continue a line or complete a square, and
-/// the spacing there.
+/// Predicts the position of a corner, and the spacing there, from the corners around it that continue a line or
+/// complete a square.
 pub(super) fn predict(grid: &Grid, (i, j): Cell) -> Option<(Point2<f64>, f64)> {
     let at = |di: i32, dj: i32| grid.get(&(i + di, j + dj)).map(|saddle| saddle.at.coords);
     let mut sum = Vector2::zeros();
@@ -258,7 +263,7 @@ pub(super) fn predict(grid: &Grid, (i, j): Cell) -> Option<(Point2<f64>, f64)> {
     for (di, dj) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
         let line = at(di, dj).zip(at(2 * di, 2 * dj));
         if let Some((one, two)) = line {
-            // With a third corner, spacing that changes evenly.
+            // A third corner gives the change of the spacing, which is extrapolated linearly.
             let three = at(3 * di, 3 * dj);
             sum += three.map_or(2.0 * one - two, |three| 3.0 * (one - two) + three);
             count += 1.0;
@@ -275,8 +280,7 @@ pub(super) fn predict(grid: &Grid, (i, j): Cell) -> Option<(Point2<f64>, f64)> {
     (count > 0.0).then(|| (Point2::from(sum / count), spacing))
 }
 
-/// Finds every saddle again with a smoothing that fits the spacing around it; those that cannot be
-/// found again are dropped.
+/// Refines every saddle with a smoothing that fits the spacing around it. Saddles that are not found again are dropped.
 pub(super) fn polish(scene: &BoardPicture, grid: &mut Grid) {
     let refined = grid.iter().filter_map(|(&(i, j), saddle)| {
         let others = [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)];

@@ -1,4 +1,4 @@
-//! Lists of corners that another program found.
+//! Lists of corners that another program detected.
 
 use std::collections::BTreeMap;
 
@@ -7,25 +7,28 @@ use fabkit_camera::Point2;
 use super::{Board, FoundCorner};
 use crate::captures::InvalidList;
 
-/// Longest list, bytes.
+/// Largest list, bytes.
 pub const MAX_LIST_BYTES: usize = 64 << 20;
-/// Standard deviation where the list does not say it, px: what good detectors reach.
+/// Default standard deviation, px: what good detectors reach.
 const USUAL_SIGMA_PX: f64 = 0.1;
-/// Coordinates beyond this belong to no picture, px.
+/// Largest coordinate in an image, px.
 const MAX_COORDINATE_PX: f64 = 1e5;
+/// Smallest and largest standard deviation, px.
 const SIGMA_LIMITS_PX: [f64; 2] = [1e-6, 1e3];
-/// More problems than anybody reads.
+/// Number of problems after which reading stops: nobody reads more.
 const MAX_PROBLEMS: usize = 20;
 
+/// Required columns, in their order.
 const COLUMNS: [&str; 4] = ["view", "corner", "x_px", "y_px"];
+/// Optional last column.
 const SIGMA: &str = "sigma_px";
 
-/// Reads a list of corners: CSV with the columns `view`, `corner`, `x_px`, `y_px` and if wanted
-/// `sigma_px`, in this order, one row for each corner of `board` seen in a view. The centre of the
-/// first pixel is (0, 0), as in OpenCV. Lines that begin with `#` are comments.
+/// Reads a list of corners: CSV with the columns `view`, `corner`, `x_px`, `y_px` and optionally `sigma_px`, in this
+/// order, one row for each corner of `board` in a view. The centre of the first pixel is (0, 0), as in OpenCV. Lines
+/// that begin with `#` are comments.
 ///
 /// # Errors
-/// [`InvalidList`] with the first lines that are wrong.
+/// Returns an [`InvalidList`] with the first invalid lines.
 ///
 /// ```
 /// use fabkit_calibration::board::{Board, read_corners};
@@ -83,6 +86,7 @@ pub fn read_corners(
     if problems.is_empty() { Ok(views) } else { Err(InvalidList { problems }) }
 }
 
+/// Reads a row: the view and its corner.
 fn row<'a>(
     cells: &[&'a str],
     count: usize,

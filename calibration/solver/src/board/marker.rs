@@ -1,4 +1,4 @@
-//! Reading the markers of ChArUco boards between corners that are already known.
+//! Reading of ChArUco markers between corners that are already known.
 
 use fabkit_camera::Point2;
 use nalgebra::Matrix3;
@@ -7,26 +7,27 @@ use super::Board;
 use super::grid::sample;
 use crate::image::GreyImage;
 
-/// Least correlation between what is seen and what a marker looks like. It is 1 for a sharp
-/// marker; blur of half a field, or two fields of 36 read wrong, leave about 0.85.
+/// Smallest correlation between the sampled fields and a marker's pattern. It is 1 for a sharp marker; blur of half a
+/// field, or two fields of 36 read wrong, leave about 0.85.
 const LEAST_CORRELATION: f64 = 0.7;
-/// The best marker, in its best rotation, must correlate better than any other by this much. Two
-/// that differ in 4 of 36 fields correlate by 0.78.
+/// Smallest lead in correlation of the best marker, in its best rotation, over any other. Two markers that differ in 4
+/// of 36 fields correlate by 0.78.
 const LEAST_LEAD: f64 = 0.08;
-/// Each field is sampled at its centre and so far from it towards its corners, in fields.
+/// Distance of the four additional samples of a field from its centre, in fields along each axis.
 const SPREAD: f64 = 0.2;
 
-/// All markers of a board as patterns.
+/// Markers of a board as patterns.
 pub(super) struct Markers {
-    /// Fields along a side, the dark border included.
+    /// Number of fields along a side, including the dark border.
     fields: usize,
-    /// Side of a marker in squares.
+    /// Side of a marker, in squares.
     scale: f64,
-    /// Where a marker is, and what it looks like: zero mean, unit norm.
+    /// Square and pattern of each marker; patterns have zero mean and unit norm.
     patterns: Vec<([u32; 2], Vec<f64>)>,
 }
 
 impl Markers {
+    /// Prepares the patterns of a board's markers.
     pub(super) fn new(board: &Board) -> Self {
         let fields = board.markers.first().map_or(0, |marker| marker.bits.len()) + 2;
         let pattern = |bits: &[String]| {
@@ -42,16 +43,16 @@ impl Markers {
         Self {
             fields,
             scale: board.marker_mm.unwrap_or(0.0) / board.square_mm,
-            // A marker that is dark all over has no pattern and cannot be told from a dark square.
+            // A marker that is dark all over has no pattern and cannot be distinguished from a dark square.
             patterns: patterns
                 .filter_map(|marker| Some((marker.square, pattern(&marker.bits)?)))
                 .collect(),
         }
     }
 
-    /// How many quarter turns bring the marker in a quadrilateral upright, and its square on the
-    /// board. Corners go round as x turns to y; after `n` turns the one `n` places before the
-    /// first is the upper left one.
+    /// Reads the marker in a quadrilateral of corners. Returns the number of quarter turns that bring it upright, and
+    /// its square on the board. The corners follow each other in the sense from x to y; after `n` turns the corner `n`
+    /// places before the first is the upper left one.
     pub(super) fn read(
         &self,
         image: &GreyImage,
@@ -59,6 +60,7 @@ impl Markers {
     ) -> Option<(usize, [u32; 2])> {
         let (mut best, mut second, mut found) = (f64::MIN, f64::MIN, None);
         for quarters in 0..4 {
+            // A marker that reaches out of the image is not read.
             let seen = self.fields(image, corners)?;
             for (square, pattern) in &self.patterns {
                 let correlation = pattern.iter().zip(&seen).map(|(a, b)| a * b).sum();
@@ -73,7 +75,7 @@ impl Markers {
         found.filter(|_| best >= LEAST_CORRELATION && best - second >= LEAST_LEAD)
     }
 
-    /// Brightness of the fields of a marker that stands upright in the quadrilateral, row by row.
+    /// Samples the fields of a marker that is upright in the quadrilateral, row by row, normalised.
     fn fields(&self, image: &GreyImage, corners: [Point2<f64>; 4]) -> Option<Vec<f64>> {
         let map = square_to(corners)?;
         let margin = 0.5 * (1.0 - self.scale);
@@ -95,7 +97,7 @@ impl Markers {
     }
 }
 
-/// Mean removed and scaled to unit norm; nothing if all values are the same.
+/// Removes the mean and scales to unit norm; `None` if all values are the same.
 fn normalised(mut values: Vec<f64>) -> Option<Vec<f64>> {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     values.iter_mut().for_each(|v| *v -= mean);
@@ -104,10 +106,11 @@ fn normalised(mut values: Vec<f64>) -> Option<Vec<f64>> {
     (norm > 1e-6).then_some(values)
 }
 
-/// The homography from the unit square (y down) to a quadrilateral, in closed form (P. Heckbert,
-/// "Fundamentals of Texture Mapping and Image Warping", 1989).
+/// Computes the homography from the unit square (y down) to a quadrilateral, in closed form (P. Heckbert, "Fundamentals
+/// of Texture Mapping and Image Warping", 1989).
 fn square_to([a, b, c, d]: [Point2<f64>; 4]) -> Option<Matrix3<f64>> {
     let (p, q, s) = (b - c, d - c, (a - b) + (c - d));
+    // Three corners on a line make this 0 and the map infinite, which is refused below.
     let area = p.x * q.y - p.y * q.x;
     let (g, h) = ((s.x * q.y - s.y * q.x) / area, (p.x * s.y - p.y * s.x) / area);
     let x = (b - a) + b.coords * g;

@@ -1,7 +1,7 @@
-//! OpenCV's detector, for those who have OpenCV and want a second opinion.
+//! Alternative corner detector from OpenCV, for a comparison.
 //!
-//! OpenCV finds the corners and says where they are; which corner is which and how sure each one
-//! is comes from the same code as for our own detector, so that results can be compared.
+//! OpenCV only locates the corners. The numbers of the corners and their standard deviations come from the same code as
+//! for fabkit's own detector, so that results can be compared.
 
 use fabkit_camera::{Point2, Vector2};
 use opencv::calib3d::{self, find_chessboard_corners_sb};
@@ -15,37 +15,38 @@ use super::saddle::{self, Saddle};
 use super::{Board, BoardKind, FoundCorner, NotFound, exposure, numbered, place};
 use crate::image::GreyImage;
 
-/// Smoothing with which a corner's contrast is measured, px.
+/// Standard deviation of the smoothing with which a corner's contrast is measured, px.
 const SMOOTHING_PX: f64 = 1.5;
-/// Half of the window in which OpenCV refines a corner, px: small, because a fisheye bends lines.
+/// Half width of the window in which OpenCV refines a corner, px. Small, because a fisheye bends lines.
 const REFINING_HALF_PX: i32 = 4;
-/// What remains of an error without noise, as measured on rendered boards (`tests/solver/boards.rs`).
+/// Error that remains without noise, px, as measured on rendered boards (`tests/solver/boards.rs`).
 const SYSTEMATIC_PX: f64 = 0.04;
+/// Largest number of OpenCV's refinement steps.
 const REFINING_STEPS: i32 = 30;
+/// Length of a step, px, at which OpenCV's refinement ends.
 const REFINING_STEP_PX: f64 = 1e-3;
 
-/// Why OpenCV gave no corners.
+/// Reason why OpenCV found no corners.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenCvError {
-    /// Which module reads ChArUco boards depends on OpenCV's version; checkerboards are the same in
-    /// all of them.
+    /// The board is a ChArUco board: OpenCV's module for them depends on its version. Checkerboards are the same in all
+    /// versions.
     #[error("OpenCV's detector is offered for checkerboards, and this is a ChArUco board")]
     Charuco,
-    /// It looked and did not find it.
+    /// The detector found no board.
     #[error(transparent)]
     NotFound(#[from] NotFound),
-    /// It failed.
+    /// OpenCV reported an error.
     #[error("OpenCV: {0}")]
     Failed(#[from] opencv::Error),
 }
 
-/// Finds a checkerboard's corners with OpenCV's `findChessboardCornersSB` (A. Duda and U. Frese,
-/// "Accurate Detection and Localization of Checkerboard Corners for Calibration", BMVC 2018),
-/// sorted by id. `sigma_px` is what the picture's noise and the corner's contrast predict, as in
-/// [`find_corners`](super::find_corners).
+/// Finds a checkerboard's corners with OpenCV's `findChessboardCornersSB` (A. Duda and U. Frese, "Accurate Detection
+/// and Localization of Checkerboard Corners for Calibration", BMVC 2018), sorted by id. `sigma_px` is predicted from
+/// the image's noise and the corner's contrast, as in [`find_corners`](super::find_corners).
 ///
 /// # Errors
-/// [`OpenCvError`]: a ChArUco board, a board that is not in sight as a whole, or what OpenCV says.
+/// Returns [`OpenCvError`] for a ChArUco board, a board that is not entirely in the image, or an error of OpenCV.
 pub fn find_corners_opencv(
     image: &GreyImage,
     board: &Board,
@@ -83,10 +84,12 @@ pub fn find_corners_opencv(
     Ok(numbered(placed, board, SYSTEMATIC_PX))
 }
 
-/// The corners, given row by row, as a [`Grid`]: right-handed, and light where it says so.
+/// Arranges corners, given row by row, as a [`Grid`]: right-handed, and with light squares where its definition
+/// requires them.
 fn grid(image: &GreyImage, points: &[Point2<f64>], columns: usize) -> Grid {
     let mut rows: Vec<Vec<Point2<f64>>> = points.chunks_exact(columns).map(<[_]>::to_vec).collect();
     let turns: f64 = squares(&rows).map(|(_, [a, b, _, d])| (b - a).perp(&(d - a))).sum();
+    // OpenCV may number the corners of a mirrored board: rows are then reversed.
     if turns < 0.0 {
         rows.iter_mut().for_each(|row| row.reverse());
     }
@@ -98,12 +101,13 @@ fn grid(image: &GreyImage, points: &[Point2<f64>], columns: usize) -> Grid {
             sign * f64::from(image.at(x, y))
         })
         .sum();
+    // If the squares with an even sum are dark, a shift by one column exchanges the colours.
     let shift = if light_on_even < 0.0 { 1 } else { 0 };
     let noise = saddle::noise(image);
     let mut grid = Grid::new();
     for (j, row) in rows.iter().enumerate() {
         for (i, at) in row.iter().enumerate() {
-            // Where there is no saddle there is no corner, whatever OpenCV says.
+            // Without a saddle point there is no corner, whatever OpenCV says.
             if let Some(fine) = saddle::refine(image, *at, SMOOTHING_PX, noise) {
                 grid.insert((i as i32 + shift, j as i32), Saddle { at: *at, ..fine });
             }
@@ -112,7 +116,7 @@ fn grid(image: &GreyImage, points: &[Point2<f64>], columns: usize) -> Grid {
     grid
 }
 
-/// Each square's column and row, and its corners in the order of the picture's axes.
+/// Lists each square's column and row, and its corners in the order of the image's axes.
 fn squares(rows: &[Vec<Point2<f64>>]) -> impl Iterator<Item = ((usize, usize), [Point2<f64>; 4])> {
     rows.windows(2).enumerate().flat_map(|(j, pair)| {
         let [above, below] = [&pair[0], &pair[1]];

@@ -1,4 +1,4 @@
-//! Which corner of the board each corner of a grid is.
+//! Location of a grid of saddles on the board: which corner of the board each saddle is.
 
 use std::collections::BTreeMap;
 
@@ -9,16 +9,17 @@ use super::marker::Markers;
 use super::{Board, BoardKind, NotFound};
 use crate::image::GreyImage;
 
-/// A checkerboard may lack this part of its corners, as long as its outline is there.
+/// Largest fraction of corners that a checkerboard may lack, as long as its outline is complete.
 const MAY_LACK: f64 = 0.1;
-/// Fewest markers that must agree on where a ChArUco board lies.
+/// Smallest number of markers that must agree on the location of a ChArUco board.
 const FEWEST_MARKERS: usize = 2;
-/// Corners jump from where their line puts them by at most so many pixels, or this part of the
-/// spacing if that is more: distortion changes slowly from square to square.
+/// Largest distance of a corner, px, from the position extrapolated along its row or column, unless [`JUMP_SPACINGS`]
+/// allows more: distortion changes slowly from square to square.
 const JUMP_PX: f64 = 1.0;
+/// Largest distance of a corner from that position, in spacings.
 const JUMP_SPACINGS: f64 = 0.06;
 
-/// A quarter turn, so many times.
+/// Rotates a cell by `quarters` quarter turns.
 fn turned((mut i, mut j): Cell, quarters: usize) -> Cell {
     for _ in 0..quarters {
         (i, j) = (-j, i);
@@ -26,13 +27,13 @@ fn turned((mut i, mut j): Cell, quarters: usize) -> Cell {
     (i, j)
 }
 
-/// Whether the square right of and below a corner is light, in the turned grid.
+/// Returns whether the square to the lower right of a corner is light, in the turned grid.
 fn is_light((u, v): Cell, quarters: usize) -> bool {
-    // Each quarter turn makes another of the four squares around a corner the lower right one.
+    // After each quarter turn another of the four squares around a corner is the lower right one.
     ((u + v).rem_euclid(2) == 0) == quarters.is_multiple_of(2)
 }
 
-/// The board's corners by column and row from 0.
+/// Finds which corner of the board each saddle is. The keys of the result are the board's columns and rows from 0.
 pub(super) fn place(image: &GreyImage, board: &Board, grids: &[Grid]) -> Result<Grid, NotFound> {
     let mut placed = match board.kind {
         BoardKind::Checkerboard => checkerboard(board, grids)?,
@@ -42,6 +43,7 @@ pub(super) fn place(image: &GreyImage, board: &Board, grids: &[Grid]) -> Result<
     Ok(placed)
 }
 
+/// Locates the largest grid on a checkerboard by its outline.
 fn checkerboard(board: &Board, grids: &[Grid]) -> Result<Grid, NotFound> {
     let [columns, rows] = board.inner_corners();
     let expected = columns * rows;
@@ -54,7 +56,7 @@ fn checkerboard(board: &Board, grids: &[Grid]) -> Result<Grid, NotFound> {
         let (u0, v0) = (least(|c| c.0), least(|c| c.1));
         let size = [most(|c| c.0) - u0, most(|c| c.1) - v0].map(|n| n as usize + 1);
         let complete = largest.len() as f64 >= (1.0 - MAY_LACK) * expected as f64;
-        // The first square is dark, and so is the one right of and below the first corner.
+        // The board's first square is dark, and so is the one to the lower right of its first corner.
         if size != [columns, rows] || !complete || is_light((u0, v0), quarters) {
             continue;
         }
@@ -65,7 +67,7 @@ fn checkerboard(board: &Board, grids: &[Grid]) -> Result<Grid, NotFound> {
                 ((u - u0, v - v0), *saddle)
             })
             .collect();
-        // Of the ways that cannot be told apart, the one whose columns run most to the right.
+        // Of orientations that look alike, the one whose rows run most to the right.
         let to_the_right: f64 = steps(&placed).map(|step| step.normalize().x).sum();
         if best.as_ref().is_none_or(|(other, _)| to_the_right > *other) {
             best = Some((to_the_right, placed));
@@ -75,13 +77,14 @@ fn checkerboard(board: &Board, grids: &[Grid]) -> Result<Grid, NotFound> {
     best.map(|(_, placed)| placed).ok_or(NotFound::Incomplete { found, expected })
 }
 
-/// From each corner to the next in its row.
+/// Lists the vectors from each corner to the next in its row.
 fn steps(placed: &Grid) -> impl Iterator<Item = Vector2<f64>> {
     placed
         .iter()
         .filter_map(|((c, r), saddle)| placed.get(&(c + 1, *r)).map(|next| next.at - saddle.at))
 }
 
+/// Locates all grids on a ChArUco board by its markers, and joins them.
 fn charuco(image: &GreyImage, board: &Board, grids: &[Grid]) -> Result<Grid, NotFound> {
     let markers = Markers::new(board);
     let [columns, rows] = board.inner_corners().map(|n| n as i32);
@@ -94,6 +97,7 @@ fn charuco(image: &GreyImage, board: &Board, grids: &[Grid]) -> Result<Grid, Not
             continue;
         };
         most_markers = most_markers.max(*count);
+        // A few contradicting markers are misread; more mean that the location is not reliable.
         let others: usize = votes.values().sum::<usize>() - count;
         if *count < FEWEST_MARKERS || 2 * others > *count {
             continue;
@@ -103,7 +107,7 @@ fn charuco(image: &GreyImage, board: &Board, grids: &[Grid]) -> Result<Grid, Not
             let (u, v) = turned(*cell, quarters);
             let cell = (u + dc, v + dr);
             if (0..columns).contains(&cell.0) && (0..rows).contains(&cell.1) {
-                // Larger grids come first and are believed.
+                // Larger grids come first and take precedence.
                 placed.entry(cell).or_insert(*saddle);
             }
         }
@@ -115,7 +119,7 @@ fn charuco(image: &GreyImage, board: &Board, grids: &[Grid]) -> Result<Grid, Not
     }
 }
 
-/// How many markers say that the grid, after so many quarter turns and a shift, is the board.
+/// Counts the markers that agree on each location: quarter turns and shift of the grid.
 fn votes(image: &GreyImage, markers: &Markers, grid: &Grid) -> BTreeMap<(usize, i32, i32), usize> {
     let mut votes = BTreeMap::new();
     for &(i, j) in grid.keys().filter(|cell| is_light(**cell, 0)) {
@@ -128,19 +132,19 @@ fn votes(image: &GreyImage, markers: &Markers, grid: &Grid) -> BTreeMap<(usize, 
         else {
             continue;
         };
-        // The marker's upper left corner is the upper left one of the turned grid too.
+        // The marker's upper left corner is also the upper left corner of its square in the turned grid.
         let (u, v) = turned(cells[(4 - quarters) % 4], quarters);
-        // The first corner is the upper left one of square [1, 1].
+        // The board's first corner is the upper left one of square [1, 1].
         let shift = (quarters, column as i32 - 1 - u, row as i32 - 1 - v);
         *votes.entry(shift).or_insert(0) += 1;
     }
     votes
 }
 
-/// Removes corners that lie beside where the others of their row and of their column put them.
+/// Removes corners that deviate from the position extrapolated from the others of their row and column.
 fn drop_jumps(placed: &mut Grid) {
     loop {
-        // A corner that nothing vouches for is no better than one that is off.
+        // A corner without neighbours to check it is treated like one that is off.
         let jumps = placed.keys().map(|cell| (jump(placed, *cell).unwrap_or(f64::INFINITY), *cell));
         // One at a time: a corner far off makes its neighbours look wrong too.
         let worst = jumps.max_by(|a, b| a.0.total_cmp(&b.0));
@@ -151,15 +155,17 @@ fn drop_jumps(placed: &mut Grid) {
     }
 }
 
-/// Distance from where a corner's row or column puts it, whichever is nearer, in what is allowed.
+/// Computes the distance of a corner from the position extrapolated along its row or column, whichever is nearer, as a
+/// multiple of the tolerance. `None` without enough neighbours.
 fn jump(placed: &Grid, (c, r): Cell) -> Option<f64> {
     let here = placed[&(c, r)].at.coords;
     let along = |dc: i32, dr: i32| {
         let at = |n: i32| placed.get(&(c + n * dc, r + n * dr)).map(|saddle| saddle.at.coords);
         let spacing = at(1).or(at(-1)).map(|next| (next - here).norm())?;
         let expected = match [at(-2), at(-1), at(1), at(2)] {
+            // Central prediction of fourth order: the fourth difference vanishes.
             [Some(p), Some(q), Some(s), Some(t)] => (4.0 * (q + s) - p - t) / 6.0,
-            // Through four points of a parabola the third difference is zero.
+            // The third difference vanishes for four equidistant points of a parabola.
             [_, Some(q), Some(s), Some(t)] => (q + 3.0 * s - t) / 3.0,
             [Some(p), Some(q), Some(s), _] => (s + 3.0 * q - p) / 3.0,
             [_, _, Some(s), Some(t)] => 3.0 * (s - t) + at(3)?,

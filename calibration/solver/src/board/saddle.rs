@@ -1,72 +1,75 @@
-//! Saddle points of brightness: where two dark and two light squares meet.
+//! Saddle points of the intensity, where two dark and two light squares meet.
 //!
-//! A corner of a checkerboard looks the same after half a turn, so that smoothing with a round
-//! kernel leaves the saddle of its brightness where the corner is, whatever the blur and the
-//! angle between the edges. The saddle is the zero of the gradient; Newton's method on derivatives
-//! of a Gaussian, evaluated at real coordinates, finds it without interpolating the picture.
+//! A corner of a checkerboard is symmetric under half a turn. Smoothing with a round kernel therefore leaves the saddle
+//! point of its intensity at the corner, whatever the blur and the angle between the edges. The saddle point is the
+//! zero of the gradient. Newton's method on derivatives of a Gaussian, evaluated at real coordinates, finds it without
+//! interpolating the image.
 
 use fabkit_camera::{Point2, Vector2};
 use nalgebra::Matrix2;
 
 use crate::image::GreyImage;
 
-/// The Gaussian is cut off here, in standard deviations: its tail is 4e-6 of its peak.
+/// Radius at which the Gaussian is cut off, in standard deviations: its tail is 4e-6 of its peak.
 const KERNEL_REACH: f64 = 5.0;
-/// A saddle this near the border would be smoothed with pixels that are not there, in standard
-/// deviations.
+/// Smallest distance of a saddle from the border, in standard deviations: nearer, the smoothing would need pixels that
+/// do not exist.
 const BORDER: f64 = 3.0;
-/// Largest ratio of the two curvatures: edges that cross at less than about 35 degrees are more
-/// often a scratch than a corner.
+/// Largest ratio of the two curvatures: edges that cross at less than about 35 degrees are more often a scratch than a
+/// corner.
 const MAX_CURVATURE_RATIO: f64 = 10.0;
-/// How far Newton's method may wander from where it began, in standard deviations.
+/// Largest distance of Newton's method from its start, in standard deviations.
 const MAX_WALK: f64 = 1.5;
+/// Largest number of steps of Newton's method.
 const NEWTON_STEPS: usize = 12;
-/// Newton's method has converged when a step is shorter, px.
+/// Length of a step, px, below which Newton's method has converged.
 const STEP_PX: f64 = 1e-4;
-/// Candidates below this part of the strongest response are texture.
+/// Smallest response of a candidate, as a fraction of the strongest: weaker ones are texture.
 const WEAKEST: f32 = 1e-3;
-/// Candidates must exceed the noise of the response's square root so many times.
+/// Smallest square root of a candidate's response, as a multiple of its noise.
 const ABOVE_NOISE: f32 = 6.0;
-/// Most candidates that are looked at, the strongest first.
+/// Largest number of candidates examined, the strongest first.
 const MAX_CANDIDATES: usize = 6000;
 
-/// A saddle of brightness.
+/// Saddle point of the intensity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Saddle {
-    /// Column and row.
+    /// Column and row, px.
     pub at: Point2<f64>,
-    /// Unit vectors along the two edges, about: the brightness is light in the sector that one
-    /// passes turning from the first to the second the short way (from +x toward +y), and in the
-    /// sector across, and dark in the others.
+    /// Approximate unit vectors along the two edges. The sector between them, turning from the first to the second the
+    /// short way (from +x towards +y), and the opposite sector are light; the others are dark.
     pub edges: [Vector2<f64>; 2],
-    /// Light minus dark, as far as the blur lets them be told.
+    /// Intensity difference between light and dark, as far as the blur leaves it.
     pub contrast: f64,
-    /// Largest standard deviation of `at` in any direction, from the picture's noise, px.
+    /// Largest standard deviation of `at` in any direction, from the image's noise, px.
     pub noise_px: f64,
 }
 
-/// Value and derivatives of the smoothed picture at a point.
+/// Derivatives of the smoothed image at a point.
 struct Local {
     gradient: Vector2<f64>,
     hessian: Matrix2<f64>,
 }
 
-/// All saddles of a picture smoothed with `sigma_px`, the strongest first.
+/// Finds all saddles of an image smoothed with `sigma_px`, the strongest first.
 pub(super) fn find(image: &GreyImage, sigma_px: f64, noise: f64) -> Vec<Saddle> {
     let smooth = image.blurred(sigma_px as f32);
     let response = responses(&smooth);
     // Standard deviation of a second derivative of smoothed white noise: sqrt(3 / (16 pi)) / s^3.
     let noise_of_response = (noise * 0.244 / sigma_px.powi(3)) as f32;
     let strongest = response.iter().copied().fold(0.0, f32::max);
+    // The response is a product of two second derivatives, hence the square of the noise.
+    // The response is relative to the strongest corner, but must also stand out of the noise.
     let weakest = (WEAKEST * strongest).max((ABOVE_NOISE * noise_of_response).powi(2));
     let mut peaks = peaks(&response, image.width_px(), sigma_px.ceil() as usize, weakest);
-    // Ties by place, so that the order depends on nothing else.
+    // Ties are broken by position, so that the order is the same in every run.
     peaks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     peaks.truncate(MAX_CANDIDATES);
     let mut saddles: Vec<Saddle> = Vec::new();
     for (_, [x, y]) in peaks {
         let start = Point2::new(x as f64, y as f64);
         let Some(saddle) = refine(image, start, sigma_px, noise) else { continue };
+        // Newton's method may lead from two peaks to one saddle.
         if saddles.iter().all(|other| (other.at - saddle.at).norm() > 1.0) {
             saddles.push(saddle);
         }
@@ -74,7 +77,7 @@ pub(super) fn find(image: &GreyImage, sigma_px: f64, noise: f64) -> Vec<Saddle> 
     saddles
 }
 
-/// The saddle next to `start`, if there is one.
+/// Finds the saddle next to `start`, if there is one.
 pub(super) fn refine(
     image: &GreyImage,
     start: Point2<f64>,
@@ -97,22 +100,24 @@ pub(super) fn refine(
     None
 }
 
+/// Derives a saddle's edges, contrast and uncertainty from the Hessian; `None` if it is no corner.
 fn describe(hessian: &Matrix2<f64>, at: Point2<f64>, sigma_px: f64, noise: f64) -> Option<Saddle> {
     let eigen = hessian.symmetric_eigen();
     let (light, dark) = if eigen.eigenvalues[0] > eigen.eigenvalues[1] { (0, 1) } else { (1, 0) };
     let (rise, fall) = (eigen.eigenvalues[light], -eigen.eigenvalues[dark]);
+    // Opposite curvatures: brighter along one axis, darker along the other.
     let is_saddle = rise > 0.0 && fall > 0.0;
     if !is_saddle || rise.max(fall) > MAX_CURVATURE_RATIO * rise.min(fall) {
         return None;
     }
-    // Along the edges the brightness does not curve: tan^2 of their angle to the light sector's
-    // middle is the ratio of the curvatures.
+    // The intensity does not curve along the edges: tan^2 of their angle to the middle of the light sector is the ratio
+    // of the curvatures.
     let middle: Vector2<f64> = eigen.eigenvectors.column(light).into_owned();
     let across = Vector2::new(-middle.y, middle.x);
     let (s, c) = (rise / fall).sqrt().atan().sin_cos();
     let curvature = (rise * fall).sqrt();
-    // The smoothed corner of contrast A has the mixed derivative A / (pi s^2); the gradient of
-    // smoothed white noise has the variance n^2 / (8 pi s^4).
+    // The smoothed corner of contrast A has the mixed derivative A / (pi s^2). The gradient of smoothed white noise has
+    // the variance n^2 / (8 pi s^4).
     let noise_of_gradient = noise / ((8.0 * std::f64::consts::PI).sqrt() * sigma_px.powi(2));
     Some(Saddle {
         at,
@@ -122,7 +127,7 @@ fn describe(hessian: &Matrix2<f64>, at: Point2<f64>, sigma_px: f64, noise: f64) 
     })
 }
 
-/// Derivatives of the picture smoothed with a Gaussian, at real coordinates.
+/// Computes the derivatives of the image smoothed with a Gaussian, at real coordinates.
 fn local(image: &GreyImage, at: Point2<f64>, sigma_px: f64) -> Option<Local> {
     let (width, height) = (image.width_px(), image.height_px());
     let border = BORDER * sigma_px;
@@ -139,7 +144,7 @@ fn local(image: &GreyImage, at: Point2<f64>, sigma_px: f64) -> Option<Local> {
         })
     };
     let columns: Vec<_> = taps(at.x, width).collect();
-    // Whatever is constant has no derivative; without it the kernel's cut tail matters less.
+    // A constant has no derivative; without it the kernel's cut tail matters less.
     let offset = image.at(at.x.round() as usize, at.y.round() as usize);
     let mut sums = [0.0; 5];
     for (y, dy, weight_y) in taps(at.y, height) {
@@ -164,7 +169,7 @@ fn local(image: &GreyImage, at: Point2<f64>, sigma_px: f64) -> Option<Local> {
     })
 }
 
-/// Minus the determinant of the Hessian at every pixel; 0 on the border.
+/// Computes minus the determinant of the Hessian at every pixel; 0 on the border.
 fn responses(smooth: &GreyImage) -> Vec<f32> {
     let (width, height, v) = (smooth.width_px(), smooth.height_px(), smooth.values());
     let mut out = vec![0.0; v.len()];
@@ -181,7 +186,7 @@ fn responses(smooth: &GreyImage) -> Vec<f32> {
     out
 }
 
-/// Largest values within `radius` pixels, with their place.
+/// Finds pixels that are the largest within `radius` pixels and above `weakest`, with their positions.
 fn peaks(response: &[f32], width: usize, radius: usize, weakest: f32) -> Vec<(f32, [usize; 2])> {
     let height = response.len() / width;
     let mut peaks = Vec::new();
@@ -207,10 +212,10 @@ fn peaks(response: &[f32], width: usize, radius: usize, weakest: f32) -> Vec<(f3
     peaks
 }
 
-/// Standard deviation of the picture's noise, at least that of rounding to 8 bits.
+/// Estimates the standard deviation of the image's noise, at least that of rounding to 8 bits.
 ///
-/// The mask annihilates all that is linear in x or in y (J. Immerkaer, "Fast Noise Variance
-/// Estimation", CVIU 1996); the median, in place of the mean, does not see edges.
+/// The mask cancels everything that is linear in x or in y (J. Immerkaer, "Fast Noise Variance Estimation", CVIU 1996).
+/// The median, in place of the mean, is not affected by edges.
 pub(super) fn noise(image: &GreyImage) -> f64 {
     let (width, height, v) = (image.width_px(), image.height_px(), image.values());
     let mut magnitudes = Vec::with_capacity(v.len());
@@ -223,7 +228,7 @@ pub(super) fn noise(image: &GreyImage) -> f64 {
     }
     let middle = magnitudes.len() / 2;
     let (_, median, _) = magnitudes.select_nth_unstable_by(middle, f32::total_cmp);
-    // The mask's weights have the root sum of squares 6; 0.6745 is the median of |N(0, 1)|.
+    // The root of the sum of squares of the mask's weights is 6; 0.6745 is the median of |N(0, 1)|.
     let rounding = 1.0 / (255.0 * 12f64.sqrt());
     (f64::from(*median) / (6.0 * 0.6745)).max(rounding)
 }

@@ -1,4 +1,4 @@
-//! What could be between pins and pixels: the explanations that are tried.
+//! Candidate explanations: sets of parameters between pins and pixels.
 
 use std::fmt;
 
@@ -10,35 +10,35 @@ use super::refine::{Loss, PoseSolution, SolveError, refine};
 use crate::drawn::DrawnInterface;
 use crate::model::{Displacements, FitParameter, Model, MountingError, Observation};
 
-/// Distances of the interface from which a fit is started, or at which it is held, mm.
+/// Distances of the interface from the lens at which a fit starts, or is fixed, mm.
 const INTERFACE_STARTS_MM: [f64; 14] =
     [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 15.0, 16.0, 17.0, 20.0];
-/// Pins press on gel: at least this much of it is between the interface and the nearest one, mm.
+/// Smallest thickness of gel between the interface and the nearest pin, mm, because pins press on gel.
 const MIN_GEL_MM: f64 = 1.0;
-/// How often a fit through the drawn bodies is done: what lies behind their first interface moves pixels by
-/// half a pixel at most, and that changes by a hundredth with the pose.
+/// Number of fits through the drawn bodies. Bodies behind the first interface move pixels by half a pixel at most, and
+/// that changes by a hundredth with the pose.
 const DRAWN_ROUNDS: usize = 3;
+/// Parameter of the distance between the lens and a flat surface of gel.
 const INTERFACE_DISTANCE: FitParameter = FitParameter::Camera("interface_distance_mm");
 
-/// What is between lens and pins.
+/// Media between lens and pins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Medium {
-    /// What the camera file says.
+    /// Media as in the camera file.
     Given,
-    /// The bodies that the design draws, up to what molds, prints and data sheets leave open.
+    /// Bodies that the design draws, within the tolerances of molds, prints and data sheets.
     Drawn,
-    /// The lens stands in air before a flat surface of gel of this refractive index, at a distance
-    /// that is solved for.
+    /// Air in front of the lens, then a flat surface of gel of this refractive index at a distance that is solved for.
     Gel(f64),
 }
 
-/// The bodies that a design draws between lens and pins: what [`Medium::Drawn`] stands for.
+/// Bodies that a design draws between lens and pins, for [`Medium::Drawn`].
 #[derive(Clone, Copy)]
 pub struct Drawing<'a> {
-    /// The interface that light passes first.
+    /// First interface on the path of light from the lens.
     pub interface: DrawnInterface,
-    /// What is behind that, seen from a pose (sensor frame to camera frame), for contacts in the sensor
-    /// frame, mm.
+    /// Function for the bodies behind it: apparent displacements from a pose (sensor frame to camera frame), for
+    /// contacts in the sensor frame, mm.
     pub displacements: &'a dyn Fn(&Pose, &[Point3<f64>]) -> Displacements,
 }
 
@@ -48,41 +48,40 @@ impl fmt::Debug for Drawing<'_> {
     }
 }
 
-/// What light does on its way, beyond what the camera file says.
+/// Optics beyond the camera file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Optics {
-    /// What it passes.
+    /// Media between lens and pins.
     pub medium: Medium,
-    /// This many of the lens's radial terms are solved for anew: the first scales both focal
-    /// lengths, the others are its leading distortion coefficients. They stand for all that bends
-    /// light and is not known in detail.
+    /// Number of the lens's radial terms that are solved for anew. The first scales both focal lengths, the others are
+    /// its leading distortion coefficients. They represent everything that refracts light and is not known in detail.
     pub radial_terms: usize,
 }
 
 impl Optics {
-    /// As the camera file says.
+    /// Optics as in the camera file.
     pub const GIVEN: Self = Self { medium: Medium::Given, radial_terms: 0 };
 }
 
-/// One explanation of the pixels.
+/// Explanation of the pixels: a set of parameters to solve for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterSet {
-    /// What light does.
+    /// Optics.
     pub optics: Optics,
-    /// Whether all pins lean the same way round: see [`FitParameter::Lean`].
+    /// True if all pins may lean in the same sense; see [`FitParameter::Lean`].
     pub lean: bool,
-    /// Whether all pins sit deeper or less deep: see [`FitParameter::SeatingOffset`].
+    /// True if all pins may sit deeper or less deep; see [`FitParameter::SeatingOffset`].
     pub seating: bool,
-    /// Whether the dome sits anew in every capture.
+    /// True if the dome may sit differently in every capture.
     pub reseating: bool,
 }
 
 impl ParameterSet {
-    /// The pose alone.
+    /// Explanation by the pose alone.
     pub const PLAIN: Self =
         Self { optics: Optics::GIVEN, lean: false, seating: false, reseating: false };
 
-    /// What it solves for, pose first.
+    /// Lists the parameters of the explanation, pose first.
     pub fn parameters(&self, camera: &Camera, captures: usize) -> Vec<FitParameter> {
         let mut parameters = FitParameter::POSE.to_vec();
         match self.optics.medium {
@@ -92,7 +91,7 @@ impl ParameterSet {
         }
         if self.optics.radial_terms > 0 {
             parameters.push(FitParameter::FocalScale);
-            // OpenCV's tangential terms are no radial ones.
+            // OpenCV's tangential terms p1 and p2 are not radial.
             let names = camera.lens().coefficient_names().iter();
             let radial = names.filter(|name| !name.starts_with('p'));
             let further = radial.take(self.optics.radial_terms - 1);
@@ -109,10 +108,9 @@ impl ParameterSet {
         parameters
     }
 
-    /// Fits it, from the pose that a plainer explanation gave.
+    /// Fits the explanation, starting from the pose of a plainer one.
     ///
-    /// Where the best gel surface would reach the pins that are nearest to the camera, the distance
-    /// is held at the best value tried before that.
+    /// If the best gel surface would reach the nearest pins, the distance is fixed at the best one tried before that.
     pub(super) fn fit(
         &self,
         start: &Model,
@@ -140,6 +138,7 @@ impl ParameterSet {
         let mut first_error = None;
         for distance_mm in INTERFACE_STARTS_MM {
             let Some(model) = behind_gel(start, distance_mm, index) else { continue };
+            // First with the distance fixed: from a rough start, distance and pose would diverge together.
             let fixed = match refine(&model, &held, observations, loss) {
                 Ok(fixed) => fixed,
                 Err(error) => {
@@ -149,6 +148,7 @@ impl ParameterSet {
             };
             let free = refine(&fixed.model, &parameters, observations, loss);
             for fit in [Ok(fixed), free].into_iter().flatten() {
+                // The fixed fit competes too, because the free one may put the gel's surface behind pins.
                 let better = best.as_ref().is_none_or(|best| fit.cost < best.cost);
                 if better && gel_before_pins_mm(&fit.model, observations) > MIN_GEL_MM {
                     best = Some(fit);
@@ -159,8 +159,8 @@ impl ParameterSet {
     }
 }
 
-/// Fits through the drawn bodies. What is behind their first interface is computed for a pose, and again
-/// for the pose which that gives.
+/// Fits through the drawn bodies. The displacements by the bodies behind the first interface are computed for a pose,
+/// and again for the pose that the fit finds.
 pub(super) fn fit_drawn(
     drawing: &Drawing<'_>,
     start: &Model,
@@ -175,6 +175,7 @@ pub(super) fn fit_drawn(
     for round in 1.. {
         model.displacements = (drawing.displacements)(&model.camera_from_sensor, &contacts);
         let fit = refine(&model, parameters, observations, loss)?;
+        // Without bodies behind the first interface one round is exact.
         if round == DRAWN_ROUNDS || model.displacements == Displacements::default() {
             return Ok(fit);
         }
@@ -183,7 +184,7 @@ pub(super) fn fit_drawn(
     unreachable!("the last round returns")
 }
 
-/// The model with the camera where the design puts it, turned as it is.
+/// Returns the model with the camera at its designed position and its present orientation.
 fn at_design(start: &Model) -> Option<Model> {
     let mut model = start.clone();
     if let Some(expected) = start.expected_translation_mm {
@@ -192,8 +193,8 @@ fn at_design(start: &Model) -> Option<Model> {
     Some(model)
 }
 
-/// The model with the lens in air before a flat surface of gel, at the distance of the design: in
-/// this start refraction and distance cannot have been traded against each other.
+/// Returns the model with the lens in air in front of a flat surface of gel. The camera is at its designed position,
+/// where refraction and distance have not yet compensated each other.
 fn behind_gel(start: &Model, distance_mm: f64, index: f64) -> Option<Model> {
     let mut model = at_design(start)?;
     let interface = Interface::Flat(Flat::in_air(distance_mm, index));
@@ -202,7 +203,7 @@ fn behind_gel(start: &Model, distance_mm: f64, index: f64) -> Option<Model> {
     Some(model)
 }
 
-/// Gel between the flat surface and the pin nearest to it, mm.
+/// Computes the thickness of gel between the flat surface and the nearest pin, mm.
 fn gel_before_pins_mm(model: &Model, observations: &[Observation]) -> f64 {
     let Interface::Flat(flat) = model.camera.interface() else { return f64::INFINITY };
     let depth = |o: &Observation| {

@@ -1,4 +1,4 @@
-//! Whether a fit would be another with other captures: halves of them, all but one, and pins that are far off.
+//! Cross-checks of a fit with other captures: halves of them, all but one, and outlying pins.
 
 use nalgebra::{DMatrix, DVector, Rotation3};
 
@@ -7,33 +7,34 @@ use super::{CalibrationOptions, Outward};
 use crate::model::{FitParameter, Model, Observation};
 use crate::uncertainty::surface_derivatives;
 
-/// Pins whose residual is longer than this many standard deviations are far off: one in 450 by chance.
+/// Length of a residual, in standard deviations, from which a pin is an outlier: one in 450 by chance.
 pub const FAR_SIGMAS: f64 = 3.5;
-/// Fewer captures have no halves.
+/// Smallest number of captures that are compared by halves.
 const LEAST_CAPTURES: usize = 4;
 
-/// What a fit is with other captures. Differences are those of points of the surface as pixels show them, root mean square
-/// over the places where pins touch, mm.
+/// Differences between fits to different captures: of points of the surface as pixels show them, root mean square over
+/// the places where pins touch, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossChecks {
-    /// Standard deviation of the whole by the errors of observations alone; 0 where nobody says how the surface lies.
+    /// Standard deviation of the whole fit by the errors of observations alone; 0 if the surface's normals are unknown.
     pub sigma_mm: f64,
-    /// Every other capture against the rest; `None` where there are too few, or a half does not tell all.
+    /// Difference between fits to the even and the odd captures; `None` if there are too few, or a half does not
+    /// determine all parameters.
     pub halves_mm: Option<f64>,
-    /// By how much the surface moves without each capture in turn; `None` where it cannot be fitted without it.
+    /// Displacement of the surface if each capture in turn is left out; `None` if the fit without it fails.
     pub without_mm: Vec<Option<f64>>,
-    /// Observations that are far off, the farthest first: which, and how many standard deviations.
+    /// Outlying observations, the farthest first: index, and length of the residual in standard deviations.
     pub far: Vec<(usize, f64)>,
 }
 
 impl CrossChecks {
-    /// What halves differ by where [`CrossChecks::sigma_mm`] is right: each has twice the variance, and so has their
-    /// difference.
+    /// Returns the expected difference of the halves if [`CrossChecks::sigma_mm`] is right: each half has twice the
+    /// variance, and their difference four times.
     pub fn halves_expected_mm(&self) -> f64 {
         2.0 * self.sigma_mm
     }
 
-    /// How much more a capture moves the surface than one of so many does on average.
+    /// Computes a capture's displacement of the surface relative to the average of as many equal captures.
     pub fn influence(&self, capture: usize) -> Option<f64> {
         let count = self.without_mm.len() as f64;
         let moved_mm = self.without_mm.get(capture).copied().flatten()?;
@@ -41,7 +42,8 @@ impl CrossChecks {
     }
 }
 
-/// Of a fit with the covariance that errors of observations alone give it.
+/// Compares a fit with fits to other captures. `of_pixels` is its covariance caused by the errors of observations
+/// alone.
 pub(super) fn cross_checks(
     fit: &PoseSolution,
     observations: &[Observation],
@@ -58,6 +60,7 @@ pub(super) fn cross_checks(
         Some(refine(&fit.model, &fit.parameters, &some, loss).ok()?.model)
     };
     let moved = |model: &Model, from: &Model| rms_mm(&step(model, from, &fit.parameters));
+    // Even and odd captures, so that a drift over time affects both halves equally.
     let halves = [0, 1].map(|half| of(&|capture| capture % 2 == half));
     let halves_mm = match halves {
         [Some(even), Some(odd)] if captures >= LEAST_CAPTURES => Some(moved(&even, &odd)),
@@ -81,7 +84,8 @@ pub(super) fn cross_checks(
     }
 }
 
-/// Mean of `D'D` over the places where pins touch, `D` the derivatives of what a pixel shows there.
+/// Computes the mean of `D'D` over the places where pins touch, where `D` are the derivatives of the surface point that
+/// a pixel shows there.
 fn surface(
     fit: &PoseSolution,
     observations: &[Observation],
@@ -91,6 +95,7 @@ fn surface(
     let (mut sum, mut places) = (DMatrix::zeros(count, count), 0.0);
     for contact in observations.iter().map(|o| &o.contact) {
         let place = contact.contact_in_sensor_mm;
+        // A pin that is pushed straight in shows the normal.
         let of_axis = || contact.axis_in_sensor.map(|axis| -axis);
         let Some(outward) = outward.map(|Outward(at)| at(&place)).or_else(of_axis) else {
             continue;
@@ -103,14 +108,14 @@ fn surface(
     sum / f64::max(places, 1.0)
 }
 
-/// From one model to another, by parameters.
+/// Computes the difference of two models by parameters.
 fn step(to: &Model, from: &Model, parameters: &[FitParameter]) -> DVector<f64> {
     let [after, before] = [to, from].map(|model| model.camera_from_sensor);
     let turned = Rotation3::from_matrix_unchecked(after.rotation() * before.rotation().transpose());
     let turned = turned.scaled_axis();
     let by = |parameter: &FitParameter| match parameter {
         FitParameter::Rotation(axis) => turned[*axis as usize],
-        // A factor, which has no value of its own.
+        // A factor relative to the model's own focal length has no value; see [`Model::value`].
         FitParameter::FocalScale => {
             let [after, before] = [to, from].map(|model| model.camera.lens().intrinsics().fx_px);
             after / before - 1.0

@@ -1,11 +1,13 @@
-//! Errors that all pins of a capture share: a dome is taken off and put on again, and never sits as it did.
+//! Errors that all pins of a capture share, because the dome is taken off and put on again, and never sits the same.
 //!
-//! Residuals of a capture are taken for those of its pins, each by itself, and of six small motions of the whole dome. How
-//! large both are is what makes the residuals most likely, with what the fit has taken up accounted for (restricted maximum
-//! likelihood: Patterson and Thompson 1971). The covariance of the fit, which weighs pins one by one, follows from both.
+//! The residuals of a capture are modelled as independent errors of its pins and six small motions of the whole dome.
+//! The variances of both maximise the likelihood of the residuals, corrected for the degrees of freedom that the fit
+//! has taken up (restricted maximum likelihood: Patterson and Thompson 1971). The covariance of the fit, which weighs
+//! pins independently, follows from both.
 //!
-//! A mark that is not where its model has it is so in every press of that pin. What presses of one pin share is told from
-//! what they do not by an analysis of variance (R. Fisher 1925; the unequal numbers as in S. Searle, Linear Models, 1971).
+//! A mark whose offset is wrong in the model is off in every press of its pin. An analysis of variance separates the
+//! error that presses of one pin share from the rest (R. Fisher 1925; the unequal numbers as in S. Searle, Linear
+//! Models, 1971).
 
 use std::collections::BTreeMap;
 
@@ -14,48 +16,51 @@ use nalgebra::{DMatrix, DVector, Matrix2x3, Vector2, Vector3};
 use super::refine::{Loss, PoseSolution};
 use crate::model::{Contact, FitParameter, Observation};
 
-/// Three shifts, and three turns.
+/// Number of the dome's motions: three shifts and three turns.
 const MOTIONS: usize = 6;
-/// Each motion is looked at so often after all of them together.
+/// Number of times that each motion's variance is searched after a common search of all.
 const ROUNDS: usize = 2;
-/// Proportions of the dome's six motions, one standard deviation: how far it shifts, mm, and turns about the middle of its
-/// pins, rad.
+/// Unit of the dome's three shifts, mm, one standard deviation.
 const SHIFT_MM: f64 = 0.1;
+/// Unit of the dome's three turns about the middle of its pins, rad, one standard deviation.
 const TURN_RAD: f64 = 0.005;
-/// Fewer degrees of freedom than this say nothing of what presses of a pin have in common.
+/// Smallest number of degrees of freedom for an estimate of the error that presses of a pin share.
 const LEAST_FREE: f64 = 20.0;
-/// Fewer captures than this say nothing of what differs between them.
+/// Smallest number of captures for an estimate of the dome's motions.
 const LEAST_CAPTURES: usize = 5;
-/// Variances of the dome's motions that are tried, by those above and beside the pins': powers of ten in steps.
+/// Search range of the variances of the dome's motions, in the units above and relative to the pins' variance:
+/// exponents of ten.
 const POWERS: [f64; 2] = [-3.0, 4.0];
+/// Number of steps of that search.
 const STEPS: usize = 28;
 
-/// How large errors are.
+/// Estimated errors of pins, domes and marks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scatter {
-    /// Of pins by themselves, over what their observations say; at least 1 where domes do not move.
+    /// Standard deviation of the pins' own errors relative to that stated by their observations; at least 1 if domes do
+    /// not move.
     pub pins: f64,
-    /// How far the dome shifts along the sensor's axes from capture to capture, mm.
+    /// Standard deviation of the dome's shift along the sensor's axes from capture to capture, mm.
     pub dome_mm: [f64; 3],
-    /// How far it turns about axes along those through the middle of its pins, rad.
+    /// Standard deviation of its turn about axes parallel to the sensor's through the middle of its pins, rad.
     pub dome_rad: [f64; 3],
-    /// How far the marks of a pin are from where they should be in all its presses, along each coordinate, px.
+    /// Standard deviation of the error of a mark's offset that all presses of its pin share, each coordinate, px.
     pub marks_px: f64,
-    /// Covariance of what was solved for by these errors alone: what leaving out captures shows.
+    /// Covariance of the solved parameters caused by pins and domes alone, as leaving out captures shows it.
     pub of_pixels: DMatrix<f64>,
-    /// The same with what is only known beforehand.
+    /// Covariance of the solved parameters that also includes the shared errors of marks and the priors.
     pub covariance: DMatrix<f64>,
 }
 
-/// One capture.
+/// Residuals and derivatives of one capture.
 struct Group {
-    /// Pixels by what was solved for, and by the dome's six motions, these in their proportions.
+    /// Derivative of the pixels by the solved parameters, and by the dome's six motions in their units.
     by_fit: DMatrix<f64>,
     by_dome: DMatrix<f64>,
     residuals: DVector<f64>,
-    /// Contacts, bit by bit.
+    /// Contacts of the pins, bit by bit.
     places: Vec<[u64; 3]>,
-    /// Variances of the residuals, as they are weighed.
+    /// Variances of the residuals as the fit weighs them, px2.
     variances: DVector<f64>,
 }
 
@@ -66,9 +71,10 @@ impl Group {
     }
 }
 
-/// Of a fit.
+/// Estimates the errors of pins, domes and marks from a fit's residuals.
 pub(super) fn scatter(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> Scatter {
     let groups = groups(fit, observations, loss);
+    // A fit with the domes' seats as parameters leaves no motion of the domes in its residuals.
     let is_reseated = fit.parameters.iter().any(|p| matches!(p, FitParameter::Reseating(..)));
     let prior = prior(fit);
     let mut best = ([0.0; MOTIONS], Likelihood::of(&groups, &prior, &[0.0; MOTIONS]));
@@ -82,6 +88,7 @@ pub(super) fn scatter(fit: &PoseSolution, observations: &[Observation], loss: Lo
                 *best = (dome, tried);
             }
         };
+        // A coarse search of one common variance, then each motion by itself: the likelihood has no simple derivative.
         variances().for_each(|all| consider([all; MOTIONS], &mut best));
         for _ in 0..ROUNDS {
             for motion in 0..MOTIONS {
@@ -94,7 +101,7 @@ pub(super) fn scatter(fit: &PoseSolution, observations: &[Observation], loss: Lo
         }
     }
     let (dome, likelihood) = best;
-    // What pins are said to have holds the dome's motions as well, where it is their scatter.
+    // If the dome's motions are part of the pins' stated scatter, the pins' own variance may be smaller than stated.
     let least = if dome == [0.0; MOTIONS] { 1.0 } else { 0.0 };
     let variance = likelihood.map_or(1.0, |likelihood| likelihood.variance).max(least);
     let count = fit.parameters.len();
@@ -103,6 +110,7 @@ pub(super) fn scatter(fit: &PoseSolution, observations: &[Observation], loss: Lo
         let weighted = DMatrix::from_diagonal(&group.variances.map(f64::recip)) * &group.by_fit;
         noise += weighted.transpose() * group.covariance(&dome) * &weighted * variance;
     }
+    // The sandwich formula: the fit's inverse information on both sides of the true noise.
     let of = |noise: &DMatrix<f64>| {
         let covariance = &fit.covariance * noise * &fit.covariance;
         (&covariance + covariance.transpose()) * 0.5
@@ -113,7 +121,7 @@ pub(super) fn scatter(fit: &PoseSolution, observations: &[Observation], loss: Lo
         fit.parameters.iter().filter(|p| matches!(p, FitParameter::Reseating(..))).count();
     let marks_px2 = shared_px2(&presses, [count - reseatings, reseatings]);
     for of_pin in presses.values() {
-        // All that they do together, less what each does, which is in there already.
+        // The fit has counted the shared part once per press as independent: that is replaced by the correlated sum.
         let mut all = DMatrix::zeros(count, 2);
         for press in of_pin {
             let own_px2 = marks_px2.min(press.variance_px2 * variance);
@@ -134,17 +142,18 @@ pub(super) fn scatter(fit: &PoseSolution, observations: &[Observation], loss: Lo
     }
 }
 
-/// A press of a pin: what was solved for by its mark, as it is weighed, how far off it is found, px, and the variance that it
-/// is weighed by.
+/// Press of a pin: derivative of its mark by the solved parameters times the mark's weight, the mark's residual, px,
+/// and the variance that defines the weight.
 struct PinPress {
     weighted: DMatrix<f64>,
     residual: Vector2<f64>,
     variance_px2: f64,
 }
 
-/// By the places of their contacts.
+/// Presses of each pin, by the bits of its contact.
 type Presses = BTreeMap<[u64; 3], Vec<PinPress>>;
 
+/// Collects the presses of each pin.
 fn presses(groups: &[Group]) -> Presses {
     let mut presses = Presses::new();
     for group in groups {
@@ -161,9 +170,10 @@ fn presses(groups: &[Group]) -> Presses {
     presses
 }
 
-/// The variance along each coordinate that presses of a pin have in common, px2; 0 where pins are not pressed often enough to
-/// tell. What was solved for once has taken up what it could of how pins differ; what was solved for in each capture, the same
-/// part of that and of how their presses differ.
+/// Estimates the variance of the mark error that all presses of a pin share, each coordinate, px2; 0 if pins are not
+/// pressed often enough. The degrees of freedom are corrected for the fit: parameters that were solved for once have
+/// taken up differences between pins, and those that were solved for in each capture have taken up the same fraction of
+/// the differences between pins and within them.
 fn shared_px2(presses: &Presses, [solved, reseatings]: [usize; 2]) -> f64 {
     let counts: Vec<f64> = presses.values().map(|of_pin| of_pin.len() as f64).collect();
     let (all, pins) = (counts.iter().sum::<f64>(), counts.len() as f64);
@@ -180,18 +190,19 @@ fn shared_px2(presses: &Presses, [solved, reseatings]: [usize; 2]) -> f64 {
         between += count * mean.norm_squared();
         within += of_pin.iter().map(|press| (press.residual - mean).norm_squared()).sum::<f64>();
     }
+    // Effective number of presses per pin for unequal numbers (Searle 1971).
     let typical =
         (all - counts.iter().map(|count| count * count).sum::<f64>() / all) / (pins - 1.0);
     ((between / free_between - within / free_within) / typical).max(0.0)
 }
 
-/// Variances of the dome's motions that are tried.
+/// Lists the variances of the dome's motions to try.
 fn variances() -> impl Iterator<Item = f64> {
     let step = (POWERS[1] - POWERS[0]) / STEPS as f64;
     (0..=STEPS).map(move |k| 10f64.powf(POWERS[0] + step * k as f64))
 }
 
-/// What priors say of each parameter: one over its variance, or 0.
+/// Returns the prior information of each parameter: one over its variance, or 0.
 fn prior(fit: &PoseSolution) -> DVector<f64> {
     let of = |parameter: &FitParameter| {
         fit.model.prior(*parameter).map_or(0.0, |(_, sigma)| sigma.powi(-2))
@@ -199,11 +210,12 @@ fn prior(fit: &PoseSolution) -> DVector<f64> {
     DVector::from_iterator(fit.parameters.len(), fit.parameters.iter().map(of))
 }
 
-/// Presses of a pin have the same.
+/// Returns the bits of a contact's coordinates, which are the same for all presses of its pin.
 fn bits(contact: &Contact) -> [u64; 3] {
     <[f64; 3]>::from(contact.contact_in_sensor_mm).map(f64::to_bits)
 }
 
+/// Computes residuals and derivatives of each capture.
 fn groups(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> Vec<Group> {
     let captures = observations.iter().map(|o| o.contact.capture + 1).max().unwrap_or(0);
     let middle =
@@ -223,7 +235,7 @@ fn groups(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> Vec<G
         let mut columns = vec![Vector2::zeros(); fit.parameters.len()];
         for (i, observation) in here.iter().enumerate() {
             let contact = &observation.contact;
-            // Every fit has seen all pins.
+            // A fit exists only if all pins are visible.
             let Ok(pixel) = fit.model.differentiate(contact, &fit.parameters, &mut columns) else {
                 continue;
             };
@@ -251,14 +263,15 @@ fn groups(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> Vec<G
     (0..captures).filter_map(of_capture).collect()
 }
 
-/// How likely residuals are, for a variance of the dome's motions beside the pins'.
+/// Restricted likelihood of the residuals for given variances of the dome's motions.
 struct Likelihood {
     logarithm: f64,
-    /// Of the pins by themselves, over what they are said to have.
+    /// Variance of the pins' own errors relative to the stated one.
     variance: f64,
 }
 
 impl Likelihood {
+    /// Computes the likelihood; `None` if a matrix is singular or no degree of freedom is left.
     fn of(groups: &[Group], prior: &DVector<f64>, dome: &[f64; MOTIONS]) -> Option<Self> {
         let count = prior.len();
         let mut information = DMatrix::from_diagonal(prior);
@@ -273,14 +286,16 @@ impl Likelihood {
             square += group.residuals.dot(&factor.solve(&group.residuals));
             coordinates += group.residuals.len();
         }
-        // In units in which parameters are alike.
+        // In units that make the parameters comparable.
         let scale = information.diagonal().map(|v| v.max(f64::MIN_POSITIVE).sqrt().recip());
         let units = DMatrix::from_diagonal(&scale);
         let factor = (&units * &information * &units).cholesky()?;
+        // Residuals after a weighted fit of the parameters, without forming them.
         let step = factor.solve(&(&units * &gradient));
         square -= (&units * gradient).dot(&step);
         let free = coordinates.checked_sub(count).filter(|free| *free > 0)? as f64;
         let of_fit = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
+        // The variance of the pins is profiled out: its best value for these motions is known in closed form.
         let variance = (square / free).max(f64::MIN_POSITIVE);
         Some(Self {
             logarithm: -0.5

@@ -1,17 +1,16 @@
-//! What a fit knows about pose and camera together.
+//! Joint covariance of the pose and the camera after a fit.
 //!
-//! The camera comes from another calibration, with errors of its own. Pixels are explained with the
-//! camera as given, so that the pose and whatever else is solved for take up a part of its errors.
-//! With `A` the derivatives of the pixels by what is solved for, `B` those by the parameters that
-//! are held, and the weights `W`, to first order
+//! The camera comes from another calibration, with errors of its own. The fit uses the camera as given, so that the
+//! pose and the other solved parameters take up a part of the camera's errors. With `A` the derivatives of the pixels
+//! by the solved parameters, `B` those by the fixed ones, and the weights `W`, to first order
 //!
 //! ```text
-//! error solved for = (A' W A)^-1 A' W noise - (A' W A)^-1 A' W B (error held)
+//! error solved = (A' W A)^-1 A' W noise - (A' W A)^-1 A' W B (error fixed)
 //! ```
 //!
-//! and the second part ties the two together ("consider" parameters: S. Schmidt, "Application of
-//! State-Space Methods to Navigation Problems", 1966). What is solved for anew has nothing to do
-//! with the value that was given for it: that variance is replaced.
+//! and the second part correlates the two ("consider" parameters: S. Schmidt, "Application of State-Space Methods to
+//! Navigation Problems", 1966). The value and the variance that were given for a solved parameter do not matter: the
+//! variance is replaced.
 
 use fabkit_camera::{CameraEstimate, InvalidCovariance, JointEstimate, POSE_COUNT};
 use nalgebra::{DMatrix, Vector2};
@@ -19,22 +18,22 @@ use nalgebra::{DMatrix, Vector2};
 use super::refine::{Loss, PoseSolution};
 use crate::model::{FitParameter, Observation};
 
-/// See [`joint_estimate`].
+/// Covariances that [`joint_estimate`] computes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointCovariance {
-    /// Covariance of what was solved for, in its order and units, the errors of the given camera
-    /// included.
+    /// Covariance of the solved parameters, in their order and units, including the errors of the given camera.
     pub of_fit: DMatrix<f64>,
-    /// Of pose and camera together.
+    /// Joint estimate of pose and camera.
     pub estimate: JointEstimate,
 }
 
-/// The covariance of a fit and of the camera that it was made with.
+/// Computes the covariance of a fit and of the camera that it used.
 ///
-/// `given` is the camera before the fit; `noise` the covariance of what was solved for by the errors of observations alone.
+/// `given` is the camera before the fit; `noise` is the covariance of the solved parameters caused by the errors of the
+/// observations alone.
 ///
 /// # Errors
-/// Numbers beyond what can be computed with.
+/// Fails if the covariance is not finite.
 pub fn joint_estimate(
     given: &CameraEstimate,
     fit: &PoseSolution,
@@ -47,12 +46,13 @@ pub fn joint_estimate(
         camera.parameters().into_iter().map(|(name, _)| FitParameter::Camera(name)).collect();
     let of_given = covariance_of_given(given, fit, &held);
     let scale = scale_of_given(given, fit);
-    // What is solved for, by the given parameters.
+    // Derivative of the solved parameters by the given ones.
     let taken_up = -(&fit.covariance * mixed(fit, &held, observations, loss)) * &scale;
     let of_fit = symmetric(noise + &taken_up * &of_given * taken_up.transpose());
-    // Pose and camera, by what is solved for, and by the given parameters.
+    // Derivatives of pose and camera by the solved parameters, and by the given ones.
     let by_fit = by_fit(fit, &held);
     let mut by_given = &by_fit * &taken_up;
+    // Fixed parameters are their given values, apart from the scale of the focal lengths.
     let mut camera_by_given = by_given.rows_mut(POSE_COUNT, held.len());
     camera_by_given += &scale;
     let covariance =
@@ -61,7 +61,7 @@ pub fn joint_estimate(
     Ok(JointCovariance { of_fit, estimate })
 }
 
-/// Of the camera's parameters as they were given, by name; zeros for what nobody says and for what
+/// Returns the covariance of the camera's parameters as given, by name; zeros for parameters that are unknown or that
 /// the fit replaces.
 fn covariance_of_given(
     given: &CameraEstimate,
@@ -83,7 +83,8 @@ fn covariance_of_given(
     })
 }
 
-/// The camera's parameters by those given: 1, but for focal lengths that were made longer.
+/// Returns the derivatives of the camera's parameters by the given ones: 1, except for focal lengths that the fit has
+/// scaled.
 fn scale_of_given(given: &CameraEstimate, fit: &PoseSolution) -> DMatrix<f64> {
     let count = fit.model.camera.parameter_count();
     let mut scale = DMatrix::identity(count, count);
@@ -94,7 +95,7 @@ fn scale_of_given(given: &CameraEstimate, fit: &PoseSolution) -> DMatrix<f64> {
     scale
 }
 
-/// `A' W B`.
+/// Computes `A' W B`.
 fn mixed(
     fit: &PoseSolution,
     held: &[FitParameter],
@@ -106,7 +107,7 @@ fn mixed(
     let mut columns = vec![Vector2::zeros(); all.len()];
     let mut mixed = DMatrix::zeros(count, held.len());
     for observation in observations {
-        // Every fit has seen all pins.
+        // A fit exists only if all pins are visible.
         let Ok(projected) = fit.model.differentiate(&observation.contact, &all, &mut columns)
         else {
             continue;
@@ -125,7 +126,7 @@ fn mixed(
     mixed
 }
 
-/// Pose and camera by what was solved for. Seats, leans and offsets are the pins' alone.
+/// Returns the derivatives of pose and camera by the solved parameters. Seats, leans and offsets affect the pins only.
 fn by_fit(fit: &PoseSolution, held: &[FitParameter]) -> DMatrix<f64> {
     let mut by_fit = DMatrix::zeros(POSE_COUNT + held.len(), fit.parameters.len());
     let intrinsics = fit.model.camera.lens().intrinsics();
@@ -150,7 +151,8 @@ fn by_fit(fit: &PoseSolution, held: &[FitParameter]) -> DMatrix<f64> {
     by_fit
 }
 
-/// The parameters of a drawn interface, the last of the camera's, by one that moves it before the lens.
+/// Returns the derivatives of a drawn interface's parameters, which are the last of the camera's, by a parameter that
+/// moves the interface relative to the lens.
 fn by_interface(fit: &PoseSolution, parameter: &FitParameter) -> Option<Vec<f64>> {
     let model = &fit.model;
     let column = match parameter {

@@ -1,8 +1,8 @@
-//! Levenberg-Marquardt on pixels with a robust loss.
+//! Levenberg-Marquardt method on pixels with a robust loss.
 //!
-//! A few lines of our own instead of the `levenberg-marquardt` crate: steps live on the rotation
-//! group and pass through [`Model::stepped`], observations are reweighted while it runs, and a step
-//! that leaves the lens's domain is a step to be shortened, not an error.
+//! Implemented here rather than with the `levenberg-marquardt` crate, because steps are taken on the rotation group by
+//! [`Model::stepped`], observations are reweighted during the iteration, and a step that leaves the lens's domain must
+//! be shortened and is no error.
 
 use fabkit_camera::OutsideDomain;
 use nalgebra::{DMatrix, DVector, Vector2};
@@ -11,34 +11,37 @@ use crate::information::ScaledCholesky;
 use crate::model::{FitParameter, Model, Observation};
 use crate::observability::{Unobservable, unobservable};
 
+/// Largest number of iterations.
 const MAX_ITERATIONS: usize = 200;
-/// After a step that is shorter than this part of a standard deviation nothing is left to do: the
-/// next would be shorter by orders of magnitude.
+/// Length of a step, in standard deviations, after which the iteration ends: the next step would be shorter by orders
+/// of magnitude.
 const LAST_STEP: f64 = 0.01;
-/// A step shorter than this need not be taken.
+/// Length of a step, in standard deviations, that need not be taken.
 const NO_STEP: f64 = 1e-6;
+/// Damping of the first step, as a fraction of the information's diagonal.
 const START_DAMPING: f64 = 1e-5;
+/// Damping at which the fit is given up.
 const MAX_DAMPING: f64 = 1e12;
-/// Steps taken as they come. Most fits need fewer; what takes longer creeps or swings along one
-/// direction, and then the best share of each step is looked for.
+/// Number of iterations with unscaled steps. Most fits need fewer; slower ones creep or oscillate along one direction,
+/// and from then on the best multiple of each step is tried too.
 const PATIENCE: usize = 10;
-/// Shares of a step that are tried besides all of it.
+/// Smallest and largest multiple of a step that is tried.
 const SHARES: [f64; 2] = [0.05, 50.0];
-/// A share this near to all of a step is not worth another look.
+/// Range of multiples that are too close to 1 to be tried.
 const MUCH_THE_SAME: [f64; 2] = [0.7, 1.4];
 
-/// How residuals count.
+/// Loss function of the residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Loss {
-    /// All by their square.
+    /// Sum of squares.
     Squares,
-    /// Beyond this many standard deviations by their length (Huber 1964); a pixel's two
-    /// coordinates together.
+    /// Huber loss (Huber 1964): residuals longer than this many standard deviations count by their length. The two
+    /// coordinates of a pixel are taken together.
     Huber(f64),
 }
 
 impl Loss {
-    /// Cost and weight for a squared length in standard deviations.
+    /// Returns cost and weight of a squared length in standard deviations.
     pub(super) fn of(self, squared: f64) -> (f64, f64) {
         match self {
             Self::Huber(limit) if squared > limit * limit => {
@@ -50,48 +53,48 @@ impl Loss {
     }
 }
 
-/// Why there is no solution.
+/// Reason why a fit failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SolveError {
-    /// More unknowns than coordinates.
+    /// There are more unknowns than coordinates.
     #[error("{unknowns} unknowns, but only {coordinates} pixel coordinates")]
     TooFew {
-        /// What is solved for.
+        /// Number of unknowns, without those that have a prior.
         unknowns: usize,
-        /// Two for each pin.
+        /// Number of coordinates, two for each pin.
         coordinates: usize,
     },
-    /// At the starting pose, a pin cannot be seen.
+    /// A pin is not visible from the starting pose.
     #[error("hole {hole} in capture {capture} cannot be seen from the starting pose: {source}")]
     Unseen {
         /// Number of the hole.
         hole: u32,
-        /// Counts from 0.
+        /// Index of the capture, from 0.
         capture: usize,
-        /// Why.
+        /// Reason.
         source: OutsideDomain,
     },
     /// The pixels do not determine the parameters.
     #[error("the pins do not determine {}", names(.combinations))]
     NotObservable {
-        /// What can change without a trace.
+        /// Combinations of parameters that can change almost without effect.
         combinations: Vec<Unobservable>,
     },
-    /// Wherever a fit puts the surface of the gel, pins reach through it.
+    /// In every fit, pins reach through the surface of the gel.
     #[error("the surface of the gel would lie behind the pins that are nearest to the camera")]
     PinsInTheWay,
-    /// The camera cannot stand before the drawn interface from where the fit starts.
+    /// At the start of the fit the drawn interface is not in front of the camera.
     #[error("the interface that the design draws is not before the camera")]
     NoDrawnInterface,
-    /// No step from the starting values makes the residuals smaller, yet they are not at rest.
+    /// No step from the current values makes the residuals smaller, although they are not at a minimum.
     #[error("no convergence after {iterations} steps")]
     NoConvergence {
-        /// Steps tried.
+        /// Number of steps tried.
         iterations: usize,
     },
 }
 
-/// The parameters of each combination, for messages.
+/// Joins the names of each combination's parameters, for messages.
 pub(crate) fn names(combinations: &[Unobservable]) -> String {
     let join = |u: &Unobservable| {
         let names: Vec<String> = u.terms.iter().map(|(p, _)| p.to_string()).collect();
@@ -100,36 +103,34 @@ pub(crate) fn names(combinations: &[Unobservable]) -> String {
     combinations.iter().map(join).collect::<Vec<_>>().join("; ")
 }
 
-/// A model that fits.
+/// Fitted model.
 #[derive(Clone, Debug)]
 pub struct PoseSolution {
-    /// What fits best.
+    /// Model with the fitted values.
     pub model: Model,
-    /// What was solved for.
+    /// Parameters that were solved for.
     pub parameters: Vec<FitParameter>,
-    /// Covariance of the parameters, in their order and units, if the observations' standard
-    /// deviations are right.
+    /// Covariance of the parameters, in their order and units, if the observations' standard deviations are right.
     pub covariance: DMatrix<f64>,
-    /// Robust sum of squared residuals in standard deviations, priors included.
+    /// Robust sum of squared residuals in standard deviations, including priors.
     pub cost: f64,
-    /// Steps taken.
+    /// Number of steps taken.
     pub iterations: usize,
 }
 
 impl PoseSolution {
-    /// Observed minus projected, px, in the order of `observations`; `None` where a contact cannot
-    /// be seen.
+    /// Computes observed minus projected, px, in the order of `observations`; `None` for contacts that are not visible.
     pub fn residuals_px(&self, observations: &[Observation]) -> Vec<Option<Vector2<f64>>> {
         let residual = |o: &Observation| Some(o.pixel - self.model.project(&o.contact).ok()?);
         observations.iter().map(residual).collect()
     }
 }
 
-/// Solves for `parameters`, starting from `start`.
+/// Fits `parameters` to observations, starting from `start`.
 ///
 /// # Errors
-/// [`SolveError`]: too few pins, a pin that cannot be seen at the start, parameters that the
-/// pixels do not determine, no convergence.
+/// Fails for too few pins, a pin that is not visible at the start, parameters that the pixels do not determine, or no
+/// convergence.
 pub fn refine(
     start: &Model,
     parameters: &[FitParameter],
@@ -156,6 +157,7 @@ pub fn refine(
         iterations += 1;
         let Some(step) = normal.step(damping) else {
             damping *= 10.0;
+            // Even strongly damped equations are singular: some parameter has no effect on any pixel.
             if damping > MAX_DAMPING {
                 return Err(SolveError::NotObservable {
                     combinations: unobservable(&normal.information, parameters),
@@ -166,7 +168,7 @@ pub fn refine(
         let tried = model.stepped(parameters, step.as_slice());
         let length = normal.length(&step);
         if length < LAST_STEP {
-            // Nothing can be worse after it, unless it leads out of sight.
+            // So short a step needs no comparison of costs, unless it makes a pin invisible.
             if let Some(tried) = tried.filter(|tried| sees_all(tried, observations)) {
                 model = tried;
                 break;
@@ -178,10 +180,12 @@ pub fn refine(
             continue;
         }
         let whole = tried.and_then(|tried| {
+            // A failure means that a pin has left the lens's domain: then the step is shortened by more damping.
             let next = tried_normal.build(&tried, parameters, observations, loss).ok()?;
             Some((tried, next))
         });
         let share = whole.as_ref().and_then(|(_, next)| normal.best_share(&step, cost, *next));
+        // The lowest cost wins: the whole step, its best multiple, or neither.
         let mut lower = whole.filter(|(_, next)| *next <= cost);
         if let Some(share) = share.filter(|_| iterations > PATIENCE)
             && let Some(tried) = model.stepped(parameters, (&step * share).as_slice())
@@ -195,6 +199,7 @@ pub fn refine(
             Some((tried, next)) => {
                 (model, cost) = (tried, next);
                 std::mem::swap(&mut normal, &mut tried_normal);
+                // The equations of the accepted step are already built.
                 damping = (damping * 0.1).max(1e-12);
             }
             None if damping > MAX_DAMPING => {
@@ -215,7 +220,7 @@ fn sees_all(model: &Model, observations: &[Observation]) -> bool {
     observations.iter().all(|o| model.project(&o.contact).is_ok())
 }
 
-/// The normal equations and room for them.
+/// Normal equations, with working memory.
 struct Normal {
     information: DMatrix<f64>,
     gradient: DVector<f64>,
@@ -231,6 +236,7 @@ impl Normal {
         }
     }
 
+    /// Builds the normal equations of a model, and returns its cost.
     fn build(
         &mut self,
         model: &Model,
@@ -277,13 +283,14 @@ impl Normal {
         Some(ScaledCholesky::damped(&self.information, damping)?.solve(&self.gradient))
     }
 
-    /// The share of a step that lowers the cost most, if that is not about all of it: from the
-    /// parabola through the cost before, its slope, and the cost after the whole step.
+    /// Computes the multiple of a step that lowers the cost most, from the parabola through the cost before, its slope,
+    /// and the cost after the whole step. `None` if the multiple is close to 1.
     ///
-    /// Reweighting takes steps that are too short where many pins count by their length, and the
-    /// normal equations take too long ones where residuals are large and the projection is bent:
-    /// they leave out its second derivatives. Both end in steps that shrink by a few percent each.
+    /// Reweighting makes steps too short if many pins count by their length. The normal equations, which leave out the
+    /// second derivatives of the projection, make steps too long if residuals are large. Both end in steps that shrink
+    /// by a few percent each.
     fn best_share(&self, step: &DVector<f64>, before: f64, after: f64) -> Option<f64> {
+        // The gradient is half of the cost's negative derivative.
         let slope = -2.0 * step.dot(&self.gradient);
         let bend = after - before - slope;
         let [least, most] = SHARES;
@@ -292,7 +299,7 @@ impl Normal {
         (!(from..=to).contains(&share)).then_some(share)
     }
 
-    /// Length of a step in standard deviations.
+    /// Computes the length of a step in standard deviations.
     fn length(&self, step: &DVector<f64>) -> f64 {
         step.dot(&(&self.information * step)).max(0.0).sqrt()
     }

@@ -1,4 +1,4 @@
-//! Choosing by evidence: every explanation is fitted, and judged on captures it has not seen.
+//! Model selection: every explanation is fitted, and judged on held-out captures.
 
 use fabkit_camera::Interface;
 use fabkit_geometry::Pose;
@@ -11,92 +11,91 @@ use super::tolerances::{Difference, Expected, TOLERANCE_SIGMAS, log_likelihood};
 use crate::model::{FitParameter, Model, Observation};
 use crate::observability::{Unobservable, unobservable_from};
 
-/// Each parameter beyond the pose must make what was left out more likely by this factor's logarithm.
+/// Natural logarithm of the factor by which each parameter beyond the pose must make the held-out pins more likely.
 const WORTH_A_PARAMETER: f64 = 0.5;
-/// What is drawn is believed where held-out errors are no more than this many times those of what predicts best.
+/// Largest ratio of held-out errors to those of the best prediction for which the drawn explanation is preferred.
 const NEARLY: f64 = 1.3;
-/// Reseated domes must lower Akaike's criterion by this: odds of 150 to 1.
+/// Decrease of Akaike's criterion that a reseated dome must achieve: odds of 150 to 1.
 const WORTH_A_SEAT: f64 = 10.0;
-/// Farther than this from where the design puts it the camera cannot be: three standard deviations
-/// of [`FitParameter::prior_sigma`], mm.
+/// Largest plausible distance of the camera from its designed place, mm: three standard deviations of
+/// [`FitParameter::prior_sigma`].
 pub(super) const PLAUSIBLE_MM: f64 = 15.0;
-/// Most radial terms tried.
+/// Largest number of radial terms tried.
 const MAX_TERMS: usize = 3;
 
-/// One explanation, fitted and judged.
+/// Explanation that was fitted and judged.
 #[derive(Clone, Debug)]
 pub struct Trial {
-    /// Which.
+    /// Set of parameters of the explanation.
     pub candidate: ParameterSet,
-    /// What fits best.
+    /// Best fit.
     pub fit: PoseSolution,
-    /// Root mean square residual of the pins it was fitted to, px, both coordinates together.
+    /// Root mean square residual of the pins that were fitted, px, both coordinates together.
     pub rms_px: f64,
-    /// The same for each capture predicted from the others; infinite where that fails.
+    /// Root mean square residual of each capture predicted from the others, px; infinite if a prediction fails.
     pub held_out_rms_px: f64,
-    /// Residual of each observation when its capture was left out; `None` where that fails.
+    /// Residual of each observation when its capture was held out, px; `None` if the prediction fails.
     pub held_out_px: Vec<Option<Vector2<f64>>>,
-    /// The capture of each observation.
+    /// Index of the capture of each observation.
     captures: Vec<usize>,
-    /// Akaike's information criterion, corrected for few observations (Hurvich & Tsai 1989), for
-    /// the standard deviations the observations state. The smallest is best.
+    /// Akaike's information criterion, corrected for few observations (Hurvich & Tsai 1989), for the standard
+    /// deviations that the observations state. The smallest is best.
     pub aicc: f64,
-    /// What the pixels leave unknown.
+    /// Combinations of parameters that the pixels leave undetermined.
     pub unobservable: Vec<Unobservable>,
-    /// How far the sensor's origin is from where the design puts it, camera frame, mm.
+    /// Distance of the sensor's origin from its designed place, camera frame, mm.
     pub from_design_mm: Option<f64>,
-    /// What it says of the unit, against the drawing and the lens's own calibration.
+    /// Implied differences of the unit from the drawing and from the lens's own calibration.
     pub differences: Vec<Difference>,
-    /// Poses without each capture in turn, of those without which it can be fitted.
+    /// Poses of the fits without each capture in turn, as far as these succeed.
     pub left_out: Vec<Pose>,
 }
 
 impl Trial {
-    /// Whether the unit is the drawn one, by this explanation.
+    /// Returns whether the unit is within the tolerances of the drawing by this explanation.
     pub fn within_tolerances(&self) -> bool {
         self.differences.iter().all(|difference| difference.sigmas() <= TOLERANCE_SIGMAS)
     }
 
-    /// What differs by more than is made.
+    /// Lists the differences that exceed the tolerances.
     pub fn differs(&self) -> impl Iterator<Item = &Difference> {
         self.differences.iter().filter(|difference| difference.sigmas() > TOLERANCE_SIGMAS)
     }
 
-    /// The logarithm of the density of all pins that were left out, px^-2 each: of a normal distribution about their
-    /// prediction that is as wide as they scatter.
+    /// Computes the logarithm of the probability density of all held-out pins, px^-2 each, for a normal distribution
+    /// about their predictions with the width of their scatter.
     pub fn log_predictive_density(&self) -> f64 {
         let variance = 0.5 * self.held_out_rms_px.powi(2);
         -(self.held_out_px.len() as f64) * ((std::f64::consts::TAU * variance).ln() + 1.0)
     }
 
-    /// Whether the camera is where it can be.
+    /// Returns whether the camera is at a plausible place.
     pub fn is_plausible(&self) -> bool {
         self.from_design_mm.is_none_or(|distance| distance < PLAUSIBLE_MM)
     }
 }
 
-/// What was tried and which of it was chosen.
+/// Trials of all explanations, and the choice.
 #[derive(Clone, Debug)]
 pub struct Selection {
-    /// In the order in which they were tried: the pose alone first, if it could be fitted. At least
-    /// one.
+    /// Trials, in their order: the pose alone first, if it could be fitted. At least one.
     pub trials: Vec<Trial>,
     /// Index into `trials`.
     pub chosen: usize,
-    /// Whether the pixels tell a seating offset at all. If not, it was not tried.
+    /// True if the pixels determine a seating offset. It was tried only then.
     pub seating_shows: bool,
-    /// Explanations that could not be fitted, and why.
+    /// Explanations that could not be fitted, with their errors.
     pub failed: Vec<(ParameterSet, SolveError)>,
 }
 
 /// Fits all explanations that the landmarks allow and chooses one.
 ///
-/// First the optics, each with and without leaning pins and, if the pixels show it at all, a
-/// seating offset. The best of them is then offered a reseated dome. One that cannot be fitted, be
-/// it the plainest, leaves the choice to the others.
+/// First the optics are varied, each with and without leaning pins and, if the pixels determine it, a seating offset.
+/// Then a reseated dome is added to the best of them. If an explanation cannot be fitted, even the plainest, the choice
+/// is among the others.
 ///
 /// # Errors
-/// None can be fitted: all of them, with why.
+/// If none can be fitted, returns all of them with their errors.
 pub(super) fn select(
     start: &Model,
     observations: &[Observation],
@@ -112,11 +111,11 @@ pub(super) fn select(
         Err(error) => failed.push((candidate, error)),
     };
     attempt(ParameterSet::PLAIN, &mut trials);
-    // Where the pose alone cannot be fitted, the start is as good a place to ask.
+    // Without a fit of the pose alone, the start serves as well.
     let plain = trials.first().map_or(start, |plain: &Trial| &plain.fit.model);
     let seating_shows = shows_seating(plain, observations);
     let seats: &[bool] = if seating_shows { &[false, true] } else { &[false] };
-    // A camera file that has an interface already is believed.
+    // An interface in the camera file is not questioned.
     let media = match (start.camera.interface(), &options.drawn) {
         (Interface::None, Some(_)) => {
             vec![Medium::Given, Medium::Drawn, Medium::Gel(options.gel_index)]
@@ -140,15 +139,17 @@ pub(super) fn select(
     if trials.is_empty() {
         return Err(failed);
     }
+    // A seating offset that the fit cannot separate from the optics is not eligible.
     let eligible = (0..trials.len()).filter(|i| {
         !trials[*i].candidate.seating || !trials[*i].names(FitParameter::SeatingOffset)
     });
+    // With a drawing the physical explanation is the drawn one, without one it is the camera as given.
     let physical = if media.contains(&Medium::Drawn) { Medium::Drawn } else { Medium::Given };
     let mut chosen = best(&trials, eligible, captures, physical);
     if captures > 2 {
         attempt(ParameterSet { reseating: true, ..trials[chosen].candidate }, &mut trials);
-        // Nobody can know the seat of a capture that was left out: held-out errors say whether the
-        // rest suffers, the information criterion whether it is real.
+        // The seat of a held-out capture is unknown: held-out errors show whether the rest suffers, and the information
+        // criterion whether the seats are real.
         let reseated = &trials[trials.len() - 1];
         let real = reseated.aicc < trials[chosen].aicc - WORTH_A_SEAT;
         let harmless = reseated.held_out_rms_px < 1.05 * trials[chosen].held_out_rms_px;
@@ -159,7 +160,7 @@ pub(super) fn select(
     Ok(Selection { trials, chosen, seating_shows, failed })
 }
 
-/// Whether the pixels tell a seating offset, if all else is as the camera file says.
+/// Returns whether the pixels determine a seating offset, if everything else is as in the camera file.
 fn shows_seating(plain: &Model, observations: &[Observation]) -> bool {
     if observations.iter().any(|o| o.contact.axis_in_sensor.is_none()) {
         return false;
@@ -171,27 +172,28 @@ fn shows_seating(plain: &Model, observations: &[Observation]) -> bool {
 }
 
 impl Trial {
-    /// Whether a parameter has a part in something that the pixels leave unknown.
+    /// Returns whether a parameter is part of a combination that the pixels leave undetermined.
     pub fn names(&self, parameter: FitParameter) -> bool {
         self.unobservable.iter().any(|u| u.terms.iter().any(|(found, _)| *found == parameter))
     }
 
-    /// Parameters besides the pose; what the drawing says beforehand is none that the pixels have to tell.
+    /// Returns the number of parameters besides the pose and those with a prior from the drawing.
     fn free_parameters(&self) -> usize {
         let known = |p: &&FitParameter| self.fit.model.is_drawn(**p);
         let from_drawing = self.fit.parameters.iter().filter(known).count();
         self.fit.parameters.len().saturating_sub(6 + from_drawing)
     }
 
-    /// How well it predicts, with what it says of the unit and what its complications must earn. Pins of a capture that err
-    /// together count for less than pins that do not.
+    /// Computes the score of the explanation: predictive density and likelihood of the implied differences, less a
+    /// penalty for each parameter. `together` divides the density, because pins of a capture with common errors count
+    /// for less.
     fn score(&self, together: f64) -> f64 {
         let extra = WORTH_A_PARAMETER * self.free_parameters().min(12) as f64;
         self.log_predictive_density() / together + log_likelihood(&self.differences) - extra
     }
 
-    /// For how many pins one counts, where those of a capture err together: 1 + (m - 1) r for m pins each and a correlation
-    /// r within captures (Kish 1965).
+    /// Computes the design effect 1 + (m - 1) r for m pins per capture and a correlation r of their errors within
+    /// captures (Kish 1965).
     fn together(&self, captures: usize) -> f64 {
         let mut sums = vec![(Vector2::zeros(), 0.0); captures];
         for (residual, capture) in self.held_out_px.iter().zip(&self.captures) {
@@ -208,16 +210,17 @@ impl Trial {
         let squares = self.held_out_rms_px.powi(2) * all;
         let within = (squares - between) / (all - groups);
         let each = all / groups;
-        // Mean squares between captures and within them, by one degree of freedom.
+        // Mean squares between and within captures, each by its degrees of freedom.
+        // An analysis of variance gives the correlation within captures.
         let ratio = between / groups / within;
         let correlation = (ratio - 1.0) / (ratio - 1.0 + each);
         if correlation.is_finite() { 1.0 + (each - 1.0) * correlation.clamp(0.0, 1.0) } else { 1.0 }
     }
 }
 
-/// What is drawn, with the lens as it is calibrated, where that predicts nearly as well as anything: how far a mark is
-/// found from its tip is not known to the last tenth of a pixel, and other explanations turn that into millimetres. Else the
-/// likeliest.
+/// Chooses a trial. The drawn media with the calibrated lens win if they predict nearly as well as the best: the
+/// offsets of marks from tips are not known to a tenth of a pixel, and other explanations turn such errors into
+/// millimetres. Otherwise the trial with the highest score wins.
 fn best(
     trials: &[Trial],
     among: impl IntoIterator<Item = usize>,
@@ -243,6 +246,7 @@ fn best(
     likeliest(&drawn).or_else(|| likeliest(&among)).unwrap_or(nearest)
 }
 
+/// Fits a candidate and computes everything by which it is judged.
 fn judge(
     candidate: ParameterSet,
     start: &Model,
@@ -255,8 +259,9 @@ fn judge(
     let fit = candidate.fit(start, observations, captures, options)?;
     let (held_out_px, left_out) = held_out(&fit, observations, captures, loss);
     let parameters = &fit.parameters;
-    // What a prior holds counts as far as the pixels moved it: little, for a dome's seat.
+    // A parameter with a prior counts by the fraction that the pixels determine: little, for a dome's seat.
     let (n, k) = (2.0 * observations.len() as f64, effective_parameters(&fit));
+    // With fewer coordinates than this the criterion is undefined: such an explanation must not win.
     let correction = if n > k + 1.0 { 2.0 * k * (k + 1.0) / (n - k - 1.0) } else { f64::INFINITY };
     let unobservable = unobservable_from(&fit.model, parameters, observations);
     let expected = fit.model.expected_translation_mm;
@@ -278,7 +283,7 @@ fn judge(
     })
 }
 
-/// Parameters, less what their priors already fixed: `sum 1 - posterior / prior variance`.
+/// Computes the effective number of parameters, `sum 1 - posterior / prior variance`.
 fn effective_parameters(fit: &PoseSolution) -> f64 {
     let parts = fit.parameters.iter().enumerate().map(|(i, parameter)| {
         let prior = fit.model.prior(*parameter).map(|(_, sigma)| sigma * sigma);
@@ -287,8 +292,8 @@ fn effective_parameters(fit: &PoseSolution) -> f64 {
     parts.sum()
 }
 
-/// Residuals of each capture under a fit of the others. Its dome sits where it should, as far as
-/// anybody could know.
+/// Computes the residuals of each capture under a fit of the others, and these fits' poses. The held-out capture's dome
+/// is assumed at its nominal place, because its seat is unknown.
 fn held_out(
     fit: &PoseSolution,
     observations: &[Observation],
@@ -300,10 +305,12 @@ fn held_out(
     for capture in 0..captures {
         let others: Vec<Observation> =
             observations.iter().filter(|o| o.contact.capture != capture).cloned().collect();
+        // A capture without assigned pins.
         if others.len() == observations.len() {
             continue;
         }
         let mut start = fit.model.clone();
+        // The seat that the whole fit found for this capture must not leak into its prediction.
         if let Some(seat) = start.reseatings.get_mut(capture) {
             *seat = [0.0; 3];
         }
@@ -319,7 +326,7 @@ fn held_out(
     (residuals, poses)
 }
 
-/// Root mean square length, px; infinite if a residual is missing.
+/// Computes the root mean square length, px; infinite if a residual is missing.
 pub(super) fn rms(residuals: &[Option<Vector2<f64>>]) -> f64 {
     let squared = |r: &Option<Vector2<f64>>| r.map_or(f64::INFINITY, |r| r.norm_squared());
     (residuals.iter().map(squared).sum::<f64>() / residuals.len().max(1) as f64).sqrt()

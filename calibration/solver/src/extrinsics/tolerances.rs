@@ -1,4 +1,4 @@
-//! What on a unit must differ from its drawing for an explanation to hold.
+//! Differences of a unit from its drawing that an explanation implies, relative to manufacturing tolerances.
 
 use fabkit_camera::{CameraEstimate, Interface};
 use fabkit_geometry::{Pose, Vector3};
@@ -8,38 +8,40 @@ use super::refine::PoseSolution;
 use crate::drawn::{INDEX_SIGMA, PLACE_SIGMA_MM};
 use crate::model::{Axis, FitParameter};
 
-/// How far a camera sits from where it is drawn along each axis, mm, and how far it tilts, rad (one standard deviation
-/// each): a board in its seat, and a lens that is screwed until it is focused. Chosen.
+/// Standard deviation of a camera's position along each axis, mm: a board in its seat, and a lens that is screwed until
+/// it is focused. Chosen, not measured.
 const CAMERA_MM: f64 = 1.0;
+/// Standard deviation of a camera's tilt, rad. Chosen, not measured.
 const TILT_RAD: f64 = 0.035;
-/// How much farther than drawn all pins go in, mm: printed seats and pins. Chosen.
+/// Standard deviation of the depth that all pins go in beyond the drawing, mm: printed seats and pins. Chosen.
 const SEATING_MM: f64 = 0.15;
-/// How far tips lean, mm: as on the one published unit.
+/// Standard deviation of the tips' lean, mm: as on the one published unit.
 const LEAN_MM: f64 = 0.5;
-/// How well a lens is known whose file does not say so: its focal lengths as a part of them, and its coefficients. Chosen:
-/// boards in a few dozen pictures do as well.
+/// Relative standard deviation of the focal lengths of a lens whose file has no covariance. Chosen: boards in a few
+/// dozen images achieve this.
 const FOCAL_SHARE: f64 = 0.01;
+/// Standard deviation of a coefficient of a lens whose file has no covariance. Chosen likewise.
 const COEFFICIENT: f64 = 0.02;
-/// What differs by more standard deviations is not what is drawn.
+/// Number of standard deviations beyond which the unit differs from the drawing.
 pub const TOLERANCE_SIGMAS: f64 = 3.0;
-/// An interface of another kind than the drawn one.
+/// Standard deviation for an interface of another kind than the drawn one, which counts as a difference of 1.
 const OTHER_KIND: f64 = 0.1;
 
-/// Something that an explanation says of the unit, against what the drawing or the lens's own calibration says.
+/// Difference between a value that an explanation implies and that of the drawing or of the lens's own calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// What, with its unit.
+    /// Name of the quantity, with its unit.
     pub name: String,
-    /// How much more it is.
+    /// Implied value minus expected value.
     pub by: f64,
-    /// Standard deviation of that, from what is made and from the pixels together.
+    /// Standard deviation of the difference, from manufacturing and from the pixels together.
     pub sigma: f64,
-    /// Whether a fit has weighed it already.
+    /// True if the fit has a prior for the quantity already.
     is_weighed: bool,
 }
 
 impl Difference {
-    /// How many standard deviations it is off.
+    /// Returns the size of the difference in standard deviations.
     pub fn sigmas(&self) -> f64 {
         self.by.abs() / self.sigma
     }
@@ -49,19 +51,19 @@ impl Difference {
     }
 }
 
-/// What is known before any picture.
+/// Expected values, known before any image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Expected<'a> {
-    /// The lens by its own calibration.
+    /// Lens with its own calibration.
     pub given: &'a CameraEstimate,
-    /// Where the design has the camera.
+    /// Designed pose of the camera.
     pub nominal: Option<&'a Pose>,
-    /// What it draws before the lens.
+    /// Bodies that the design draws in front of the lens.
     pub drawn: Option<Drawing<'a>>,
 }
 
 impl Expected<'_> {
-    /// All that a fit says of the unit.
+    /// Lists all differences that a fit implies.
     pub fn differences(&self, of: &ParameterSet, fit: &PoseSolution) -> Vec<Difference> {
         let mut all = self.of_pose(fit);
         let fitted = |parameter: FitParameter| {
@@ -94,6 +96,7 @@ impl Expected<'_> {
                     all.push(Difference { name, by, sigma, is_weighed: true });
                 }
             }
+            // Without an interface the lens is in air: as if the index outside were 1.
             (Medium::Given, _) if *fit.model.camera.interface() == Interface::None => {
                 all.push(Difference::new("interface_index_outside", 1.0 - index, INDEX_SIGMA, 0.0));
             }
@@ -110,6 +113,7 @@ impl Expected<'_> {
         all
     }
 
+    /// Lists the differences of the pose from the designed one; empty without a design.
     fn of_pose(&self, fit: &PoseSolution) -> Vec<Difference> {
         let Some(nominal) = self.nominal else { return Vec::new() };
         let sigma = |at: usize| fit.covariance[(at, at)].max(0.0).sqrt();
@@ -123,7 +127,7 @@ impl Expected<'_> {
                 Difference::new(name, off[i], CAMERA_MM, sigma(3 + i))
             })
             .collect();
-        // How a camera is turned about its axis nobody draws to the degree.
+        // The turn of a camera about its own axis is not specified to the degree.
         let [now, drawn] = [pose, nominal].map(|pose| pose.vector(Vector3::z()));
         let tilt_rad = now.cross(&drawn).norm().atan2(now.dot(&drawn));
         all.push(Difference::new("tilt_rad", tilt_rad, TILT_RAD, sigma(0).hypot(sigma(1))));
@@ -148,8 +152,8 @@ impl Expected<'_> {
     }
 }
 
-/// The logarithm of how unlikely differences are: that of Student's t of four degrees of freedom, over its highest value.
-/// Drawings are wrong more often than normal distributions have it, and then by any amount.
+/// Computes the logarithm of the likelihood of differences, relative to its maximum, by Student's t distribution with
+/// four degrees of freedom. Drawings are wrong more often than a normal distribution allows, and then by any amount.
 pub(super) fn log_likelihood(differences: &[Difference]) -> f64 {
     let fresh = differences.iter().filter(|difference| !difference.is_weighed);
     -fresh.map(|difference| 2.5 * (difference.sigmas().powi(2) / 4.0).ln_1p()).sum::<f64>()

@@ -1,4 +1,4 @@
-//! What the pictures do not tell, in numbers and in words.
+//! Advice on a calibration: what the images do not determine, in numbers and in words.
 
 use fabkit_camera::{Camera, Point2, Vector3};
 use nalgebra::DMatrix;
@@ -7,60 +7,60 @@ use super::bundle::{BundleSolution, State};
 use super::{BoardView, RaySigma, Rays, largest_angle};
 use crate::information::ScaledCholesky;
 
-/// Columns and rows of the coverage map.
+/// Numbers of columns and rows of the coverage map.
 pub const COVERAGE: [usize; 2] = [8, 6];
-/// Rays known worse than this where corners were seen are called uncertain, px: several times what
-/// a corner's own place is known to.
+/// Largest uncertainty of rays at observed corners without a warning, px: several times the uncertainty of a corner.
 const RAY_LIMIT_PX: f64 = 0.5;
-/// The same in the rest of the image, which nobody has asked about.
+/// Largest uncertainty of rays in the rest of the image without a warning, px.
 const BEYOND_LIMIT_PX: f64 = 2.0;
-/// Boards that are all tilted by less against the image plane are called frontal, degrees.
+/// Largest tilt against the image plane, degrees, of boards that count as frontal.
 const FRONTAL_DEG: f64 = 15.0;
-/// A view adds nothing if it sharpens no parameter by more than this part of a fair share.
+/// Largest decrease of a parameter's standard deviation, as a fraction of an equal share, of a view that adds nothing.
 const FAIR_PART: f64 = 0.2;
-/// A view whose residuals are so many times the typical ones does not belong.
+/// Ratio of a view's residuals to the typical ones from which the view is reported.
 const BAD_VIEW: f64 = 3.0;
-/// Residuals so many times what the detector says are remarked on.
+/// Ratio of all residuals to those that the detector states from which they are reported.
 const BAD_SCALE: f64 = 3.0;
-/// The share of the image's cells that may lack corners.
+/// Smallest fraction of the image's cells with corners that needs no warning.
 const COVERED: f64 = 0.6;
 
-/// Where in the image corners were seen.
+/// Distribution of the corners over the image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageCoverage {
     /// Number of corners in each cell of the image, [`COVERAGE`] columns and rows, row by row.
     pub corners: Vec<usize>,
-    /// The share of cells with at least one corner, 0 to 1.
+    /// Fraction of cells with at least one corner, 0 to 1.
     pub share: f64,
     /// Largest angle between a corner and the optical axis, degrees.
     pub seen_deg: f64,
-    /// The same for the image's farthest corner, as far as the lens model goes, degrees.
+    /// Angle between the image's farthest corner and the optical axis, limited to the lens's domain, degrees.
     pub image_deg: f64,
 }
 
-/// What one view contributes.
+/// Contribution of one view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewInfluence {
-    /// By how much the standard deviation of some parameter would grow without this view, at most:
-    /// 0.05 for 5 %; infinite if the others do not determine the camera.
+    /// Largest growth of a parameter's standard deviation without this view: 0.05 for 5 %; infinite if the others do
+    /// not determine the camera.
     pub growth: f64,
     /// Angle between the board and the image plane, degrees.
     pub tilt_deg: f64,
-    /// Whether the view could as well be left out.
+    /// True if the view could be left out without loss.
     pub adds_nothing: bool,
 }
 
-/// What the pictures do not tell, and what would help.
+/// Advice on a calibration: gaps in the data, and how to close them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Advice {
-    /// Where corners were seen.
+    /// Distribution of the corners over the image.
     pub coverage: ImageCoverage,
-    /// For each view.
+    /// Contribution of each view.
     pub influence: Vec<ViewInfluence>,
-    /// In plain words, the most important first; empty if all is well.
+    /// Warnings in words, the most important first; empty if all is well.
     pub warnings: Vec<String>,
 }
 
+/// Examines a calibration and formulates warnings.
 pub(super) fn advise(views: &[BoardView], fit: &BundleSolution, rays: &Rays) -> Advice {
     let coverage = coverage(views, &fit.state);
     let influence = influence(fit);
@@ -107,7 +107,7 @@ pub(super) fn advise(views: &[BoardView], fit: &BundleSolution, rays: &Rays) -> 
     Advice { coverage, influence, warnings }
 }
 
-/// `0.21 mrad (0.06 px)`.
+/// Formats an uncertainty like `0.21 mrad (0.06 px)`.
 fn shown(sigma: &RaySigma) -> String {
     format!("{:.2} mrad ({:.2} px)", 1e3 * sigma.angle_rad, sigma.px)
 }
@@ -116,7 +116,7 @@ const FRONTAL: &str = "the board is nearly parallel to the image in all views, s
                        focal length looks like a shorter distance; tilt the board by 30 to 45 \
                        degrees, to all sides";
 
-/// Why an information matrix is singular, as far as the poses tell.
+/// Returns the probable cause of a singular information matrix, judged by the poses.
 pub(super) fn why_not_observable(state: &State) -> String {
     if are_frontal(state) {
         FRONTAL.into()
@@ -134,16 +134,18 @@ fn are_frontal(state: &State) -> bool {
     normals.map(tilt_deg).all(|tilt| tilt < FRONTAL_DEG)
 }
 
+/// Computes the influence of each view.
 fn influence(fit: &BundleSolution) -> Vec<ViewInfluence> {
     let count = fit.informations.len();
     let total: DMatrix<f64> = fit.informations.iter().sum();
     let with = ScaledCholesky::new(&total).map(|factor| factor.inverse());
-    // If all views said the same, each would sharpen everything by this.
+    // Growth without one of `count` views with equal information.
     let fair = (count as f64 / (count as f64 - 1.0)).sqrt() - 1.0;
     let one = |(without, pose): (&DMatrix<f64>, &fabkit_geometry::Pose)| {
         let others = ScaledCholesky::new(&(&total - without)).map(|factor| factor.inverse());
         let growth = match (&with, others) {
             (Some(with), Some(others)) => {
+                // The parameter that suffers most without the view counts.
                 let ratios =
                     (0..with.nrows()).map(|i| (others[(i, i)] / with[(i, i)]).sqrt() - 1.0);
                 ratios.fold(0.0, f64::max)
@@ -159,6 +161,7 @@ fn influence(fit: &BundleSolution) -> Vec<ViewInfluence> {
     fit.informations.iter().zip(&fit.state.cameras_from_board).map(one).collect()
 }
 
+/// Counts the corners in each cell of the image.
 fn coverage(views: &[BoardView], state: &State) -> ImageCoverage {
     let camera = &state.camera;
     let [columns, rows] = COVERAGE;
@@ -183,7 +186,7 @@ fn coverage(views: &[BoardView], state: &State) -> ImageCoverage {
     }
 }
 
-/// Between the optical axis and the farthest pixel that the lens maps.
+/// Returns the angle between the optical axis and the farthest pixel that the lens maps, degrees.
 fn image_angle_deg(camera: &Camera) -> f64 {
     let [right, bottom] = [camera.width_px(), camera.height_px()].map(|n| f64::from(n) - 1.0);
     let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
@@ -194,7 +197,7 @@ fn image_angle_deg(camera: &Camera) -> f64 {
     angles.into_iter().fold(0.0, f64::max).to_degrees()
 }
 
-/// Views whose residuals stand out, and residuals that are large as a whole.
+/// Reports views with exceptional residuals, and residuals that are large as a whole.
 fn misfits(views: &[BoardView], fit: &BundleSolution) -> Vec<String> {
     let scales: Vec<f64> = (views.iter().zip(&fit.state.cameras_from_board))
         .map(|(view, pose)| {
@@ -234,7 +237,7 @@ fn misfits(views: &[BoardView], fit: &BundleSolution) -> Vec<String> {
     warnings
 }
 
-/// For example `in the upper left and at the right`.
+/// Names the empty ninths of the image, for example `upper left, middle right`.
 fn empty_parts(corners: &[usize]) -> String {
     let [columns, rows] = COVERAGE;
     let thirds = |i: usize, n: usize| 3 * i / n;

@@ -1,8 +1,7 @@
-//! Levenberg-Marquardt over one camera and the poses of all views.
+//! Bundle adjustment: Levenberg-Marquardt method over one camera and the poses of all views.
 //!
-//! The poses are eliminated from each step (the Schur complement): what is solved has the size of
-//! the camera's parameters, whatever the number of views, and is at the end the information that
-//! all views together hold about the camera.
+//! The poses are eliminated from each step (Schur complement). The system that is solved has the size of the camera's
+//! parameters, whatever the number of views, and at the end it is the information of all views about the camera.
 
 use fabkit_camera::{Camera, Point2, Point3};
 use fabkit_geometry::Pose;
@@ -13,45 +12,47 @@ use nalgebra::{
 use super::BoardView;
 use crate::information::ScaledCholesky;
 
+/// Largest number of iterations for one scale of the residuals.
 const MAX_ITERATIONS: usize = 200;
-/// Times that the scale of the residuals is judged anew.
+/// Largest number of times that the scale of the residuals is estimated again.
 const MAX_ROUNDS: usize = 6;
-/// A step is not worth taking if it changes the cost by less than this part.
+/// Relative decrease of the cost below which the iteration ends.
 const COST_TOLERANCE: f64 = 1e-12;
+/// Damping of the first step, as a fraction of the normal matrix's diagonal.
 const START_DAMPING: f64 = 1e-4;
+/// Damping at which the iteration ends.
 const MAX_DAMPING: f64 = 1e10;
-/// Residuals count by their length, no longer by its square, beyond so many standard deviations
-/// (Huber 1964).
+/// Threshold of the Huber loss, in standard deviations: longer residuals count by their length (Huber 1964).
 const HUBER: f64 = 3.0;
-/// The median length of a normal residual of two coordinates, in standard deviations of one.
+/// Median length of a normally distributed residual of two coordinates, in standard deviations of one: sqrt(2 ln 2).
 const MEDIAN_LENGTH: f64 = 1.177_410_022_515_474_7;
-/// So much is taken for known of each combination of parameters when a view is held out, in squared
-/// sines: what nothing determines is left where it is.
+/// Damping when a view is held out, in squared sines: combinations of parameters that nothing determines stay
+/// unchanged.
 const LEAST_KNOWN: f64 = 1e-9;
 
-/// A camera and where it stands before the board in each view.
+/// Camera, and its pose relative to the board in each view.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     pub camera: Camera,
     pub cameras_from_board: Vec<Pose>,
 }
 
-/// What fits best.
+/// Result of a bundle adjustment.
 #[derive(Clone, Debug)]
 pub(super) struct BundleSolution {
     pub state: State,
-    /// Standard deviation of the residuals, in those that the views state.
+    /// Ratio of the residuals' standard deviation to that stated by the views.
     pub scale: f64,
-    /// Robust sum of squares, in the standard deviations that the views state.
+    /// Robust sum of squares, in standard deviations that the views state.
     pub cost: f64,
-    /// What each view says about the free parameters, its own pose unknown; for `scale` 1.
+    /// Information of each view about the free parameters, with its own pose unknown; for `scale` 1.
     pub informations: Vec<DMatrix<f64>>,
-    /// For each view, its cost as if it had taken no part, its own pose aside: to first order, and
-    /// infinite where the others do not determine the camera.
+    /// Cost of each view as if it had been held out, with its own pose fixed: to first order, and infinite if the
+    /// others do not determine the camera.
     pub held_out: Vec<f64>,
 }
 
-/// Observed minus projected, px; `None` if the lens does not see that far.
+/// Computes observed minus projected, px; `None` outside the lens's domain.
 pub(super) fn residual(
     camera: &Camera,
     pose: &Pose,
@@ -62,14 +63,15 @@ pub(super) fn residual(
     Some(pixel - camera.project(&point).ok()?)
 }
 
-/// Fits the camera's parameters marked as `free`, and all poses. `None` if the start is not within
-/// the lens's domain, or nothing more can be done before it is good.
+/// Fits the camera's parameters marked as `free`, and all poses. `None` if the start is not within the lens's domain,
+/// or if there are no more coordinates than unknowns.
 pub(super) fn fit(views: &[BoardView], start: State, free: &[bool]) -> Option<BundleSolution> {
     let mut state = start;
     let mut scale = typical(views, &state)?;
     for _ in 0..MAX_ROUNDS {
         state = descend(views, state, free, scale)?;
         let next = typical(views, &state)?;
+        // The scale decides which residuals count by their length, and these decide the scale.
         let settled = (next - scale).abs() <= 1e-3 * scale;
         scale = next;
         if settled {
@@ -86,8 +88,9 @@ pub(super) fn fit(views: &[BoardView], start: State, free: &[bool]) -> Option<Bu
     Some(BundleSolution { state, scale, cost: normal.cost, informations, held_out })
 }
 
-/// Without a view, whose gradient is what the others' sum to at the minimum, the camera goes a step
-/// away from it; the view's cost grows as its own normal equations say.
+/// Computes the costs of held-out views. At the minimum a view's gradient balances the sum of the others'. Without the
+/// view the camera moves by the step that this gradient gives, and the view's cost grows as its own normal equations
+/// predict.
 fn held_out(views: &[ViewNormal], informations: &[DMatrix<f64>]) -> Vec<f64> {
     let total: DMatrix<f64> = informations.iter().sum();
     let one = |(view, information): (&ViewNormal, &DMatrix<f64>)| {
@@ -101,7 +104,8 @@ fn held_out(views: &[ViewNormal], informations: &[DMatrix<f64>]) -> Vec<f64> {
     views.iter().zip(informations).map(one).collect()
 }
 
-/// Standard deviation of most residuals, those of outliers aside, in the stated ones.
+/// Estimates the residuals' standard deviation relative to the stated one, from the median, which outliers hardly
+/// affect.
 fn typical(views: &[BoardView], state: &State) -> Option<f64> {
     let mut lengths = Vec::new();
     for (view, pose) in views.iter().zip(&state.cameras_from_board) {
@@ -112,10 +116,11 @@ fn typical(views: &[BoardView], state: &State) -> Option<f64> {
     }
     let middle = lengths.len() / 2;
     let (_, median, _) = lengths.select_nth_unstable_by(middle, f64::total_cmp);
-    // Perfect data have residuals of rounding alone.
+    // Perfect data have residuals of rounding only.
     Some((*median / MEDIAN_LENGTH).max(1e-9))
 }
 
+/// Minimises the cost for a fixed scale of the residuals.
 fn descend(views: &[BoardView], start: State, free: &[bool], scale: f64) -> Option<State> {
     let mut state = start;
     let mut normal = Normal::build(views, &state, free, scale)?;
@@ -136,7 +141,7 @@ fn descend(views: &[BoardView], start: State, free: &[bool], scale: f64) -> Opti
                     break;
                 }
             }
-            // No shorter step helps either: this is as low as rounding lets it be.
+            // No shorter step helps either: the cost is as low as rounding allows.
             None if damping > MAX_DAMPING => break,
             None => damping *= 10.0,
         }
@@ -144,11 +149,11 @@ fn descend(views: &[BoardView], start: State, free: &[bool], scale: f64) -> Opti
     Some(state)
 }
 
-/// A view's part of the normal equations.
+/// Part of the normal equations of one view.
 struct ViewNormal {
-    /// Camera by camera.
+    /// Block of the camera's parameters.
     camera: DMatrix<f64>,
-    /// Camera by pose.
+    /// Block of the camera's parameters and the pose.
     mixed: DMatrix<f64>,
     pose: Matrix6<f64>,
     camera_gradient: DVector<f64>,
@@ -157,13 +162,13 @@ struct ViewNormal {
 }
 
 impl ViewNormal {
-    /// By the camera, if the pose follows.
+    /// Computes the gradient by the camera if the pose is eliminated.
     fn gradient(&self) -> Option<DVector<f64>> {
         let pose = Cholesky::new(self.pose)?;
         Some(&self.camera_gradient - &self.mixed * pose.solve(&self.pose_gradient))
     }
 
-    /// The information about the camera if the pose is unknown.
+    /// Computes the information about the camera with the pose unknown.
     fn about_camera(&self) -> DMatrix<f64> {
         match Cholesky::new(self.pose) {
             Some(pose) => &self.camera - &self.mixed * pose.solve(&self.mixed.transpose()),
@@ -177,13 +182,14 @@ struct Normal {
     cost: f64,
 }
 
-/// Changes of the camera's free parameters and of each pose: a turn and a shift, camera frame.
+/// Step of the camera's free parameters and of each pose (a turn and a shift, camera frame).
 struct Step {
     camera: DVector<f64>,
     poses: Vec<Vector6<f64>>,
 }
 
 impl Normal {
+    /// Builds the normal equations; `None` if a corner lies outside the lens's domain.
     fn build(views: &[BoardView], state: &State, free: &[bool], scale: f64) -> Option<Self> {
         let columns: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
         let count = columns.len();
@@ -205,11 +211,12 @@ impl Normal {
                 let projected = state.camera.project_with_jacobians(&point).ok()?;
                 let residual = corner.pixel - projected.pixel;
                 let length = residual.norm() / (corner.sigma_px * scale);
+                // At a residual of 0 the ratio is infinite, and the weight 1.
                 let weight = (HUBER / length).min(1.0);
                 let precision = corner.sigma_px.powi(-2);
                 normal.cost += precision
                     * if weight < 1.0 {
-                        // The parabola's tangent beyond the limit.
+                        // Beyond the threshold the cost continues along the parabola's tangent.
                         residual.norm_squared() * weight * (2.0 - weight)
                     } else {
                         residual.norm_squared()
@@ -237,12 +244,14 @@ impl Normal {
         Some(Self { views: normals, cost })
     }
 
+    /// Solves for a damped step; `None` if the equations are singular.
     fn step(&self, damping: f64) -> Option<Step> {
         let count = self.views.first()?.camera_gradient.len();
         let mut camera = DMatrix::zeros(count, count);
         let mut gradient = DVector::zeros(count);
         let mut poses = Vec::with_capacity(self.views.len());
         for view in &self.views {
+            // Each pose is damped and eliminated, then the camera's block is damped and solved.
             let mut pose = view.pose;
             for i in 0..6 {
                 pose[(i, i)] *= 1.0 + damping;
@@ -259,6 +268,7 @@ impl Normal {
         let step =
             if count > 0 { ScaledCholesky::new(&camera)?.solve(&gradient) } else { gradient };
         let of_pose = |(view, pose): (&ViewNormal, &Cholesky<f64, nalgebra::Const<6>>)| {
+            // Back substitution of the camera's step.
             pose.solve(&(view.pose_gradient - view.mixed.transpose() * &step))
         };
         let poses = self.views.iter().zip(&poses).map(of_pose).collect();
@@ -266,7 +276,7 @@ impl Normal {
     }
 }
 
-/// How the pixel moves when the pose turns about the camera's axes and shifts along them.
+/// Computes the derivative of a pixel by a turn of the pose about the camera's axes and a shift along them.
 fn by_pose(by_point: &Matrix2x3<f64>, turned: &Vector3<f64>) -> SMatrix<f64, 2, 6> {
     let by_turn = -by_point * turned.cross_matrix();
     let mut both = SMatrix::<f64, 2, 6>::zeros();
@@ -276,7 +286,7 @@ fn by_pose(by_point: &Matrix2x3<f64>, turned: &Vector3<f64>) -> SMatrix<f64, 2, 
 }
 
 impl Step {
-    /// `None` where there is no such camera.
+    /// Applies the step; `None` if no such camera exists.
     fn apply(&self, state: &State, free: &[bool]) -> Option<State> {
         let mut values: Vec<f64> = state.camera.parameters().iter().map(|(_, v)| *v).collect();
         let mut steps = self.camera.iter();

@@ -1,15 +1,15 @@
-//! The lens models among which the pictures choose.
+//! Start values of the lens models among which the images choose.
 
 use fabkit_camera::{Camera, Interface, LensModel, Point3};
 use nalgebra::{DMatrix, DVector};
 
 use crate::information::ScaledCholesky;
 
-/// The camera of a model that maps directions up to `angle_rad` off the axis most like
-/// another, to start from. `None` if the model cannot see that far.
+/// Finds the camera of a model that is most like `other` for directions up to `angle_rad` off the axis. `None` if the
+/// model does not reach that far.
 ///
-/// The fit begins with the innermost directions and goes outwards: a plain lens is right near
-/// its axis, and wrong beyond what the model can take in one step.
+/// The fit begins with the innermost directions and proceeds outwards: a lens without distortion is right near its
+/// axis, but farther out too wrong for the model to converge in one step.
 pub(super) fn like(model: LensModel, other: &Camera, angle_rad: f64) -> Option<Camera> {
     let (width_px, height_px) = (other.width_px(), other.height_px());
     let lens = model.plain(other.lens().intrinsics())?;
@@ -21,12 +21,16 @@ pub(super) fn like(model: LensModel, other: &Camera, angle_rad: f64) -> Option<C
     Some(camera)
 }
 
+/// Number of stages in which the fit proceeds outwards.
 const PARTS: u32 = 12;
+/// Number of rings in the fan of directions.
 const RINGS: u32 = 24;
+/// Number of directions on a ring.
 const SPOKES: u32 = 8;
+/// Number of iterations of each fit.
 const ITERATIONS: usize = 15;
 
-/// Least squares on the pixels of a fan of directions.
+/// Fits a camera to the pixels of a fan of directions by least squares.
 fn closest(start: Camera, other: &Camera, limit_rad: f64) -> Option<Camera> {
     let mut fan = Vec::new();
     for ring in 0..RINGS {
@@ -55,6 +59,7 @@ fn closest(start: Camera, other: &Camera, limit_rad: f64) -> Option<Camera> {
     };
     let mut camera = start;
     let (mut cost, mut normal, mut gradient) = build(&camera)?;
+    // Levenberg-Marquardt without robust loss: the pixels are exact.
     let mut damping = 1e-6;
     for _ in 0..ITERATIONS {
         let step = ScaledCholesky::damped(&normal, damping)?.solve(&gradient);

@@ -1,10 +1,9 @@
-//! How sure the rays are: what a camera is for.
+//! Uncertainty of rays, which is what matters for the use of a camera.
 //!
-//! Parameters trade against each other. A Double Sphere of which only the middle was seen has a
-//! focal length and a xi that nobody can tell apart, and rays that are right all the same. And a
-//! turn of all rays together is no error: it turns the camera's frame, and every pose with it. So
-//! what is told is how well rays are known among each other: the common turn that fits best over
-//! the corners that were seen is taken out of each parameter's effect.
+//! Parameters compensate each other. A double sphere of which only the middle was observed has a focal length and a xi
+//! that cannot be separated, and its rays are right all the same. A common rotation of all rays is no error either: it
+//! turns the camera's frame, and every pose with it. The uncertainty is therefore that of rays relative to each other:
+//! the common rotation that fits best over the observed corners is removed from each parameter's effect.
 
 use fabkit_camera::{Camera, Point2, Point3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX};
@@ -13,61 +12,62 @@ use super::bundle::State;
 use super::{BoardView, points};
 use crate::information::ScaledCholesky;
 
-/// Columns and rows of cells into which the image is divided, to see how well rays are known everywhere.
+/// Numbers of columns and rows of cells into which the image is divided for the map of the uncertainty.
 pub const GRID: [u32; 2] = [32, 24];
-/// Farther from every corner than this part of the image's longer side nothing was seen.
+/// Largest distance between a cell's centre and a corner, as a fraction of the image's longer side, for which the cell
+/// counts as observed.
 const NEAR: f64 = 1.0 / 16.0;
-/// Most corners that are looked at: enough for a median and a worst.
+/// Largest number of corners examined: enough for a median and a maximum.
 const MOST_CORNERS: usize = 2000;
-/// Off the axis on both sides, where the scale on it is differentiated: derivatives are good to
-/// 1e-10, which correlated parameters need.
+/// Step on both sides of the axis for differentiating the scale on it: derivatives are good to 1e-10, which correlated
+/// parameters need.
 const BESIDE_AXIS: f64 = 1e-5;
 
-/// Standard deviation of a ray against the others, both directions together.
+/// Standard deviation of a ray relative to the others, both directions together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RaySigma {
-    /// Of its angle, rad.
+    /// Standard deviation of the ray's angle, rad.
     pub angle_rad: f64,
-    /// Of where the camera sees a thing there, px.
+    /// Standard deviation of the pixel of a point on the ray, px.
     pub px: f64,
 }
 
-/// Over a part of the image.
+/// Uncertainty of rays over a part of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RaySigmas {
-    /// The median.
+    /// Median.
     pub typical: RaySigma,
-    /// The largest.
+    /// Maximum.
     pub worst: RaySigma,
 }
 
-/// How well a camera's rays are known, as far as its lens model holds.
+/// Uncertainty of a camera's rays, provided that its lens model is right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rays {
-    /// Where corners were seen.
+    /// Uncertainty at the observed corners.
     pub seen: RaySigmas,
-    /// In the rest of the image, where the model extrapolates; `None` where there is no rest.
+    /// Uncertainty in the rest of the image, where the model extrapolates; `None` if there is no rest.
     pub beyond: Option<RaySigmas>,
-    /// In the middle of each cell of [`GRID`], row by row from the top; `None` where the lens shows
-    /// nothing.
+    /// Uncertainty at the centre of each cell of [`GRID`], row by row from the top; `None` for pixels outside the
+    /// lens's image.
     pub cells: Vec<Option<RaySigma>>,
 }
 
-/// A place in the image with the effect of each parameter on its ray.
+/// Pixel's ray with the effect of each parameter on it.
 struct Place {
     direction: Vector3<f64>,
-    /// Of the direction, for a step of each parameter.
+    /// Derivative of the direction by each parameter, at a fixed pixel.
     by_parameters: Matrix3xX<f64>,
-    /// Pixels by the direction.
+    /// Derivative of the pixel by the direction.
     by_direction: nalgebra::Matrix2x3<f64>,
 }
 
 impl Place {
-    /// `None` where the lens shows nothing.
+    /// Computes the ray of a pixel; `None` outside the lens's image.
     fn new(camera: &Camera, pixel: &Point2<f64>) -> Option<Self> {
         let direction = camera.unproject(pixel).ok()?.direction;
         let there = camera.project_with_jacobians(&Point3::from(direction)).ok()?;
-        // The pixel stays, and so does the ray's length.
+        // The conditions for the change of the direction: the pixel stays, and so does the length.
         let mut system = Matrix3::zeros();
         system.fixed_rows_mut::<2>(0).copy_from(&there.by_point);
         system.set_row(2, &direction.transpose());
@@ -85,6 +85,7 @@ impl Place {
         self
     }
 
+    /// Propagates the information of the parameters to the ray.
     fn sigma(&self, information: &ScaledCholesky, scale: f64) -> RaySigma {
         let rows = |matrix: &DMatrix<f64>| -> f64 {
             let squares = matrix.row_iter().map(|row| information.variance(&row.transpose()));
@@ -94,11 +95,12 @@ impl Place {
             DMatrix::from_fn(3, self.by_parameters.ncols(), |r, c| self.by_parameters[(r, c)]);
         let of_pixel = self.by_direction * &self.by_parameters;
         let of_pixel = DMatrix::from_fn(2, of_pixel.ncols(), |r, c| of_pixel[(r, c)]);
+        // The direction has unit length, so that its change is an angle.
         RaySigma { angle_rad: rows(&of_ray), px: rows(&of_pixel) }
     }
 }
 
-/// Of a camera whose parameters have this information for residuals of a scale of 1.
+/// Computes the uncertainty of a camera's rays. `information` is that of its parameters for a residual scale of 1.
 pub(super) fn rays(
     views: &[BoardView],
     state: &State,
@@ -108,6 +110,7 @@ pub(super) fn rays(
     let camera = &state.camera;
     let corners: Vec<Point2<f64>> =
         points(views, state).map(|(corner, _)| corner.pixel).filter(|p| camera.sees(p)).collect();
+    // Evenly spaced corners are enough, and keep the run time bounded.
     let every = corners.len().div_ceil(MOST_CORNERS).max(1);
     let seen: Vec<Place> =
         corners.iter().step_by(every).filter_map(|pixel| Place::new(camera, pixel)).collect();
@@ -131,11 +134,12 @@ pub(super) fn rays(
     Some(Rays { seen: over(seen.into_iter().map(sigma).collect())?, beyond: over(beyond), cells })
 }
 
-/// For each parameter, the turn that does most nearly what the parameter does.
+/// Finds, for each parameter, the common rotation that best reproduces its effect on the rays.
 fn common_turns(places: &[Place]) -> Option<Matrix3xX<f64>> {
     let mut normal = Matrix3::zeros();
     let mut right = Matrix3xX::zeros(places.first()?.by_parameters.ncols());
     for Place { direction, by_parameters, .. } in places {
+        // Normal equations of a rotation `w` with `w x direction` closest to the parameter's effect.
         normal += Matrix3::identity() - direction * direction.transpose();
         right += direction.cross_matrix() * by_parameters;
     }
@@ -150,8 +154,8 @@ fn over(mut sigmas: Vec<RaySigma>) -> Option<RaySigmas> {
     Some(RaySigmas { typical, worst: RaySigma { angle_rad: largest, px: worst.px } })
 }
 
-/// Columns per radian on the axis, and the standard deviation: what models with different parameters
-/// have in common.
+/// Computes the image scale on the axis, columns per radian, and its standard deviation, which are comparable between
+/// models with different parameters.
 pub(super) fn focal(camera: &Camera, information: &ScaledCholesky, scale: f64) -> [f64; 2] {
     let by_parameters = |x: f64| {
         let projected = camera.project_with_jacobians(&Point3::new(x, 0.0, 1.0)).ok()?;

@@ -1,4 +1,4 @@
-//! From the sensor's nominal lens to a first camera and first poses.
+//! Start of a calibration: from the sensor's nominal lens to a first camera and first poses.
 
 use fabkit_camera::{Camera, Intrinsics, Vector3};
 use fabkit_geometry::Pose;
@@ -6,15 +6,16 @@ use fabkit_geometry::Pose;
 use super::bundle::{self, State};
 use super::{BoardView, planar};
 
-/// A data sheet's angle of view may be off, or meant across another side of the image: the focal
-/// length is tried at these multiples.
+/// Multiples of the nominal focal length that are tried: a data sheet's angle of view may be inaccurate, or refer to
+/// another side of the image.
 const FOCAL_FACTORS: [f64; 9] = [1.0, 0.85, 1.18, 0.72, 1.4, 0.6, 1.65, 0.5, 2.0];
 
-/// The nominal camera with the focal length, of those tried, under which the boards look flattest,
-/// and the poses that go with it. `None` if no pose of some view can be found under any.
+/// Finds the focal length, of those tried, under which the boards look flattest, and refines the nominal camera with it
+/// and the poses. `None` if under every focal length some view has no pose.
 pub(super) fn state(views: &[BoardView], nominal: &Camera) -> Option<State> {
     let mut best: Option<(f64, State)> = None;
     for factor in FOCAL_FACTORS {
+        // Some lenses do not exist at a multiple of their focal length.
         let Some(camera) = with_focal_factor(nominal, factor) else { continue };
         let Some(cameras_from_board) =
             views.iter().map(|view| pose(&camera, view)).collect::<Option<Vec<_>>>()
@@ -22,19 +23,20 @@ pub(super) fn state(views: &[BoardView], nominal: &Camera) -> Option<State> {
             continue;
         };
         let state = State { camera, cameras_from_board };
+        // The median tolerates corners that were misread.
         let Some(error) = median_px(views, &state) else { continue };
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
             best = Some((error, state));
         }
     }
     let (_, state) = best?;
-    // Focal length and centre first: with poses still rough, coefficients would run away.
+    // Focal length and centre first: coefficients would diverge while the poses are inaccurate.
     let mut free = vec![false; state.camera.parameter_count()];
     free[..4].fill(true);
     bundle::fit(views, state, &free).map(|fit| fit.state)
 }
 
-/// The board's pose in one view under a camera that is about right.
+/// Finds the board's pose in one view under an approximate camera.
 pub(super) fn pose(camera: &Camera, view: &BoardView) -> Option<Pose> {
     let mut corners_mm = Vec::new();
     let mut rays: Vec<Vector3<f64>> = Vec::new();
@@ -54,6 +56,7 @@ fn with_focal_factor(nominal: &Camera, factor: f64) -> Option<Camera> {
     nominal.with_parameters(&values).ok()
 }
 
+/// Computes the median length of residuals, px; `None` if it is infinite.
 fn median_px(views: &[BoardView], state: &State) -> Option<f64> {
     let pairs = views.iter().zip(&state.cameras_from_board);
     let mut lengths: Vec<f64> = pairs

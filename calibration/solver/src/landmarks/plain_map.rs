@@ -1,4 +1,4 @@
-//! `{"1": [0, 0, 20.5], ...}`: hole number to contact, as labs write it by hand.
+//! Plain maps `{"1": [0, 0, 20.5], ...}` from hole number to contact, as labs write them by hand.
 
 use std::collections::BTreeSet;
 
@@ -9,13 +9,13 @@ use serde_json::{Map, Value};
 
 use super::{DOCUMENT, PinLandmark, PinLandmarks, UNNAMED_KIND};
 
-/// Points this close to a sphere were made as points of one, mm: maps are rounded to 0.01 mm.
+/// Tolerance for points to lie on a sphere, mm: maps are rounded to 0.01 mm.
 const SPHERE_TOLERANCE_MM: f64 = 0.05;
 
-/// Longest map, bytes: each of its keys is looked for in all of it.
+/// Largest map, bytes. It is small because each key is searched for in the whole text.
 const MAX_BYTES: usize = 1 << 20;
 
-/// Reads the map; `text` is consulted for keys that JSON's maps silently merge.
+/// Reads the map. `text` is searched for duplicate keys, which the JSON parser merges silently.
 pub(super) fn read(
     text: &str,
     object: &Map<String, Value>,
@@ -36,6 +36,7 @@ pub(super) fn read(
                 "\"{key}\" is not the number of a hole, and no `format` says what else this is"
             )),
             (_, Err(_)) => {
+                // The value is shown, because it is often a nested or shorter list.
                 problems.push(format!("hole {key}: expected [x, y, z] in mm, found {value}"));
             }
         }
@@ -43,6 +44,7 @@ pub(super) fn read(
             problems.push(format!("hole {key} stands there twice"));
         }
     }
+    // The keys "1" and "01" differ as text, but name the same hole.
     let distinct: BTreeSet<u32> = points.iter().map(|(hole, _)| *hole).collect();
     if distinct.len() < points.len() {
         problems.push("a hole stands there twice, written differently".into());
@@ -62,8 +64,9 @@ pub(super) fn read(
     PinLandmarks::new("", "", 0.0, pins)
 }
 
-/// The centre of the sphere on which all points lie, if they do and it is unique.
+/// Finds the centre of the sphere on which all points lie, if they do and it is unique.
 fn common_centre(points: &[(u32, Point3<f64>)]) -> Option<Point3<f64>> {
+    // Four points always lie on a sphere.
     if points.len() < 5 {
         return None;
     }
@@ -78,6 +81,7 @@ fn common_centre(points: &[(u32, Point3<f64>)]) -> Option<Point3<f64>> {
     );
     let svd = rows.svd(true, true);
     let largest = svd.singular_values.max();
+    // Points in a plane lie on many spheres.
     let unique = svd.singular_values.min() > 1e-6 * largest;
     let solution = svd.solve(&squares, 0.0).ok().filter(|_| unique)?;
     let centre = Point3::from(Vector3::new(solution[0], solution[1], solution[2]));

@@ -1,4 +1,4 @@
-//! Why captures of pins cannot be read.
+//! Errors of captures of pins.
 
 use std::io;
 use std::path::PathBuf;
@@ -10,104 +10,104 @@ use crate::captures::InvalidList;
 use crate::image::ImageError;
 use crate::pins::DetectionError;
 
-/// What to look at where pins are not where they should be seen.
+/// Hint for pins that are not where they are expected.
 pub const OTHER_CAMERA: &str =
     "is the camera's file the one of this camera, and are the landmarks this dome's?";
 
-/// Why captures of pins cannot be read.
+/// Reason why captures of pins cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum PinCaptureError {
-    /// Marks that no pose explains.
+    /// No pose explains the marks.
     #[error("the marks in the pictures are not where the holes would be seen from any side")]
     NotAssigned,
-    /// A capture whose name does not say which holes had pins.
+    /// The name of a capture does not say which holes had pins.
     #[error("{file}: its name does not say which holes had pins")]
     Unlabelled {
-        /// Its picture.
+        /// Image of the capture.
         file: String,
     },
-    /// A picture that is none.
+    /// An image cannot be read.
     #[error("{file}: {source}")]
     Picture {
-        /// Which.
+        /// Name of the image.
         file: String,
-        /// Why.
+        /// Reason.
         source: ImageError,
     },
-    /// A picture in which nobody can look for pins.
+    /// An image cannot be searched for pins.
     #[error("{file}: {source}")]
     Undetected {
-        /// Which.
+        /// Name of the image.
         file: String,
-        /// Why.
+        /// Reason.
         source: DetectionError,
     },
-    /// A folder that cannot be read.
+    /// A folder cannot be read.
     #[error("cannot read {}: {source}", .folder.display())]
     Folder {
-        /// Which.
+        /// Folder concerned.
         folder: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// More pictures than anybody takes.
+    /// A folder has too many images.
     #[error("{} holds more than {MAX_PICTURES} pictures", .folder.display())]
     TooManyPictures {
-        /// Where.
+        /// Folder concerned.
         folder: PathBuf,
     },
-    /// A folder without captures.
+    /// A folder has no captures.
     #[error("{} holds no captures", .folder.display())]
     NoCaptures {
-        /// Which.
+        /// Folder concerned.
         folder: PathBuf,
     },
-    /// Captures, and nothing to compare them with.
+    /// There is no image without contact to compare captures with.
     #[error("{} has no picture without contact", .folder.display())]
     NoReference {
-        /// Which folder.
+        /// Folder concerned.
         folder: PathBuf,
     },
-    /// A list of captures that cannot be read.
+    /// A list of captures cannot be read.
     #[error("{}: {source}", .file.display())]
     List {
-        /// Which file.
+        /// Path of the list.
         file: PathBuf,
-        /// Why.
+        /// Reason.
         source: InvalidList,
     },
-    /// Pins of several kinds, and nobody says which was used.
+    /// There are pins of several kinds, and the kind in use is not given.
     #[error("{}: {kinds}", several(.at.as_ref()))]
     SeveralKinds {
-        /// The capture and the hole, where it is about one.
+        /// Capture and hole, if the error concerns one.
         at: Option<(String, u32)>,
-        /// Which there are.
+        /// Kinds that exist, for messages.
         kinds: String,
     },
-    /// A hole that the dome does not have.
+    /// The dome has no such hole.
     #[error("{file}: the landmarks have no hole {hole}")]
     NoHole {
-        /// Which capture.
+        /// Name of the capture.
         file: String,
-        /// As given.
+        /// Hole as given.
         hole: u32,
     },
-    /// A kind of pin that the hole does not have.
+    /// The hole has no pin of this kind.
     #[error("{file}: hole {hole} has no pin of kind `{kind}`")]
     NoSuchPin {
-        /// Which capture.
+        /// Name of the capture.
         file: String,
-        /// Which hole.
+        /// Number of the hole.
         hole: u32,
-        /// As given.
+        /// Kind as given.
         kind: String,
-        /// Which there are.
+        /// Kinds that exist, for messages.
         kinds: String,
     },
-    /// A capture of which some pins were measured by hand.
+    /// A list gives pixels for some pins of a capture only.
     #[error("{file}: some pins have a pixel and some have none")]
     HalfMeasured {
-        /// Which.
+        /// Name of the capture.
         file: String,
     },
 }

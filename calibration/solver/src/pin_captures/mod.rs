@@ -1,4 +1,4 @@
-//! Captures of pins as a lab has them: a folder of pictures, which holes had pins, and the picture without contact.
+//! Captures of pins in a lab's folder: images, the holes that had pins, and the image without contact.
 
 mod error;
 pub mod pictures;
@@ -19,47 +19,47 @@ use fabkit_files::Error;
 use fabkit_files::listing;
 use fabkit_files::reading::{self, Expected, natural_order};
 
-/// Most pictures in a folder.
+/// Largest number of images in a folder.
 pub const MAX_PICTURES: usize = 10_000;
-/// Names under which the picture without contact is looked for.
+/// Names of the image without contact, without extension.
 const REFERENCES: [&str; 2] = ["ref", "reference"];
-/// Kinds of pin that an error names.
+/// Largest number of kinds of pin that an error lists.
 const NAMED: usize = 8;
-/// Name of the list of captures.
+/// File name of the list of captures.
 pub const LIST: &str = "captures.csv";
 
-/// What a folder of captures holds.
+/// Captures of a folder.
 #[derive(Clone, Debug, Default)]
 pub struct PinCaptures<'a> {
-    /// For reports.
+    /// Records for reports.
     pub records: Vec<CaptureRecord>,
-    /// For the solver, in the same order.
+    /// Captures for the solver, in the order of `records`.
     pub marked: Vec<MarkedCapture<'a>>,
-    /// Where the pictures are, if marks were found in pictures.
+    /// Folder of the images, if marks were detected in images.
     pub folder: Option<PathBuf>,
-    /// Whether all marks were found in pictures here; else they are whatever somebody took for pins.
+    /// True if all marks were detected in images here; otherwise they may be anything that somebody took for pins.
     pub is_detected: bool,
-    /// The largest share of what is lit that is saturated in a picture, 0 to 1.
+    /// Largest fraction of lit pixels that are saturated in an image, 0 to 1.
     pub saturated: f64,
 }
 
-/// One capture before its picture is looked at.
+/// Capture before its image is searched.
 struct Planned<'a> {
     file: String,
     pins: Vec<&'a PinLandmark>,
     labelled: bool,
-    /// Measured by hand; then there is no need for a picture.
+    /// Marks measured by hand; then no image is needed.
     marks: Option<Vec<Mark>>,
 }
 
-/// Reads a folder.
+/// Reads a folder of captures and detects the marks in its images.
 ///
-/// Which holes had pins is said by `captures.csv` in the folder, or else by a picture's name; a
-/// picture whose name says nothing may show any pins.
+/// The holes that had pins are listed in `captures.csv` in the folder, or else named by an image's file name. An image
+/// whose name says nothing may show any pins.
 ///
 /// # Errors
-/// A folder that cannot be read or holds no captures, a missing reference, holes that the landmarks
-/// do not have, pictures that cannot be used; all of a kind at once.
+/// Reports a folder that cannot be read or holds no captures, a missing reference, holes that the landmarks do not
+/// have, images that cannot be used; all of a kind together.
 pub fn read<'a>(
     folder: &Path,
     reference: Option<&Path>,
@@ -92,10 +92,10 @@ pub fn read<'a>(
     Ok(captures)
 }
 
-/// The pins of each capture of a folder, by their places among the landmarks; pictures are not looked at.
+/// Returns the pins of each capture of a folder, by their indices among the landmarks, without reading images.
 ///
 /// # Errors
-/// As for [`read`], but for what is wrong with pictures; captures that do not say which pins they show.
+/// Fails as [`read`], except for problems with images, and for captures that do not say which pins they show.
 pub fn pressed(
     folder: &Path,
     landmarks: &PinLandmarks,
@@ -110,7 +110,7 @@ pub fn pressed(
     Ok(planned.iter().map(|capture| capture.pins.iter().filter_map(place).collect()).collect())
 }
 
-/// What a folder holds, and the picture without contact, if it is there.
+/// Lists the captures of a folder, and finds the image without contact, if it exists.
 fn planned<'a>(
     folder: &Path,
     reference: Option<&Path>,
@@ -126,9 +126,11 @@ fn planned<'a>(
             .flat_map(|name| ENDINGS.map(|end| folder.join(format!("{name}.{end}"))))
             .find(|path| path.is_file()),
     };
+    // The reference may lie in the same folder and is no capture.
     let reference_name = reference.as_ref().and_then(|path| path.file_name()?.to_str());
     let pictures = || files.iter().filter(|file| Some(file.as_str()) != reference_name);
     let choose = Choose { landmarks, kind };
+    // True if some image's name does not tell the kind.
     let is_open = || pictures().any(|file| choose.kinds_in(file).is_none());
     if list.is_empty() && kind.is_none() && landmarks.kinds().len() > 1 && is_open() {
         let kinds = names(landmarks);
@@ -156,21 +158,21 @@ fn planned<'a>(
     Ok((planned, reference))
 }
 
-/// A capture whose pins were found elsewhere.
+/// Capture whose pins were detected elsewhere.
 #[derive(Clone, Debug)]
 pub struct MeasuredCapture {
-    /// What reports call it.
+    /// Name in reports.
     pub name: String,
-    /// The holes that had pins, if that is known.
+    /// Holes that had pins, if known.
     pub holes: Option<Vec<u32>>,
-    /// Where pins are seen.
+    /// Marks of the pins.
     pub marks: Vec<Mark>,
 }
 
-/// Captures whose pins were found elsewhere.
+/// Creates captures from marks that were detected elsewhere.
 ///
 /// # Errors
-/// Holes and kinds that the landmarks do not have, of all captures.
+/// Reports holes and kinds that the landmarks do not have, of all captures.
 pub fn from_marks<'a>(
     given: Vec<MeasuredCapture>,
     landmarks: &'a PinLandmarks,
@@ -198,17 +200,17 @@ impl<'a> PinCaptures<'a> {
     }
 }
 
-/// Finds the pins that a label means.
+/// Lookup of the pins that a label refers to.
 #[derive(Clone, Copy, Debug)]
 struct Choose<'a, 'k> {
-    /// All pins.
+    /// All pins of the fixture.
     landmarks: &'a PinLandmarks,
-    /// The kind used, where a label does not say.
+    /// Kind of pin for labels that do not name one.
     kind: Option<&'k str>,
 }
 
 impl<'a> Choose<'a, '_> {
-    /// The pin in a hole; it may not be there, or be one of several kinds.
+    /// Finds the pin in a hole, which may not exist or be one of several kinds.
     fn pin(
         &self,
         file: &str,
@@ -227,7 +229,7 @@ impl<'a> Choose<'a, '_> {
         })
     }
 
-    /// The pins that a capture shows: those in its holes, or whichever of the kind.
+    /// Finds the pins that a capture may show: those in its holes, or all of the kind.
     fn pins(
         &self,
         file: &str,
@@ -240,7 +242,7 @@ impl<'a> Choose<'a, '_> {
         }
     }
 
-    /// All pins of the kinds that a file is named after: `semi-dome-017`, or two halves with a `+` between them.
+    /// Finds all pins of the kinds that a file is named after: `semi-dome-017`, or two halves with a `+` between them.
     fn kinds_in(&self, file: &str) -> Option<Vec<&'a PinLandmark>> {
         let pins_of = |kind: &str| -> Option<Vec<_>> {
             let pins =
@@ -251,9 +253,11 @@ impl<'a> Choose<'a, '_> {
         of_each.map(|pins| pins.concat())
     }
 
+    /// Reads a capture's pins from its file name.
     fn by_name(&self, file: &str) -> Result<Planned<'a>, Error> {
         if let Some(pins) = self.kinds_in(file) {
-            // No complete label: many protrusions of a half have no mark, and too few do to tell how the camera is turned.
+            // Not a complete label: many protrusions of a half leave no mark, and too few do to determine how the
+            // camera is turned.
             return Ok(Planned { file: file.into(), pins, labelled: false, marks: None });
         }
         let stem = stem(file);
@@ -262,6 +266,7 @@ impl<'a> Choose<'a, '_> {
         Ok(Planned { file: file.into(), pins, labelled, marks: None })
     }
 
+    /// Reads a capture's pins, and perhaps their marks, from the list.
     fn by_list(&self, file: &str, listed: &[ListedPin]) -> Result<Planned<'a>, Error> {
         let pin = |p: &ListedPin| self.pin(file, p.hole, p.kind.as_deref());
         let pins = listed.iter().map(pin).collect::<Result<Vec<_>, _>>()?;
@@ -278,12 +283,12 @@ impl<'a> Choose<'a, '_> {
     }
 }
 
-/// A file's name without its ending.
+/// Returns a file name without its extension.
 fn stem(file: &str) -> &str {
     Path::new(file).file_stem().and_then(|stem| stem.to_str()).unwrap_or_default()
 }
 
-/// Kinds of pin; the first of them where there are as many as a set has halves.
+/// Joins the names of the kinds of pin. Only the first ones if there are many, as in a set of halves.
 fn names(landmarks: &PinLandmarks) -> String {
     let kinds = landmarks.kinds();
     let first = kinds.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
@@ -293,10 +298,10 @@ fn names(landmarks: &PinLandmarks) -> String {
     }
 }
 
-/// The pictures of a folder but the one without contact, in natural order.
+/// Lists the images of a folder except the one without contact, in natural order.
 ///
 /// # Errors
-/// A folder that cannot be read, holds too many pictures or none.
+/// Fails for a folder that cannot be read, has too many images or none.
 pub fn pictures_of(folder: &Path, reference: &Path) -> Result<Vec<PathBuf>, Error> {
     let is_reference = |path: &PathBuf| same_file(path, reference);
     let all = pictures_in(folder)?.into_iter().map(|name| folder.join(name));
@@ -307,17 +312,18 @@ pub fn pictures_of(folder: &Path, reference: &Path) -> Result<Vec<PathBuf>, Erro
     Ok(captures)
 }
 
-/// Whether two paths name one file.
+/// Returns whether two paths lead to the same file.
 fn same_file(a: &Path, b: &Path) -> bool {
     listing::real_path(a) == listing::real_path(b)
 }
 
+/// Lists the file names of a folder's images, in natural order.
 fn pictures_in(folder: &Path) -> Result<Vec<String>, PinCaptureError> {
     let unreadable = |source| PinCaptureError::Folder { folder: folder.into(), source };
     let mut files = Vec::new();
     for entry in listing::entries(folder).map_err(unreadable)? {
         let entry = entry.map_err(unreadable)?;
-        // Names that are not UTF-8 hold no label either.
+        // A name that is not UTF-8 cannot be a label.
         if entry.is_utf8() && is_named_as_one(&entry.name) {
             files.push(entry.name);
         }
@@ -329,6 +335,7 @@ fn pictures_in(folder: &Path) -> Result<Vec<String>, PinCaptureError> {
     Ok(files)
 }
 
+/// Reads the list of captures, if the folder has one.
 fn list_in(folder: &Path) -> Result<BTreeMap<String, Vec<ListedPin>>, Error> {
     let path = folder.join(LIST);
     if !path.is_file() {

@@ -1,4 +1,4 @@
-//! Reading pictures and looking for pins in them.
+//! Reading of images, and detection of pins in them.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -12,28 +12,27 @@ use super::PinCaptureError;
 use crate::image::{GreyImage, ImageError};
 use crate::pins::{Detection, DetectionError, DetectionOptions, detect};
 
-/// Pictures of tactile sensors.
+/// Limits for image files of tactile sensors.
 pub const PICTURE: Expected = Expected {
     what: "a picture",
     max_bytes: 256 << 20,
     hint: "pictures of tactile sensors are files of a few megabytes at most",
 };
 
-/// What decoding takes for each pixel besides the picture, bytes: the file, and all of the widest
-/// pixels.
+/// Memory for decoding besides the image, bytes per pixel: the file, and all of the widest pixels.
 const DECODING_BYTES: u64 = 16;
-/// What looking for pins takes for each pixel, the picture itself included, bytes.
+/// Memory for the detection of pins, including the image itself, bytes per pixel.
 const PINS_BYTES: u64 = 32;
 
-/// Reads a picture.
+/// Reads an image as grey.
 ///
 /// # Errors
-/// A file that cannot be read, or is no picture that can be used.
+/// Fails for a file that cannot be read, or is no image that can be used.
 pub fn read_grey(path: &Path) -> Result<GreyImage, Error> {
     read(path, |_| Ok(()))
 }
 
-/// Reads a picture whose size passes a test, made before anything is decoded.
+/// Reads an image if its size passes `fits`, which is called before anything is decoded.
 pub fn read(path: &Path, fits: impl Fn([u32; 2]) -> Result<(), Error>) -> Result<GreyImage, Error> {
     let bytes = reading::read(path, PICTURE)?;
     let wrong = |source: ImageError| {
@@ -43,8 +42,8 @@ pub fn read(path: &Path, fits: impl Fn([u32; 2]) -> Result<(), Error>) -> Result
     GreyImage::read(&bytes).map_err(wrong)
 }
 
-/// Does something with pictures of this size, as many at once as there is memory for; `each` is what
-/// it takes for a pixel, bytes, and `shared` what all of it takes together.
+/// Runs `work` on images of this size with as many workers as memory allows. `each` is the memory of one worker and
+/// `shared` that of all together, bytes per pixel.
 pub fn on_workers<R: Send>(
     what: &str,
     size_px: [u32; 2],
@@ -58,10 +57,10 @@ pub fn on_workers<R: Send>(
     memory::on_workers(&what, pixels * shared, each, Less::Pictures, work)
 }
 
-/// Looks for pins in each picture.
+/// Detects pins in each image.
 ///
 /// # Errors
-/// Pictures that cannot be read or used, all of them.
+/// Reports all images that cannot be read or used.
 pub fn detect_all(
     reference: &Path,
     pictures: &[PathBuf],
@@ -69,6 +68,7 @@ pub fn detect_all(
 ) -> Result<Vec<Detection>, Error> {
     let names: Vec<String> = pictures.iter().map(|path| path.display().to_string()).collect();
     let what = "looking for pins in";
+    // Memory is reserved with the size from the header, before the reference is decoded.
     let fits = |size_px| on_workers(what, size_px, [4, PINS_BYTES], || Ok(()));
     let reference = read(reference, fits)?;
     let reference_px = [reference.width_px(), reference.height_px()];
@@ -82,7 +82,7 @@ pub fn detect_all(
         };
         Ok(Cow::Owned(read(&pictures[i], same)?))
     };
-    // The reference is no larger than a picture may be.
+    // The cast is safe: the reference is no larger than an image may be.
     on_workers(what, reference_px.map(|px| px as u32), [4, PINS_BYTES], || {
         detect_in(&reference, &names, &picture, options)
     })
@@ -92,10 +92,10 @@ fn undetected(name: &str, source: DetectionError) -> Error {
     PinCaptureError::Undetected { file: name.into(), source }.into()
 }
 
-/// The same with pictures by their names, from wherever `read` has the i-th.
+/// Detects pins as [`detect_all`], in images that `read` supplies by their index in `names`.
 ///
 /// # Errors
-/// Pictures that cannot be used, all of them.
+/// Reports all images that cannot be used.
 pub fn detect_in<'a>(
     reference: &GreyImage,
     names: &[String],

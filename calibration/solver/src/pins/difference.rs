@@ -1,68 +1,69 @@
-//! How much each pixel changed, whatever the light did.
+//! Change of each pixel between two images, independent of the illumination.
 
 use super::{DetectionOptions, Polarity};
 use crate::image::GreyImage;
 
-/// Brightness from which a pixel counts as saturated: 8-bit cameras clip softly.
+/// Smallest intensity of a saturated pixel, where white is 1: 8-bit cameras clip softly.
 const SATURATED: f32 = 0.98;
-/// Added to both pictures before dividing: below it, a ratio is noise.
+/// Intensity added to both images before dividing: below it, a ratio is noise.
 const DARK_FLOOR: f32 = 0.06;
-/// A pixel darker than this part of the lit surface belongs to the housing.
+/// Smallest intensity of the lit surface, as a fraction of its median: darker pixels belong to the housing.
 const LIT: f32 = 0.3;
-/// Smallest part of the picture that must show a lit, unsaturated surface.
+/// Smallest fraction of the image that must show a lit, unsaturated surface.
 const MIN_USABLE: f64 = 0.02;
-/// Standard deviation of the smoothing, px of a picture with 480 px on its shorter side.
+/// Standard deviation of the smoothing, px, for an image with 480 px on its shorter side.
 const BLUR_PX: f32 = 1.0;
-/// Cells across the shorter side over which the background is estimated.
+/// Number of cells across the shorter side for the estimate of the background.
 const CELLS: usize = 60;
-/// Reach of the median in cells: 9 of 60 cells is five times a usual mark.
+/// Radius of the median, in cells: 9 of 60 cells is five times a usual mark.
 const MEDIAN_REACH: usize = 4;
 
-/// Why no pins can be looked for in a pair of pictures.
+/// Reason why a pair of images cannot be searched for pins.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DetectionError {
-    /// The pictures are not from one camera.
+    /// The images have different sizes, so that they are not from one camera.
     #[error("{pressed:?} px, but the reference has {reference:?} px")]
     Size {
-        /// Width and height of the pressed picture, px.
+        /// Width and height of the image with contact, px.
         pressed: [usize; 2],
         /// Width and height of the reference, px.
         reference: [usize; 2],
     },
-    /// The reference was given twice.
+    /// The image with contact is the reference itself.
     #[error("the picture is the reference itself: every pixel is the same")]
     Identical,
-    /// Nothing to see.
+    /// Too little of the image shows a lit, unsaturated surface.
     #[error(
         "only {usable_percent:.1} % of the picture shows a lit surface that is not saturated ({saturated_percent:.1} % is saturated); at least 2 % is needed"
     )]
     Exposure {
-        /// Pixels that can be compared.
+        /// Percentage of pixels that can be compared.
         usable_percent: f64,
-        /// Pixels at the sensor's limit in either picture.
+        /// Percentage of pixels at the image sensor's limit in either image.
         saturated_percent: f64,
     },
 }
 
-/// How much each pixel changed.
+/// Change of each pixel between the reference and the image with contact.
 pub(super) struct Difference {
     pub width: usize,
     pub height: usize,
-    /// Logarithm of the ratio of brightness above its local background; contacts are positive.
+    /// Logarithm of the ratio of intensities minus its local background; contacts are positive.
     pub change: Vec<f32>,
-    /// Where the change means something: lit and not saturated.
+    /// True where the change is meaningful: lit and not saturated.
     pub usable: Vec<bool>,
     /// Standard deviation of `change` where nothing touches.
     pub noise: f64,
-    /// The same before smoothing, where neighbours are independent.
+    /// Standard deviation before smoothing, where neighbours are independent.
     pub raw_noise: f64,
-    /// Shorter side of the whole picture, px.
+    /// Shorter side of the whole image, px.
     pub shorter_px: usize,
-    /// Share of what is lit that is saturated, 0 to 1.
+    /// Fraction of lit pixels that are saturated, 0 to 1.
     pub saturated: f64,
 }
 
 impl Difference {
+    /// Computes the change of each pixel, and its noise.
     pub fn new(
         reference: &GreyImage,
         pressed: &GreyImage,
@@ -99,8 +100,8 @@ impl Difference {
     }
 }
 
-/// Lit in the reference, saturated in neither picture nor within the blur of a saturated pixel; and the share of what is
-/// lit that is saturated.
+/// Finds the pixels that are lit in the reference and neither saturated in an image nor within the blur of a saturated
+/// pixel. Also returns the fraction of lit pixels that are saturated.
 fn usable(
     reference: &GreyImage,
     pressed: &GreyImage,
@@ -116,10 +117,12 @@ fn usable(
         .filter(|(v, c)| **v > DARK_FLOOR && !**c)
         .map(|(v, _)| *v)
         .collect();
+    // The median intensity of the lit surface is robust against reflections and dark borders.
     let threshold = LIT * median(&mut lit).unwrap_or(1.0);
     let reach = (2.0 * blur_px).ceil() as usize;
     let clipped_count = clipped.iter().filter(|clipped| **clipped).count();
     let mut usable: Vec<bool> = reference.values().iter().map(|v| *v > threshold).collect();
+    // Saturated pixels count as lit even if only the second image is saturated there.
     let lit_count = usable.iter().zip(&clipped).filter(|(lit, clipped)| **lit || **clipped).count();
     for (i, _) in clipped.iter().enumerate().filter(|(_, clipped)| **clipped) {
         let (x, y) = (i % width, i / width);
@@ -138,13 +141,13 @@ fn usable(
     Ok((usable, clipped_count as f64 / lit_count.max(1) as f64))
 }
 
-/// Side of the cells over which the background of a picture is estimated, px, from its shorter side: parts of a picture that
-/// begin at a multiple of it have the same cells.
+/// Returns the side of the background's cells, px, from the image's shorter side. A part of an image that begins at a
+/// multiple of it has the same cells as the whole.
 pub fn background_cell_px(shorter_px: usize) -> usize {
     (shorter_px / CELLS).max(2)
 }
 
-/// Takes away the median of the neighbourhood, estimated on cells and interpolated between them.
+/// Subtracts the median of the neighbourhood, estimated on cells and interpolated between them.
 fn subtract_background(
     change: &mut [f32],
     usable: &[bool],
@@ -176,6 +179,7 @@ fn subtract_background(
     let place = |pixel: usize, cells: usize| {
         let at = (pixel as f32 + 0.5) / cell as f32 - 0.5;
         let low = (at.max(0.0) as usize).min(cells - 1);
+        // Between the centres of the outermost cells and the border the background is constant.
         (low, (low + 1).min(cells - 1), (at - low as f32).clamp(0.0, 1.0))
     };
     for (y, row) in change.chunks_exact_mut(width).enumerate() {
@@ -195,7 +199,8 @@ fn median(values: &mut [f32]) -> Option<f32> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }
 
-/// Standard deviation from the median of absolute deviations, which marks do not disturb.
+/// Estimates the standard deviation from the median of absolute values, which marks do not disturb. 1.4826 is its ratio
+/// to the standard deviation of a normal distribution.
 fn spread(values: impl Iterator<Item = f32>) -> f64 {
     let mut deviations: Vec<f32> = values.map(f32::abs).collect();
     1.4826 * f64::from(median(&mut deviations).unwrap_or(0.0))

@@ -1,4 +1,4 @@
-//! Connected places that changed, and the centre of each.
+//! Connected regions that changed, and the centre of each.
 
 use std::f64::consts::PI;
 
@@ -7,24 +7,25 @@ use nalgebra::{Matrix2, Point2, Vector2};
 use super::difference::Difference;
 use super::{Detection, DetectionOptions, PinMark, Rejection};
 
-/// A mark must stand out this many standard deviations.
+/// Smallest contrast of a mark, in standard deviations of the noise.
 const SEED_SIGMAS: f64 = 10.0;
-/// The part of a mark above this share of its own contrast gives the centre. Relative, so that a
-/// deep press and a light one of the same pin have the same centre.
+/// Fraction of a mark's own contrast above which its pixels define the centre. It is relative, so that a deep and a
+/// light press of the same pin have the same centre.
 const CENTRE_LEVEL: f32 = 0.5;
-/// Length over width above which something is an edge, not a pin.
+/// Largest ratio of length to width of a pin's mark; beyond, it is an edge.
 const MAX_ELONGATION: f64 = 3.0;
-/// The same for a mark that is cut by the housing.
+/// Largest ratio of length to width of a mark that is cut by the housing.
 const MAX_CUT_ELONGATION: f64 = 4.5;
-/// Above this hidden part of the outline the centre is anybody's guess.
+/// Largest hidden fraction of the outline: beyond, the centre is unknown.
 const MAX_HIDDEN: f64 = 0.6;
-/// Below this hidden part of the outline nothing is missing: the blur of an edge touches it.
+/// Hidden fraction of the outline up to which nothing is missing: the blur of an edge touches the mark.
 const TOUCHING: f64 = 0.08;
-/// Standard deviation of a centre, in diameters, for a mark whose outline is all hidden.
+/// Standard deviation of the centre, in diameters, of a mark whose outline is all hidden.
 const HIDDEN_SIGMA: f64 = 0.3;
-/// No centre is known better than this, px: pixels are not points.
+/// Smallest standard deviation of a centre, px, because pixels are not points.
 const SIGMA_FLOOR_PX: f64 = 0.02;
 
+/// Finds the marks of pins, and the changes that are not pins.
 pub(super) fn find(difference: &Difference, options: &DetectionOptions) -> Detection {
     let side = difference.shorter_px as f64;
     let diameters_px = [options.min_diameter * side, options.max_diameter * side];
@@ -32,7 +33,7 @@ pub(super) fn find(difference: &Difference, options: &DetectionOptions) -> Detec
     let mut visited = vec![false; difference.change.len()];
     let mut marks = Vec::new();
     let mut rejected = Vec::new();
-    // From the strongest down: the first pixel of a mark to be met is its peak.
+    // From the strongest down: the first pixel of a mark in this order is its peak.
     let mut peaks: Vec<usize> = (0..difference.change.len())
         .filter(|i| difference.usable[*i] && difference.change[*i] >= seed)
         .collect();
@@ -43,7 +44,7 @@ pub(super) fn find(difference: &Difference, options: &DetectionOptions) -> Detec
         }
         let level = CENTRE_LEVEL * difference.change[peak];
         let region = grow(difference, peak, level);
-        // Shoulders of a mark that is done are not marks of their own.
+        // Shoulders of a mark that has been measured are not marks of their own.
         let fresh = region.pixels.iter().all(|i| !visited[*i]);
         region.pixels.iter().for_each(|i| visited[*i] = true);
         if !fresh {
@@ -54,6 +55,7 @@ pub(super) fn find(difference: &Difference, options: &DetectionOptions) -> Detec
             Err(reason) => rejected.push((at(difference, peak), reason)),
         }
     }
+    // Roughly the volume of the mark: contrast times area.
     let strength = |mark: &PinMark| mark.contrast * mark.diameter_px.powi(2);
     marks.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
     Detection { marks, rejected, noise: difference.noise, saturated: difference.saturated }
@@ -61,13 +63,13 @@ pub(super) fn find(difference: &Difference, options: &DetectionOptions) -> Detec
 
 struct Region {
     pixels: Vec<usize>,
-    /// Steps from the region to a usable pixel below the level.
+    /// Number of steps from the region to a usable pixel below the level.
     open_steps: usize,
-    /// Steps to an unusable pixel or over the border.
+    /// Number of steps to an unusable pixel or over the border.
     hidden_steps: usize,
 }
 
-/// All usable pixels above the level that are joined to the peak by sides.
+/// Collects all usable pixels above the level that are connected with the peak by sides.
 fn grow(difference: &Difference, peak: usize, level: f32) -> Region {
     let (width, height) = (difference.width, difference.height);
     let mut inside = std::collections::BTreeSet::from([peak]);
@@ -98,6 +100,7 @@ fn grow(difference: &Difference, peak: usize, level: f32) -> Region {
     Region { pixels, open_steps, hidden_steps }
 }
 
+/// Measures the mark of a region, or returns the reason why it is not a pin's.
 fn measure(
     difference: &Difference,
     region: &Region,
@@ -120,6 +123,7 @@ fn measure(
     let (mut area_first, mut area_second) = (Vector2::zeros(), Matrix2::zeros());
     let origin = at(difference, region.pixels[0]);
     for &i in &region.pixels {
+        // Weights fall to 0 at the region's edge, so that pixels entering or leaving it do not shift the centre.
         let weight = f64::from(difference.change[i] - level);
         let offset = at(difference, i) - origin;
         sum += weight;
@@ -133,6 +137,7 @@ fn measure(
     let area_centre = area_first / count;
     let shape = area_second / count - area_centre * area_centre.transpose();
     let axes = shape.symmetric_eigenvalues();
+    // 1/12 is the variance of a single row of pixels.
     let elongation = (axes.max() / axes.min().max(1.0 / 12.0)).sqrt();
     let limit = if hidden_outline > TOUCHING { MAX_CUT_ELONGATION } else { MAX_ELONGATION };
     if elongation > limit {

@@ -1,4 +1,4 @@
-//! The report as one HTML file.
+//! HTML report of an extrinsic calibration.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use crate::extrinsics::FAR_SIGMAS;
 use crate::model::FitParameter;
 
 impl ExtrinsicsReport<'_> {
-    /// One file with everything inline.
+    /// Writes the report as one file without external resources.
     pub fn to_html(&self) -> String {
         let mut body = self.summary();
         let warnings = self.warnings();
@@ -21,6 +21,7 @@ impl ExtrinsicsReport<'_> {
                 Self::list(&warnings)
             );
         }
+        // Writing to a string cannot fail, here and below.
         let _ =
             write!(body, "<h2>What was fitted and why</h2>\n{}", Self::list(&self.explanation()));
         body += &self.parameters_table();
@@ -48,6 +49,7 @@ impl ExtrinsicsReport<'_> {
         page(&format!("Camera pose of {}", self.sensor), &body)
     }
 
+    /// Writes the main figures and the pose.
     fn summary(&self) -> String {
         let chosen = self.chosen();
         let plain = self.calibration.plain();
@@ -82,10 +84,11 @@ impl ExtrinsicsReport<'_> {
         )
     }
 
+    /// Writes the fitted parameters.
     fn parameters_table(&self) -> String {
         let mut rows = String::new();
         for parameter in &self.chosen().fit.parameters {
-            // Dozens of seats say little one by one.
+            // Single values of dozens of seats say little.
             if matches!(parameter, FitParameter::Reseating(..)) {
                 continue;
             }
@@ -98,6 +101,7 @@ impl ExtrinsicsReport<'_> {
         format!("<table><tr><th>fitted</th><th>value</th><th>sigma</th></tr>\n{rows}</table>\n")
     }
 
+    /// Writes the explanations that were tried.
     fn trials_table(&self) -> String {
         let selection = &self.calibration.selection;
         let mut rows = String::new();
@@ -128,6 +132,7 @@ impl ExtrinsicsReport<'_> {
         )
     }
 
+    /// Writes the captures with their errors.
     fn captures_table(&self) -> String {
         let mut rows = String::new();
         for (i, record) in self.captures.iter().enumerate() {
@@ -157,7 +162,7 @@ impl ExtrinsicsReport<'_> {
         )
     }
 
-    /// What other captures would make of it, and pins that are far off.
+    /// Writes the comparison with other captures, and the outlying pins.
     fn cross_checks(&self) -> String {
         let checks = &self.calibration.checks;
         let mut text = "<h2>Cross-checks</h2>\n".to_owned();
@@ -213,6 +218,7 @@ impl ExtrinsicsReport<'_> {
         text
     }
 
+    /// Writes the repeatability of each hole.
     fn repeatability_table(&self) -> String {
         let mut rows = String::new();
         for row in self.repeatability() {

@@ -1,4 +1,4 @@
-//! What was calibrated from a board: the account for scripts. [`html`] is the one for people.
+//! Reports of an intrinsic calibration: JSON here, HTML in [`html`].
 
 mod html;
 
@@ -6,33 +6,33 @@ use serde_json::{Map, Value, json};
 
 use crate::intrinsics::{COVERAGE, LensCalibration, LensCandidate, RaySigmas, SolvedView};
 
-/// One picture of the board, or one view of a list of corners.
+/// Image of the board, or view of a list of corners, in a report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PictureRecord {
-    /// Name of its file, or what the list calls the view.
+    /// File name of the image, or name of the view in the list.
     pub file: String,
-    /// How many corners were found in it.
+    /// Number of corners found in it.
     pub corners_found: usize,
-    /// Why it was not used.
+    /// Reason why it was not used.
     pub unused: Option<String>,
 }
 
-/// An intrinsic calibration with where it comes from.
+/// Intrinsic calibration with its sources.
 #[derive(Clone, Copy, Debug)]
 pub struct IntrinsicsReport<'a> {
     /// Name of the sensor.
     pub sensor: &'a str,
     /// Name of the board.
     pub board: &'a str,
-    /// All pictures, also those not used.
+    /// All images, including those not used.
     pub pictures: &'a [PictureRecord],
-    /// The result.
+    /// Result of the calibration.
     pub calibration: &'a LensCalibration,
 }
 
 impl IntrinsicsReport<'_> {
-    /// `fabkit-intrinsics`, version 1. Lengths in mm, angles in degrees where the name says so,
-    /// pixels in px; a root mean square counts both coordinates of a corner together.
+    /// Writes the JSON report `fabkit-intrinsics`, version 1. Lengths are in mm, angles in degrees if the name says so,
+    /// pixels in px. A root mean square takes both coordinates of a corner together.
     pub fn to_json(&self) -> Value {
         let calibration = self.calibration;
         let camera = calibration.estimate.camera();
@@ -59,7 +59,7 @@ impl IntrinsicsReport<'_> {
             "covariance_of": calibration.estimate.names(),
             "focal_px_per_rad": calibration.focal_px[0],
             "focal_sigma_px_per_rad": calibration.focal_px[1],
-            // Standard deviations of rays among each other, whatever parameters are.
+            // Standard deviations of rays relative to each other, which are comparable between models.
             "rays": {
                 "seen": rays_json(&calibration.rays.seen),
                 "beyond": calibration.rays.beyond.as_ref().map(rays_json),
@@ -73,7 +73,7 @@ impl IntrinsicsReport<'_> {
                 "corners": view.corners.len(),
                 "rms_px": view.rms_px,
                 "tilt_deg": tilt_deg,
-                // JSON has no infinity: null says that the others alone are not enough.
+                // JSON has no infinity: null means that the other views do not determine the camera.
                 "sigma_growth_without": growth.is_finite().then_some(growth),
                 "adds_nothing": adds_nothing,
             })).collect::<Vec<_>>(),
@@ -90,7 +90,7 @@ impl IntrinsicsReport<'_> {
         })
     }
 
-    /// How well rays are known, a name and a sentence for each part of the image.
+    /// Describes the uncertainty of the rays: a name and a text for each part of the image.
     pub fn rays(&self) -> Vec<(&'static str, String)> {
         let known = |RaySigmas { typical, worst }: &RaySigmas| {
             format!(
@@ -106,7 +106,7 @@ impl IntrinsicsReport<'_> {
         [("rays at corners", known(&rays.seen))].into_iter().chain(beyond).collect()
     }
 
-    /// In plain words: pictures that could not be used, then what the calibration lacks.
+    /// Lists images that could not be used, then what the calibration lacks.
     pub fn warnings(&self) -> Vec<String> {
         let unused = self.pictures.iter().filter_map(|picture| {
             let reason = picture.unused.as_ref()?;
@@ -115,7 +115,7 @@ impl IntrinsicsReport<'_> {
         unused.chain(self.calibration.advice.warnings.iter().cloned()).collect()
     }
 
-    /// Each view with the growth of some sigma without it, its tilt in degrees, and whether it adds
+    /// Lists each view with the growth of a standard deviation without it, its tilt in degrees, and whether it adds
     /// nothing.
     fn views(&self) -> impl Iterator<Item = (&SolvedView, f64, f64, bool)> {
         let calibration = self.calibration;
@@ -126,6 +126,7 @@ impl IntrinsicsReport<'_> {
     }
 }
 
+/// Describes an image.
 fn picture_json(picture: &PictureRecord) -> Value {
     json!({
         "file": picture.file,
@@ -135,6 +136,7 @@ fn picture_json(picture: &PictureRecord) -> Value {
     })
 }
 
+/// Describes the uncertainty of rays over a part of the image.
 fn rays_json(RaySigmas { typical, worst }: &RaySigmas) -> Value {
     json!({
         "typical_mrad": 1e3 * typical.angle_rad,
@@ -144,12 +146,13 @@ fn rays_json(RaySigmas { typical, worst }: &RaySigmas) -> Value {
     })
 }
 
+/// Describes a lens model that was tried.
 fn candidate_json(candidate: &LensCandidate) -> Value {
     json!({
         "model": candidate.model.name(),
         "parameters": candidate.parameters,
         "reprojection_rms_px": candidate.fit.map(|fit| fit.rms_px),
-        // JSON has no infinity: null says that the others alone are not enough.
+        // JSON has no infinity: null means that the other views do not determine the camera.
         "held_out_rms_px": candidate.fit.map(|fit| fit.held_out_rms_px).filter(|v| v.is_finite()),
         "bayesian_information_criterion": candidate.fit.map(|fit| fit.criterion),
     })

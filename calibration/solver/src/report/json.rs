@@ -1,4 +1,4 @@
-//! `fabkit-extrinsics`, version 1.
+//! JSON report `fabkit-extrinsics`, version 1.
 
 use fabkit_camera::files::FiledJoint;
 use fabkit_camera::{POSE_COUNT, POSE_PARAMETERS};
@@ -9,8 +9,8 @@ use crate::extrinsics::Trial;
 use crate::observability::Unobservable;
 
 impl ExtrinsicsReport<'_> {
-    /// The whole account. Lengths in mm, angles in rad, pixels in px; a root mean square counts
-    /// both coordinates of a pin together.
+    /// Writes the complete report. Lengths are in mm, angles in rad, pixels in px. A root mean square takes both
+    /// coordinates of a pin together.
     pub fn to_json(&self) -> Value {
         let calibration = self.calibration;
         let chosen = self.chosen();
@@ -35,7 +35,7 @@ impl ExtrinsicsReport<'_> {
             "held_out_rms_px": number(chosen.held_out_rms_px),
             "pin_scatter_rms_px": calibration.scatter.map(|s| s.rms_px),
             "pin_scatter_degrees_of_freedom": calibration.scatter.map(|s| s.degrees_of_freedom),
-            // null where the pose alone could not be fitted; `not_fitted` says why.
+            // null if the pose alone could not be fitted; `not_fitted` says why.
             "plain": calibration.plain().map(|plain| json!({
                 "reprojection_rms_px": number(plain.rms_px),
                 "held_out_rms_px": number(plain.held_out_rms_px),
@@ -74,6 +74,7 @@ impl ExtrinsicsReport<'_> {
         })
     }
 
+    /// Describes the comparison with other captures.
     fn cross_checks_json(&self) -> Value {
         let checks = &self.calibration.checks;
         let without = self.captures.iter().enumerate().map(|(capture, record)| {
@@ -101,7 +102,7 @@ impl ExtrinsicsReport<'_> {
         })
     }
 
-    /// Sensor frame to camera frame as a 4 x 4 matrix, row by row, mm.
+    /// Transform from sensor frame to camera frame, 4 x 4, row by row, mm.
     pub fn matrix(&self) -> [[f64; 4]; 4] {
         let pose = &self.calibration.model().camera_from_sensor;
         std::array::from_fn(|r| {
@@ -119,7 +120,7 @@ impl ExtrinsicsReport<'_> {
         self.calibration.joint.pose_covariance()
     }
 
-    /// As in a pose file.
+    /// Writes the joint covariance as in a pose file.
     fn joint_json(&self) -> Value {
         let FiledJoint { names, camera_values, matrix } = FiledJoint::of(&self.calibration.joint);
         let rows = matrix.row_iter().map(|row| row.iter().copied().collect::<Vec<f64>>());
@@ -130,6 +131,7 @@ impl ExtrinsicsReport<'_> {
         })
     }
 
+    /// Describes a capture with its pins.
     fn capture_json(&self, capture: usize) -> Value {
         let record = &self.captures[capture];
         let pins: Vec<Value> = self
@@ -156,6 +158,7 @@ impl ExtrinsicsReport<'_> {
     }
 }
 
+/// Describes an explanation with its differences from the drawing.
 fn explanation_json(trial: &Trial) -> Value {
     let differs = trial.differs().map(|difference| {
         json!({
@@ -174,6 +177,7 @@ fn explanation_json(trial: &Trial) -> Value {
     })
 }
 
+/// Describes a trial with its errors.
 fn trial_json(trial: &Trial) -> Value {
     json!({
         "name": trial.candidate.to_string(),
@@ -194,7 +198,7 @@ fn unknown_json(unknown: &Unobservable) -> Value {
     json!({ "remaining": unknown.remaining, "terms": terms.collect::<Vec<_>>() })
 }
 
-/// JSON has no infinity.
+/// Returns `None` (JSON null) for numbers that are not finite, which JSON does not have.
 fn number(value: f64) -> Option<f64> {
     Some(value).filter(|value| value.is_finite())
 }

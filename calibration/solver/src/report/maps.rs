@@ -1,4 +1,4 @@
-//! The report's drawings.
+//! Drawings of the extrinsics report.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -11,28 +11,30 @@ use super::{Crop, ExtrinsicsReport, magnification};
 use crate::model::{FitParameter, Observation};
 use crate::uncertainty::{SurfaceSigma, surface_sigma};
 
-/// Rings and places on a ring of the uncertainty maps.
+/// Number of rings of the uncertainty maps.
 const RINGS: usize = 14;
+/// Number of places on a ring.
 const PLACES: usize = 48;
-/// A pixel of a crop is drawn this large.
+/// Size of a crop's pixel in the drawing.
 const ENLARGED: f64 = 6.0;
 
-/// A pin: where it is seen and how far from where the model puts it, px.
+/// Observed pin: its pixel and its residual, px.
 struct Seen {
     pixel: Vector2<f64>,
     residual: Vector2<f64>,
 }
 
-/// What the pins in one hole have in common.
+/// Statistics of the pins in one hole.
 pub(super) struct HoleRow {
     pub hole: u32,
     pub pins: usize,
     pub mean_residual_px: Vector2<f64>,
-    /// About their own mean; `None` for a single pin.
+    /// Scatter about their mean, px; `None` for a single pin.
     pub scatter_px: Option<f64>,
 }
 
 impl HoleRow {
+    /// Computes the statistics of the pins in one hole.
     fn new(hole: u32, pins: &[Seen]) -> Self {
         let count = pins.len() as f64;
         let mean = pins.iter().map(|seen| seen.pixel).sum::<Vector2<f64>>() / count;
@@ -56,7 +58,7 @@ impl ExtrinsicsReport<'_> {
         format!("hole {}, {file}: {:.2} px", o.contact.hole, residual.norm())
     }
 
-    /// Where pins are seen, and how far from where the model puts them.
+    /// Draws the observed pins with their residuals.
     pub(super) fn residual_vectors(&self) -> String {
         let camera = &self.calibration.model().camera;
         let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
@@ -75,7 +77,7 @@ impl ExtrinsicsReport<'_> {
         svg.finish("residual vectors on the image")
     }
 
-    /// Residuals against the distance from the projection of the sensor's axis.
+    /// Plots residuals against the distance from the principal point.
     pub(super) fn residual_against_radius(&self) -> String {
         let model = self.calibration.model();
         let intrinsics = model.camera.lens().intrinsics();
@@ -95,7 +97,7 @@ impl ExtrinsicsReport<'_> {
         plot.finish("residual against radius")
     }
 
-    /// Residuals against the hole's number.
+    /// Plots residuals against the hole's number.
     pub(super) fn residual_against_hole(&self) -> String {
         let residuals = self.residuals();
         let last = residuals.iter().map(|(o, _)| o.contact.hole).max().unwrap_or(1);
@@ -110,13 +112,13 @@ impl ExtrinsicsReport<'_> {
         plot.finish("residual against hole")
     }
 
-    /// A pin that is far off, in its picture.
+    /// Draws an outlying pin in its image.
     pub(super) fn crop(&self, crop: &Crop) -> Option<String> {
         let pin = self.calibration.observations.get(crop.observation)?;
         let residuals = self.chosen().fit.residuals_px(std::slice::from_ref(pin));
         let residual = (*residuals.first()?)?;
         let [width, height] = crop.size_px.map(|px| ENLARGED * f64::from(px));
-        // The middle of the first pixel is at 0, 0.
+        // A pixel's centre has integer coordinates, its corner lies half a pixel before.
         let at = |pixel: Vector2<f64>| {
             [0, 1].map(|axis| ENLARGED * (pixel[axis] - f64::from(crop.first_px[axis]) + 0.5))
         };
@@ -142,7 +144,7 @@ impl ExtrinsicsReport<'_> {
         }
     }
 
-    /// Each hole with how often it was pressed and how well that repeats.
+    /// Lists each hole with the number of its presses and their repeatability.
     pub(super) fn repeatability(&self) -> Vec<HoleRow> {
         let mut by_hole: BTreeMap<u32, Vec<Seen>> = BTreeMap::new();
         for (o, residual) in self.residuals() {
@@ -152,10 +154,9 @@ impl ExtrinsicsReport<'_> {
         by_hole.into_iter().map(|(hole, pins)| HoleRow::new(hole, &pins)).collect()
     }
 
-    /// Two drawings: standard deviation of where the surface is seen, and of its depth.
+    /// Draws two maps: standard deviation of the surface's pixel, and of its depth.
     ///
-    /// The surface is the sphere on which the pins of this calibration touch; nothing is said
-    /// where none did.
+    /// The surface is the sphere on which the pins of this calibration touch, as far out as pins touched.
     pub(super) fn uncertainty_maps(&self) -> Option<[String; 2]> {
         let places = self.places_on_dome()?;
         let draw = |name: &str, unit: &str, value: &dyn Fn(&SurfaceSigma) -> f64| {
@@ -180,6 +181,8 @@ impl ExtrinsicsReport<'_> {
         ])
     }
 
+    /// Computes the surface's uncertainty at places on a dome, with their pixels; `None` if pins' axes are unknown or
+    /// parallel.
     fn places_on_dome(&self) -> Option<Vec<([f64; 2], SurfaceSigma)>> {
         let calibration = self.calibration;
         let contacts: Vec<(Point3<f64>, Vector3<f64>)> = calibration
@@ -188,6 +191,7 @@ impl ExtrinsicsReport<'_> {
             .map(|o| Some((o.contact.contact_in_sensor_mm, o.contact.axis_in_sensor?)))
             .collect::<Option<_>>()?;
         let centre = nearest_to_lines(&contacts)?;
+        // The pins' axes meet near the dome's centre.
         let count = contacts.len() as f64;
         let radius_mm = contacts.iter().map(|(p, _)| (p - centre).norm()).sum::<f64>() / count;
         let polar = |p: &Point3<f64>| (p - centre).angle(&Vector3::z());
@@ -215,15 +219,14 @@ impl ExtrinsicsReport<'_> {
         (!places.is_empty()).then_some(places)
     }
 
-    /// A list item for each text.
+    /// Formats an HTML list with an item for each text.
     pub(super) fn list(items: &[String]) -> String {
         let items: String = items.iter().map(|i| format!("<li>{}</li>\n", escape(i))).collect();
         format!("<ul>\n{items}</ul>\n")
     }
 }
 
-/// The point with the smallest sum of squared distances from the lines; `None` if they are
-/// parallel.
+/// Finds the point with the smallest sum of squared distances from lines; `None` if they are parallel.
 fn nearest_to_lines(lines: &[(Point3<f64>, Vector3<f64>)]) -> Option<Point3<f64>> {
     let (mut system, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for (point, axis) in lines {
@@ -231,6 +234,7 @@ fn nearest_to_lines(lines: &[(Point3<f64>, Vector3<f64>)]) -> Option<Point3<f64>
         system += across;
         right += across * point.coords;
     }
+    // Parallel lines leave one direction undetermined: the system is singular up to rounding.
     let parallel = system.symmetric_eigenvalues().min() < 1e-6 * lines.len() as f64;
     system.try_inverse().filter(|_| !parallel).map(|inverse| Point3::from(inverse * right))
 }

@@ -1,4 +1,4 @@
-//! The findings in plain words.
+//! Findings of an extrinsic calibration in plain words.
 
 use fabkit_camera::{Camera, Interface};
 
@@ -8,33 +8,34 @@ use crate::drawn::{INDEX_SIGMA, PLACE_SIGMA_MM};
 use crate::extrinsics::{Medium, ParameterSet, Trial};
 use crate::model::FitParameter;
 
-/// Residuals this much above what pins and pictures explain mean that the model is incomplete.
+/// Ratio of the residuals to what pins and images explain above which the model is reported as incomplete.
 const MISFIT: f64 = 1.3;
-/// Halves that differ by more than this many times what is to be expected are not of one unit.
+/// Ratio of the halves' difference to its expected value above which it is reported.
 const APART: f64 = 2.5;
-/// A capture that moves the surface by more than this many times what one of so many should is to be looked at.
+/// Influence of a single capture on the surface, relative to an equal share, above which it is reported.
 const INFLUENTIAL: f64 = 4.0;
-/// Above this share of what is lit that is saturated, marks are often cut: of 32 simulated units the two with more than a fifth
-/// were calibrated wrongly, and one with a sixth was not.
+/// Fraction of lit pixels that are saturated above which a warning is given, because marks are often cut. Of 32
+/// simulated units the two with more than a fifth were calibrated wrongly, and one with a sixth was not.
 const MUCH_SATURATED: f64 = 0.1;
-/// So many pins that are far off are named, the farthest first; the report has all.
+/// Number of outlying pins that warnings name, the farthest first; the report lists all.
 const MOST_FAR: usize = 5;
-/// Fewer pins than this make any statement about explanations weak.
+/// Smallest number of pins for a reliable choice of the model.
 const FEW_PINS: usize = 25;
-/// Farther from what is drawn than this many standard deviations a fit is at the end of its prior.
+/// Number of standard deviations from the drawing at which a fit is reported to be at the end of its prior.
 const FAR_FROM_DRAWN: f64 = 2.5;
-/// Akaike's criterion lower by this is strong evidence.
+/// Decrease of Akaike's criterion that is strong evidence.
 const STRONG: f64 = 10.0;
-/// Light this many standard deviations of what is known beforehand from what is assumed is not rendered, and one in twenty units has it.
+/// Number of prior standard deviations beyond which the light is reported as unlikely: the rendering does not cover
+/// such light, and one in twenty units has it.
 const FAR_LIGHT: f64 = 2.0;
 
 impl ExtrinsicsReport<'_> {
-    /// What did not fit its label, one sentence each.
+    /// Lists the differences between captures and their labels, one sentence each.
     pub fn doubt_sentences(&self) -> Vec<String> {
         self.discrepancies.iter().map(|doubt| self.doubt(doubt)).collect()
     }
 
-    /// What the person who took the pictures should know before using the result.
+    /// Lists what the person who took the images should know before using the result.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.doubt_sentences();
         warnings.extend(self.not_drawn.map(str::to_owned));
@@ -81,8 +82,8 @@ impl ExtrinsicsReport<'_> {
             ));
         }
         for unknown in chosen.unobservable.iter().filter(|u| {
-            // That the seats of all captures together are the pose is no news; nor is it that what is drawn is
-            // known from the drawing.
+            // That the seats of all captures together act like the pose is expected, and so is that the drawing
+            // determines the drawn parameters.
             let is_reseating = |p: &FitParameter| matches!(p, FitParameter::Reseating(..));
             !u.terms.iter().all(|(p, _)| is_reseating(p) || chosen.fit.model.is_drawn(*p))
         }) {
@@ -175,7 +176,7 @@ impl ExtrinsicsReport<'_> {
         warnings
     }
 
-    /// Why the chosen explanation was chosen, and what the others say about causes.
+    /// Explains the choice, and what the other explanations say about causes.
     pub fn explanation(&self) -> Vec<String> {
         let chosen = self.chosen();
         let plain = match self.calibration.plain() {
@@ -224,7 +225,7 @@ impl ExtrinsicsReport<'_> {
         text
     }
 
-    /// What the explanations with and without refraction and radial terms say about the cause.
+    /// Describes what the explanations with and without refraction and radial terms say about the cause.
     fn about_optics(&self) -> Vec<String> {
         let mut text = self.about_drawing();
         let given = self.like(Medium::Given, 0);
@@ -262,7 +263,7 @@ impl ExtrinsicsReport<'_> {
         text
     }
 
-    /// What the drawn bodies explain, by themselves and beside what was chosen.
+    /// Describes what the drawn bodies explain, alone and compared with the choice.
     fn about_drawing(&self) -> Vec<String> {
         let Some(drawn) = self.like(Medium::Drawn, 0) else { return Vec::new() };
         let radial = self.best_radial(Medium::Drawn);
@@ -298,7 +299,7 @@ impl ExtrinsicsReport<'_> {
         text
     }
 
-    /// What marks tell of the light that shows them.
+    /// Describes what the marks say about the light.
     fn about_light(&self) -> Option<String> {
         let [scatter, spread] = FitParameter::LIGHT;
         let (scatter_log, of_scatter) = self.value_and_sigma(scatter)?;
@@ -320,24 +321,25 @@ impl ExtrinsicsReport<'_> {
         Some(text)
     }
 
-    /// The fit that differs from the chosen one by medium and radial terms alone.
+    /// Finds the trial that differs from the chosen one only by medium and radial terms.
     fn like(&self, medium: Medium, radial_terms: usize) -> Option<&Trial> {
         let chosen = self.chosen().candidate;
         self.calibration.selection.trials.iter().find(|trial| {
             let optics = trial.candidate.optics;
             trial.candidate == ParameterSet { optics, ..chosen }
+                // The index of [`Medium::Gel`] does not matter here, only its kind.
                 && std::mem::discriminant(&optics.medium) == std::mem::discriminant(&medium)
                 && optics.radial_terms == radial_terms
         })
     }
 
-    /// The best of those with radial terms, by Akaike's criterion.
+    /// Finds the best trial with radial terms, by Akaike's criterion.
     fn best_radial(&self, medium: Medium) -> Option<&Trial> {
         let radial = (1..=3).filter_map(|terms| self.like(medium, terms));
         radial.min_by(|a, b| a.aicc.total_cmp(&b.aicc))
     }
 
-    /// A parameter of the chosen fit with its standard deviation.
+    /// Returns the value of a parameter in the chosen fit and its standard deviation.
     pub(super) fn value_and_sigma(&self, parameter: FitParameter) -> Option<(f64, f64)> {
         let fit = &self.chosen().fit;
         let at = fit.parameters.iter().position(|found| *found == parameter)?;
@@ -345,12 +347,14 @@ impl ExtrinsicsReport<'_> {
         if parameter == FitParameter::FocalScale {
             let fx_px = |camera: &Camera| camera.lens().intrinsics().fx_px;
             let ratio = fx_px(&fit.model.camera) / fx_px(self.calibration.given.camera());
+            // The fit's parameter is a step relative to the fitted focal length; reported is the ratio to the given
+            // one.
             return Some((ratio - 1.0, ratio * sigma));
         }
         Some((fit.model.value(parameter)?, sigma))
     }
 
-    /// One doubt as a sentence.
+    /// Describes a difference between a capture and its label in one sentence.
     fn doubt(&self, doubt: &Discrepancy) -> String {
         let file =
             |capture: usize| self.captures.get(capture).map_or("?", |record| record.file.as_str());
@@ -373,6 +377,7 @@ impl ExtrinsicsReport<'_> {
     }
 }
 
+/// Describes the distance of the gel's surface, and whether it was fixed.
 fn gel_distance(trial: &Trial) -> String {
     let Interface::Flat(flat) = trial.fit.model.camera.interface() else { return String::new() };
     let distance = format!("{:.1} mm", flat.distance_mm);

@@ -1,4 +1,4 @@
-//! Marks to holes, with labels that may be wrong.
+//! Assignment of marks to holes, with labels that may be wrong.
 
 use crate::support::{assembled, camera, captures, nominal, pins};
 use fabkit_calibration::assignment::{Assignment, Discrepancy, Mark, MarkedCapture, assign};
@@ -14,7 +14,7 @@ struct Case<'a> {
     captures: Vec<MarkedCapture<'a>>,
 }
 
-/// Captures with marks of play 0.15 mm and in an order that says nothing.
+/// Returns captures with 0.15 mm of play, and marks in random order.
 fn case<'a>(pins: &'a [PinLandmark], turn_deg: f64, seed: u64, labelled: bool) -> Case<'a> {
     let mut noise = Random::new(seed);
     let chosen = captures(pins, 8, 5, &mut noise);
@@ -46,7 +46,7 @@ fn assigned(case: &Case, pins: &[PinLandmark]) -> Assignment {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// However the camera is turned in its holder.
+    /// The camera may be turned by any angle in its holder.
     #[test]
     fn labelled_marks_find_their_holes(turn_deg in 0.0..360.0f64, seed in 0u64..1000) {
         let pins = pins(&[("a", 0.5)]);
@@ -56,7 +56,7 @@ proptest! {
         prop_assert!(assignment.discrepancies.is_empty(), "{:?}", assignment.discrepancies);
     }
 
-    /// Without labels only near the design's turn: the rings have no start of their own.
+    /// Without labels the turn must be near the design's, because the rings look the same under some turns.
     #[test]
     fn unlabelled_marks_find_their_holes_too(turn_deg in -10.0..10.0f64, seed in 0u64..1000) {
         let pins = pins(&[("a", 0.5)]);

@@ -27,7 +27,7 @@ fn a_measured_board_may_differ_from_its_drawing() {
     assert_eq!(Board::from_json(&board.to_json()).unwrap(), board);
 }
 
-/// A board whose JSON was changed.
+/// Reads a board whose JSON was changed, and returns the error.
 fn refused(board: &Board, from: &str, to: &str) -> String {
     let text = board.to_json();
     assert!(text.contains(from), "{from}");
@@ -98,7 +98,7 @@ proptest! {
         prop_assert_eq!(last.in_board_mm, expected);
     }
 
-    /// Whatever a list holds, reading it ends with corners of the board or a message.
+    /// For any text, reading returns corners of the board or an error.
     #[test]
     fn any_text_is_read_or_refused(text in "(view,corner,x_px,y_px\n)?([ab0-9.,e\\-\n]{0,60})") {
         let board = Board::checkerboard("test", [5, 4], 3.0).unwrap();

@@ -1,11 +1,11 @@
-//! Finding boards in rendered pictures whose corners are known exactly.
+//! Detection of boards in rendered images whose corners are known exactly.
 
 use crate::common::scene::{Spoil, Studio, USUAL, charuco, fisheye, save, somewhere, word};
 use fabkit_calibration::board::{Board, FoundCorner, find_corners};
 use fabkit_calibration::image::GreyImage;
 use fabkit_geometry::sequences::Random;
 
-/// Of each board, with some forty corners in each: a root mean square to 2 %.
+/// Number of views of each board, with some forty corners each: a root mean square is known to 2 %.
 const VIEWS: usize = 24;
 
 #[derive(Default, Debug)]
@@ -16,7 +16,7 @@ struct Tally {
     expected: usize,
     square_sum: f64,
     worst: f64,
-    /// Sum of squared errors in the sigmas that the detector states, per coordinate.
+    /// Sum of squared errors, in units of the detector's standard deviations, per coordinate.
     nees: f64,
 }
 
@@ -26,14 +26,14 @@ impl Tally {
     }
 }
 
-/// Finds a board, or says why not.
+/// Function that detects a board, or returns the reason for its failure.
 type Detector = fn(&GreyImage, &Board) -> Result<Vec<FoundCorner>, String>;
 
 fn ours(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>, String> {
     find_corners(image, board).map_err(|why| why.to_string())
 }
 
-/// Random views with the whole board in sight.
+/// Detects a board in random views that contain it entirely.
 fn tally(detector: Detector, board: &Board, views: usize, seed: u64, spoil: Spoil) -> Tally {
     let studio = Studio::new(fisheye());
     let mut random = Random::new(seed);
@@ -100,7 +100,7 @@ fn checkerboards_in_a_fisheye() {
     assert!(tally.worst <= 1.0);
 }
 
-/// The same views, so that the two lines printed can be compared.
+/// Uses the same views as the test above, so that the printed lines can be compared.
 #[cfg(feature = "opencv")]
 #[test]
 fn checkerboards_in_a_fisheye_by_opencv() {
@@ -120,8 +120,8 @@ fn checkerboards_in_a_fisheye_by_opencv() {
     assert!(matches!(find_corners_opencv(&flat, &charuco), Err(OpenCvError::Charuco)));
 }
 
-/// A sheet that is larger than what the lens sees: part of it is always out of sight, and squares
-/// are small and distorted where the image ends.
+/// The sheet is larger than the lens's field of view: part of it is always outside, and squares are small and distorted
+/// at the edge of the image.
 #[test]
 fn large_charuco_boards_in_part() {
     let board = charuco([26, 17], 10.0, 7.5);

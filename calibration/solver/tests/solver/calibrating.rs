@@ -1,4 +1,4 @@
-//! Choosing an explanation by evidence, on captures whose truth is known.
+//! Choice of an explanation, on captures with known truth.
 
 use crate::support::{assembled, camera, captures, nominal, pins, with_interface};
 use fabkit_calibration::extrinsics::{
@@ -145,8 +145,8 @@ fn too_few_pins_and_pins_out_of_sight_are_refused_by_name() {
     assert!(message.contains("cannot be seen from the starting pose"), "{message}");
 }
 
-/// A lens in air before 6 mm of gel, told nothing of it: the pose alone explains the pins so badly
-/// that most of them count by their length, and reweighting creeps.
+/// The lens is in air in front of 6 mm of gel, but the fit assumes no gel: the pose alone explains the pins so badly
+/// that most of them count by their length, and reweighting converges slowly.
 #[test]
 fn a_bad_explanation_is_fitted_all_the_same() {
     let pins = pins(&[("a", 0.5)]);
@@ -163,7 +163,7 @@ fn a_bad_explanation_is_fitted_all_the_same() {
     assert!((again.cost - fit.cost).abs() < 1e-3, "{} {}", again.cost, fit.cost);
 }
 
-/// The same where large residuals make the normal equations step too far, to and fro.
+/// Large residuals make the steps of the normal equations too long, so that they oscillate.
 #[test]
 fn a_step_too_far_is_shortened() {
     let pins = pins(&[("a", 0.5)]);
@@ -180,8 +180,8 @@ fn a_step_too_far_is_shortened() {
     assert!((again.cost - fit.cost).abs() < 1e-3, "{} {}", again.cost, fit.cost);
 }
 
-/// From where the pose alone sees no pin, a lens before gel is still begun at the design's pose: its
-/// explanations compete, and the plain one is a row with a reason.
+/// At a pose from which the pose alone sees no pin, the gel explanations still start at the designed pose: they
+/// compete, and the plain one is reported with its error.
 #[test]
 fn an_explanation_that_fails_leaves_the_choice_to_the_others() {
     let pins = pins(&[("a", 0.5)]);
@@ -201,7 +201,7 @@ fn an_explanation_that_fails_leaves_the_choice_to_the_others() {
     let (failed, error) = &result.selection.failed[0];
     assert_eq!(failed.to_string(), "plain");
     assert!(matches!(error, SolveError::Unseen { .. }), "{error}");
-    // Without a design's pose they all begin there, and every reason is told with their names.
+    // Without a designed pose they all start there, and every error is reported with their names.
     let refused = calibrate(&camera.into(), &observations, &behind, None, &options).unwrap_err();
     let message = refused.to_string();
     assert!(message.contains("cannot be seen from the starting pose"), "{message}");

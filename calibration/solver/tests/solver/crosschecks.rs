@@ -1,4 +1,4 @@
-//! What other captures make of a fit.
+//! Comparison of a fit with fits to other captures.
 
 use crate::support::{assembled, camera, captures, nominal, pins};
 use fabkit_calibration::extrinsics::{CalibrationOptions, PoseCalibration, calibrate};
@@ -22,7 +22,7 @@ fn calibrated(observations: &[Observation]) -> PoseCalibration {
     calibrate(&camera().into(), observations, &start, Some(&nominal()), &options).unwrap()
 }
 
-/// Leaving out captures is the jackknife, and halves differ by twice the standard deviation of the whole.
+/// Leaving out captures is a jackknife, and the halves differ by twice the standard deviation of the whole.
 #[test]
 fn the_surface_moves_without_captures_as_much_as_is_claimed() {
     let all: Vec<_> = (0..24).map(|seed| calibrated(&observations(seed)).checks).collect();

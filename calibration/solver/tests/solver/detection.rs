@@ -1,4 +1,4 @@
-//! Finding pins in pictures whose truth is known.
+//! Detection of pins in images with known truth.
 
 use crate::support::{assembled, camera, captures, pins};
 use fabkit_calibration::image::{GreyImage, ImageError};
@@ -38,12 +38,12 @@ fn pins_are_found_where_they_are_in_any_light() {
                 .iter()
                 .min_by(|a, b| (a.pixel - truth).norm().total_cmp(&(b.pixel - truth).norm()));
             let error = nearest.unwrap().pixel - truth;
-            // Obliquely seen marks are not quite symmetric: that is not in their sigma.
+            // Oblique marks are not quite symmetric, which their sigma does not include.
             assert!(error.norm() < 0.35, "hole {hole}: {error}");
             whitened.push(error / nearest.unwrap().sigma_px);
         }
     }
-    // Sigma is the picture's noise: central marks must agree with it within an order of magnitude.
+    // Sigma is the image's noise: central marks must agree with it within an order of magnitude.
     whitened.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
     assert!(whitened[3].norm() < 3.0, "{}", whitened[3]);
 }
@@ -52,7 +52,7 @@ fn pins_are_found_where_they_are_in_any_light() {
 fn reflections_rims_and_flicker_are_no_pins() {
     let pins = pins(&[("a", 0.5)]);
     let mut bench = bench(2);
-    // A lamp's reflection that saturates and moves, a bubble that stays, light that drifts across.
+    // A light source's reflection that saturates and moves, a bubble that stays, light that drifts across.
     let reference = bench.reference(1.0).unwrap();
     let reference = changed(&reference, |x, y, v| {
         let bubble = (x as f32 - 250.0).hypot(y as f32 - 300.0) < 8.0;

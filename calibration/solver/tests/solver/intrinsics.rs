@@ -1,4 +1,4 @@
-//! Calibration of a camera from corners that are known, with known noise.
+//! Calibration of a camera from known corners with known noise.
 
 use crate::common::scene::{Studio, USUAL, fisheye, somewhere};
 use fabkit_calibration::board::{Board, find_corners};
@@ -17,12 +17,12 @@ fn board() -> Board {
     Board::checkerboard("test", [9, 6], 3.0).unwrap()
 }
 
-/// What the data sheet says: 10 % off.
+/// Returns the camera of the data sheet, whose angle is 10 % off.
 fn nominal() -> Camera {
     Camera::equidistant(640, 480, 145f64.to_radians()).unwrap()
 }
 
-/// The corners of a board at exactly known poses, with normal noise.
+/// Projects the corners of a board at known poses, with normal noise.
 fn observe(
     studio: &Studio,
     board: &Board,
@@ -112,8 +112,8 @@ fn exact_corners_give_the_exact_camera() {
     }
 }
 
-/// Boards almost parallel to the image: small residuals, and a focal length that may be far off.
-/// The answer must say so, in numbers and in words.
+/// Boards almost parallel to the image give small residuals and a focal length that may be far off. The result must say
+/// so, in numbers and in words.
 #[test]
 fn frontal_boards_are_named() {
     // A narrow lens: a fisheye tells angles apart even on a frontal board.
@@ -247,7 +247,7 @@ fn too_little_is_refused() {
     }
 }
 
-/// Boards far away in the middle of the picture: some 17 degrees to all sides of 80.
+/// Returns views of boards far away in the middle of the image: some 17 of 80 degrees to all sides.
 fn central_views(studio: &Studio, board: &Board, random: &mut Random) -> Vec<BoardView> {
     let mut poses = Vec::new();
     while poses.len() < 12 {
@@ -259,8 +259,8 @@ fn central_views(studio: &Studio, board: &Board, random: &mut Random) -> Vec<Boa
     observe(studio, board, &poses, 0.1, random)
 }
 
-/// Root mean square angle between the rays of two cameras at the corners of some views, the best
-/// common turn taken out.
+/// Returns the root mean square angle between the rays of two cameras at the corners of some views, without the best
+/// common rotation.
 fn rays_apart_rad(views: &[BoardView], a: &Camera, b: &Camera) -> f64 {
     let pixels = views.iter().flat_map(|view| &view.corners).map(|corner| corner.pixel);
     let pairs: Vec<_> = pixels
@@ -278,7 +278,7 @@ fn rays_apart_rad(views: &[BoardView], a: &Camera, b: &Camera) -> f64 {
     (apart.sum::<f64>() / pairs.len() as f64).sqrt()
 }
 
-/// Parameters are anybody's guess, and rays are right: that is what is said.
+/// The parameters are undetermined, but rays are right, and the result says so.
 #[test]
 fn central_views_tell_rays_and_no_more() {
     let (studio, board) = (Studio::new(fisheye()), board());
@@ -317,7 +317,7 @@ fn central_views_tell_rays_and_no_more() {
     }
 }
 
-/// 60 calibrations: rays scatter as they are said to, between the typical and the worst.
+/// In 60 calibrations, rays scatter as predicted, between the typical and the worst value.
 #[test]
 fn rays_are_as_sure_as_they_say() {
     let (studio, board) = (Studio::new(fisheye()), board());
@@ -337,7 +337,7 @@ fn rays_are_as_sure_as_they_say() {
     assert!(scatter > 0.85 * typical && scatter < 1.15 * worst);
 }
 
-/// From pictures to the camera.
+/// Calibrates from rendered images.
 #[test]
 fn rendered_boards_give_the_true_camera() {
     let (studio, board) = (Studio::new(fisheye()), board());

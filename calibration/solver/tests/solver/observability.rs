@@ -74,9 +74,8 @@ fn pins_of_two_lengths_tell_the_seating_offset() {
     assert!(prediction.unobservable.is_empty(), "{prediction:?}");
     let sigma_mm = prediction.sigma(FitParameter::SeatingOffset).unwrap();
     assert!(sigma_mm < 0.2, "{sigma_mm}");
-    // Rays meet at the camera. The offset moves the tips of both lengths by the same way, so that
-    // it is told from scale by what 2 mm of 13.5 mm makes of it: about seven times worse than a
-    // position along the rays.
+    // Rays meet at the camera. The offset moves the tips of both lengths by the same amount, so that only the
+    // difference of 2 mm in 13.5 mm separates it from scale: about seven times worse than a position along the rays.
     let known = predict(&camera(), &pose(), &pins(&[("a", 0.5)]), EFFORT, &FitParameter::POSE);
     let z_mm = known.sigma(FitParameter::Translation(Axis::Z)).unwrap();
     assert!((2.0..40.0).contains(&(sigma_mm / z_mm)), "{sigma_mm} {z_mm}");

@@ -1,4 +1,4 @@
-//! Plans, against fits of captures that are just as planned.
+//! Plans compared with fits of captures that follow them.
 
 use crate::support::{assembled, camera, pins};
 use fabkit_calibration::extrinsics::{Loss, refine};
@@ -49,7 +49,7 @@ impl Case {
     }
 }
 
-/// With noise alone a plan is the covariance of a fit.
+/// With noise alone, a plan predicts the covariance of a fit.
 #[test]
 fn noise_alone_is_what_a_fit_says() {
     let case = Case::new();
@@ -101,7 +101,7 @@ fn all_that_is_loose_makes_it_worse_and_captures_make_it_better() {
     assert!((few.surface_mm / many.surface_mm - 2.0).abs() < 0.1, "{few:?} {many:?}");
 }
 
-/// How deep pins sit is solved for where two lengths tell it, and it may be far off.
+/// The depth of the pins is solved for if two lengths of pins determine it, even if it is far off.
 #[test]
 fn seating_is_solved_for_where_that_helps() {
     let mut case = Case::new();

@@ -1,6 +1,8 @@
-//! Poses from domes that never sit twice as they did, and pins with play: whether the covariance says how far they are off.
+//! Poses from domes that are seated differently in each capture, and pins with play: checks that the covariance
+//! predicts their errors.
 //!
-//! `FABKIT_TRIALS=200 cargo test --release -p fabkit-calibration --test solver reseated:: -- --nocapture` does more of them.
+//! `FABKIT_TRIALS=200 cargo test --release -p fabkit-calibration --test solver reseated:: -- --nocapture` runs more
+//! trials.
 
 use crate::support::{assembled, camera, captures, nominal, pins};
 use fabkit_calibration::extrinsics::{CalibrationOptions, Medium, calibrate};
@@ -8,18 +10,18 @@ use fabkit_calibration::model::{Contact, Model, Observation};
 use fabkit_geometry::sequences::Random;
 use nalgebra::{DVector, Rotation3, Vector2, Vector3};
 
-/// One standard deviation each.
+/// Standard deviations of the play and of the dome's seat.
 const PLAY_MM: f64 = 0.15;
 const SHIFT_MM: f64 = 0.1;
 const TURN_RAD: f64 = 0.3 * std::f64::consts::PI / 180.0;
 const NOISE_PX: f64 = 0.1;
-/// How far a mark is from its pin's tip in all presses of that pin, along each coordinate, where nobody knows it.
+/// Offset of a mark from its pin's tip in all presses of that pin, each coordinate, if it is unknown to the fit.
 const MARK_PX: f64 = 4.0;
-/// About this the dome turns, sensor frame, mm.
+/// Centre of the dome's turns, sensor frame, mm.
 const SEAT: Vector3<f64> = Vector3::new(0.0, 0.0, 6.0);
 
-/// The error of a pose by its covariance, squared (NEES), and the ratios of jackknife to claim; nothing where lens or gel were
-/// changed, which this is not about.
+/// Returns the squared error of a pose relative to its covariance (NEES), and the ratios of jackknife to claimed
+/// standard deviations; `None` if the choice changed lens or gel, which is not tested here.
 fn trial(lengths: &[(&str, f64)], mark_px: f64, seed: u64) -> Option<(f64, [f64; 6])> {
     let all = pins(lengths);
     let mut random = Random::new(seed);

@@ -1,4 +1,4 @@
-//! Propagated uncertainty against the scatter of simulated calibrations.
+//! Propagated uncertainty compared with the scatter of simulated calibrations.
 
 use crate::support::{assembled, camera, captures, pins, with_interface};
 use fabkit_calibration::extrinsics::{Loss, refine};
@@ -9,7 +9,7 @@ use fabkit_camera::{Flat, Interface};
 use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{Point3, Vector3};
 
-/// 400 calibrations of the same sensor; for each, where the true pixel's ray meets the dome.
+/// Calibrates the same sensor 400 times, and intersects the true pixel's ray with the dome each time.
 #[test]
 fn depth_scatters_as_predicted() {
     let pins = pins(&[("a", 0.0)]);

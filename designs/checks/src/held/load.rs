@@ -1,4 +1,4 @@
-//! How much force what is touched bears before something gives way.
+//! Force that the touched body bears before a connection gives way.
 
 use std::collections::VecDeque;
 
@@ -10,37 +10,40 @@ use crate::finding::{Finding, Severity};
 use crate::lines::Caster;
 use crate::rule::Rule;
 
-/// Stress of what nobody knows better, MPa: a filament's print across its layers.
+/// Strength assumed for materials without a value, MPa: a filament print across its layers.
 const USUAL_MPA: f64 = 15.0;
 
-/// Friction of a press fit, MPa: a pressure of 0.5 MPa, which creeping plastics keep, times 0.2 (chosen).
+/// Friction of a press fit per area, MPa: a pressure of 0.5 MPa, which creeping plastics keep, times a coefficient of
+/// 0.2 (chosen).
 const FRICTION_MPA: f64 = 0.1;
 
-/// More than that is more than anything here, N.
+/// Capacity that stands for infinity, N; more than anything here bears.
 const MOST_N: f64 = 1e6;
 
-/// Where a figure tells no more, N.
+/// Force above which messages say only "more than", N.
 const ENOUGH_N: f64 = 1e3;
 
-/// Beside the axis, where vents and screws are, mm.
+/// Position (x, y) of the ray that finds the touched body, mm: slightly off the axis, on which vents and screws lie.
 const BESIDE_MM: [f64; 2] = [0.013, 0.007];
 
-/// The ways in which what is touched is dragged, and that in which it is pulled off.
+/// Directions in which the touched body is dragged (+x, -x, +y, -y).
 const SHEAR: std::ops::Range<usize> = 0..4;
+/// Direction in which the touched body is pulled off, +z.
 const PULL: usize = 4;
 
-/// What gives way first.
+/// Smallest force at which a connection gives way.
 struct Weakest {
     newtons: f64,
-    /// Of what gives way, the link that bears most: the bodies, that which leaves first, and how they hold.
+    /// Strongest link of the cut: its two bodies, the leaving one first, and the kind of connection.
     at: Option<([usize; 2], String)>,
 }
 
+/// Compares the force that the touched body bears, in shear and in tension, with the stated load.
 pub(super) fn examine(sensor: &Sensor, graph: &Graph) -> Vec<Finding> {
     let Some(load_n) = sensor.load_n else { return Vec::new() };
     let Some(touched) = touched(sensor, graph) else { return Vec::new() };
     let ground = graph.grounds[touched];
-    // What touches nothing has been told.
+    // The rule of retention has already reported a body without a housing.
     if ground == usize::MAX || ground == touched {
         return Vec::new();
     }
@@ -70,6 +73,7 @@ pub(super) fn examine(sensor: &Sensor, graph: &Graph) -> Vec<Finding> {
     findings
 }
 
+/// Formats a force.
 fn newtons(weakest: &Weakest) -> String {
     match weakest.newtons {
         n if n >= ENOUGH_N => format!("more than {ENOUGH_N} N"),
@@ -78,6 +82,7 @@ fn newtons(weakest: &Weakest) -> String {
     }
 }
 
+/// Reports a load that tears a connection.
 fn gives_way(graph: &Graph, touched: usize, word: &str, weakest: &Weakest, load_n: f64) -> Finding {
     let name = |node: usize| graph.nodes[node].placed.name;
     let message = match &weakest.at {
@@ -99,10 +104,11 @@ fn gives_way(graph: &Graph, touched: usize, word: &str, weakest: &Weakest, load_
     finding.measured(weakest.newtons, load_n, "N")
 }
 
-/// What a finger meets first.
+/// Finds the body that a finger meets first: the first one below the apex of the touch surface.
 fn touched(sensor: &Sensor, graph: &Graph) -> Option<usize> {
     let touch = sensor.touch.as_ref()?;
     let [x, y] = BESIDE_MM;
+    // The ray starts 1 mm above the apex.
     let above = touch.apex_z_mm() + 1.0;
     let ray = Ray { origin: Point3::new(x, y, above), direction: -Vector3::z() };
     let mut caster = Caster::default();
@@ -116,23 +122,26 @@ fn touched(sensor: &Sensor, graph: &Graph) -> Option<usize> {
     first.map(|(_, index)| index)
 }
 
-/// Force that the first end of a link passes to the second when it is moved along a way, N.
+/// Computes the force that the first body of a link passes to the second when it moves along `way`, N.
 fn capacity_n(graph: &Graph, link: &Link, is_turned: bool, way: usize) -> f64 {
     if link.is_tied {
         return MOST_N;
     }
     let faces = if is_turned { link.faces.turned() } else { link.faces };
+    // The weaker of the two materials gives way.
     let tears = link.ends.map(|end| graph.nodes[end].body.substance.tears_mpa.unwrap_or(USUAL_MPA));
     let stops = faces.ahead_mm2[way] * tears[0].min(tears[1]);
+    // Friction acts on faces in all directions.
     let area_mm2: f64 = faces.ahead_mm2.iter().sum::<f64>();
     let rubs = if link.is_pressed { area_mm2 * FRICTION_MPA } else { 0.0 };
     let sticks = link.adhesion.map_or(0.0, |one| {
+        // Faces that move away are in tension, faces parallel to the motion in shear.
         faces.across_mm2[opposite(way)] * one.pull_mpa + faces.beside_mm2[way / 2] * one.shear_mpa
     });
     (stops + rubs + sticks).min(MOST_N)
 }
 
-/// The least cut between what is touched and its ground (Edmonds and Karp, 1972).
+/// Computes the minimum cut between the touched body and its housing (Edmonds and Karp, 1972).
 fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
     debug_assert!(way < WAYS);
     let count = graph.nodes.len();
@@ -146,8 +155,10 @@ fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
     let mut newtons = 0.0;
     loop {
         let before = search(&rest, from);
+        // No path is left, or the connection is practically unbreakable.
         if before[to].is_none() || newtons >= MOST_N {
             let is_near = |node: usize| node == from || before[node].is_some();
+            // The nodes that can still be reached are one side of the minimum cut.
             let at = if newtons >= MOST_N { None } else { cut(graph, &all, is_near) };
             return Weakest { newtons, at };
         }
@@ -158,6 +169,7 @@ fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
         let least =
             path.windows(2).map(|ends| rest[ends[1]][ends[0]]).fold(f64::INFINITY, f64::min);
         for ends in path.windows(2) {
+            // Paths run from the end to the start.
             rest[ends[1]][ends[0]] -= least;
             rest[ends[0]][ends[1]] += least;
         }
@@ -165,9 +177,9 @@ fn weakest(graph: &Graph, from: usize, to: usize, way: usize) -> Weakest {
     }
 }
 
-/// For each node that force still reaches, the one before it.
+/// Searches the residual graph breadth first. Returns the predecessor of each node that can be reached.
 fn search(rest: &[Vec<f64>], from: usize) -> Vec<Option<usize>> {
-    /// Less is rounding, N.
+    /// Residual capacity below which an edge is saturated up to rounding, N.
     const NOTHING_N: f64 = 1e-9;
     let mut before = vec![None; rest.len()];
     let mut next = VecDeque::from([from]);
@@ -182,7 +194,7 @@ fn search(rest: &[Vec<f64>], from: usize) -> Vec<Option<usize>> {
     before
 }
 
-/// Of the links that give way, that which bears most.
+/// Finds the strongest of the links across the cut.
 fn cut(
     graph: &Graph,
     all: &[Vec<f64>],

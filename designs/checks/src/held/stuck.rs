@@ -1,5 +1,5 @@
-//! Small things that hold nothing and that nothing stands in the way of: each is soldered, glued or stuck by a
-//! step, and touches what that step fixes it on.
+//! Small bodies that hold nothing and are not blocked by others: a step solders, glues or sticks each one, and each
+//! touches the body on which that step fixes it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,18 +11,19 @@ use crate::finding::Finding;
 use crate::rule::Rule;
 use crate::scene::{Assemblies, Placed};
 
-/// What a fillet of solder, a drop of glue or a foam tape fills, mm; chosen.
+/// Largest gap that a solder fillet, a drop of glue or a foam tape fills, mm (chosen).
 const FILLED_MM: f64 = 0.35;
 
-/// Least area that it needs, mm2; chosen: the two pads of an LED of 0603 size.
+/// Smallest area that must be within that gap, mm2 (chosen): the two pads of an LED of size 0603.
 const PADS_MM2: f64 = 0.5;
 
-/// What no step fixes, and what does not touch what a step fixes it on.
+/// Finds small bodies that no step fixes, and those that do not touch the body on which a step fixes them.
 pub(super) fn examine(sensor: &Sensor, scene: &Assemblies) -> Vec<Finding> {
     let placed = scene.bodies(&Assembly::sensor().0);
     let small: Vec<&Placed> = placed.iter().filter(|one| one.of.duty == Duty::Sticks).collect();
     let carriers: BTreeMap<&str, Vec<&str>> =
         small.iter().map(|one| (one.name, carriers(sensor, one.name))).collect();
+    // One contact with any of its carriers is enough.
     let in_the_air = small.into_par_iter().filter(|one| {
         let carriers = &carriers[one.name];
         let mut others = placed.iter().filter(|other| carriers.contains(&other.name));
@@ -34,7 +35,7 @@ pub(super) fn examine(sensor: &Sensor, scene: &Assemblies) -> Vec<Finding> {
     unfixed.chain(in_the_air.into_iter().map(|name| apart(name, &carriers[name]))).collect()
 }
 
-/// What the chain's steps fix a body on.
+/// Returns the bodies on which the chain's steps fix a body.
 fn carriers<'a>(sensor: &'a Sensor, name: &str) -> Vec<&'a str> {
     let fixings = sensor.chain.iter().flat_map(|step| &step.fixings);
     let of_it = fixings.filter(|fixing| fixing.bodies.iter().any(|body| body == name));
@@ -43,16 +44,19 @@ fn carriers<'a>(sensor: &'a Sensor, name: &str) -> Vec<&'a str> {
     onto.into_iter().collect()
 }
 
+/// Returns whether enough area of the two bodies is within reach of solder or glue.
 fn touches(one: &Placed, other: &Placed) -> bool {
     faces([one, other], Some(FILLED_MM)).is_some_and(|faces| faces.bonded_mm2 > PADS_MM2)
 }
 
+/// Reports a small body that no step fixes.
 fn unfixed(name: &str) -> Finding {
     let message = format!("{name} is laid in place alone: no step solders, glues or sticks it");
     let fix = "let the step that puts it there say what fixes it";
     Finding::error(Rule::Held, message, fix).of([name])
 }
 
+/// Reports a small body that does not touch its carrier.
 fn apart(name: &str, onto: &[&str]) -> Finding {
     let message = format!(
         "{name} does not touch {}, which a step fixes it on: less than {PADS_MM2} mm2 lies within \

@@ -1,4 +1,4 @@
-//! What gets to its place when, in each assembly, past what.
+//! Arrivals: which bodies come to their places in each step and assembly, and which stand there already.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,33 +7,33 @@ use fabkit_geometry::{Action, Adjustment, Kind, Occasion, Pose, Sensor, Step};
 use crate::case::Place;
 use crate::scene::{Assemblies, Placed};
 
-/// Poses that differ by less are the same, mm and parts of 1.
+/// Largest difference of equal poses, mm and parts of 1.
 const SAME: f64 = 1e-9;
 
-/// Bodies whose boxes are this near touch each other, mm.
+/// Distance at which bounding boxes count as touching, mm.
 const TOUCHING_MM: f64 = 0.1;
 
 /// A step that brings bodies to their places.
 pub(crate) struct Arrival<'a> {
     pub(crate) place: Place<'a>,
     pub(crate) step: &'a Step,
-    /// What stands there before.
+    /// Bodies that stand there before the step.
     pub(crate) standing: Vec<&'a Placed<'a>>,
-    /// What comes; each of them as one piece, in the order in which the step names them.
+    /// Bodies that the step brings, grouped into pieces that move as one, in the order in which the step names them.
     pub(crate) coming: Vec<Vec<&'a Placed<'a>>>,
 }
 
-/// A step in which tools work on what stands there.
+/// A step in which tools work on bodies that stand in an assembly.
 pub(crate) struct Work<'a> {
     pub(crate) place: Place<'a>,
     pub(crate) occasion: Occasion,
-    /// What they work on.
+    /// Bodies on which the tools work.
     pub(crate) on: Vec<&'a Placed<'a>>,
-    /// What stands there, with what they work on.
+    /// All bodies that stand there, including those on which the tools work.
     pub(crate) around: Vec<&'a Placed<'a>>,
 }
 
-/// Every step that brings something, in order, and every step that pours, adjusts or takes off.
+/// Returns every step that brings bodies, in order, and every step that pours, adjusts or demolds.
 pub(crate) fn arrivals<'a>(
     sensor: &'a Sensor,
     scene: &'a Assemblies<'a>,
@@ -43,15 +43,17 @@ pub(crate) fn arrivals<'a>(
     (arrivals, history.work)
 }
 
+/// State of all assemblies while the chain is followed step by step.
 pub(super) struct History<'a> {
     sensor: &'a Sensor,
     scene: &'a Assemblies<'a>,
-    /// What stands in each assembly, as numbers of its bodies.
+    /// Indices of the bodies that stand in each assembly.
     standing: BTreeMap<&'a str, BTreeSet<usize>>,
+    /// Work of tools so far.
     work: Vec<Work<'a>>,
 }
 
-/// The layer that a step makes: it is not brought.
+/// Returns the layer that a step makes in place, which is therefore not brought.
 fn made(step: &Step) -> Option<&str> {
     match &step.action {
         Action::Pour(pour) => Some(&pour.layer),
@@ -60,7 +62,7 @@ fn made(step: &Step) -> Option<&str> {
     }
 }
 
-/// What a step needs where it happens.
+/// Iterates over the names of the bodies that a step needs in its assembly.
 fn needed(step: &Step) -> impl Iterator<Item = &str> {
     let more: &[String] = match &step.action {
         Action::Pour(pour) => &pour.walls,
@@ -76,7 +78,7 @@ impl<'a> History<'a> {
         Self { sensor, scene, standing: BTreeMap::new(), work: Vec::new() }
     }
 
-    /// What stands in an assembly now, in the order of the sensor's lists.
+    /// Returns the bodies that stand in an assembly now, in the order of the sensor's lists.
     pub(super) fn standing(&mut self, assembly: &'a str) -> Vec<&'a Placed<'a>> {
         let scene = self.scene;
         if !self.standing.contains_key(assembly) {
@@ -86,9 +88,11 @@ impl<'a> History<'a> {
         self.standing[assembly].iter().map(|&i| &scene.bodies(assembly)[i]).collect()
     }
 
+    /// Applies a step to the assemblies. Returns the arrival, if the step brings bodies.
     pub(super) fn step(&mut self, step: &'a Step) -> Option<Arrival<'a>> {
         let assembly = step.assembly.as_ref()?.0.as_str();
         let bodies = self.scene.bodies(assembly);
+        // Fills the entry of this assembly on its first use, before pieces are looked up in it.
         self.standing(assembly);
         let arrival = self.arrival(step, assembly);
         let standing = self.standing.entry(assembly).or_default();
@@ -107,11 +111,12 @@ impl<'a> History<'a> {
         let on = around.clone();
         self.work.extend(occasion.map(|occasion| Work { place, occasion, on, around }));
         let is_made = |placed: &Placed| made(step) == Some(placed.name);
+        // The layer stands in the mold only after the tools of the pour have worked.
         standing.extend((0..bodies.len()).filter(|&i| is_made(&bodies[i])));
         if let Action::Demold(pulls) = &step.action {
             let is_pulled = |name: &str| pulls.iter().any(|pull| pull.body == name);
             let fits = &self.sensor.press_fits;
-            // What is pressed into a tool leaves with it, and no tool comes off before its screws.
+            // Bodies pressed into a tool leave with it, and screws leave before any tool comes off.
             let goes_with =
                 |name: &str| fits.iter().any(|fit| fit.inner == name && is_pulled(&fit.outer));
             let stays = |placed: &Placed| {
@@ -122,6 +127,7 @@ impl<'a> History<'a> {
         arrival
     }
 
+    /// Finds the bodies that a step brings, grouped into pieces.
     fn arrival(&self, step: &'a Step, assembly: &'a str) -> Option<Arrival<'a>> {
         let bodies = self.scene.bodies(assembly);
         let standing = &self.standing[assembly];
@@ -134,6 +140,7 @@ impl<'a> History<'a> {
                 if standing.contains(&i) || wait.contains(&i) || !known.insert(i) {
                     continue;
                 }
+                // Bodies of the same piece come along, even if the step does not name them.
                 let with: Vec<usize> = (0..bodies.len())
                     .filter(|&k| k == i || pieces[k] == pieces[i])
                     .filter(|k| !standing.contains(k) && !wait.contains(k))
@@ -147,8 +154,8 @@ impl<'a> History<'a> {
         (!coming.is_empty()).then_some(Arrival { place, step, standing, coming })
     }
 
-    /// What a step names though its turn comes later, with what it touches: the same screws hold other
-    /// bodies too, and a later step names them again.
+    /// Finds bodies that the step names but that arrive in a later step, together with the bodies they touch: screws of
+    /// one name also hold other bodies, and a later step names them again.
     fn waiting(&self, step: &Step, assembly: &str) -> BTreeSet<usize> {
         let bodies = self.scene.bodies(assembly);
         let standing = &self.standing[assembly];
@@ -156,8 +163,9 @@ impl<'a> History<'a> {
         let after = self.sensor.chain.iter().skip_while(|other| other.name != step.name).skip(1);
         let after = after.filter(|step| step.assembly.as_ref().is_some_and(|a| a.0 == assembly));
         let after: Vec<BTreeSet<&str>> = after.map(|step| needed(step).collect()).collect();
+        // Names in later steps of the same assembly.
         let later: BTreeSet<&str> = after.iter().flatten().copied().collect();
-        // What stands in one place comes when it is named first.
+        // A body with a single placement arrives when it is first named.
         let is_one_of_many =
             |i: usize| bodies.iter().filter(|b| b.name == bodies[i].name).count() > 1;
         let is_again = |&i: &usize| {
@@ -167,7 +175,7 @@ impl<'a> History<'a> {
         let is_absent = |i: usize| !standing.contains(&i) && !now.contains(bodies[i].name);
         let mut wait = BTreeSet::new();
         loop {
-            // What only comes to lie beside it in a step of its own is not waited for.
+            // A body only waits for an absent neighbour if a later step names both.
             let is_told_with = |k: usize, i: usize| {
                 let mut steps = after.iter();
                 steps.any(|s| s.contains(bodies[k].name) && s.contains(bodies[i].name))
@@ -190,8 +198,8 @@ impl<'a> History<'a> {
         }
     }
 
-    /// What no step brings to an assembly though it stands there: it has been brought as a whole, and
-    /// what comes later comes to it.
+    /// Finds bodies that stand in an assembly although no step brings them there: they arrived as a whole, and later
+    /// bodies are added to them.
     fn brought_untold(&self, assembly: &str) -> BTreeSet<usize> {
         let bodies = self.scene.bodies(assembly);
         let here = |step: &&Step| step.assembly.as_ref().is_some_and(|a| a.0 == assembly);
@@ -200,23 +208,25 @@ impl<'a> History<'a> {
         let is_told = |piece: usize| {
             (0..bodies.len()).any(|i| pieces[i] == piece && told.contains(bodies[i].name))
         };
+        // A cast layer exists only once it has been cast somewhere.
         let exists = |placed: &Placed| placed.of.kind != Kind::Cast || self.stands(placed.name);
         (0..bodies.len()).filter(|&i| !is_told(pieces[i]) && exists(&bodies[i])).collect()
     }
 
-    /// Whether a body stands anywhere by now.
+    /// Returns whether a body stands in any assembly by now.
     fn stands(&self, name: &str) -> bool {
         self.standing.iter().any(|(assembly, standing)| {
             standing.iter().any(|&i| self.scene.bodies(assembly)[i].name == name)
         })
     }
 
-    /// Of which piece each body of an assembly is: what stood together before, as it does here, moves
-    /// together, and so do parts that are printed as one.
+    /// Returns the index of the piece to which each body of an assembly belongs. Bodies that stood together before, in
+    /// the same relative pose, move together; so do parts that are printed as one.
     fn pieces(&self, assembly: &str) -> Vec<usize> {
         let bodies = self.scene.bodies(assembly);
         let mut pieces: Vec<usize> = (0..bodies.len()).collect();
         let mut join = |a: usize, b: usize| {
+            // A piece has the index of its first body.
             let (from, to) = (pieces[a].max(pieces[b]), pieces[a].min(pieces[b]));
             pieces.iter_mut().filter(|piece| **piece == from).for_each(|piece| *piece = to);
         };
@@ -237,7 +247,8 @@ impl<'a> History<'a> {
     }
 }
 
-/// What is set right in a step: what it brings of that name, or else what stands there.
+/// Returns the work of a step's adjustments: on the bodies of that name that it brings, or else on those that stand
+/// there.
 fn adjusted<'a>(
     step: &'a Step,
     place: Place<'a>,
@@ -254,19 +265,22 @@ fn adjusted<'a>(
         if on.is_empty() {
             on = named(standing, &adjustment.body);
         }
+        // Adjusted before assembly: only the bodies that come with the step are around.
         let around = if adjustment.is_apart { &coming[..] } else { standing };
         Work { place, occasion: Occasion::Adjustment, on, around: around.to_vec() }
     };
     step.adjustments.iter().map(work).collect()
 }
 
-/// What stood together there and does so here, as numbers of bodies here: each group has been moved as one.
+/// Groups the bodies that stood together before and do so here, as indices of bodies here: each group has been moved as
+/// one.
 ///
-/// Nothing has been moved to two places: of copies here, those are meant that take most along.
+/// A body cannot have been moved to two places. Among several copies here, the move that takes most bodies along wins.
 fn moved_together(there: &[&Placed], here: &[Placed]) -> Vec<Vec<usize>> {
     let mut moves: Vec<(Pose, Vec<[usize; 2]>)> = Vec::new();
     for (to, placed) in here.iter().enumerate() {
         for from in (0..there.len()).filter(|&from| there[from].name == placed.name) {
+            // Transform from the other assembly to this one. Bodies with the same transform moved together.
             let to_here = placed.pose.then_in(there[from].pose.inverse());
             match moves.iter_mut().find(|(pose, _)| is_same(pose, &to_here)) {
                 Some((_, pairs)) => pairs.push([from, to]),
@@ -277,16 +291,19 @@ fn moved_together(there: &[&Placed], here: &[Placed]) -> Vec<Vec<usize>> {
     moves.sort_by_key(|(_, pairs)| std::cmp::Reverse(pairs.len()));
     let mut gone = BTreeSet::new();
     let taken = moves.into_iter().map(|(_, pairs)| {
+        // A body that has been assigned to a larger move is not available for another one.
         let left = pairs.into_iter().filter(|[from, _]| gone.insert(*from));
         left.map(|[_, to]| to).collect()
     });
     taken.collect()
 }
 
+/// Returns the index of a body, by identity.
 fn number(bodies: &[Placed], placed: &Placed) -> Option<usize> {
     bodies.iter().position(|other| std::ptr::eq(other, placed))
 }
 
+/// Returns whether two poses are equal up to rounding.
 fn is_same(a: &Pose, b: &Pose) -> bool {
     (a.rotation() - b.rotation()).amax() < SAME
         && (a.translation_mm() - b.translation_mm()).amax() < SAME

@@ -1,5 +1,5 @@
-//! Rigid tools that are taken off a cast stick to it: each has a slot for a screwdriver, or stands out far
-//! enough for two fingers.
+//! Grip on rigid tools that are taken off a cast and stick to it: each needs a slot for a screwdriver, or must stand
+//! out far enough for two fingers.
 
 use std::f64::consts::TAU;
 
@@ -12,19 +12,20 @@ use crate::scene::Placed;
 
 use super::arrival::Work;
 
-/// What two fingers hold by its edges, mm; chosen: half a fingertip.
+/// Smallest height of an edge that two fingers can hold, mm (chosen): half a fingertip.
 const GRIP_MM: f64 = 3.0;
 
-/// Bodies whose boxes are this near touch each other, mm.
+/// Distance at which bounding boxes count as touching, mm.
 const TOUCHING_MM: f64 = 0.1;
 
-/// From how many sides fingers are tried, in opposite pairs.
+/// Number of sides from which fingers are tried, in opposite pairs.
 const SIDES: usize = 8;
 
-/// At how many heights of a tool.
+/// Number of heights along a tool that are sampled.
 const HEIGHTS: usize = 96;
 
-/// What a step takes off without a place for screwdriver or fingers. Screws are drawn before.
+/// Finds tools that a demolding step takes off and that offer no place for a screwdriver or fingers. Screws and nuts
+/// are ignored: they are removed before.
 pub(super) fn examine(sensor: &Sensor, work: &Work) -> Vec<Finding> {
     if work.occasion != Occasion::Removal {
         return Vec::new();
@@ -44,18 +45,20 @@ pub(super) fn examine(sensor: &Sensor, work: &Work) -> Vec<Finding> {
         if least < GRIP_MM {
             findings.push(told(work, &pull.body, least));
         }
+        // The tool is gone for the following pulls.
         standing.retain(|one| one.name != pull.body);
     }
     findings
 }
 
-/// Nothing gives way that silicone sticks to; what is bought, and what is peeled, has its own ways.
+/// Returns whether a tool is rigid and made here. Silicone gives way, and what is bought or peeled comes off in ways of
+/// its own.
 fn is_rigid(one: &Placed, pull: &Pull) -> bool {
     let made = [Process::Fdm, Process::Sla, Process::PolyJet, Process::Laser, Process::Cnc];
     pull.strain_limit.is_none() && one.of.process().is_some_and(|process| made.contains(&process))
 }
 
-/// Whether a screwdriver has a place on it, or on what it touches.
+/// Returns whether the tool, or a body that it touches, has a place for a screwdriver.
 fn is_pried(one: &Placed, standing: &[&Placed]) -> bool {
     let near = one.body.bounds().grown(TOUCHING_MM);
     let touches = |other: &Placed| !near.common(&other.body.bounds()).is_empty();
@@ -63,8 +66,8 @@ fn is_pried(one: &Placed, standing: &[&Placed]) -> bool {
     standing.iter().any(|other| pries(other) && touches(other))
 }
 
-/// How much of a tool's height is outermost on two opposite sides across its way off, mm: the most of all
-/// pairs of sides, at most a line more than it is.
+/// Computes the height, mm, over which a tool is the outermost body on two opposite sides across its pull. Returns the
+/// largest value of all pairs of sides, rounded up by one sampling step.
 fn grip_mm(one: &Placed, standing: &[&Placed], along: &Vector3<f64>) -> f64 {
     let bounds = one.body.bounds();
     let (centre, far_mm) = (bounds.centre(), 2.0 * (bounds.max - bounds.min).norm() + 1.0);
@@ -74,10 +77,11 @@ fn grip_mm(one: &Placed, standing: &[&Placed], along: &Vector3<f64>) -> f64 {
     let mut caster = Caster::default();
     let mut free_mm = [0.0; SIDES];
     for (side, free_mm) in free_mm.iter_mut().enumerate() {
-        // Off the ways along which corners and notches lie.
+        // A small offset, so that no side points along corners and notches.
         let (sin, cos) = (TAU * (side as f64 + 0.137) / SIDES as f64).sin_cos();
         let out = across * cos + up * sin;
         for height in 0..HEIGHTS {
+            // The offset keeps lines off edges at round heights.
             let shift_mm = (height as f64 + 0.4721) * step_mm - half_mm;
             let origin: Point3<f64> = centre + along * shift_mm + out * far_mm;
             let ray = Ray { origin, direction: -out };
@@ -90,10 +94,12 @@ fn grip_mm(one: &Placed, standing: &[&Placed], along: &Vector3<f64>) -> f64 {
             *free_mm += if is_first { step_mm } else { 0.0 };
         }
     }
+    // Opposite sides must both be free.
     let pairs = (0..SIDES / 2).map(|side| free_mm[side].min(free_mm[side + SIDES / 2]));
     pairs.fold(0.0, f64::max) + step_mm
 }
 
+/// Reports a tool without a grip.
 fn told(work: &Work, body: &str, free_mm: f64) -> Finding {
     let message = format!(
         "nothing takes {body} off: no slot for a screwdriver on it or beside it, and {free_mm:.1} mm of its \

@@ -1,9 +1,9 @@
-//! Motions: every body gets to its place past what stands there already, and there is room for the
-//! tool that puts it there.
+//! Motions: every body can reach its place past the bodies that stand there already, and there is room for the tool
+//! that installs it.
 //!
-//! Each step of a chain that happens in an assembly brings the bodies that it names and that do not
-//! stand there yet; what stood together elsewhere comes as one piece. See [`order`] for how ways are
-//! looked for, [`path`] for how closely.
+//! Each step of a chain that happens in an assembly brings the bodies that it names and that do not stand there yet.
+//! Bodies that stood together elsewhere come as one piece. See [`order`] for the search for paths and [`path`] for its
+//! resolution.
 
 mod arrival;
 mod grip;
@@ -35,7 +35,7 @@ use stuck::Stuck;
 use tools::{count, working};
 
 rule! {
-    /// Every body gets to its place past what stands there already.
+    /// Every body gets to its place past the bodies that stand there already.
     Motion = "motion",
     examines: "bodies that get to a place",
     finds: "bodies that cannot get to their place past what stands there already: each step is \
@@ -51,12 +51,12 @@ fn apply(case: &Case<'_>) -> Looked {
     Ok((mem::take(&mut ways.findings), ways.bodies))
 }
 
-/// What was found of ways and tools, once for both rules.
+/// Returns the findings about motions and tools, computed once for the two rules that report them.
 pub(crate) fn ways<'c>(case: &'c Case<'_>) -> RefMut<'c, Ways> {
     case.ways(|| examine(case.sensor, case.scene, case.memo))
 }
 
-/// All findings about ways and tools.
+/// Finds bodies that cannot reach their places, and tools without room.
 fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways {
     let (arrivals, works) = arrivals(sensor, scene);
     let found = |arrival: &Arrival| {
@@ -65,11 +65,13 @@ fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways {
     };
     let findings: Vec<Vec<Finding>> = arrivals.par_iter().map(found).collect();
     let worked = |work: &Work| {
+        // Tools of pours, adjustments and demolding.
         let (stuck, count) = working(work, memo);
         (stuck.iter().map(|stuck| told(&work.place, stuck)).collect::<Vec<_>>(), count)
     };
     let worked: Vec<(Vec<Finding>, usize)> = works.par_iter().map(worked).collect();
     let tools: usize = worked.iter().map(|(_, count)| count).sum();
+    // Tools that nothing can take off the cast.
     let ungripped = works.iter().map(|work| grip::examine(sensor, work));
     let findings = findings.into_iter().chain(worked.into_iter().map(|(found, _)| found));
     let findings = findings.chain(ungripped);
@@ -81,6 +83,7 @@ fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways {
     }
 }
 
+/// Converts an obstruction to a finding.
 fn told(place: &Place, stuck: &Stuck) -> Finding {
     let Stuck { rule, body, by, tool, along, contact } = stuck;
     let depth_mm = contact.depth_mm;
@@ -105,7 +108,7 @@ fn told(place: &Place, stuck: &Stuck) -> Finding {
         .measured(depth_mm, 0.0, "mm")
 }
 
-/// A direction in a few words.
+/// Formats a direction in a few words.
 fn direction(along: &[f64; 3]) -> String {
     let axis = ["x", "y", "z"].into_iter().zip(along).find(|(_, v)| v.abs() > 0.999_999);
     match axis {

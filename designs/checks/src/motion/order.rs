@@ -1,9 +1,9 @@
-//! In which order the pieces of a step can get to their places: found by taking them apart.
+//! Order in which the pieces of a step can reach their places, found by taking them apart.
 //!
-//! What can leave last can come last (Wilson and Latombe, "Geometric reasoning about mechanical
-//! assembly", Artificial Intelligence 71, 1994): pieces leave one after the other, each straight out, or
-//! along the way that the step states, with room for its tool; where none can leave alone, several leave
-//! together that hold each other, and are taken apart outside.
+//! The piece that can leave first can come last (Wilson and Latombe, "Geometric reasoning about mechanical assembly",
+//! Artificial Intelligence 71, 1994). Pieces leave one after the other, each straight out or along the motion that the
+//! step states, with room for its tool. If none can leave alone, pieces that hold each other leave together and are
+//! taken apart outside.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::f64::consts::TAU;
@@ -18,59 +18,65 @@ use crate::memo::{Key, Memo};
 use crate::rule::Rule;
 use crate::scene::Placed;
 
-/// Directions across z that are tried where the axes do not serve.
+/// Number of directions across z that are tried if no axis is free.
 const AZIMUTHS: u32 = 24;
 
-/// Parts of a direction below this are rounding.
+/// Size below which components of a direction are rounding errors.
 const ROUNDING: f64 = 1e-12;
 
 /// Bodies that move as one.
 pub(crate) type Piece<'a> = Vec<&'a Placed<'a>>;
 
-/// Directions in which a piece may leave.
+/// Function that returns the directions in which a piece may leave.
 type Ways = fn(&Piece) -> Vec<Vector3<f64>>;
 
-/// Takes apart what a step brings.
+/// Search that takes apart the pieces that a step brings.
 pub(crate) struct Order<'a> {
+    /// Sensor, for its press fits.
     sensor: &'a Sensor,
+    /// Motions that the step states.
     motions: &'a [Motion],
+    /// Pieces as the step brings them.
     coming: Vec<Piece<'a>>,
     memo: &'a Memo,
-    /// What is known: piece, obstacle, direction.
+    /// Cached answers of [`Self::blocks`] for mover, obstacle and direction.
     known: HashMap<(u128, u128, [u64; 3]), bool>,
-    /// The last one that blocked a piece in a direction.
+    /// Key of the obstacle that last blocked a piece in a direction; it is tried first.
     witness: HashMap<(u128, [u64; 3]), u128>,
-    /// Where tools are known to have no room.
+    /// Cache of places in which a tool has no room.
     blocked: tools::Blocked,
     pub(crate) stuck: Vec<Stuck<'a>>,
-    /// How pieces have left, in that order.
+    /// Pieces that have left, in the order of leaving.
     pub(crate) left: Vec<Left<'a>>,
 }
 
 /// A piece that has left.
 pub(crate) struct Left<'a> {
     pub(crate) piece: Piece<'a>,
-    /// Straight along a direction, or along a stated way.
+    /// Direction of a straight path; `None` for a stated motion.
     pub(crate) way: Option<Vector3<f64>>,
-    /// How it was taken apart outside, where it was.
+    /// Pieces into which it was taken apart outside.
     pub(crate) apart: Vec<Left<'a>>,
 }
 
+/// Returns whether a tool drives the body in, as a screw or a nut.
 fn is_drawn(placed: &Placed) -> bool {
     placed.is_drawn()
 }
 
+/// Returns the bits of a direction, for use as a key.
 fn bits(direction: &Vector3<f64>) -> [u64; 3] {
     [0, 1, 2].map(|axis| direction[axis].to_bits())
 }
 
-/// Without rounding, so that what is along an axis is so exactly.
+/// Sets components that are rounding errors to zero, so that directions along an axis are exactly so.
 fn cleaned(direction: Vector3<f64>) -> Vector3<f64> {
     direction.map(|v| if v.abs() < ROUNDING { 0.0 } else { v }).normalize()
 }
 
-/// Straight ways out of its place: a screw's is its own.
+/// Returns the axes along which a piece may leave. A screw leaves along its own axis only.
 fn ways_out(piece: &Piece) -> Vec<Vector3<f64>> {
+    // The z axis of each body.
     let own: Vec<Vector3<f64>> =
         piece.iter().map(|placed| cleaned(placed.pose.vector(Vector3::z()))).collect();
     if let Some(i) = piece.iter().position(|placed| is_drawn(placed))
@@ -82,11 +88,12 @@ fn ways_out(piece: &Piece) -> Vec<Vector3<f64>> {
     ways.extend(own.first().into_iter().flat_map(|own| [*own, -own]));
     ways.extend([Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()]);
     let mut seen = BTreeSet::new();
+    // Adding 0.0 turns -0.0 into 0.0, so that equal directions have equal bits.
     ways.retain(|way| seen.insert(bits(&way.map(|v| v + 0.0))));
     ways
 }
 
-/// From the middle of all others to the middle of a piece: what lies outside leaves outwards.
+/// Returns the vector from the centre of the other bodies to that of a piece: outer pieces tend to leave outwards.
 fn outwards(piece: &Piece, others: &[&Placed]) -> Vector3<f64> {
     let middle = |of: &[&Placed]| {
         let hull = of.iter().fold(Aabb::nothing(), |sum, placed| sum.hull(&placed.body.bounds()));
@@ -95,6 +102,7 @@ fn outwards(piece: &Piece, others: &[&Placed]) -> Vector3<f64> {
     if others.is_empty() { Vector3::z() } else { middle(piece) - middle(others) }
 }
 
+/// Returns directions across z, evenly spread.
 fn azimuths() -> Vec<Vector3<f64>> {
     let azimuth = |i: u32| {
         let (sin, cos) = (TAU * (f64::from(i) + 0.5) / f64::from(AZIMUTHS)).sin_cos();
@@ -104,6 +112,7 @@ fn azimuths() -> Vec<Vector3<f64>> {
 }
 
 impl<'a> Order<'a> {
+    /// Searches the order in which the pieces of an arrival can be taken out.
     pub(crate) fn find(sensor: &'a Sensor, arrival: &Arrival<'a>, memo: &'a Memo) -> Self {
         let mut order = Self {
             sensor,
@@ -120,7 +129,7 @@ impl<'a> Order<'a> {
         order
     }
 
-    /// Pieces that a stated motion moves together are one.
+    /// Merges pieces that a stated motion moves together.
     fn with_motions(&self, coming: &[Piece<'a>]) -> Vec<Piece<'a>> {
         let mut pieces: Vec<Piece> = Vec::new();
         let mut of_motion = BTreeMap::new();
@@ -137,9 +146,12 @@ impl<'a> Order<'a> {
         pieces
     }
 
+    /// Removes pieces one after the other, or in groups, and records those that are stuck.
     fn take_apart(&mut self, mut pieces: Vec<Piece<'a>>, standing: &[&'a Placed<'a>]) {
+        // With nothing standing there, the last piece is where it belongs.
         while pieces.len() > usize::from(standing.is_empty()) {
             if let Some(free) = self.free(&pieces, standing) {
+                // Pieces removed outside are recorded with the piece, not in the list of the assembly.
                 let before = std::mem::take(&mut self.left);
                 self.take_apart_outside(&pieces.remove(free));
                 let apart = std::mem::replace(&mut self.left, before);
@@ -162,30 +174,33 @@ impl<'a> Order<'a> {
                 pieces = of(outside).collect();
                 continue;
             }
+            // Nothing can leave: report the least obstructed piece and go on without it.
             let (index, stuck) = self.least(&pieces, standing);
             self.stuck.extend(stuck);
             pieces.remove(index);
         }
     }
 
-    /// What a stated motion has moved as one was put together before.
+    /// Takes apart a piece that a stated motion moved as one but that was put together from several pieces before.
     fn take_apart_outside(&mut self, piece: &Piece<'a>) {
         let is_of = |part: &&Piece<'a>| {
             part.iter().all(|placed| piece.iter().any(|other| std::ptr::eq(*other, *placed)))
         };
         let parts: Vec<Piece> = self.coming.iter().filter(is_of).cloned().collect();
         if parts.len() > 1 {
+            // The stated motions are for the assembled piece; its parts move freely outside.
             let motions = std::mem::take(&mut self.motions);
             self.take_apart(parts, &[]);
             self.motions = motions;
         }
     }
 
-    /// The last piece that can leave.
+    /// Finds the last piece in the step's order that can leave.
     fn free(&mut self, pieces: &[Piece<'a>], standing: &[&'a Placed<'a>]) -> Option<usize> {
         let across: Ways = |piece| {
             if piece.len() == 1 && is_drawn(piece[0]) { Vec::new() } else { azimuths() }
         };
+        // The axes first; azimuths are tried only if no piece can leave along an axis.
         [ways_out, across].into_iter().find_map(|ways| {
             (0..pieces.len()).rev().find(|&index| {
                 let others = others(pieces, index, standing);
@@ -197,7 +212,8 @@ impl<'a> Order<'a> {
         })
     }
 
-    /// A way out that is free: a direction, or a stated way, which has none.
+    /// Finds a free path: `Some(None)` for a stated motion, `Some(Some(direction))` for a straight one, `None` if the
+    /// piece is blocked.
     fn way_out(
         &mut self,
         piece: &Piece<'a>,
@@ -212,6 +228,7 @@ impl<'a> Order<'a> {
             None => {
                 let mut ways = ways(piece);
                 let out = outwards(piece, others);
+                // Directions outwards first, since they are most likely free.
                 ways.sort_by(|a, b| b.dot(&out).total_cmp(&a.dot(&out)));
                 let free = ways.iter().find(|way| !self.is_in_the_way(piece, others, way));
                 free.copied().map(Some)
@@ -220,10 +237,12 @@ impl<'a> Order<'a> {
         found.filter(|_| self.has_room(piece, others))
     }
 
+    /// Returns the motion that the step states for a piece.
     fn motion(&self, piece: &Piece) -> Option<&'a Motion> {
         self.motions.iter().find(|motion| moves(motion, piece))
     }
 
+    /// Returns whether any of the other bodies blocks a piece in a direction.
     fn is_in_the_way(
         &mut self,
         piece: &Piece<'a>,
@@ -231,6 +250,7 @@ impl<'a> Order<'a> {
         way: &Vector3<f64>,
     ) -> bool {
         let key = (piece[0].key, bits(way));
+        // The body that blocked the piece last time usually still does.
         let witness = self.witness.get(&key).copied();
         if others.iter().any(|other| Some(other.key) == witness) {
             return true;
@@ -240,7 +260,7 @@ impl<'a> Order<'a> {
         found.is_some()
     }
 
-    /// Whether a body keeps a piece from leaving in a direction.
+    /// Returns whether a body keeps a piece from leaving in a direction.
     fn blocks(&mut self, piece: &Piece<'a>, other: &'a Placed<'a>, way: &Vector3<f64>) -> bool {
         piece.iter().any(|mover| {
             let key = (mover.key, other.key, bits(way));
@@ -253,6 +273,7 @@ impl<'a> Order<'a> {
         })
     }
 
+    /// Returns whether the mover meets the other body in a direction, beyond the allowed overlap.
     fn is_met(&self, mover: &Placed, other: &Placed, way: &Vector3<f64>) -> bool {
         let meant_mm = self.meant_mm(mover, other);
         let key = Key::new(5).key(mover.key).key(other.key).vector(way).number(meant_mm);
@@ -262,19 +283,19 @@ impl<'a> Order<'a> {
         })
     }
 
-    /// A screw holds what its thread is in until it is drawn.
+    /// Returns whether a screw holds the mover: it does so until it is drawn.
     fn holds(&self, piece: &Piece, other: &Placed, mover: &Placed) -> bool {
         let is_screw = piece.len() == 1 && is_drawn(mover);
         !is_screw && is_drawn(other) && self.pressed_mm(mover, other) > 0.0
     }
 
-    /// How much two bodies may meet on the way, mm: as far as they are pressed into each other or give
-    /// way; 0 where they must not.
+    /// Returns the depth to which two bodies may overlap on the way, mm: their press fit or the compliance of the
+    /// softer one; 0 if they must not.
     fn meant_mm(&self, a: &Placed, b: &Placed) -> f64 {
         self.pressed_mm(a, b).max(a.of.gives_mm).max(b.of.gives_mm)
     }
 
-    /// How much they overlap in their places.
+    /// Returns the interference of the press fit between two bodies, mm.
     fn pressed_mm(&self, a: &Placed, b: &Placed) -> f64 {
         let fits = self.sensor.press_fits.iter().filter(|fit| {
             (fit.inner == a.name && fit.outer == b.name)
@@ -283,30 +304,34 @@ impl<'a> Order<'a> {
         fits.map(|fit| fit.interference_mm).fold(0.0, f64::max)
     }
 
+    /// Returns whether all tools that install the piece have room.
     fn has_room(&mut self, piece: &Piece<'a>, others: &[&'a Placed<'a>]) -> bool {
         let (memo, blocked) = (self.memo, &mut self.blocked);
         driven(piece).all(|placed| tools::has_room(placed, others, memo, blocked))
     }
 
-    /// What stands where a tool has to be, and which tool.
+    /// Returns the obstacle that stands in the space of a tool.
     fn without_room(&self, piece: &Piece<'a>, others: &[&'a Placed<'a>]) -> Option<Stuck<'a>> {
         driven(piece)
             .find_map(|placed| tools::without_room(placed, Occasion::Arrival, others, self.memo))
     }
 
-    /// The fewest pieces, though not all, that leave together because they only hold each other.
+    /// Finds the smallest group of pieces, though not all, that can leave together because its members only hold each
+    /// other.
     fn group(
         &mut self,
         pieces: &[Piece<'a>],
         standing: &[&'a Placed<'a>],
     ) -> Option<(BTreeSet<usize>, Vector3<f64>)> {
         let mut best: Option<(BTreeSet<usize>, Vector3<f64>)> = None;
-        // What has a way of its own goes no other.
+        // A piece with a stated motion leaves along no other path.
         let starts: Vec<usize> =
             (0..pieces.len()).filter(|&i| self.motion(&pieces[i]).is_none()).collect();
+        // An empty piece gives the six axes of the assembly.
         for way in ways_out(&Vec::new()) {
             for &start in &starts {
                 let most = best.as_ref().map_or(pieces.len(), |(best, _)| best.len());
+                // All pieces together can always leave if nothing stands there, which would prove nothing.
                 let limit = if standing.is_empty() { most.min(pieces.len() - 1) } else { most };
                 if let Some(group) = self.leaving_with(start, pieces, standing, &way, limit)
                     && group.len() > 1
@@ -319,7 +344,8 @@ impl<'a> Order<'a> {
         best
     }
 
-    /// A piece and what it takes with it; nothing if that is more than `most`, or is held by what stands.
+    /// Returns a piece with all pieces that it pushes out; `None` if they are more than `most`, or if a standing body
+    /// blocks them.
     fn leaving_with(
         &mut self,
         start: usize,
@@ -338,6 +364,7 @@ impl<'a> Order<'a> {
                 if is_new
                     && pieces[next].iter().any(|other| self.blocks(&pieces[piece], other, way))
                 {
+                    // A piece with a stated motion cannot be pushed along.
                     if self.motion(&pieces[next]).is_some() {
                         return None;
                     }
@@ -345,6 +372,7 @@ impl<'a> Order<'a> {
                     open.push(next);
                 }
             }
+            // Stop early: a smaller group is known.
             if group.len() > most {
                 return None;
             }
@@ -352,7 +380,7 @@ impl<'a> Order<'a> {
         Some(group)
     }
 
-    /// The piece that is nearest to coming free, and what keeps it.
+    /// Finds the piece that is nearest to coming free, and the obstacle that keeps it.
     fn least(
         &self,
         pieces: &[Piece<'a>],
@@ -362,7 +390,7 @@ impl<'a> Order<'a> {
         for index in (0..pieces.len()).rev() {
             let others = others(pieces, index, standing);
             let Some(stuck) = self.keeps(&pieces[index], &others) else { continue };
-            // Nothing is nearer to coming free than what only its tool keeps.
+            // A piece that only lacks room for its tool is nearest to coming free.
             if stuck.rule == Rule::Access {
                 return (index, Some(stuck));
             }
@@ -374,7 +402,7 @@ impl<'a> Order<'a> {
         least.map_or((pieces.len() - 1, None), |(index, stuck)| (index, Some(stuck)))
     }
 
-    /// What keeps a piece from leaving, on the way on which it is kept least.
+    /// Finds the obstacle that keeps a piece from leaving, on the path on which it is blocked least.
     fn keeps(&self, piece: &Piece<'a>, others: &[&'a Placed<'a>]) -> Option<Stuck<'a>> {
         let stuck = |other: &'a Placed<'a>, mover: &'a Placed<'a>, contact, along| Stuck {
             rule: Rule::Motion,
@@ -402,6 +430,7 @@ impl<'a> Order<'a> {
             met.max_by(|a, b| a.contact.depth_mm.total_cmp(&b.contact.depth_mm))
         };
         let ways: Vec<Option<Stuck>> = ways_out(piece).iter().map(worst_on).collect();
+        // A direction is free, so only a tool can be in the way.
         if ways.iter().any(Option::is_none) {
             return self.without_room(piece, others);
         }
@@ -410,17 +439,18 @@ impl<'a> Order<'a> {
     }
 }
 
-/// What tools bring to its place now: what is driven in elsewhere comes with what it holds.
+/// Iterates over the bodies of a piece that tools drive in now. Screws of a larger piece were driven in elsewhere.
 fn driven<'a>(piece: &Piece<'a>) -> impl Iterator<Item = &'a Placed<'a>> {
     let is_alone = piece.len() == 1;
     piece.iter().copied().filter(move |placed| is_alone || !placed.is_drawn())
 }
 
+/// Returns whether a motion is stated for a body of the piece.
 fn moves(motion: &Motion, piece: &Piece) -> bool {
     piece.iter().any(|placed| motion.bodies.iter().any(|name| name == placed.name))
 }
 
-/// All that a piece must pass.
+/// Returns all bodies that a piece must pass.
 fn others<'a>(
     pieces: &[Piece<'a>],
     index: usize,

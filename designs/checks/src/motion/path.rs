@@ -1,5 +1,4 @@
-//! What stands in the way of a body that moves: exactly along straight legs, by small steps along
-//! turns.
+//! Obstacles in the way of a moving body: exact along straight legs, in small steps along turns.
 
 use fabkit_geometry::proofs::{Shadow, meetings, obstacles};
 use fabkit_geometry::{Aabb, CompiledSolid, Leg, Motion, Point3, Pose, Ray, Vector3};
@@ -9,36 +8,37 @@ use crate::interference::deepest;
 use crate::lines::{Bundle, Caster, DIRECTIONS, basis};
 use crate::scene::Placed;
 
-/// Lines along the longer side of what mover and obstacle have in common across the way.
+/// Number of lines along the longer side of the region that mover and obstacle share, projected along the path.
 const LINES: usize = 160;
 
-/// Lines along that side where a rough answer may do.
+/// Number of lines along that side for a coarse answer.
 const FEW: usize = 32;
 
-/// Of so many lines side by side, one is tried first.
+/// Stride of the lines that are tried first.
 const COARSE: usize = 12;
 
-/// What lies ahead by less is contact, mm.
+/// Largest length of an obstacle ahead that counts as contact, mm.
 const CONTACT_MM: f64 = 1e-5;
 
-/// No point of a body goes further between two of the places at which a turn is looked at, mm.
+/// Largest distance that any point of a body moves between two sampled poses of a turn, mm.
 const STEP_MM: f64 = 0.25;
 
-/// Lines of each direction that look for an overlap in such a place.
+/// Number of lines per direction that look for an overlap at such a pose.
 const TURN_LINES: usize = 400;
 
-/// Overlaps in such a place that are thinner are taken for what lies between two of them, mm.
+/// Largest thickness of an overlap at such a pose that is ignored, mm; it can be due to the sampling.
 const TURN_CONTACT_MM: f64 = 0.02;
 
-/// Where a way ends too early.
+/// Point at which a path is blocked.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contact {
+    /// Position in the assembly's frame, mm.
     pub(crate) place: Point3<f64>,
-    /// How much of the obstacle lies in the way, across it; for turns, how deep it is met.
+    /// Width of the part of the obstacle in the way, measured across the path; for turns, the depth of the overlap, mm.
     pub(crate) depth_mm: f64,
 }
 
-/// The lines along a straight way that may meet both bodies.
+/// Lines along a straight path that may meet both bodies.
 struct Lines {
     direction: Vector3<f64>,
     across: [Vector3<f64>; 2],
@@ -50,7 +50,7 @@ struct Lines {
 }
 
 impl Lines {
-    /// `None` if nothing is in the way.
+    /// Creates the lines; `None` if the bounding boxes show that nothing is in the way.
     fn of(
         mover: &CompiledSolid,
         other: &CompiledSolid,
@@ -64,6 +64,7 @@ impl Lines {
             [middle_mm - half_mm, middle_mm + half_mm]
         };
         let [of_mover, of_other] = [mover.bounds(), other.bounds()];
+        // Distance from the mover's rear to the far end of the obstacle.
         let ahead_mm = shadow(&of_other, direction)[1] - shadow(&of_mover, direction)[0];
         let common = [u, v].map(|w| {
             let (a, b) = (shadow(&of_mover, &w), shadow(&of_other, &w));
@@ -88,7 +89,7 @@ impl Lines {
         })
     }
 
-    /// Without the lines that provably meet nothing; `None` if all do not.
+    /// Drops lines that provably meet nothing; `None` if that holds for all of them.
     fn that_may_meet(self, mover: &CompiledSolid, other: &CompiledSolid) -> Option<Self> {
         let boxes = obstacles(mover, &[other], &self.direction);
         if boxes.as_ref().is_some_and(Vec::is_empty) {
@@ -102,7 +103,7 @@ impl Lines {
         Some(Self { shadow, ..self })
     }
 
-    /// Whether any of every `stride`-th line in both directions is blocked.
+    /// Returns whether any of every `stride`-th line in both directions is blocked.
     fn is_any_blocked(&self, mover: &CompiledSolid, other: &CompiledSolid, stride: usize) -> bool {
         let row = |j: usize| {
             let mut casters = [Caster::default(), Caster::default()];
@@ -113,8 +114,9 @@ impl Lines {
         (stride / 2..self.size[1]).step_by(stride).any(row)
     }
 
-    /// The line through a cell; none where it is known that nothing is met.
+    /// Returns the line through a cell; `None` if it is known to meet nothing.
     fn ray(&self, i: usize, j: usize) -> Option<Ray> {
+        // An offset of an odd fraction of a cell keeps lines off walls at round coordinates.
         let [x, y] = [i, j].map(|k| (k as f64 + 0.482) * self.cell_mm);
         let side = |k: usize| self.size[k] as f64 * self.cell_mm;
         let is_open =
@@ -124,7 +126,7 @@ impl Lines {
         is_open.then_some(Ray { origin, direction: self.direction })
     }
 
-    /// Which lines are blocked, and where, row by row.
+    /// Returns the point at which each line is blocked, row by row.
     fn blocked(&self, mover: &CompiledSolid, other: &CompiledSolid) -> Vec<Option<Point3<f64>>> {
         let row = |j: usize| {
             let mut casters = [Caster::default(), Caster::default()];
@@ -135,18 +137,19 @@ impl Lines {
         (0..self.size[1]).into_par_iter().flat_map_iter(row).collect()
     }
 
-    /// Where most is in the way, and how much.
+    /// Finds the point where the obstacle is widest across the path.
     fn deepest(&self, mover: &CompiledSolid, other: &CompiledSolid) -> Option<Contact> {
         let blocked = self.blocked(mover, other);
         let deep = depths(&blocked, self.size);
         let (index, cells) = deep.into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        // Of a strip one cell wide, the middle is one cell from what is free.
+        // In a blocked strip one cell wide, the only cell is one cell away from a free one: subtract half a cell on
+        // either side.
         let depth_mm = (2.0 * cells - 1.0) * self.cell_mm;
         blocked[index].map(|place| Contact { place, depth_mm })
     }
 }
 
-/// Where a line meets what lies ahead of the mover.
+/// Returns the point at which a line meets an obstacle ahead of the mover.
 fn met(
     ray: &Ray,
     mover: &CompiledSolid,
@@ -159,22 +162,22 @@ fn met(
     ahead.next().map(|[from, _]| ray.at(from.max(hindmost_mm)))
 }
 
-/// Whether anything of `other` lies ahead of the mover on its way out of everything.
+/// Returns whether any part of `other` lies ahead of the mover on a straight path to infinity.
 pub(crate) fn is_blocked(
     mover: &CompiledSolid,
     other: &CompiledSolid,
     direction: &Vector3<f64>,
 ) -> bool {
     let Some(lines) = Lines::of(mover, other, direction, LINES) else { return false };
-    // A few lines tell most of what is blocked, and a proof most of what is not.
+    // A few lines find most blocked paths, and a proof with boxes most free ones.
     lines.is_any_blocked(mover, other, COARSE)
         || lines
             .that_may_meet(mover, other)
             .is_some_and(|lines| lines.is_any_blocked(mover, other, 1))
 }
 
-/// The same with place and depth: the thickness, across the way, of what is in it. It is known to one
-/// cell, of which [`LINES`] lie side by side.
+/// Finds the point and depth of the obstacle on a straight path; `None` if it is not deeper than `allowed_mm`. The
+/// depth is the width of the obstacle across the path, known to one cell of the grid of [`LINES`] lines.
 pub(crate) fn contact(
     mover: &CompiledSolid,
     other: &CompiledSolid,
@@ -187,8 +190,7 @@ pub(crate) fn contact(
     (!is_meant).then_some(contact)
 }
 
-/// Whether what is in the way reaches deeper into it than is allowed: what [`contact`] finds, told by few
-/// lines where it is much deeper.
+/// Returns whether [`contact`] finds an obstacle that is deeper than allowed. A few lines decide clear cases.
 pub(crate) fn is_too_deep(
     mover: &CompiledSolid,
     other: &CompiledSolid,
@@ -201,16 +203,19 @@ pub(crate) fn is_too_deep(
         || contact(mover, other, direction, allowed_mm).is_some()
 }
 
-/// Distance of each blocked cell from the nearest free one, in cells: steps of 1 and sqrt(2)
-/// (Borgefors, "Distance transformations in digital images", 1986), 8 % too long at most.
+/// Computes the distance of each blocked cell from the nearest free one, in cells, with steps of 1 and sqrt(2)
+/// (Borgefors, "Distance transformations in digital images", 1986); at most 8 % too long.
 fn depths(blocked: &[Option<Point3<f64>>], [width, height]: [usize; 2]) -> Vec<f64> {
+    // Two-pass chamfer distance transform.
     let mut far: Vec<f64> =
         blocked.iter().map(|met| if met.is_some() { f64::INFINITY } else { 0.0 }).collect();
     let near = |far: &[f64], i: usize, j: usize, [di, dj]: [isize; 2]| {
+        // Cells beyond the grid are free.
         let at = |k: usize, d: isize, n: usize| k.checked_add_signed(d).filter(|&k| k < n);
         let of = at(i, di, width).zip(at(j, dj, height)).map_or(0.0, |(i, j)| far[j * width + i]);
         of + (di as f64).hypot(dj as f64)
     };
+    // Neighbours that a forward pass has visited; the backward pass uses their opposites.
     let half = [[-1, 0], [-1, -1], [0, -1], [1, -1]];
     let cells = |backwards: bool| {
         let all = width * height;
@@ -229,7 +234,8 @@ fn depths(blocked: &[Option<Point3<f64>>], [width, height]: [usize; 2]) -> Vec<f
     far
 }
 
-/// How deep two bodies in their places overlap, if they do by more than a turn can leave unseen.
+/// Returns the overlap of two bodies at their poses if it is deeper than allowed and than the sampling of a turn can
+/// resolve.
 pub(crate) fn overlap(a: &CompiledSolid, b: &CompiledSolid, allowed_mm: f64) -> Option<Contact> {
     let boxes = meetings(a, b)?;
     if boxes.is_empty() {
@@ -251,29 +257,33 @@ pub(crate) fn overlap(a: &CompiledSolid, b: &CompiledSolid, allowed_mm: f64) -> 
     if !is_met {
         return None;
     }
+    // A rough test with few lines came first, since measuring the depth is slow.
     let limit_mm = allowed_mm + TURN_CONTACT_MM;
     deepest(a, b, limit_mm)
         .filter(|(depth_mm, _)| *depth_mm > limit_mm)
         .map(|(depth_mm, place)| Contact { place, depth_mm })
 }
 
-/// Follows a stated way back from its end; the first contact with one of the others, and which.
+/// Follows a stated motion backwards from its end. Returns the first contact with another body, and the index of that
+/// body.
 pub(crate) fn follow<'a>(
     motion: &Motion,
     movers: &[&Placed<'a>],
     others: &[&Placed<'a>],
     allowed_mm: &dyn Fn(&Placed, &Placed) -> f64,
 ) -> Option<(Contact, usize)> {
-    // Where it stands, from where it stands in its place.
+    // Transform of the movers from their final pose.
     let mut moved = Pose::identity();
     for leg in motion.legs.iter().rev() {
         let steps = steps(leg, movers);
         for _ in 0..steps {
+            // Motions are stated forwards, so they are followed from their end.
             moved = back(leg, steps).then_in(moved);
             if let Some(met) = met_at(&moved, movers, others, allowed_mm) {
                 return Some(met);
             }
         }
+        // A leg without a length comes from infinity; no leg can precede it.
         if let Leg::Straight { along, length_mm: None } = leg {
             return met_outwards(&moved, -along, movers, others, allowed_mm);
         }
@@ -281,7 +291,8 @@ pub(crate) fn follow<'a>(
     None
 }
 
-/// How many steps a leg takes that is looked at by steps.
+/// Returns the number of steps in which a leg is sampled, from the longest way of any corner of the movers' bounding
+/// boxes.
 fn steps(leg: &Leg, movers: &[&Placed]) -> usize {
     let way_mm = match leg {
         Leg::Straight { length_mm, .. } => length_mm.unwrap_or(0.0),
@@ -294,7 +305,7 @@ fn steps(leg: &Leg, movers: &[&Placed]) -> usize {
     (way_mm / STEP_MM).ceil() as usize
 }
 
-/// One of so many equal steps back along a leg.
+/// Returns the transform of one of `steps` equal steps backwards along a leg.
 fn back(leg: &Leg, steps: usize) -> Pose {
     let share = -1.0 / steps as f64;
     match leg {
@@ -303,6 +314,7 @@ fn back(leg: &Leg, steps: usize) -> Pose {
             Pose::translation(by.x, by.y, by.z)
         }
         Leg::Turn { point, axis, angle, rise_mm } => {
+            // Turn about z in a frame on the axis.
             let frame = Pose::z_to(*axis, *point);
             let part = fabkit_geometry::Angle::from_rad(share * angle.rad());
             let turn = Pose::rotation_z(part.expect("a part of an angle is finite"));
@@ -319,12 +331,13 @@ fn corners(bounds: &Aabb) -> [Point3<f64>; 8] {
     })
 }
 
-/// A body that has been moved away from its place; nothing if it cannot be, which solids that have been
-/// placed once can.
+/// Compiles a body that has been moved away from its place. `None` only in theory: a solid that has been placed once
+/// can be placed again.
 fn at(moved: &Pose, mover: &Placed) -> Option<CompiledSolid> {
     CompiledSolid::new(&mover.of.solid.clone().placed(moved.then_in(mover.pose))).ok()
 }
 
+/// Finds the first overlap of the moved bodies with the others.
 fn met_at(
     moved: &Pose,
     movers: &[&Placed],
@@ -339,6 +352,7 @@ fn met_at(
     })
 }
 
+/// Finds the first obstacle on the straight way out of the moved bodies.
 fn met_outwards(
     moved: &Pose,
     direction: Vector3<f64>,

@@ -1,4 +1,5 @@
-//! Step by step, what stands where, what comes, and along which way: what pictures of the steps show.
+//! Stages of the assembly: which bodies stand, come and go in each step, and in which direction. Images of the steps
+//! show them.
 
 use fabkit_geometry::{Action, Body, Leg, Pose, Sensor, Step, Vector3};
 use rayon::prelude::*;
@@ -8,43 +9,44 @@ use super::order::{Left, Order};
 use crate::memo::Memo;
 use crate::scene::{Assemblies, InvalidBody, Placed};
 
-/// A body in a place of its assembly.
+/// A body at its pose in an assembly.
 #[derive(Clone, Copy, Debug)]
 pub struct Stand<'a> {
-    /// Which.
+    /// The body.
     pub body: &'a Body,
-    /// Where.
+    /// Pose of the body.
     pub assembly_from_body: Pose,
 }
 
 /// Bodies that come or go together.
 #[derive(Clone, Debug)]
 pub struct Came<'a> {
-    /// Which, in their places.
+    /// The bodies at their final poses.
     pub bodies: Vec<Stand<'a>>,
-    /// Which way they leave their places, a unit vector of the assembly's frame: what comes, comes against it. `None`
-    /// where nothing stands there yet.
+    /// Direction in which they leave their places, a unit vector in the assembly's frame; bodies that come move against
+    /// it. `None` if nothing stands there yet, or if the last leg of the stated motion is not straight.
     pub out: Option<Vector3<f64>>,
-    /// How they are put together before they come, where that is done in the same step: in the same order.
+    /// Pieces from which they are put together before they come, if this happens in the same step, in the order of
+    /// assembly.
     pub apart: Vec<Came<'a>>,
 }
 
 /// A step of the chain that happens in an assembly.
 #[derive(Clone, Debug)]
 pub struct Stage<'a> {
-    /// Its place in the chain.
+    /// Index of the step in the chain.
     pub step: usize,
-    /// What stands there before.
+    /// Bodies that stand there before the step.
     pub before: Vec<Stand<'a>>,
-    /// What comes, in an order in which it can.
+    /// Bodies that come, in an order in which they can.
     pub coming: Vec<Came<'a>>,
-    /// What is taken off, as the step says it.
+    /// Bodies that are taken off, as the step states it.
     pub going: Vec<Came<'a>>,
-    /// What stands there afterwards.
+    /// Bodies that stand there after the step.
     pub after: Vec<Stand<'a>>,
 }
 
-/// All steps that happen in an assembly.
+/// Computes the stages of all steps that happen in an assembly.
 ///
 /// ```
 /// use fabkit_checks::{example, stages};
@@ -58,7 +60,7 @@ pub struct Stage<'a> {
 /// ```
 ///
 /// # Errors
-/// [`InvalidBody`] if a solid of the sensor is none.
+/// [`InvalidBody`] if the solid of a body is not valid.
 pub fn stages(sensor: &Sensor) -> Result<Vec<Stage<'_>>, InvalidBody> {
     let scene = Assemblies::new(sensor)?;
     let mut history = History::new(sensor, &scene);
@@ -70,7 +72,7 @@ pub fn stages(sensor: &Sensor) -> Result<Vec<Stage<'_>>, InvalidBody> {
         told.push((step, before, arrival, history.standing(&assembly.0)));
     }
     let memo = Memo::default();
-    // The scene is this function's own; bodies are the sensor's.
+    // The scene lives only in this function, so the result borrows the bodies from the sensor instead.
     let stand = |placed: &&Placed| Stand {
         body: &sensor.bodies[number(sensor, placed.of)],
         assembly_from_body: placed.pose,
@@ -86,15 +88,16 @@ pub fn stages(sensor: &Sensor) -> Result<Vec<Stage<'_>>, InvalidBody> {
     Ok(stages.collect())
 }
 
-/// From places in the scene to those of the sensor's bodies.
+/// Function that converts bodies of the scene to those of the sensor.
 type Stands<'f, 's> = &'f dyn Fn(&[&Placed]) -> Vec<Stand<'s>>;
 
+/// Returns the index of a body of the scene in the sensor's list.
 fn number(sensor: &Sensor, body: &Body) -> usize {
     let is_it = |other: &Body| std::ptr::eq(other, body);
     sensor.bodies.iter().position(is_it).expect("bodies of a scene are the sensor's")
 }
 
-/// What a step brings, the last that could leave first.
+/// Returns the pieces that a step brings: the piece that left last comes first.
 fn coming<'s>(
     sensor: &'s Sensor,
     arrival: &Arrival,
@@ -108,7 +111,8 @@ fn coming<'s>(
     came
 }
 
-/// What never left stood there first; the others come against the order in which they left.
+/// Orders pieces for assembly: those that never left stand there first, the others come in the reverse order of
+/// leaving.
 fn put_together<'s>(
     step: &Step,
     pieces: &[Vec<&Placed>],
@@ -122,6 +126,7 @@ fn put_together<'s>(
     let first = pieces
         .iter()
         .map(|piece| piece.iter().filter(|placed| !is_known(placed)).copied().collect::<Vec<_>>());
+    // Pieces from which nothing is left have been taken out completely.
     let first = first.filter(|rest| !rest.is_empty());
     let mut came: Vec<Came> =
         first.map(|rest| Came { bodies: stands(&rest), out: None, apart: Vec::new() }).collect();
@@ -130,6 +135,7 @@ fn put_together<'s>(
             let motion = step.motions.iter().find(|motion| {
                 piece.iter().any(|placed| motion.bodies.iter().any(|name| name == placed.name))
             });
+            // The last straight leg shows the direction of arrival.
             motion.and_then(|motion| motion.legs.iter().rev().find_map(straight))
         };
         let alone: Vec<Vec<&Placed>> = piece.iter().map(|placed| vec![*placed]).collect();
@@ -142,9 +148,10 @@ fn put_together<'s>(
     came
 }
 
-/// What is soldered or stuck onto something comes with it.
+/// Merges small bodies that are soldered or stuck onto another one with it: they come together.
 fn fix(step: &Step, came: &mut Vec<Came>) {
     for fixing in &step.fixings {
+        // Only single small bodies, not pieces that are assembled outside.
         let is_small = |one: &Came| {
             one.apart.is_empty()
                 && one.bodies.iter().all(|stand| fixing.bodies.contains(&stand.body.name))
@@ -155,12 +162,13 @@ fn fix(step: &Step, came: &mut Vec<Came>) {
             .iter()
             .position(|one| one.bodies.iter().any(|stand| fixing.onto.contains(&stand.body.name)));
         let Some(onto) = onto else {
-            // It stands there already: what is small goes straight to it.
+            // The carrier stands there already, so the small bodies come by themselves.
             rest.extend(small);
             *came = rest;
             continue;
         };
         let host = &mut rest[onto];
+        // The carrier itself is the first piece of the assembly outside.
         if host.apart.is_empty() {
             host.apart.push(Came { bodies: host.bodies.clone(), out: None, apart: Vec::new() });
         }
@@ -173,7 +181,7 @@ fn fix(step: &Step, came: &mut Vec<Came>) {
     }
 }
 
-/// Back along a straight leg.
+/// Returns the direction backwards along a straight leg; `None` for a turn.
 fn straight(leg: &Leg) -> Option<Vector3<f64>> {
     match leg {
         Leg::Straight { along, .. } => Some(-along),
@@ -181,7 +189,7 @@ fn straight(leg: &Leg) -> Option<Vector3<f64>> {
     }
 }
 
-/// What a step takes off, one pull after the other.
+/// Returns the bodies that a step takes off, one pull after the other.
 fn going<'s>(action: &Action, before: &[&Placed], stands: Stands<'_, 's>) -> Vec<Came<'s>> {
     let Action::Demold(pulls) = action else { return Vec::new() };
     let gone = pulls.iter().map(|pull| {

@@ -1,4 +1,4 @@
-//! Room for tools and hands where they work on a body.
+//! Room for tools and hands at the bodies on which they work.
 
 use std::collections::HashSet;
 
@@ -11,15 +11,15 @@ use crate::memo::{Key, Memo};
 use crate::rule::Rule;
 use crate::scene::{Placed, Tool};
 
-/// How many tools work on a body on an occasion.
+/// Returns the number of tools that work on a body on an occasion.
 pub(super) fn count(placed: &Placed, occasion: Occasion) -> usize {
     placed.of.reach.iter().filter(|reach| reach.occasion == occasion).count()
 }
 
-/// Pairs of a tool's room and a body that is known to stand in it.
+/// Pairs of a tool's room and a body that is known to stand in it, by their keys.
 pub(super) type Blocked = HashSet<(u128, u128)>;
 
-/// Whether there is room for each of a body's tools that bring it to its place.
+/// Returns whether each tool that installs a body has room in at least one of its poses.
 pub(super) fn has_room(
     placed: &Placed,
     others: &[&Placed],
@@ -29,9 +29,11 @@ pub(super) fn has_room(
     let tools = placed.of.reach.iter().zip(&placed.tools);
     let mut arriving = tools.filter(|(reach, _)| reach.occasion == Occasion::Arrival);
     arriving.all(|(reach, rooms)| {
+        // One free room is enough.
         rooms.iter().any(|room| {
             let mut others = others.iter().filter(|other| counts(reach, placed, other));
             let is_known = |other: &&&Placed| blocked.contains(&(room.key, other.key));
+            // A known obstacle saves the exact test.
             if others.clone().any(|other| is_known(&other)) {
                 return false;
             }
@@ -42,12 +44,12 @@ pub(super) fn has_room(
     })
 }
 
-/// Whether a body may be in a tool's way.
+/// Returns whether a body can obstruct a tool.
 fn counts(reach: &Reach, placed: &Placed, other: &Placed) -> bool {
     !(reach.passes_copies && other.name == placed.name)
 }
 
-/// Where a body stands in a tool's room, if it does.
+/// Returns the overlap of a body with a tool's room.
 fn meets(room: &Tool, other: &Placed, memo: &Memo) -> Option<Contact> {
     let key = Key::new(6).key(room.key).key(other.key);
     let mut contact = None;
@@ -58,7 +60,7 @@ fn meets(room: &Tool, other: &Placed, memo: &Memo) -> Option<Contact> {
     contact
 }
 
-/// What stands where one of a body's tools has to be, and which tool.
+/// Finds the obstacle in the room of one of a body's tools.
 pub(super) fn without_room<'a>(
     placed: &'a Placed<'a>,
     occasion: Occasion,
@@ -71,7 +73,7 @@ pub(super) fn without_room<'a>(
         .find_map(|(reach, rooms)| kept_out(placed, reach, rooms, others, memo))
 }
 
-/// What keeps a tool from the place where it is kept from least; nothing if one place is free.
+/// Finds the obstacle in that room of a tool that is obstructed least; `None` if one room is free.
 fn kept_out<'a>(
     placed: &'a Placed<'a>,
     reach: &'a Reach,
@@ -93,6 +95,7 @@ fn kept_out<'a>(
     };
     let mut least: Option<Stuck> = None;
     for room in rooms {
+        // The first free room ends the search.
         let stuck = blocked(room)?;
         if least.as_ref().is_none_or(|least| stuck.contact.depth_mm < least.contact.depth_mm) {
             least = Some(stuck);
@@ -101,7 +104,7 @@ fn kept_out<'a>(
     least
 }
 
-/// What stands where tools work in a step that pours, adjusts or takes off, and how many tools do.
+/// Finds obstacles to the tools of a step that pours, adjusts or demolds. Also returns the number of tools.
 pub(super) fn working<'a>(work: &Work<'a>, memo: &Memo) -> (Vec<Stuck<'a>>, usize) {
     // Screws are drawn before anything is taken off.
     let is_there = |other: &&Placed| work.occasion != Occasion::Removal || !other.is_drawn();

@@ -1,58 +1,58 @@
-//! The faces that hang over, line by line: which belong together, and how far each is from what carries it.
+//! Grid of overhanging faces: connected regions and their distance from the material that carries them.
 
 use std::collections::BTreeSet;
 
-/// What stands out no farther than this from where the part carries it prints by itself, mm.
+/// Largest distance from the carrying edge that prints without support, mm.
 const LEDGE_MM: f64 = 3.0;
 
-/// What is so much lower carries, mm.
+/// Depth below a face at which carrying material is searched, mm.
 const LOWER_MM: f64 = 0.01;
 
-/// What a line met.
+/// Intersections of one vertical line.
 #[derive(Default)]
 pub(super) struct Column {
-    /// From where to where it is inside the part, mm.
+    /// Intervals inside the part, mm.
     pub(super) inside: Vec<[f64; 2]>,
-    /// The faces that lean too far.
+    /// Faces that lean too far.
     pub(super) down: Vec<Down>,
 }
 
 impl Column {
-    /// Whether it carries what hangs over beside it at a height.
+    /// Returns whether it has material that carries an overhang beside it at height `z_mm`.
     fn carries(&self, z_mm: f64) -> bool {
         self.inside.iter().any(|[low, high]| (*low..*high).contains(&(z_mm - LOWER_MM)))
     }
 }
 
-/// A face that looks down, where a line met it.
+/// A downward face at its intersection with a line.
 #[derive(Clone, Copy)]
 pub(super) struct Down {
     pub(super) z_mm: f64,
-    /// From the vertical, degrees.
+    /// Inclination from the vertical, degrees.
     pub(super) lean_deg: f64,
-    /// Of the face, for one line, mm2.
+    /// Area of the face for one line, mm2.
     pub(super) area_mm2: f64,
 }
 
-/// Neighbouring faces that lean too far.
+/// Connected faces that lean too far.
 pub(super) struct Region {
     pub(super) area_mm2: f64,
     pub(super) steepest_deg: f64,
-    /// Where it is farther from what carries it than any that prints by itself.
+    /// Column and height of a face that is farther from its carrier than can be printed.
     pub(super) hangs: Option<([usize; 2], f64)>,
-    /// From carrier to carrier across that place, if it has one on either side, mm.
+    /// Gap between the carriers on either side of that face, if there are two, mm.
     pub(super) span_mm: Option<f64>,
 }
 
-/// One face of a column: which column, and which of its faces.
+/// A face of a column: the column's x and y index, and the index of the face in it.
 type Place = ([usize; 2], usize);
 
-/// The columns of a part.
+/// Columns of a part.
 pub(super) struct Grid<'a> {
     pub(super) columns: &'a [Column],
     pub(super) counts: [usize; 2],
     pub(super) cell_mm: f64,
-    /// The widest gap that is spanned, mm.
+    /// Widest gap that can be bridged, mm.
     pub(super) bridge_mm: f64,
 }
 
@@ -65,7 +65,7 @@ impl Grid<'_> {
         self.columns[self.index(at)].down[face]
     }
 
-    /// The columns around one.
+    /// Iterates over the columns around one.
     fn around(&self, [x, y]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
         let counts = self.counts;
         let steps = [-1, 0, 1].into_iter().flat_map(|dy| [-1, 0, 1].map(|dx| [dx, dy]));
@@ -76,17 +76,17 @@ impl Grid<'_> {
         steps.filter_map(place)
     }
 
-    /// The faces that a face goes on in.
+    /// Iterates over the faces of adjacent columns that continue a face.
     fn next(&self, place: Place) -> impl Iterator<Item = Place> {
         let z_mm = self.down(place).z_mm;
         self.around(place.0).filter_map(move |beside| {
-            // What leans farther than 45 degrees rises by less than a cell from line to line.
+            // A face that leans more than 45 degrees rises by less than a cell from line to line.
             let near = |down: &Down| (down.z_mm - z_mm).abs() < 1.5 * self.cell_mm;
             Some((beside, self.columns[self.index(beside)].down.iter().position(near)?))
         })
     }
 
-    /// Groups faces of neighbouring lines that pass into each other.
+    /// Groups faces of adjacent lines that continue each other.
     pub(super) fn regions(&self) -> Vec<Region> {
         let mut seen: BTreeSet<Place> = BTreeSet::new();
         let mut regions = Vec::new();
@@ -108,11 +108,11 @@ impl Grid<'_> {
         regions
     }
 
-    /// What is known of a region: how far it is from what carries it, line by line.
+    /// Measures a region by spreading from its carried faces, one line per round.
     fn region(&self, members: &[Place]) -> Region {
         let is_carried = |place: &Place| {
             let z_mm = self.down(*place).z_mm;
-            // A slope does not carry itself.
+            // Adjacent columns of the same slope do not carry it.
             let own: Vec<[usize; 2]> = self.next(*place).map(|(at, _)| at).collect();
             let mut beside = self.around(place.0).filter(|at| !own.contains(at));
             beside.any(|at| self.columns[self.index(at)].carries(z_mm))
@@ -120,10 +120,11 @@ impl Grid<'_> {
         let (mut front, rest): (Vec<Place>, Vec<Place>) =
             members.iter().copied().partition(is_carried);
         let mut left: BTreeSet<Place> = rest.into_iter().collect();
+        // The edge lies on average half a cell before the first line.
         let (mut lines, mut hangs) = (0.5, None);
         while !front.is_empty() {
             if lines * self.cell_mm > LEDGE_MM {
-                // Beside a bridge, at the edge of a round wall, the next line counts.
+                // A face next to a bridged one is exempt, for example at the edge of a round wall.
                 let is_far = |place: &Place| {
                     !self.is_bridged(*place) && !self.next(*place).any(|at| self.is_bridged(at))
                 };
@@ -133,7 +134,7 @@ impl Grid<'_> {
             front = next.filter(|place| left.remove(place)).collect();
             lines += 1.0;
         }
-        // Nothing carries what begins in the air.
+        // Faces that the spreading never reached start in the air.
         let hangs = left.first().copied().or(hangs);
         Region {
             area_mm2: members.iter().map(|place| self.down(*place).area_mm2).sum(),
@@ -143,15 +144,15 @@ impl Grid<'_> {
         }
     }
 
-    /// Whether a face is carried on two opposite sides that are near to each other.
+    /// Returns whether a face is carried on two opposite sides that are close enough to bridge.
     fn is_bridged(&self, place: Place) -> bool {
-        // What carries begins up to a line farther in, on either side.
+        // On either side, the carrier begins up to one line farther in.
         self.span_mm(place).is_some_and(|[span, step]| span <= self.bridge_mm + 2.0 * step)
     }
 
-    /// From the last line before to the first line after the narrowest gap that a face spans between two
-    /// carriers, and the step from line to line along it, mm: half a step more than the gap on either side
-    /// if the lines lie as they may. Other ways than along the lines and between them are not looked at.
+    /// Finds the narrowest gap that a face spans between two carriers, among the four directions along and between the
+    /// grid's axes. Returns the distance of the carrying lines on either side and the distance between lines in that
+    /// direction, mm. On average, the distance exceeds the gap by half a step on either side.
     fn span_mm(&self, place: Place) -> Option<[f64; 2]> {
         let ways: [[isize; 2]; 4] = [[1, 0], [0, 1], [1, 1], [1, -1]];
         let spans = ways.into_iter().filter_map(|[dx, dy]| {
@@ -163,7 +164,7 @@ impl Grid<'_> {
         spans.min_by(|a, b| (a[0] - 2.0 * a[1]).total_cmp(&(b[0] - 2.0 * b[1])))
     }
 
-    /// How many lines away it is carried in a direction, if at all.
+    /// Returns the number of lines to the carrier in a direction, if there is one.
     fn to_carrier(&self, place: Place, [dx, dy]: [isize; 2]) -> Option<usize> {
         let ([mut x, mut y], z_mm) = (place.0, self.down(place).z_mm);
         for lines in 1.. {

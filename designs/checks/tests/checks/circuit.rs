@@ -100,7 +100,7 @@ fn a_circuit_without_a_board_is_looked_at_too() {
     assert!(messages(&sensor)[0].contains("need 6 V to shine, and the supply has 5 V"));
 }
 
-/// What is wrong with a circuit, and what is said of it.
+/// Cases of a wrong circuit with the expected messages.
 type Wrong = (fn(&mut Sensor), &'static str);
 
 #[test]

@@ -1,4 +1,4 @@
-//! What holds, cures, gives way and flows: toy sensors whose figures are known.
+//! Retention, cure, hardness and flow, tested with toy sensors whose figures are known.
 
 use fabkit_checks::example::puck;
 use fabkit_checks::{CheckReport, Finding, Rule, Severity, check};

@@ -1,5 +1,5 @@
-//! A printed plate between a sensor and what carries it: screwed to the sensor's own mounting holes from
-//! below, and with the robot's pattern around, below or beside them.
+//! Printed adapter plate between a sensor and a robot: screwed to the sensor's own mounting holes from below, with the
+//! robot's bolt pattern around, below or beside them.
 
 mod fits;
 mod pattern;
@@ -17,15 +17,15 @@ use crate::{choices, parameters};
 pub use ways::Exit;
 
 choices! {
-    /// What carries the sensor.
+    /// Bolt pattern of the robot that carries the sensor.
     pub enum AdapterPattern {
-        /// Nothing that fabkit knows: the user's screws hold the sensor.
+        /// No adapter: the user's screws hold the sensor.
         None = "none",
-        /// The flange of many robots' wrists, as UR and Franka have it: ISO 9409-1-50-4-M6.
+        /// Flange of many robots' wrists, for example UR and Franka: ISO 9409-1-50-4-M6.
         Iso50 = "iso-9409-1-50-4-m6",
-        /// A finger of Robotiq's 2F-85, in the place of its pad.
+        /// Finger of Robotiq's 2F-85, in place of its pad.
         Robotiq85 = "robotiq-2f-85",
-        /// A carriage of Franka's hand, in the place of its finger.
+        /// Carriage of Franka's hand, in place of its finger.
         FrankaHand = "franka-hand",
         /// Nuts at the corners of a rectangle, or two in a row: fingers of other grippers.
         Rectangle = "rectangle",
@@ -33,7 +33,7 @@ choices! {
 }
 
 parameters! {
-    /// A printed plate between the sensor's mounting holes and a robot.
+    /// Printed plate between the sensor's mounting holes and a robot.
     pub struct Adapter {
         /// The robot's pattern: `none` for no plate.
         pattern: AdapterPattern,
@@ -59,13 +59,13 @@ parameters! {
     }
 }
 
-/// The key of the section in every family's files.
+/// Key of the section in the files of every family.
 pub const KEY: &str = "adapter";
 
-/// What it is for.
+/// Summary of the section.
 pub const SUMMARY: &str = "A printed plate between the sensor's mounting holes and a robot.";
 
-/// Its values where no file says anything else, for messages, and their text.
+/// Default values: file name for messages, and YAML text.
 pub const DEFAULTS: (&str, &str) =
     ("adapter.yaml (defaults)", include_str!("adapter/defaults.yaml"));
 
@@ -73,69 +73,71 @@ crate::bodies! {
     ADAPTER "robot-adapter" "plate between the sensor's mounting holes and the robot";
 }
 
-/// The plate alone, with what has to be in it before the sensor is.
+/// Assembly of the plate alone, with the pieces that have to be in it before the sensor is.
 const ALONE: AssemblyName = AssemblyName("robot-adapter");
 
-/// What a sensor is mounted by.
+/// Face that a sensor is mounted by.
 #[derive(Clone, Debug)]
 pub struct MountFace {
-    /// The body with the holes.
+    /// Body with the holes.
     pub holder: Name,
-    /// The holes, whose screws a user brings where there is no adapter, or screws that the adapter's take
-    /// the place of.
+    /// Mounting holes of the sensor, whose screws the user provides if there is no adapter; or screws of the sensor
+    /// that the adapter's screws replace.
     pub mounting: Joint,
-    /// Of screws that the adapter's take the place of: what they pass, and how deep they may go in, mm.
+    /// If the adapter's screws replace the sensor's own: the thickness that they pass and the depth that they may
+    /// reach, mm.
     pub borrowed_mm: Option<[f64; 2]>,
     /// Height of the face, mm.
     pub bottom_z_mm: f64,
-    /// The sensor's outside beside it, seen along z.
+    /// Outline of the sensor, seen along z.
     pub outline: Rect,
-    /// What leaves the sensor where a plate could be in the way.
+    /// Cables that leave the sensor where a plate could be in the way.
     pub exits: Vec<Exit>,
-    /// Heads below the face: where, their radius and their height, mm.
+    /// Screw heads below the face: position, and radius and height, mm.
     pub heads: Vec<([f64; 2], [f64; 2])>,
 }
 
-/// Between what is screwed and what stands beside it, mm.
+/// Clearance between screws and whatever is beside them, mm.
 const BESIDE_MM: f64 = 0.5;
 
-/// Around heads that are sunk in the plate, mm: printers make holes smaller.
+/// Clearance around heads that are sunk in the plate, mm: printed holes come out smaller.
 const SINK_MM: f64 = 0.4;
 
 /// Plastic around nuts and heads, mm.
 const WALL_MM: f64 = 2.0;
 
-/// Room behind a nut, mm.
+/// Space behind a nut, mm.
 const SPARE_MM: f64 = 0.6;
 
-/// Below the tip of a screw in a blind hole, mm.
+/// Clearance below the tip of a screw in a blind hole, mm.
 const TIP_MM: f64 = 0.3;
 
-/// Lengths of pan head screws that are sold everywhere, mm.
+/// Lengths of pan head screws that are widely available, mm.
 const LENGTHS_MM: [f64; 9] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0];
 
-/// Turns of thread that hold in plastic at least, as a part of the diameter.
+/// Smallest thread engagement in plastic, as a fraction of the diameter.
 const LEAST_BITE: f64 = 0.8;
 
+/// Geometry of one adapter, from its parameters and the sensor's face.
 struct Plan<'a> {
     adapter: Adapter,
     face: &'a MountFace,
-    /// Into the sensor, from below.
+    /// Screws into the sensor, from below.
     screws: Joint,
-    /// Plastic below their heads, mm.
+    /// Plastic between the sensor and the heads of these screws, mm.
     thickness_mm: f64,
     /// Height of the plate's underside, mm.
     bottom_z: f64,
 }
 
-/// Puts an adapter below a sensor, or reports why there is none.
+/// Adds an adapter below a sensor, or reports why that is impossible.
 pub(crate) fn apply(
     adapter: &Adapter,
     face: Option<&MountFace>,
     sensor: &mut Sensor,
     report: &mut Report,
 ) {
-    // Others have a mount of their own.
+    // A family without such a face keeps the mount pose that it has set itself.
     sensor.mount = face.map(|face| Pose::translation(0.0, 0.0, face.bottom_z_mm)).or(sensor.mount);
     if adapter.pattern == AdapterPattern::None {
         return;
@@ -157,6 +159,7 @@ pub(crate) fn apply(
 }
 
 impl<'a> Plan<'a> {
+    /// Plans the adapter; returns `None` after reporting why no screw holds it.
     fn new(adapter: &Adapter, face: &'a MountFace, report: &mut Report) -> Option<Self> {
         let thread_mm = face.mounting.screw.thread_mm;
         report.require(
@@ -168,7 +171,7 @@ impl<'a> Plan<'a> {
             },
             || "write `mount.hold: tapped` or `mount.hold: insert`".into(),
         );
-        // The shortest screw that holds; its head lies deeper where it would reach the hole's end.
+        // Selects the shortest screw that holds; where it would reach the end of the hole, its head is seated deeper.
         let [passed_mm, deep_mm] =
             face.borrowed_mm.unwrap_or([0.0, face.mounting.holes().depth_mm]);
         let least_mm = adapter.thickness.mm();
@@ -205,11 +208,12 @@ impl<'a> Plan<'a> {
             false => Joint::self_tapping(label, screw, poses, thickness_mm + deep_mm),
         };
         let adapter = Adapter { ..*adapter };
+        // The height depends on the screws, so the underside is set in a second step.
         let plan = Self { adapter, face, screws, thickness_mm, bottom_z: face.bottom_z_mm };
         Some(Self { bottom_z: face.bottom_z_mm - plan.height_mm(), ..plan })
     }
 
-    /// The same with the robot's pattern and the slot turned elsewhere.
+    /// Returns the plan with the robot's pattern and the cable slot turned to other angles.
     fn turned(&self, angle: Angle, cable_angle: Angle) -> Self {
         let adapter = match self.is_iso() {
             true => Adapter { flange_angle: angle, cable_angle, ..self.adapter },
@@ -218,14 +222,14 @@ impl<'a> Plan<'a> {
         Self { adapter, screws: self.screws.clone(), ..*self }
     }
 
-    /// Of the plate between the sensor and the robot, mm.
+    /// Returns the height of the plate between the sensor and the robot, mm.
     fn height_mm(&self) -> f64 {
         let sunk_mm = self.thickness_mm + self.screws.screw.head_height_mm() + BESIDE_MM;
         let nut_mm = self.nut().map_or(0.0, |nut| nut.length_mm + SPARE_MM + WALL_MM);
         sunk_mm.max(nut_mm).max(self.least_height_mm())
     }
 
-    /// By how much the robot's pattern is turned, and the parameter that says so.
+    /// Returns the turn of the robot's pattern, and the parameter that sets it.
     fn angle(&self) -> (Angle, &'static str) {
         match self.is_iso() {
             true => (self.adapter.flange_angle, "adapter.flange_angle"),
@@ -233,11 +237,12 @@ impl<'a> Plan<'a> {
         }
     }
 
+    /// Returns whether the robot has an ISO 9409-1 flange.
     fn is_iso(&self) -> bool {
         self.adapter.pattern == AdapterPattern::Iso50
     }
 
-    /// The nuts that the finger's own screws go into.
+    /// Returns the type of nut that the finger's own screws go into.
     fn nut(&self) -> Option<HeatSetNut> {
         match self.adapter.pattern {
             AdapterPattern::Rectangle => Some(self.adapter.thread.nut(false)),
@@ -246,7 +251,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Adds the plate, what is bought for it, and the steps that mount it.
+    /// Adds the plate, its hardware, and the steps that mount it.
     fn add_to(&self, sensor: &mut Sensor) {
         let lowered = |pose: &Pose| SENSOR.at(*pose).lifted(-130.0);
         sensor.mount = Some(self.mount());
@@ -270,7 +275,7 @@ impl<'a> Plan<'a> {
         let added = [vec![self.plate()], bought].concat();
         sensor.bodies = in_order(merged(bodies.into_iter().chain(added)));
         if !fitted.is_empty() {
-            // Before all others: what is in the plate comes with it.
+            // First step of the chain: these pieces have to be in the plate before the sensor is.
             let step = assemble("fit-adapter", ALONE, &[ADAPTER]).told(self.fitted()).also(fitted);
             sensor.chain.insert(0, step.source("chosen: the paper mounts it otherwise"));
         }
@@ -282,7 +287,7 @@ impl<'a> Plan<'a> {
         );
     }
 
-    /// The sensor's own screws, where those of the adapter go.
+    /// Removes the sensor's own screws at the positions that the adapter's screws take.
     fn take_out(&self, sensor: &mut Sensor) {
         let name = self.face.mounting.name();
         for body in sensor.bodies.iter_mut().filter(|body| body.name == name) {

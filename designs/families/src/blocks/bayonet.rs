@@ -1,8 +1,8 @@
-//! The bayonet: lugs on a spigot, grooves in the bore around it.
+//! Bayonet joint: lugs on a spigot, grooves in the bore around it.
 //!
-//! Both are built in the joint's frame: origin on the axis in the plane of the female part's mouth,
-//! +z into it. Locked, the lugs stand at the angles that [`Joint::lugs`] lists; the entries lie the
-//! whole turn clockwise of them (seen from +z), so that turning the female part clockwise locks.
+//! Both are built in the joint's frame: origin on the axis in the plane of the female part's mouth, +z into it. When
+//! locked, the lugs stand at the angles that [`Joint::lugs`] lists; the entries lie the full turn clockwise of them
+//! (seen from +z), so that turning the female part clockwise locks.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ use crate::parameters;
 use crate::parameters::{Report, limits};
 
 parameters! {
-    /// Both bayonets: of tip and body, and of body and robot mount.
+    /// Both bayonets: between tip and body, and between body and robot mount.
     pub struct Bayonet {
         /// Number of lugs; the first is wider, so that the joint closes in one position only.
         lugs: u32 = 2..=6,
@@ -33,24 +33,23 @@ parameters! {
     }
 }
 
-/// How far a lug reaches into the spigot's wall that carries it, mm.
+/// Depth by which a lug reaches into the spigot's wall that carries it, mm.
 const LUG_ROOT_MM: f64 = 0.5;
 
-/// Play between lug and hook when locked, mm: what an elastic seal takes up.
+/// Play between lug and hook when locked, mm; an elastic seal takes it up.
 pub const HOOK_PLAY_MM: f64 = 0.1;
 
 /// Play above a lug, mm: a printed groove's ceiling sags.
 const CEILING_PLAY_MM: f64 = 0.3;
 
-/// What stands between one groove and the next entry, at least, mm along the bore.
+/// Smallest land between one groove and the next entry, mm along the bore.
 const LEAST_LAND_MM: f64 = 1.0;
 
-/// How much wider than an entry, with its play, the first lug is at least, mm.
+/// Smallest excess of the first lug's width over an entry with its play, mm.
 const KEY_MM: f64 = 0.5;
 
 impl Bayonet {
-    /// Reports lugs and grooves that do not work in the narrowest joint. The section must be called
-    /// `bayonet`.
+    /// Reports lugs and grooves that do not work in `joint`, the narrowest one. The section must be called `bayonet`.
     pub fn check(&self, joint: &Joint, report: &mut Report) {
         let (bayonet, play) = (self, 2.0 * joint.side_gap);
         let spare = (joint.land_mm() - LEAST_LAND_MM) / joint.bore_radius;
@@ -58,6 +57,7 @@ impl Bayonet {
         limits! { report:
             bayonet.key_width >= self.lug_width.mm() + play + KEY_MM,
                 "the first lug must not pass an entry of the others";
+            // The parameter is on both sides, so that the message states the value that satisfies the rule.
             bayonet.turn <= self.turn.deg() + spare.to_degrees(),
                 "1 mm must stand between one groove and the next entry";
             bayonet.turn >= (widest / joint.bore_radius).to_degrees(),
@@ -66,26 +66,26 @@ impl Bayonet {
     }
 }
 
-/// One bayonet joint, by the parameters that both joints of a sensor share and its bore.
+/// One bayonet joint, from the parameters that both joints of a sensor share and its bore.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// Bore of the female part, mm.
+    /// Bore radius of the female part, mm.
     pub bore_radius: f64,
-    /// Outside of the spigot, mm.
+    /// Outer radius of the spigot, mm.
     pub spigot_radius: f64,
-    /// Outside of the lugs, mm.
+    /// Outer radius of the lugs, mm.
     pub lug_radius: f64,
-    /// Bottom of the groove, mm.
+    /// Radius of the groove's bottom, mm.
     pub groove_radius: f64,
-    /// Outside of the female part, mm, where the wall beyond the groove is as thick as it should.
+    /// Outer radius of the female part, mm, with the specified wall beyond the groove.
     pub outer_radius: f64,
-    /// From the mouth to the hook's upper face, mm.
+    /// Height of the hook's upper face above the mouth, mm.
     pub hook_height: f64,
-    /// From the mouth to the lug's lower face, mm.
+    /// Height of the lug's lower face above the mouth, mm.
     pub lug_bottom: f64,
-    /// From the mouth to the lug's upper face, mm.
+    /// Height of the lug's upper face above the mouth, mm.
     pub lug_top: f64,
-    /// From the mouth to the groove's ceiling, mm.
+    /// Height of the groove's ceiling above the mouth, mm.
     pub groove_top: f64,
     /// Turn from entry to lock.
     pub turn: Angle,
@@ -96,7 +96,7 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// The joint in a given bore, with so much play on each side, mm.
+    /// Creates the joint in a given bore, with play `gap` per side, mm.
     pub fn in_bore(p: &Bayonet, gap: f64, bore_radius: f64) -> Self {
         let lug_radius = bore_radius + p.lug_reach.mm();
         let groove_radius = lug_radius + gap;
@@ -120,13 +120,14 @@ impl Joint {
         }
     }
 
-    /// The joint in a female part of a given outer radius.
+    /// Creates the joint in a female part of a given outer radius.
     pub fn within(p: &Bayonet, gap: f64, outer_radius: f64) -> Self {
+        // All radii grow by the same amount with the bore.
         let beyond_bore = Self::in_bore(p, gap, 0.0).outer_radius;
         Self::in_bore(p, gap, outer_radius - beyond_bore)
     }
 
-    /// Middle angle and half width of each lug, rad, the wide one first.
+    /// Returns middle angle and half width of each lug, rad, the wide one first.
     pub fn lugs(&self) -> Vec<(f64, f64)> {
         let half = |width: f64| (width / (2.0 * self.lug_radius)).min(1.0).asin();
         (0..self.lugs)
@@ -137,12 +138,12 @@ impl Joint {
             .collect()
     }
 
-    /// Angle that the play at a lug's side takes, rad.
+    /// Returns the angle of the play at a lug's side, rad.
     pub fn side_play_rad(&self) -> f64 {
         self.side_gap / self.lug_radius
     }
 
-    /// What is left of the ring between one groove and the next entry, mm along the bore.
+    /// Returns the narrowest land between one groove and the next entry, mm along the bore.
     pub fn land_mm(&self) -> f64 {
         let lugs = self.lugs();
         let play = 2.0 * self.side_play_rad();
@@ -154,18 +155,18 @@ impl Joint {
         self.bore_radius * lands.fold(TAU, f64::min)
     }
 
-    /// The way of the female part onto the male one: straight on, then clockwise (seen from +z) to
-    /// the lock.
+    /// Returns the motion that puts the female part onto the male one: straight, then clockwise (seen from +z) to the
+    /// lock.
     pub fn female_onto(&self, bodies: impl IntoIterator<Item = String>) -> Motion {
         self.locking(bodies, -1.0)
     }
 
-    /// The way of the male part into the female one: the other way around.
+    /// Returns the motion that puts the male part into the female one: opposite in direction and turn.
     pub fn male_onto(&self, bodies: impl IntoIterator<Item = String>) -> Motion {
         self.locking(bodies, 1.0)
     }
 
-    /// `sign`: along z, and around it, to the lock.
+    /// Returns the locking motion; `sign` is the direction along z, and of the turn around it.
     fn locking(&self, bodies: impl IntoIterator<Item = String>, sign: f64) -> Motion {
         let lock = Angle::from_rad(sign * self.turn.rad()).expect("a turn is finite");
         let axis = Vector3::z();
@@ -173,10 +174,11 @@ impl Joint {
         Motion::of(bodies, [Leg::from_afar(sign * axis), turn])
     }
 
-    /// The lugs, to be united with a spigot of [`Joint::spigot_radius`]. Their upper edge is
-    /// chamfered: it finds the entry, and prints without support when the spigot points down.
+    /// Returns the lugs, to be united with a spigot of [`Joint::spigot_radius`]. Their upper edge is chamfered, so that
+    /// it finds the entry and prints without support when the spigot points down.
     pub fn male(&self) -> Solid {
         let root = self.spigot_radius - LUG_ROOT_MM;
+        // 45 degrees, over at most 0.6 of the lug's height.
         let chamfer =
             (self.lug_radius - self.spigot_radius).min(0.6 * (self.lug_top - self.lug_bottom));
         let ring = Solid::revolution(Path::polygon(&[
@@ -186,7 +188,7 @@ impl Joint {
             [self.lug_radius - chamfer, self.lug_top],
             [root, self.lug_top],
         ]));
-        // Wedges reach beyond the ring all around, so that only their sides cut it.
+        // The wedges reach beyond the ring on all sides, so that only their side faces cut it.
         let wedges = self.lugs().into_iter().enumerate().map(|(i, (middle, half))| {
             let wedge = sector(
                 [root - 1.0, self.lug_radius + 1.0],
@@ -198,8 +200,8 @@ impl Joint {
         ring.and(Solid::union(wedges))
     }
 
-    /// The entries and grooves, to be cut from a part with the bore [`Joint::bore_radius`].
-    /// Its mouth lies at `mouth_z`.
+    /// Returns the entries and grooves, to be cut from a part with the bore [`Joint::bore_radius`] whose mouth lies at
+    /// `mouth_z`.
     pub fn female_tools(&self, mouth_z: f64) -> Vec<Solid> {
         let play = self.side_play_rad();
         let inner = self.bore_radius - CUT_OVERLAP_MM;
@@ -224,7 +226,7 @@ impl Joint {
     }
 }
 
-/// A piece of a ring between two radii, two angles (rad) and two heights, mm.
+/// Returns a piece of a ring between two radii, two angles (rad) and two heights, mm.
 fn sector([inner, outer]: [f64; 2], [from, to]: [f64; 2], [bottom, top]: [f64; 2]) -> Solid {
     let angle = |rad: f64| Angle::from_rad(rad).expect("an angle made of finite parameters");
     Solid::extrusion(Path::ring_sector(inner, outer, angle(from), angle(to)), top - bottom)

@@ -1,4 +1,4 @@
-//! Small cameras on square boards: what every family's camera has in common.
+//! Small cameras on rectangular boards: the parts that the cameras of several families share.
 
 use fabkit_geometry::{Body, Length, Order, Solid};
 
@@ -8,7 +8,7 @@ use crate::hardware::Lens;
 use crate::parameters;
 
 parameters! {
-    /// The board and the lens of a small camera, in its section `camera`.
+    /// Board and lens of a small camera, in its section `camera`.
     pub struct Board {
         /// Distance of the optical centre behind the lens's front.
         pupil_behind_front: Length = 0.0..=20.0,
@@ -33,7 +33,7 @@ parameters! {
     }
 }
 
-/// The parameters of a family's section `camera` that [`BoardCamera`] is made of.
+/// Creates a [`BoardCamera`] from the parameters of a family's section `camera`.
 macro_rules! board_camera {
     ($camera:expr) => {{
         let camera = &$camera;
@@ -50,7 +50,7 @@ macro_rules! board_camera {
 pub(crate) use board_camera;
 
 impl Board {
-    /// The camera as it is bought, its board between two heights (mm), with `holes` for screws and a plug
+    /// Returns the camera as a bought body, its board between two heights (mm), with `holes` for screws and a plug
     /// behind it.
     pub fn bought(
         &self,
@@ -72,13 +72,13 @@ impl Board {
     }
 }
 
-/// A board with a lens holder and a barrel on it.
+/// Board with a lens holder and a barrel on it.
 pub struct BoardCamera {
     /// Edges of the board along x and y.
     pub board: [Length; 2],
     /// Thickness of the board.
     pub thickness: Length,
-    /// Edge of the lens holder.
+    /// Edge of the square lens holder.
     pub holder: Length,
     /// Height of the lens holder above the board.
     pub holder_height: Length,
@@ -89,12 +89,12 @@ pub struct BoardCamera {
 }
 
 impl BoardCamera {
-    /// Its lens, on a board with its upper face there, mm.
+    /// Returns the lens of a camera whose board has its upper face at a height, mm.
     pub fn lens(&self, board_top_z: f64) -> Lens {
         Lens { barrel_mm: self.barrel.mm(), front_z: board_top_z + self.lens_height.mm() }
     }
 
-    /// The camera, looking along +z, its board between two heights (mm), with `holes` for screws
+    /// Returns the solid of the camera, looking along +z, its board between two heights (mm), with `holes` for screws
     /// and a plug behind it.
     pub fn solid(&self, [bottom, top]: [f64; 2], holes: Vec<Solid>, plug: Solid) -> Solid {
         let ([x, y], holder) = (self.board.map(Length::mm), self.holder.mm());

@@ -1,55 +1,55 @@
-//! Cables and wires as bodies: round, along a path of straight pieces and bends, with a plug at its end.
+//! Cables and wires as solids: round, along a path of straight pieces and bends, with a plug at the end.
 //!
-//! A path is a list of corners; each inner corner is rounded by one bend radius. Pieces reach into each
-//! other: a bend is thicker than the straight pieces by a hair, so that their faces cross and never coincide.
+//! A path is a list of corners; each inner corner is rounded by the same bend radius. Pieces overlap, and a bend is
+//! slightly thicker than the straight pieces, so that their faces intersect and never coincide.
 
 use fabkit_geometry::{Length, Order, Point3, Pose, Solid, Vector3};
 
 use super::INTO_MM;
 use crate::parameters::Report;
 
-/// How far a cable is pushed aside by what passes it, mm: it is laid in, and laid out of the way.
+/// Distance by which a cable gives way to a body that passes it, mm: it is laid in last and can be pushed aside.
 pub const GIVES_MM: f64 = 3.0;
 
-/// Length of a wire from a sensor's lamps to what feeds them, as it is ordered, mm; chosen: from a gripper to a
-/// box beside it, and the ends that are cut off.
+/// Ordered length of a wire from a sensor's LEDs to their supply, mm; chosen: from a gripper to a box beside it, plus
+/// offcuts.
 const WIRE_MM: f64 = 500.0;
 
-/// A wire of the lamps as it is ordered, by its diameter over its insulation.
+/// Returns the order of a wire for the LEDs, by its diameter over the insulation.
 pub fn wire_order(diameter: Length) -> Order {
     let thick = format!("{} mm over its insulation", diameter.mm());
     Order::of("stranded wire", thick).cut_to(WIRE_MM)
 }
 
-/// How much thicker a bend is than its least, mm.
+/// Smallest excess of a bend's radius over that of the straight pieces, mm.
 const SWELL_MM: f64 = 0.01;
 
-/// Corners at which a path turns by less are none.
+/// Turns below this angle are treated as straight.
 const STRAIGHT_RAD: f64 = 1e-6;
 
-/// A cable along a path.
+/// Cable along a path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cable {
     /// Diameter, mm.
     pub diameter_mm: f64,
-    /// Radius of its bends, to its middle, mm.
+    /// Bend radius to the cable's centre line, mm.
     pub bend_mm: f64,
-    /// Where it starts, where it turns and where it ends, mm.
+    /// Start, corners and end of the path, mm.
     pub corners: Vec<Point3<f64>>,
 }
 
 /// One bend.
 struct Bend {
-    /// Which corner it rounds.
+    /// Corner that it rounds.
     corner: Point3<f64>,
-    /// The unit vectors in which the path comes and goes.
+    /// Unit vectors of the path before and behind the corner.
     way: [Vector3<f64>; 2],
-    /// How far before and behind the corner it begins and ends, mm.
+    /// Distance from the corner at which the bend begins and ends, mm.
     reach_mm: f64,
 }
 
 impl Cable {
-    /// The cable as a solid; it has one straight piece at least.
+    /// Returns the solid of the cable, which has at least one straight piece.
     pub fn solid(&self) -> Solid {
         let bends = self.bends();
         let count = bends.len();
@@ -72,19 +72,20 @@ impl Cable {
         if pieces.len() == 1 { pieces.remove(0) } else { Solid::union(pieces) }
     }
 
-    /// A box around the path's end, out along its last piece, for a plug: its edges across (along `up` and
-    /// beside it) and its length, mm.
+    /// Returns a box for a plug at the path's end, aligned with its last piece: edges across (along `up` and
+    /// perpendicular to it) and length, mm.
     pub fn plug(&self, up: Vector3<f64>, [height, width, length]: [f64; 3]) -> Solid {
         let last = &self.corners[self.corners.len() - 2..];
         let way = (last[1] - last[0]).normalize();
         let at = last[1] - INTO_MM * way;
-        // The cuboid stands on its origin: z along the way, x along `up`.
+        // The cuboid stands on its origin: z points along the cable, x along `up`.
         let pose = Pose::with_axes([up, way.cross(&up), way], at)
             .expect("a plug's up is a unit vector across its cable");
         Solid::cuboid(height, width, length + INTO_MM).placed(pose).named("plug")
     }
 
-    /// The least length of a straight piece that its bends leave, mm; below 0 the path is too short for them.
+    /// Returns the length of the shortest straight piece that the bends leave, mm; negative if the path is too short
+    /// for them.
     pub fn least_straight_mm(&self) -> f64 {
         let bends = self.bends();
         let reach =
@@ -95,16 +96,17 @@ impl Cable {
         left.fold(f64::INFINITY, f64::min)
     }
 
-    /// Reports a cable, the radius of whose bends is the parameter `path`, that is bent more than
-    /// `times` its diameter allows.
+    /// Reports a bend radius, the value `bend` of the parameter `path`, that is smaller than `times` the cable's
+    /// diameter.
     pub fn check(&self, path: &str, bend: Length, times: f64, report: &mut Report) {
         let least = times * self.diameter_mm;
         report.at_least(path, bend, least, "what is bent more breaks in the end");
     }
 
-    /// How long it is along its middle, mm.
+    /// Returns the length along the centre line, mm.
     pub fn length_mm(&self) -> f64 {
         let straight: f64 = self.corners.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
+        // Each bend replaces two straight reaches by an arc.
         let shorter = self.bends().into_iter().map(|bend| {
             let turn = 2.0 * (bend.reach_mm / self.bend_mm).atan();
             2.0 * bend.reach_mm - self.bend_mm * turn
@@ -112,6 +114,7 @@ impl Cable {
         straight - shorter.sum::<f64>()
     }
 
+    /// Returns the bends at all inner corners.
     fn bends(&self) -> Vec<Bend> {
         let corners = self.corners.windows(3);
         let bends = corners.map(|at| {
@@ -124,13 +127,13 @@ impl Cable {
         bends.collect()
     }
 
-    /// A sector of a torus.
+    /// Returns a sector of a torus.
     fn round(&self, bend: &Bend) -> Solid {
         let [come, go] = bend.way;
         let axis = come.cross(&go).normalize();
         let from = bend.corner - bend.reach_mm * come;
         let centre = from + self.bend_mm * axis.cross(&come);
-        // A straight piece that goes on into the bend leaves its middle by this.
+        // A straight piece continues tangentially into the bend, and departs from its centre line by the first term.
         let swell = INTO_MM.powi(2) / (2.0 * self.bend_mm) + SWELL_MM;
         Solid::torus(self.bend_mm, self.diameter_mm / 2.0 + swell)
             .placed(Pose::z_to(axis, centre))

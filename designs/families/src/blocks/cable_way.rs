@@ -1,4 +1,4 @@
-//! Ways out for cables and wires: slots through a floor, notches and windows through a wall.
+//! Openings for cables and wires: slots through a floor, notches and windows through a wall.
 
 use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Cut, Length, Path, Solid, Vector3};
 
@@ -6,36 +6,38 @@ use super::holes;
 use crate::choices;
 use crate::parameters::Report;
 
-/// A slot with round ends through a floor.
+/// Slot with round ends through a floor.
 #[derive(Clone, Copy, Debug)]
 pub struct FloorSlot {
-    /// From end to end.
+    /// Length from end to end.
     pub length: Length,
-    /// Its shorter side.
+    /// Width, its shorter side.
     pub width: Length,
-    /// What it lies along: 0 for x, 1 for y.
+    /// Axis that it lies along: 0 for x, 1 for y.
     pub along: usize,
-    /// Its middle, mm.
+    /// Middle, mm.
     pub at: [f64; 2],
-    /// By how much it is turned around its middle from there.
+    /// Turn around its middle, from the axis.
     pub turn: Angle,
 }
 
-/// How much longer than wide a slot is, mm.
+/// Smallest excess of a slot's length over its width, mm.
 const LONGER_MM: f64 = 0.5;
 
 impl FloorSlot {
-    /// The middles of its round ends, mm.
+    /// Returns the centres of its round ends, mm.
     pub fn ends(&self) -> [[f64; 2]; 2] {
         self.beside_middle().map(|[x, y]| [self.at[0] + x, self.at[1] + y])
     }
 
+    /// Returns the centres of the round ends relative to the middle, mm.
     fn beside_middle(&self) -> [[f64; 2]; 2] {
         let half = (self.length.mm() - self.width.mm()) / 2.0;
         [-half, half].map(|out| {
             let mut end = [0.0; 2];
             end[self.along] = out;
             match self.turn.rad() {
+                // An exact identity: a rotation by 0 could change the last digits.
                 0.0 => end,
                 turn => {
                     let (sin, cos) = turn.sin_cos();
@@ -45,7 +47,7 @@ impl FloorSlot {
         })
     }
 
-    /// What a floor between two heights gets.
+    /// Returns the cut through a floor between two heights.
     pub fn cut(&self, name: &str, [bottom, top]: [f64; 2]) -> Cut {
         let [from, to] = self.beside_middle();
         let path = Path::slot(from, to, self.width.mm() / 2.0);
@@ -57,7 +59,7 @@ impl FloorSlot {
         holes([slot.named(name)]).with_handles(1)
     }
 
-    /// Reports a slot, of which the parameter `path` is the width, that is hardly longer than wide.
+    /// Reports a slot that is not longer than wide; the parameter `path` is its width.
     pub fn check(&self, path: &str, report: &mut Report) {
         let most = self.length.mm() - LONGER_MM;
         report.at_most(path, self.width, most, "the slot's width is its shorter side");
@@ -65,21 +67,21 @@ impl FloorSlot {
 }
 
 choices! {
-    /// The side of a housing that something leaves by.
+    /// Side of a housing.
     pub enum Side {
-        /// At +x.
+        /// Side at +x.
         Right = "right",
-        /// At -x.
+        /// Side at -x.
         Left = "left",
-        /// At -y.
+        /// Side at -y.
         Front = "front",
-        /// At +y.
+        /// Side at +y.
         Back = "back",
     }
 }
 
 impl Side {
-    /// The axis that it looks along: 0 for x, 1 for y.
+    /// Returns the axis that the side faces along: 0 for x, 1 for y.
     pub fn axis(self) -> usize {
         match self {
             Self::Right | Self::Left => 0,
@@ -87,7 +89,7 @@ impl Side {
         }
     }
 
-    /// How many quarter turns, counter-clockwise seen from above, it lies from +x.
+    /// Returns the number of quarter turns from +x, counter-clockwise seen from above.
     pub fn quarters(self) -> u32 {
         match self {
             Self::Right => 0,
@@ -97,13 +99,13 @@ impl Side {
         }
     }
 
-    /// Which way it looks, around the axis.
+    /// Returns the direction that the side faces, as an angle around z from +x, in (-180, 180] degrees.
     pub fn angle(self) -> Angle {
         let deg = 90.0 * f64::from(self.quarters());
         Angle::from_deg(if deg > 180.0 { deg - 360.0 } else { deg }).expect("finite")
     }
 
-    /// Out of the housing.
+    /// Returns the outward unit normal.
     pub fn out(self) -> Vector3<f64> {
         match self {
             Self::Right => Vector3::x(),
@@ -114,7 +116,7 @@ impl Side {
     }
 }
 
-/// A way through the wall on one side, `width_mm` wide, between two distances from the axis and two
+/// Returns an opening through the wall on one side, `width_mm` wide, between two distances from the axis and two
 /// heights, mm.
 pub fn wall_way(side: Side, width_mm: f64, [from, to]: [f64; 2], [bottom, top]: [f64; 2]) -> Solid {
     let half = width_mm / 2.0;

@@ -1,4 +1,4 @@
-//! Light for a rectangular chamber: LEDs on strips at its walls, or on a board around the lens below.
+//! Illumination of a rectangular chamber: LEDs on strips at its walls, or on a board around the lens below.
 
 mod circuit;
 
@@ -17,7 +17,7 @@ use crate::parameters::{Inline, Report, limits};
 use crate::{choices, parameters};
 
 choices! {
-    /// Where the light comes from.
+    /// Position of the LEDs.
     pub enum LightFrom {
         /// LEDs on strips at the chamber's walls, below the plate.
         Sides = "sides",
@@ -27,7 +27,7 @@ choices! {
 }
 
 parameters! {
-    /// The LEDs.
+    /// LEDs of the chamber.
     pub struct Leds {
         /// Where they are.
         from: LightFrom,
@@ -53,26 +53,26 @@ parameters! {
 }
 
 crate::bodies! {
-    /// The board that the LEDs are on, if they shine from below.
+    /// Board that carries the LEDs if they shine from below.
     pub LED_BOARD "led-board" "circuit board around the lens with the LEDs";
 }
 
-/// How much of the board lies under the step that it is glued to, at least, mm.
+/// Smallest width of the board under the step that it is glued to, mm.
 const LEAST_BEARING_MM: f64 = 0.4;
 
-/// Least width of the board beside the lens's holder, mm.
+/// Smallest width of the board beside the lens's holder, mm.
 const WEB_MM: f64 = 1.0;
 
-/// Edge of a package as a part of its piece of strip.
+/// Edge of a package as a fraction of its piece of strip.
 const PACKAGE_SHARE: f64 = 0.7;
 
 impl Leds {
-    /// How much wider than the chamber the room below must be, mm.
+    /// Returns the excess of the room below over the chamber, mm; 0 for strips.
     pub fn step_mm(&self) -> f64 {
         if self.from == LightFrom::Below { self.step.mm() } else { 0.0 }
     }
 
-    /// How far a strip with its packages stands out from the wall, mm; nothing from below.
+    /// Returns the height of a strip with its packages above the wall, mm; 0 for a board.
     pub fn out_mm(&self) -> f64 {
         match self.from {
             LightFrom::Sides => self.board_thickness.mm() + self.package_height.mm(),
@@ -81,66 +81,66 @@ impl Leds {
     }
 }
 
-/// The chamber and its LEDs; heights in the sensor frame, mm.
+/// Chamber with its LEDs; heights in the sensor frame, mm.
 #[derive(Clone, Debug)]
 pub struct Light<'a> {
-    /// The parameters.
+    /// Parameters of the LEDs.
     pub leds: &'a Leds,
-    /// The chamber.
+    /// Outline of the chamber.
     pub chamber: Rect,
-    /// The room below it.
+    /// Outline of the room below the chamber.
     pub room: Rect,
-    /// Ceiling of the chamber.
+    /// Height of the chamber's ceiling.
     pub ceiling_z: f64,
-    /// What looks up from below.
+    /// Camera that looks up from below.
     pub camera: Posted<'a>,
     /// Play of a board in the room, mm.
     pub slide_mm: f64,
 }
 
 impl Light<'_> {
-    /// Height at which the chamber becomes the room below it: the board's top.
+    /// Returns the height at which the chamber widens into the room below it: the top of the LED board.
     pub fn step_z(&self) -> f64 {
         match self.leds.from {
-            // The packages end where the camera begins to see.
+            // The packages end at the height of the pupil, so that the camera does not see their sides.
             LightFrom::Below => self.camera.pupil_z - self.leds.package_height.mm(),
             LightFrom::Sides => self.heads_z(),
         }
     }
 
-    /// What the heads of the camera's screws stay below.
+    /// Returns the height that the heads of the camera's screws stay below.
     fn heads_z(&self) -> f64 {
         self.camera.top_z + posted_camera::SCREW.head_height_mm() + APART_MM
     }
 
-    /// Height of the upper edge of the strips.
+    /// Returns the height of the strips' upper edge.
     pub fn strip_top_z(&self) -> f64 {
         self.ceiling_z - self.leds.below_plate.mm()
     }
 
-    /// How many LEDs the wall has (0: +x, 1: +y, 2: -x, 3: -y).
+    /// Returns the number of LEDs at a wall (0: +x, 1: +y, 2: -x, 3: -y).
     fn at_wall(&self, wall: usize) -> u32 {
         (self.chamber.straight(wall % 2) / self.leds.pitch.mm()).floor().max(0.0) as u32
     }
 
-    /// Distance of the rows of LEDs on the board from the axis.
+    /// Returns the distance of the board's rows of LEDs from the axis, mm.
     fn row_out_mm(&self) -> f64 {
         let half = self.chamber.half[self.chamber.longer()];
         half - self.leds.width.mm() / 2.0 - PRINTED_WALL_MM
     }
 
-    /// From LED to LED of a row on the board: as long as the straight part of the walls, or as far as the
-    /// outermost packages fit into the round corners.
+    /// Returns the pitch of the LEDs in a row on the board, mm: limited by the straight part of the walls, or by the
+    /// round corners, which the outermost packages have to fit into.
     fn row_pitch_mm(&self) -> f64 {
         let (chamber, long) = (self.chamber, self.chamber.longer());
-        // How far the corner of a package lies beyond the axis of the chamber's, at most.
+        // Farthest that the outer edge of a package lies beyond the centre of the corner's arc.
         let across = (chamber.corner - PRINTED_WALL_MM).max(0.0);
         let along = half_chord(chamber.corner - APART_MM, across) - self.leds.pitch.mm() / 2.0;
         let straight = chamber.straight(long);
         straight.min(straight + 2.0 * along) / f64::from(self.leds.count.max(2) - 1)
     }
 
-    /// Where the LEDs are: the origin behind the strip or on the board, z axis along the light.
+    /// Returns the poses of the LEDs: origin behind the strip or on the board, z axis along the light.
     pub fn poses(&self) -> Vec<Pose> {
         let quarters = |n: f64| Angle::from_deg(90.0 * n).expect("finite");
         let spread = |count: u32, step: f64| {
@@ -163,7 +163,7 @@ impl Light<'_> {
                 (0..leds.count.min(4)).flat_map(wall).collect()
             }
             LightFrom::Below => {
-                // Rows at the ends of the longer axis, as long as the straight part of the walls.
+                // Rows at the ends of the longer axis.
                 let (long, out) = (chamber.longer(), self.row_out_mm());
                 let turned = Pose::rotation_z(quarters(1.0 - long as f64));
                 let row = |out: f64| {
@@ -177,7 +177,8 @@ impl Light<'_> {
         }
     }
 
-    /// The colour of each, in the order of [`Light::poses`]: strips are red, green, blue, and white on a fourth wall.
+    /// Returns the colour of each LED in the order of [`Light::poses`]: strips are red, green, blue, and white on a
+    /// fourth wall. A board has a single entry, white.
     pub fn colors(&self) -> Vec<Rgb> {
         match self.leds.from {
             LightFrom::Below => vec![WHITE],
@@ -190,7 +191,7 @@ impl Light<'_> {
         }
     }
 
-    /// The LEDs, and the board if they are on one.
+    /// Returns the LEDs, and the board if they are on one.
     pub fn bodies(&self, assembly: AssemblyName) -> Vec<Body> {
         let leds = self.leds;
         let (length, width, height) = (leds.pitch.mm(), leds.width.mm(), leds.package_height.mm());
@@ -224,11 +225,12 @@ impl Light<'_> {
         [led].into_iter().chain(board).collect()
     }
 
-    /// The board's edges, and the radius of its hole.
+    /// Returns the board's outline and the radius of its hole, mm.
     fn board_rect(&self) -> (Rect, f64) {
         (self.room.shrunk(self.slide_mm), self.camera.camera.bore_mm())
     }
 
+    /// Returns the LED board.
     fn board(&self, assembly: AssemblyName) -> Body {
         let (rect, bore) = self.board_rect();
         let profile = Profile::new(rect.path()).with_hole(Path::circle([0.0; 2], bore));
@@ -244,8 +246,8 @@ impl Light<'_> {
             .with_handles(1)
     }
 
-    /// Reports LEDs that do not fit. The sections must be called `leds` and `camera`; `edges` are
-    /// the paths that the chamber's edges along x and y follow from, with their values.
+    /// Reports LEDs that do not fit. The sections must be called `leds` and `camera`; `edges` are the paths of the
+    /// parameters that set the chamber's edges along x and y, with their values.
     pub fn check(&self, edges: [(&str, Length); 2], report: &mut Report) {
         match self.leds.from {
             LightFrom::Sides => self.check_strips(report),
@@ -253,6 +255,7 @@ impl Light<'_> {
         }
     }
 
+    /// Reports LED strips that do not fit.
     fn check_strips(&self, report: &mut Report) {
         let (leds, chamber, camera) = (self.leds, self.chamber, &*self.camera.camera.board);
         let straight = chamber.straight(0).min(chamber.straight(1));
@@ -268,11 +271,13 @@ impl Light<'_> {
         }
     }
 
+    /// Reports an LED board that does not fit.
     fn check_board(&self, edges: [(&str, Length); 2], report: &mut Report) {
         let (leds, (board, bore)) = (self.leds, self.board_rect());
         let camera = &*self.camera.camera.board;
         leds.electric.check("leds.forward_volts", [1, 2 * leds.count], CHIP_0603, report);
         limits! { report:
+            // The parameter is on both sides, so that the message states the value that satisfies the rule.
             camera.lens_height >= camera.lens_height.mm() + leds.board_thickness.mm()
                     + self.heads_z() - self.step_z(),
                 "the LEDs' board lies above the heads of the camera's screws";
@@ -282,7 +287,7 @@ impl Light<'_> {
         }
         let long = self.chamber.longer();
         let (short_path, short) = edges[1 - long];
-        // Where the camera's board makes the room wider than the chamber, that much more is needed.
+        // The camera's board may widen the room beyond the chamber: the missing width is counted from the chamber.
         let step = leds.step.mm() - self.slide_mm;
         let wider = bore + WEB_MM - (self.chamber.half[1 - long] + step);
         report.at_least(

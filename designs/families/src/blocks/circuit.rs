@@ -1,4 +1,4 @@
-//! Circuits of lamps: LEDs with their resistors, wires to them, what a package looks like to solder.
+//! LED circuits: LEDs with their resistors, wires to them, and the solder pads of their packages.
 
 use fabkit_geometry::{
     BoardPlace, BoardSide, Circuit, CircuitKind, CircuitPart, Connection, KeepOut, KeepOutRegion,
@@ -9,35 +9,35 @@ use crate::assembling::Name;
 use crate::parameters;
 use crate::parameters::Report;
 
-/// Net of the supply.
+/// Name of the supply net.
 pub const SUPPLY: &str = "V+";
-/// Net of ground.
+/// Name of the ground net.
 pub const GROUND: &str = "GND";
 
-/// Both wires of lamps: net, colour of the insulation, and what it leads to.
+/// Two supply wires of LEDs: net, colour of the insulation, and the other end.
 pub const TO_SUPPLY: [(&str, &str, &str); 2] =
     [(SUPPLY, "red", "supply"), (GROUND, "black", "ground of the supply")];
 
-/// A chip resistor's package with what it bears, W: thick film at 70 degrees Celsius (Yageo RC and Vishay CRCW
-/// alike), and its length and width, mm (IEC 60115-8).
+/// Package of a chip resistor: rated power, W, of thick film at 70 degrees Celsius (Yageo RC and Vishay CRCW alike),
+/// and length and width, mm (IEC 60115-8).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chip {
-    /// In hundredths of an inch.
+    /// Size code in hundredths of an inch.
     pub name: &'static str,
     /// Length and width, mm.
     pub size_mm: [f64; 2],
-    /// W.
+    /// Rated power, W.
     pub rated_w: f64,
 }
 
-/// 1.0 x 0.5 mm.
+/// Chip resistor of 1.0 x 0.5 mm.
 pub const CHIP_0402: Chip = Chip { name: "0402", size_mm: [1.0, 0.5], rated_w: 0.063 };
-/// 1.6 x 0.8 mm.
+/// Chip resistor of 1.6 x 0.8 mm.
 pub const CHIP_0603: Chip = Chip { name: "0603", size_mm: [1.6, 0.8], rated_w: 0.1 };
 
-/// Lands of a part with two ends along x: inner edges a quarter of the length from the middle, outer ones a
-/// quarter, 0.4 mm at most, beyond its ends. That is within 0.1 mm of IPC-7351's nominal lands of 0402, 0603
-/// and 0805. Lands of LEDs that are wider than 2 mm are three quarters as wide as these.
+/// Returns the lands of a part with two ends along x: inner edges a quarter of the length from the middle, outer ones a
+/// quarter of it, at most 0.4 mm, beyond its ends. That is within 0.1 mm of IPC-7351's nominal lands of 0402, 0603 and
+/// 0805. Lands of LEDs that are wider than 2 mm are three quarters as wide as these.
 fn two_lands([length, width]: [f64; 2], [first, second]: [&str; 2]) -> Vec<Land> {
     let (inner, outer) = (length / 4.0, length / 2.0 + (length / 4.0).min(0.4));
     let across = if width > 2.0 { 0.75 * width } else { width };
@@ -50,16 +50,17 @@ fn two_lands([length, width]: [f64; 2], [first, second]: [&str; 2]) -> Vec<Land>
     vec![land(first, -1.0), land(second, 1.0)]
 }
 
-/// An LED's package as a board sees it.
+/// Footprint of an LED's package.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LedPackage {
-    /// Length, along which its ends are, and width, mm.
+    /// Rectangular package: length, with the terminals at its ends, and width, mm.
     Chip([f64; 2]),
-    /// Diameter, mm: two lands below it.
+    /// Round package: diameter, mm, with two lands below it.
     Round(f64),
 }
 
 impl LedPackage {
+    /// Returns the name of the package.
     fn name(self) -> String {
         match self {
             Self::Chip([length, width]) => format!("{length:.1} x {width:.1} mm"),
@@ -67,19 +68,21 @@ impl LedPackage {
         }
     }
 
+    /// Returns the edges of the package, mm.
     fn size_mm(self) -> [f64; 2] {
         match self {
             Self::Chip(size) => size,
+            // Edges of the square inscribed in the circle.
             Self::Round(diameter) => [diameter * std::f64::consts::FRAC_1_SQRT_2; 2],
         }
     }
 
-    /// The cathode on the side of -x.
+    /// Returns the lands, with the cathode at -x.
     fn lands(self) -> Vec<Land> {
         match self {
             Self::Chip(size) => two_lands(size, ["K", "A"]),
             Self::Round(diameter) => {
-                // Both lie within the circle, a tenth of it apart on each side of the middle.
+                // Both lands lie within the circle, a tenth of the diameter from the middle.
                 let size_mm = [0.286 * diameter, 0.514 * diameter];
                 let land = |pin: &str, sign: f64| Land {
                     pin: pin.to_owned(),
@@ -94,7 +97,7 @@ impl LedPackage {
 }
 
 parameters! {
-    /// The electricity of LEDs, in the section `leds`.
+    /// Electrical parameters of LEDs, in the section `leds`.
     pub struct Electric {
         /// Supply, V.
         supply_volts: f64 = 3.0..=24.0,
@@ -111,25 +114,24 @@ parameters! {
     }
 }
 
-/// Least voltage across a resistor, V, for the current to be that of the resistor: forward voltages of one type of
-/// LED, and USB's supply, differ by as much; chosen.
+/// Smallest voltage across a resistor, V, for it to determine the current: forward voltages of one type of LED, and the
+/// voltage of USB supplies, scatter by as much; chosen.
 const LEAST_DROP_V: f64 = 0.2;
 
 impl Electric {
-    /// Current of an LED that its resistor is calculated for, A.
+    /// Returns the current of an LED that its resistor is calculated for, A.
     pub fn current_a(&self) -> f64 {
         self.current_ma / 1e3
     }
 
-    /// Largest current that the supply gives, A.
+    /// Returns the largest current of the supply, A.
     fn supply_a(&self) -> f64 {
         self.supply_ma / 1e3
     }
 
-    /// Reports LEDs that do not shine on this supply, burn, burn their resistors, or take more than there is.
+    /// Reports LEDs that stay dark on this supply, or currents that overload the LEDs, their resistors or the supply.
     ///
-    /// `forward` is the path of the forward voltage, `sharing` how many LEDs share a resistor, `all` how many there
-    /// are.
+    /// `forward` is the path of the forward voltage, `sharing` the number of LEDs per resistor, `all` the total number.
     pub fn check(&self, forward: &str, [sharing, all]: [u32; 2], chip: Chip, report: &mut Report) {
         let supply_v = self.supply_volts;
         let drop_v = supply_v - self.forward_volts;
@@ -140,7 +142,7 @@ impl Electric {
             format!("the resistor needs {LEAST_DROP_V} V of the supply's {supply_v} V to set the current"),
         );
         if drop_v < LEAST_DROP_V {
-            return; // Whatever current there is, it is none of these.
+            return; // The limits below hold only for a positive voltage across the resistor.
         }
         let (sharing, all) = (f64::from(sharing), f64::from(all));
         let bears = format!("a resistor {} bears {} W", chip.name, chip.rated_w);
@@ -148,35 +150,38 @@ impl Electric {
         let most_a = supply_a / all;
         let gives = format!("the supply gives {} mA for {all} LEDs", supply_a * 1e3);
         if ohms > 0.0 {
+            // Smallest resistance that limits each of the sharing LEDs to `most_a`.
             let least = |most_a: f64| drop_v / (sharing * most_a);
             let rated = format!("an LED bears {} mA", rated_a * 1e3);
             report.at_least("leds.resistor_ohms", ohms, least(rated_a), rated);
+            // Heat of the resistor: U^2 / R.
             report.at_least("leds.resistor_ohms", ohms, drop_v.powi(2) / chip.rated_w, bears);
             report.at_least("leds.resistor_ohms", ohms, least(most_a), gives);
         } else {
-            // The next larger resistor of the series lets less through, and never more.
+            // The resistor is rounded up to the next value of the series, so the current is never larger than this.
             let ma = self.current_a() * 1e3;
             report.at_most("leds.current_ma", ma, rated_a * 1e3, "an LED bears no more");
+            // Heat of the resistor: U I, with the current of all LEDs that share it.
             report.at_most("leds.current_ma", ma, chip.rated_w / (drop_v * sharing) * 1e3, bears);
             report.at_most("leds.current_ma", ma, most_a * 1e3, gives);
         }
     }
 }
 
-/// A circuit that is being put together.
+/// Builder of a circuit.
 pub struct Builder {
     circuit: Circuit,
     counts: [u32; 5],
 }
 
 impl Builder {
-    /// A circuit on a board.
+    /// Starts a circuit on a board.
     pub fn on(board: Name, electric: &Electric) -> Self {
         let (supply_v, supply_a) = (electric.supply_volts, electric.supply_a());
         Self::new(board.name, Some(board.name), supply_v, Some(supply_a))
     }
 
-    /// A circuit without a board of its own, whose supply is bought for it.
+    /// Starts a circuit without a board of its own, whose supply is bought for it.
     pub fn wired(name: &str, supply_v: f64) -> Self {
         Self::new(name, None, supply_v, None)
     }
@@ -198,6 +203,7 @@ impl Builder {
         Self { circuit, counts: [0; 5] }
     }
 
+    /// Returns the next designator of a kind.
     fn next(&mut self, kind: CircuitKind) -> String {
         let (index, letters) = match kind {
             CircuitKind::Led => (0, "D"),
@@ -210,7 +216,7 @@ impl Builder {
         format!("{letters}{}", self.counts[index])
     }
 
-    /// Connects a pin.
+    /// Connects a pin of a part to a net.
     pub fn connect(&mut self, net: &str, part: &str, pin: &str) {
         let pin = (part.to_owned(), pin.to_owned());
         match self.circuit.nets.iter_mut().find(|known| known.name == net) {
@@ -222,7 +228,7 @@ impl Builder {
         }
     }
 
-    /// The largest current of a net, A.
+    /// Adds to the largest current of a net, A.
     pub fn carries(&mut self, net: &str, current_a: f64) {
         let mut nets = self.circuit.nets.iter_mut();
         if let Some(net) = nets.find(|known| known.name == net) {
@@ -230,7 +236,7 @@ impl Builder {
         }
     }
 
-    /// An LED from a net to ground.
+    /// Adds an LED between a net and ground. Returns its designator.
     pub fn led(
         &mut self,
         model: &str,
@@ -255,7 +261,7 @@ impl Builder {
         name
     }
 
-    /// A resistor between two nets.
+    /// Adds a resistor between two nets. Returns its designator.
     pub fn resistor(
         &mut self,
         ohms: f64,
@@ -279,14 +285,15 @@ impl Builder {
         name
     }
 
-    /// Any other part.
+    /// Adds any other part. Returns its designator.
     pub fn part(&mut self, part: CircuitPart) -> String {
         let designator = self.next(part.kind);
         self.circuit.parts.push(CircuitPart { designator: designator.clone(), ..part });
         designator
     }
 
-    /// A resistor's calculation, for LEDs that share it; what is ordered, ohm.
+    /// Calculates the resistor for a number of LEDs that share it: the given value, or the next larger one of the E24
+    /// series.
     pub fn calculate(
         &mut self,
         electric: &Electric,
@@ -301,6 +308,7 @@ impl Builder {
             forward_v: electric.forward_volts,
             leds,
             led_rated_a: electric.rated_ma / 1e3,
+            // A given resistor determines the current instead.
             wanted_a: (ohms == 0.0).then_some(electric.current_a()),
             ohms,
             rated_w: chip.rated_w,
@@ -312,12 +320,12 @@ impl Builder {
         one
     }
 
-    /// Writes a calculation down.
+    /// Adds the calculation of a resistor to the circuit.
     pub fn calculated(&mut self, calculation: SeriesResistor) {
         self.circuit.resistors.push(calculation);
     }
 
-    /// LEDs between supply and ground, each with its own resistor beside it.
+    /// Adds LEDs between supply and ground, each with its own resistor.
     pub fn each_with_resistor(
         &mut self,
         electric: &Electric,
@@ -342,10 +350,10 @@ impl Builder {
         self.calculated(calculation);
     }
 
-    /// A pad for a wire: beside a hole that its strand goes through, or alone.
+    /// Adds a pad for a wire, beside a hole that the wire passes or alone. Returns its designator.
     pub fn wire(&mut self, net: &str, wire: Wire<'_>) -> String {
         let Wire { place, hole_mm, pad_mm, by, to, length_mm, color } = wire;
-        // From the hole's edge, as far as copper stays off what is drilled and not plated.
+        // The pad stays off the hole's edge, because copper keeps a distance from unplated holes.
         let out = hole_mm.map_or(0.0, |hole| hole / 2.0 + HOLE_TO_PAD_MM + pad_mm[0] / 2.0);
         let name = self.part(CircuitPart {
             designator: String::new(),
@@ -374,7 +382,7 @@ impl Builder {
         name
     }
 
-    /// Points to hold a probe against: supply and ground.
+    /// Adds test points for a probe: supply and ground.
     pub fn test_points(&mut self) {
         for net in [SUPPLY, GROUND] {
             let name = self.part(CircuitPart {
@@ -396,17 +404,17 @@ impl Builder {
         }
     }
 
-    /// Where others stand on the board.
+    /// Adds a region of the board that other bodies occupy.
     pub fn keep_out(&mut self, side: BoardSide, region: KeepOutRegion, what: &str) {
         self.circuit.keep_outs.push(KeepOut { side, region, what: what.to_owned() });
     }
 
-    /// A cable or wire that ends at no pad of a board.
+    /// Adds a cable or wire that ends at no pad of a board.
     pub fn connection(&mut self, connection: Connection) {
         self.circuit.connections.push(connection);
     }
 
-    /// Supply and ground of strips of LEDs, which are called so and numbered.
+    /// Adds the supply and ground wires of LED strips, which are named `called` and numbered.
     pub fn strips(&mut self, count: u32, called: &str, supply: &str) {
         let numbers = (1..=count).flat_map(|number| TO_SUPPLY.map(|wire| (number, wire)));
         self.circuit.connections.extend(numbers.map(|(number, (net, color, to))| Connection {
@@ -419,47 +427,47 @@ impl Builder {
         }));
     }
 
-    /// What to mind.
+    /// Adds a note.
     pub fn note(&mut self, text: impl Into<String>) {
         self.circuit.notes.push(text.into());
     }
 
-    /// Everything at once, A, where it is not only what [`Builder::each_with_resistor`] counts.
+    /// Adds to the total current, A, besides the LEDs that [`Builder::each_with_resistor`] counts.
     pub fn draws(&mut self, current_a: f64) {
         self.circuit.current_a += current_a;
     }
 
-    /// The circuit.
+    /// Returns the circuit.
     pub fn done(self) -> Circuit {
         self.circuit
     }
 }
 
-/// From the edge of a hole that is not plated to a wire's pad, mm: what fabs want, and what arcs of outlines
-/// that are followed by short lines take of it.
+/// Distance from the edge of an unplated hole to a wire's pad, mm: the clearance that fabs require, plus the error of
+/// arcs that outlines approximate by short lines.
 const HOLE_TO_PAD_MM: f64 = 0.201;
 
-/// A wire at its board.
+/// Wire at its board.
 #[derive(Clone, Copy, Debug)]
 pub struct Wire<'a> {
-    /// Its hole, or its pad where there is none; its pad lies along the place's x.
+    /// Position of the hole, or of the pad if there is no hole; the pad lies along the place's x.
     pub place: BoardPlace,
-    /// Diameter of the hole.
+    /// Diameter of the hole, mm.
     pub hole_mm: Option<f64>,
-    /// The pad along and across.
+    /// Size of the pad along and across the wire, mm.
     pub pad_mm: [f64; 2],
-    /// The drawn body.
+    /// Body that models the wire.
     pub by: Option<Name>,
-    /// Its other end.
+    /// Other end of the wire.
     pub to: &'a str,
-    /// How long it is drawn, mm.
+    /// Length of the modelled wire, mm.
     pub length_mm: Option<f64>,
-    /// Of its insulation.
+    /// Colour of the insulation.
     pub color: &'a str,
 }
 
 impl<'a> Wire<'a> {
-    /// One of [`TO_SUPPLY`] on a pad alone, not drawn.
+    /// Creates one of the wires [`TO_SUPPLY`] on a pad alone, without a body.
     pub fn undrawn(
         place: BoardPlace,
         pad_mm: [f64; 2],
@@ -469,24 +477,24 @@ impl<'a> Wire<'a> {
     }
 }
 
-/// All around the board's middle, between two radii, mm.
+/// Returns the ring around the board's middle between two radii, mm.
 pub fn all_around([inner_mm, outer_mm]: [f64; 2]) -> KeepOutRegion {
     KeepOutRegion::Sector { inner_mm, outer_mm, middle_rad: 0.0, half_rad: std::f64::consts::PI }
 }
 
-/// Where LEDs that are drawn with their length along x have their pins.
+/// Returns the board places of LEDs whose length lies along x.
 pub fn along_x(poses: &[Pose]) -> Vec<BoardPlace> {
     let place = |pose: &Pose| BoardPlace::of_body(pose, Vector3::x(), BoardSide::Top);
     poses.iter().map(place).collect()
 }
 
-/// Where LEDs that are drawn with their length along y have their pins.
+/// Returns the board places of LEDs whose length lies along y.
 pub fn along_y(poses: &[Pose]) -> Vec<BoardPlace> {
     let place = |pose: &Pose| BoardPlace::of_body(pose, Vector3::y(), BoardSide::Top);
     poses.iter().map(place).collect()
 }
 
-/// A camera's cable to the computer that reads it.
+/// Returns the connection of a camera to the computer.
 pub fn camera_to_host(
     camera: &str,
     by: Option<Name>,
@@ -503,7 +511,7 @@ pub fn camera_to_host(
     }
 }
 
-/// A value as it is ordered.
+/// Formats a resistance as it is ordered.
 pub fn ohms_text(ohms: f64) -> String {
     if ohms >= 1e3 { format!("{} kohm", ohms / 1e3) } else { format!("{ohms} ohm") }
 }

@@ -1,5 +1,5 @@
-//! A rectangular shell that is put over a base: four screws from below, a lip that centres both, a
-//! notch for cable and wires, holes in the base for a gripper's screws.
+//! Rectangular shell on a base: four screws from below, a lip that centres both, a notch for cable and wires, holes in
+//! the base for a gripper's screws.
 
 use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, Color, Grip, Length, Point3, Pose, Process, Profile, Solid, Vector3,
@@ -16,7 +16,7 @@ use crate::parameters::{Report, limits};
 use crate::sections;
 
 sections! {
-    /// The printed shell: carries what touches, closes over the camera.
+    /// Printed shell: carries the touched surface, closes over the camera.
     pub struct Shell {
         /// How far it stands out beyond what it carries, at least; a wide inside makes it wider.
         rim: Length = 0.0..=20.0,
@@ -37,7 +37,7 @@ sections! {
         material: String = 1..=80,
     }
 
-    /// The printed base: closes the shell, is screwed to a gripper.
+    /// Printed base: closes the shell, is screwed to a gripper.
     pub struct Base {
         /// Thickness of its floor.
         thickness: Length = 1.0..=20.0,
@@ -46,10 +46,10 @@ sections! {
     }
 }
 
-/// What joins base and shell.
+/// Screw that joins base and shell.
 const SCREW: Screw = Screw::M1_6X6;
 
-/// Base under the head of a screw, mm.
+/// Thickness of the base under the head of a screw, mm.
 const SHELF_MM: f64 = 1.2;
 
 /// Depth of a hole beyond its screw's tip, mm.
@@ -58,35 +58,34 @@ const PILOT_SPARE_MM: f64 = 0.5;
 /// Width and height of the lip, mm.
 const LIP_MM: [f64; 2] = [1.0, 1.5];
 
-/// Edges of shell and base around a room; heights in the sensor frame, mm. The shell's upper rim is
-/// z = 0.
+/// Outlines and heights of shell and base around a room, in the sensor frame, mm. The shell's upper rim is at z = 0.
 #[derive(Clone, Debug)]
 pub struct Clamshell<'a> {
-    /// The shell's parameters.
+    /// Parameters of the shell.
     pub shell: &'a Shell,
-    /// The base's parameters.
+    /// Parameters of the base.
     pub base: &'a Base,
-    /// The holes that it is mounted by.
+    /// Parameters of the mounting holes.
     pub mount: &'a Mount,
-    /// Outside of both.
+    /// Outer outline of both.
     pub outside: Rect,
-    /// The room above the base; its corners leave the screws their walls.
+    /// Outline of the room above the base; its corners leave walls around the screws.
     pub room: Rect,
-    /// Bottom of the shell, top of the base's floor.
+    /// Height of the seam: bottom of the shell, top of the base's floor.
     pub joint_z: f64,
-    /// Bottom of everything.
+    /// Height of the base's underside.
     pub bottom_z: f64,
-    /// Play of what slides into the shell, mm.
+    /// Play of bodies that slide into the shell, mm.
     pub slide_mm: f64,
-    /// Play of the heads in the base, mm.
+    /// Play of the screw heads in the base, mm.
     snug_mm: f64,
-    /// Where the screws are, from the axes.
+    /// Distances of the screws from the axes, mm.
     screw: [f64; 2],
 }
 
 impl<'a> Clamshell<'a> {
-    /// Around what it carries and around a room (half their edges), its seam at `joint_z`. What slides
-    /// into the shell and the heads in the base have so much play.
+    /// Creates a clamshell around a carried body and a room (half edges of both), its seam at `joint_z`. `slide_mm` is
+    /// the play of bodies that slide into the shell, `snug_mm` that of the screw heads in the base.
     pub fn around(
         (shell, base, mount): (&'a Shell, &'a Base, &'a Mount),
         [slide_mm, snug_mm]: [f64; 2],
@@ -111,21 +110,22 @@ impl<'a> Clamshell<'a> {
         }
     }
 
-    /// From below through the base's corners into the shell.
+    /// Returns the screws from below through the base's corners into the shell.
     pub fn joint(&self) -> Joint {
         let poses = corners(self.screw).map(|at| hanging(at, self.joint_z - SHELF_MM)).to_vec();
         Joint::self_tapping("screw", SCREW, poses, SCREW.length_mm + PILOT_SPARE_MM)
     }
 
-    /// Half the edges of what holes in the floor must lie within, mm: just inside the lip.
+    /// Returns half the edges of the area of the floor that holes must lie in, mm: just inside the lip.
     fn floor(&self) -> [f64; 2] {
         self.room.half.map(|half| half - self.slide_mm - LIP_MM[0] - APART_MM)
     }
 
-    /// In the base's floor; a user's screws.
+    /// Returns the mounting holes in the base's floor, for screws that the user provides.
     fn holes(&self) -> Mounting<'a> {
         let axis = self.room.longer();
         let inside = self.room.half[axis] - self.slide_mm - LIP_MM[0];
+        // Distance 0 stands in until the radius of a hole is known.
         let pair = Mounting {
             mount: self.mount,
             ring: MountRing::Pair(0.0, axis),
@@ -133,22 +133,23 @@ impl<'a> Clamshell<'a> {
             is_through: true,
             holds: (&[MountHold::Tapped, MountHold::Insert, MountHold::Through], ""),
         };
+        // The pair lies as far out as the lip allows.
         Mounting { ring: MountRing::Pair(inside - APART_MM - pair.hole_mm(), axis), ..pair }
     }
 
-    /// The same as a joint.
+    /// Returns the mounting holes as a joint.
     pub fn mounting(&self) -> Joint {
         self.holes().joint(self.bottom_z)
     }
 
-    /// The notch that cable and wires leave through, between two heights.
+    /// Returns the notch for cable and wires, between two heights.
     fn notch(&self, heights: [f64; 2]) -> Solid {
         let side = self.shell.cable_side;
         let reach = [0.0, self.outside.half[side.axis()] + 1.0];
         wall_way(side, self.shell.cable_width.mm(), reach, heights).named("cable notch")
     }
 
-    /// What a plate below the base lets pass: cable and wires.
+    /// Returns the exit of cable and wires, which an adapter plate has to leave free.
     pub fn exit(&self) -> Exit {
         Exit::Aside {
             angle: self.shell.cable_side.angle(),
@@ -157,7 +158,7 @@ impl<'a> Clamshell<'a> {
         }
     }
 
-    /// The shell with what is cut out of it from above down to the room's ceiling at `room_z`.
+    /// Returns the shell, with `cut` and, up to the ceiling at `room_z`, the room cut out of it.
     pub fn shell(&self, name: Name, cut: impl IntoIterator<Item = Solid>, room_z: f64) -> Body {
         let below = self.joint_z - CUT_OVERLAP_MM;
         let room = self.room.prism([below, room_z]).named("room");
@@ -173,7 +174,7 @@ impl<'a> Clamshell<'a> {
             .cut(self.joint().held().unmarked())
     }
 
-    /// The base with what stands on it.
+    /// Returns the base with solids that stand on it.
     pub fn base(&self, name: Name, on_it: impl IntoIterator<Item = Solid>) -> Body {
         let (bottom, joint, [width, height]) = (self.bottom_z, self.joint_z, LIP_MM);
         let around = self.room.shrunk(self.slide_mm);
@@ -193,7 +194,7 @@ impl<'a> Clamshell<'a> {
             .cut(self.mounting().held_through())
     }
 
-    /// What fixtures hold on to: all of it; the notch exists once.
+    /// Returns the grip for fixtures: the whole clamshell; the notch defines its orientation.
     pub fn grip(&self) -> Grip {
         let notch_z = self.joint_z + self.shell.cable_height.mm() / 2.0;
         let out = self.shell.cable_side.out();
@@ -209,9 +210,9 @@ impl<'a> Clamshell<'a> {
         }
     }
 
-    /// Reports what keeps both from being made and joined. The sections must be called `shell` and
-    /// `base`; nothing may be cut out above `ceiling_z` but what is `open` at the upper rim, on which the
-    /// pad lies `carried`. The camera stands on the base.
+    /// Reports values with which the two parts cannot be made or joined. The sections must be called `shell` and
+    /// `base`. Above `ceiling_z`, only the outline `open` at the upper rim may be cut out; the pad lies on the rim with
+    /// the outline `carried`. The camera stands on the base.
     pub fn check(
         &self,
         ceiling_z: f64,
@@ -232,6 +233,7 @@ impl<'a> Clamshell<'a> {
             camera.back_clearance >= LIP_MM[1] + APART_MM,
                 "the camera's board lies above the base's lip";
             shell.cable_height <= ceiling - PRINTED_WALL_MM, "the notch needs a wall above it";
+            // The parameter is on both sides, so that the message states the value that satisfies the rule.
             camera.back_clearance >= camera.back_clearance.mm() + tip + PRINTED_WALL_MM - ceiling,
                 "the shell's screws need a wall above their tips";
             shell.cable_width <=
@@ -271,12 +273,12 @@ impl<'a> Clamshell<'a> {
     }
 }
 
-/// Radius of a counterbore with so much play, mm.
+/// Returns the radius of a screw's counterbore with play, mm.
 fn head_mm(snug_mm: f64) -> f64 {
     SCREW.head_diameter_mm() / 2.0 + snug_mm
 }
 
-/// How a plastic of that name looks.
+/// Returns the drawn colour of a plastic, from its name.
 fn color(material: &str) -> Color {
     if material.contains("white") { WHITE } else { BLACK }
 }

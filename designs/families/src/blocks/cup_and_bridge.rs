@@ -1,7 +1,8 @@
-//! What casts a silicone mold around a tube: a cup for the silicone, and a bridge over it in whose
-//! sleeve the tube hangs by its rim.
+//! Tools that cast a silicone mold around a tube: a cup for the silicone, and a bridge over it, in whose sleeve the
+//! tube hangs by its rim.
 //!
-//! Both stand on the tube's axis like what the mold will cast, tip up: they are used tip down.
+//! Both are modelled on the tube's axis with the tip up, like the sensor that the mold casts; they are used with the
+//! tip down.
 
 use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Length, Path, Process, Solid};
 
@@ -13,7 +14,7 @@ use crate::parameters;
 use crate::parameters::{Report, limits};
 
 parameters! {
-    /// The cup and bridge that cast a silicone mold around a glass tube.
+    /// Cup and bridge that cast a silicone mold around a glass tube.
     pub struct Form {
         /// Thickness of silicone beside the tube.
         silicone: Length = 3.0..=40.0,
@@ -36,55 +37,55 @@ parameters! {
     }
 }
 
-/// What holds the bridge.
+/// Screw that holds the bridge.
 const SCREW: Screw = Screw::M3X4;
 
-/// Depth of a screw's hole beyond its tip, mm.
+/// Depth of a hole beyond its screw's tip, mm.
 const PILOT_SPARE_MM: f64 = 0.5;
 
 /// Radius of the hole through which a cured mold is pushed out of its cup, mm.
 pub const PUSH_HOLE_RADIUS_MM: f64 = 1.5;
 
-/// Number of windows in the bridge to pour through.
+/// Number of windows in the bridge for pouring.
 const POUR_WINDOWS: u32 = 3;
 
-/// Half the angle of a window, degrees.
+/// Half angle of a window, degrees.
 const WINDOW_HALF_DEG: f64 = 25.0;
 
-/// How far windows stay off the sleeve and inside the silicone, mm.
+/// Distance of the windows from the sleeve and from the outside of the silicone, mm.
 const WINDOW_RIM_MM: f64 = 1.0;
 
 /// Height of the tube's rim, mm.
 const TUBE_RIM_MM: f64 = 1.5;
 
-/// Heights and radii around a tube, mm; the silicone's face is z = 0.
+/// Heights and radii around a tube, mm; the face of the silicone is z = 0.
 #[derive(Clone, Debug)]
 pub struct CupAndBridge<'a> {
     form: &'a Form,
-    /// Outside of the tube.
+    /// Outer radius of the tube.
     tube_radius: f64,
-    /// Its tip.
+    /// Height of the tube's tip.
     tip_z: f64,
-    /// Outside of the silicone, inside of the cup.
+    /// Outer radius of the silicone, inner radius of the cup.
     pub silicone_radius: f64,
-    /// Top of the silicone (its floor in use).
+    /// Height of the silicone's top (its floor in use).
     pub silicone_top_z: f64,
-    /// Rim of the cup.
+    /// Height of the cup's rim.
     cup_rim_z: f64,
-    /// Outside of the cup.
+    /// Outer radius of the cup.
     cup_radius: f64,
-    /// Side of the bridge that faces away from the cup.
+    /// Height of the bridge's side that faces away from the cup.
     bridge_z: f64,
-    /// Where the tube's rim rests on the bridge's sleeve.
+    /// Height at which the tube's rim rests on the bridge's sleeve.
     pub sleeve_z: f64,
-    /// Open end of the tube.
+    /// Height of the tube's open end.
     pub rim_z: f64,
     /// Play of the tube in the bridge's sleeve, mm.
     slide_mm: f64,
 }
 
 impl Form {
-    /// Around a tube with that radius, its tip at that height, that play in the bridge's sleeve, mm.
+    /// Creates cup and bridge around a tube of a radius, with its tip at a height and play in the bridge's sleeve, mm.
     pub fn around(&self, tube_radius: f64, tip_z: f64, slide_mm: f64) -> CupAndBridge<'_> {
         let silicone_radius = tube_radius + self.silicone.mm();
         let rim_z = tip_z - self.tube_length.mm();
@@ -105,7 +106,7 @@ impl Form {
     }
 }
 
-/// A round vessel around z, between two radii, open at its rim; its floor from inside to outside.
+/// Returns a round vessel around z between two radii, open at its rim; its floor lies between two heights.
 pub fn bowl([inner, outer]: [f64; 2], rim_z: f64, [floor_z, end_z]: [f64; 2]) -> Solid {
     let mut outline = [
         [0.0, floor_z],
@@ -115,6 +116,7 @@ pub fn bowl([inner, outer]: [f64; 2], rim_z: f64, [floor_z, end_z]: [f64; 2]) ->
         [outer, end_z],
         [0.0, end_z],
     ];
+    // The outline has to run in the same direction whichever way the vessel opens.
     if rim_z > floor_z {
         outline.reverse();
     }
@@ -122,30 +124,31 @@ pub fn bowl([inner, outer]: [f64; 2], rim_z: f64, [floor_z, end_z]: [f64; 2]) ->
 }
 
 impl<'a> CupAndBridge<'a> {
-    /// The same cup around another tube, with that radius and its tip at that height, mm.
+    /// Returns the same cup around another tube, with that radius and its tip at that height, mm.
     #[must_use]
     pub fn with_tube(&self, tube_radius: f64, tip_z: f64) -> CupAndBridge<'a> {
         let rim_z = tip_z - self.form.tube_length.mm();
         CupAndBridge { tube_radius, tip_z, rim_z, sleeve_z: rim_z + TUBE_RIM_MM, ..self.clone() }
     }
 
-    /// Rim of the cup, radii of its inside and outside, mm.
+    /// Returns the height of the cup's rim, and its inner and outer radius, mm.
     pub fn rim(&self) -> (f64, [f64; 2]) {
         (self.cup_rim_z, [self.silicone_radius, self.cup_radius])
     }
 
-    /// Through the bridge into the cup's wall.
+    /// Returns the screws through the bridge into the cup's wall.
     pub fn joint(&self) -> Joint {
         let first = hanging([(self.silicone_radius + self.cup_radius) / 2.0, 0.0], self.bridge_z);
         let depth = SCREW.length_mm + PILOT_SPARE_MM;
         Joint::self_tapping("screw", SCREW, ring(self.form.screws, 0.0, first), depth)
     }
 
+    /// Returns a printed tool, upside down on the bed.
     fn tool(name: Name, solid: Solid, note: &str) -> Body {
         name.made(Process::Fdm, solid).colored(TOOL_GREY).lying(flipped()).note(note)
     }
 
-    /// The cup.
+    /// Returns the cup.
     pub fn cup(&self, name: Name) -> Body {
         let (floor_z, plate) = (self.silicone_top_z, self.form.plate.mm());
         let radii = [self.silicone_radius, self.cup_radius];
@@ -157,7 +160,7 @@ impl<'a> CupAndBridge<'a> {
             .cut(self.joint().held().unmarked())
     }
 
-    /// The bridge.
+    /// Returns the bridge.
     pub fn bridge(&self, name: Name) -> Body {
         let plate = self.form.plate.mm();
         let bore = self.tube_radius + self.slide_mm;
@@ -184,16 +187,17 @@ impl<'a> CupAndBridge<'a> {
             .with_supports(false)
             .with_handles(1)
             .cut(holes(windows).with_handles(POUR_WINDOWS as i32))
-            .cut(self.joint().passed(plate, 0.0).unmarked()) // A pan head lies on it.
+            .cut(self.joint().passed(plate, 0.0).unmarked()) // The pan head rests on the bridge.
     }
 
-    /// Reports what cannot be put together or poured. The section must be called `form`.
+    /// Reports values with which the tools cannot be assembled or poured. The section must be called `form`.
     pub fn check(&self, report: &mut Report) {
         let (form, slide) = (self.form, self.slide_mm);
         let lead = form.headroom.mm() + form.plate.mm();
         limits! { report:
             form.tube_length >= self.tip_z + lead + 4.0,
                 "the glass tube must reach from the mold's tip through the bridge";
+            // The parameter is on both sides, so that the message states the value that satisfies the rule.
             form.silicone >= form.silicone.mm() + self.tube_radius + slide + form.plate.mm() + 4.0
                 - self.silicone_radius,
                 "silicone is poured through windows between the tube's sleeve and the cup";

@@ -1,12 +1,12 @@
-//! Round outer edges: what a hand touches of a housing.
+//! Rounded outer edges of a housing, which hands touch.
 
 use fabkit_geometry::Path;
 
-/// Tangent points nearer to each other than that are one, mm.
+/// Tangent points closer than this are treated as one, mm.
 const SAME_MM: f64 = 1e-12;
 
-/// A closed polygon whose corners are rounded by a radius each (mm), 0 for a sharp one; the first
-/// one is sharp.
+/// Returns a closed polygon whose corners are rounded by a radius each, mm; 0 for a sharp corner. The first corner is
+/// always sharp.
 pub fn rounded(corners: &[([f64; 2], f64)]) -> Path {
     let count = corners.len();
     let start = corners.first().map_or([0.0; 2], |(at, _)| *at);
@@ -21,7 +21,7 @@ pub fn rounded(corners: &[([f64; 2], f64)]) -> Path {
         }
         let [back, on] = [i - 1, (i + 1) % count].map(|other| direction(at, corners[other].0));
         let (cos, sin) = (back[0] * on[0] + back[1] * on[1], on[0] * back[1] - on[1] * back[0]);
-        // The tangent points, and the centre on the line that halves the corner.
+        // Tangent points, and the centre on the bisector of the corner.
         let reach = radius * (1.0 + cos) / sin.abs();
         let along = |way: [f64; 2]| [at[0] + reach * way[0], at[1] + reach * way[1]];
         let off = radius / sin.abs();
@@ -31,17 +31,18 @@ pub fn rounded(corners: &[([f64; 2], f64)]) -> Path {
     path.close()
 }
 
-/// The unit vector from one point to another.
+/// Returns the unit vector from one point to another.
 fn direction(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = way[0].hypot(way[1]);
     way.map(|part| part / length)
 }
 
-/// The largest radius of an edge between two faces at a right angle that spares a point so far (mm)
-/// behind each of them: of the circles through it that touch both faces, the larger one.
+/// Returns the largest radius of an edge between two perpendicular faces that leaves a point untouched which lies at
+/// the given distances (mm) behind them: the larger one of the two circles through it that touch both faces.
 pub fn sparing_mm(behind_mm: [f64; 2]) -> f64 {
     let [a, b] = behind_mm.map(|mm| mm.max(0.0));
+    // Larger root of (r - a)^2 + (r - b)^2 = r^2.
     a + b + (2.0 * a * b).sqrt()
 }
 

@@ -1,7 +1,7 @@
 //! Open molds for flat layers: frames on a floor, filled to the brim and scraped level.
 //!
-//! The floor's face is z = 0, around the z axis. Steel dowels stand in it; each frame slides onto
-//! them, is as high as what is cast in it, and lifts off first. Slots at the seam take a screwdriver.
+//! The upper face of the floor is z = 0, around the z axis. Steel dowels stand in it; each frame slides onto them, is
+//! as high as the layer that is cast in it, and lifts off first. Slots at the seam take a screwdriver.
 
 use fabkit_geometry::{
     Angle, Body, CUT_OVERLAP_MM, Length, Path, Pose, PressFit, Process, Profile, Solid,
@@ -15,7 +15,7 @@ use crate::parameters;
 use crate::parameters::{Report, limits};
 
 parameters! {
-    /// The open molds: frames that slide onto dowels in a floor.
+    /// Open molds: frames that slide onto dowels in a floor.
     pub struct FrameMold {
         /// Thinnest wall around cavity and dowels.
         wall: Length = 1.2..=20.0,
@@ -37,64 +37,67 @@ parameters! {
 }
 
 crate::bodies! {
-    /// What all frames stand on.
+    /// Floor that all frames stand on.
     pub FLOOR "mold-floor" "what is cast stands on it; holds the dowels";
 }
 
-/// How far a dowel's end stays below the brim of the lowest frame, mm: a scraper passes above it.
+/// Distance of a dowel's end below the brim of the lowest frame, mm: a scraper passes above it.
 const BELOW_BRIM_MM: f64 = 0.5;
 
-/// How far a dowel must reach into a frame, mm.
+/// Smallest engagement of a dowel in a frame, mm.
 const LEAST_HOLD_MM: f64 = 1.0;
 
 /// Radius of the upright edges, mm.
 const CORNER_MM: f64 = 4.0;
 
-/// A floor with its dowels, and what its frames have in common.
+/// Floor with its dowels, and the dimensions that its frames share.
 #[derive(Clone, Debug)]
 pub struct Frames<'a> {
-    /// The parameters.
+    /// Parameters of the mold.
     pub mold: &'a FrameMold,
     /// Half the edges of the widest cavity, mm.
     pub cavity: [f64; 2],
     /// Height of the lowest frame, mm.
     pub lowest_mm: f64,
-    /// How much what is cast shrinks.
+    /// Linear shrinkage of the cast layers, as a fraction.
     pub shrinkage: f64,
-    /// Gap around a dowel in the floor, mm: less than none.
+    /// Gap around a dowel in the floor, mm; negative for a press fit.
     pub press_mm: f64,
     /// Gap around a dowel in every frame, mm.
     pub slide_mm: f64,
 }
 
 impl Frames<'_> {
-    /// From the widest cavity to the outside, mm.
+    /// Returns the width of the frame from the widest cavity to the outside, mm.
     fn rim_mm(&self) -> f64 {
         let dowel = self.mold.dowel_diameter.mm() / 2.0 + self.slide_mm;
+        // A wall on either side of the dowel's hole.
         2.0 * (self.mold.wall.mm() + dowel)
     }
 
+    /// Returns the outline of the floor and of all frames.
     fn outline(&self) -> Path {
         let edges = self.cavity.map(|half| 2.0 * (half + self.rim_mm()));
         Path::rectangle([0.0; 2], edges, CORNER_MM)
     }
 
-    /// Depth of a dowel's socket in the floor, mm.
+    /// Returns the depth of a dowel's socket in the floor, mm.
     fn socket_mm(&self) -> f64 {
         self.mold.dowel_length.mm() - (self.lowest_mm - BELOW_BRIM_MM)
     }
 
-    /// Where the dowels leave the floor.
+    /// Returns the poses at which the dowels leave the floor.
     fn dowel_poses(&self) -> [Pose; 2] {
         let x = self.cavity[0] + self.rim_mm() / 2.0;
         [-x, x].map(|x| upright([x, 0.0], 0.0))
     }
 
-    /// A hole for a dowel between two heights.
+    /// Returns a hole for a dowel between two heights.
     fn hole(&self, gap_mm: f64, heights: [f64; 2]) -> Solid {
         Solid::rod(self.mold.dowel_diameter.mm() / 2.0 + gap_mm, heights)
     }
 
+    /// Returns a printed piece of the mold with its notes.
     fn tool(&self, name: Name, solid: Solid) -> Body {
         name.made(Process::Sla, solid)
             .from(&self.mold.material)
@@ -104,13 +107,14 @@ impl Frames<'_> {
             .note("wash, cure and bake: uncured resin keeps platinum silicone from curing")
     }
 
-    /// The floor, in one assembly after the other.
+    /// Returns the floor, placed in each of the assemblies.
     pub fn floor(&self, assemblies: &[AssemblyName]) -> Body {
         let (mold, over) = (self.mold, CUT_OVERLAP_MM);
         let plate = Solid::prism(self.outline(), [-mold.floor.mm(), 0.0]);
         let socket = self.hole(self.press_mm, [-self.socket_mm(), over]);
         let y = self.cavity[1] + self.rim_mm();
         let slot =
+            // Centred on the floor's edge, so that half of it cuts.
             Solid::cuboid(mold.pry_width.mm(), 2.0 * mold.pry_depth.mm(), mold.pry_gap.mm() + over);
         let slots = [-y, y].map(|y| upright([0.0, y], -mold.pry_gap.mm()));
         let deg = |side: f64| Angle::from_deg(90.0 * side).expect("a quarter of a turn is finite");
@@ -128,7 +132,7 @@ impl Frames<'_> {
             .cut(holes(copies("pry slot", &slots, &slot)))
     }
 
-    /// A frame around a cavity, from the floor to `height_mm`.
+    /// Returns a frame around a cavity, from the floor up to `height_mm`.
     pub fn frame(
         &self,
         name: Name,
@@ -146,7 +150,7 @@ impl Frames<'_> {
             .cut(holes(copies("dowel hole", &self.dowel_poses(), &hole)))
     }
 
-    /// The dowels, in one assembly after the other; a lab needs one pair.
+    /// Returns the dowels, placed in each of the assemblies; a lab needs one pair.
     pub fn dowels(&self, assemblies: &[AssemblyName]) -> Body {
         let mold = self.mold;
         let dowel =
@@ -158,19 +162,20 @@ impl Frames<'_> {
         });
         DOWEL
             .bought(dowel.specification(), dowel.solid(), places)
+            // The same pair serves all assemblies.
             .times(poses.len() as u32)
             .ordered(dowel.order())
             .reached(dowel.press())
             .fastening()
     }
 
-    /// How the dowels are held.
+    /// Returns the press fit that holds the dowels.
     pub fn press_fit(&self) -> PressFit {
         press_fit(DOWEL, FLOOR, -self.press_mm, "the dowels stay in the floor")
     }
 
-    /// Reports what keeps floor, dowels and slots from fitting each other. The section must be
-    /// called `mold`; `thickness` is the path that the lowest frame's height follows from.
+    /// Reports values with which floor, dowels and slots do not fit each other. The section must be called `mold`;
+    /// `thickness` is the path of the parameter that sets the lowest frame's height.
     pub fn check(&self, thickness: &str, report: &mut Report) {
         let mold = self.mold;
         limits! { report:

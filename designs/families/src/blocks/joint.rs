@@ -1,7 +1,8 @@
-//! Screws that hold bodies together: where they are is stated once, and everything else follows.
+//! Screw joints: the positions of the screws are stated once, and holes, hardware and thread overlaps are derived from
+//! them.
 //!
-//! A joint gives each body that takes part in it its holes, landmarks and handles ([`Cut`]), lists
-//! what is bought, and declares the overlap of the thread.
+//! A joint gives each body that it holds together its holes, landmarks and handles ([`Cut`]), lists the bought pieces,
+//! and declares the overlap of the thread.
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Path, Placement, Pose, PressFit, Profile, Solid};
 
@@ -9,37 +10,37 @@ use super::{BRASS, copies, marks, press_fit};
 use crate::assembling::{Name, bought};
 use crate::hardware::{HeatSetNut, HexNut, Screw};
 
-/// What a screw's thread holds in.
+/// Thread that holds a screw.
 #[derive(Clone, Debug, PartialEq)]
 enum Hold {
-    /// Plastic that the screw cuts its own thread into.
+    /// Thread that the screw cuts into plastic itself.
     Plastic {
         /// Depth of the hole below the screw's head, mm.
         depth_mm: f64,
     },
-    /// A nut that is melted in.
+    /// Nut that is melted in.
     HeatSet {
-        /// Which.
+        /// Type of the nut.
         nut: HeatSetNut,
-        /// Of each: the z axis out of the body, the origin where the nut ends flush.
+        /// Poses of the nuts: z axis out of the body, origin where the nut ends flush.
         poses: Vec<Pose>,
-        /// Room behind the nut, mm.
+        /// Space behind the nut, mm.
         spare_mm: f64,
     },
-    /// The thread of something bought, such as a spacer.
+    /// Thread of a bought piece, such as a spacer.
     Thread,
-    /// A nut on the far side, a user's: the screw passes.
+    /// Nut on the far side that the user provides: the screw passes a hole.
     Free {
         /// Depth of the hole below the origin, mm.
         depth_mm: f64,
     },
-    /// A hexagon nut, on a face or in a pocket that keeps it from turning.
+    /// Hexagon nut, on a face or in a pocket that keeps it from turning.
     Hex {
-        /// Which.
+        /// Type of the nut.
         nut: HexNut,
-        /// Of each: the origin where the nut bears, the z axis away from the screw's head.
+        /// Poses of the nuts: origin where the nut bears, z axis away from the screw's head.
         poses: Vec<Pose>,
-        /// Room beside its flats, mm.
+        /// Clearance beside its flats, mm.
         gap_mm: f64,
         /// Depth of the pocket, mm; 0 on a face.
         depth_mm: f64,
@@ -49,23 +50,22 @@ enum Hold {
 /// Equal screws that hold bodies together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// What its holes and landmarks are called: `camera screw` or, where there is no screw to be
-    /// bought, `mounting hole`.
+    /// Name of its holes and landmarks: `camera screw` or, if no screw is bought, `mounting hole`.
     pub label: &'static str,
-    /// Which screws.
+    /// Type of the screws.
     pub screw: Screw,
-    /// Of each screw, in the frame of all bodies: see [`Screw`].
+    /// Pose of each screw, in the frame of all bodies: see [`Screw`].
     pub poses: Vec<Pose>,
-    /// Whether they are called `screw` or `bolt`.
+    /// Stem of the screws' name: `screw` or `bolt`.
     word: &'static str,
-    /// What holds them.
+    /// Thread that holds them.
     hold: Hold,
 }
 
 /// Holes of a joint, for constraints.
 #[derive(Clone, Copy, Debug)]
 pub struct Holes<'a> {
-    /// Where they open, the z axis out of the body.
+    /// Poses at which they open, the z axis out of the body.
     pub poses: &'a [Pose],
     /// Radius, mm.
     pub radius_mm: f64,
@@ -74,7 +74,7 @@ pub struct Holes<'a> {
 }
 
 impl Joint {
-    /// Screws that cut their thread into plastic, in holes so deep below their heads.
+    /// Creates a joint of screws that cut their thread into plastic, in holes of a depth below their heads.
     pub fn self_tapping(
         label: &'static str,
         screw: Screw,
@@ -84,7 +84,8 @@ impl Joint {
         Self { label, screw, poses, word: "screw", hold: Hold::Plastic { depth_mm } }
     }
 
-    /// Screws in nuts that are melted into plastic.
+    /// Creates a joint of screws in nuts that are melted into plastic; `hold` is the nut, its poses and the space
+    /// behind it, mm.
     pub fn heat_set(
         label: &'static str,
         screw: Screw,
@@ -96,7 +97,7 @@ impl Joint {
         Self { label, screw, poses, word: "screw", hold }
     }
 
-    /// Screws in hexagon nuts that lie on a face.
+    /// Creates a joint of screws in hexagon nuts that lie on a face.
     pub fn nutted(
         label: &'static str,
         screw: Screw,
@@ -107,7 +108,7 @@ impl Joint {
         Self { label, screw, poses, word: "screw", hold }
     }
 
-    /// The same, the nuts in pockets with so much room beside their flats, and so deep.
+    /// Moves the hexagon nuts into pockets with a clearance beside their flats and a depth, mm.
     #[must_use]
     pub fn in_pockets(mut self, gap: f64, depth: f64) -> Self {
         if let Hold::Hex { gap_mm, depth_mm, .. } = &mut self.hold {
@@ -116,48 +117,48 @@ impl Joint {
         self
     }
 
-    /// Screws in threads that something bought has.
+    /// Creates a joint of screws in the threads of a bought piece.
     pub fn in_threads(label: &'static str, screw: Screw, poses: Vec<Pose>) -> Self {
         Self { label, screw, poses, word: "screw", hold: Hold::Thread }
     }
 
-    /// Screws that pass holes so deep into what somebody else has.
+    /// Creates a joint of screws that pass holes of a depth, into threads that the user provides.
     pub fn free(label: &'static str, screw: Screw, poses: Vec<Pose>, depth_mm: f64) -> Self {
         Self { label, screw, poses, word: "screw", hold: Hold::Free { depth_mm } }
     }
 
-    /// The same, called bolts where a lab reads of them.
+    /// Names the screws `bolt` in texts for the lab.
     #[must_use]
     pub fn of_bolts(self) -> Self {
         Self { word: "bolt", ..self }
     }
 
-    /// The screw's name among a sensor's bodies.
+    /// Returns the screw's name among a sensor's bodies.
     pub fn name(&self) -> String {
         self.screw.name().replacen("screw", self.word, 1)
     }
 
-    /// What a body gets that the screws pass on `depth_mm` below their heads: holes with `gap_mm`
-    /// to spare around a countersunk head, a handle each.
+    /// Returns the cut for a body that the screws pass over `depth_mm` below their heads: clearance holes with `gap_mm`
+    /// around a countersunk head, one handle each.
     pub fn passed(&self, depth_mm: f64, gap_mm: f64) -> Cut {
         let tool = self.screw.clearance_tool(depth_mm, gap_mm);
         self.cut(&tool, &self.poses, &self.hole()).with_handles(self.poses.len() as i32)
     }
 
-    /// The same, for a hole of another radius than the standard's.
+    /// Returns the same cut with holes of another radius than the standard's.
     pub fn passed_freely(&self, depth_mm: f64, radius_mm: f64) -> Cut {
         let tool = Solid::cylinder(radius_mm, depth_mm + CUT_OVERLAP_MM).at_z(-depth_mm);
         self.cut(&tool, &self.poses, &self.hole()).with_handles(self.poses.len() as i32)
     }
 
-    /// The same, where the heads lie in counterbores `height_mm` deep with `gap_mm` to spare.
+    /// Returns the same cut with the heads in counterbores `height_mm` deep with clearance `gap_mm`.
     pub fn sunk(&self, depth_mm: f64, height_mm: f64, gap_mm: f64) -> Cut {
         let tool = self.screw.sunk_tool(depth_mm, height_mm, gap_mm);
         let passage = format!("{} passage", self.label);
         self.cut(&tool, &self.poses, &passage).with_handles(self.poses.len() as i32)
     }
 
-    /// A sheet's profile with their holes.
+    /// Adds the clearance holes to a sheet's profile.
     pub fn pierced(&self, profile: Profile) -> Profile {
         let radius = self.screw.clearance_hole_mm() / 2.0;
         self.poses.iter().fold(profile, |profile, pose| {
@@ -166,9 +167,10 @@ impl Joint {
         })
     }
 
-    /// What the body gets that holds the screws or their nuts: blind holes.
+    /// Returns the cut for the body that holds the screws or their nuts: blind holes.
     pub fn held(&self) -> Cut {
         match &self.hold {
+            // The bought piece comes with its thread.
             Hold::Thread => Cut::default(),
             Hold::Free { depth_mm } => {
                 let tool = Solid::cylinder(self.free_radius_mm(), *depth_mm + CUT_OVERLAP_MM);
@@ -186,12 +188,12 @@ impl Joint {
         }
     }
 
-    /// The same, where the holes go all the way through.
+    /// Returns the same cut where the holes go all the way through.
     pub fn held_through(&self) -> Cut {
         self.held().with_handles(self.poses.len() as i32)
     }
 
-    /// The holes that hold the screws or their nuts.
+    /// Returns the holes that hold the screws or their nuts.
     pub fn holes(&self) -> Holes<'_> {
         match &self.hold {
             Hold::Thread => Holes { poses: &self.poses, radius_mm: 0.0, depth_mm: 0.0 },
@@ -212,7 +214,7 @@ impl Joint {
         }
     }
 
-    /// Whether the screws find a thread in the body that holds them.
+    /// Returns whether the screws find a thread in the body that holds them.
     pub fn holds(&self) -> bool {
         !matches!(self.hold, Hold::Free { .. } | Hold::Thread)
     }
@@ -221,18 +223,21 @@ impl Joint {
         self.screw.clearance_hole_mm() / 2.0
     }
 
+    /// Returns the name of a screw's hole.
     fn hole(&self) -> String {
+        // Avoids `mounting hole hole`.
         let is_said = self.label.ends_with("hole");
         if is_said { self.label.to_owned() } else { format!("{} hole", self.label) }
     }
 
+    /// Returns the cut of a tool at all poses, with landmarks and without handles.
     fn cut(&self, tool: &Solid, poses: &[Pose], hole: &str) -> Cut {
-        // A nut's landmark is the nut, a screw's the screw.
+        // The landmark of a nut's hole is named after the nut, others after the screw.
         let label = if hole.starts_with("nut") { "nut" } else { self.label };
         Cut { tools: copies(hole, poses, tool), landmarks: marks(label, poses), handles: 0 }
     }
 
-    /// What is bought: the screws and, if there are any, the nuts, each where it is placed.
+    /// Returns the bought pieces: the screws and, if there are any, the nuts, each at its placements.
     pub fn bought(
         &self,
         place_screw: impl Fn(&Pose) -> Placement,
@@ -247,7 +252,7 @@ impl Joint {
         std::iter::once(screws).chain(self.bought_nuts(place_nut)).collect()
     }
 
-    /// The nuts alone, of screws that a user brings.
+    /// Returns the nuts alone, for screws that the user provides.
     pub fn bought_nuts(&self, place_nut: impl Fn(&Pose) -> Placement) -> Option<Body> {
         match &self.hold {
             Hold::Plastic { .. } | Hold::Thread | Hold::Free { .. } => None,
@@ -265,8 +270,8 @@ impl Joint {
         }
     }
 
-    /// How what holds overlaps: the thread and plastic, or the nut and the plastic that it melts;
-    /// a nut in its pocket overlaps with nothing.
+    /// Returns the intended overlap: of the thread with plastic, or of the nut with the plastic that it melts; a nut in
+    /// a pocket overlaps with nothing.
     pub fn press_fit(&self, holder: Name) -> Option<PressFit> {
         match &self.hold {
             Hold::Plastic { .. } => {
@@ -281,12 +286,12 @@ impl Joint {
         }
     }
 
-    /// What is bought for it, by name, for the chain's steps.
+    /// Returns the names of the bought pieces, for the steps of the chain.
     pub fn names(&self) -> Vec<String> {
         std::iter::once(self.name()).chain(self.nut_name()).collect()
     }
 
-    /// The nut's name among a sensor's bodies, if there is one.
+    /// Returns the nut's name among a sensor's bodies, if there is one.
     pub fn nut_name(&self) -> Option<String> {
         match &self.hold {
             Hold::Plastic { .. } | Hold::Thread | Hold::Free { .. } => None,

@@ -1,16 +1,16 @@
-//! Equal LEDs on a circle of an annular board, their lengths along the circle.
+//! Ring of equal LEDs on an annular board, their lengths along the circle.
 
 use fabkit_geometry::{Body, Length, Order, Placement, Pose, Solid};
 
 use super::{APART_MM, LED, LED_YELLOW, half_chord, ring};
 use crate::parameters::{Report, limits};
 
-/// Board beside an LED, mm.
+/// Smallest width of the board beside an LED, mm.
 const BOARD_MM: f64 = 0.2;
 
-/// The LEDs of a family's section `leds`.
+/// LEDs of a family's section `leds`.
 pub struct LedRing<'a> {
-    /// How many.
+    /// Number of LEDs.
     pub count: u32,
     /// Radius of the circle of their centres.
     pub circle_radius: Length,
@@ -20,11 +20,11 @@ pub struct LedRing<'a> {
     pub width: Length,
     /// Height of the package.
     pub height: Length,
-    /// Type.
+    /// Type of the LEDs.
     pub model: &'a str,
 }
 
-/// The parameters of a family's section `leds` that [`LedRing`] is made of.
+/// Creates an [`LedRing`] from the parameters of a family's section `leds`.
 macro_rules! led_ring {
     ($leds:expr) => {{
         let leds = &$leds;
@@ -41,12 +41,13 @@ macro_rules! led_ring {
 pub(crate) use led_ring;
 
 impl LedRing<'_> {
-    /// Where they stand on a board with its top at `z`, from `offset` steps: z axis up, x axis outwards.
+    /// Returns the poses of the LEDs on a board with its top at `z`, the first one turned by `offset` steps: z axis up,
+    /// x axis outwards.
     pub fn poses(&self, z: f64, offset: f64) -> Vec<Pose> {
         ring(self.count, offset, Pose::translation(self.circle_radius.mm(), 0.0, z))
     }
 
-    /// What is bought.
+    /// Returns the LEDs as a bought body.
     pub fn body(&self, placements: impl IntoIterator<Item = Placement>) -> Body {
         let solid = Solid::cuboid(self.width.mm(), self.length.mm(), self.height.mm());
         LED.bought(self.model, solid, placements)
@@ -56,7 +57,7 @@ impl LedRing<'_> {
             .sticking()
     }
 
-    /// Reports LEDs that do not fit: beside the board's bore, within a radius (mm), beside each other.
+    /// Reports LEDs that do not fit beside the board's bore, within a radius (mm), or beside each other.
     pub fn check(&self, bore: Length, (within_mm, what): (f64, &str), report: &mut Report) {
         let (leds, half, out) = (self, self.length.mm() / 2.0, self.width.mm() / 2.0);
         limits! { report:
@@ -69,7 +70,7 @@ impl LedRing<'_> {
         }
     }
 
-    /// How many have room, not rounded.
+    /// Returns the number of LEDs that fit on the circle, not rounded.
     fn most(&self) -> f64 {
         let inner = self.circle_radius.mm() - self.width.mm() / 2.0;
         std::f64::consts::PI / ((self.length.mm() + APART_MM) / 2.0).atan2(inner)

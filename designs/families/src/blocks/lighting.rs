@@ -1,20 +1,20 @@
-//! How sensors are lit.
+//! Lighting of sensors: which bodies shine, in which colours, and what the camera measures in that light.
 
 use fabkit_geometry::{LampGroup, Lighting, Rgb, Shows};
 
 use super::LED;
 use crate::assembling::Name;
 
-/// What a camera's red, green and blue record of a red, a green and a blue LED. Chosen: LEDs are 20 to 40 nm wide, the
-/// filters of chips overlap by a tenth to a fifth.
+/// Response of a camera's red, green and blue channel to a red, a green and a blue LED. Chosen: LEDs are 20 to 40 nm
+/// wide, the filters of chips overlap by a tenth to a fifth.
 pub const RED_GREEN_BLUE: [Rgb; 3] = [[1.0, 0.10, 0.03], [0.12, 1.0, 0.15], [0.03, 0.18, 1.0]];
 
-/// The layers' thickness, in the light of the LEDs.
+/// Returns a lighting by the LEDs that shows the thickness of layers.
 pub fn thickness<const N: usize>(layers: [Name; N]) -> Lighting {
     Lighting::by("white", LED, Shows::Thickness { layers: layers.map(String::from).to_vec() })
 }
 
-/// Which way a coat looks, by the colours of the LEDs one after the other.
+/// Returns a lighting that shows the slope of a coat, by LEDs whose colours alternate in the given order.
 pub fn slopes(
     coat: Name,
     printed: Option<Name>,
@@ -28,7 +28,7 @@ pub fn slopes(
     }
 }
 
-/// Where marks are, in the light of some lamps.
+/// Returns a lighting by the body `lamp` that shows the positions of markers.
 pub fn places(marks: Name, lamp: Name) -> Lighting {
     Lighting::by("white", lamp, Shows::Marks { marks: marks.into() })
 }

@@ -1,4 +1,4 @@
-//! Dots printed on a flat face through a stencil: a grid around the middle, or one by one.
+//! Dots that are printed on a flat face through a stencil: a grid around the middle, or listed positions.
 
 use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, Carrier, Length, Mark, Path, Pose, Process, Profile, Shells, Solid,
@@ -36,25 +36,25 @@ parameters! {
 }
 
 crate::bodies! {
-    /// The ink.
+    /// Ink of the dots.
     pub MARKERS "markers" "dots on the gel";
-    /// What it is dabbed through.
+    /// Stencil that the ink is dabbed through.
     pub STENCIL "marker-stencil" "film that ink is dabbed through";
 }
 
-/// Thickness of the film that ink is dabbed through, mm.
+/// Thickness of the stencil, mm.
 const STENCIL_MM: f64 = 0.1;
 
-/// Film between two holes, mm.
+/// Smallest web of film between two holes, mm.
 const WEB_MM: f64 = 0.2;
 
 impl Markers {
-    /// Whether there are any.
+    /// Returns whether there are any dots.
     pub fn exist(&self) -> bool {
         self.pattern == FlatPattern::List || self.columns > 0 && self.rows > 0
     }
 
-    /// Where they are on a face at height `z`, z axis up: row by row from below, or as listed.
+    /// Returns the poses of the dots on a face at height `z`, z axis up: row by row from below, or as listed.
     pub fn poses(&self, z: f64) -> Vec<Pose> {
         if self.pattern == FlatPattern::List {
             return self.listed().points_mm().into_iter().map(|place| upright(place, z)).collect();
@@ -64,23 +64,23 @@ impl Markers {
         (0..self.rows).flat_map(row).map(|place| upright(place, z)).collect()
     }
 
-    /// Those that are listed.
+    /// Returns the listed dots.
     fn listed(&self) -> Listed<'_, Length> {
         Listed::new("dot", ("markers.x", &self.x), ("markers.y", &self.y))
     }
 
-    /// Discs on the face.
+    /// Returns the dots as discs on the face.
     fn dots(&self, z: f64, bottom: f64) -> Vec<Solid> {
         let dot = Solid::rod(self.diameter.mm() / 2.0, [bottom, self.thickness.mm()]);
         copies("marker", &self.poses(z), &dot)
     }
 
-    /// What they take from what covers the face: they go on below it.
+    /// Returns the volumes that the dots take from the layer that covers the face; they extend below the face.
     pub fn tools(&self, z: f64) -> Vec<Solid> {
         self.dots(z, -CUT_OVERLAP_MM)
     }
 
-    /// The ink; nothing without dots.
+    /// Returns the ink; `None` without dots.
     pub fn ink(&self, z: f64) -> Option<Body> {
         let dots = self.dots(z, 0.0);
         let pieces = Shells::pieces(dots.len());
@@ -94,13 +94,13 @@ impl Markers {
         })
     }
 
-    /// The dots, which the camera follows.
+    /// Returns the dots as markers that the camera tracks.
     pub fn marks(&self, z: f64) -> Vec<Mark> {
         let radius_mm = self.diameter.mm() / 2.0;
         Mark::below("dot", &self.poses(z), 0.0, radius_mm, |_| Carrier::Gel)
     }
 
-    /// The film that lies on the face edge on edge; nothing without dots.
+    /// Returns the stencil that lies on the face edge on edge; `None` without dots.
     pub fn stencil(&self, face: Rect, z: f64) -> Option<Body> {
         let poses = self.poses(z);
         let profile = poses.iter().fold(Profile::new(face.path()), |profile, pose| {
@@ -117,8 +117,8 @@ impl Markers {
         })
     }
 
-    /// Reports dots that run into each other, or lie where nobody sees them: `seen` from the middle
-    /// along x and y, on a face that is flat within `face`. The section must be called `markers`.
+    /// Reports dots that overlap, or lie where the camera does not see them: `seen` is the visible half width and half
+    /// height, `face` the flat area. The section must be called `markers`.
     pub fn check(&self, face: Rect, seen: [f64; 2], report: &mut Report) {
         if !self.exist() {
             return;

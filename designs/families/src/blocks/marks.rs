@@ -1,7 +1,7 @@
-//! Marks that are listed one by one: dots, dimples, pins, whatever a camera follows.
+//! Listed markers: dots, dimples, pins, whatever a camera tracks.
 //!
-//! Two lists of a family's section say where they are, an item of each for every mark. The order is that of
-//! the lists, everywhere: `dimple 7` is the seventh, in molds, landmarks and trees.
+//! Two lists of a family's section hold their coordinates, one item of each for every marker. The order is that of the
+//! lists, everywhere: `dimple 7` is the seventh in molds, landmarks and trees.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,39 +11,39 @@ use crate::choices;
 use crate::parameters::{Quantity, Report};
 
 choices! {
-    /// How marks lie on a flat face.
+    /// Arrangement of markers on a flat face.
     pub enum FlatPattern {
-        /// A grid around the middle.
+        /// Grid around the middle.
         Grid = "grid",
-        /// One by one.
+        /// Listed positions.
         List = "list",
     }
 }
 
 choices! {
-    /// How marks lie on a round surface.
+    /// Arrangement of markers on a round surface.
     pub enum RoundPattern {
         /// Rings around the tip.
         Rings = "rings",
-        /// One by one.
+        /// Listed positions.
         List = "list",
     }
 }
 
-/// Halvings that exhaust the digits of an angle.
+/// Number of bisection steps, enough to exhaust the digits of an angle.
 const HALVINGS: u32 = 60;
 
-/// Marks as a section lists them.
+/// Markers as a section lists them.
 #[derive(Clone, Copy, Debug)]
 pub struct Listed<'a, Q> {
-    /// What one is called; its number comes after it.
+    /// Word for one marker; its number follows it.
     word: &'static str,
     /// Path and items of both lists.
     lists: [(&'static str, &'a [Q]); 2],
 }
 
 impl<'a, Q: Quantity> Listed<'a, Q> {
-    /// Those lists, of marks that are called so.
+    /// Creates the view of two lists, of markers that are called `word`.
     pub fn new(
         word: &'static str,
         first: (&'static str, &'a [Q]),
@@ -52,7 +52,7 @@ impl<'a, Q: Quantity> Listed<'a, Q> {
         Self { word, lists: [first, second] }
     }
 
-    /// Both values of each mark, as far as there are both.
+    /// Returns both coordinates of each marker, up to the end of the shorter list.
     pub fn places(&self) -> impl Iterator<Item = [Q; 2]> + use<'a, Q> {
         let [(_, first), (_, second)] = self.lists;
         first.iter().zip(second).map(|(a, b)| [*a, *b])
@@ -74,8 +74,8 @@ impl<'a, Q: Quantity> Listed<'a, Q> {
         );
     }
 
-    /// Reports every item of the list `which` that is further than `most` from zero, in the unit that
-    /// people write; below zero, none works. `because` completes "it must be at most 20 mm, because ...".
+    /// Reports every item of the list `which` whose magnitude exceeds `most`, in the unit that people write; if `most`
+    /// is negative, no value works. `because` completes "it must be at most 20 mm, because ...".
     pub fn check_within(
         &self,
         which: usize,
@@ -84,7 +84,7 @@ impl<'a, Q: Quantity> Listed<'a, Q> {
         report: &mut Report,
     ) {
         let (path, items) = self.lists[which];
-        // Rounded towards zero, to a value that works.
+        // Rounded towards zero, so that the suggested value is allowed.
         let works = ((most + 1e-9) * Q::STEPS).floor() / Q::STEPS;
         let is_far = |item: &Q| item.number().abs() > most + 1e-9;
         for (i, item) in items.iter().enumerate().filter(|(_, item)| is_far(item)) {
@@ -110,8 +110,8 @@ impl<'a, Q: Quantity> Listed<'a, Q> {
         }
     }
 
-    /// Reports every mark that is nearer than `least_mm` to one that is listed before it; `points` are
-    /// where marks come nearest to each other.
+    /// Reports every marker that is closer than `least_mm` to one that is listed before it; `points` are the points
+    /// where markers come closest to each other.
     pub fn check_apart(
         &self,
         points: &[Point3<f64>],
@@ -140,8 +140,8 @@ impl<'a, Q: Quantity> Listed<'a, Q> {
 }
 
 impl Listed<'_, Angle> {
-    /// Where they stand on a surface of revolution around z, z axis outwards along the normal. The first
-    /// of their angles is that between the normal and z, the second goes around z from x.
+    /// Returns the poses of the markers on a surface of revolution around z, z axis along the outward normal. The first
+    /// coordinate is the angle between the normal and z, the second turns around z from x.
     pub fn poses(&self, surface: &EllipsoidOffset) -> Vec<Pose> {
         let pose = |[polar, azimuth]: [Angle; 2]| {
             let [radius_mm, z_mm] = surface.meridian_point(polar);
@@ -152,27 +152,27 @@ impl Listed<'_, Angle> {
         self.places().map(pose).collect()
     }
 
-    /// The largest of the first angles, rad.
+    /// Returns the largest of the first coordinates, rad.
     pub fn outermost_rad(&self) -> f64 {
         self.places().map(|[polar, _]| polar.rad()).fold(0.0, f64::max)
     }
 }
 
 impl Listed<'_, Length> {
-    /// Where they are on a plane, mm.
+    /// Returns the positions on a plane, mm.
     pub fn points_mm(&self) -> Vec<[f64; 2]> {
         self.places().map(|place| place.map(Length::mm)).collect()
     }
 
-    /// [`Listed::check_apart`] of marks on a plane.
+    /// Calls [`Listed::check_apart`] for markers on a plane.
     pub fn check_apart_on_plane(&self, least_mm: f64, told: (&str, &str), report: &mut Report) {
         let points = self.points_mm().into_iter().map(|[x, y]| Point3::new(x, y, 0.0));
         self.check_apart(&points.collect::<Vec<_>>(), least_mm, told, report);
     }
 }
 
-/// The largest angle up to a right one, in degrees, up to which something holds; less than 0 where it does
-/// not even at 0.
+/// Finds the largest angle up to 90 degrees up to which `holds` is true, in degrees, by bisection; negative infinity if
+/// it is false even at 0.
 pub fn farthest_deg(holds: impl Fn(Angle) -> bool) -> f64 {
     let at = |rad: f64| Angle::from_rad(rad).is_some_and(&holds);
     if !at(0.0) {
@@ -189,13 +189,13 @@ pub fn farthest_deg(holds: impl Fn(Angle) -> bool) -> f64 {
     low.to_degrees()
 }
 
-/// Smallest distance of two points, mm; nothing of fewer than two.
+/// Returns the smallest distance between two points, mm; `None` for fewer than two points.
 pub fn nearest_mm(points: &[Point3<f64>]) -> Option<f64> {
     let mut least = f64::INFINITY;
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x));
     for (i, a) in sorted.iter().enumerate() {
-        // Beyond that none is nearer.
+        // Sorted by x: later points are farther away than the smallest distance so far.
         for b in &sorted[i + 1..] {
             if b.x - a.x >= least {
                 break;
@@ -206,8 +206,8 @@ pub fn nearest_mm(points: &[Point3<f64>]) -> Option<f64> {
     least.is_finite().then_some(least)
 }
 
-/// Of each point that has one nearer than `least_mm` before it: itself, the nearest of those, and how far
-/// that is, mm; in their order.
+/// Finds, for each point, the nearest earlier point that is closer than `least_mm`. Returns (index, index of the
+/// earlier point, distance in mm), in the order of the points.
 fn near(points: &[Point3<f64>], least_mm: f64) -> Vec<(usize, usize, f64)> {
     let mut sorted: Vec<usize> = (0..points.len()).collect();
     sorted.sort_by(|&i, &j| points[i].x.total_cmp(&points[j].x));
@@ -217,6 +217,7 @@ fn near(points: &[Point3<f64>], least_mm: f64) -> Vec<(usize, usize, f64)> {
         for &b in sorted[k + 1..].iter().take_while(beside) {
             let mm = (points[a] - points[b]).norm();
             let (before, after) = (a.min(b), a.max(b));
+            // Ties go to the earlier marker, so that the result does not depend on the order of the sort.
             let is_nearer = found[after].is_none_or(|(i, least)| (mm, before) < (least, i));
             if mm < least_mm && is_nearer {
                 found[after] = Some((before, mm));

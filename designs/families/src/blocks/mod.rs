@@ -1,4 +1,4 @@
-//! What several families are built from, each stated once.
+//! Building blocks that several families share.
 
 pub mod adapter;
 pub mod bayonet;
@@ -43,19 +43,19 @@ pub use o_ring_seat::ORingSeat;
 pub use rect::Rect;
 pub use vented_lid::VentedLid;
 
-/// What holds for every family that has the parameter: name for messages and YAML text.
+/// Default values for every family that has the parameter: file name for messages, and YAML text.
 pub(crate) const DEFAULTS: (&str, &str) = ("blocks.yaml (defaults)", include_str!("defaults.yaml"));
 
 crate::bodies! {
-    /// An LED.
+    /// LED.
     pub LED "led";
-    /// A wire of the LEDs.
+    /// Wire of the LEDs.
     pub LED_WIRE "led-wire";
-    /// The camera.
+    /// Camera.
     pub CAMERA "camera";
-    /// The camera's cable.
+    /// Cable of the camera.
     pub CAMERA_CABLE "camera-cable";
-    /// Steel pins that align halves and frames.
+    /// Steel pins that align mold halves and frames.
     pub DOWEL "dowel";
 }
 
@@ -65,92 +65,93 @@ pub const APART_MM: f64 = 0.1;
 /// Thinnest printed wall, mm: two lines of a 0.4 mm nozzle.
 pub const PRINTED_WALL_MM: f64 = 0.8;
 
-/// Pieces of one body reach this far into each other, mm, so that no faces coincide.
+/// Overlap between pieces of one body, mm, so that no faces coincide.
 pub const INTO_MM: f64 = 0.2;
 
-/// Black plastic as pictures show it: light enough that its edges can be told apart.
+/// Colour of black plastic in drawings: light enough that its edges are visible.
 pub const BLACK: Color = [92, 96, 104];
 
-/// White plastic, darker than the paper it is printed on.
+/// Colour of white plastic, darker than paper.
 pub const WHITE: Color = [236, 236, 232];
 
-/// Brass.
+/// Colour of brass.
 pub const BRASS: Color = [205, 170, 90];
 
-/// Glass and clear acrylic.
+/// Colour of glass and clear acrylic.
 pub const GLASS: Color = [190, 215, 225];
 
-/// Rubber.
+/// Colour of rubber.
 pub const RUBBER: Color = [30, 30, 30];
 
-/// The solder mask of a circuit board.
+/// Colour of a circuit board's solder mask.
 pub const MASK_GREEN: Color = [40, 120, 70];
 
-/// A camera's board with its lens.
+/// Colour of a camera's board with its lens.
 pub const CAMERA_GREEN: Color = [35, 60, 45];
 
-/// A white LED.
+/// Colour of a white LED.
 pub const LED_YELLOW: Color = [250, 240, 170];
 
-/// Molds.
+/// Colour of molds.
 pub const MOLD_BLUE: Color = [120, 160, 205];
 
-/// Printed tools that are no molds.
+/// Colour of printed tools other than molds.
 pub const TOOL_GREY: Color = [180, 184, 190];
 
-/// `index` out of `count` around the axis, from `offset` steps.
+/// Returns the angle of position `index` out of `count` equal steps around the axis, shifted by `offset` steps.
 pub fn turn(index: u32, count: u32, offset: f64) -> Angle {
     let rad = TAU * (f64::from(index) + offset) / f64::from(count);
     Angle::from_rad(rad).expect("a fraction of a turn is finite")
 }
 
-/// `first` turned around the z axis to `count` places, from `offset` steps.
+/// Returns `first` turned around the z axis to `count` positions, shifted by `offset` steps.
 pub fn ring(count: u32, offset: f64, first: Pose) -> Vec<Pose> {
     (0..count).map(|i| Pose::rotation_z(turn(i, count, offset)).then_in(first)).collect()
 }
 
-/// How many pieces of a width (mm) stand side by side on a circle, not rounded.
+/// Returns the number of pieces of a width (mm) that fit side by side on a circle, not rounded.
 pub fn around(radius_mm: f64, width_mm: f64) -> f64 {
+    // Each piece takes the angle of its chord.
     PI / (width_mm / 2.0 / radius_mm).clamp(0.0, 1.0).asin()
 }
 
-/// Half of the chord of a circle at a distance from its middle; none outside.
+/// Returns half the length of a circle's chord at a distance from its centre; 0 outside.
 pub fn half_chord(radius_mm: f64, distance_mm: f64) -> f64 {
     (radius_mm.powi(2) - distance_mm.powi(2)).max(0.0).sqrt()
 }
 
-/// The four corners of a rectangle with these half edges, counter-clockwise.
+/// Returns the four corners of a rectangle with these half edges, counter-clockwise.
 pub fn corners([x, y]: [f64; 2]) -> [[f64; 2]; 4] {
     [[x, y], [-x, y], [-x, -y], [x, -y]]
 }
 
-/// A pose that stands upright on (x, y) at height z.
+/// Returns an upright pose at (x, y) and height z.
 pub fn upright([x, y]: [f64; 2], z: f64) -> Pose {
     Pose::translation(x, y, z)
 }
 
-/// A pose that hangs head down from (x, y) at height z.
+/// Returns an upside-down pose at (x, y) and height z: its z axis points down.
 pub fn hanging([x, y]: [f64; 2], z: f64) -> Pose {
     Pose::z_to(-Vector3::z(), Point3::new(x, y, z))
 }
 
-/// Landmarks `label 1`, `label 2`, ... at the poses.
+/// Returns landmarks `label 1`, `label 2`, ... at the poses.
 pub fn marks(label: &str, poses: &[Pose]) -> Vec<Landmark> {
     poses.iter().zip(1..).map(|(pose, i)| Landmark::at(format!("{label} {i}"), pose)).collect()
 }
 
-/// Copies `label 1`, `label 2`, ... of a solid at the poses.
+/// Returns copies `label 1`, `label 2`, ... of a solid at the poses.
 pub fn copies(label: &str, poses: &[Pose], solid: &Solid) -> Vec<Solid> {
     let copy = |(pose, i)| solid.clone().placed(pose).named(format!("{label} {i}"));
     poses.iter().copied().zip(1..).map(copy).collect()
 }
 
-/// Holes without landmarks, none of them a handle.
+/// Returns a cut of holes without landmarks, none of them counted as a handle.
 pub fn holes(tools: impl IntoIterator<Item = Solid>) -> Cut {
     Cut { tools: tools.into_iter().collect(), ..Cut::default() }
 }
 
-/// Components of one name become one, with all their places and as many as they are together.
+/// Merges components of the same name: placements and quantities add up.
 pub fn merged(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
     let mut all: Vec<Body> = Vec::new();
     for body in bodies {
@@ -165,7 +166,7 @@ pub fn merged(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
     all
 }
 
-/// An overlap that is meant.
+/// Returns an intended overlap of two bodies.
 pub fn press_fit(
     inner: impl Into<String>,
     outer: Name,
@@ -175,12 +176,12 @@ pub fn press_fit(
     PressFit { inner: inner.into(), outer: outer.into(), interference_mm, reason: reason.into() }
 }
 
-/// A sphere, as surfaces that are touched and patterns on them describe it.
+/// Returns a sphere in the form that touched surfaces and marker patterns use.
 pub fn sphere(radius_mm: f64) -> EllipsoidOffset {
     EllipsoidOffset { equatorial_mm: radius_mm, polar_mm: radius_mm, offset_mm: 0.0 }
 }
 
-/// A camera on the axis that looks along +z; its image's right is the sensor's +x.
+/// Returns a camera on the axis that looks along +z; its image's right is the sensor's +x.
 pub fn camera_at(
     pupil_z: f64,
     [width_px, height_px]: [u32; 2],
@@ -191,7 +192,7 @@ pub fn camera_at(
     NominalCamera { sensor_from_camera, width_px, height_px, field_of_view: view, lens }
 }
 
-/// A sensor of these bodies, as its file's header calls it.
+/// Creates a sensor from bodies, with the names in the header of its file.
 pub fn sensor(
     header: &Header,
     camera: NominalCamera,
@@ -200,7 +201,7 @@ pub fn sensor(
     Sensor::new(header.name.as_str(), &header.title, &header.reference, camera, bodies)
 }
 
-/// A length that follows from the parameters, for `fabkit show`.
+/// Returns a derived length for `fabkit show`: name, and value with unit.
 pub fn mm(name: &str, value: f64) -> (String, String) {
     (name.to_owned(), format!("{value:.3} mm"))
 }

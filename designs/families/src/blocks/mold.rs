@@ -1,9 +1,8 @@
-//! Two-piece block molds: what every family's molds have in common.
+//! Two-piece block molds: the features that the molds of several families share.
 //!
-//! A block stands on z = 0 around the z axis and parts at x = 0. Its mouth is at z = 0: in use it is
-//! turned over. Half `a` (x < 0) holds the steel dowels, half `b` slides onto them; rubber bands in
-//! a groove hold both, slots at the parting plane take a screwdriver to part them. What is cast, a
-//! family cuts away itself.
+//! A block stands on z = 0 around the z axis and parts at x = 0. Its mouth is at z = 0: in use it is turned over. Half
+//! `a` (x < 0) holds the steel dowels, half `b` slides onto them; rubber bands in a groove hold both together, slots at
+//! the parting plane take a screwdriver to part them. The family itself cuts the cavity.
 
 use fabkit_geometry::{
     Angle, CUT_OVERLAP_MM, Length, Path, Point3, Pose, Process, Profile, Solid, Vector3,
@@ -55,20 +54,20 @@ parameters! {
 /// Radius of the block's upright edges, mm.
 const CORNER_MM: f64 = 3.0;
 
-/// Room beyond a dowel's end, mm.
+/// Space beyond a dowel's end, mm.
 const SOCKET_SPARE_MM: f64 = 0.5;
 
-/// One half of a mold.
+/// Half of a mold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Half {
-    /// At x < 0; holds the dowels.
+    /// Half at x < 0, which holds the dowels.
     A,
-    /// At x > 0; slides onto them.
+    /// Half at x > 0, which slides onto them.
     B,
 }
 
 impl Half {
-    /// Sign of the half's x.
+    /// Returns the sign of the half's x.
     pub fn outwards(self) -> f64 {
         match self {
             Self::A => -1.0,
@@ -77,11 +76,11 @@ impl Half {
     }
 }
 
-/// A half without a cavity: block, sockets for the dowels of the other half and of a lid, pry slots
-/// and band groove.
+/// Returns a half without a cavity: block, sockets for the dowels of the other half and of a lid, pry slots and band
+/// groove.
 pub fn half(mold: &Mold, making: &Making, name: Name, which: Half) -> Solid {
     let (w, height) = (mold.width.mm() / 2.0, mold.height.mm());
-    // Half A; half B is its image turned by half a turn.
+    // Outline of half A; half B is the same, turned by 180 degrees.
     let outline = Path::from([0.0, w])
         .line([CORNER_MM - w, w])
         .arc([-w, w - CORNER_MM], [CORNER_MM - w, w - CORNER_MM], true)
@@ -107,6 +106,7 @@ pub fn half(mold: &Mold, making: &Making, name: Name, which: Half) -> Solid {
         dowel_tool(mold, gap_mm(Fit::Press), grip).placed(lid_pose).named("lid socket");
     let pry = [-1.0, 1.0].map(|side| {
         let (gap, depth) = (mold.pry_gap.mm(), mold.pry_depth.mm());
+        // Centred on the block's side, so that half of it cuts.
         Solid::cuboid(gap, 2.0 * depth, mold.pry_length.mm())
             // Between the rubber band and the block's end, beside the upper dowel.
             .at(0.0, side * w, 0.75 * height - mold.pry_length.mm() / 2.0)
@@ -119,7 +119,7 @@ pub fn half(mold: &Mold, making: &Making, name: Name, which: Half) -> Solid {
         .minus(band_groove(mold).named("band groove"))
 }
 
-/// Dowels across the parting plane x = 0, z axis along +x, origin on the plane.
+/// Returns the poses of the dowels across the parting plane x = 0: z axis along +x, origin on the plane.
 pub fn side_dowel_poses(mold: &Mold) -> Vec<Pose> {
     let (inset, height) = (mold.dowel_inset.mm(), mold.height.mm());
     let y = mold.width.mm() / 2.0 - inset;
@@ -127,19 +127,19 @@ pub fn side_dowel_poses(mold: &Mold) -> Vec<Pose> {
     places.map(|[y, z]| Pose::z_to(Vector3::x(), Point3::new(0.0, y, z))).to_vec()
 }
 
-/// Dowels between block and lid, one in each half, origin on the block's mouth, z axis up.
+/// Returns the poses of the dowels between block and lid, one in each half: origin on the block's mouth, z axis up.
 pub fn lid_dowel_poses(mold: &Mold) -> Vec<Pose> {
     let x = mold.width.mm() / 2.0 - mold.dowel_inset.mm();
     [-x, x].map(|x| Pose::translation(x, 0.0, 0.0)).to_vec()
 }
 
-/// A hole for a dowel along z around the origin, `depth_mm` to both sides.
+/// Returns a hole for a dowel along z around the origin, `depth_mm` to both sides.
 pub fn dowel_tool(mold: &Mold, gap_mm: f64, depth_mm: f64) -> Solid {
     let radius = mold.dowel_diameter.mm() / 2.0 + gap_mm;
     Solid::cylinder(radius, 2.0 * depth_mm).at_z(-depth_mm)
 }
 
-/// A groove around the whole block that keeps rubber bands in place.
+/// Returns a groove around the whole block that keeps rubber bands in place.
 fn band_groove(mold: &Mold) -> Solid {
     let (width, band) = (mold.width.mm(), mold.band_width.mm());
     let inner = width - 2.0 * mold.band_depth.mm();
@@ -149,13 +149,13 @@ fn band_groove(mold: &Mold) -> Solid {
     Solid::extrusion(ring, band).at_z((mold.height.mm() - band) / 2.0)
 }
 
-/// A plate that covers the block's mouth, below z = 0.
+/// Returns a plate that covers the block's mouth, below z = 0.
 pub fn plate(mold: &Mold, thickness: f64) -> Solid {
     let outline = Path::rectangle([0.0; 2], [mold.width.mm(); 2], CORNER_MM);
     Solid::extrusion(outline, thickness).at_z(-thickness)
 }
 
-/// Room for a screwdriver between a plate and the block, at the sides that carry dowels.
+/// Returns the pry slots between a plate and the block, at the sides that carry dowels.
 pub fn plate_pry_slots(mold: &Mold) -> [Solid; 2] {
     let (depth, gap) = (mold.pry_depth.mm(), mold.pry_gap.mm() / 2.0);
     [-1.0, 1.0].map(|side| {
@@ -165,9 +165,8 @@ pub fn plate_pry_slots(mold: &Mold) -> [Solid; 2] {
     })
 }
 
-/// Reports what keeps a cavity of `radius_mm` and `depth_mm` from fitting the block, or the block's
-/// own features from fitting each other. The section must be called `mold`; its widest holes for dowels
-/// have `slide` mm to spare.
+/// Reports a cavity of `radius_mm` and `depth_mm` that does not fit the block, or features of the block that do not fit
+/// each other. The section must be called `mold`; `slide` is the gap of its widest dowel holes, mm.
 pub fn check(mold: &Mold, slide: f64, [radius_mm, depth_mm]: [f64; 2], report: &mut Report) {
     let (dowel, inset) = (mold.dowel_diameter.mm() / 2.0, mold.dowel_inset.mm());
     let grip = mold.dowel_length.mm() / 2.0;

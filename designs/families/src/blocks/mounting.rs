@@ -1,5 +1,4 @@
-//! How a sensor is held: a user's screws in its floor, or bolts through its plate into the flange of
-//! a robot.
+//! Mounting of a sensor: by the user's screws in its floor, or by bolts through its plate into the flange of a robot.
 
 use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Cut, Length, Placement, Pose, Solid};
 
@@ -9,29 +8,29 @@ use crate::hardware::{HeatSetNut, Screw, SocketScrew};
 use crate::parameters::{Report, limits};
 use crate::{choices, parameters};
 
-/// Length of thread that a robot's flange takes, mm.
+/// Thread engagement in a robot's flange, mm.
 const BOLT_BITE_MM: f64 = 6.0;
 
-/// Between the heads of two bolts, mm.
+/// Smallest distance between the heads of two bolts, mm.
 const HEADS_APART_MM: f64 = 1.0;
 
-/// Between a bolt's head and the wall around it, mm.
+/// Smallest distance between a bolt's head and the wall around it, mm.
 const HEAD_IN_WALL_MM: f64 = 0.5;
 
 choices! {
-    /// How the holes for mounting lie.
+    /// Arrangement of the mounting holes.
     pub enum MountPattern {
-        /// On a circle.
+        /// Holes on a circle.
         Ring = "ring",
-        /// At the corners of a rectangle.
+        /// Holes at the corners of a rectangle.
         Rectangle = "rectangle",
-        /// One by one.
+        /// Listed positions.
         List = "list",
     }
 }
 
 choices! {
-    /// Threads of screws for mounting.
+    /// Thread of the mounting screws.
     pub enum MountThread {
         /// M2.
         M2 = "M2",
@@ -47,21 +46,21 @@ choices! {
 }
 
 choices! {
-    /// What holds the screws.
+    /// Thread that holds the mounting screws.
     pub enum MountHold {
-        /// They cut their threads into plastic.
+        /// Thread that the screws cut into plastic.
         Tapped = "tapped",
         /// Nuts that are melted in.
         Insert = "insert",
-        /// Shorter ones, where the floor is thin.
+        /// Shorter melted-in nuts, for thin floors.
         ShortInsert = "short-insert",
-        /// They pass, into what is mounted.
+        /// None: the screws pass from inside into the carrier.
         Through = "through",
     }
 }
 
 parameters! {
-    /// The holes that the sensor is mounted by.
+    /// Holes that the sensor is mounted by.
     pub struct Mount {
         /// How they lie: `ring` as many as `base` says, or two in a rectangular housing; `rectangle` at four
         /// corners; `list` wherever `x` and `y` say.
@@ -85,7 +84,7 @@ parameters! {
 }
 
 impl MountThread {
-    /// The screw, of which only the thread matters: a user brings it.
+    /// Returns a screw of this thread. Its length does not matter, because the user provides the screw.
     fn screw(self) -> Screw {
         let thread_mm = match self {
             Self::M2 => 2.0,
@@ -94,10 +93,11 @@ impl MountThread {
             Self::M4 => 4.0,
             Self::M5 => 5.0,
         };
+        // Length and head are placeholders.
         Screw { thread_mm, ..Screw::M3X4 }
     }
 
-    /// The usual nut, or a short one where there is one.
+    /// Returns the usual nut, or a short one where that exists.
     pub(super) fn nut(self, is_short: bool) -> HeatSetNut {
         match self {
             Self::M2 => HeatSetNut::M2,
@@ -110,39 +110,39 @@ impl MountThread {
     }
 }
 
-/// Room behind an insert, mm.
+/// Space behind an insert, mm.
 const INSERT_SPARE_MM: f64 = 0.6;
 
-/// How deep a screw cuts its thread into plastic at least, as a part of its diameter.
+/// Smallest thread engagement in plastic, as a fraction of the screw's diameter.
 const LEAST_BITE: f64 = 2.5 / 3.0;
 
-/// Where holes of a ring are.
+/// Positions of the holes for [`MountPattern::Ring`].
 #[derive(Clone, Copy, Debug)]
 pub enum MountRing {
-    /// So many on a circle of that radius, which the section `base` has; by how many steps the first is
-    /// off the x axis.
+    /// Number of holes, radius of their circle (both from the section `base`), and angle of the first hole from the x
+    /// axis in steps.
     Circle(u32, Length, f64),
-    /// Two, so far (mm) from the middle along an axis: 0 for x, 1 for y.
+    /// Two holes: distance (mm) from the middle, and axis, 0 for x, 1 for y.
     Pair(f64, usize),
 }
 
-/// Holes in a floor, for a user's screws.
+/// Holes in a floor for the user's screws.
 #[derive(Clone, Copy, Debug)]
 pub struct Mounting<'a> {
-    /// What the section `mount` says.
+    /// Parameters of the section `mount`.
     pub mount: &'a Mount,
-    /// Where they are if they lie on a ring.
+    /// Positions if they form a ring.
     pub ring: MountRing,
-    /// How deep they may be, mm.
+    /// Largest depth, mm.
     pub depth_mm: f64,
-    /// Whether that is through all of the floor.
+    /// True if that depth goes through the whole floor.
     pub is_through: bool,
-    /// What may hold the screws, and why nothing else may.
+    /// Allowed ways to hold the screws, and the reason why others are not.
     pub holds: (&'static [MountHold], &'static str),
 }
 
 impl Mounting<'_> {
-    /// In a floor whose underside has that height, mm.
+    /// Returns the joint in a floor whose underside is at a height, mm.
     pub fn joint(&self, bottom_z: f64) -> Joint {
         let Mount { thread, hold, .. } = *self.mount;
         let (label, screw, poses) = ("mounting hole", thread.screw(), self.poses(bottom_z));
@@ -152,17 +152,19 @@ impl Mounting<'_> {
             MountHold::Insert | MountHold::ShortInsert => {
                 let nuts = poses.clone();
                 let room_mm = self.depth_mm - self.nut().length_mm;
+                // A through hole has no bottom: the rest of the floor lies behind the nut.
                 let spare_mm = if self.is_through { room_mm } else { INSERT_SPARE_MM.min(room_mm) };
                 Joint::heat_set(label, screw, poses, (self.nut(), nuts, spare_mm))
             }
         }
     }
 
-    /// Where inserts hold the screws.
+    /// Returns the nut, where inserts hold the screws.
     fn nut(&self) -> HeatSetNut {
         self.mount.thread.nut(self.mount.hold == MountHold::ShortInsert)
     }
 
+    /// Returns the poses of the holes in a face at a height, z axis out of the floor.
     fn poses(&self, bottom_z: f64) -> Vec<Pose> {
         let mount = self.mount;
         let hang = |at: Vec<[f64; 2]>| at.into_iter().map(|at| hanging(at, bottom_z)).collect();
@@ -179,27 +181,29 @@ impl Mounting<'_> {
             }
         };
         match mount.angle.rad() {
+            // An exact identity: a rotation by 0 could change the last digits.
             0.0 => poses,
             _ => poses.into_iter().map(|p| Pose::rotation_z(mount.angle).then_in(p)).collect(),
         }
     }
 
-    /// Where the holes are, mm.
+    /// Returns the positions of the holes, mm.
     pub fn places(&self) -> Vec<[f64; 2]> {
         self.poses(0.0).iter().map(|pose| pose.translation_mm().xy().into()).collect()
     }
 
-    /// The parameter that moves the holes outwards.
+    /// Returns the path of the parameter that moves the holes outwards.
     pub fn path(&self) -> &'static str {
         match (self.mount.pattern, self.ring) {
             (MountPattern::Ring, MountRing::Circle(..)) => "base.mount_radius",
+            // The positions are derived from the room inside, so that only the thread can change them.
             (MountPattern::Ring, MountRing::Pair(..)) => "mount.thread",
             (MountPattern::Rectangle, _) => "mount.width",
             (MountPattern::List, _) => "mount.x",
         }
     }
 
-    /// That parameter with its value, for messages.
+    /// Returns that parameter with its value, for messages.
     pub fn told(&self) -> String {
         let value = match (self.mount.pattern, self.ring) {
             (MountPattern::Ring, MountRing::Circle(_, radius, _)) => radius.to_string(),
@@ -213,7 +217,7 @@ impl Mounting<'_> {
         format!("{} is {value}", self.path())
     }
 
-    /// The parameter that turns them or says how many there are.
+    /// Returns the path of the parameter that turns the holes or sets their number.
     pub fn turned_by(&self) -> &'static str {
         match (self.mount.pattern, self.ring) {
             (MountPattern::Ring, MountRing::Circle(..)) => "base.mount_holes",
@@ -221,12 +225,12 @@ impl Mounting<'_> {
         }
     }
 
-    /// Whether they are as they are unless `mount` says otherwise.
+    /// Returns whether the holes are in the default arrangement.
     pub fn is_ring(&self) -> bool {
         self.mount.pattern == MountPattern::Ring
     }
 
-    /// How deep a hole must be for what holds its screw, mm.
+    /// Returns the smallest depth of a hole that holds its screw, mm.
     pub fn least_depth_mm(&self) -> f64 {
         let Mount { thread, hold, .. } = *self.mount;
         match hold {
@@ -236,7 +240,7 @@ impl Mounting<'_> {
         }
     }
 
-    /// Radius of a hole, mm.
+    /// Returns the radius of a hole, mm.
     pub fn hole_mm(&self) -> f64 {
         let Mount { thread, hold, .. } = *self.mount;
         match hold {
@@ -246,7 +250,7 @@ impl Mounting<'_> {
         }
     }
 
-    /// Wall around a hole, mm, in a part whose walls have that thickness.
+    /// Returns the wall around a hole, mm, in a part whose walls have the given thickness.
     fn wall_mm(&self, wall_mm: f64) -> f64 {
         match self.mount.hold {
             MountHold::Insert | MountHold::ShortInsert => wall_mm.max(self.nut().wall_mm),
@@ -254,7 +258,7 @@ impl Mounting<'_> {
         }
     }
 
-    /// Reports holes that hold their screws by what this floor cannot, or lists that are of two lengths.
+    /// Reports a way of holding the screws that this floor does not allow, and coordinate lists of different length.
     /// The section must be called `mount`.
     fn check_hold(&self, report: &mut Report) {
         let mount = self.mount;
@@ -279,14 +283,15 @@ impl Mounting<'_> {
         );
     }
 
-    /// Reports holes beyond a radius (mm), or without walls so thick (mm) between them. Counts and radii
-    /// of rings stand in `base`.
+    /// Reports holes beyond a radius (mm), or with walls thinner than `wall_mm` between them. Counts and radii of rings
+    /// are in the section `base`.
     pub fn check(&self, (within_mm, because): (f64, &str), wall_mm: f64, report: &mut Report) {
         self.check_hold(report);
         let (hole, wall_mm) = (self.hole_mm(), self.wall_mm(wall_mm));
         if let (MountPattern::Ring, MountRing::Circle(count, radius, _)) =
             (self.mount.pattern, self.ring)
         {
+            // Neighbours on the circle are 2 r sin(half step) apart; each hole gets a wall of its own.
             let half_step = std::f64::consts::PI / f64::from(count);
             report.at_most("base.mount_radius", radius, within_mm - hole, because);
             report.at_least(
@@ -302,11 +307,11 @@ impl Mounting<'_> {
         self.check_apart(wall_mm, report);
     }
 
-    /// The same within a rectangle of these half edges, mm.
+    /// Reports holes outside a rectangle of these half edges (mm), or with too thin walls between them.
     pub fn check_in(&self, within_mm: [f64; 2], wall_mm: f64, report: &mut Report) {
         self.check_hold(report);
         if self.is_ring() && self.mount.angle.rad() == 0.0 {
-            return; // Where they are follows from the rectangle.
+            return; // These positions are derived from the rectangle.
         }
         let hole = self.hole_mm();
         let out = |at: &[f64; 2]| {
@@ -316,14 +321,15 @@ impl Mounting<'_> {
         self.check_apart(self.wall_mm(wall_mm), report);
     }
 
-    /// Reports the hole for which `spare`, mm, is least, if that is below 0. `what` is followed by what
-    /// is missing.
+    /// Reports the hole with the smallest `spare`, mm, if that is negative. The message continues `what` with the
+    /// missing length.
     pub fn require_all(&self, spare: impl Fn(&[f64; 2]) -> f64, what: &str, report: &mut Report) {
         let places = self.places();
         let spares = places.iter().map(spare).zip(1..);
         let Some((least, number)) = spares.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
         let path = self.path();
         report.require(
+            // Rounding must not refuse holes at exactly the limit.
             least >= -1e-9,
             path,
             || {
@@ -338,8 +344,8 @@ impl Mounting<'_> {
         );
     }
 
-    /// Reports holes that come nearer than `wall_mm` to other holes, of that radius, unless they lie as
-    /// they would anyway; `what` these are.
+    /// Reports holes closer than `wall_mm` to other holes of a radius, described by `what`. Tapped holes in the default
+    /// arrangement are not checked.
     pub fn check_clear(
         &self,
         others: &[[f64; 2]],
@@ -357,7 +363,7 @@ impl Mounting<'_> {
         self.require_all(spare, &format!("the wall to {what} lacks"), report);
     }
 
-    /// Holes without walls between them.
+    /// Reports holes with too thin walls between them.
     fn check_apart(&self, wall_mm: f64, report: &mut Report) {
         let (places, hole, path) = (self.places(), self.hole_mm(), self.path());
         let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) - 2.0 * hole;
@@ -378,7 +384,7 @@ impl Mounting<'_> {
         );
     }
 
-    /// What to change so that holes lie elsewhere.
+    /// Returns a hint which parameters move the holes.
     pub fn movers(&self) -> String {
         match (self.mount.pattern, self.ring) {
             (MountPattern::Ring, MountRing::Circle(..)) => {
@@ -395,7 +401,7 @@ impl Mounting<'_> {
     }
 }
 
-/// Two places so far from the middle along an axis.
+/// Returns two positions at a distance from the middle along an axis.
 fn pair(out: f64, axis: usize) -> [[f64; 2]; 2] {
     [-out, out].map(|out| {
         let mut at = [0.0; 2];
@@ -404,37 +410,37 @@ fn pair(out: f64, axis: usize) -> [[f64; 2]; 2] {
     })
 }
 
-/// How far a point lies outside of a rectangle around the middle with these half edges; 0 inside.
+/// Returns the distance of a point from a rectangle with these half edges around the middle; 0 inside.
 pub fn outside([x, y]: [f64; 2], half_mm: [f64; 2]) -> f64 {
     (x.abs() - half_mm[0]).max(0.0).hypot((y.abs() - half_mm[1]).max(0.0))
 }
 
 /// Socket head bolts through a plate into a robot's flange.
 pub struct Flange {
-    /// Which.
+    /// Type of the bolts.
     pub bolt: SocketScrew,
-    /// How many.
+    /// Number of bolts.
     pub bolts: u32,
-    /// Diameter of their circle.
+    /// Diameter of the bolt circle.
     pub bolt_circle: Length,
-    /// Where the heads bear: the top of the plate, mm.
+    /// Height at which the heads bear: the top of the plate, mm.
     pub top_z: f64,
-    /// Thickness of the plate that they hold, mm.
+    /// Thickness of the plate under the heads, mm.
     pub plate_mm: f64,
 }
 
 impl Flange {
-    /// Of each bolt: z axis up, origin where the head bears.
+    /// Returns the poses of the bolts: z axis up, origin where the head bears.
     fn poses(&self) -> Vec<Pose> {
         ring(self.bolts, 0.5, Pose::translation(self.bolt_circle.mm() / 2.0, 0.0, self.top_z))
     }
 
-    /// Its bolt's name among a sensor's bodies.
+    /// Returns the bolt's name among a sensor's bodies.
     pub fn name(&self) -> String {
         format!("bolt-m{}", self.bolt.thread_mm)
     }
 
-    /// What the plate gets.
+    /// Returns the cut of the plate.
     pub fn passed(&self) -> Cut {
         let (poses, depth) = (self.poses(), self.plate_mm + CUT_OVERLAP_MM);
         let hole = Solid::cylinder(self.bolt.clearance_hole_mm / 2.0, depth + CUT_OVERLAP_MM);
@@ -445,8 +451,7 @@ impl Flange {
         }
     }
 
-    /// What is bought: through the plate and into the flange, as near as the standard's lengths
-    /// come.
+    /// Returns the bolts as bought bodies: long enough for the plate and the flange, to the nearest standard length.
     pub fn bought(&self, place: impl Fn(&Pose) -> Placement) -> Body {
         let length = SocketScrew::length_near_mm(self.plate_mm + BOLT_BITE_MM);
         let ordered = format!("socket head screw ISO 4762 M{}x{length}", self.bolt.thread_mm);
@@ -457,8 +462,8 @@ impl Flange {
             .fastening()
     }
 
-    /// Reports heads that meet each other, or a wall around them of that radius (mm). The section
-    /// must be called `mount`.
+    /// Reports heads that collide with each other, or with a wall around them of a radius (mm). The section must be
+    /// called `mount`.
     pub fn check(&self, (within_mm, what): (f64, &str), report: &mut Report) {
         let (mount, head) = (self, self.bolt.head_diameter_mm / 2.0);
         limits! { report:

@@ -1,4 +1,4 @@
-//! What a sensor's file says of its camera's lens, whatever family it is of.
+//! Optical parameters of a camera and its lens, shared by all families.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -11,19 +11,19 @@ use crate::parameters::Inline;
 use crate::{choices, sections};
 
 choices! {
-    /// How far from the picture's middle a lens shows what it sees at an angle a off its axis.
+    /// Projection of a lens: distance r from the image's centre at which a ray at angle a to the axis is imaged.
     pub enum LensLaw {
-        /// r = f a.
+        /// Equidistant: r = f a.
         Equidistant = "equidistant",
-        /// r = 2 f sin(a / 2).
+        /// Equisolid: r = 2 f sin(a / 2).
         Equisolid = "equisolid",
-        /// r = 2 f tan(a / 2).
+        /// Stereographic: r = 2 f tan(a / 2).
         Stereographic = "stereographic",
     }
 }
 
 sections! {
-    /// Which camera it is.
+    /// Camera module.
     pub struct Module {
         /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
         module: String = 1..=64,
@@ -31,7 +31,7 @@ sections! {
         model: String = 1..=80,
     }
 
-    /// The pictures that a camera takes.
+    /// Images that a camera takes.
     pub struct Pictures {
         /// Image width in pixels.
         width_px: u32 = 16..=20000,
@@ -41,7 +41,7 @@ sections! {
         frame_rate: u32 = 1..=10000,
     }
 
-    /// What every lens does to pictures, and how far it may be from what is described.
+    /// Imaging properties of every lens, and their tolerances.
     pub struct Optics {
         /// How far the focal length may be from what is described, as a share of it.
         focal_tolerance: f64 = 0.0..=0.2,
@@ -56,7 +56,7 @@ sections! {
         focus: Length = 1.0..=100000.0,
     }
 
-    /// What a lens sees on a board or in a housing, whose maker states its angle.
+    /// Field of view of a lens on a board or in a housing, whose maker states its angle.
     pub struct View {
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=220.0,
@@ -68,13 +68,13 @@ sections! {
 }
 
 impl Pictures {
-    /// Pixels along both edges.
+    /// Returns the number of pixels along both edges.
     pub fn size_px(&self) -> [u32; 2] {
         [self.width_px, self.height_px]
     }
 }
 
-/// As orders say it.
+/// Formats the image size and frame rate as orders state it.
 impl Display for Pictures {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         write!(f, "{} x {} px at {} fps", self.width_px, self.height_px, self.frame_rate)
@@ -82,7 +82,7 @@ impl Display for Pictures {
 }
 
 impl LensLaw {
-    /// As a law of geometry.
+    /// Returns the projection of the geometry crate.
     pub fn projection(self) -> Projection {
         match self {
             Self::Equidistant => Projection::Equidistant,
@@ -93,7 +93,7 @@ impl LensLaw {
 }
 
 impl Optics {
-    /// The lens of a camera whose pictures are so many pixels wide.
+    /// Returns the lens of a camera whose images are `width_px` wide.
     pub fn lens(&self, law: LensLaw, width_px: u32) -> NominalLens {
         let centre_px = self.centre_tolerance * f64::from(width_px);
         NominalLens {
@@ -107,7 +107,7 @@ impl Optics {
         }
     }
 
-    /// The camera as [`camera_at`] says, with such a lens.
+    /// Returns the camera of [`camera_at`] with this lens.
     pub fn camera_at(
         &self,
         pupil_z: f64,
@@ -119,14 +119,16 @@ impl Optics {
 }
 
 impl View {
-    /// The camera on the axis, see [`Optics::camera_at`].
+    /// Returns the camera on the axis, see [`Optics::camera_at`].
     pub fn camera_at(&self, pupil_z: f64, size_px: [u32; 2]) -> NominalCamera {
         self.optics.camera_at(pupil_z, size_px, (self.field_of_view, self.projection))
     }
 
-    /// The angle that a pixel in the middle of such a picture stands for, rad.
+    /// Returns the angle that a pixel at the image's centre covers, rad.
     pub fn rad_per_px(&self, size_px: [u32; 2]) -> f64 {
         let [x, y] = size_px.map(f64::from);
+        // Half the field of view is imaged to half the diagonal. The radius of the projection is for a focal length of
+        // 1, where small angles in rad equal radii.
         self.projection.projection().radius(self.field_of_view.rad() / 2.0) / (x.hypot(y) / 2.0)
     }
 }

@@ -1,4 +1,4 @@
-//! A small camera on posts: its board is screwed to a base, and looks along +z at a plane.
+//! Small camera on posts: its board is screwed to a base, and it looks along +z at a plane.
 
 use fabkit_geometry::{Body, Length, Process, Solid};
 
@@ -11,7 +11,7 @@ use crate::parameters;
 use crate::parameters::{Inline, Report, limits};
 
 parameters! {
-    /// The camera and the board it comes on. Its distance follows from the pitch of its pixels.
+    /// Camera and the board it comes on. Its distance is derived from the pitch of its pixels.
     pub struct PostedCamera {
         /// Which it is.
         module: Inline<Module>,
@@ -28,47 +28,48 @@ parameters! {
     }
 }
 
-/// What holds the board.
+/// Screw that holds the board.
 pub const SCREW: Screw = Screw::M1_6X5;
 
 /// Depth of a hole beyond its screw's tip, mm.
 const PILOT_SPARE_MM: f64 = 0.5;
 
-/// Room between connector and base, mm.
+/// Space between connector and base, mm.
 const CONNECTOR_ABOVE_MM: f64 = 0.5;
 
-/// Smallest connector for a flat cable, mm.
+/// Smallest edge of a connector for a flat cable, mm.
 const LEAST_CONNECTOR_MM: f64 = 2.0;
 
-/// Base below the tip of a screw's hole, mm.
+/// Smallest thickness of the base below the end of a screw's hole, mm.
 const FLOOR_MM: f64 = 0.4;
 
-/// A camera above its base; heights in the sensor frame, mm.
+/// Camera above its base; heights in the sensor frame, mm.
 #[derive(Clone, Debug)]
 pub struct Posted<'a> {
-    /// The parameters.
+    /// Parameters of the camera.
     pub camera: &'a PostedCamera,
-    /// The optical centre.
+    /// Height of the optical centre.
     pub pupil_z: f64,
-    /// Front of the lens.
+    /// Height of the lens's front.
     pub front_z: f64,
-    /// Top of the board.
+    /// Height of the board's top.
     pub top_z: f64,
-    /// Bottom of the board, top of the posts.
+    /// Height of the board's bottom, which rests on the posts.
     pub bottom_z: f64,
-    /// Foot of the posts: top of the base.
+    /// Height of the posts' feet: the top of the base.
     pub foot_z: f64,
     /// Play between the posts and the connector, mm.
     pub play_mm: f64,
 }
 
 impl PostedCamera {
-    /// The angle that a pixel in the middle stands for, rad.
+    /// Returns the angle that a pixel at the image's centre covers, rad.
     pub fn rad_per_px(&self) -> f64 {
         self.view.rad_per_px(self.pictures.size_px())
     }
 
-    /// In front of a plane at `seen_z`; its base keeps that play around the connector.
+    /// Places the camera in front of a plane at height `seen_z`, so that a pixel covers `pixel_pitch` on it; the base
+    /// keeps `play_mm` around the connector.
     pub fn before(&self, seen_z: f64, play_mm: f64) -> Posted<'_> {
         let pupil_z = seen_z - self.pixel_pitch.mm() / self.rad_per_px();
         let front_z = pupil_z + self.board.pupil_behind_front.mm();
@@ -78,50 +79,51 @@ impl PostedCamera {
         Posted { camera: self, pupil_z, front_z, top_z, bottom_z, foot_z, play_mm }
     }
 
-    /// Radius of a hole that the lens's holder passes, mm: in a circuit board, which stays one however
-    /// others are made.
+    /// Returns the radius of a hole that the lens's holder passes, mm. The hole is in a circuit board, so that its gap
+    /// does not depend on the processes that a file assigns to parts.
     pub fn bore_mm(&self) -> f64 {
+        // Half the diagonal of the square holder.
         let holder = self.board.holder_size.mm() / 2f64.sqrt();
         holder.max(self.board.barrel_diameter.mm() / 2.0) + gap_mm(Process::Fdm, Fit::Free)
     }
 
-    /// Distances of the screws along x and y, mm.
+    /// Returns the distances of the screws along x and y, mm.
     pub fn spacing_mm(&self) -> [f64; 2] {
         [self.board.screw_spacing, self.board.screw_spacing_y].map(Length::mm)
     }
 
-    /// Edges of the board along x and y, mm.
+    /// Returns the edges of the board along x and y, mm.
     pub fn board_mm(&self) -> [f64; 2] {
         [self.board.board_size, self.board.board_size_y].map(Length::mm)
     }
 }
 
-/// Radius of a post, mm.
+/// Returns the radius of a post, mm.
 fn post_mm() -> f64 {
     SCREW.pilot_hole_mm() / 2.0 + PRINTED_WALL_MM
 }
 
 impl Posted<'_> {
-    /// The screws through the board's corners.
+    /// Returns the screws through the board's corners.
     pub fn joint(&self) -> Joint {
         let half = self.camera.spacing_mm().map(|mm| mm / 2.0);
         let poses = corners(half).map(|at| upright(at, self.top_z)).to_vec();
         Joint::self_tapping("camera screw", SCREW, poses, SCREW.length_mm + PILOT_SPARE_MM)
     }
 
-    /// Edges of the connector behind the board, mm: it lies between the posts.
+    /// Returns the edges of the connector behind the board, mm: it lies between the posts.
     fn connector_mm(&self) -> [f64; 2] {
         self.camera.spacing_mm().map(|mm| mm - 2.0 * (post_mm() + self.play_mm))
     }
 
-    /// What the base gets added.
+    /// Returns the posts, which are added to the base.
     pub fn posts(&self) -> Vec<Solid> {
         let half = self.camera.spacing_mm().map(|mm| mm / 2.0);
         let post = Solid::rod(post_mm(), [self.foot_z - INTO_MM, self.bottom_z]);
         copies("post", &corners(half).map(|at| upright(at, 0.0)), &post)
     }
 
-    /// The camera; where it stands, its family says.
+    /// Returns the camera; its family places it.
     pub fn body(&self) -> Body {
         let c = self.camera;
         let thickness = c.board.board_thickness.mm();
@@ -135,8 +137,8 @@ impl Posted<'_> {
         c.board.bought(which, heights, holes.tools, connector)
     }
 
-    /// Reports what keeps the camera from being put together on a base `base_mm` thick, in a room.
-    /// The section must be called `camera`; `from` are the paths that the room's edges follow from.
+    /// Reports a camera that cannot be assembled on a base `base_mm` thick, in a room. The section must be called
+    /// `camera`; `from` are the paths of the parameters that set the room's edges.
     pub fn check(&self, base_mm: f64, room: Rect, from: &[&str], report: &mut Report) {
         let camera = &*self.camera.board;
         let head = SCREW.head_diameter_mm() / 2.0;
@@ -155,6 +157,7 @@ impl Posted<'_> {
         let posts = bite + FLOOR_MM - base_mm;
         let because = "the camera's M1.6x5 screws end inside posts and base";
         report.at_least("camera.back_clearance", self.camera.back_clearance, posts, because);
+        // Square boards would only get the same messages twice.
         if camera.screw_spacing != camera.screw_spacing_y
             || camera.board_size != camera.board_size_y
         {

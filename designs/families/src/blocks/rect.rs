@@ -1,10 +1,10 @@
-//! Upright prisms with round edges around the axis: what housings and pads of flat sensors are.
+//! Upright prisms with rounded edges around the axis: housings and pads of flat sensors.
 
 use fabkit_geometry::{Angle, Path, Pose, Solid};
 
 use super::edge;
 
-/// An upright prism around the axis: half its edges and the radius of its upright edges, mm.
+/// Upright prism around the axis, by half its edges and the radius of its upright edges, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
     /// Half the edges along x and y.
@@ -13,32 +13,32 @@ pub struct Rect {
     pub corner: f64,
 }
 
-/// Least radius of an edge inside of a part, mm: a nozzle's.
+/// Smallest radius of an edge inside a part, mm: that of a nozzle.
 const LEAST_CORNER_MM: f64 = 0.5;
 
 impl Rect {
-    /// All around the axis: a circle of that radius, mm.
+    /// Returns a circle of a radius around the axis, mm.
     pub fn round(radius_mm: f64) -> Self {
         Self { half: [radius_mm; 2], corner: radius_mm }
     }
 
-    /// Seen along z.
+    /// Returns the outline seen along z.
     pub fn path(self) -> Path {
         Path::rectangle([0.0; 2], self.half.map(|half| 2.0 * half), self.corner)
     }
 
-    /// Between two heights.
+    /// Returns the prism between two heights.
     pub fn prism(self, heights: [f64; 2]) -> Solid {
         Solid::prism(self.path(), heights)
     }
 
-    /// The same, its upper rim rounded by a radius (mm) that is at most that of the upright edges.
+    /// Returns the prism with its upper rim rounded by a radius (mm) of at most that of the upright edges.
     pub fn rimmed(self, [bottom, top]: [f64; 2], fillet_mm: f64) -> Solid {
         if fillet_mm == 0.0 {
             return self.prism([bottom, top]);
         }
-        // Posts in the corners and slabs between them: each has faces and rounded edges in one
-        // outline, so that both go on into each other.
+        // Posts in the corners and slabs between them: each has flat faces and rounded edges in one outline, so that
+        // they continue each other smoothly.
         let [x, y] = self.half.map(|half| half - self.corner);
         let quarter = Angle::from_deg(90.0).expect("finite");
         let across = |half: f64| {
@@ -65,10 +65,10 @@ impl Rect {
         Solid::union(slabs.into_iter().chain(posts))
     }
 
-    /// How far another one around the axis lies inside, mm; negative if it stands out.
+    /// Returns the distance of another outline around the axis inside this one, mm; negative if it protrudes.
     pub fn inset_of(self, inner: Self) -> f64 {
         let beside = [0, 1].map(|i| self.half[i] - inner.half[i]);
-        // Only an edge whose axis lies further out than this one's comes nearer at the corner.
+        // Corners matter only if the centre of the inner arc lies farther out than that of this outline.
         let off = [0, 1].map(|i| self.corner - inner.corner - beside[i]);
         let at_corner = match off[0] > 0.0 && off[1] > 0.0 {
             true => self.corner - inner.corner - off[0].hypot(off[1]),
@@ -77,40 +77,41 @@ impl Rect {
         beside[0].min(beside[1]).min(at_corner)
     }
 
-    /// Smaller on all sides; edges stay parallel while they can.
+    /// Returns the outline offset inwards on all sides; edges stay parallel as far as the smallest radius allows.
     #[must_use]
     pub fn shrunk(self, by_mm: f64) -> Self {
         let corner = (self.corner - by_mm).max(LEAST_CORNER_MM);
         Self { half: self.half.map(|half| half - by_mm), corner }
     }
 
-    /// Half the shorter edge.
+    /// Returns half the shorter edge.
     pub fn narrow(self) -> f64 {
         self.half[0].min(self.half[1])
     }
 
-    /// The axis that it is longer along: 0 for x, 1 for y.
+    /// Returns the axis along which it is longer: 0 for x, 1 for y.
     pub fn longer(self) -> usize {
         usize::from(self.half[1] > self.half[0])
     }
 
-    /// Length of the straight part of the walls that look along an axis.
+    /// Returns the length of the straight part of the walls that face along an axis.
     pub fn straight(self, axis: usize) -> f64 {
         2.0 * (self.half[1 - axis] - self.corner)
     }
 
-    /// Whether a point lies inside and `apart_mm` from the boundary.
+    /// Returns whether a point lies inside, at least `apart_mm` from the boundary.
     pub fn holds(self, at: [f64; 2], apart_mm: f64) -> bool {
         let corner = self.corner.max(apart_mm);
         let beyond = [0, 1].map(|i| (at[i].abs() - (self.half[i] - corner)).max(0.0));
         beyond[0].hypot(beyond[1]) <= corner - apart_mm + 1e-9
     }
 
-    /// The same edges, their radius the smallest that leaves `wall_mm` to a point that stands out
-    /// beyond both: (r + x)^2 + (r + y)^2 = (r + wall)^2.
+    /// Returns the outline with the smallest corner radius r that leaves `wall_mm` to a point which lies x and y beyond
+    /// both edges: (r + x)^2 + (r + y)^2 = (r + wall)^2.
     #[must_use]
     pub fn rounded_off(self, at: [f64; 2], wall_mm: f64) -> Self {
         let [x, y] = [0, 1].map(|i| at[i] - self.half[i]);
+        // Larger root of r^2 + 2 half_b r + c = 0.
         let half_b = x + y - wall_mm;
         let c = x * x + y * y - wall_mm * wall_mm;
         let corner = -half_b + (half_b * half_b - c).max(0.0).sqrt();

@@ -2,25 +2,25 @@
 
 use fabkit_geometry::{CUT_OVERLAP_MM, Pose, Solid};
 
-/// Small end of a male Luer cone, mm: ISO 80369-7, as ISO 594-1 before it, allows 3.925 to 3.990 mm.
+/// Diameter of the small end of a male Luer cone, mm: ISO 80369-7, like ISO 594-1 before it, allows 3.925 to 3.990 mm.
 const TIP_MM: f64 = 3.96;
 
-/// How much wider the cone gets over its length: 6 % (ISO 80369-7).
+/// Increase of the cone's diameter per length: 6 % (ISO 80369-7).
 const TAPER: f64 = 0.06;
 
-/// How far the cone may go in, mm: as long as it is at least (ISO 80369-7).
+/// Largest insertion depth of the cone, mm: its smallest length in ISO 80369-7.
 const LONGEST_MM: f64 = 7.5;
 
-/// What stays free between the tip's end and the far side of the wall, mm: the mixture turns off there.
+/// Distance between the tip's end and the far side of the wall, mm: the mixture turns off there.
 const BEFORE_TIP_MM: f64 = 1.5;
 
-/// Least of a seat that holds a syringe by friction, mm.
+/// Smallest length of a seat that holds a syringe by friction, mm.
 const LEAST_MM: f64 = 3.0;
 
-/// Thinnest wall that has room for a seat, mm.
+/// Smallest thickness of a wall for a seat, mm.
 pub const LEAST_WALL_MM: f64 = LEAST_MM + BEFORE_TIP_MM;
 
-/// A conical hole through a wall that a syringe's Luer tip seals in.
+/// Conical hole through a wall in which a syringe's Luer tip seals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LuerSeat {
     /// Thickness of the wall, mm.
@@ -28,27 +28,27 @@ pub struct LuerSeat {
 }
 
 impl LuerSeat {
-    /// How much of the tip the wall holds, mm.
+    /// Returns the length of the tip inside the wall, mm.
     fn held_mm(self) -> f64 {
         (self.wall_mm - BEFORE_TIP_MM).min(LONGEST_MM)
     }
 
-    /// How much of the tip stands out of the wall, mm.
+    /// Returns the length of the tip outside the wall, mm.
     pub fn stands_out_mm(self) -> f64 {
         LONGEST_MM - self.held_mm()
     }
 
-    /// Radius at a depth below the mouth, mm.
+    /// Returns the radius at a depth below the mouth, mm.
     fn radius_at(self, depth_mm: f64) -> f64 {
         (TIP_MM + TAPER * (self.held_mm() - depth_mm)) / 2.0
     }
 
-    /// Radius of its mouth, mm.
+    /// Returns the radius of the mouth, mm.
     pub fn mouth_mm(self) -> f64 {
         self.radius_at(0.0)
     }
 
-    /// The hole: its mouth at the pose's origin, the z axis into the wall; `beyond_mm` longer in front of the
+    /// Returns the hole: mouth at the pose's origin, z axis into the wall; it continues by `beyond_mm` in front of the
     /// mouth.
     pub fn tool(self, mouth: &Pose, beyond_mm: f64) -> Solid {
         let ends = [-beyond_mm, self.wall_mm + CUT_OVERLAP_MM];

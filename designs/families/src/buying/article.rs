@@ -1,4 +1,4 @@
-//! What is known of something that is bought.
+//! Properties of a purchasable article.
 
 use fabkit_geometry::{Angle, Length};
 
@@ -7,15 +7,15 @@ use crate::materials::{Current, Euros, Kelvin, Voltage, Wavelength};
 use crate::parameters::{choices, parameters};
 
 choices! {
-    /// Why something is bought.
+    /// Reason why an article is bought.
     pub enum Role {
-        /// It is a piece of the sensor or of its tools, or a component of a mix.
+        /// Piece of the sensor or of its molds, or component of a mix.
         Piece = "piece",
-        /// Parts are made from it.
+        /// Material that parts are made from.
         Stock = "stock",
-        /// It is used up by the work.
+        /// Consumable that the work uses up.
         Supply = "supply",
-        /// It is used again.
+        /// Tool that is used again.
         Tool = "tool",
     }
 }

@@ -1,4 +1,4 @@
-//! Orders get what the list knows of them, and files are held against what is bought.
+//! Filling of orders from the list of articles, and checks of the user's articles against the bodies that are bought.
 
 use fabkit_geometry::{Body, Kind, Order, Sensor, Unit};
 use fabkit_text::{Found, join, shown};
@@ -7,11 +7,12 @@ use super::reading::Known;
 use super::{Articles, BUYING, Role};
 use crate::own::named::{near, unknown_hint};
 
-/// Most names that a hint lists.
+/// Maximum number of names that a hint lists.
 const MOST_LISTED: usize = 12;
 
 impl Articles {
-    /// An order with all that is said of its article, of that size of it, and of the body of that name.
+    /// Returns the order, filled with all properties stated for its article, for that size of it, and for the body of
+    /// that name.
     pub fn filled(&self, order: &Order, body: &str) -> Order {
         let mut filled = order.clone();
         for known in self.said_of(order, body) {
@@ -24,13 +25,14 @@ impl Articles {
         filled
     }
 
-    /// From the general to the special.
+    /// Finds the entries for an order, from the general to the special, so that the special ones override.
     fn said_of<'a>(&'a self, order: &Order, body: &str) -> impl Iterator<Item = &'a Known> {
         let sized = (!order.size.is_empty()).then(|| self.find(&order.asked_for())).flatten();
         [self.find(&order.article), sized, self.find(body)].into_iter().flatten()
     }
 }
 
+/// Merges the properties of an entry into an order.
 fn take(order: &mut Order, known: &Known) {
     let article = &known.article;
     let text = |to: &mut String, from: &Option<String>| {
@@ -49,6 +51,7 @@ fn take(order: &mut Order, known: &Known) {
     if let Some(pack) = article.pack {
         order.pack = pack.0;
     }
+    // A figure that the new entry states replaces the older one of the same name.
     order.figures.retain(|(name, _)| known.figures.iter().all(|(other, _)| other != name));
     order.figures.extend(known.figures.iter().cloned());
     let source = match (&article.source, &known.own) {
@@ -63,7 +66,7 @@ fn take(order: &mut Order, known: &Known) {
     }
 }
 
-/// Fills the orders of all bodies that are bought.
+/// Fills the orders of all bought bodies.
 pub(crate) fn fill_all(sensor: &mut Sensor, articles: &Articles) {
     for body in sensor.bodies.iter_mut().filter(|body| body.kind == Kind::Bought) {
         let order = body.order.take().unwrap_or_else(|| Order::of(body.summary.clone(), ""));
@@ -74,8 +77,8 @@ pub(crate) fn fill_all(sensor: &mut Sensor, articles: &Articles) {
     }
 }
 
-/// The same of a sensor, whose file is held against what is bought: `components` are those of all mixes that it
-/// may have.
+/// Fills the orders of all bought bodies, and reports articles of the user's that the sensor does not need or that are
+/// counted in the wrong unit. `components` are those of all mixes that the sensor may have.
 pub(crate) fn fill(
     sensor: &mut Sensor,
     articles: &Articles,
@@ -96,6 +99,7 @@ pub(crate) fn fill(
         let bodies: Vec<&&Body> = bodies.collect();
         let is_component = components.iter().any(|name| same(name, &known.name));
         let unit = known.article.pack.map_or(Unit::Piece, |pack| pack.0.unit);
+        // Mixes are weighed; bodies are counted or, where their order has a length, measured.
         let wants = match () {
             () if is_component => matches!(unit, Unit::Gram | Unit::Piece),
             () => bodies.iter().all(|body| match unit {
@@ -113,10 +117,11 @@ pub(crate) fn fill(
             found.push(place.problem(&path, unit.word(), message).hint(hint));
             continue;
         }
+        // Not needed by this sensor, but no mistake either: the built-in list or another entry knows the name.
         let is_of_list = Articles::builtin().find(&known.name).is_some();
         let is_new = matches!(known.article.role, Some(Role::Stock | Role::Supply | Role::Tool));
         let is_base = articles.raws.iter().any(|raw| raw.extends(&known.name));
-        // What one file says for all sensors need not be in each.
+        // An entry in the file for all sensors need not concern this one.
         let is_for_all = place.layer == fabkit_text::TextLayer::Base;
         if is_component || is_of_list || is_new || is_base || is_for_all || !bodies.is_empty() {
             continue;
@@ -136,6 +141,7 @@ pub(crate) fn fill(
     }
 }
 
+/// Returns whether two names are equal except for case and doubled spaces.
 fn same(a: &str, b: &str) -> bool {
     crate::own::named::key_of(a) == crate::own::named::key_of(b)
 }

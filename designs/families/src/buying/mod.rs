@@ -1,8 +1,8 @@
-//! Names to buy: what shops know of screws, rings, lamps, cameras, silicones and what the work uses up.
+//! Purchasable articles: what shops need to know about screws, rings, LEDs, cameras, silicones and consumables.
 //!
-//! Bodies say article and size ([`Order`]); all else stands in `designs/families/catalogue/*.yaml`, in the form in which
-//! anybody writes their own below `buy:`, which is laid over it name by name. Nothing that is made follows from
-//! it: it does not count for a design's hash.
+//! Bodies state article and size ([`Order`]); everything else is in `designs/families/catalogue/*.yaml`, in the form in
+//! which users write their own entries below `buy:`, which override the built-in ones name by name. The geometry does
+//! not depend on articles, so they do not count for a design's hash.
 
 mod article;
 mod filling;
@@ -22,26 +22,27 @@ pub use pack::PackSize;
 use crate::own::named::{Noun, Raw, key_of, raws};
 use reading::Known;
 
-/// What is bought, in files.
+/// Articles in files: key and dialect.
 pub(crate) const BUYING: Noun = Noun {
     key: "buy",
     dialect: &Dialect::new("list of what to buy", 1, ", then `buy:` and names with sections"),
 };
 
-/// Name and text of each built-in file, in `catalogue/`.
+/// Built-in files of `catalogue/`: stem and text.
 const FILES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/catalogue.rs"));
 
-/// What messages call a built-in file after its stem.
+/// Suffix of a built-in file's name in messages, after its stem.
 const BUILTIN_FILE: &str = ".yaml (built-in)";
 
-/// Whether that is in one of the built-in files.
+/// Returns whether a place is in one of the built-in files.
 fn is_builtin(place: &Place) -> bool {
     FILES.iter().any(|(stem, _)| place.file.strip_suffix(BUILTIN_FILE) == Some(stem))
 }
 
-/// Where prices come from that say nothing else.
+/// Source of built-in prices that state none of their own.
 const PRICE_SOURCE: &str = "chosen: what shops in Europe asked in 2025, roughly, without shipping";
 
+/// Articles of the built-in files.
 static BUILTIN: LazyLock<Articles> = LazyLock::new(|| {
     let mut found = Vec::new();
     let articles = Articles::of(builtin_raws(&mut found), &mut found);
@@ -49,6 +50,7 @@ static BUILTIN: LazyLock<Articles> = LazyLock::new(|| {
     articles
 });
 
+/// Reads the sections of the built-in files.
 fn builtin_raws(found: &mut Vec<Found>) -> Vec<Raw> {
     let mut all = Vec::new();
     for (stem, yaml) in FILES {
@@ -63,7 +65,7 @@ fn builtin_raws(found: &mut Vec<Found>) -> Vec<Raw> {
     all
 }
 
-/// Everything that may be bought, by name.
+/// All purchasable articles, by name.
 #[derive(Clone, Debug)]
 pub struct Articles {
     raws: Arc<Vec<Raw>>,
@@ -77,12 +79,12 @@ impl Default for Articles {
 }
 
 impl Articles {
-    /// What fabkit comes with.
+    /// Returns the articles that fabkit comes with.
     pub fn builtin() -> &'static Self {
         &BUILTIN
     }
 
-    /// The same with what files say, the later ones over the earlier ones.
+    /// Returns the articles with the entries of files added; later entries override earlier ones.
     pub(crate) fn with(&self, own: Vec<Raw>, found: &mut Vec<Found>) -> Self {
         if own.is_empty() {
             return self.clone();
@@ -90,23 +92,27 @@ impl Articles {
         Self::of(self.raws.iter().cloned().chain(own).collect(), found)
     }
 
+    /// Creates the articles from sections in the order of their layers.
     fn of(raws: Vec<Raw>, found: &mut Vec<Found>) -> Self {
         let by_key = reading::by_key(&raws, found);
         Self { by_key: Arc::new(by_key), raws: Arc::new(raws) }
     }
 
-    /// All names, as they are written.
+    /// Returns all names as they are written.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.by_key.values().map(|known| &*known.name)
     }
 
+    /// Finds an article by its exact name, except for case and doubled spaces.
     fn find(&self, name: &str) -> Option<&Known> {
         self.by_key.get(&key_of(name))
     }
 
-    /// An article by its name, or by words that begin with one: `hexagon key 4 mm` is a `hexagon key`.
+    /// Finds an article by its name, or by the longest leading words that are a name: `hexagon key 4 mm` is a `hexagon
+    /// key` of size `4 mm`.
     pub fn article(&self, name: &str) -> Order {
         let key = key_of(name);
+        // Candidates are all runs of leading words.
         let cuts = key.match_indices(' ').map(|(at, _)| at).chain([key.len()]);
         let begins = cuts.filter(|at| self.by_key.contains_key(&key[..*at])).max();
         match begins {
@@ -119,16 +125,17 @@ impl Articles {
         }
     }
 
-    /// What parts are made from, by process and by words of the material's name; the entry without words is for
-    /// all other materials.
+    /// Finds the stock that parts are made from, by process and by words of the material's name; the entry without
+    /// words applies to all other materials.
     pub fn stock(&self, process: &str, material: &str) -> Order {
         let of_process = self.by_key.values().filter(|known| {
             known.article.role == Some(Role::Stock)
                 && known.article.process.as_deref() == Some(process)
         });
-        // The one that more is said of goes before the others.
+        // The entry with the longest matching words wins.
         let fitting = of_process.filter_map(|known| {
             let length = match &known.article.words {
+                // The entry without words fits any material, but any matching word is better.
                 None => 0,
                 Some(words) => {
                     words.split(';').filter(|word| says(material, word)).map(str::len).max()?
@@ -142,7 +149,7 @@ impl Articles {
         }
     }
 
-    /// Supplies and tools that a text asks for, by their words.
+    /// Finds the supplies and tools whose words occur in a text.
     pub fn asked_for(&self, text: &str) -> Vec<(Role, Order)> {
         let asked = |known: &&Known| {
             let words = known.article.words.as_deref().unwrap_or_default();
@@ -157,9 +164,10 @@ impl Articles {
     }
 }
 
-/// Whether a text holds a word or some, each from its beginning: `screw` is in `two screws`.
+/// Returns whether a text contains one or several words, each matched from its beginning: `screw` is in `two screws`.
 fn says(text: &str, words: &str) -> bool {
     let plain = |text: &str| {
+        // Signs that belong to words, as in `@mix` and hyphenated names.
         let is_letter = |c: char| c.is_alphanumeric() || matches!(c, '@' | '-');
         let parts = text.to_lowercase();
         let parts = parts.split(|c: char| !is_letter(c)).filter(|part| !part.is_empty());

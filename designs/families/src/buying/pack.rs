@@ -1,11 +1,11 @@
-//! How much is sold at once.
+//! Pack sizes: the amount that is sold at once.
 
 use fabkit_geometry::{Pack, Unit};
 use fabkit_text::{Json, Kind, Refusal, Scalar};
 
 use crate::materials::split;
 
-/// Units as they may be written, and what they are.
+/// Units as they may be written, each with its base unit and its size in that.
 const UNITS: [(&str, Unit, f64); 9] = [
     ("pieces", Unit::Piece, 1.0),
     ("piece", Unit::Piece, 1.0),
@@ -18,12 +18,12 @@ const UNITS: [(&str, Unit, f64); 9] = [
     ("m", Unit::Millimetre, 1e3),
 ];
 
-/// Most that a pack holds, and least, in its unit.
+/// Smallest and largest content of a pack, in its base unit.
 const LIMITS: std::ops::RangeInclusive<f64> = 1e-3..=1e7;
 
 const EXAMPLE: &str = "write for example `100 pieces`, `0.9 kg`, `500 ml` or `5 m`";
 
-/// How much is sold at once, as written: `100 pieces`, `0.9 kg`.
+/// Amount sold at once, as written: `100 pieces`, `0.9 kg`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PackSize(pub Pack);
 

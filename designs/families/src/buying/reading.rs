@@ -1,4 +1,4 @@
-//! Articles as files say them.
+//! Reading of articles from files.
 
 use std::collections::BTreeMap;
 
@@ -8,22 +8,22 @@ use fabkit_text::{Found, Place, Setting, SourceKind, join, shown};
 use super::{Article, BUYING, PRICE_SOURCE, PackSize, is_builtin};
 use crate::own::named::{Layered, Raw, read};
 
-/// An article with where it stands.
+/// Article with its origin in the files.
 #[derive(Clone, Debug)]
 pub(super) struct Known {
-    /// As it was first written.
+    /// Name as it was first written.
     pub name: String,
-    /// What is known of it.
+    /// Merged properties of the article.
     pub article: Article,
-    /// What matters of it, by name and as text.
+    /// Figures that an order lists: name, and value as text.
     pub figures: Vec<(String, String)>,
-    /// Where the price comes from.
+    /// Source of the price.
     pub price_source: String,
-    /// Where a file says it that is not built in.
+    /// Place of the last statement on the article, if that is in a file of the user's.
     pub own: Option<Place>,
 }
 
-/// Keys of figures that an order lists, and what they are called there.
+/// Keys of the figures that an order lists, and their names there.
 const FIGURES: [(&str, &str); 5] = [
     ("forward_voltage", "forward voltage"),
     ("current", "current"),
@@ -32,6 +32,7 @@ const FIGURES: [(&str, &str); 5] = [
     ("view_angle", "view angle"),
 ];
 
+/// Reads all articles, by their keys; reports wrong ones and leaves them out.
 pub(super) fn by_key(raws: &[Raw], found: &mut Vec<Found>) -> BTreeMap<String, Known> {
     let layered = Layered::new(raws);
     let known =
@@ -39,11 +40,12 @@ pub(super) fn by_key(raws: &[Raw], found: &mut Vec<Found>) -> BTreeMap<String, K
     layered.iter().filter_map(known).collect()
 }
 
-/// One article; `None` after reporting what is wrong with it.
+/// Reads one article; returns `None` after reporting its problems.
 fn one(layered: &Layered, key: &str, said: &[&Raw], found: &mut Vec<Found>) -> Option<Known> {
     let (first, last) = (said.first()?, said.last()?);
     let name = first.name.clone();
     let stack = layered.stack(BUYING, key, found)?;
+    // A built-in article that a file of the user's changes keeps its unit of sale.
     let builtin: Vec<_> = stack.iter().filter(|(place, _)| is_builtin(place)).cloned().collect();
     let is_changed = builtin.len() < stack.len() && !builtin.is_empty();
     let (article, settings) = read::<Article>(BUYING, &name, &last.place, stack, found)?;
@@ -51,6 +53,7 @@ fn one(layered: &Layered, key: &str, said: &[&Raw], found: &mut Vec<Found>) -> O
         let (usual, _) = read::<Article>(BUYING, &name, &first.place, builtin, &mut Vec::new())?;
         same_unit(&name, usual.pack, article.pack, last, found)?;
     }
+    // The price's own source or note goes first, then the article's `price_source`, then the file.
     let price_source = match of(&settings, "price") {
         Some(price) if price.source.kind != SourceKind::User || !price.source.note.is_empty() => {
             told(price)
@@ -72,10 +75,12 @@ fn one(layered: &Layered, key: &str, said: &[&Raw], found: &mut Vec<Found>) -> O
     Some(Known { name, article, figures, price_source, own })
 }
 
+/// Finds the setting of a key, the last word of its path.
 fn of<'s>(settings: &'s [Setting], key: &str) -> Option<&'s Setting> {
     settings.iter().find(|setting| setting.path.ends_with(&format!(".{key}")))
 }
 
+/// Formats the source of a setting with its note.
 fn told(setting: &Setting) -> String {
     match &*setting.source.note {
         "" => setting.source.kind.word().to_owned(),
@@ -83,7 +88,8 @@ fn told(setting: &Setting) -> String {
     }
 }
 
-/// What is sold by the piece is not sold by the metre: whoever needs it counts in the unit of the list.
+/// Checks that a changed article keeps its unit: the bodies that need it count in the unit of the built-in list, so
+/// that a piece cannot become a length.
 fn same_unit(
     name: &str,
     usual: Option<PackSize>,

@@ -1,6 +1,6 @@
-//! Hints that were tried: what is suggested leads to a design that can be built.
+//! Verified hints: each suggestion has been tried and leads to a design that can be built.
 
-use fabkit_text::{Broken, InvalidDesign, Problem, Suggestion};
+use fabkit_text::{Broken, InvalidDesign, Problem, Suggestion, UNKNOWN_PARAMETER};
 
 use super::bought::is_bought;
 use super::search::{Search, search};
@@ -9,23 +9,25 @@ use super::space::{Fares, Outcome, Space, Values};
 use super::{STATES_TO_BLAME, own};
 use crate::{REGISTRY, SensorText};
 
-/// Most values that are tried for the hints of one design.
+/// Maximum number of evaluations for the hints of one design.
 const MOST_TRIED: usize = 3000;
-/// Most parameters that are tried for one problem.
+/// Most ways out that a hint names.
+const MOST_SUGGESTED: usize = 3;
+/// Maximum number of parameters tried for one problem.
 const MOST_CANDIDATES: usize = 6;
 
-/// Kinds of problems beside which numbers are tried all the same.
+/// Codes of problems that still allow to try numbers.
 const READABLE: [&str; 6] = [
     "limit_broken",
     "out_of_range",
     "rule_broken",
     "unknown_choice",
     "unknown_material",
-    "unknown_parameter",
+    UNKNOWN_PARAMETER,
 ];
 
-/// Writes hints at a design's problems that were tried, all of them together, where there are such: what
-/// the user has just changed first, and nothing of what is bought.
+/// Replaces hints of a design's problems by verified ones where such exist. All suggestions hold together. Values that
+/// the user has just changed are tried first, those of bought things never.
 ///
 /// The arguments are those with which [`load`](crate::load) refused the design.
 pub fn advise(
@@ -34,7 +36,8 @@ pub fn advise(
     others: &[&str],
     invalid: &mut InvalidDesign,
 ) {
-    // What cannot be read, such as a cycle, is to be mended first; looking further would only take time.
+    // Unreadable texts, such as a cycle of expressions, have to be mended first; searching further would only take
+    // time.
     if invalid.problems.iter().any(|problem| !READABLE.contains(&problem.facts.code)) {
         return;
     }
@@ -53,29 +56,29 @@ pub fn advise(
     }
 }
 
-/// A value that was tried in place of a parameter's.
+/// Value tried in place of a parameter's own.
 #[derive(Clone, Copy)]
 struct Tried {
     number: usize,
     value: f64,
-    /// Larger values work too, as far as is known; else smaller ones.
+    /// True if larger values work too, as far as is known; otherwise smaller ones do.
     up: bool,
 }
 
-/// What to do about a rule that is broken.
+/// Hint for a broken rule.
 struct Hint {
     broken: Broken,
-    /// For people.
+    /// Text for people.
     text: String,
-    /// For programs; nothing where it takes more than one value.
+    /// Suggestion for programs; `None` if more than one value has to change.
     suggestion: Option<Suggestion>,
 }
 
-/// A hint for each rule that is broken and of which something is known.
+/// Returns a hint for each broken rule for which one was found.
 fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
     let mut values = Values::new();
     let first = space.outcome(&values);
-    // Of unknown names, units and materials something else is said.
+    // Unknown names, units and materials have hints of their own.
     let told = |b: &&Broken| {
         matches!(first.fares(&b.rule), Fares::Broken(_))
             && (b.limit.is_some() || space.index(&b.path).is_some())
@@ -85,7 +88,7 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
     for problem in &broken {
         let tried = match space.outcome(&values).fares(&problem.rule) {
             Fares::Broken(_) => best(space, &values, problem, set),
-            // What was suggested before is enough.
+            // The values suggested for earlier problems solve this one too.
             _ => None,
         };
         if let Some(tried) = tried {
@@ -93,17 +96,19 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
         }
         found.push(tried);
     }
+    // Single values are suggested only if all of them together make the design buildable.
     let mut is_solved = space.outcome(&values).is_clean();
     if !is_solved && let Some(tried) = taken_back(space, set) {
         values = Values::from([(tried.number, tried.value)]);
         found = broken.iter().map(|_| Some(tried)).collect();
         is_solved = true;
     }
-    // What was moved twice is as it was moved last.
+    // A number that was moved for two problems has its last value in both hints.
     for tried in found.iter_mut().flatten() {
         tried.value = values[&tried.number];
     }
     let together = if is_solved { None } else { by_search(space) };
+    // Shared by the problems that this one value solves as well.
     let first_tried = found.iter().flatten().next().copied();
     let mut hints = Vec::new();
     for (i, (problem, tried)) in broken.into_iter().zip(found).enumerate() {
@@ -128,6 +133,7 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
             .into_iter()
             .chain(&problem.from)
             .filter(is_other)
+            .take(MOST_SUGGESTED - said.len())
             .map(|path| format!("`{path}`"))
             .collect();
         match &change[..] {
@@ -135,7 +141,7 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
             [one] => said.push(format!("change {one}")),
             [most @ .., last] => said.push(format!("change {} or {last}", most.join(", "))),
         }
-        // What can be told without trying is told already.
+        // A value at the end of its plain range already has a hint that says so.
         let is_end = |tried: Tried| {
             let number = &space.numbers[tried.number];
             number.path == problem.path && number.range.contains(&tried.value)
@@ -155,7 +161,7 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
     hints
 }
 
-/// `write at most 3 mm for ...`.
+/// Formats `write at most 3 mm for ...`.
 fn written(space: &Space, Tried { number, value, up }: Tried, problem: &Broken) -> String {
     let number = &space.numbers[number];
     let most = if up { "at least" } else { "at most" };
@@ -165,7 +171,7 @@ fn written(space: &Space, Tried { number, value, up }: Tried, problem: &Broken) 
     }
 }
 
-/// The first of what a rule follows from that, changed alone, keeps the rule and breaks no other.
+/// Finds the first input of a rule that satisfies the rule when changed alone, and breaks no other.
 fn best(space: &mut Space, values: &Values, problem: &Broken, set: &[usize]) -> Option<Tried> {
     let now = space.outcome(values);
     let mends = |outcome: &Outcome| {
@@ -174,7 +180,8 @@ fn best(space: &mut Space, values: &Values, problem: &Broken, set: &[usize]) -> 
     };
     let own = space.index(&problem.path);
     let inputs: Vec<usize> = problem.from.iter().filter_map(|path| space.index(path)).collect();
-    // What the user has just changed; then what the problem is about; then what that follows from.
+    // Order: values that the user has just changed and that the problem is about; all others that the user set; the
+    // parameter of the problem; then the values that its limit follows from.
     let is_about = |number: &&usize| Some(**number) == own || inputs.contains(number);
     let mut candidates: Vec<usize> = set.iter().filter(is_about).copied().collect();
     candidates.extend(set);
@@ -191,7 +198,7 @@ fn best(space: &mut Space, values: &Values, problem: &Broken, set: &[usize]) -> 
         if space.left == 0 {
             return None;
         }
-        // The limit as it is told.
+        // First try the limit exactly as the message states it.
         if Some(number) == own
             && let Some(tried) = offered(space, number, problem)
         {
@@ -208,7 +215,7 @@ fn best(space: &mut Space, values: &Values, problem: &Broken, set: &[usize]) -> 
     None
 }
 
-/// The limit that the message tells, as a value.
+/// Parses the limit in the message as a value.
 fn offered(space: &Space, number: usize, problem: &Broken) -> Option<Tried> {
     let limit = problem.limit.as_ref()?;
     let (up, text) = match limit.strip_prefix("at least ") {
@@ -220,7 +227,8 @@ fn offered(space: &Space, number: usize, problem: &Broken) -> Option<Tried> {
     (low..=high).contains(&value).then_some(Tried { number, value, up })
 }
 
-/// The nearest good value of a number in either direction, in few digits, and whether it is larger.
+/// Finds the nearest good value of a number in either direction, in few digits, and whether values above it count ("at
+/// least").
 pub(super) fn either_way(
     space: &mut Space,
     values: &Values,
@@ -245,7 +253,8 @@ pub(super) fn either_way(
     Some((value, up))
 }
 
-/// What the user set, as near to it as can be built: the first of which there is such a value.
+/// Finds the first override of the user's that alone can be moved to a value with which the design can be built, and
+/// the nearest such value.
 fn taken_back(space: &mut Space, set: &[usize]) -> Option<Tried> {
     set.iter().find_map(|&number| {
         let (value, up) = either_way(space, &Values::new(), number, &|o| o.is_clean())?;
@@ -253,7 +262,7 @@ fn taken_back(space: &mut Space, set: &[usize]) -> Option<Tried> {
     })
 }
 
-/// What the search for all finds, where values that belong together must change.
+/// Finds several values that have to change together, by the search of `--fix`.
 fn by_search(space: &mut Space) -> Option<Values> {
     let begin = Values::new();
     match search(space, &begin, &[], &|_| true, STATES_TO_BLAME, &mut Vec::new()) {

@@ -1,11 +1,11 @@
-//! What is bought is as it is: no other value of it can be had by writing one.
+//! Parameters of bought things, whose values cannot be changed by writing others.
 
-/// Parameters of bought things, by section: every key of a section, but for what says where the thing
-/// stands.
+/// Sections of bought things. All keys of a section belong to the bought thing except the listed ones, which say where
+/// it is placed.
 const SECTIONS: &[(&str, &[&str])] =
     &[("camera", &["depth", "front_depth", "back_clearance"]), ("seal", &["squeeze"])];
 
-/// Parameters of bought things in sections that hold others too.
+/// Parameters of bought things in sections that also hold others.
 const VALUES: &[&str] = &[
     "connector.o_ring_cord",
     "display.camera_spacer",
@@ -36,7 +36,7 @@ const VALUES: &[&str] = &[
     "tubes.outer_diameter",
 ];
 
-/// Whether a parameter is one of something that is bought.
+/// Returns whether a parameter describes a bought thing.
 pub fn is_bought(path: &str) -> bool {
     let in_section = path.split_once('.').is_some_and(|(section, key)| {
         SECTIONS.iter().any(|(bought, but)| *bought == section && !but.contains(&key))

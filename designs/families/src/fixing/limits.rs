@@ -1,4 +1,4 @@
-//! How far each parameter can go: `fabkit show --limits`.
+//! Feasible ranges of parameters: `fabkit show --limits`.
 
 use fabkit_text::{InvalidDesign, Kind};
 
@@ -7,49 +7,48 @@ use super::search::{Search, search};
 use super::space::{Space, Values};
 use crate::{REGISTRY, SensorText};
 
-/// Most values that are tried of one parameter, with all others held and with those that may follow.
+/// Maximum number of evaluations for one parameter: with all others held, and with chosen values following.
 const MOST_TRIED: [usize; 2] = [200, 500];
-/// Most states of a search for what may follow.
+/// Maximum number of states of a search for values that follow.
 const STATES: usize = 5;
-/// How often what lies between a good and a bad value is halved, with others held and followed.
+/// Number of bisection steps between a good and a bad value: with others held, and with others following.
 const HALVINGS: [usize; 2] = [12, 4];
-/// Steps outward, in a value's own size; then the end of what is allowed.
+/// Steps outward, relative to [`Space::scale`]; then the end of the allowed range.
 const STEPS: [f64; 9] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 
-/// A number and how far it can go.
+/// Number with its feasible range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Feasible {
-    /// Dotted path.
+    /// Dotted path of the parameter.
     pub path: String,
-    /// In its unit.
+    /// Value in the design, in `unit`.
     pub value: f64,
-    /// `mm`, `deg` or nothing.
+    /// Unit: `mm`, `deg` or empty.
     pub unit: &'static str,
-    /// With all others held.
+    /// Feasible range with all other values held.
     pub held: Range,
-    /// Where chosen values may follow; only if that was asked for.
+    /// Feasible range if chosen values may follow; only if requested.
     pub followed: Option<Range>,
 }
 
 /// Smallest and largest value with which a design can be built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// The smallest.
+    /// Smallest value.
     pub low: f64,
-    /// The largest.
+    /// Largest value.
     pub high: f64,
-    /// Whether each is the end of what fabkit allows at all.
+    /// True for each bound that is the end of the range that fabkit allows at all.
     pub is_end: [bool; 2],
 }
 
-/// How far each number can go, up and down from what it is, until the design cannot be built; with
-/// `follow` also where chosen values may follow.
+/// Finds the feasible range of each number, up and down from its value, until the design cannot be built; with `follow`
+/// also the range if chosen values may follow.
 ///
-/// `progress` is told how many of how many are done. The other arguments are as for
-/// [`load`](crate::load).
+/// `progress(done, count)` is called before each number. The other arguments are as for [`load`](crate::load).
 ///
 /// # Errors
-/// Everything that is wrong with the design as it is.
+/// Every problem of the design as it is.
 pub fn limits(
     text: SensorText,
     overrides: &[String],
@@ -63,7 +62,7 @@ pub fn limits(
     let count = Space::new(trial.clone(), 1).numbers.len();
     let mut all = Vec::new();
     for number in 0..count {
-        // What is known of others' values is of no use here.
+        // A new space for each number: outcomes cached for other numbers' values are of no use here.
         let mut space = Space::new(trial.clone(), MOST_TRIED[0]);
         progress(number, count);
         let Some(value) = space.numbers[number].value else { continue };
@@ -72,6 +71,7 @@ pub fn limits(
         });
         let followed = follow.then(|| {
             space.left = MOST_TRIED[1];
+            // Values that work with the others held work with the others following, too: continue outward from them.
             let ends = [held.low, held.high];
             range(&mut space, number, ends, HALVINGS[1], &mut |space, value| {
                 let begin = Values::from([(number, value)]);
@@ -91,7 +91,7 @@ pub fn limits(
     Ok(all)
 }
 
-/// From two values that are good, how far others are, too.
+/// Extends a range outward from two good values.
 fn range(
     space: &mut Space,
     number: usize,
@@ -113,6 +113,7 @@ fn range(
             found[i] = value;
         }
         let Some(mut bad) = bad else { continue };
+        // The limit lies between the last good and the first bad value.
         for _ in 0..halvings {
             let half = rounded(space, number, 0.5 * (found[i] + bad), up);
             if half == bad || half == found[i] || space.left == 0 {
@@ -124,6 +125,7 @@ fn range(
     Range { low: found[0], high: found[1], is_end: [found[0] == ends[0], found[1] == ends[1]] }
 }
 
+/// Returns the values to try in one direction, ending with `end`.
 fn steps(space: &Space, number: usize, from: f64, end: f64, up: bool) -> Vec<f64> {
     let scale = space.scale(number);
     let mut steps: Vec<f64> = STEPS
@@ -138,7 +140,7 @@ fn steps(space: &Space, number: usize, from: f64, end: f64, up: bool) -> Vec<f64
     steps
 }
 
-/// To a whole number, or a thousandth.
+/// Rounds counts outward to whole numbers, other values to a thousandth.
 fn rounded(space: &Space, number: usize, value: f64, up: bool) -> f64 {
     match space.numbers[number].kind {
         Kind::Count if up => value.ceil(),

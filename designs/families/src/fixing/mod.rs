@@ -1,7 +1,7 @@
-//! What has to give way so that a design can be built: `--fix`.
+//! Automatic repair of designs that cannot be built: `--fix`.
 //!
-//! What the user set stays; what fabkit has chosen changes, as few values and as little as possible. Where
-//! that cannot be, the smallest set of rules is told that contradict each other.
+//! Values set by the user stay; values chosen by fabkit change, as few and as little as possible. If no such change
+//! exists, the smallest set of contradicting rules is reported.
 
 mod advice;
 mod bought;
@@ -21,53 +21,53 @@ use space::{Space, Values};
 
 use crate::{REGISTRY, SensorText};
 
-/// Most states that a search looks at.
+/// Maximum number of states that a search expands.
 const STATES: usize = 40;
-/// Most states for each rule that is left out, to see whether it is to blame.
+/// Maximum number of states of each search that finds out which rules contradict.
 const STATES_TO_BLAME: usize = 12;
-/// Most values that are tried to fix a design.
+/// Maximum number of evaluations to fix a design.
 const MOST_TRIED: usize = 6000;
-/// Most values that are tried to find what is to blame.
+/// Maximum number of evaluations to find a contradiction.
 const MOST_TRIED_TO_BLAME: usize = 6000;
-/// Most rules among which those to blame are looked for: the first that were broken.
+/// Maximum number of rules among which a contradiction is sought: the first that were broken.
 const MOST_BLAMED: usize = 24;
 
-/// A value that gave way.
+/// Change of one value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
     /// Dotted path of the parameter.
     pub path: String,
-    /// What it was, as it would be written.
+    /// Old value, as it would be written.
     pub from: String,
-    /// What it is now.
+    /// New value, as it would be written.
     pub to: String,
-    /// The first rule that is broken without it, as half a sentence.
+    /// First rule that is broken without the change, as half a sentence.
     pub because: String,
 }
 
 impl Change {
-    /// As an override: `path=value`.
+    /// Returns the change as an override: `path=value`.
     pub fn as_override(&self) -> String {
         format!("{}={}", self.path, self.to)
     }
 }
 
 impl std::fmt::Display for Change {
-    /// `tube.wall 1 mm -> 1.2 mm: because ...`.
+    /// Formats `tube.wall 1 mm -> 1.2 mm: because ...`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} {} -> {}: because {}", self.path, self.from, self.to, self.because)
     }
 }
 
-/// The fewest and least changes of chosen values with which a design keeps all rules; none where it does
-/// already.
+/// Finds the fewest and smallest changes of chosen values with which a design satisfies all rules; none if it already
+/// does.
 ///
-/// `overrides` and `others` as for [`load`](crate::load). Values whose source is `paper`,
-/// `measured` or the user, and those of bought things, stay.
+/// `overrides` and `others` are as for [`load`](crate::load). Values whose source is `paper`, `measured` or the user
+/// stay, and so do those of bought things.
 ///
 /// # Errors
-/// What cannot be read, as [`load`](crate::load) tells it; or one problem that names the rules which
-/// contradict each other.
+/// Texts that cannot be read, reported as by [`load`](crate::load); or one problem that names the rules that contradict
+/// each other.
 pub fn fix(
     text: SensorText,
     overrides: &[String],
@@ -82,7 +82,7 @@ pub fn fix(
         return Ok(Vec::new());
     }
     let as_it_is = || REGISTRY.load_text(text, &mine, others).err();
-    // What is not a number cannot be fixed by one: unknown names, units, materials.
+    // Unknown names, units and materials cannot be fixed by changing a number.
     let is_readable = |broken: &Broken| {
         !broken.rule.is_range() || space.index(&broken.path).is_some_and(|i| first.at[i].is_some())
     };
@@ -102,7 +102,7 @@ pub fn fix(
     }
 }
 
-/// The overrides of the sensor itself.
+/// Returns the overrides of the sensor itself, without those of other crates' sections.
 pub(crate) fn own(overrides: &[String], others: &[&str]) -> Vec<String> {
     let is_other = |text: &String| {
         others.iter().any(|key| text.strip_prefix(key).is_some_and(|rest| rest.starts_with('.')))
@@ -110,7 +110,7 @@ pub(crate) fn own(overrides: &[String], others: &[&str]) -> Vec<String> {
     overrides.iter().filter(|text| !is_other(text)).cloned().collect()
 }
 
-/// Each change with the rule that is broken without it.
+/// Pairs each change with the rule that is broken without it.
 fn changes(space: &mut Space, values: &Values) -> Vec<Change> {
     let mut changes = Vec::new();
     for (&number, &value) in values {
@@ -129,12 +129,12 @@ fn changes(space: &mut Space, values: &Values) -> Vec<Change> {
     changes
 }
 
-/// To a ten-thousandth: what follows from others may have many digits.
+/// Rounds to a ten-thousandth: results of expressions may have many digits.
 fn tidy(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 
-/// Why a value changes: half a sentence behind "because".
+/// Returns the reason of a change, as half a sentence after "because".
 fn reason(broken: &Broken, path: &str) -> String {
     match (&broken.because, &broken.limit) {
         (Some(because), _) if broken.path == path => because.clone(),
@@ -145,13 +145,14 @@ fn reason(broken: &Broken, path: &str) -> String {
     }
 }
 
-/// The smallest set of these rules that cannot be kept together: none of them can be left out.
+/// Finds a minimal set of these rules that cannot be satisfied together: without any one of them, the others can.
 fn contradiction(space: &mut Space, met: Vec<Rule>) -> Vec<Rule> {
     let begin = Values::new();
     let mut met = met;
     met.truncate(MOST_BLAMED);
+    // The repair may have used up its budget: the search for the contradiction has its own.
     space.left = MOST_TRIED_TO_BLAME;
-    // Most often one rule cannot be kept whatever gives way.
+    // Most often a single rule cannot be satisfied on its own.
     for rule in &met {
         let counts = |other: &Rule| other == rule;
         let found = search(space, &begin, &[], &counts, STATES_TO_BLAME, &mut Vec::new());
@@ -161,7 +162,7 @@ fn contradiction(space: &mut Space, met: Vec<Rule>) -> Vec<Rule> {
     }
     let mut rules = met;
     let mut i = rules.len();
-    // What came up last is the least likely to be to blame.
+    // Rules that came up last are the least likely to belong to the contradiction, so they are removed first.
     while i > 0 {
         i -= 1;
         let mut fewer = rules.clone();
@@ -178,7 +179,7 @@ fn contradiction(space: &mut Space, met: Vec<Rule>) -> Vec<Rule> {
     rules
 }
 
-/// One problem that names the rules, and what gives way best.
+/// Returns one problem that names the rules, with a hint which of the user's values to change.
 fn contradicting(
     space: &mut Space,
     rules: &[Rule],
@@ -189,7 +190,7 @@ fn contradicting(
     let set: Vec<&str> =
         overrides.iter().filter_map(|text| Some(text.split_once('=')?.0.trim())).collect();
     let begin = Values::new();
-    // Of what the user set, the nearest value of each with which all can be built.
+    // For each value set by the user, the nearest one with which the design can be built.
     let mut instead = Vec::new();
     for path in &set {
         let Some(number) = space.index(path) else { continue };
@@ -211,6 +212,7 @@ fn contradicting(
             said.join("; and ")
         ),
     };
+    // The new problem keeps the place of the first one in the file.
     let first = as_it_is.and_then(|invalid| invalid.problems.into_iter().next());
     let Some(first) = first else { return InvalidDesign { problems: Vec::new() } };
     let hint = match instead.is_empty() {
@@ -222,7 +224,7 @@ fn contradicting(
 }
 
 impl Space {
-    /// What a rule says, as it was when it was broken first.
+    /// Returns the text of a rule as it was when it was first broken.
     fn said(&self, rule: &Rule) -> Option<String> {
         let broken = self.first_broken(rule)?;
         Some(match (&broken.limit, &broken.because) {

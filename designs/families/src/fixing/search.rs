@@ -1,8 +1,8 @@
-//! The search for values with which all rules are kept.
+//! Best-first search for values that satisfy all rules.
 //!
-//! Best first: of the states that were reached, that with the fewest changes and rules left is looked at
-//! next. From there each number that may be changed is moved, up and down, as little as it takes to keep
-//! the first rule that is broken. Whatever follows from it by expressions follows on its own.
+//! Of the states reached so far, the one with the fewest changes plus broken rules is expanded next. From it, each
+//! number that may change is moved, up and down, by as little as satisfies the first broken rule. Values that are
+//! expressions of it follow.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -11,30 +11,31 @@ use fabkit_text::{Kind, Rule};
 
 use super::space::{Fares, Outcome, Space, Values};
 
-/// What a search came to.
+/// Result of a search.
 pub(super) enum Search {
-    /// Values with which the rules are kept.
+    /// Values that satisfy the rules.
     Found(Values),
-    /// There are none, as far as could be seen.
+    /// No such values, as far as the search reached.
     Nothing,
-    /// The search was too long: nothing is known.
+    /// Search stopped at the limit of evaluations: nothing is known.
     Unknown,
 }
 
+/// Node of the search.
 struct State {
     values: Values,
     outcome: Rc<Outcome>,
-    /// Changes, and rules left.
+    /// Number of changes plus number of broken rules.
     weight: usize,
-    /// How far values were moved, each in its own size.
+    /// Sum of the relative changes of the values, in units of [`Space::scale`].
     moved: f64,
 }
 
-/// Which rules count.
+/// Predicate that selects the rules to satisfy.
 pub(super) type Counts<'a> = &'a dyn Fn(&Rule) -> bool;
 
-/// Looks for values with which all rules that count are kept; `fixed` is not changed. At most `most` states
-/// are looked at. The rules that came up are added to `met`.
+/// Searches for values that satisfy all rules that `counts` selects; numbers in `fixed` stay. Expands at most `most`
+/// states. Adds each broken rule that it encounters to `met`.
 pub(super) fn search(
     space: &mut Space,
     begin: &Values,
@@ -56,17 +57,20 @@ pub(super) fn search(
             }
         }
         let Some(rule) = broken.first() else { return Search::Found(state_now.values) };
+        // The budget of states is used up: treated as if there were no solution.
         if looked == most {
             return Search::Nothing;
         }
         looked += 1;
         let numbers: Vec<usize> =
             space.free.iter().filter(|number| !fixed.contains(number)).copied().collect();
-        // One alone; else several, each as far as it helps and breaks nothing.
+        // First try to satisfy the rule with one number. Only if none can, move several, each as far as it helps
+        // without breaking another rule.
         for moved in [keep, help] {
             let mut is_moved = false;
             for (&number, up) in numbers.iter().flat_map(|number| [(number, false), (number, true)])
             {
+                // The budget of evaluations is used up: the remaining states stay unknown.
                 if space.left == 0 {
                     return Search::Unknown;
                 }
@@ -76,10 +80,12 @@ pub(super) fn search(
                 let mut values = state_now.values.clone();
                 values.insert(number, value);
                 is_moved = true;
+                // The same values are also reached by changing the numbers in another order.
                 if seen.insert(rounded(&values)) {
                     open.push(state(space, values, begin, counts));
                 }
             }
+            // A single number can satisfy the rule: moving several is the last resort.
             if is_moved {
                 break;
             }
@@ -88,9 +94,9 @@ pub(super) fn search(
     Search::Nothing
 }
 
-/// The furthest value of a number with which a limit is nearer to being kept, and no other is broken.
+/// Returns the furthest value of a number up to which a limit comes closer to being satisfied and no other rule breaks.
 fn help(space: &mut Space, values: &Values, number: usize, up: bool, rule: &Rule) -> Option<f64> {
-    /// What is less than this share of what is missing is no help.
+    /// Smallest reduction of the violation that counts as help, as a fraction of it.
     const LEAST: f64 = 0.05;
     let before = space.outcome(values);
     let Fares::Broken(Some(missing)) = before.fares(rule) else { return None };
@@ -106,11 +112,12 @@ fn help(space: &mut Space, values: &Values, number: usize, up: bool, rule: &Rule
     }
 }
 
-/// The nearest value of a number that keeps a rule.
+/// Returns the nearest value of a number that satisfies a rule.
 fn keep(space: &mut Space, values: &Values, number: usize, up: bool, rule: &Rule) -> Option<f64> {
     let before = space.outcome(values).fares(rule);
     let hopeless = |probes: &[Rc<Outcome>]| match before {
-        // Of a limit it is known how far it is: what brings it no nearer is left alone.
+        // The violation of a limit is a number: if none of the probes reduces it, this direction is given up. The
+        // margin 1e-9 ignores rounding.
         Fares::Broken(Some(missing)) => probes.iter().all(|probe| match probe.fares(rule) {
             Fares::Broken(Some(now)) => now >= missing - 1e-9,
             Fares::Broken(None) | Fares::Unknown => true,
@@ -122,25 +129,28 @@ fn keep(space: &mut Space, values: &Values, number: usize, up: bool, rule: &Rule
     space.nearest(values, number, up, &kept, &hopeless)
 }
 
+/// Returns the broken rules that count.
 fn left<'a>(outcome: &'a Outcome, counts: Counts<'a>) -> impl Iterator<Item = &'a Rule> {
     outcome.broken.iter().map(|broken| &broken.rule).filter(move |rule| counts(rule))
 }
 
+/// Evaluates values and rates them.
 fn state(space: &mut Space, values: Values, begin: &Values, counts: Counts) -> State {
     let outcome = space.outcome(&values);
     let changes = values.iter().filter(|(number, _)| !begin.contains_key(number)).count();
+    // Broken rules count like changes, as an estimate of the changes still needed.
     let weight = changes + left(&outcome, counts).count();
     let moved = values.iter().map(|(number, value)| {
         let from = space.numbers[*number].value.unwrap_or(*value);
         let by = (value - from).abs() / space.scale(*number);
-        // Whoever counts has a reason.
+        // Counts are chosen for a reason, so changing one costs 0.2 more.
         if space.numbers[*number].kind == Kind::Count { by + 0.2 } else { by }
     });
     let moved = moved.sum();
     State { values, outcome, weight, moved }
 }
 
-/// The first of the best.
+/// Returns the index of the best state; the first one of several.
 fn best(open: &[State]) -> Option<usize> {
     let key = |i: usize| (open[i].weight, open[i].moved);
     (0..open.len()).reduce(|best, i| {
@@ -150,7 +160,7 @@ fn best(open: &[State]) -> Option<usize> {
     })
 }
 
-/// To a millionth: what differs by less is the same state.
+/// Rounds values to a millionth: states that differ by less are the same.
 fn rounded(values: &Values) -> Vec<(usize, i64)> {
     values.iter().map(|(number, value)| (*number, (value * 1e6).round() as i64)).collect()
 }

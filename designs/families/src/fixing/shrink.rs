@@ -1,22 +1,22 @@
-//! From values that keep all rules to the fewest and the least changed of them, in few digits.
+//! Minimization of a solution: from values that satisfy all rules to the fewest and smallest changes, in few digits.
 
 use fabkit_text::Kind;
 
 use super::space::{Space, Values};
 
-/// How often what a change may be less is halved.
+/// Number of bisection steps when a change is reduced.
 const HALVINGS: usize = 12;
-/// Values are rounded to whole multiples of these, the coarsest that costs little and holds.
+/// Rounding steps, coarsest first; the coarsest that costs little and satisfies the rules is used.
 const STEPS: [f64; 4] = [0.1, 0.05, 0.01, 0.001];
-/// Rounding may move a value by this share of it.
+/// Largest relative change of a value by rounding.
 const ROUNDING: f64 = 0.01;
 
-/// Takes back what is not needed, and of the rest as much as can be.
+/// Undoes the changes that are not needed and reduces the others as far as possible.
 pub(super) fn shrink(space: &mut Space, begin: &Values, found: Values) -> Values {
     let mut values = found;
     let mut changed: Vec<usize> =
         values.keys().copied().filter(|number| !begin.contains_key(number)).collect();
-    // What was moved furthest goes back first.
+    // The largest changes are undone first.
     let moved = |space: &Space, values: &Values, number: usize| {
         let from = space.numbers[number].value.unwrap_or_default();
         (values[&number] - from).abs() / space.scale(number)
@@ -36,7 +36,7 @@ pub(super) fn shrink(space: &mut Space, begin: &Values, found: Values) -> Values
     values
 }
 
-/// The same with one number as near to what it was as can be, rounded.
+/// Moves one number back towards its original value as far as the rules allow, then rounds it.
 fn less(space: &mut Space, values: Values, number: usize) -> Values {
     let found = values[&number];
     let with = |value: f64| {
@@ -51,11 +51,13 @@ fn less(space: &mut Space, values: Values, number: usize) -> Values {
         if is_count {
             half = half.round();
         }
+        // Halving ended: counts reach their neighbour, and floats run out of digits.
         if half == bad || half == good {
             break;
         }
         if space.outcome(&with(half)).is_clean() { good = half } else { bad = half }
     }
+    // The limiting value has many digits: prefer a rounded one nearby that holds too.
     for value in readable(space, number, good, good >= bad) {
         if space.outcome(&with(value)).is_clean() {
             return with(value);
@@ -64,8 +66,8 @@ fn less(space: &mut Space, values: Values, number: usize) -> Values {
     with(good)
 }
 
-/// Values in few digits beside one that just holds, the shortest first, and of two as short that which
-/// changes less: whoever asks tries them.
+/// Returns values in few digits near a limiting value, coarsest first; of two equally coarse ones, the smaller change
+/// first. The caller tries them in this order.
 pub(super) fn readable(space: &Space, number: usize, value: f64, up: bool) -> Vec<f64> {
     let [low, high] = space.numbers[number].range;
     let steps: &[f64] = match space.numbers[number].kind {
@@ -77,7 +79,7 @@ pub(super) fn readable(space: &Space, number: usize, value: f64, up: bool) -> Ve
     let last = steps.len() - 1;
     let mut values = Vec::new();
     for (i, step) in steps.iter().enumerate() {
-        // Of whole parts: 21.3, not 21.300000000000001.
+        // Divides by whole numbers instead of multiplying by the step: 21.3, not 21.300000000000001.
         let parts = (1.0 / step).round();
         let both = [(value * parts).floor() / parts, (value * parts).ceil() / parts];
         for rounded in if up { both } else { [both[1], both[0]] } {

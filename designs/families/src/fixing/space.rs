@@ -1,4 +1,4 @@
-//! The values of a design as a space to move in: which numbers there are, and what is wrong where.
+//! Search space of a design's values: its numbers, and the rules broken at a point.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -8,36 +8,38 @@ use fabkit_text::{Broken, Kind, Number, Rule, SourceKind};
 use super::bought::is_bought;
 use crate::registry::Trial;
 
-/// Values in place of those that the files have, each by the index of its number.
+/// Values in place of those in the files, by the index of their number.
 pub(super) type Values = BTreeMap<usize, f64>;
 
-/// What is wrong with some values.
+/// Result of evaluating the rules at some values.
 #[derive(Debug)]
 pub(super) struct Outcome {
-    /// In the order in which it was looked at.
+    /// Broken rules, in the order in which they were checked.
     pub broken: Vec<Broken>,
-    /// Whether all could be looked at.
+    /// True if every rule could be checked.
     is_read: bool,
-    /// Every number, of expressions too.
+    /// Every number, including results of expressions.
     pub at: Vec<Option<f64>>,
 }
 
-/// How a rule fares.
+/// State of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Fares {
-    /// It is kept.
+    /// Satisfied.
     Kept,
-    /// It is not, by so much where that is known.
+    /// Broken, with the size of the violation where it is known.
     Broken(Option<f64>),
-    /// Something else is so wrong that nobody looked.
+    /// Not checked, because something else is too wrong.
     Unknown,
 }
 
 impl Outcome {
+    /// Returns whether no rule is broken.
     pub fn is_clean(&self) -> bool {
         self.broken.is_empty()
     }
 
+    /// Returns the state of a rule.
     pub fn fares(&self, rule: &Rule) -> Fares {
         match self.broken.iter().find(|broken| broken.rule == *rule) {
             Some(broken) => Fares::Broken(broken.missing),
@@ -47,24 +49,25 @@ impl Outcome {
     }
 }
 
-/// A design's numbers, and what was found out about their values so far.
+/// Numbers of a design, with a cache of the outcomes evaluated so far.
 pub(super) struct Space {
     trial: Trial,
-    /// Every number.
+    /// All numbers.
     pub numbers: Vec<Number>,
-    /// Those that may be changed: chosen, and not of what is bought.
+    /// Indices of the numbers that may change: chosen by fabkit, and not of bought things.
     pub free: Vec<usize>,
     known: BTreeMap<Vec<(usize, u64)>, Rc<Outcome>>,
-    /// Each rule as it was when it was broken first.
+    /// Each rule as it was when it was first broken.
     first: BTreeMap<Rule, Broken>,
-    /// How many more values may be tried: what bounds the time, on every machine alike.
+    /// Number of evaluations left. Counting bounds the time in the same way on every machine.
     pub left: usize,
 }
 
 impl Space {
+    /// Creates the space of a design, with a budget of `most` evaluations.
     pub fn new(trial: Trial, most: usize) -> Self {
         let numbers = trial.numbers();
-        // Who sets one size of a camera means another camera, whose other sizes nobody knows.
+        // A user who sets one size of a camera means another camera, whose other sizes nobody knows: they may change.
         let section = |path: &str| path.split('.').next().map(str::to_owned);
         let exchanged: Vec<Option<String>> = numbers
             .iter()
@@ -79,8 +82,9 @@ impl Space {
         Self { trial, numbers, free, known: BTreeMap::new(), first: BTreeMap::new(), left: most }
     }
 
-    /// What is wrong with these values. Whoever asks often looks at [`Space::left`].
+    /// Evaluates the rules at these values, or returns the cached outcome. Callers that loop check [`Space::left`].
     pub fn outcome(&mut self, values: &Values) -> Rc<Outcome> {
+        // Bit patterns, because floats have no total order as keys of a map.
         let key: Vec<(usize, u64)> = values.iter().map(|(i, v)| (*i, v.to_bits())).collect();
         if let Some(known) = self.known.get(&key) {
             return Rc::clone(known);
@@ -96,12 +100,12 @@ impl Space {
         outcome
     }
 
-    /// A rule as it was when it was broken first.
+    /// Returns a rule as it was when it was first broken.
     pub fn first_broken(&self, rule: &Rule) -> Option<&Broken> {
         self.first.get(rule)
     }
 
-    /// Values as overrides: path and text.
+    /// Formats values as overrides: path and text.
     pub fn texts(&self, values: &Values) -> BTreeMap<String, String> {
         let text = |(i, value): (&usize, &f64)| {
             let number = &self.numbers[*i];
@@ -110,7 +114,7 @@ impl Space {
         values.iter().map(text).collect()
     }
 
-    /// The size that changes of a number are told in.
+    /// Returns the scale that changes of a number are measured in: its magnitude, with a lower bound for small values.
     pub fn scale(&self, number: usize) -> f64 {
         let Number { kind, value, .. } = &self.numbers[number];
         let least = match kind {
@@ -122,14 +126,14 @@ impl Space {
         value.unwrap_or_default().abs().max(least)
     }
 
-    /// The index of a parameter.
+    /// Returns the index of a parameter.
     pub fn index(&self, path: &str) -> Option<usize> {
         self.numbers.iter().position(|number| number.path == path)
     }
 
-    /// The nearest value of a number, from that of a state in one direction, with which `is_good` holds;
-    /// nothing where none is found. `is_hopeless` may end the search: it is shown what a near, a middle
-    /// and a far value come to.
+    /// Finds the nearest value of a number for which `is_good` holds, going in one direction from its value at
+    /// `values`; `None` if there is none. `is_hopeless` may end the search early: it receives the outcomes at a near, a
+    /// middle and a far value.
     pub fn nearest(
         &mut self,
         values: &Values,
@@ -141,6 +145,7 @@ impl Space {
         let (begin, ladder) = self.ladder(values, number, up)?;
         let (near, far) = (*ladder.first()?, *ladder.last()?);
         let middle = ladder[ladder.len() / 2];
+        // Three probes first: they end the search early for a number that has no influence.
         let probes = [near, middle, far].map(|value| self.with(values, number, value));
         if !probes.iter().any(|outcome| is_good(outcome)) && is_hopeless(&probes) {
             return None;
@@ -155,7 +160,8 @@ impl Space {
         None
     }
 
-    /// The furthest value of a number, from that of a state in one direction, up to which `is_good` holds.
+    /// Finds the furthest value of a number up to which `is_good` holds, going in one direction from its value at
+    /// `values`.
     pub fn furthest(
         &mut self,
         values: &Values,
@@ -174,14 +180,14 @@ impl Space {
         last
     }
 
-    /// What is wrong with a number changed.
+    /// Evaluates the rules with one more number changed.
     pub fn with(&mut self, values: &Values, number: usize, value: f64) -> Rc<Outcome> {
         let mut values = values.clone();
         values.insert(number, value);
         self.outcome(&values)
     }
 
-    /// Between a bad and a good value, the good one that is nearest to the bad.
+    /// Bisects between a bad and a good value. Returns the good value nearest to the bad one.
     fn between(
         &mut self,
         values: &Values,
@@ -201,9 +207,10 @@ impl Space {
         good
     }
 
-    /// Where a number is, and values from there in one direction to the end of what is allowed or of what
-    /// anybody would think of.
+    /// Returns a number's present value and the values to try from there in one direction, up to the end of the allowed
+    /// range or the last of the steps.
     fn ladder(&mut self, values: &Values, number: usize, up: bool) -> Option<(f64, Vec<f64>)> {
+        // Falls back to the file's value where expressions cannot be evaluated.
         let begin = self.outcome(values).at[number].or(self.numbers[number].value)?;
         let [low, high] = self.numbers[number].range;
         let scale = self.scale(number);
@@ -212,7 +219,7 @@ impl Space {
             _ => STEPS.map(|step| step * scale).to_vec(),
         };
         let end = if up { high } else { low };
-        // From outside of what is allowed, the nearest that is.
+        // A value outside of its range first enters it at the nearest end.
         let entry = begin.max(low).min(high);
         if entry != begin && (entry > begin) != up {
             return None;
@@ -226,14 +233,15 @@ impl Space {
                 break;
             }
         }
+        // The present value is no change.
         ladder.retain(|value| *value != begin);
         (!ladder.is_empty()).then_some((begin, ladder))
     }
 }
 
-/// How far numbers are moved, in their own size.
+/// Step sizes when a number is moved, relative to [`Space::scale`].
 const STEPS: [f64; 8] = [0.02, 0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 2.0];
-/// The same of counts.
+/// Step sizes when a count is moved.
 const COUNT_STEPS: [f64; 6] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0];
-/// How often what lies between two steps is halved.
+/// Number of bisection steps between two values of the ladder.
 const HALVINGS: usize = 9;

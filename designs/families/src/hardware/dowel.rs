@@ -1,8 +1,8 @@
-//! Parallel pins that align what is taken apart again.
+//! Parallel pins that align parts which are taken apart again.
 
 use fabkit_geometry::{Order, Solid};
 
-/// A parallel pin, ISO 2338: hole and pin share their nominal diameter.
+/// Parallel pin, ISO 2338: hole and pin have the same nominal diameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dowel {
     /// Diameter, mm.
@@ -11,7 +11,7 @@ pub struct Dowel {
     pub length_mm: f64,
 }
 
-/// ISO 2338: diameter, shortest and longest pin, mm.
+/// Table of ISO 2338: diameter, shortest and longest pin, mm.
 const DOWELS: [[f64; 3]; 10] = [
     [1.0, 4.0, 10.0],
     [1.2, 4.0, 12.0],
@@ -24,14 +24,14 @@ const DOWELS: [[f64; 3]; 10] = [
     [6.0, 12.0, 60.0],
     [8.0, 14.0, 80.0],
 ];
-/// ISO 2338: lengths up to 40 mm.
+/// Lengths up to 40 mm of ISO 2338, mm.
 const DOWEL_LENGTHS_MM: [f64; 17] = [
     4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 22.0, 24.0, 26.0, 28.0, 30.0, 35.0,
     40.0,
 ];
 
 impl Dowel {
-    /// Whether the standard has it.
+    /// Returns whether the standard lists the pin.
     fn is_stocked(&self) -> bool {
         let Self { diameter_mm, length_mm } = *self;
         DOWELS.iter().any(|[diameter, shortest, longest]| {
@@ -39,13 +39,13 @@ impl Dowel {
         }) && DOWEL_LENGTHS_MM.contains(&length_mm)
     }
 
-    /// What to ask a shop for: a pin of the standard, or one to be cut where the standard has none.
+    /// Returns the order for a shop: a pin of the standard, or steel to be cut where the standard has none.
     pub fn order(&self) -> Order {
         let article = if self.is_stocked() { "dowel pin ISO 2338" } else { "steel pin" };
         Order::of(article, format!("{} x {} mm", self.diameter_mm, self.length_mm))
     }
 
-    /// The same as a sentence.
+    /// Returns the specification as text.
     pub fn specification(&self) -> String {
         let Self { diameter_mm, length_mm } = *self;
         match self.is_stocked() {
@@ -56,7 +56,7 @@ impl Dowel {
         }
     }
 
-    /// The pin, its middle at z = 0.
+    /// Returns the solid of the pin, its middle at z = 0.
     pub fn solid(&self) -> Solid {
         let Self { diameter_mm, length_mm } = *self;
         Solid::cylinder(diameter_mm / 2.0, length_mm).at_z(-length_mm / 2.0)

@@ -1,42 +1,42 @@
-//! Lenses that turn in their thread, and the room of what turns them.
+//! Lenses that focus by turning in their thread, and the space that fingers or tweezers need for it.
 
 use fabkit_geometry::{Occasion, Path, Reach, Solid};
 
-/// Fingers and points end this far from what they hold, mm: they touch it, and bodies do not overlap.
+/// Gap between fingers or tweezers and the part they hold, mm, so that their solids do not overlap.
 const TOUCH_MM: f64 = 0.05;
 
-/// The narrowest barrel that fingers turn, mm; chosen: M12 lenses have heads of 14 mm, those of small
-/// modules 6.5 to 8 mm.
+/// Smallest barrel diameter that fingers turn, mm; chosen: M12 lenses have heads of 14 mm, those of small modules 6.5
+/// to 8 mm.
 const FINGERS_FROM_MM: f64 = 10.0;
 
-/// Thumb and fingers around a barrel: how much of it they need to hold, how thick they are, and how far
-/// they reach out to the hand, mm; chosen.
+/// Thumb and fingers around a barrel: length of barrel that they hold, their thickness, and their reach to the hand,
+/// mm; chosen.
 const FINGERS_MM: [f64; 3] = [3.0, 8.0, 35.0];
 
-/// The hand behind them: radius and length, mm; chosen.
+/// Radius and length of the hand behind the fingers, mm; chosen.
 const HAND_MM: [f64; 2] = [25.0, 50.0];
 
-/// The points of tweezers around a barrel: how much of its rim they need, their thickness and length, mm;
-/// chosen.
+/// Points of tweezers around a barrel: height of rim that they hold, their thickness and length, mm; chosen.
 const TWEEZERS_MM: [f64; 3] = [0.5, 2.0, 50.0];
 
-/// The hand that holds tweezers: radius and length, mm; chosen.
+/// Radius and length of the hand that holds tweezers, mm; chosen.
 const HELD_MM: [f64; 2] = [15.0, 60.0];
 
-/// A fingertip from the side: width, height and length of the finger, mm; chosen.
+/// Finger from the side: width and height of the tip, length of the finger, mm; chosen.
 const TIP_MM: [f64; 3] = [11.0, 12.0, 60.0];
 
-/// A lens that turns in its thread, its axis along z, looking up.
+/// Lens that turns in its thread, its axis along z, looking up.
 #[derive(Clone, Copy, Debug)]
 pub struct Lens {
-    /// Diameter of its barrel, mm.
+    /// Diameter of the barrel, mm.
     pub barrel_mm: f64,
-    /// Its front, mm.
+    /// Height of the lens's front, mm.
     pub front_z: f64,
 }
 
 impl Lens {
-    /// Turned from the front: by fingers around its barrel, a small one by tweezers at its rim.
+    /// Returns the space for turning the lens from the front: by fingers around its barrel, or by tweezers at the rim
+    /// of a small one.
     pub fn turned_from_front(&self) -> Reach {
         let (name, [grip, thick, reach], hand) = match self.barrel_mm >= FINGERS_FROM_MM {
             true => ("the fingers that turn the lens", FINGERS_MM, HAND_MM),
@@ -46,7 +46,7 @@ impl Lens {
         let outer = inner + thick;
         let [hand, length] = [hand[0].max(outer), hand[1]];
         let [from, palm] = [self.front_z - grip, self.front_z + reach];
-        // The hand is beside the axis, so that the lens looks past it.
+        // The hand stays beside the axis, so that the lens sees past it.
         let outline = [
             [inner, from],
             [outer, from],
@@ -59,7 +59,8 @@ impl Lens {
         Reach::room(name, solid).on(Occasion::Adjustment)
     }
 
-    /// Turned by two fingers from opposite sides, along x or along y: the front is not free.
+    /// Returns the space for turning the lens by two fingers from opposite sides, along x or along y, where the front
+    /// is not accessible.
     pub fn turned_from_sides(&self) -> Reach {
         let [width, height, long] = TIP_MM;
         let near = self.barrel_mm / 2.0 + TOUCH_MM;

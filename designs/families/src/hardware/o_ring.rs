@@ -1,63 +1,63 @@
-//! O-rings as they are stocked, and as their grooves deform them.
+//! O-rings as they are stocked, and their shape in a groove.
 //!
-//! Rubber keeps its volume: a ring that is stretched over a groove gets a thinner cord, and what is
-//! squeezed out of its height goes into its width. Grooves follow ISO 3601-2: squeezed by 10 to 30 %
-//! and filled to 60 to 85 %, so that a ring seals and has room to swell and to give way.
+//! Rubber keeps its volume: the cord of a ring that is stretched over a groove gets thinner, and a cord that is
+//! squeezed in height gets wider. Grooves follow ISO 3601-2: squeezed by 10 to 30 % and filled to 60 to 85 %, so that a
+//! ring seals and has room to swell and to deform.
 
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{Order, Path, Solid};
 
-/// How much longer a ring may become for the moment in which it is pulled over something, as a share;
-/// chosen: makers of silicone and nitrile rings allow more than twice as much.
+/// Largest momentary stretch of a ring while it is pulled over a flange, as a fraction; chosen: makers of silicone and
+/// nitrile rings allow more than twice as much.
 const STRETCH_SHARE: f64 = 0.3;
 
-/// An O-ring, free.
+/// O-ring without load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ORing {
     /// Inside diameter, mm.
     pub inside_mm: f64,
     /// Diameter of the cord, mm.
     pub cord_mm: f64,
-    /// Where the size comes from.
+    /// Standard or kind of stock that lists the size.
     pub standard: &'static str,
 }
 
-/// Rings of one cord.
+/// Stocked rings of one cord diameter.
 struct Series {
     cord_mm: f64,
     standard: &'static str,
     inside: Inside,
 }
 
-/// Inside diameters, mm.
+/// Stocked inside diameters, mm.
 enum Inside {
-    /// Every millimetre from one to another.
+    /// Every whole millimetre from the first to the last.
     Whole(u32, u32),
-    /// Those of a standard's table.
+    /// Values of a standard's table.
     Listed(&'static [f64]),
 }
 
-/// ISO 3601-1, size codes 004 to 050.
+/// Inside diameters of ISO 3601-1, size codes 004 to 050, mm.
 const CORD_1_78: [f64; 47] = [
     1.78, 2.57, 2.90, 3.68, 4.47, 5.28, 6.07, 7.65, 9.25, 10.82, 12.42, 14.00, 15.60, 17.17, 18.77,
     20.35, 21.95, 23.52, 25.12, 26.70, 28.30, 29.87, 31.47, 33.05, 34.65, 37.82, 41.00, 44.17,
     47.35, 50.52, 53.70, 56.87, 60.05, 63.22, 66.40, 69.57, 72.75, 75.92, 82.27, 88.62, 94.97,
     101.32, 107.67, 114.02, 120.37, 126.72, 133.07,
 ];
-/// ISO 3601-1, size codes 102 to 130.
+/// Inside diameters of ISO 3601-1, size codes 102 to 130, mm.
 const CORD_2_62: [f64; 29] = [
     1.24, 2.06, 2.84, 3.63, 4.42, 5.23, 6.02, 7.59, 9.19, 10.77, 12.37, 13.94, 15.54, 17.12, 18.72,
     20.29, 21.89, 23.47, 25.07, 26.64, 28.24, 29.82, 31.42, 32.99, 34.59, 36.17, 37.77, 39.34,
     40.94,
 ];
-/// ISO 3601-1, size codes 201 to 222.
+/// Inside diameters of ISO 3601-1, size codes 201 to 222, mm.
 const CORD_3_53: [f64; 22] = [
     4.34, 5.94, 7.52, 9.12, 10.69, 12.29, 13.87, 15.47, 17.04, 18.64, 20.22, 21.82, 23.39, 24.99,
     26.57, 28.17, 29.74, 31.34, 32.92, 34.52, 36.09, 37.69,
 ];
 
-/// ISO 3601-1:1988, series G for general use, also GB/T 3452.1; the preferred inside diameters from 10 mm.
+/// Inside diameters of ISO 3601-1:1988, series G for general use, also GB/T 3452.1; the preferred ones from 10 mm, mm.
 const CORD_1_80: [f64; 30] = [
     10.0, 10.6, 11.2, 11.8, 12.5, 13.2, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0, 21.2, 22.4, 23.6,
     25.0, 25.8, 26.5, 28.0, 30.0, 31.5, 32.5, 33.5, 34.5, 35.5, 36.5, 37.5, 38.7, 40.0,
@@ -66,6 +66,7 @@ const CORD_1_80: [f64; 30] = [
 const METRIC: &str = "metric stock size";
 const ISO_3601: &str = "ISO 3601-1";
 
+/// All stocked rings, by cord diameter.
 const SERIES: [Series; 9] = [
     Series { cord_mm: 1.0, standard: METRIC, inside: Inside::Whole(3, 40) },
     Series { cord_mm: 1.5, standard: METRIC, inside: Inside::Whole(3, 60) },
@@ -78,26 +79,26 @@ const SERIES: [Series; 9] = [
     Series { cord_mm: 3.53, standard: ISO_3601, inside: Inside::Listed(&CORD_3_53) },
 ];
 
-/// How much a ring may be stretched for good; makers allow 5 %.
+/// Largest permanent stretch of a ring, as a fraction; makers allow 5 %.
 pub const MOST_STRETCH: f64 = 0.05;
 
-/// What is computed is not exact: a groove of 16.8 mm stretches a ring of 16 mm by 5 %, and no more.
+/// Tolerance for rounding errors: a groove of 16.8 mm stretches a ring of 16 mm by exactly 5 %.
 const ROUNDING: f64 = 1e-9;
 
-/// How much wider than its groove's bottom a ring may be: the wall around it presses it back.
+/// Largest slack of a ring around its groove's bottom, as a fraction: the wall around it presses it back.
 const MOST_SLACK: f64 = 0.01;
 
-/// Play that keeps a modelled ring off the faces that squeeze it, mm.
+/// Play between a modelled ring and the faces that squeeze it, mm, so that the solids do not touch.
 pub const SQUEEZED_PLAY_MM: f64 = 0.01;
 
-/// Cords that are stocked, mm, for messages: `1, 1.5, 1.78`.
+/// Returns the stocked cord diameters, mm, for messages: `1, 1.5, 1.78`.
 pub fn stocked_cords() -> String {
     SERIES.iter().map(|series| series.cord_mm.to_string()).collect::<Vec<_>>().join(", ")
 }
 
 impl ORing {
-    /// The ring of that cord for a groove whose bottom has that diameter: the widest that is
-    /// stretched, or one that is a little wider; `None` if none is stocked.
+    /// Finds the stocked ring of a cord diameter for a groove with the given bottom diameter, mm: the widest one that
+    /// is stretched, otherwise one that is slightly wider; `None` if none is stocked.
     pub fn on(cord_mm: f64, bottom_mm: f64) -> Option<Self> {
         let series = SERIES.iter().find(|series| (series.cord_mm - cord_mm).abs() < 1e-9)?;
         let fits = |inside_mm: &f64| {
@@ -106,6 +107,7 @@ impl ORing {
         };
         let best = |all: &mut dyn Iterator<Item = f64>| {
             let fitting: Vec<f64> = all.filter(fits).collect();
+            // Sizes ascend, so this is the widest ring that is not loose.
             let stretched = fitting.iter().rev().find(|inside_mm| **inside_mm <= bottom_mm);
             stretched.or(fitting.first()).copied()
         };
@@ -116,13 +118,13 @@ impl ORing {
         Some(Self { inside_mm, cord_mm: series.cord_mm, standard: series.standard })
     }
 
-    /// The same; where none is stocked, which families refuse, one that says so.
+    /// Finds the stocked ring, or returns one that is marked as not stocked; families report such a ring as a problem.
     pub fn or_unstocked(cord_mm: f64, bottom_mm: f64) -> Self {
         let unstocked = Self { inside_mm: bottom_mm, cord_mm, standard: "not stocked" };
         Self::on(cord_mm, bottom_mm).unwrap_or(unstocked)
     }
 
-    /// Its size code in ISO 3601-1, which is its dash number in AS568; nothing of metric sizes.
+    /// Returns the size code in ISO 3601-1, which is the dash number in AS568; `None` for metric sizes.
     pub fn size_code(&self) -> Option<usize> {
         let coded: [(f64, &[f64], usize); 3] =
             [(1.78, &CORD_1_78, 4), (2.62, &CORD_2_62, 102), (3.53, &CORD_3_53, 201)];
@@ -130,7 +132,7 @@ impl ORing {
         Some(first + inside.iter().position(|inside_mm| *inside_mm == self.inside_mm)?)
     }
 
-    /// What to ask a shop for.
+    /// Returns the order for a shop.
     pub fn order(&self) -> Order {
         let size = format!("{} x {} mm", self.inside_mm, self.cord_mm);
         match self.size_code() {
@@ -140,31 +142,32 @@ impl ORing {
         }
     }
 
-    /// Its volume, mm^3, which no groove changes.
+    /// Returns the volume, mm^3, which does not change in a groove.
     pub fn volume_mm3(&self) -> f64 {
+        // Volume of a torus: its section times the length of its centre line.
         PI * PI / 4.0 * self.cord_mm.powi(2) * (self.inside_mm + self.cord_mm)
     }
 
-    /// The cord's cross section, mm^2, when the ring's middle has that radius.
+    /// Returns the cross section of the cord, mm^2, when the ring is stretched to a middle radius.
     pub fn section_mm2(&self, middle_radius_mm: f64) -> f64 {
         self.volume_mm3() / (TAU * middle_radius_mm)
     }
 
-    /// How far it may be stretched outwards while it is pulled over a flange, mm.
+    /// Returns how far the ring may be stretched outwards while it is pulled over a flange, mm of radius.
     pub fn gives_mm(&self) -> f64 {
         STRETCH_SHARE * self.inside_mm / 2.0
     }
 
-    /// Diameter of the cord, mm, once the ring is stretched to that inside diameter.
+    /// Returns the diameter of the cord, mm, when the ring is stretched to an inside diameter.
     pub fn stretched_cord_mm(&self, inside_mm: f64) -> f64 {
-        // The middle's radius depends on the cord a little: a few steps settle it.
+        // The middle radius depends slightly on the cord's diameter: a few fixed-point iterations converge.
         (0..8).fold(self.cord_mm, |cord, _| {
             (4.0 / PI * self.section_mm2((inside_mm + cord) / 2.0)).sqrt()
         })
     }
 
-    /// The ring around z, squeezed between two cylinders to `height` across, its middle at z = 0:
-    /// flat where they hold it, round at both ends. `radii_mm` are those of the two cylinders.
+    /// Returns the solid of the ring around z, squeezed between two cylinders, its middle at z = 0: flat where they
+    /// touch it, round at both ends. `radii_mm` are the radii of the inner and outer cylinder.
     pub fn between_cylinders(&self, radii_mm: [f64; 2]) -> Solid {
         let [inner, outer] = [radii_mm[0] + SQUEEZED_PLAY_MM, radii_mm[1] - SQUEEZED_PLAY_MM];
         let (middle, half) = ((inner + outer) / 2.0, (outer - inner) / 2.0);
@@ -178,12 +181,12 @@ impl ORing {
         Solid::revolution(outline)
     }
 
-    /// The ring around z, squeezed between two planes `height_mm` apart around z = 0; its inside
-    /// rests on a cylinder of that radius.
+    /// Returns the solid of the ring around z, squeezed between two planes `height_mm` apart around z = 0; its inside
+    /// rests on a cylinder of `inner_radius_mm`.
     pub fn between_planes(&self, inner_radius_mm: f64, height_mm: f64) -> Solid {
         let half = height_mm / 2.0 - SQUEEZED_PLAY_MM;
         let inner = inner_radius_mm + SQUEEZED_PLAY_MM;
-        // Wider rings have a smaller section: a few steps settle it.
+        // A wider ring has a smaller section: a few fixed-point iterations converge.
         let straight = (0..8).fold(0.0, |straight: f64, _| {
             self.straight_mm(2.0 * half, inner + half + straight / 2.0)
         });
@@ -197,8 +200,9 @@ impl ORing {
         Solid::revolution(outline)
     }
 
-    /// Length of the flats, mm, of a section that is squeezed to a height.
+    /// Returns the length of the flats, mm, of a section that is squeezed to a height.
     fn straight_mm(&self, height_mm: f64, middle_radius_mm: f64) -> f64 {
+        // The squeezed section is a stadium: two half discs and a rectangle between them.
         let round = PI / 4.0 * height_mm.powi(2);
         ((self.section_mm2(middle_radius_mm) - round) / height_mm).max(1e-3)
     }

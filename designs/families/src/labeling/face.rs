@@ -1,84 +1,85 @@
-//! Faces of a part that text can stand on: flat or nearly so, free of whatever the part touches, and
-//! thick enough.
+//! Faces of a part that can carry text: flat or nearly so, not covered by anything that the part touches, and thick
+//! enough.
 
 use fabkit_geometry::{Body, Clarity, CompiledSolid, Point3, Pose, Ray, Scratch, Sensor, Vector3};
 
-/// Flat face beside the letters, mm.
+/// Flat margin around the letters, mm.
 pub(super) const MARGIN_MM: f64 = 0.6;
 
-/// The same on round walls, mm, where letters take no more than the little that is nearly flat.
+/// Margin around the letters on round walls, mm, where the letters need all of the little that is nearly flat.
 const ROUND_MARGIN_MM: f64 = 0.2;
 
-/// What falls away by less is taken for flat, mm.
+/// Smallest fall of a face below the text, mm, for it to count as round.
 const ROUND_MM: f64 = 0.05;
 
 /// Material behind sunken letters, mm: two lines of a 0.4 mm nozzle.
 const BEHIND_MM: f64 = 0.8;
 
-/// What must be free before a face, mm: more than what stands out, and than what is glued on.
+/// Free height above a face, mm: more than letters that stand out, and than parts that are glued on.
 const BEFORE_MM: f64 = 1.0;
 
-/// Heights that differ by less are one plane, mm.
+/// Tolerance within which heights belong to one plane, mm.
 const FLAT_MM: f64 = 1e-6;
 
-/// Upright walls may curve away by this much below text, mm: what a nozzle of 0.4 mm hardly shows.
+/// Largest fall of an upright wall below the text, mm: barely visible with a nozzle of 0.4 mm.
 const CURVED_MM: f64 = 0.4;
 
-/// Faces that lie no deeper than this below the highest point come first, mm: others are hard to read.
+/// Depth below the highest point, mm, down to which faces are preferred: deeper ones are hard to read.
 const SHALLOW_MM: f64 = 3.0;
 
-/// Lines along an edge of a face in the first look, at most, and how far apart they are at least, mm.
+/// Coarse grid: maximum number of lines along an edge of a face, and their smallest distance, mm.
 const LINES: (f64, f64) = (36.0, 0.6);
 
-/// Lines of the second look are so far apart, mm: no wider than letters' strokes.
+/// Distance of the lines of the fine grid, mm: no wider than the strokes of letters.
 const FINE_MM: f64 = 0.45;
 
-/// Places that get a second look on one face for one text, at most.
+/// Maximum number of places on one face that are examined on the fine grid for one text.
 const MOST_PLACES: usize = 6;
 
-/// Where text stands.
+/// Place for a text.
 pub(super) struct Found {
-    /// x along the text, y up, z to the reader; the origin on the highest point below the text.
+    /// Pose of the text: x along it, y up, z towards the reader; origin on the highest point of the face below it.
     pub pose: Pose,
-    /// How far the face falls away below the text, mm; 0 where it is flat.
+    /// Fall of the face below the text, mm; 0 where it is flat.
     pub fall_mm: f64,
 }
 
-/// A part that looks for a place for its text.
+/// Search for a place on one part.
 pub(super) struct Faces<'a> {
     body: &'a Body,
     own: &'a CompiledSolid,
     sensor: &'a Sensor,
     compiled: &'a [Option<CompiledSolid>],
-    /// How deep letters are cut in, mm; `None` if they stand out.
+    /// Depth of sunken letters, mm; `None` if they stand out.
     sunken_mm: Option<f64>,
     views: Vec<View>,
 }
 
-/// A direction that faces are looked at from, in the frame of the body: along the text, up, to the
-/// reader; the middle and half the edges of what is seen, mm; and what a first look found.
+/// Direction from which faces are examined, in the frame of the body. `axes` point along the text, up, and towards the
+/// reader; `middle` and `half` are centre and half edges of the bounding box along them, mm.
 struct View {
     axes: [Vector3<f64>; 3],
-    /// The same, and the direction that lines run in.
+    /// Components of `axes`, as plain numbers for speed.
     numbers: [[f64; 3]; 3],
     inward: Vector3<f64>,
     middle: [f64; 3],
     half: [f64; 3],
-    /// How far a face may fall away and still count, mm.
+    /// Largest fall of a face below the text, mm.
     allowed_mm: f64,
     seen: Option<Seen>,
 }
 
-/// Heights on a grid, and how much of it is uneven.
+/// Height map of a view on the coarse grid, with a summed-area table of its uneven cells.
 struct Seen {
     count: [i64; 2],
     step: [f64; 2],
     heights: Vec<Option<f64>>,
-    /// Sums of uneven steps from the lower left, to either side and up.
+    /// Summed-area table of uneven cells, from the lower left corner.
     uneven: Vec<u32>,
 }
 
 impl View {
+    /// Creates the view of a body along `-axes[2]`.
     fn new(own: &CompiledSolid, axes: [Vector3<f64>; 3], allowed_mm: f64) -> Self {
         let bounds = own.bounds();
         let (middle, size) = (bounds.centre(), bounds.size_mm());
@@ -88,10 +89,10 @@ impl View {
         Self { axes, numbers, inward, middle, half, allowed_mm, seen: None }
     }
 
-    /// A place by its distances from the middle of the face and its height.
+    /// Returns the point at given distances from the middle of the face and at a height.
     ///
-    /// Number by number: this crate is built without optimising, where sums of vectors are dozens of calls, and
-    /// thousands of lines are looked along for each part.
+    /// Written out by components: this crate is built without optimization, where sums of vectors cost dozens of calls,
+    /// and thousands of rays are cast for each part.
     fn point(&self, [u, v]: [f64; 2], height: f64) -> Point3<f64> {
         let (u, v) = (self.middle[0] + u, self.middle[1] + v);
         let [[ux, uy, uz], [vx, vy, vz], [nx, ny, nz]] = self.numbers;
@@ -102,12 +103,15 @@ impl View {
         )
     }
 
+    /// Returns the height of the bounding box's top, mm.
     fn top_mm(&self) -> f64 {
         self.middle[2] + self.half[2]
     }
 
-    /// Where a line towards the face enters the body, and how far it runs in it, mm.
+    /// Casts a ray towards the face. Returns the height at which it enters the body and the length of its first stretch
+    /// inside, mm.
     fn met(&self, own: &CompiledSolid, at: [f64; 2], buffers: &mut Buffers) -> Option<[f64; 2]> {
+        // The ray starts outside the body.
         let above = self.top_mm() + 1.0;
         let ray = Ray { origin: self.point(at, above), direction: self.inward };
         own.stretches_into(&ray, &mut buffers.0, &mut buffers.1);
@@ -115,6 +119,7 @@ impl View {
         Some([above - enter, exit - enter])
     }
 
+    /// Samples the heights of the face on the coarse grid.
     fn look(&mut self, own: &CompiledSolid) {
         let step = [0, 1].map(|i| (2.0 * self.half[i] / LINES.0).max(LINES.1));
         let count = [0, 1].map(|i| (self.half[i] / step[i]).floor() as i64);
@@ -147,11 +152,12 @@ impl View {
     }
 }
 
+/// Buffers that ray casts reuse.
 type Buffers = (Scratch, Vec<[f64; 2]>);
 
 impl Seen {
-    /// Middles of even rectangles of these half edges, those nearest to the middle first, and their
-    /// heights there.
+    /// Returns the centres and heights of even rectangles with the given half edges, nearest to the middle of the face
+    /// first.
     fn even(&self, need: [f64; 2]) -> Vec<([f64; 2], f64)> {
         let [width, _] = self.count.map(|count| (2 * count + 1) as usize);
         let reach = [0, 1].map(|i| (need[i] / self.step[i]).floor() as i64);
@@ -160,7 +166,8 @@ impl Seen {
         for j in reach[1]..=2 * self.count[1] - reach[1] {
             for i in reach[0]..=2 * self.count[0] - reach[0] {
                 let [low, high] = [[i - reach[0], j - reach[1]], [i + reach[0], j + reach[1]]];
-                // Steps between its columns and rows; those to its left and below do not count.
+                // Counts steps between the rectangle's own columns and rows only: those at its left and lower edges
+                // lead out of it.
                 let [from, to] = [[low[0] + 1, low[1] + 1], [high[0] + 1, high[1] + 1]];
                 let inside = sum(to[0], to[1]) + sum(from[0].min(to[0]), from[1].min(to[1]))
                     - sum(from[0].min(to[0]), to[1])
@@ -181,6 +188,7 @@ impl Seen {
 }
 
 impl<'a> Faces<'a> {
+    /// Prepares the search; `sunken_mm` is the depth of sunken letters.
     pub(super) fn new(
         body: &'a Body,
         own: &'a CompiledSolid,
@@ -190,7 +198,7 @@ impl<'a> Faces<'a> {
     ) -> Self {
         let bed = body.bed_from_body.inverse();
         let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
-        // Up first, then the sides; what lies on the bed only where letters are cut in.
+        // The upper face first, then the sides; the face on the bed only if the letters are cut in.
         let mut normals = vec![(z, y, 0.0)];
         normals.extend([-y, x, y, -x].map(|normal| (normal, z, CURVED_MM)));
         if sunken_mm.is_some() {
@@ -203,8 +211,9 @@ impl<'a> Faces<'a> {
         Self { body, own, sensor, compiled, sunken_mm, views: views.collect() }
     }
 
-    /// The first face that takes a text of this width and height, mm, along either of its edges.
+    /// Finds the first face that has room for a text of this width and height, mm, along either of its edges.
     pub(super) fn find(&mut self, size: [f64; 2]) -> Option<Found> {
+        // Shallow faces first, then deep ones; round walls with their smaller margin last.
         let passes = [(MARGIN_MM, true), (MARGIN_MM, false), (ROUND_MARGIN_MM, true)];
         passes.into_iter().find_map(|(margin_mm, is_shallow)| {
             let is_round = margin_mm < MARGIN_MM;
@@ -218,7 +227,7 @@ impl<'a> Faces<'a> {
         })
     }
 
-    /// A place on one face near its middle for a rectangle of these half edges.
+    /// Finds a place for a rectangle of these half edges on one face, near its middle.
     fn on(&mut self, view: usize, need: [f64; 2], is_shallow: bool) -> Option<Found> {
         let turned = [need[1], need[0]];
         let fits = |need: [f64; 2], half: [f64; 3]| (0..2).all(|i| need[i] <= half[i]);
@@ -246,14 +255,15 @@ impl<'a> Faces<'a> {
             let [u, v, n] = view.axes;
             let axes = if is_turned { [v, -u, n] } else { [u, v, n] };
             let pose = Pose::with_axes(axes, view.point(at, high))?;
+            // Rounding errors are no fall.
             let fall_mm = if high - low < 2.0 * FLAT_MM { 0.0 } else { high - low };
             return Some(Found { pose, fall_mm });
         }
         None
     }
 
-    /// The lowest and the highest point of a face below text and margin, if it is even there, and thick
-    /// enough behind.
+    /// Returns the lowest and the highest point of the face below text and margin, if it is even there and thick enough
+    /// behind.
     fn whole(&self, view: &View, at: [f64; 2], need: [f64; 2]) -> Option<[f64; 2]> {
         let buffers = &mut Buffers::default();
         let (mut low, mut high, mut back) = (f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
@@ -269,9 +279,10 @@ impl<'a> Faces<'a> {
         (behind >= BEHIND_MM).then_some([low, high])
     }
 
-    /// Whether no other body of the assemblies that this one stands in is before a face, nothing that is
-    /// felt is beside it, and no camera looks through it.
+    /// Returns whether the place is free: no other body of an assembly with this part covers it, it is not beside the
+    /// touched surface, and no camera looks through it.
     fn is_free(&self, view: &View, at: [f64; 2], [low, high]: [f64; 2], need: [f64; 2]) -> bool {
+        // Just above the face, and up to the free height.
         let heights = [low + 0.01, low + BEFORE_MM / 2.0, high + BEFORE_MM];
         let points: Vec<Point3<f64>> = grid(at, need, 1.0)
             .flat_map(|at| heights.map(|height| view.point(at, height)))
@@ -300,7 +311,7 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// Points of a rectangle of these half edges around a middle, so far apart at most, mm.
+/// Returns points that cover a rectangle of these half edges around `at`, at most `step` mm apart.
 fn grid(at: [f64; 2], half: [f64; 2], step: f64) -> impl Iterator<Item = [f64; 2]> {
     let count = half.map(|half| (2.0 * half / step).ceil() as u32);
     let place = move |axis: usize, i: u32| {

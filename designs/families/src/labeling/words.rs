@@ -1,9 +1,8 @@
-//! What is written on parts: their names, and shorter where there is no room.
+//! Texts for labels: the names of parts, and abbreviations for small faces.
 
-/// What may be written on a part, the best first: its name, its words cut short, their initials.
+/// Returns the texts that may be written on a part, best first: its name, its words shortened, their initials.
 ///
-/// Nothing but the name itself may be written on a part if another one among `names` would be called
-/// so, too.
+/// An abbreviation is left out if it could also stand for another one of `names`.
 pub(super) fn texts(name: &str, names: &[String]) -> Vec<String> {
     let others = || names.iter().filter(|other| *other != name);
     let is_own = |text: &String, make: &dyn Fn(&str) -> String| {
@@ -22,7 +21,7 @@ pub(super) fn texts(name: &str, names: &[String]) -> Vec<String> {
     texts
 }
 
-/// The first letters of a word; numbers stay whole.
+/// Returns the first letters of a word; numbers stay whole.
 fn short(word: &str, letters: usize) -> String {
     match word.parse::<u32>() {
         Ok(_) => word.to_owned(),
@@ -30,19 +29,20 @@ fn short(word: &str, letters: usize) -> String {
     }
 }
 
-/// Every word cut to so many letters.
+/// Shortens every word to a number of letters.
 fn cut(name: &str, letters: usize) -> String {
     let words: Vec<String> = name.split('-').map(|word| short(word, letters)).collect();
     words.join("-")
 }
 
-/// The first letters of all words, two of a word that stands alone.
+/// Returns the first letters of all words, or the first two of a single word.
 fn initials(name: &str) -> String {
     let letters = if name.contains('-') { 1 } else { 2 };
     name.split('-').map(|word| short(word, letters)).collect()
 }
 
-/// The same, with the letter that tells a word from those in its place in names of the same initials.
+/// Returns the initials, each followed by the first letter that distinguishes its word from those of other names with
+/// the same initials.
 fn code(name: &str, names: &[String]) -> String {
     let own: Vec<&str> = name.split('-').collect();
     let is_alike = |other: &&String| *other != name && initials(other) == initials(name);
@@ -55,6 +55,7 @@ fn code(name: &str, names: &[String]) -> String {
             let letter = word.as_bytes().get(*at);
             beside.iter().all(|other| other.as_bytes().get(*at) != letter)
         };
+        // From the second letter on: the first one is written anyway.
         let told = (1..word.len()).filter(|_| !beside.is_empty()).find(differs);
         let told = told.and_then(|at| word.get(at..=at)).unwrap_or_default();
         let first = short(word, 1);

@@ -1,31 +1,31 @@
-//! What sticks to what, and how strongly: from the chain's words, what bodies are made from, and a table of
-//! lower strengths.
+//! Adhesion between bodies and its strength, from the words of the chain, the bodies' materials, and a table of
+//! conservative strengths.
 
 use fabkit_geometry::{Action, Adhesion, Assembly, Body, Duty, Sensor, Sort, Step, Substance};
 
 use super::catalogue::Catalogue;
 use super::{shining_through, stock};
 
-/// What is between two faces.
+/// Agent between two faces that join.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Agent {
-    /// Nothing: one was cast on the other.
+    /// Nothing: one body was cast on the other.
     Cast,
-    /// The same, on a face that has been primed.
+    /// Nothing but a primer on the face that the other body was cast on.
     Primed,
-    /// Silicone that cures between them.
+    /// Silicone that cures between the faces.
     WetSilicone,
-    /// A glue or sealant of silicone.
+    /// Glue or sealant of silicone.
     SiliconeGlue,
     /// Instant adhesive.
     Cyanoacrylate,
-    /// A solvent that welds plastics.
+    /// Solvent that welds plastics.
     Solvent,
-    /// A glue that nobody names.
+    /// Unspecified glue.
     Glue,
 }
 
-/// Words of a step that name what joins, the first that is found.
+/// Words of an instruction that name the agent; the first match counts.
 const AGENTS: [(&str, Agent); 9] = [
     ("sil-poxy", Agent::SiliconeGlue),
     ("sealant", Agent::SiliconeGlue),
@@ -38,26 +38,26 @@ const AGENTS: [(&str, Agent); 9] = [
     ("glue", Agent::Glue),
 ];
 
-/// Faces that are glued may be so far apart, mm: a film of glue fills it.
+/// Largest distance of glued faces, mm: a film of glue fills it.
 const GLUE_MM: f64 = 0.35;
 
-/// What is cast lies on its wall, mm.
+/// Largest distance of a cast layer from its wall, mm; only rounding separates them.
 const CAST_MM: f64 = 1e-3;
 
-/// Shear and pull that bare silicone on something smooth bears, MPa.
+/// Shear and tensile strength of bare silicone on a smooth face, MPa.
 ///
-/// Polydimethylsiloxane that only touches glass stays on it up to about 34 kPa (McDonald and Whitesides, Acc.
-/// Chem. Res. 35, 2002: 5 psi); a third of it, because a mold's release agent and a finger's grease are not
-/// clean glass.
+/// Polydimethylsiloxane that only touches glass adheres up to about 34 kPa (McDonald and Whitesides, Acc. Chem. Res.
+/// 35, 2002: 5 psi); a third of it, because a mold's release agent and a finger's grease are not clean glass.
 const BARE_MPA: [f64; 2] = [0.01; 2];
 
-/// What both bear at least, and why.
 impl Agent {
+    /// Finds the agent that a step's instruction names.
     fn of(step: &Step) -> Option<Self> {
         let text = step.instruction.to_lowercase();
         AGENTS.iter().find(|(word, _)| text.contains(word)).map(|(_, agent)| *agent)
     }
 
+    /// Returns the word for the agent in joints.
     fn word(self) -> &'static str {
         match self {
             Self::Cast => "cast on",
@@ -70,7 +70,8 @@ impl Agent {
         }
     }
 
-    /// Shear and pull strength between two sorts of stuff, MPa; nothing where it does not hold.
+    /// Returns lower bounds of the shear and tensile strength between two sorts of material, MPa; `None` if the joint
+    /// does not hold.
     fn strength_mpa(self, sorts: [Option<Sort>; 2]) -> Option<[f64; 2]> {
         let is = |sort| sorts.contains(&Some(sort));
         let both = |sort| sorts == [Some(sort); 2];
@@ -78,56 +79,59 @@ impl Agent {
             return None;
         }
         let holds = match self {
-            // Chosen: an eighth of what the softest gel tears at (Ecoflex 00-10: 0.83 MPa); fresh silicone
-            // binds to clean, cured silicone of the same cure until one of them tears.
+            // Chosen: an eighth of the strength of the softest gel (Ecoflex 00-10: 0.83 MPa); fresh silicone binds to
+            // clean, cured silicone of the same cure until one of them tears.
             Self::Cast | Self::WetSilicone | Self::Primed | Self::SiliconeGlue
                 if both(Sort::Silicone) =>
             {
                 [0.1; 2]
             }
-            // Chosen: primed joints fail in the silicone (Dow's guides of 1200 OS and PR-1200), which tears
-            // at 1 MPa or more; the pull of a soft joint peels, which takes a fraction.
+            // Chosen: primed joints fail in the silicone (Dow's guides of 1200 OS and PR-1200), which tears at 1 MPa or
+            // more; a soft joint under tension peels, which takes a fraction.
             Self::Primed => [0.2, 0.1],
-            // Chosen: sealants and Sil-Poxy are sold at 1 to 2 MPa of lap shear on clean plastics; a tenth.
+            // Chosen: sealants and Sil-Poxy are sold with 1 to 2 MPa of lap shear on clean plastics; a tenth.
             Self::SiliconeGlue => [0.2, 0.1],
-            // It wets better than a poured mold does, and holds no better for that.
+            // Wet silicone wets better than a poured mold does, but holds no better for that.
             Self::Cast | Self::WetSilicone => BARE_MPA,
-            // Loctite's sheets of 401 and 406: on silicone rubber only with the primer SF 770.
+            // Loctite's data sheets of 401 and 406: on silicone rubber only with the primer SF 770.
             Self::Cyanoacrylate | Self::Glue | Self::Solvent if is(Sort::Silicone) => BARE_MPA,
-            // Loctite's sheets of 401: lap shear 3 MPa and more on ABS and acrylic; a third for print's
-            // layers and hands that do not clean, and half of that where it is peeled.
+            // Loctite's data sheets of 401: lap shear 3 MPa and more on ABS and acrylic; a third for print layers and
+            // imperfect cleaning, and half of that under peel.
             Self::Cyanoacrylate | Self::Glue => [1.0, 0.5],
-            // Welded acrylic bears more than 10 MPa; films have bubbles.
+            // Welded acrylic bears more than 10 MPa; solvent films have bubbles.
             Self::Solvent if both(Sort::Acrylic) => [5.0, 2.5],
             Self::Solvent => BARE_MPA,
         };
         Some(holds)
     }
 
+    /// Returns the largest distance of joined faces, mm.
     fn reach_mm(self) -> f64 {
         if matches!(self, Self::Cast | Self::Primed) { CAST_MM } else { GLUE_MM }
     }
 }
 
-/// Says of every body what it is made from.
+/// Sets the substance of every body.
 pub(crate) fn substances(sensor: &mut Sensor, materials: &Catalogue) {
     for body in &mut sensor.bodies {
         let known = materials.find(&body.material).map(stock::of_castable);
+        // A family's own statement overrides what the material's name suggests.
         let told = body.substance.is_dark;
         let mut substance = known.unwrap_or_else(|| stock::substance(body));
         substance.is_dark = told.or(substance.is_dark);
         body.substance = substance;
+        // Only for made parts whose transparency nobody has stated.
         if body.is_made() && in_use(body) && body.optics.is_none() && body.opacity == 1.0 {
             shining_through(&body.material).into_iter().for_each(|light| body.let_light(light));
         }
-        // A user who calls it bare means it.
+        // A user who calls the material bare means it, even if a step seals it.
         if stock::is_bare(&body.material) {
             body.sealed_by = None;
         }
     }
 }
 
-/// Looks through the chain for what sticks to what in the finished sensor.
+/// Walks through the chain and records which bodies adhere in the finished sensor.
 pub(crate) fn adhere(sensor: &mut Sensor) {
     let mut adhering = Adhering { sensor, found: Vec::new() };
     for (index, step) in sensor.chain.iter().enumerate() {
@@ -136,12 +140,14 @@ pub(crate) fn adhere(sensor: &mut Sensor) {
     sensor.adhesions = adhering.found;
 }
 
+/// Collector of the joints of a chain.
 struct Adhering<'a> {
     sensor: &'a Sensor,
     found: Vec<Adhesion>,
 }
 
 impl<'a> Adhering<'a> {
+    /// Adds the joints of a step.
     fn step(&mut self, index: usize, step: &'a Step) {
         match &step.action {
             Action::Pour(pour) => self.cast(index, &pour.layer, &pour.walls),
@@ -159,6 +165,7 @@ impl<'a> Adhering<'a> {
         }
     }
 
+    /// Adds the joints of a cast layer with its walls.
     fn cast(&mut self, index: usize, layer: &str, walls: &[String]) {
         for wall in walls {
             let agent = if self.is_primed(index, wall) { Agent::Primed } else { Agent::Cast };
@@ -166,7 +173,7 @@ impl<'a> Adhering<'a> {
         }
     }
 
-    /// A step that primes names the body, or is the pour itself.
+    /// Returns whether a step up to this one primes the wall: one that names it, or the pour itself.
     fn is_primed(&self, index: usize, wall: &str) -> bool {
         let chain = &self.sensor.chain[..=index];
         chain.iter().enumerate().any(|(at, step)| {
@@ -176,13 +183,14 @@ impl<'a> Adhering<'a> {
         })
     }
 
-    /// What a step with glue joins: the bodies that it names, and those of which it speaks.
+    /// Adds the joints of a step with glue: between all bodies that it lists or mentions in its instruction.
     fn glued(&mut self, step: &Step, agent: Agent) {
         let text = step.instruction.to_lowercase();
+        // Wet silicone between primed faces bonds like a casting on primer.
         let is_primed = agent == Agent::WetSilicone && text.contains("prime");
         let agent = if is_primed { Agent::Primed } else { agent };
         let speaks = |name: &str| text.contains(name);
-        // What has a thread, or goes into one, holds by that.
+        // Fasteners and threaded bodies hold by their thread.
         let is_glued = |body: &Body| !matches!(body.duty, Duty::Fastens | Duty::Threads);
         let named = |body: &&Body| {
             is_glued(body) && (step.bodies.contains(&body.name) || speaks(&body.name))
@@ -196,7 +204,7 @@ impl<'a> Adhering<'a> {
         }
     }
 
-    /// What is laid onto a layer that was poured just before and has not cured.
+    /// Adds the joints of bodies that are laid onto a layer poured in the previous step, before it has cured.
     fn laid_on_wet(&mut self, index: usize, step: &Step) {
         let before = index.checked_sub(1).and_then(|at| self.sensor.chain.get(at));
         let Some(Step { action: Action::Pour(pour), .. }) = before else { return };
@@ -209,9 +217,10 @@ impl<'a> Adhering<'a> {
         }
     }
 
+    /// Adds a joint, if both bodies stay in the sensor and the agent holds between them.
     fn add(&mut self, names: [&str; 2], agent: Agent) {
         let [Some(a), Some(b)] = names.map(|name| self.sensor.body(name)) else { return };
-        // A user who says that it does not stick is believed.
+        // A material that states that it does not stick is believed.
         let is_loose = self.sensor.loose.iter().any(|loose| {
             [[&loose.layer, &loose.on], [&loose.on, &loose.layer]].contains(&[&a.name, &b.name])
         });
@@ -220,7 +229,7 @@ impl<'a> Adhering<'a> {
         }
         let sorts = [a, b].map(|body| body.substance.sort);
         let Some([shear, pull]) = agent.strength_mpa(sorts) else { return };
-        // A joint bears no more than the softer of the two.
+        // A joint bears no more than the weaker of the two bodies.
         let tears = [a, b].map(|body| tears_mpa(&body.substance));
         let most = tears[0].min(tears[1]);
         self.found.push(Adhesion {
@@ -233,11 +242,12 @@ impl<'a> Adhering<'a> {
     }
 }
 
+/// Returns the tear strength of a substance, MPa; infinite if not known.
 fn tears_mpa(substance: &Substance) -> f64 {
     substance.tears_mpa.unwrap_or(f64::INFINITY)
 }
 
-/// Whether a body is a part of the sensor in use.
+/// Returns whether a body is part of the assembled sensor.
 fn in_use(body: &Body) -> bool {
     body.placements.iter().any(|placement| placement.assembly == Assembly::sensor())
 }

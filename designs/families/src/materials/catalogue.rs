@@ -1,4 +1,4 @@
-//! Materials by name: the built-in ones, and what files say of these and of others.
+//! Catalogue of materials by name: the built-in ones, and those that files add or change.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
@@ -11,7 +11,7 @@ use fabkit_text::{
 use super::{Bond, Castable, Figures, Hold, Material, Origin};
 use crate::own::named::{Layered, Noun, Raw, given_name, key_of, raws, read, taken};
 
-/// Materials in files.
+/// Materials in files: key and dialect.
 pub(crate) const MATERIALS: Noun = Noun {
     key: "materials",
     dialect: &Dialect::new("material", 1, ", then `materials:` and names with sections"),
@@ -20,15 +20,16 @@ pub(crate) const MATERIALS: Noun = Noun {
 const BUILTIN_FILE: &str = "materials.yaml (built-in)";
 const BUILTIN_YAML: &str = include_str!("../../materials.yaml");
 
-/// Most components of a mixture, and most materials that one sticks to.
+/// Maximum number of components of a mix, and of materials that one bonds to.
 const MOST_ITEMS: usize = 32;
 
-/// Longest source that goes for each value, bytes.
+/// Maximum length of a source text that is copied to each value as its note, bytes.
 const LONGEST_NOTE: usize = 500;
 
-/// Shares that are mixed.
+/// Allowed range of a component's share in a mix.
 const SHARES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
+/// Materials of the built-in file.
 static BUILTIN: LazyLock<Catalogue> = LazyLock::new(|| {
     let place = Place::new(TextLayer::Base, BUILTIN_FILE, MATERIALS.dialect);
     let mut found = Vec::new();
@@ -47,7 +48,7 @@ fn builtin_entries(place: &Place, found: &mut Vec<Found>) -> Vec<Entry> {
     entries
 }
 
-/// Every material that a sensor's file may name.
+/// All materials that a sensor's file may name.
 #[derive(Clone, Debug)]
 pub(crate) struct Catalogue {
     raws: Arc<Vec<Raw>>,
@@ -55,12 +56,12 @@ pub(crate) struct Catalogue {
 }
 
 impl Catalogue {
-    /// What fabkit comes with.
+    /// Returns the materials that fabkit comes with.
     pub fn builtin() -> &'static Self {
         &BUILTIN
     }
 
-    /// The same with what files say, the later ones over the earlier ones.
+    /// Returns the materials with the entries of files added; later entries override earlier ones.
     pub fn with(&self, own: Vec<Raw>, found: &mut Vec<Found>) -> Self {
         if own.is_empty() {
             return self.clone();
@@ -68,6 +69,7 @@ impl Catalogue {
         Self::of(self.raws.iter().cloned().chain(own).collect(), found)
     }
 
+    /// Creates the catalogue from sections in the order of their layers.
     fn of(raws: Vec<Raw>, found: &mut Vec<Found>) -> Self {
         let layered = Layered::new(&raws);
         let material = |(key, said): (&String, &[&Raw])| {
@@ -78,12 +80,12 @@ impl Catalogue {
         Self { by_key: Arc::new(by_key), raws: Arc::new(raws) }
     }
 
-    /// The material of that name, without regard to case and doubled spaces.
+    /// Finds a material by name, regardless of case and doubled spaces.
     pub fn find(&self, name: &str) -> Option<&Castable> {
         self.by_key.get(&key_of(name))
     }
 
-    /// Components of all mixes, and the primers that they ask for.
+    /// Returns the components of all mixes and the primers of all bonds.
     pub fn components(&self) -> Vec<&str> {
         let mut names: Vec<&str> = self.by_key.values().flat_map(asked_for).collect();
         names.sort_unstable();
@@ -91,13 +93,13 @@ impl Catalogue {
         names
     }
 
-    /// All names.
+    /// Returns all names.
     pub fn names(&self) -> Vec<&str> {
         self.by_key.values().map(|castable| &**castable).collect()
     }
 }
 
-/// Components of a mix, and primers that it asks for.
+/// Returns the components of a material's mix and the primers of its bonds.
 fn asked_for(castable: &Castable) -> impl Iterator<Item = &str> {
     let material = castable.material();
     let mixed = material.by_mass.iter().map(|(name, _)| name.as_str());
@@ -112,14 +114,14 @@ fn is_builtin(raw: &Raw) -> bool {
     &*raw.place.file == BUILTIN_FILE
 }
 
-/// One material; `None` after reporting what is wrong with it.
+/// Reads one material; returns `None` after reporting its problems.
 fn material(
     layered: &Layered,
     key: &str,
     said: &[&Raw],
     found: &mut Vec<Found>,
 ) -> Option<Material> {
-    // The name as it was first written, so that the built-in ones keep theirs.
+    // The name as it was first written, so that built-in materials keep theirs.
     let (first, last) = (said.first()?, said.last()?);
     let name = first.name.clone();
     let origin = match (is_builtin(first), is_builtin(last)) {
@@ -130,6 +132,7 @@ fn material(
     let before = found.len();
     let mut stack = layered.stack(MATERIALS, key, found)?;
     let (mut mix, mut bonds) = (None, None);
+    // `mix` and `bonds` are free-form maps: they are taken out before the declared keys are read.
     for (place, entries) in &mut stack {
         with_sources(place, entries);
         mix = taken(entries, "mix").map(|node| (place.clone(), node)).or(mix);
@@ -139,7 +142,7 @@ fn material(
     let mut own = Vec::new();
     let by_mass = match mix {
         Some((place, node)) => by_mass(&place, &join(&path, "mix"), node, &mut own, found),
-        // It comes ready to use.
+        // Without a mix, the product comes ready to use.
         None => vec![(name.clone(), 1.0)],
     };
     let bonds = match bonds {
@@ -149,23 +152,25 @@ fn material(
     let figures = read::<Figures>(MATERIALS, &name, &last.place, stack, found);
     let (figures, mut settings) = figures.filter(|_| found.len() == before)?;
     settings.extend(own);
+    // Sources and notes describe other values and are no parameters themselves.
     let is_text = |path: &str| path.ends_with(".source") || path.ends_with(".note");
     settings.retain(|setting| !is_text(&setting.path));
     Some(Material { name, origin, figures, by_mass, bonds, settings })
 }
 
-/// What a section says of its source goes for each of its values that says nothing, so that it stays
-/// with them wherever other texts lie over them.
+/// Copies the source of a section to each of its values that states none, so that the source stays with the value when
+/// other layers override the rest.
 fn with_sources(place: &Place, entries: &mut [Entry]) {
     let kind = if &*place.file == BUILTIN_FILE { SourceKind::Maker } else { SourceKind::User };
     let text = entries.iter().find(|entry| entry.key == "source").and_then(|e| e.value.text());
-    // What is too long for a note is told of the source itself.
+    // A text that is too long for a note is reported where `source` itself is read.
     let Some(text) = text.filter(|text| text.len() <= LONGEST_NOTE).map(str::to_owned) else {
         return;
     };
     for entry in entries {
         match (&*entry.key, &mut entry.value.content) {
             ("source" | "note" | "extends", _) => {}
+            // The section `cure` passes the source on to its own values.
             ("cure", Content::Map(inner)) if inner.iter().all(|e| e.key != "value") => {
                 inner.iter_mut().for_each(|entry| wrap(&mut entry.value, kind, &text));
             }
@@ -174,7 +179,7 @@ fn with_sources(place: &Place, entries: &mut [Entry]) {
     }
 }
 
-/// A value with its source, in place of the value alone.
+/// Replaces a plain value by a map of the value with its source.
 fn wrap(node: &mut Node, kind: SourceKind, note: &str) {
     if matches!(node.content, Content::Nothing) || node.get("value").is_some() {
         return;
@@ -193,7 +198,7 @@ fn wrap(node: &mut Node, kind: SourceKind, note: &str) {
     ]);
 }
 
-/// The map behind a key, and its source where it is written with one.
+/// Returns the map behind a key, and its source if it is written with one.
 fn with_source<'n>(
     reading: &mut Reading,
     path: &str,
@@ -226,6 +231,7 @@ fn with_source<'n>(
     Some((inner.entries(), source))
 }
 
+/// Returns a textual setting.
 fn setting(path: &str, value: String, summary: &str, limits: &str, source: Source) -> Setting {
     Setting {
         path: path.to_owned(),
@@ -241,7 +247,9 @@ fn setting(path: &str, value: String, summary: &str, limits: &str, source: Sourc
     }
 }
 
+/// Reports a map with no item or too many; returns whether the number is wrong.
 fn too_many(reading: &mut Reading, path: &str, node: &Node, count: usize) -> bool {
+    // An empty or unreadable map may already be reported.
     let is_wrong = count == 0 || count > MOST_ITEMS;
     if is_wrong && reading.found.is_empty() {
         let message = format!("{path} has {count} items; it must have between 1 and {MOST_ITEMS}");
@@ -250,6 +258,7 @@ fn too_many(reading: &mut Reading, path: &str, node: &Node, count: usize) -> boo
     is_wrong
 }
 
+/// Reads the components of a mix with their shares by mass.
 fn by_mass(
     place: &Place,
     path: &str,
@@ -281,6 +290,7 @@ fn by_mass(
     mix
 }
 
+/// Reads the bonds of a material.
 fn bonds_of(
     place: &Place,
     path: &str,

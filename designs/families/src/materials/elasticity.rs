@@ -1,21 +1,21 @@
-//! How rubbers and gels give way: what their figures say, or what follows from their hardness.
+//! Elasticity of rubbers and gels: stated figures, or estimates from the hardness.
 
 use fabkit_geometry::{Elasticity, Shore, Sort};
 
 use super::stock::shore;
 use super::{Material, Pressure};
 
-/// Of rubbers and gels that say nothing. Their bulk moduli of about 1 GPa would give 0.4999 and more; above
-/// 0.495 presses on layers as thin as these hardly change any more.
+/// Default Poisson's ratio of rubbers and gels. Their bulk moduli of about 1 GPa would give 0.4999 and more; above
+/// 0.495 the result of pressing such thin layers hardly changes any more.
 const POISSONS_RATIO: f64 = 0.495;
 
-/// How far moduli of equal hardness lie apart, to either side.
+/// Factor by which moduli of equal hardness scatter, to either side.
 const SPREAD: f64 = 1.5;
 
-/// Shore A below which Gent's relation gives far too much: it was found for rubbers.
+/// Shore A hardness below which Gent's relation, which was found for rubbers, gives far too high a modulus.
 const SOFTEST_SHORE_A: f64 = 20.0;
 
-/// Of a material that is cast, sprayed or painted.
+/// Returns the elasticity of a material that is cast, sprayed or painted.
 pub(super) fn of_castable(material: &Material, sort: Option<Sort>) -> Option<Elasticity> {
     let figures = &material.figures;
     let mpa = |figure: Option<Pressure>| figure.map(|Pressure(kpa)| kpa / 1e3);
@@ -39,6 +39,7 @@ pub(super) fn of_castable(material: &Material, sort: Option<Sort>) -> Option<Ela
     let most = mpa(figures.youngs_modulus_most).unwrap_or(young_mpa * SPREAD);
     Some(Elasticity {
         young_mpa,
+        // A stated range need not contain the stated value; this one does.
         young_range_mpa: [least.min(young_mpa), most.max(young_mpa)],
         poissons_ratio: figures.poissons_ratio.unwrap_or(POISSONS_RATIO),
         friction: figures.friction,
@@ -46,13 +47,14 @@ pub(super) fn of_castable(material: &Material, sort: Option<Sort>) -> Option<Ela
     })
 }
 
-/// By its hardness, where that is one of rubbers on the scale A: A. N. Gent, On the relation between indentation
-/// hardness and Young's modulus, Rubber Chemistry and Technology 31 (1958).
+/// Estimates the elasticity of a rubber from its Shore A hardness; `None` for other sorts and scales. Formula: A. N.
+/// Gent, On the relation between indentation hardness and Young's modulus, Rubber Chemistry and Technology 31 (1958).
 pub(super) fn of_shore(sort: Sort, shore: Shore) -> Option<Elasticity> {
     let Shore::A(value) = shore else { return None };
     if !matches!(sort, Sort::Rubber | Sort::Silicone) || value < SOFTEST_SHORE_A {
         return None;
     }
+    // Gent's formula, with the Shore A hardness as value and the result in MPa.
     let young_mpa = 0.0981 * (56.0 + 7.623_36 * value) / (0.137_505 * (254.0 - 2.54 * value));
     Some(Elasticity {
         young_mpa,

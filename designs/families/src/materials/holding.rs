@@ -1,5 +1,5 @@
-//! What cast layers are to hold to: primers go into the chain and onto the list of what to buy, and
-//! what does not stick is noted for the checks.
+//! Adhesion of cast layers: adds primers to the chain and to the list of what to buy, and notes joints that do not hold
+//! for the checks.
 
 use fabkit_geometry::{Action, Assembly, Body, Loose, Order, Sensor, Solid, in_order};
 use fabkit_text::{Report, Setting, shown};
@@ -7,35 +7,36 @@ use fabkit_text::{Report, Setting, shown};
 use super::catalogue::Catalogue;
 use super::{Bond, Hold, Material, MaterialKind};
 
-/// A bottle, in the list of what to buy: radius and height, mm.
+/// Size of a primer bottle in the list of what to buy: radius and height, mm.
 const BOTTLE_MM: [f64; 2] = [15.0, 60.0];
 
-/// What a parameter that names a material is for, by the end of its path; what is not here is a layer that
-/// gives way: gel, skin, coat, or a mold that is peeled off.
+/// Roles of parameters that name a material, by path. Any other parameter names an elastic layer: gel, skin, coat, or a
+/// mold that is peeled off.
 const ROLES: [(&str, Role); 3] = [
     ("markers.material", Role::Mark),
     ("skin.paint_material", Role::Mark),
     ("tubes.glue", Role::Glue),
 ];
 
-/// What a material is for.
+/// Role of a material in the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Role {
-    /// It gives way and comes back.
+    /// Layer that deforms and recovers.
     Elastic,
-    /// It is seen on a layer, and too thin to be felt.
+    /// Visible mark on a layer, too thin to matter mechanically.
     Mark,
-    /// It joins.
+    /// Adhesive.
     Glue,
 }
 
 impl Role {
+    /// Returns the role of the parameter at a path.
     fn of(path: &str) -> Self {
         let role = ROLES.iter().find(|(known, _)| path == *known);
         role.map_or(Self::Elastic, |(_, role)| *role)
     }
 
-    /// Whether a material of a kind will do.
+    /// Returns whether a material of this kind suits the role.
     fn takes(self, kind: MaterialKind) -> bool {
         use MaterialKind::{Epoxy, Gel, Glue, Ink, Other, Paint, Polyurethane, Silicone};
         match self {
@@ -45,6 +46,7 @@ impl Role {
         }
     }
 
+    /// Returns a description for messages.
     fn says(self) -> &'static str {
         match self {
             Self::Elastic => "a layer that must give way and come back",
@@ -54,7 +56,7 @@ impl Role {
     }
 }
 
-/// Reports materials of a kind that cannot do what they are named for.
+/// Reports materials of a kind that does not suit their role.
 pub(crate) fn check_kinds(settings: &[Setting], materials: &Catalogue, report: &mut Report) {
     for setting in settings {
         let Some(castable) = materials.find(&setting.value) else { continue };
@@ -86,7 +88,7 @@ pub(crate) fn check_kinds(settings: &[Setting], materials: &Catalogue, report: &
     }
 }
 
-/// Looks for what each poured or sprayed layer stays on, and how it holds there.
+/// Finds the bodies that each poured or sprayed layer stays on, and how it holds there.
 pub(crate) fn hold(sensor: &mut Sensor, materials: &Catalogue) {
     let mut primers: Vec<(String, String)> = Vec::new();
     let mut loose = Vec::new();
@@ -99,6 +101,7 @@ pub(crate) fn hold(sensor: &mut Sensor, materials: &Catalogue) {
         };
         let Some(layer) = sensor.body(layer).filter(|layer| in_use(layer)) else { continue };
         let later = &sensor.chain[index..];
+        // A mold wall that a later step takes off needs no bond.
         let is_taken_off = |name: &str| {
             let pulls = later.iter().filter_map(|step| match &step.action {
                 Action::Demold(pulls) => Some(pulls),
@@ -118,6 +121,7 @@ pub(crate) fn hold(sensor: &mut Sensor, materials: &Catalogue) {
                     on: on.name.clone(),
                 }),
                 Some(Hold::Primer(primer)) => {
+                    // Families may name the primer in an instruction themselves: then nothing is added to it.
                     let known = primer.to_lowercase();
                     let is_said = sensor.chain[..=index]
                         .iter()
@@ -141,6 +145,7 @@ pub(crate) fn hold(sensor: &mut Sensor, materials: &Catalogue) {
         return;
     }
     let bottle = |(number, (primer, what)): (usize, (String, String))| {
+        // Names of bodies are unique.
         let name = if number == 0 { "primer".into() } else { format!("primer-{}", number + 1) };
         let [radius, height] = BOTTLE_MM;
         Body::bought(name, format!("{primer}, for {what}"), Solid::cylinder(radius, height))
@@ -151,12 +156,12 @@ pub(crate) fn hold(sensor: &mut Sensor, materials: &Catalogue) {
     sensor.bodies = in_order(bodies.into_iter().chain(bottles));
 }
 
-/// Whether a body is a part of the sensor in use.
+/// Returns whether a body is part of the assembled sensor.
 fn in_use(body: &Body) -> bool {
     body.placements.iter().any(|placement| placement.assembly == Assembly::sensor())
 }
 
-/// What either of two says of the other.
+/// Finds the bond that either of two materials states towards the other.
 fn bond<'m>(layer: &Body, on: &Body, materials: &'m Catalogue) -> Option<&'m Bond> {
     let says = |of: &Body, other: &Body| {
         let bonds = &materials.find(&of.material)?.material().bonds;
@@ -166,12 +171,13 @@ fn bond<'m>(layer: &Body, on: &Body, materials: &'m Catalogue) -> Option<&'m Bon
     says(layer, on).or_else(|| says(on, layer))
 }
 
+/// Returns the word for a material's kind.
 fn kind_of(material: &Material) -> Option<&'static str> {
     material.figures.kind.map(MaterialKind::word)
 }
 
-/// Whether a word is for what a body is made from: all of its words are among those of the material (of
-/// what is bought, of what to order), or it is its kind.
+/// Returns whether `to` refers to the material of a body: all of its words are among those of the material (of a bought
+/// body: of its order), or it is the material's kind.
 fn means(to: &str, body: &Body, kind: Option<&str>) -> bool {
     let words = |text: &str| {
         let parts = text.to_lowercase();

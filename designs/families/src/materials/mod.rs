@@ -1,7 +1,7 @@
-//! Liquids that are cast: what is mixed, how it cures, how it shrinks.
+//! Liquids that are cast: components, cure, shrinkage, and further properties.
 //!
-//! The built-in ones stand in `materials.yaml`, in the form in which anybody writes their own. A paper's
-//! own mixing ratio or cure time goes before them, in the sensor's chain.
+//! The built-in materials are in `materials.yaml`, in the form in which users write their own. A mixing ratio or cure
+//! time that a paper states overrides them, in the sensor's chain.
 
 mod adhering;
 mod catalogue;
@@ -27,65 +27,65 @@ pub use units::{
     Pressure, Scale, Viscosity, Voltage, Wavelength,
 };
 
-/// Room temperature, degrees Celsius, where nothing is said.
+/// Room temperature, degrees Celsius, the default temperature of a cure.
 const ROOM: Celsius = Celsius(23.0);
 
 choices! {
-    /// What sort of material it is.
+    /// Kind of a material.
     pub enum MaterialKind {
-        /// A rubber of silicone.
+        /// Silicone rubber.
         Silicone = "silicone",
-        /// A soft gel.
+        /// Soft gel.
         Gel = "gel",
-        /// A rubber or resin of polyurethane.
+        /// Polyurethane rubber or resin.
         Polyurethane = "polyurethane",
-        /// A resin of epoxy.
+        /// Epoxy resin.
         Epoxy = "epoxy",
-        /// What coats a surface.
+        /// Coating of a surface.
         Paint = "paint",
-        /// What marks a surface.
+        /// Ink that marks a surface.
         Ink = "ink",
-        /// What joins parts.
+        /// Adhesive that joins parts.
         Glue = "glue",
-        /// None of these.
+        /// Any other kind.
         Other = "other",
     }
 }
 
 choices! {
-    /// What makes it solid.
+    /// Curing mechanism of a material.
     pub enum CuresBy {
-        /// A silicone with a platinum catalyst; sulfur, tin, amines and bare printed resin inhibit it.
+        /// Silicone with a platinum catalyst; sulfur, tin, amines and bare printed resin inhibit it.
         Platinum = "platinum",
-        /// A silicone with a tin catalyst; it inhibits platinum.
+        /// Silicone with a tin catalyst; it inhibits platinum.
         Tin = "tin",
-        /// A silicone of one part, by the water in air.
+        /// One-part silicone that cures by humidity.
         Moisture = "moisture",
-        /// A polyurethane.
+        /// Polyurethane.
         Polyurethane = "polyurethane",
-        /// An epoxy; its amines inhibit platinum.
+        /// Epoxy; its amines inhibit platinum.
         Epoxy = "epoxy",
-        /// A resin under light; what is left over inhibits platinum.
+        /// Resin that cures under light; its residues inhibit platinum.
         Light = "light",
-        /// A solvent leaves.
+        /// Drying: a solvent evaporates.
         Drying = "drying",
     }
 }
 
 choices! {
-    /// What light does in it.
+    /// Transparency of a material.
     pub enum Clarity {
-        /// It is seen through.
+        /// Clear: one can see through it.
         Clear = "clear",
-        /// It spreads light.
+        /// Translucent: it scatters light.
         Translucent = "translucent",
-        /// It stops light.
+        /// Opaque: it blocks light.
         Opaque = "opaque",
     }
 }
 
 parameters! {
-    /// How a material cures.
+    /// Time and temperature of a material's cure.
     pub struct CureFigures {
         /// How long.
         time: Hours = 0.01..=2000.0,
@@ -95,7 +95,7 @@ parameters! {
 }
 
 parameters! {
-    /// A material that is cast, sprayed or painted; what is not known is left out.
+    /// Properties of a material that is cast, sprayed or painted; unknown ones are left out.
     pub struct Figures {
         /// What sort of material it is.
         kind: Option<MaterialKind>,
@@ -142,28 +142,28 @@ parameters! {
     }
 }
 
-/// What a material sticks to.
+/// Bond of a material to another one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bond {
-    /// The other material.
+    /// Name or kind of the other material.
     pub to: String,
-    /// How.
+    /// Means by which it holds.
     pub hold: Hold,
 }
 
-/// How a material holds to another one.
+/// Means by which a material holds to another one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Hold {
-    /// By itself.
+    /// Bonds by itself.
     Itself,
-    /// With something that is put between them first.
+    /// Bonds with a primer, by name, that is applied first.
     Primer(String),
-    /// Not at all.
+    /// Does not bond.
     Not,
 }
 
-/// What light does in a window of a sheet or of resin, as its trade name says it: clear unless a word
-/// of it says otherwise.
+/// Returns the transparency of a window cut from a sheet or made of resin, from its trade name: clear unless a word of
+/// it says otherwise.
 pub(crate) fn glazing(material: &str) -> Optics {
     const STOP: [&str; 12] = [
         "black",
@@ -191,8 +191,8 @@ pub(crate) fn glazing(material: &str) -> Optics {
     }
 }
 
-/// What light does in a printed part of which nobody has said more: layers scatter it even where the
-/// material is called clear. Nothing where its name says nothing.
+/// Returns the transparency of a printed part, from the name of its material: translucent even where the material is
+/// called clear, because print layers scatter light. `None` if the name does not suggest that light passes.
 pub(crate) fn shining_through(material: &str) -> Option<Optics> {
     const THROUGH: [&str; 4] = ["clear", "transparent", "translucent", "natural"];
     let name = material.to_lowercase();
@@ -201,57 +201,57 @@ pub(crate) fn shining_through(material: &str) -> Option<Optics> {
     (is_it && !is_dark_or_dense(&name)).then_some(Optics::Translucent)
 }
 
-/// Whether a pigment stops the light in spite of that.
+/// Returns whether the name says that pigment or paint blocks the light nevertheless.
 fn is_dark_or_dense(name: &str) -> bool {
     ["black", "opaque", "painted"].iter().any(|word| name.contains(word))
 }
 
-/// Who says what a material is.
+/// Origin of a material's description.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// fabkit.
+    /// Built into fabkit.
     BuiltIn,
-    /// A file.
+    /// Defined by a file.
     Own(String),
-    /// A file, over what is built in.
+    /// Built in, and changed by a file.
     Changed(String),
 }
 
-/// A material with all that is known of it.
+/// Material with all its properties.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Maker and product, as sensor files name it.
     pub name: String,
-    /// Who says so.
+    /// Origin of the description.
     pub origin: Origin,
-    /// What is measured of it.
+    /// Measured and stated properties.
     pub figures: Figures,
-    /// Components and their shares by mass, in any scale.
+    /// Components and their shares by mass, on any scale.
     pub by_mass: Vec<(String, f64)>,
-    /// What it sticks to.
+    /// Bonds to other materials.
     pub bonds: Vec<Bond>,
-    /// All of it as written, with its sources; paths begin with `materials.NAME.`.
+    /// All properties as written, with their sources; paths begin with `materials.NAME.`.
     pub settings: Vec<Setting>,
 }
 
 impl Material {
-    /// Whether it is as fabkit comes with it.
+    /// Returns whether the material is as fabkit comes with it.
     pub fn is_builtin(&self) -> bool {
         self.origin == Origin::BuiltIn
     }
 }
 
-/// A material as a parameter: read by its name, which it also stands for.
+/// Castable material as a parameter: read by its name, and dereferenced to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Castable(Arc<Material>);
 
 impl Castable {
-    /// All that is known of it.
+    /// Returns the material with all its properties.
     pub fn material(&self) -> &Material {
         &self.0
     }
 
-    /// What is mixed.
+    /// Returns the components and how to mix them.
     pub fn mix(&self) -> Mix {
         Mix {
             by_mass: self.0.by_mass.clone(),
@@ -261,13 +261,13 @@ impl Castable {
         }
     }
 
-    /// How it cures.
+    /// Returns time and temperature of the cure.
     pub fn cure(&self) -> Cure {
         let CureFigures { time, temperature } = &self.0.figures.cure;
         Cure { hours: time.0, celsius: temperature.unwrap_or(ROOM).0 }
     }
 
-    /// Lets light through what is cast from it, as far as it is known.
+    /// Sets the transparency of all layers cast from this material, if it is known.
     pub(crate) fn light(&self, sensor: &mut Sensor) {
         let Some(clarity) = self.0.figures.clarity else { return };
         let optics = match clarity {
@@ -276,23 +276,23 @@ impl Castable {
             Clarity::Opaque => Optics::Opaque,
         };
         let cast = sensor.bodies.iter_mut().filter(|body| body.kind == Kind::Cast);
-        // What a family has said, of a layer with pigment, stands.
+        // The transparency that a family states stays, for example of a layer with pigment.
         cast.filter(|body| body.optics.is_none() && body.material == **self)
             .for_each(|body| body.let_light(optics));
     }
 
-    /// How much it shrinks as it cures, as a fraction; nothing where nobody has said.
+    /// Returns the linear shrinkage on curing, as a fraction; 0 where it is not stated.
     pub fn shrinkage(&self) -> f64 {
         self.0.figures.shrinkage.map_or(0.0, Percent::share)
     }
 
-    /// The strain at which it breaks; without one, no tool can be peeled off it.
+    /// Returns the breaking strain as a fraction; without one, nothing can be peeled off the material.
     pub fn breaking_strain(&self) -> Option<f64> {
         self.0.figures.breaking_strain.map(Percent::share)
     }
 }
 
-/// Its name.
+/// Dereferences to the name of the material.
 impl Deref for Castable {
     type Target = str;
 

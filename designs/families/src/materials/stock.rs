@@ -1,4 +1,4 @@
-//! What parts are made from and what is bought: stuff that is not cast, by words of its trade name.
+//! Stock and bought things that are not cast: their properties, by words of the trade name.
 
 use std::sync::LazyLock;
 
@@ -12,7 +12,7 @@ use crate::own::named::{Noun, raws, read};
 use crate::sections;
 
 sections! {
-    /// What a trade name with one of a few words is.
+    /// Properties of stuff whose trade name contains one of a few words.
     pub struct Stuff {
         /// Words of trade names, in small letters.
         words: Vec<String> = (1..=32, 1..=40),
@@ -28,7 +28,7 @@ sections! {
         refractive_index: Option<f64> = 1.0..=3.0,
     }
 
-    /// Where stuff softens of whose trade name one of a few words is.
+    /// Softening temperature of stuff whose trade name contains one of a few words.
     pub struct Softening {
         /// Words of trade names, in small letters.
         words: Vec<String> = (1..=32, 1..=40),
@@ -39,12 +39,13 @@ sections! {
     }
 }
 
-/// What is known of stuff, the first row of which one word fits counts.
+/// Built-in tables of stock; the first row with a matching word counts.
 struct Known {
     stock: Vec<(Stuff, Sort)>,
     softenings: Vec<Softening>,
 }
 
+/// Tables of the built-in file.
 static KNOWN: LazyLock<Known> = LazyLock::new(|| {
     let stock: Vec<Stuff> = rows("stock");
     let sorted = |stuff: Stuff| {
@@ -54,7 +55,7 @@ static KNOWN: LazyLock<Known> = LazyLock::new(|| {
     Known { stock: stock.into_iter().filter_map(sorted).collect(), softenings: rows("softening") }
 });
 
-/// Every sort that a row may name.
+/// All sorts that a row may name.
 const SORTS: [Sort; 10] = [
     Sort::Silicone,
     Sort::Rubber,
@@ -68,7 +69,7 @@ const SORTS: [Sort; 10] = [
     Sort::Laminate,
 ];
 
-/// The rows behind a key of the built-in file, in its order.
+/// Reads the rows below a key of the built-in file, in order.
 fn rows<S: Section>(key: &'static str) -> Vec<S> {
     static FILE: Dialect = Dialect::new("file of stock", 1, "");
     let noun = Noun { key, dialect: &FILE };
@@ -88,26 +89,29 @@ fn rows<S: Section>(key: &'static str) -> Vec<S> {
     rows.into_iter().map(|(row, _)| row).collect()
 }
 
+/// Returns the softening temperature of a material by the words of its name.
 fn softens(words: &[String]) -> Option<Softens> {
     let says = |row: &&Softening| words.iter().any(|word| row.words.contains(word));
     let found = KNOWN.softenings.iter().find(says);
     found.map(|row| Softens { celsius: row.softens.0, source: &row.by })
 }
 
-/// Words that say that nothing lies on it.
+/// Words for an untreated surface.
 const BARE: [&str; 4] = ["bare", "uncoated", "unsealed", "untreated"];
 
-/// Words that say that something seals it.
+/// Words for a sealed surface.
 const SEALED: [&str; 8] =
     ["sealed", "coated", "varnished", "lacquered", "painted", "baked", "anodised", "anodized"];
 
+/// Splits a name into words in lower case.
 fn words(text: &str) -> Vec<String> {
     let text = text.to_lowercase();
     let words = text.split(|c: char| !(c.is_alphanumeric() || c == '-'));
     words.filter(|word| !word.is_empty()).map(str::to_owned).collect()
 }
 
-/// Whether it is told to be light or dark by its name; what is both, or neither, is not told.
+/// Returns whether a name says that the material is dark (`true`) or light (`false`); `None` if it says both or
+/// neither.
 fn is_dark(words: &[String]) -> Option<bool> {
     let says = |known: &[&str]| words.iter().any(|word| known.contains(&&**word));
     match (says(&["black", "dark"]), says(&["white", "aluminium", "silver", "yellow"])) {
@@ -117,7 +121,7 @@ fn is_dark(words: &[String]) -> Option<bool> {
     }
 }
 
-/// What a body that is not cast from a known material is made from.
+/// Returns the properties of a body that is not cast from a material of the catalogue.
 pub(super) fn substance(body: &Body) -> Substance {
     let text = if body.material.is_empty() { &body.summary } else { &body.material };
     let words = words(text);
@@ -126,6 +130,7 @@ pub(super) fn substance(body: &Body) -> Substance {
     let Some((stuff, sort)) = KNOWN.stock.iter().find(fits) else {
         return Substance { is_dark: is_dark(&words), ..Substance::default() };
     };
+    // Words such as `uncoated` outweigh a sealing word in the same name.
     let is_sealed = says(&SEALED) && !says(&BARE);
     let inhibits = stuff.inhibits_platinum == Some(true) && !is_sealed;
     let shore = shore(stuff.hardness);
@@ -142,22 +147,23 @@ pub(super) fn substance(body: &Body) -> Substance {
     }
 }
 
-/// Whether a name says that its stuff is left bare, whatever a step does to it.
+/// Returns whether a name says that the material is left bare, whatever a step does to it.
 pub(super) fn is_bare(material: &str) -> bool {
     words(material).iter().any(|word| BARE.contains(&&**word))
 }
 
-/// What a layer of a known material is.
+/// Returns the properties of a layer that is cast from a material of the catalogue.
 pub(super) fn of_castable(castable: &Castable) -> Substance {
     let figures = &castable.material().figures;
     let cures = figures.cures.map(curing);
     let sort = match figures.kind {
         Some(MaterialKind::Silicone | MaterialKind::Gel) => Some(Sort::Silicone),
         Some(MaterialKind::Polyurethane) => Some(Sort::Rubber),
+        // Without a kind, these mechanisms still identify a silicone.
         _ => matches!(cures, Some(Curing::Platinum | Curing::Tin | Curing::Moisture))
             .then_some(Sort::Silicone),
     };
-    // Traces of the other catalyst, amines, and what light has left over poison platinum.
+    // Traces of a tin catalyst, amines, and residues of light-cured resins poison platinum catalysts.
     let poisons = matches!(cures, Some(Curing::Tin | Curing::Epoxy | Curing::Light));
     Substance {
         sort,
@@ -173,6 +179,7 @@ pub(super) fn of_castable(castable: &Castable) -> Substance {
     }
 }
 
+/// Converts a hardness to the type of the geometry crate.
 pub(super) fn shore(Hardness { scale, value }: Hardness) -> Shore {
     match scale {
         Scale::Shore00 => Shore::OO(value),
@@ -181,6 +188,7 @@ pub(super) fn shore(Hardness { scale, value }: Hardness) -> Shore {
     }
 }
 
+/// Converts a curing mechanism to the type of the geometry crate.
 fn curing(by: CuresBy) -> Curing {
     match by {
         CuresBy::Platinum => Curing::Platinum,

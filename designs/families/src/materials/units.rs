@@ -1,16 +1,16 @@
-//! The quantities of materials and processes, with their units, and how they are written.
+//! Quantities of materials and processes with their units, and how they are read and written.
 
 use std::fmt;
 use std::ops::RangeInclusive;
 
 use fabkit_text::{Json, Kind, Refusal, Scalar, shown};
 
-/// The number before a unit, and the unit.
+/// Splits a text into a number and its unit.
 pub(crate) fn split(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
     let is_number = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | '_');
     let mut end = text.find(|c| !is_number(c)).unwrap_or(text.len());
-    // `1e3 kg/m3`.
+    // An exponent, as in `1e3 kg/m3`.
     let exponent = text[end..].strip_prefix(['e', 'E']);
     if let Some(digits) = exponent.filter(|rest| rest.starts_with(is_number)) {
         let length = digits.find(|c| !is_number(c)).unwrap_or(digits.len());
@@ -20,12 +20,13 @@ pub(crate) fn split(text: &str) -> Option<(f64, &str)> {
     Some((number, text[end..].trim()))
 }
 
-/// Reads a number with one of these units, each with its size in the first one.
+/// Parses a number with one of `units`, each given with its size in the first one.
 fn parse(text: &str, units: &[(&str, f64)], example: &str) -> Result<f64, Refusal> {
     let refuse = |says: &str, hint: String| Err(Refusal::new(says, &hint));
     let known: Vec<&str> = units.iter().map(|(unit, _)| *unit).collect();
     let write =
         || format!("write a number and one of {}, for example `{example}`", known.join(", "));
+    // `nan` and `inf` get a message of their own.
     let lower = text.trim().to_lowercase();
     if lower.trim_start_matches(['+', '-', '.']).starts_with("nan") || lower.contains("inf") {
         return refuse("is not finite", write());
@@ -46,7 +47,7 @@ fn parse(text: &str, units: &[(&str, f64)], example: &str) -> Result<f64, Refusa
     }
 }
 
-/// Declares a quantity: its unit, the others that may be written, and an example.
+/// Declares quantities: documentation, name, example, and units with their sizes in the first one.
 macro_rules! quantities {
     ($($(#[doc = $doc:literal])+ $name:ident $example:literal [$($unit:literal = $size:expr),+];)+) => {$(
         $(#[doc = $doc])+
@@ -57,7 +58,7 @@ macro_rules! quantities {
             const UNITS: &'static [(&'static str, f64)] = &[$(($unit, $size)),+];
 
             fn with_unit(number: f64) -> String {
-                // `-0` reads badly.
+                // Adding zero turns `-0` into `0`.
                 format!("{} {}", number + 0.0, Self::UNITS[0].0)
             }
         }
@@ -69,7 +70,7 @@ macro_rules! quantities {
         }
 
         impl Scalar for $name {
-            // No expressions: they know lengths, angles and plain numbers.
+            // Kept as text: expressions only support lengths, angles and plain numbers.
             const KIND: Kind = Kind::Text;
             type Limits = RangeInclusive<f64>;
 
@@ -108,7 +109,7 @@ macro_rules! quantities {
     )+};
 }
 
-/// What a number looks like before its unit, as a regular expression.
+/// Regular expression for a number before its unit.
 const NUMBER: &str = r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?";
 
 fn escaped(unit: &str) -> String {
@@ -116,15 +117,15 @@ fn escaped(unit: &str) -> String {
 }
 
 quantities! {
-    /// Mass by volume, g/cm^3.
+    /// Density, g/cm^3.
     Density "1.07 g/cm3" ["g/cm3" = 1.0, "g/cm^3" = 1.0, "g/ml" = 1.0, "g/mL" = 1.0, "kg/m3" = 1e-3, "kg/m^3" = 1e-3];
-    /// Time that a cure takes, h.
+    /// Duration of a cure, h.
     Hours "24 h" ["h" = 1.0, "min" = 1.0 / 60.0, "d" = 24.0];
-    /// Time to work in, min.
+    /// Working time, min.
     Minutes "45 min" ["min" = 1.0, "h" = 60.0, "s" = 1.0 / 60.0];
     /// Temperature, degrees Celsius.
     Celsius "23 C" ["C" = 1.0, "°C" = 1.0, "degC" = 1.0];
-    /// A share, percent.
+    /// Fraction, percent.
     Percent "0.1 %" ["%" = 1.0];
     /// Viscosity, Pa s.
     Viscosity "3 Pa s" ["Pa s" = 1.0, "mPa s" = 1e-3, "cP" = 1e-3, "P" = 0.1];
@@ -147,29 +148,29 @@ quantities! {
 }
 
 impl Percent {
-    /// As a fraction of 1.
+    /// Returns the value as a fraction of 1.
     pub fn share(self) -> f64 {
         self.0 / 100.0
     }
 }
 
-/// A durometer's scale.
+/// Durometer scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Gels and very soft silicones.
+    /// Scale for gels and very soft silicones.
     Shore00,
-    /// Rubbers.
+    /// Scale for rubbers.
     ShoreA,
-    /// Hard plastics.
+    /// Scale for hard plastics.
     ShoreD,
 }
 
-/// How hard a material is, on a scale of Shore.
+/// Shore hardness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hardness {
-    /// Which scale.
+    /// Durometer scale.
     pub scale: Scale,
-    /// 0 to 100.
+    /// Reading of the durometer, 0 to 100.
     pub value: f64,
 }
 
@@ -183,7 +184,7 @@ impl Scale {
         }
     }
 
-    /// As makers write it.
+    /// Returns the scale as makers write it.
     pub fn word(self) -> &'static str {
         match self {
             Self::Shore00 => "00",
@@ -204,12 +205,12 @@ impl Scalar for Hardness {
     const KIND: Kind = Kind::Text;
     type Limits = ();
 
-    /// `Shore 00-30`, `00-30`, `Shore A 43`, `43A`.
+    /// Parses `Shore 00-30`, `00-30`, `Shore A 43` or `43A`.
     fn parse(text: &str) -> Result<Self, Refusal> {
         let text = text.trim();
         let is_shore = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case("shore"));
         let plain = if is_shore { text[5..].trim() } else { text };
-        // A hyphen within a word joins both; before a number it is a sign, which none may have.
+        // A hyphen within a word joins scale and value; before a number it would be a sign, which no hardness has.
         let words: Vec<&str> = match plain.split_once('-') {
             Some((scale, value)) if !plain.contains(' ') => vec![scale, value],
             _ => plain.split_whitespace().collect(),
@@ -217,7 +218,7 @@ impl Scalar for Hardness {
         let found = match &words[..] {
             [scale, value] if Scale::of(scale).is_some() => Some((Scale::of(scale), *value)),
             [value, scale] => Some((Scale::of(scale), *value)),
-            // `43A`
+            // Value and scale in one word, such as `43A`.
             [one] => {
                 one.strip_suffix(['A', 'D']).map(|value| (Scale::of(&one[value.len()..]), value))
             }

@@ -1,4 +1,4 @@
-//! What parameters are read with besides their own text, and what is read from it.
+//! Context that parameters are read with, and the parameters that are looked up in it.
 
 use fabkit_text::{Look, Parameter, Reader, Refusal, Shape};
 
@@ -6,16 +6,16 @@ use super::named::{near, unknown_hint};
 use crate::materials::{Castable, Catalogue};
 use crate::processes::Making;
 
-/// What parameters are read with.
+/// Context that parameters are read with.
 #[derive(Clone, Debug)]
 pub(crate) struct Known {
-    /// Every material that may be named.
+    /// All materials that may be named.
     pub materials: Catalogue,
-    /// Which parts are made how.
+    /// Processes and materials that files assign to parts.
     pub making: Making,
 }
 
-/// Read by name, from what the reader knows.
+/// Reads a material by its name, which is looked up in the reader's context.
 impl Parameter for Castable {
     type Limits = ();
 
@@ -30,6 +30,7 @@ impl Parameter for Castable {
 
     fn read(reader: &mut Reader, path: &str, summary: &str, (): &()) -> Option<Self> {
         let known = reader.known::<Known>().map(|known| &known.materials);
+        // Readers without context know the built-in materials only.
         let known = known.unwrap_or_else(|| Catalogue::builtin()).clone();
         reader.looked_up(path, summary, ALLOWED, |text| match known.find(text) {
             Some(castable) => Ok((castable.clone(), String::from(castable))),
@@ -50,10 +51,10 @@ impl Parameter for Castable {
     fn neighbours(&self, _: &str, (): &(), _: f64, _: Look<Self>) {}
 }
 
-/// What a castable may be, for people.
+/// Description of the allowed values, for people.
 const ALLOWED: &str = "a known material";
 
-/// It stands nowhere in a file.
+/// Takes the assignments from the reader's context: they are no parameter of a file.
 impl Parameter for Making {
     type Limits = ();
 

@@ -1,4 +1,4 @@
-//! What users add of their own, in a sensor's file or in one for all of their sensors.
+//! User-defined materials, processes and articles, from a sensor's file or from a file for all sensors.
 
 mod known;
 pub(crate) mod named;
@@ -17,35 +17,35 @@ pub(crate) use known::Known;
 use named::{Noun, Raw, raws};
 pub(crate) use schema::add_to_schema;
 
-/// A file with what a user keeps for all sensors: materials, processes and what to buy.
+/// User's file for all sensors: materials, processes and articles to buy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UserFile {
-    /// Its name in messages.
+    /// Name of the file in messages.
     pub file: String,
-    /// Its text.
+    /// YAML text of the file.
     pub text: String,
 }
 
-/// The user's file.
+/// Dialect of the user's file.
 const USER: Dialect = Dialect::new("materials", 1, ", then `materials:`, `processes:` or `buy:`");
 
-/// Keys of the user's file.
+/// Top-level keys of the user's file.
 const USER_KEYS: [&str; 3] = [MATERIALS.key, PROCESSES.key, BUYING.key];
 
-/// What files say beside the parameters of a family.
+/// Catalogues that result from the built-in entries and those of files.
 #[derive(Clone, Debug)]
 pub(crate) struct Own {
-    /// Every material that may be named.
+    /// All materials that may be named.
     pub materials: Catalogue,
-    /// What is said of processes and of parts.
+    /// Processes, and their assignment to parts.
     pub processes: Processes,
-    /// Everything that may be bought.
+    /// All articles that may be bought.
     pub articles: Articles,
 }
 
 impl Own {
-    /// Takes its sections out of the layers of a sensor, the sensor's own file first among them; what
-    /// is wrong is reported.
+    /// Removes the user's sections from the layers of a sensor, of which the sensor's own file is the first, and
+    /// reports their problems.
     pub fn take(
         layers: &mut [(Place, Vec<Entry>)],
         user: Option<&UserFile>,
@@ -58,6 +58,7 @@ impl Own {
             take_raws(PROCESSES, &mut entries, &place, &mut processes, found);
             take_raws(BUYING, &mut entries, &place, &mut buying, found);
         }
+        // From the farthest base to the sensor's own file, which overrides all others.
         for (place, entries) in layers.iter_mut().rev() {
             take_raws(MATERIALS, entries, place, &mut materials, found);
             take_raws(PROCESSES, entries, place, &mut processes, found);
@@ -73,7 +74,8 @@ impl Own {
         }
     }
 
-    /// Takes what the command line says of parts out of the overrides.
+    /// Removes the assignments to parts, which begin with `parts.`, from the overrides of the command line. Returns the
+    /// other overrides.
     pub fn take_overrides(&mut self, overrides: &[String], found: &mut Vec<Found>) -> Vec<String> {
         let place = Place::new(TextLayer::Override, OVERRIDES, &USER);
         let mut rest = overrides.to_vec();
@@ -81,20 +83,20 @@ impl Own {
         rest
     }
 
-    /// What parameters are read with.
+    /// Returns the context that parameters are read with.
     pub fn known(&self) -> Known {
         Known { materials: self.materials.clone(), making: self.processes.making() }
     }
 
-    /// Every figure of what is used and not as it is built in, as further parameters: what is made
-    /// follows from them. `parts` are the names of what is made.
+    /// Returns all figures of used materials and processes that are not built in, as further parameters, because the
+    /// parts depend on them. `parts` are the names of the made parts.
     pub fn settings(&self, materials: &[Castable], parts: &[String]) -> Vec<Setting> {
         let own = materials.iter().filter(|castable| !castable.material().is_builtin());
         let own = own.flat_map(|castable| castable.material().settings.clone());
         own.chain(self.processes.settings(parts)).collect()
     }
 
-    /// The materials that parameters name, in their order.
+    /// Returns the materials that parameters name, in their order, each once.
     pub fn used(&self, parameters: &[Setting]) -> Vec<Castable> {
         let mut used: Vec<Castable> = Vec::new();
         for setting in parameters {
@@ -106,6 +108,7 @@ impl Own {
     }
 }
 
+/// Reads the user's file and reports unknown keys.
 fn user_entries(user: Option<&UserFile>, found: &mut Vec<Found>) -> Option<(Place, Vec<Entry>)> {
     let UserFile { file, text } = user?;
     let place = Place::new(TextLayer::Base, file, &USER);
@@ -123,6 +126,7 @@ fn user_entries(user: Option<&UserFile>, found: &mut Vec<Found>) -> Option<(Plac
     Some((place, entries))
 }
 
+/// Removes a section from entries and appends the named sections in it to `all`.
 fn take_raws(
     noun: Noun,
     entries: &mut Vec<Entry>,

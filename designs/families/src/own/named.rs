@@ -1,7 +1,7 @@
-//! Sections whose keys are names that people give: materials and processes.
+//! Sections whose keys are names that users choose: materials, processes and articles to buy.
 //!
-//! What a file says of a name lies over what is built in, as a sensor's file lies over the one that it
-//! extends: it states what differs. `extends: NAME` starts from another name.
+//! A file's statements on a name override the built-in ones, as a sensor's file overrides the one that it extends: it
+//! states only the differences. `extends: NAME` starts from another name.
 
 use std::collections::BTreeMap;
 
@@ -10,52 +10,52 @@ use fabkit_text::{
     Section, Setting, join, shown, similar, take_word,
 };
 
-/// Names that start from each other: more than this is a circle.
+/// Maximum number of names that extend each other; more than this is a cycle.
 const LONGEST_CHAIN: usize = 16;
 
-/// Most names that somebody may have meant.
+/// Maximum number of suggestions for a misspelt name.
 const MOST_SUGGESTED: usize = 3;
 
-/// Most characters of a name.
+/// Maximum length of a name, characters.
 const LONGEST_NAME: usize = 80;
 
-/// A kind of named section.
+/// Kind of a named section.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noun {
-    /// The key at the top of the file: `materials`.
+    /// Top-level key in files, for example `materials`.
     pub key: &'static str,
-    /// For messages, as the noun of files.
+    /// Dialect, which messages take the noun from.
     pub dialect: &'static Dialect,
 }
 
-/// What one text says of one name.
+/// Statements of one text on one name.
 #[derive(Clone, Debug)]
 pub(crate) struct Raw {
-    /// As written.
+    /// Name as written.
     pub name: String,
-    /// Where the name stands.
+    /// Place of the name.
     pub place: Place,
-    /// What it says.
+    /// Entries of the section.
     pub entries: Vec<Entry>,
 }
 
 impl Raw {
-    /// Whether it starts from that name.
+    /// Returns whether the section extends that name.
     pub fn extends(&self, name: &str) -> bool {
         let base = self.entries.iter().find(|entry| entry.key == "extends");
         base.and_then(|entry| entry.value.text()).is_some_and(|base| key_of(base) == key_of(name))
     }
 }
 
-/// A name as it is compared: without case, and without doubled spaces.
+/// Returns the form in which names are compared: lower case, single spaces.
 pub(crate) fn key_of(name: &str) -> String {
     name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
 }
 
-/// Names that somebody may have meant, best first.
+/// Returns the known names most similar to a misspelt one, best first.
 pub(crate) fn near<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     let plain = |name: &str| key_of(name).replace(' ', "_");
-    // Whole names, and what follows a maker's name.
+    // Compares with whole names and with their tails, since users often omit the maker's name.
     let mut plains: Vec<(String, &str)> = Vec::new();
     for name in known {
         let whole = plain(name);
@@ -75,7 +75,7 @@ pub(crate) fn near<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) 
     names
 }
 
-/// A name that a file gives; `None` after reporting why it is none.
+/// Validates a name given in a file; returns `None` after reporting why it is invalid.
 pub(crate) fn given_name(
     text: &str,
     place: &Place,
@@ -94,8 +94,9 @@ pub(crate) fn given_name(
     None
 }
 
-/// Reads what stands behind the key: names with sections, or a list of sections with `name:`.
+/// Reads the value of the key: a map of names to sections, or a list of sections with `name:`.
 pub(crate) fn raws(noun: Noun, entry: Entry, place: &Place, found: &mut Vec<Found>) -> Vec<Raw> {
+    // Messages then speak of materials, processes or articles instead of sensors.
     let place = Place { dialect: noun.dialect, ..place.clone() };
     let mut raws: Vec<Raw> = Vec::new();
     let sections: Vec<(Option<String>, Position, Node)> = match entry.value.content {
@@ -152,17 +153,17 @@ pub(crate) fn raws(noun: Noun, entry: Entry, place: &Place, found: &mut Vec<Foun
     raws
 }
 
-/// What all texts say, the later ones over the earlier ones, by [`key_of`] the name.
+/// Statements of all texts by [`key_of`] the name; later texts override earlier ones.
 #[derive(Debug, Default)]
 pub(crate) struct Layered<'a> {
     by_key: BTreeMap<String, Vec<&'a Raw>>,
 }
 
-/// Sections of one name with all that it starts from, the lowest first.
+/// Sections of one name and of all names that it extends, lowest layer first.
 type Stack = Vec<(Place, Vec<Entry>)>;
 
 impl<'a> Layered<'a> {
-    /// Of all texts in order.
+    /// Groups the statements of all texts, given in order.
     pub fn new(raws: impl IntoIterator<Item = &'a Raw>) -> Self {
         let mut by_key: BTreeMap<String, Vec<&Raw>> = BTreeMap::new();
         for raw in raws {
@@ -171,7 +172,7 @@ impl<'a> Layered<'a> {
         Self { by_key }
     }
 
-    /// Every name with what the texts say of it.
+    /// Iterates over all names with their statements.
     pub fn iter(&self) -> impl Iterator<Item = (&String, &[&'a Raw])> {
         self.by_key.iter().map(|(key, raws)| (key, &raws[..]))
     }
@@ -180,7 +181,7 @@ impl<'a> Layered<'a> {
         self.by_key.values().filter_map(|raws| raws.first()).map(|raw| &*raw.name).collect()
     }
 
-    /// Everything said of a name; `None` after reporting why it cannot be read.
+    /// Returns all sections of a name and of those that it extends; `None` after reporting why they cannot be read.
     pub fn stack(&self, noun: Noun, key: &str, found: &mut Vec<Found>) -> Option<Stack> {
         let mut parts: Vec<Stack> = Vec::new();
         let mut seen: Vec<String> = Vec::new();
@@ -191,10 +192,11 @@ impl<'a> Layered<'a> {
             let (mut stack, mut base) = (Stack::new(), None);
             for raw in raws {
                 let mut entries = raw.entries.clone();
+                // Noted before the entry is taken, to tell a missing key from an unreadable value.
                 let extends_something = entries.iter().any(|entry| entry.key == "extends");
                 let extends = take_word(&mut entries, "extends", &raw.place, found);
                 if extends_something {
-                    // The text that lies over the others says what the name starts from.
+                    // The last text that states a base decides.
                     base = Some((raw, extends?));
                 }
                 stack.push((raw.place.clone(), entries));
@@ -219,27 +221,29 @@ impl<'a> Layered<'a> {
             }
             next = Some(base);
         }
+        // The farthest base is the lowest layer.
         Some(parts.into_iter().rev().flatten().collect())
     }
 }
 
-/// Takes a key out of entries.
+/// Removes a key from entries and returns its value.
 pub(crate) fn taken(entries: &mut Vec<Entry>, key: &str) -> Option<Node> {
     let at = entries.iter().position(|entry| entry.key == key)?;
     Some(entries.remove(at).value)
 }
 
-/// What to write for a name that is not known.
+/// Returns a hint for an unknown name.
 pub(crate) fn unknown_hint(written: &str, names: &[&str]) -> String {
     let near = near(written, names.iter().copied());
-    let list = format!("known are {}", names.join("; "));
-    match near.is_empty() {
-        true => list,
-        false => format!("{} {list}", fabkit_text::did_you_mean(&near)),
+    if near.is_empty() {
+        format!("known are {}", fabkit_text::list_names(names))
+    } else {
+        fabkit_text::did_you_mean(&near)
     }
 }
 
-/// Reads the keys that are declared; `None` after reporting what is wrong, with the name before it.
+/// Reads the declared keys of a section; returns `None` after reporting the problems, each message prefixed by the
+/// name.
 pub(crate) fn read<S: Section>(
     noun: Noun,
     name: &str,
@@ -263,6 +267,7 @@ pub(crate) fn read<S: Section>(
         return section.map(|section| (section, settings));
     }
     let about = |problem: Problem| {
+        // The declared keys are read as a file of their own; the message has to speak of the section instead.
         let message = match problem.message.strip_prefix("the file lacks") {
             Some(rest) => format!("{} lacks{rest}", shown(name)),
             None => format!("{}: {}", shown(name), problem.message),

@@ -1,4 +1,4 @@
-//! What the JSON Schema of sensor files says of a user's own materials and processes.
+//! Sections for user-defined materials, processes, parts and articles in the JSON Schema of sensor files.
 
 use fabkit_text::{Json, Section, section_schema};
 use serde_json::json;
@@ -76,7 +76,7 @@ fn buy() -> Json {
     named(&one, "What to buy, by the name of a piece, an article, a component or a kit.")
 }
 
-/// Sections by name, or a list of sections with their names in them.
+/// Returns the schema of a map of names to sections, or of a list of sections with names in them.
 fn named(one: &Json, description: &str) -> Json {
     let mut item = one.clone();
     item["properties"]["name"] = json!({ "type": "string", "description": "Its name." });

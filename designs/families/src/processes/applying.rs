@@ -1,4 +1,4 @@
-//! Parts get what files say of how they are made.
+//! Application of assigned processes, materials and labels to the parts of a sensor or fixture.
 
 use fabkit_geometry::{Body, Kind, Machine, Process, Sensor};
 use fabkit_text::{Found, InvalidDesign, Report, Setting, join, shown};
@@ -9,7 +9,7 @@ use crate::buying::{Articles, fill_all};
 use crate::labeling::{self, Labels};
 use crate::own::named::near;
 
-/// What a sensor's file says of processes and parts, for fixtures that are made for the sensor.
+/// Statements of a sensor's file on processes, parts, labels and articles, kept for the fixtures of the sensor.
 #[derive(Clone, Debug)]
 pub struct Workshop {
     pub(crate) processes: Processes,
@@ -19,8 +19,8 @@ pub struct Workshop {
 }
 
 impl Workshop {
-    /// Gives the parts of a fixture their processes and labels, as those of the sensor have them, and returns what
-    /// they follow from, as further parameters. They are called `FIXTURE/PART`.
+    /// Applies processes, materials, labels and articles to the parts of a fixture as to those of the sensor. Returns
+    /// the settings they depend on, as further parameters. Parts of a fixture are called `FIXTURE/PART`.
     ///
     /// # Errors
     /// Parts that cannot be made as a file says.
@@ -44,12 +44,12 @@ impl Workshop {
     }
 }
 
-/// Names of parts as patterns mean them: with `FIXTURE/` before those of a fixture.
+/// Returns the names of parts as patterns address them; those of a fixture start with `FIXTURE/`.
 pub(crate) fn names(kit: &Sensor, scope: &str) -> Vec<String> {
     kit.parts().map(|part| format!("{scope}{}", part.name)).collect()
 }
 
-/// Reports patterns that name neither a part of the sensor nor one of its fixtures.
+/// Reports patterns that match neither a part of the sensor nor one of its fixtures.
 pub(crate) fn report_unnamed(
     making: &Making,
     of_sensor: &[String],
@@ -58,6 +58,7 @@ pub(crate) fn report_unnamed(
 ) {
     let mut fixtures: Vec<&str> =
         of_fixtures.iter().filter_map(|name| Some(name.split_once('/')?.0)).collect();
+    // Parts of one fixture are listed one after the other.
     fixtures.dedup();
     for given in making.all_given() {
         let mut names = of_sensor.iter().chain(of_fixtures);
@@ -77,7 +78,7 @@ pub(crate) fn report_unnamed(
     }
 }
 
-/// What somebody may have meant by a pattern that names nothing.
+/// Returns a suggestion for a pattern that matches nothing.
 fn did_you_mean(
     pattern: &str,
     of_sensor: &[String],
@@ -92,7 +93,7 @@ fn did_you_mean(
     if of_sensor.iter().any(|name| name.starts_with(&stem)) {
         return format!("did you mean `{stem}*`? ");
     }
-    // A part of a fixture without its fixture, a fixture alone, slips.
+    // Most likely mistakes, in this order: a misspelt part, a fixture without `/*`, a part without its fixture.
     let in_fixture = |name: &&String| name.split_once('/').is_some_and(|(_, part)| part == pattern);
     let named: Vec<&str> = of_fixtures.iter().filter(in_fixture).map(String::as_str).collect();
     let whole: Vec<String> =
@@ -106,8 +107,8 @@ fn did_you_mean(
         .unwrap_or_default()
 }
 
-/// Gives parts their processes, with what to mind; what cannot be is reported. `scope` stands before the
-/// names of the parts; `follows` says whether all fits follow.
+/// Assigns processes and materials to the parts of a kit, with notes for whoever makes them, and reports impossible
+/// assignments. `scope` precedes the names of the parts; `follows` tells whether all fits follow the process.
 pub(crate) fn assign(
     kit: &mut Sensor,
     scope: &str,
@@ -135,7 +136,7 @@ pub(crate) fn assign(
         let old = std::mem::replace(&mut part.material, material);
         take(part, recipe, usual, &old, follows);
     }
-    // Parts of one piece leave one machine.
+    // Parts printed as one piece need the same process.
     for group in &kit.print_groups {
         let mut made = kit.bodies.iter().filter(|body| group.parts.contains(&body.name));
         let Some(first) = made.next() else { continue };
@@ -156,7 +157,7 @@ pub(crate) fn assign(
     }
 }
 
-/// A part, usually made by `usual` from `old`, is made as a recipe says.
+/// Changes a part, usually made by `usual` from `old`, to a recipe and adds a note about the change.
 fn take(part: &mut Body, recipe: &Recipe, usual: Process, old: &str, follows: bool) {
     let process = recipe.kind.process();
     part.kind = Kind::Made(process);
@@ -182,7 +183,7 @@ fn take(part: &mut Body, recipe: &Recipe, usual: Process, old: &str, follows: bo
     part.notes.extend(recipe.figures.as_ref().and_then(|f| f.note.clone()));
 }
 
-/// Why a part that is usually made in one way cannot be made in another.
+/// Returns the reason why a part that is usually made by one process cannot be made by another.
 fn refused(usual: Process, kind: ProcessKind) -> Option<&'static str> {
     use Process::{Cast, Laser, Pcb};
     match (usual, kind) {

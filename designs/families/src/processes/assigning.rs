@@ -1,4 +1,4 @@
-//! Which parts are made how: `processes:` and `parts:` of files, as read.
+//! Assignment of processes and materials to parts: the keys `processes:` and `parts:` of files.
 
 use fabkit_text::{Dialect, Entry, Found, Place, Reading, Setting, Source, join, shown};
 
@@ -6,19 +6,19 @@ use super::making::{Given, fits};
 use super::{Making, ProcessFigures, ProcessKind, Recipe};
 use crate::own::named::{Layered, Noun, Raw, given_name, key_of, near, read, taken};
 
-/// Processes in files.
+/// Processes in files: key and dialect.
 pub(crate) const PROCESSES: Noun = Noun {
     key: "processes",
     dialect: &Dialect::new("process", 1, ", then `processes:` and names with sections"),
 };
 
-/// The key with what is said of parts.
+/// Key of the assignments to parts.
 pub(crate) const PARTS: &str = "parts";
 
-/// Most materials of one process.
+/// Maximum number of materials of one process.
 const MOST_MATERIALS: usize = 32;
 
-/// What files say of processes and parts.
+/// Processes and assignments stated by files.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Processes {
     recipes: Vec<(Recipe, Vec<Setting>)>,
@@ -26,7 +26,7 @@ pub(crate) struct Processes {
 }
 
 impl Processes {
-    /// Reads what files say; the later ones lie over the earlier ones.
+    /// Reads processes and assignments; later texts override earlier ones.
     pub fn read(raws: Vec<Raw>, parts: Vec<(Place, Entry)>, found: &mut Vec<Found>) -> Self {
         let layered = Layered::new(&raws);
         let recipe = |(key, said): (&String, &[&Raw])| recipe(&layered, key, said, found);
@@ -42,7 +42,7 @@ impl Processes {
         all
     }
 
-    /// `parts.PATTERN.process=WORD` of the command line; whether it was one.
+    /// Reads an override `parts.PATTERN.process=WORD` of the command line. Returns whether the text was one.
     pub fn set(&mut self, text: &str, place: &Place, found: &mut Vec<Found>) -> bool {
         let Some((path, value)) = text.split_once('=') else { return false };
         let Some(rest) = path.trim().strip_prefix("parts.") else { return false };
@@ -56,6 +56,7 @@ impl Processes {
         true
     }
 
+    /// Reads the assignment to one pattern.
     fn part(&mut self, reading: &mut Reading, entry: Entry) {
         let path = join(PARTS, &shown(&entry.key));
         let place = reading.place.at(entry.key_position);
@@ -65,6 +66,7 @@ impl Processes {
             let path = join(&path, &shown(&inner.key));
             let Some(text) = reading.scalar(&path, &inner.value) else { continue };
             let key_place = reading.place.at(inner.key_position);
+            // A wrong value is reported at the value, an unknown key at the key.
             let at = if matches!(&*inner.key, "process" | "material") {
                 reading.place.at(inner.value.position)
             } else {
@@ -75,6 +77,7 @@ impl Processes {
         self.given.push(given);
     }
 
+    /// Reads the key `process` or `material` of an assignment.
     fn key(
         &self,
         reading: &mut Reading,
@@ -114,15 +117,18 @@ impl Processes {
         }
     }
 
+    /// Returns the names of all processes: the user's own, then the kinds.
     fn names(&self) -> Vec<String> {
         let own = self.recipes.iter().map(|(recipe, _)| recipe.name.clone());
         let kinds = ProcessKind::WORDS.iter().map(|word| (*word).to_owned());
         let mut names: Vec<String> = own.chain(kinds).collect();
         let mut seen = std::collections::BTreeSet::new();
+        // A user's process may have the name of a kind.
         names.retain(|name| seen.insert(key_of(name)));
         names
     }
 
+    /// Finds a process by name: a user's own, otherwise a kind.
     fn recipe(&self, name: &str) -> Option<Recipe> {
         let key = key_of(name);
         let own = self.recipes.iter().find(|(recipe, _)| key_of(&recipe.name) == key);
@@ -134,18 +140,19 @@ impl Processes {
         Some(Recipe { name, kind, figures: None, materials: Vec::new() })
     }
 
-    /// For those who cut fits.
+    /// Returns the assignments in the form in which families ask for them.
     pub fn making(&self) -> Making {
+        // A recipe named like its kind, such as `fdm`, changes that kind for all parts.
         let is_of_kind = |recipe: &&Recipe| recipe.kind.word() == key_of(&recipe.name);
         let recipes = self.recipes.iter().map(|(recipe, _)| recipe);
         let of_kind = recipes.filter(is_of_kind).cloned().collect();
         Making::new(of_kind, self.given.clone())
     }
 
-    /// What parts of these names follow from.
+    /// Returns the settings that parts of these names depend on.
     pub fn settings(&self, names: &[String]) -> Vec<Setting> {
         let is_meant = |given: &&Given| names.iter().any(|name| fits(&given.pattern, name));
-        // Of machines that no part is made on, nothing follows.
+        // A machine on which no part is made does not count.
         let is_used = |recipe: &Recipe| {
             let given = self.given.iter().filter(is_meant);
             recipe.kind.word() == key_of(&recipe.name)
@@ -179,7 +186,7 @@ impl Processes {
     }
 }
 
-/// One process; `None` after reporting what is wrong with it.
+/// Reads one process; returns `None` after reporting its problems.
 fn recipe(
     layered: &Layered,
     key: &str,

@@ -1,4 +1,4 @@
-//! Fits of parts that a file gives another process.
+//! Fits of parts whose process or clearances a file changes.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,7 +10,7 @@ use super::Recipe;
 use crate::own::named::key_of;
 use crate::{Fit, gap_mm};
 
-/// What a file gives to the parts that a pattern names.
+/// Assignment of a file to the parts that match a pattern.
 #[derive(Clone, Debug)]
 pub(crate) struct Given {
     pub pattern: String,
@@ -19,23 +19,24 @@ pub(crate) struct Given {
     pub material: Option<String>,
 }
 
-/// Which parts are made otherwise than their family says, for those who cut fits into them.
+/// Processes and materials that differ from the family's own, for code that cuts fits into parts.
 ///
-/// It is read with the parameters of a family, and stands nowhere in a file.
+/// It is read together with the parameters of a family, but is no key of a file.
 #[derive(Clone, Debug, Default)]
 pub struct Making(Arc<Inner>);
 
+/// Shared content of [`Making`].
 #[derive(Debug, Default)]
 struct Inner {
-    /// Recipes of whole kinds: what a file says of `fdm` goes for every part of that kind.
+    /// Recipes of whole kinds: a file's figures for `fdm` apply to every part of that kind.
     of_kind: Vec<Recipe>,
-    /// Parts by pattern; the last that fits counts.
+    /// Assignments by pattern; the last match counts.
     of_parts: Vec<Given>,
-    /// Whether the family cuts its fits by what is said here.
+    /// True once the family has asked for a gap here, so that its fits follow the process.
     is_asked: AtomicBool,
 }
 
-/// What it says does not tell parameters apart: it is the same for all of a design.
+/// Always equal: all parameters of one design share the same assignments, so they never distinguish two values.
 impl PartialEq for Making {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -47,16 +48,18 @@ impl Making {
         Self(Arc::new(Inner { of_kind, of_parts, is_asked: AtomicBool::new(false) }))
     }
 
-    /// Gap per side of a fit in a part that has the hole and is usually made by `usual`: see [`gap_mm`].
+    /// Returns the gap per side, mm, of a fit in the part that has the hole and is usually made by `usual`: see
+    /// [`gap_mm`].
     ///
     /// A part of a fixture is called `FIXTURE/PART`; see [`Making::in_fixture`].
     pub fn gap_mm(&self, part: impl AsRef<str>, usual: Process, fit: Fit) -> f64 {
+        // Only read after the family has built its parts.
         self.0.is_asked.store(true, Ordering::Relaxed);
         let recipe = self.of(part.as_ref()).or_else(|| self.of_kind(usual));
         recipe.map_or_else(|| gap_mm(usual, fit), |recipe| gap_of(recipe, fit))
     }
 
-    /// The same where one shape serves several parts, each with its usual process: the largest gap.
+    /// Returns the largest gap per side, mm, where one shape serves several parts, each given with its usual process.
     pub fn widest_mm<N: AsRef<str>>(
         &self,
         parts: impl IntoIterator<Item = (N, Process)>,
@@ -66,52 +69,53 @@ impl Making {
         gaps.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// How a part is made that is usually made by `usual`.
+    /// Returns the process of a part that is usually made by `usual`.
     pub fn process(&self, part: impl AsRef<str>, usual: Process) -> Process {
         self.of(part.as_ref()).map_or(usual, |recipe| recipe.kind.process())
     }
 
-    /// For the parts of a fixture, which are usually made by `usual`.
+    /// Returns the assignments for the parts of a fixture, which are usually made by `usual`.
     pub fn in_fixture(&self, fixture: &'static str, usual: Process) -> FixtureMaking<'_> {
         FixtureMaking { making: self, fixture, usual }
     }
 
-    /// Whether every part is made as usual: no file says anything.
+    /// Returns whether every part is made as usual, because no file states anything.
     fn is_usual(&self) -> bool {
         self.0.of_kind.is_empty() && self.0.of_parts.is_empty()
     }
 
-    /// Whether the family's fits follow.
+    /// Returns whether the family has asked for its gaps, so that its fits follow the process.
     pub(crate) fn is_asked(&self) -> bool {
         self.0.is_asked.load(Ordering::Relaxed)
     }
 
-    /// What files say of a part, the last first.
+    /// Returns the assignments that match a part, the last one first.
     pub(crate) fn given(&self, part: &str) -> impl Iterator<Item = &Given> + Clone {
         self.0.of_parts.iter().rev().filter(move |given| fits(&given.pattern, part))
     }
 
-    /// Everything that is said of parts.
+    /// Returns all assignments.
     pub(crate) fn all_given(&self) -> &[Given] {
         &self.0.of_parts
     }
 
-    /// What a file says of how a part is made.
+    /// Returns the recipe that a file assigns to a part.
     pub(crate) fn of(&self, part: &str) -> Option<&Recipe> {
         self.given(part).find_map(|given| given.recipe.as_ref())
     }
 
-    /// What a part is made from that is usually made by `usual` from `material`.
+    /// Returns the material of a part that is usually made by `usual` from `material`.
     pub(crate) fn material(&self, part: &str, usual: Process, material: &str) -> String {
         if let Some(given) = self.given(part).find_map(|given| given.material.clone()) {
             return given;
         }
         let Some(recipe) = self.of(part) else { return material.into() };
-        // What follows a comma is its color.
+        // In names such as `PLA, black`, the text after the comma is the colour.
         let (plain, color) = material.split_once(", ").unwrap_or((material, ""));
         let suits = |known: &String| [material, plain].map(key_of).contains(&key_of(known));
         match recipe.materials.first() {
             Some(_) if recipe.materials.iter().any(suits) => material.into(),
+            // The process does not take the part's usual material.
             Some(first) => first.clone(),
             None => match recipe.kind.usual_material() {
                 Some(new) if recipe.kind.process() != usual && !color.is_empty() => {
@@ -123,13 +127,13 @@ impl Making {
         }
     }
 
-    /// What a file says of every part of a kind.
+    /// Returns the recipe that a file states for all parts of a kind.
     pub(crate) fn of_kind(&self, process: Process) -> Option<&Recipe> {
         self.0.of_kind.iter().find(|recipe| recipe.kind.process() == process)
     }
 }
 
-/// How the parts of one fixture are made; they are called by their names in it.
+/// Assignments for the parts of one fixture, which are addressed by their names in it.
 #[derive(Clone, Copy, Debug)]
 pub struct FixtureMaking<'a> {
     making: &'a Making,
@@ -137,47 +141,49 @@ pub struct FixtureMaking<'a> {
     usual: Process,
 }
 
-/// How a part is made.
+/// Process, material and machine of a part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Made {
-    /// Its process.
+    /// Process that makes the part.
     pub process: Process,
-    /// From what.
+    /// Material that the part is made from.
     pub material: String,
-    /// On what, where a file says so.
+    /// Machine that makes it, if a file states one.
     pub machine: Option<Machine>,
 }
 
 impl Made {
-    /// What messages call it: the machine, or the process.
+    /// Returns the name for messages: the machine, or the process.
     pub fn word(&self) -> String {
         self.machine.as_ref().map_or_else(|| self.process.to_string(), |own| own.name.clone())
     }
 }
 
 impl<'a> FixtureMaking<'a> {
-    /// For parts that are usually made in another way.
+    /// Returns the assignments for parts with another usual process.
     #[must_use]
     pub fn usually(self, usual: Process) -> Self {
         Self { usual, ..self }
     }
 
-    /// How they are made where nobody says anything.
+    /// Returns the usual process.
     pub fn usual(&self) -> Process {
         self.usual
     }
 
+    /// Returns the name of a part in patterns.
     fn name(&self, part: &str) -> String {
         format!("{}/{part}", self.fixture)
     }
 
-    /// Gap per side of a fit in a part that has the hole: see [`gap_mm`].
+    /// Returns the gap per side, mm, of a fit in the part that has the hole: see [`gap_mm`].
     pub fn gap_mm(&self, part: impl AsRef<str>, fit: Fit) -> f64 {
         self.making.gap_mm(self.name(part.as_ref()), self.usual, fit)
     }
 
-    /// The same where one shape serves several parts: the largest gap.
+    /// Returns the largest gap per side, mm, where one shape serves several parts.
     pub fn widest_mm<N: AsRef<str>>(&self, parts: impl IntoIterator<Item = N>, fit: Fit) -> f64 {
+        // Without statements all parts have the same gap.
         if self.making.is_usual() {
             return gap_mm(self.usual, fit);
         }
@@ -185,7 +191,7 @@ impl<'a> FixtureMaking<'a> {
         gaps.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// How a part is made that is usually made from `material`.
+    /// Returns process, material and machine of a part that is usually made from `material`.
     pub fn made(&self, part: impl AsRef<str>, material: &str) -> Made {
         let name = self.name(part.as_ref());
         let recipe = self.making.of(&name);
@@ -197,18 +203,21 @@ impl<'a> FixtureMaking<'a> {
     }
 }
 
+/// Returns the gap of a recipe: its own, otherwise the one of its kind.
 fn gap_of(recipe: &Recipe, fit: Fit) -> f64 {
     recipe.clearance_mm(fit).unwrap_or_else(|| gap_mm(recipe.kind.process(), fit))
 }
 
-/// Whether a name is as a pattern says, in which `*` stands for anything.
+/// Returns whether a name matches a pattern, in which `*` stands for any text.
 pub(crate) fn fits(pattern: &str, name: &str) -> bool {
     let mut pieces = pattern.split('*');
     let first = pieces.next().unwrap_or_default();
     let Some(mut rest) = name.strip_prefix(first) else { return false };
     let mut pieces: Vec<&str> = pieces.collect();
+    // A pattern without `*` has to match exactly.
     let Some(last) = pieces.pop() else { return rest.is_empty() };
     for piece in pieces {
+        // Leftmost matches suffice, because only the last piece is anchored at the end.
         let Some(at) = rest.find(piece) else { return false };
         rest = &rest[at + piece.len()..];
     }

@@ -1,7 +1,7 @@
-//! How parts are made: a user's own machines, and which of the parts are made on them.
+//! Processes: a user's own machines, and the parts that are made on them.
 //!
-//! A family says how each of its parts is usually made. What a file says of processes changes that for
-//! the parts it names: their fits, what is checked of them, and what is told to whoever makes them.
+//! A family states how each of its parts is usually made. Statements of files on processes change that for the parts
+//! they name: fits, checks and instructions follow.
 
 mod applying;
 mod assigning;
@@ -17,26 +17,26 @@ pub(crate) use assigning::{PARTS, PROCESSES, Processes};
 pub use making::{FixtureMaking, Made, Making};
 
 choices! {
-    /// A way to make a part that a part may be given.
+    /// Process that a file can assign to a part.
     pub enum ProcessKind {
-        /// Filament.
+        /// Filament printing.
         Fdm = "fdm",
-        /// Resin.
+        /// Resin printing.
         Sla = "sla",
-        /// Jetted resin.
+        /// Jetting of resin.
         PolyJet = "polyjet",
-        /// Cut from a sheet.
+        /// Cutting from a sheet.
         Laser = "laser",
-        /// Machined.
+        /// Machining.
         Cnc = "cnc",
     }
 }
 
 impl ProcessKind {
-    /// Every kind.
+    /// All kinds.
     pub(crate) const ALL: [Self; 5] = [Self::Fdm, Self::Sla, Self::PolyJet, Self::Laser, Self::Cnc];
 
-    /// As parts have it.
+    /// Returns the process of the geometry crate.
     pub fn process(self) -> Process {
         match self {
             Self::Fdm => Process::Fdm,
@@ -47,8 +47,7 @@ impl ProcessKind {
         }
     }
 
-    /// What parts are made from where nobody says: nothing for what is cut from a stock that the family
-    /// names.
+    /// Returns the default material; `None` for processes that cut stock, which the family names.
     fn usual_material(self) -> Option<&'static str> {
         match self {
             Self::Fdm => Some("PLA"),
@@ -60,7 +59,7 @@ impl ProcessKind {
 }
 
 parameters! {
-    /// Gaps per side between a hole and what goes in; those of the kind where nothing is said.
+    /// Gaps per side between a hole and what goes in; the defaults of the kind where a gap is left out.
     pub struct Clearance {
         /// Holds by itself: less than nothing.
         press: Option<Length> = -1.0..=0.0,
@@ -74,7 +73,7 @@ parameters! {
 }
 
 parameters! {
-    /// Room that a machine has for a part.
+    /// Build volume of a machine.
     pub struct Room {
         /// Along its x.
         width: Option<Length> = 10.0..=5000.0,
@@ -86,7 +85,7 @@ parameters! {
 }
 
 parameters! {
-    /// A machine that parts are made on; what is not said is as usual for its kind.
+    /// Machine that parts are made on; values left out are as usual for its kind.
     pub struct ProcessFigures {
         /// Which kind of process it is.
         kind: Option<ProcessKind>,
@@ -121,21 +120,21 @@ parameters! {
     }
 }
 
-/// A process that a part may be given.
+/// Process that a file can assign to a part.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Recipe {
-    /// As it is called.
+    /// Name of the process.
     pub name: String,
-    /// Which kind it is.
+    /// Kind of the process.
     pub kind: ProcessKind,
-    /// What a file says of it; nothing of a kind that no file speaks of.
+    /// Figures that a file states; `None` for a kind without a section in any file.
     pub figures: Option<ProcessFigures>,
-    /// What it is made from; any where none is named.
+    /// Materials that the process takes; any if empty.
     pub materials: Vec<String>,
 }
 
 impl Recipe {
-    /// Gap per side of a fit, where a file says one.
+    /// Returns the gap per side of a fit, mm, if a file states one.
     fn clearance_mm(&self, fit: Fit) -> Option<f64> {
         let clearance = &self.figures.as_ref()?.clearance;
         let gap = match fit {
@@ -147,11 +146,12 @@ impl Recipe {
         gap.map(Length::mm)
     }
 
-    /// What parts remember of it.
+    /// Returns the description of the machine that is stored with its parts.
     pub(crate) fn machine(&self) -> Machine {
         let Some(figures) = &self.figures else {
             return Machine { name: self.name.clone(), ..Machine::default() };
         };
+        // The rule of two lines per wall holds for filament only.
         let lines = figures.line_width.filter(|_| self.kind == ProcessKind::Fdm);
         let room = &figures.bed;
         Machine {

@@ -1,4 +1,4 @@
-//! The coupon's file: what was designed, and what a calliper says.
+//! File of the printer coupon: designed sizes and calliper readings.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use fabkit_text::{
 
 use super::{DiameterFit, LinearFit, PrintProcess, ProcessProfile, Shrinkage};
 
-/// Sizes of one kind on a coupon.
+/// Group of sizes of one kind on a coupon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CouponGroup {
     /// Inside diameters.
@@ -36,7 +36,7 @@ pub enum CouponGroup {
 }
 
 impl CouponGroup {
-    /// All of them, in the order of the file.
+    /// All groups, in the order of the file.
     pub const ALL: [Self; 10] = [
         Self::LengthsX,
         Self::LengthsY,
@@ -50,7 +50,7 @@ impl CouponGroup {
         Self::Dimples,
     ];
 
-    /// The key in the file.
+    /// Returns the key in the file.
     pub fn key(self) -> &'static str {
         match self {
             Self::Holes => "holes",
@@ -66,6 +66,7 @@ impl CouponGroup {
         }
     }
 
+    /// Returns the comment above the group in the file.
     fn comment(self) -> &'static str {
         match self {
             Self::Holes => "inside diameters of the round holes; mean of two directions",
@@ -81,7 +82,7 @@ impl CouponGroup {
         }
     }
 
-    /// How many measured sizes a profile needs.
+    /// Returns the number of measured sizes that a profile needs.
     fn needed(self) -> usize {
         match self {
             Self::Holes | Self::Pins | Self::LengthsX | Self::LengthsY | Self::LengthsZ => 3,
@@ -90,30 +91,30 @@ impl CouponGroup {
     }
 }
 
-/// One size on a coupon.
+/// Row of the file: one size on a coupon.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CouponRow {
-    /// For example `H3`.
+    /// Identifier, for example `H3`.
     pub id: String,
-    /// As designed, mm.
+    /// Designed size, mm.
     pub nominal_mm: f64,
-    /// As measured, mm; `None` until then.
+    /// Measured size, mm; `None` before the measurement.
     pub measured_mm: Option<f64>,
 }
 
-/// A coupon's sizes.
+/// Sizes of a coupon.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupon {
-    /// How it is printed.
+    /// Process that prints it.
     pub process: PrintProcess,
-    /// From what.
+    /// Material that it is printed from.
     pub material: String,
-    /// The sizes of each group, in order.
+    /// Rows of each group, in order.
     pub groups: Vec<(CouponGroup, Vec<CouponRow>)>,
 }
 
 impl Coupon {
-    /// The file to fill in; [`MeasuredProfile::read`] reads it.
+    /// Formats the template file, which [`MeasuredProfile::read`] reads once it is filled in.
     pub fn to_yaml(&self) -> String {
         let mut yaml = String::from(
             "# Measure the printed coupon with a calliper and replace each null by the size with its\n\
@@ -138,14 +139,14 @@ impl Coupon {
     }
 }
 
-/// A profile, and how well it is known.
+/// Profile with the quality of its fits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredProfile {
-    /// The profile.
+    /// Resulting profile.
     pub profile: ProcessProfile,
-    /// The line through each group that has enough sizes.
+    /// Fitted line of each group that has enough sizes.
     pub fits: Vec<(CouponGroup, LinearFit)>,
-    /// The smallest size of each group that came out at all, mm.
+    /// Smallest nominal size of each group that could be measured, mm.
     pub smallest_mm: Vec<(CouponGroup, f64)>,
 }
 
@@ -153,8 +154,8 @@ impl MeasuredProfile {
     /// Reads a filled-in coupon; `file` names the text in messages.
     ///
     /// # Errors
-    /// Everything that is wrong: sizes without a unit or far from what was designed, too few of
-    /// them, one that is off the line through the others.
+    /// Every problem: sizes without a unit or far from the designed ones, too few of them, one that lies off the line
+    /// through the others.
     pub fn read(file: &str, yaml: &str, name: &Name) -> Result<Self, InvalidDesign> {
         let text = Reading::new(Place::new(TextLayer::File, file, &COUPON));
         let mut sizes = Sizes { text, groups: Vec::new() };
@@ -163,16 +164,18 @@ impl MeasuredProfile {
     }
 }
 
-/// How far a size may be from the designed one before it must be a slip: a share and an absolute
-/// part, mm.
+/// Largest plausible deviation of a measured size from the designed one, as a fraction plus an absolute part, mm.
+/// Larger ones are taken for mistakes.
 const PLAUSIBLE: (f64, f64) = (0.05, 1.0);
-/// How far a size may lie off the line through its group, mm.
+/// Largest distance of a size from the line through its group, mm.
 const OFF_LINE_MM: f64 = 0.25;
+/// Allowed range of a size, mm.
 const SIZE_LIMITS_MM: std::ops::RangeInclusive<f64> = 0.05..=500.0;
 
-/// Files of coupons.
+/// Dialect of coupon files.
 const COUPON: Dialect = Dialect::new("coupon", 1, " and `process: NAME`");
 
+/// Measured row of a coupon.
 struct Row {
     path: String,
     at: Position,
@@ -180,13 +183,14 @@ struct Row {
     measured_mm: f64,
 }
 
-/// What was measured.
+/// Reader of measured sizes.
 struct Sizes {
     text: Reading,
     groups: Vec<(CouponGroup, Place, Vec<Row>)>,
 }
 
 impl Sizes {
+    /// Reads the file and fits the profile.
     fn read(&mut self, yaml: &str, name: &Name) -> Option<MeasuredProfile> {
         let Reading { place, found } = &mut self.text;
         let mut entries = mapping_of(yaml, place, found)?;
@@ -201,6 +205,7 @@ impl Sizes {
         for group in CouponGroup::ALL {
             self.enough(group);
         }
+        // A line through wrong readings would blame the right ones.
         if !self.text.found.is_empty() {
             return None;
         }
@@ -212,6 +217,7 @@ impl Sizes {
         measured
     }
 
+    /// Takes a required word from the top level of the file.
     fn word(
         &mut self,
         entries: &mut Vec<Entry>,
@@ -228,6 +234,7 @@ impl Sizes {
         word.and_then(|(word, at)| Some((word, at.position?)))
     }
 
+    /// Reads the rows of a group.
     fn group(&mut self, entry: Entry) {
         let Entry { key, key_position, value } = entry;
         let Some(group) = CouponGroup::ALL.into_iter().find(|group| group.key() == key) else {
@@ -256,7 +263,7 @@ impl Sizes {
         self.groups.push((group, self.text.place.at(key_position), rows));
     }
 
-    /// A size that was measured; `None` for others, and after reporting what is wrong.
+    /// Reads a measured row; `None` for an empty row and after reporting a problem.
     fn row(&mut self, path: &str, item: Node) -> Option<Row> {
         let Content::Map(entries) = item.content else {
             let hint = "write `{id: ..., nominal: ..., measured: ...}`";
@@ -269,6 +276,7 @@ impl Sizes {
             let at = value.position;
             let path = format!("{path}.{}", shown(&key));
             match (key.as_str(), value.content) {
+                // `id` is for people; null means not measured.
                 ("id", _) | ("measured", Content::Nothing) => {}
                 ("nominal" | "measured", Content::Scalar(text)) => {
                     match self.text.value::<Length>(at, &path, &text, &SIZE_LIMITS_MM) {
@@ -297,6 +305,7 @@ impl Sizes {
             }
             return None;
         };
+        // Rows that were not measured are skipped.
         let (measured_mm, at, path) = measured?;
         let (share, slack_mm) = PLAUSIBLE;
         let low_mm = ((1.0 - share) * nominal_mm - slack_mm).max(0.0);
@@ -314,12 +323,14 @@ impl Sizes {
         Some(Row { path, at, nominal_mm, measured_mm })
     }
 
+    /// Reports a group with too few different sizes.
     fn enough(&mut self, group: CouponGroup) {
         let (key, needed) = (group.key(), group.needed());
         let rows = self.groups.iter().find(|(found, ..)| *found == group);
         let mut sizes: Vec<f64> =
             rows.iter().flat_map(|(_, _, rows)| rows).map(|row| row.nominal_mm).collect();
         sizes.sort_by(f64::total_cmp);
+        // Repeated readings of one size do not define a line.
         sizes.dedup();
         if sizes.len() < needed {
             let place = rows.map_or(&self.text.place, |(_, place, _)| place);
@@ -334,16 +345,18 @@ impl Sizes {
         }
     }
 
+    /// Returns the (nominal, measured) sizes of a group, mm.
     fn points(&self, group: CouponGroup) -> Vec<(f64, f64)> {
         let rows = self.groups.iter().filter(|(found, ..)| *found == group);
         rows.flat_map(|(_, _, rows)| rows).map(|row| (row.nominal_mm, row.measured_mm)).collect()
     }
 
+    /// Fits the line of a group and reports the worst outlier.
     fn fit(&mut self, group: CouponGroup) -> Option<LinearFit> {
         let fit = LinearFit::through(&self.points(group))?;
         let rows = self.groups.iter().filter(|(found, ..)| *found == group);
         let off = |row: &&Row| fit.residual_mm((row.nominal_mm, row.measured_mm)).abs();
-        // One slip pulls the line away from all: only the worst is named.
+        // A single wrong reading pulls the line away from all others, so only the worst one is named.
         let worst = rows.flat_map(|(_, _, rows)| rows).max_by(|a, b| off(a).total_cmp(&off(b)))?;
         let off_mm = off(&worst);
         if off_mm > OFF_LINE_MM {
@@ -362,6 +375,7 @@ impl Sizes {
         Some(fit)
     }
 
+    /// Computes the profile from all groups.
     fn profile(
         &mut self,
         name: &Name,
@@ -375,6 +389,7 @@ impl Sizes {
                 .filter_map(|group| Some((group, self.fit(group)?)))
                 .collect();
         let fit = |group| fits.iter().find(|(found, _)| *found == group).map(|(_, fit)| *fit);
+        // The gain of lengths is 1 minus their shrinkage.
         let shrinkage = |group| Some(100.0 * (1.0 - fit(group)?.gain));
         let diameters = |group: CouponGroup| {
             let nominal: Vec<f64> = self.points(group).iter().map(|point| point.0).collect();
@@ -386,7 +401,7 @@ impl Sizes {
                 largest: Length::from_mm(nominal.iter().copied().fold(0.0, f64::max))?,
             })
         };
-        // What the lowest layers have beyond the line of the lengths, on each of two sides.
+        // Excess of the lowest layers over the line of the lengths, halved for each of two sides.
         let feet: Vec<f64> = [(FootX, LengthsX), (FootY, LengthsY)]
             .into_iter()
             .filter_map(|(foot, lengths)| Some((self.points(foot), fit(lengths)?)))

@@ -1,30 +1,29 @@
-//! Straight lines through measured sizes.
+//! Straight-line fits through measured sizes.
 
-/// A calliper shows hundredths: no fit knows its points better than the spread of rounding,
+/// Smallest assumed standard deviation of a reading, mm: a calliper shows hundredths, and their rounding spreads by
 /// 0.01 mm / sqrt(12).
 const READING_SIGMA_MM: f64 = 0.003;
 
-/// `measured = gain * nominal + offset`, by least squares.
+/// Linear model `measured = gain * nominal + offset`, fitted by least squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearFit {
-    /// What is added, mm.
+    /// Offset, mm.
     pub offset_mm: f64,
-    /// What is multiplied.
+    /// Gain.
     pub gain: f64,
     /// Standard deviation of the offset, mm.
     pub sigma_offset_mm: f64,
     /// Standard deviation of the gain.
     pub sigma_gain: f64,
-    /// How many sizes it goes through.
+    /// Number of sizes that the line was fitted to.
     pub count: usize,
 }
 
 impl LinearFit {
-    /// The line through (nominal, measured) sizes, mm; `None` for fewer than two nominal sizes.
+    /// Fits the line through (nominal, measured) sizes, mm; `None` for fewer than two distinct nominal sizes.
     ///
-    /// Standard deviations are those of ordinary least squares (Draper and Smith, "Applied
-    /// Regression Analysis", 1998, section 1.4), from the scatter of the points about the line but
-    /// at least from the rounding of a calliper.
+    /// Standard deviations are those of ordinary least squares (Draper and Smith, "Applied Regression Analysis", 1998,
+    /// section 1.4), from the scatter of the points about the line but at least from the rounding of a calliper.
     pub fn through(points: &[(f64, f64)]) -> Option<Self> {
         let count = points.len() as f64;
         let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / count;
@@ -37,6 +36,7 @@ impl LinearFit {
         let gain = common / spread;
         let offset_mm = mean_y - gain * mean_x;
         let squares: f64 = points.iter().map(|(x, y)| (y - gain * x - offset_mm).powi(2)).sum();
+        // Two points define the line exactly: then only the rounding of the calliper is known.
         let free = count - 2.0;
         let scatter = if free > 0.0 { (squares / free).sqrt() } else { 0.0 };
         let sigma = scatter.max(READING_SIGMA_MM);
@@ -49,7 +49,7 @@ impl LinearFit {
         })
     }
 
-    /// How far a measured size lies above the line, mm.
+    /// Returns the distance of a measured size above the line, mm.
     pub fn residual_mm(&self, (nominal_mm, measured_mm): (f64, f64)) -> f64 {
         measured_mm - self.gain * nominal_mm - self.offset_mm
     }

@@ -1,4 +1,4 @@
-//! The gel coupon's file: a ball on a cup of gel, what rests on it, and how deep it sinks.
+//! File of the gel coupon: a ball on a cup of gel, the loads that rest on it, and the depths to which it sinks.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -11,52 +11,52 @@ use fabkit_text::{
 
 use crate::materials::Mass;
 
-/// The key that tells a gel's file from a printer's.
+/// Key that distinguishes the file of a gel from that of a printer.
 const KEY: &str = "gel";
-/// Readings that the empty file has room for.
+/// Number of empty rows in the template file.
 const ROWS: usize = 8;
-/// Fewer say nothing.
+/// Minimum number of readings for a modulus.
 const NEEDED: usize = 3;
 
-/// Files of gel coupons.
+/// Dialect of gel coupon files.
 const GEL: Dialect = Dialect::new("gel coupon", 1, " and `gel: NAME`");
 
-/// Limits of the sizes, mm.
+/// Allowed range of each size, mm.
 const SIZES_MM: [(&str, RangeInclusive<f64>); 3] =
     [("ball", 3.0..=60.0), ("thickness", 3.0..=60.0), ("diameter", 10.0..=200.0)];
-/// Of a load, g.
+/// Allowed range of a load, g.
 const LOADS_G: RangeInclusive<f64> = 0.1..=20_000.0;
-/// Of a gap, mm.
+/// Allowed range of a gap, mm.
 const GAPS_MM: RangeInclusive<f64> = 0.0..=500.0;
-/// Length or mass: what the keys of a reading are.
+/// Keys of a reading: a mass and a length.
 const ROW: [&str; 2] = ["load", "gap"];
 
-/// A cup of a batch of gel, and a ball that rests on it.
+/// Cup filled with a batch of gel, and the ball that is pressed into it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GelCoupon {
-    /// What was cast, as it is called in `materials`.
+    /// Cast material, by its name in `materials`.
     pub material: String,
     /// Diameter of the ball, mm.
     pub ball_mm: f64,
-    /// Of the gel, mm.
+    /// Thickness of the gel, mm.
     pub thickness_mm: f64,
-    /// Of the gel, mm.
+    /// Diameter of the gel, mm.
     pub diameter_mm: f64,
-    /// What was read; empty in the file that comes with the coupon.
+    /// Measured readings; empty in the file that comes with the coupon.
     pub readings: Vec<GelReading>,
 }
 
-/// One load.
+/// Reading at one load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GelReading {
-    /// All that rests on the gel, g.
+    /// Total mass that rests on the gel, g.
     pub load_g: f64,
-    /// Between guide and tray, mm.
+    /// Gap between guide and tray, mm.
     pub gap_mm: f64,
 }
 
 impl GelCoupon {
-    /// The file to fill in; [`GelCoupon::read`] reads it.
+    /// Formats the template file, which [`GelCoupon::read`] reads once it is filled in.
     pub fn to_yaml(&self) -> String {
         let material = serde_json::Value::from(self.material.as_str());
         let mut yaml = format!(
@@ -92,7 +92,7 @@ impl GelCoupon {
         yaml
     }
 
-    /// What the file is called: by the material, in small letters.
+    /// Returns the file name, made from the material in lower case.
     pub fn file_name(&self) -> String {
         let mut name = String::from(KEY);
         for word in self.material.split(|c: char| !c.is_ascii_alphanumeric()) {
@@ -103,7 +103,7 @@ impl GelCoupon {
         name + ".yaml"
     }
 
-    /// Whether a text is a gel's file, or a printer's: the first has `gel:` at its top.
+    /// Returns whether a text is the file of a gel rather than of a printer: `gel:` stands at its top level.
     pub fn is_in(yaml: &str) -> bool {
         yaml.lines().any(|line| line.strip_prefix(KEY).is_some_and(|rest| rest.starts_with(':')))
     }
@@ -111,7 +111,7 @@ impl GelCoupon {
     /// Reads a filled-in file; `file` names the text in messages.
     ///
     /// # Errors
-    /// Everything that is wrong: sizes and loads without a unit, rows that say half, too few of them.
+    /// Every problem: sizes and loads without a unit, incomplete rows, too few of them.
     pub fn read(file: &str, yaml: &str) -> Result<Self, InvalidDesign> {
         let mut text = Reading::new(Place::new(TextLayer::File, file, &GEL));
         let coupon = read(&mut text, yaml);
@@ -145,6 +145,7 @@ fn read(text: &mut Reading, yaml: &str) -> Option<GelCoupon> {
         }
     }
     let count = readings.as_ref().map_or(0, |(_, rows)| rows.len());
+    // Wrong rows are reported already, and would be missing in the count.
     if count < NEEDED && text.found.is_empty() {
         let place = readings.as_ref().map_or(text.place.clone(), |(at, _)| text.place.at(*at));
         let message = format!("{count} readings are filled in; a modulus needs at least {NEEDED}");
@@ -162,7 +163,7 @@ fn read(text: &mut Reading, yaml: &str) -> Option<GelCoupon> {
     })
 }
 
-/// A word at the top of the file, which must be there.
+/// Takes a required word from the top level of the file.
 fn required(
     text: &mut Reading,
     entries: &mut Vec<Entry>,
@@ -179,7 +180,7 @@ fn required(
     word
 }
 
-/// A size at the top of the file, mm.
+/// Reads a required size from the top level of the file, mm.
 fn size(
     text: &mut Reading,
     entries: &mut Vec<Entry>,
@@ -190,7 +191,7 @@ fn size(
     text.value::<Length>(at.position?, key, &word, limits).map(Length::mm)
 }
 
-/// A row that is filled in; `None` for others, and after reporting what is wrong.
+/// Reads a filled-in row; `None` for an empty row and after reporting a problem.
 fn row(text: &mut Reading, path: &str, item: Node) -> Option<GelReading> {
     let Content::Map(entries) = item.content else {
         let message = format!("{path} is not a reading");
@@ -224,6 +225,7 @@ fn row(text: &mut Reading, path: &str, item: Node) -> Option<GelReading> {
     }
     match read {
         [Some(load_g), Some(gap_mm)] => Some(GelReading { load_g, gap_mm }),
+        // An empty row of the template.
         [None, None] if nulls == 2 => None,
         _ => {
             let message = format!("{path} needs both a load and a gap");

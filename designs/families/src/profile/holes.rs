@@ -1,38 +1,38 @@
-//! Round holes of a copy, as wide as the printer needs them.
+//! Compensation of round holes in an exported copy, so that the printer makes them as wide as designed.
 
 use fabkit_geometry::{Cylinder, Extrusion, Path, Pose, Profile, Segment, Solid};
 
 use super::ProcessProfile;
 
-/// How far beyond the measured diameters the line is trusted, as a factor.
+/// Range in which the fitted line is trusted: measured diameters divided and multiplied by this factor.
 const REACH: f64 = 2.0;
 
-/// Cosine of the angle to the bed's normal within which a hole is upright.
+/// Cosine of the largest angle between the axis of an upright hole and the bed's normal.
 const UPRIGHT: f64 = 0.9998;
 
-/// What was done to the round holes of a part.
+/// Counts of the round holes of a part.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HoleCount {
-    /// Upright holes that are wider in the copy (or narrower).
+    /// Number of upright holes whose diameter was changed in the copy.
     pub fitted: usize,
-    /// Round holes left as designed: not upright, or far from any measured diameter.
+    /// Number of round holes left as designed: not upright, or far from any measured diameter.
     pub left: usize,
 }
 
 impl ProcessProfile {
-    /// A copy whose upright round holes come out of the printer with their designed diameter,
-    /// given that the copy is then scaled by `scale` along the bed's axes.
+    /// Returns a copy whose upright round holes come out of the printer with their designed diameter, provided that the
+    /// copy is then scaled by [`ProcessProfile::scale`] along the bed's axes.
     ///
-    /// Holes are cylinders that are cut away, and circles in the outlines of extrusions. Slots,
-    /// countersinks and turned shapes stay as they are. `solid` is in the part's frame,
-    /// `bed_from_part` turns it as it is printed; `cast_scale` is what a mold is enlarged by
-    /// besides.
+    /// Holes are cylinders that are cut away, and circles in the outlines of extrusions. Slots, countersinks and turned
+    /// shapes stay as they are. `solid` is in the part's frame, `bed_from_part` is the pose in which it is printed;
+    /// `cast_scale` is the factor by which a mold is enlarged in addition.
     pub fn fit_holes(
         &self,
         solid: &Solid,
         bed_from_part: &Pose,
         cast_scale: f64,
     ) -> (Solid, HoleCount) {
+        // Upright holes are scaled along x and y only; the mean keeps them circular.
         let [x, y, _] = self.scale();
         let mut work = Work {
             profile: self,
@@ -45,17 +45,18 @@ impl ProcessProfile {
     }
 }
 
+/// State of the compensation of one solid.
 struct Work<'a> {
     profile: &'a ProcessProfile,
-    /// Of the designed size to the wanted one.
+    /// Factor from the designed size to the wanted one.
     cast_scale: f64,
-    /// Of the tree's size to the file's.
+    /// Factor from the size in the solid to that in the file.
     scale: f64,
     count: HoleCount,
 }
 
 impl Work<'_> {
-    /// `is_cut` says whether the solid is taken away.
+    /// Copies a solid with compensated holes; `is_cut` is true if the solid is cut away.
     fn solid(&mut self, solid: &Solid, bed_from_solid: &Pose, is_cut: bool) -> Solid {
         let mut all = |of: &[Solid], is_cut| -> Vec<Solid> {
             of.iter().map(|one| self.solid(one, bed_from_solid, is_cut)).collect()
@@ -64,6 +65,7 @@ impl Work<'_> {
             Solid::Union(of) => Solid::Union(all(of, is_cut)),
             Solid::Intersection(of) => Solid::Intersection(all(of, is_cut)),
             Solid::Difference { of, minus } => {
+                // Whatever is cut from a cutting body is material again.
                 let minus = all(minus, !is_cut);
                 Solid::Difference { of: Box::new(self.solid(of, bed_from_solid, is_cut)), minus }
             }
@@ -81,7 +83,7 @@ impl Work<'_> {
             }
             Solid::Extrusion(Extrusion { profile, height_mm }) => {
                 let Profile { outer, holes } = profile;
-                // A hole in what is cut away is a pin.
+                // A hole in the profile of a cutting body leaves a pin, which is not compensated.
                 let outer = if is_cut { self.path(outer, bed_from_solid) } else { outer.clone() };
                 let holes = match is_cut {
                     true => holes.clone(),
@@ -94,6 +96,7 @@ impl Work<'_> {
         }
     }
 
+    /// Compensates a path if it is a full circle.
     fn path(&mut self, path: &Path, bed_from_path: &Pose) -> Path {
         match whole_circle(path) {
             Some((centre, radius)) => Path::circle(centre, self.radius(radius, bed_from_path)),
@@ -101,6 +104,7 @@ impl Work<'_> {
         }
     }
 
+    /// Returns the compensated radius of a hole, mm, and counts it.
     fn radius(&mut self, designed_mm: f64, bed_from_hole: &Pose) -> f64 {
         let is_upright = bed_from_hole.rotation()[(2, 2)].abs() > UPRIGHT;
         let wanted_mm = 2.0 * designed_mm * self.cast_scale;
@@ -111,11 +115,12 @@ impl Work<'_> {
             return designed_mm;
         }
         self.count.fitted += 1;
+        // The copy is scaled afterwards, so the scale is divided out here.
         self.profile.hole_mm(wanted_mm) / 2.0 / self.scale
     }
 }
 
-/// Centre and radius of a path that consists of arcs about one point.
+/// Returns centre and radius of a closed path that consists of arcs about one point.
 fn whole_circle(path: &Path) -> Option<([f64; 2], f64)> {
     let mut circle = None;
     for segment in &path.segments {

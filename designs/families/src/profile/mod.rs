@@ -1,9 +1,8 @@
-//! What one printer does to sizes, measured on a coupon.
+//! Dimensional errors of one printer, measured on a coupon.
 //!
-//! Every size comes out as `gain * designed + offset`. Shrinkage is what lengths lose in
-//! proportion; holes lose an offset besides, because the molten line is dragged towards their
-//! middle. A profile says both, and turns them round for exported copies: nominal geometry, and
-//! all that follows from it, stays what was designed.
+//! Every size comes out as `gain * designed + offset`. Shrinkage reduces lengths in proportion; holes also lose an
+//! offset, because the molten line is dragged towards their middle. A profile holds both and inverts them for exported
+//! copies: the nominal geometry, and all that is derived from it, stays as designed.
 
 mod coupon;
 mod fit;
@@ -24,24 +23,24 @@ use crate::parameters::Name;
 use crate::{choices, parameters};
 
 choices! {
-    /// A process whose sizes a coupon can show.
+    /// Printing process whose dimensional errors a coupon can show.
     pub enum PrintProcess {
-        /// Filament.
+        /// Filament printing.
         Fdm = "fdm",
-        /// Resin.
+        /// Resin printing.
         Sla = "sla",
-        /// Jetted resin.
+        /// Jetting of resin.
         PolyJet = "polyjet",
     }
 }
 
 impl PrintProcess {
-    /// That of parts made so; nothing for what is not printed.
+    /// Returns the printing process that corresponds to a process; `None` for parts that are not printed.
     pub fn of(process: Process) -> Option<Self> {
         [Self::Fdm, Self::Sla, Self::PolyJet].into_iter().find(|known| known.process() == process)
     }
 
-    /// The process of parts that it is about.
+    /// Returns the process of the geometry crate.
     pub fn process(self) -> Process {
         match self {
             Self::Fdm => Process::Fdm,
@@ -52,7 +51,7 @@ impl PrintProcess {
 }
 
 parameters! {
-    /// How much smaller than designed lengths come out.
+    /// Shrinkage of lengths relative to the design.
     pub struct Shrinkage {
         /// Along the bed's x, percent.
         x: f64 = -5.0..=5.0,
@@ -64,7 +63,7 @@ parameters! {
 }
 
 parameters! {
-    /// How diameters come out: `gain` times the designed one, plus `offset`.
+    /// Diameters as they come out: `gain` times the designed one, plus `offset`.
     pub struct DiameterFit {
         /// What is added.
         offset: Length = -2.0..=2.0,
@@ -78,7 +77,7 @@ parameters! {
 }
 
 parameters! {
-    /// What one printer does to sizes.
+    /// Dimensional errors of one printer.
     pub struct ProcessProfile {
         /// Name of the printer.
         name: Name,
@@ -98,7 +97,7 @@ parameters! {
 }
 
 impl ProcessProfile {
-    /// Factors along the bed's axes that make up for shrinkage.
+    /// Returns the factors along the bed's axes that compensate for shrinkage.
     ///
     /// ```
     /// use fabkit_designs::profile::ProcessProfile;
@@ -123,7 +122,7 @@ impl ProcessProfile {
         [x, y, z].map(|percent| 1.0 / (1.0 - percent / 100.0))
     }
 
-    /// The diameter in a file that comes out of the printer as `wanted_mm`.
+    /// Returns the diameter to write to a file for a hole that comes out of the printer as `wanted_mm`.
     pub fn hole_mm(&self, wanted_mm: f64) -> f64 {
         (wanted_mm - self.holes.offset.mm()) / self.holes.gain
     }

@@ -1,4 +1,4 @@
-//! Profiles as files.
+//! Reading and writing of profile files.
 
 use std::fmt::Write as _;
 
@@ -6,19 +6,19 @@ use fabkit_text::{Dialect, InvalidDesign, Place, TextLayer, read_section};
 
 use super::{DiameterFit, ProcessProfile};
 
-/// Files of profiles.
+/// Dialect of profile files.
 const PROFILE: Dialect = Dialect::new("profile", 1, " and `name: NAME`");
 
 impl ProcessProfile {
     /// Reads a profile; `file` names the text in messages.
     ///
     /// # Errors
-    /// Everything that is wrong, each with place, value, limit and a hint.
+    /// Every problem, each with place, value, limit and a hint.
     pub fn read(file: &str, yaml: &str) -> Result<Self, InvalidDesign> {
         read_section(yaml, &Place::new(TextLayer::File, file, &PROFILE))
     }
 
-    /// The file that [`ProcessProfile::read`] reads; each comment line goes before the values.
+    /// Formats a file that [`ProcessProfile::read`] reads; the comment lines precede the values.
     pub fn to_yaml(&self, comments: &[String]) -> String {
         let mut yaml = String::new();
         for comment in comments {
@@ -36,7 +36,7 @@ impl ProcessProfile {
                 fit.largest
             )
         };
-        // A string in double quotes, as in JSON, is YAML.
+        // A string in double quotes, as in JSON, is valid YAML.
         let material = serde_json::Value::from(self.material.as_str());
         let _ = write!(
             yaml,
@@ -53,7 +53,7 @@ impl ProcessProfile {
     }
 }
 
-/// Without digits that no measurement supports; never `-0`.
+/// Rounds to digits that a measurement supports; adding zero avoids `-0`.
 fn rounded(value: f64, digits: i32) -> f64 {
     let unit = 10f64.powi(digits);
     (value * unit).round() / unit + 0.0

@@ -1,22 +1,22 @@
-//! Which parts a profile is for: those made as its coupon was, and from the same material.
+//! Match of a profile with a part: same process and same material as the coupon.
 
 use fabkit_geometry::Process;
 
 use super::ProcessProfile;
 
-/// Whether a profile is for a part.
+/// Match between a profile and a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Suits {
-    /// Same process, same material.
+    /// Same process and material.
     Yes,
-    /// Same process, but what the part is made from shrinks in its own way.
+    /// Same process, but another material, which shrinks differently.
     OtherMaterial,
-    /// The part is made in another way altogether.
+    /// Another process.
     OtherProcess,
 }
 
-/// Filament of any of these is the same plastic. In resin a pigment takes up the light that cures
-/// it, so that holes close in another way: there a color is a material of its own.
+/// Colours that do not change the shrinkage of filament. In resin, a pigment absorbs the light that cures it, so that
+/// holes close differently: there a colour makes another material.
 const FILAMENT_COLORS: [&str; 21] = [
     "beige",
     "black",
@@ -42,8 +42,8 @@ const FILAMENT_COLORS: [&str; 21] = [
 ];
 
 impl ProcessProfile {
-    /// Whether sizes of a part made by `process` from `material` come out as this profile says.
-    /// Case and punctuation of materials do not matter, nor does the color of filament.
+    /// Returns whether the profile applies to a part made by `process` from `material`. Case and punctuation of
+    /// materials do not matter, nor does the colour of filament.
     pub fn suits(&self, process: Process, material: &str) -> Suits {
         if process != self.process.process() {
             Suits::OtherProcess
@@ -55,7 +55,7 @@ impl ProcessProfile {
     }
 }
 
-/// What names a material, in lower case. Plus signs and hyphens belong to names: `PLA+`, `PA-CF`.
+/// Returns the words that identify a material, in lower case. Plus signs and hyphens belong to names: `PLA+`, `PA-CF`.
 fn words(process: Process, material: &str) -> Vec<String> {
     let is_gap = |c: char| !(c.is_alphanumeric() || matches!(c, '+' | '-'));
     let lower = material.to_lowercase();
@@ -63,7 +63,7 @@ fn words(process: Process, material: &str) -> Vec<String> {
     let is_color = |word: &String| FILAMENT_COLORS.contains(&word.as_str());
     let named: Vec<String> =
         all().filter(|word| process != Process::Fdm || !is_color(word)).collect();
-    // A material called by its color alone keeps it.
+    // A material that is named by its colour alone keeps it.
     if named.is_empty() { all().collect() } else { named }
 }
 

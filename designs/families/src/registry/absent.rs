@@ -1,6 +1,6 @@
-//! What people look for in sensors' files and there is not.
+//! Parameters that people look for in sensor files but that do not exist.
 
-/// Last words of paths, and why there is no such parameter.
+/// Last words of paths, and the reason why there is no such parameter.
 pub(super) const ABSENT: &[(&str, &str)] = &[
     ("focal_length", "a lens is told by its field of view; calibration measures its focal length"),
     ("flange", "the base has mounting holes, and what it is screwed to is made for those"),

@@ -1,59 +1,59 @@
-//! What a file extends: a built-in sensor by its name, or another file of the user's.
+//! Resolution of `extends:`: a built-in sensor by its name, or another file of the user's.
 //!
-//! This crate reads no files. Whoever does hands over, beside a sensor's text, those that it extends.
+//! This crate reads no files. The caller passes the text of a sensor together with the texts of the files it extends.
 
 use fabkit_text::{Found, Place, TextLayer, mapping_of, shown, similar, suggestion, take_word};
 
 use super::{Registry, SENSOR};
 use crate::own::UserFile;
 
-/// How many files of the user's one file extends at most, one through the other.
+/// Maximum number of user files that one file extends, one through the other.
 const MOST_FILES: usize = 16;
 
-/// A sensor's file, with the user's files that it extends.
+/// Text of a sensor's file, with the user's files that it extends.
 #[derive(Clone, Copy, Debug)]
 pub struct SensorText<'a> {
-    /// What messages call it.
+    /// Name of the file in messages.
     pub file: &'a str,
-    /// What it says.
+    /// YAML text of the file.
     pub yaml: &'a str,
-    /// What it extends and what these extend, each once, as far as they are files.
+    /// User files that it extends, directly or through others, each once.
     pub bases: &'a [BaseFile],
-    /// What the user keeps for all sensors.
+    /// User's file with settings for all sensors.
     pub user: Option<&'a UserFile>,
 }
 
 impl<'a> SensorText<'a> {
-    /// A file that extends no other file.
+    /// Creates the text of a file that extends no other file.
     pub fn alone(file: &'a str, yaml: &'a str) -> Self {
         Self { file, yaml, bases: &[], user: None }
     }
 }
 
-/// A file that another one extends.
+/// File that another one extends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BaseFile {
-    /// The file that extends it, as messages call that one.
+    /// Extending file, by its name in messages.
     pub by: String,
-    /// What stands behind `extends:` there.
+    /// Word behind `extends:` in the extending file.
     pub word: String,
-    /// What messages call it; the same wherever the same file is meant.
+    /// Name of the file in messages; the same however the file is referred to.
     pub file: String,
-    /// What it says.
+    /// YAML text of the file.
     pub text: String,
 }
 
-/// Which file a sensor's file extends.
+/// Reference from a sensor's file to the file it extends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Extends {
-    /// A path, relative to the folder of the file that names it.
+    /// Path relative to the folder of the extending file.
     pub word: String,
-    /// The line that names it, from 1.
+    /// Line of the reference, from 1.
     pub line: usize,
 }
 
-/// The file that a sensor's file extends; nothing if it extends a built-in sensor, or none, or cannot
-/// be read.
+/// Finds the file that a sensor's file extends. Returns `None` if it extends a built-in sensor or nothing, or cannot be
+/// read.
 pub fn extended_file(yaml: &str) -> Option<Extends> {
     let place = Place::new(TextLayer::File, "", &SENSOR);
     let mut found = Vec::new();
@@ -62,14 +62,15 @@ pub fn extended_file(yaml: &str) -> Option<Extends> {
     is_file(&word).then_some(Extends { line: at.position?.line, word })
 }
 
+/// Returns whether a word behind `extends:` is a path of a file.
 fn is_file(word: &str) -> bool {
     let word = word.to_ascii_lowercase();
     word.ends_with(".yaml") || word.ends_with(".yml")
 }
 
 impl Registry {
-    /// Text and place of what stands behind `extends:` at a place in the last file of `above`, which
-    /// extend each other; `None` after reporting why it cannot be had.
+    /// Returns text and place of the file named by `extends:` at a place in the last file of `above`, a chain in which
+    /// each file extends the next; `None` after reporting why it is unavailable.
     pub(super) fn extended<'a>(
         &self,
         word: &str,
@@ -81,7 +82,7 @@ impl Registry {
         let mut refuse = |message: String, hint: String| {
             found.push(at.problem("extends", &shown(word), message).hint(hint));
         };
-        // `a.yaml -> b.yaml -> a.yaml`
+        // Formats the chain of files, such as `a.yaml -> b.yaml -> a.yaml`.
         let chain = |last: &str| {
             let files = above.iter().map(|place| &*place.file).chain([last]);
             files.collect::<Vec<_>>().join(" -> ")
@@ -92,7 +93,9 @@ impl Registry {
                 refuse(message, "load the sensor from its file, or extend a built-in one".into());
                 return None;
             };
+            // The sensor's own file counts too, so that `steps` is 1 for the first file it extends.
             let steps = above.iter().filter(|place| place.layer != TextLayer::Base).count();
+            // A cycle is reported as such below, not as too many files.
             if steps > MOST_FILES && above.iter().all(|place| *place.file != *base.file) {
                 let message = format!(
                     "more than {MOST_FILES} files extend each other: {}",

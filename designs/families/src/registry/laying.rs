@@ -1,4 +1,4 @@
-//! A sensor's file, what it extends and defaults, as one document: laid over each other.
+//! Layering of a sensor's file, the files it extends and defaults into one document.
 
 use std::collections::BTreeMap;
 
@@ -13,28 +13,28 @@ use super::{BaseFile, Extension, FamilyEntry, Registry, SENSOR, SensorText, modu
 use crate::blocks;
 use crate::own::Own;
 
-/// What files hold besides the parameters of their family.
+/// Sections of sensor files besides the parameters of their family.
 pub(super) struct Extra<'a> {
-    /// Keys that are left alone.
+    /// Keys that are skipped.
     pub(super) others: &'a [&'a str],
-    /// A section that is read.
+    /// Section of another crate that is read.
     pub(super) section: Option<(&'a Extension, Field)>,
 }
 
-/// The texts of a design over each other, and what reads them.
+/// Layered texts of a design, and the family that reads them.
 pub(super) struct Laid {
     pub(super) document: Document,
     pub(super) family: FamilyEntry,
     pub(super) own: Own,
 }
 
-/// A file, then what it extends, near and far.
+/// Entries of a file and of the files it extends, nearest first.
 pub(super) struct Layers {
     pub(super) family: FamilyEntry,
     pub(super) entries: Vec<(Place, Vec<Entry>)>,
 }
 
-/// Lays files with defaults over a document: name and text of each.
+/// Lays default files, each with name and text, into a document.
 pub(super) fn lay_defaults(document: &mut Document, files: &[(&str, &str)], layer: TextLayer) {
     for (name, yaml) in files {
         let place = Place::new(layer, name, &SENSOR);
@@ -44,10 +44,11 @@ pub(super) fn lay_defaults(document: &mut Document, files: &[(&str, &str)], laye
     }
 }
 
-/// Lays what blocks have for every family over a document, as far as its family has the parameters.
+/// Lays the shared defaults of the blocks into a document, restricted to the parameters that its family has.
 pub(super) fn lay_shared_defaults(document: &mut Document) {
     let (name, yaml) = blocks::DEFAULTS;
     let place = Place::new(TextLayer::Default, name, &SENSOR);
+    // Restricted to parameters of this family: others would be reported as unknown keys.
     let known = document.paths();
     let mut entries = mapping_of(yaml, &place, &mut document.found).unwrap_or_default();
     check_format(&mut entries, &place, &mut document.found);
@@ -62,7 +63,7 @@ pub(super) fn lay_shared_defaults(document: &mut Document) {
     document.lay(entries, &place);
 }
 
-/// Something that only a slip in fabkit itself can cause.
+/// Returns an error that only a mistake in fabkit itself can cause.
 pub(super) fn bug(file: &str, message: String) -> InvalidDesign {
     InvalidDesign {
         problems: vec![Problem {
@@ -79,7 +80,7 @@ pub(super) fn bug(file: &str, message: String) -> InvalidDesign {
 }
 
 impl Registry {
-    /// The texts laid over each other, and the family that reads them.
+    /// Lays the texts over each other and finds the family that reads them.
     pub(super) fn laid(
         &self,
         SensorText { file, yaml, bases, user }: SensorText,
@@ -92,6 +93,7 @@ impl Registry {
             return Err(InvalidDesign { problems: Found::sorted(found) });
         };
         let family = layers.family;
+        // The user's own sections are taken out first: the document does not know their keys.
         let mut own = Own::take(&mut layers.entries, user, &mut found);
         let mut document = Document::new(family.all_fields(), place);
         document.found = found;
@@ -100,18 +102,19 @@ impl Registry {
             document.add_field(field);
             lay_defaults(&mut document, extension.defaults, TextLayer::Base);
         }
-        // What is extended comes first, so that the file lies over it.
+        // Extended files come first, so that the file overrides them.
         for (place, mut entries) in layers.entries.into_iter().rev() {
             entries.retain(|entry| !extra.others.contains(&&*entry.key));
             document.lay(entries, &place);
         }
         let overrides = own.take_overrides(overrides, &mut document.found);
         apply_overrides(&mut document, &overrides);
+        // Last, because an override may name another camera module.
         modules::lay_module(&mut document);
         Ok(Laid { document, family, own })
     }
 
-    /// What the file of a built-in sensor and those that it extends say, by path, and its family.
+    /// Returns the family of a built-in sensor and the values, by path, of its file and the files it extends.
     pub(super) fn values_of(
         &self,
         sensor: &str,
@@ -121,16 +124,15 @@ impl Registry {
         let layers = self.layers(yaml, place.clone(), &[], &mut Vec::new())?;
         let mut document = Document::new(layers.family.all_fields(), place);
         layers.family.lay_defaults(&mut document);
-        // Keys of others are unknown here, and nobody asks what is wrong.
+        // Sections of other crates are unknown here; the problems they cause are dropped with the document.
         for (place, entries) in layers.entries.into_iter().rev() {
             document.lay(entries, &place);
         }
         Some((layers.family, document.into_values()))
     }
 
-    /// Reads a file and what it extends, near and far, and finds the family.
-    ///
-    /// `None` after reporting why the rest cannot be read.
+    /// Reads a file and the files it extends, nearest first, and finds the family. Returns `None` after reporting why
+    /// the rest cannot be read.
     pub(super) fn layers(
         &self,
         yaml: &str,
@@ -147,6 +149,7 @@ impl Registry {
             if let Some((word, at)) = take_word(&mut own, "family", &place, found) {
                 let known = self.family(&word, &at, found)?;
                 match &family {
+                    // All files of a chain have to name the same family.
                     Some((first, at)) if first.name != known.name => {
                         let message = format!(
                             "family is {}, but {} is a sensor of the family {}",
@@ -161,13 +164,15 @@ impl Registry {
                     _ => family = Some((known, at)),
                 }
             }
+            // Noted before the entry is taken, to tell a missing key from an unreadable value.
             let extends_something = own.iter().any(|entry| entry.key == "extends");
             let extends = take_word(&mut own, "extends", &place, found);
             entries.push((place, own));
             if !extends_something {
                 continue;
             }
-            // Extends something unreadable: everything else would seem to be missing.
+            // The name behind `extends:` is unreadable. Stop here: otherwise everything that the base provides would be
+            // reported as missing.
             let (name, at) = extends?;
             let above: Vec<&Place> = entries.iter().map(|(place, _)| place).collect();
             next = Some(self.extended(&name, &at, &above, bases, found)?);
@@ -185,6 +190,7 @@ impl Registry {
         Some(Layers { family: *family, entries })
     }
 
+    /// Finds a family by its word; returns `None` after reporting an unknown one.
     fn family(&self, word: &str, at: &Place, found: &mut Vec<Found>) -> Option<&FamilyEntry> {
         let family = self.families.iter().find(|family| family.name == word);
         if family.is_none() {

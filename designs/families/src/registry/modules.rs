@@ -1,5 +1,5 @@
-//! Camera modules that can be bought: `camera.module` names one, and its sizes hold where nobody who
-//! wrote later has written another.
+//! Purchasable camera modules. `camera.module` names one; its sizes apply where no later layer of the files sets
+//! another.
 
 use fabkit_text::{
     Content, Document, Entry, Place, TextLayer, WrittenText, mapping_of, shown, suggestion,
@@ -7,30 +7,30 @@ use fabkit_text::{
 
 use super::SENSOR;
 
-/// What a design takes that names no module.
+/// Value of `camera.module` for a design without a module.
 const NONE: &str = "none";
 
-/// The section of a family's parameters that tells of the camera, and the key in it that names a module.
+/// Section of the camera parameters of a family, and the key in it that names a module.
 const SECTION: &str = "camera";
 const KEY: &str = "module";
 
-/// Every module: its name, and its text in `cameras/`.
+/// All modules: name, and text from `cameras/`.
 const MODULES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/cameras.rs"));
 
-/// What one family calls otherwise than the modules' files.
+/// Keys that one family names differently from the modules' files: (key in the file, key of the family).
 const ALIASES: [(&str, &str); 2] =
     [("screw_spacing", "hole_spacing"), ("screw_spacing_y", "hole_spacing_y")];
 
-/// Keys of what a family's camera is: a board, a block or a thin tube. A module that says none of those
-/// that the family has is of another kind.
+/// Keys that identify the shape of a family's camera: a board, a block or a thin tube. A module that gives none of the
+/// family's keys is of another kind.
 const KINDS: [&str; 3] = ["board_size", "housing_size", "diameter"];
 
-/// Names of the modules, sorted.
+/// Returns the names of the modules, sorted.
 pub fn camera_modules() -> impl Iterator<Item = &'static str> {
     MODULES.iter().map(|(name, _)| *name)
 }
 
-/// Lays the sizes of the module that a document names under whatever was written with or after that name.
+/// Lays the sizes of the module that a document names below all values written in the same layer as that name or later.
 pub(super) fn lay_module(document: &mut Document) {
     let path = format!("{SECTION}.{KEY}");
     let Some(written) = document.written(&path) else { return };
@@ -64,17 +64,18 @@ pub(super) fn lay_module(document: &mut Document) {
     {
         entries.retain_mut(|entry| is_taken(entry, &known));
     }
+    // Below the layer that names the module, so that values of the same layer or later ones override it.
     document.lay_under(section.into_iter().collect(), &at, place.layer);
 }
 
-/// What a module's file says of the camera.
+/// Returns the camera section of a module's file.
 fn section_of(yaml: &str) -> Option<Entry> {
     let place = Place::new(TextLayer::Base, SECTION, &SENSOR);
     let all = mapping_of(yaml, &place, &mut Vec::new())?;
     all.into_iter().find(|entry| entry.key == SECTION)
 }
 
-/// The keys that a module's file gives.
+/// Returns the keys that a module's file gives.
 fn keys(yaml: &str) -> Vec<String> {
     match section_of(yaml).map(|section| section.value.content) {
         Some(Content::Map(entries)) => entries.into_iter().map(|entry| entry.key).collect(),
@@ -82,19 +83,20 @@ fn keys(yaml: &str) -> Vec<String> {
     }
 }
 
-/// Whether a module is of the kind that a family, whose parameters are known, is built around.
+/// Returns whether a module is of the kind that a family with the parameters `known` is built around.
 fn fits(yaml: &str, known: &[String]) -> bool {
     let keys = keys(yaml);
     KINDS.iter().any(|kind| is_known(kind, known) && keys.iter().any(|key| key == kind))
 }
 
+/// Returns whether a family has the camera parameter `key`.
 fn is_known(key: &str, known: &[String]) -> bool {
     known
         .iter()
         .any(|path| path.strip_prefix(SECTION).and_then(|p| p.strip_prefix('.')) == Some(key))
 }
 
-/// Whether a family has the parameter, if need be under the name that it has for it.
+/// Returns whether a family has the parameter; renames the entry to the family's own name for it where needed.
 fn is_taken(entry: &mut Entry, known: &[String]) -> bool {
     if let Some((_, alias)) = ALIASES.iter().find(|(key, _)| *key == entry.key)
         && !is_known(&entry.key, known)

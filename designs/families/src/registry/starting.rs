@@ -1,4 +1,4 @@
-//! Files to start from: every parameter with a value that works, what it is, and what is allowed.
+//! Template files for new sensors: every parameter with a working value, its description and its allowed range.
 
 use fabkit_text::{Field, Name, Section, Shape, Written, WrittenText, join};
 
@@ -7,26 +7,26 @@ use super::{FORMAT, FamilyEntry, Header, Registry};
 /// Longest line of a comment, characters.
 const COLUMNS: usize = 100;
 
-/// What a new sensor's file begins with.
+/// Starting point of a new sensor's file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start<'a> {
-    /// Every parameter of a family, with the values of its example.
+    /// All parameters of a family, with the values of its example.
     Family(&'a str),
-    /// A built-in sensor, of which nothing is changed yet.
+    /// Built-in sensor to extend, with no value changed yet.
     Extends(&'a str),
 }
 
 impl Registry {
-    /// Every family, in order.
+    /// Returns all families, in order.
     pub fn families(&self) -> &'static [FamilyEntry] {
         self.families
     }
 
-    /// The text of a sensor's file to start from; nothing if there is no such family or sensor.
+    /// Returns the template text of a sensor's file; `None` if there is no such family or sensor.
     ///
-    /// What a file extends stands in it as comments, complete without the first two characters of
-    /// each line. Of the sections that other crates keep, `others`, a family's example may have some:
-    /// its values do not work without them, so that they are copied.
+    /// The parameters of an extended sensor appear as comments that become valid YAML once the first two characters of
+    /// each line are removed. `others` are the keys of sections that other crates keep. If a family's example has such
+    /// sections, they are copied, because its values do not work without them.
     pub fn starting_text(&self, name: &Name, start: Start, others: &[&str]) -> Option<String> {
         let base = match start {
             Start::Family(word) => self.families.iter().find(|f| f.name == word)?.example,
@@ -36,6 +36,7 @@ impl Registry {
         let name = name.as_str();
         let given = |field: &str| match (field, start) {
             ("name" | "title", _) => Some(yaml(name)),
+            // A new design has no publication; one that extends a sensor keeps the reference.
             ("reference", Start::Family(_)) => Some(yaml("")),
             _ => None,
         };
@@ -83,8 +84,8 @@ const SOURCES: &str = "A value may say where it comes from: `{value: 15 mm, sour
 const FIXTURES: &str = "What calibration hardware should do otherwise than by default may be added \
                         under `fixtures:`; `fabkit schema` lists its parameters.";
 
-/// A section as it stands in the file of a built-in sensor, its notes included, with an empty line
-/// before it; nothing if it is not there.
+/// Copies a section from the file of a built-in sensor, including its notes, with an empty line before it; returns an
+/// empty text if the section is absent.
 fn copied(sensor: &str, text: &str, key: &str) -> String {
     let mut lines = text.lines().skip_while(|line| *line != format!("{key}:"));
     let Some(first) = lines.next() else { return String::new() };
@@ -93,13 +94,13 @@ fn copied(sensor: &str, text: &str, key: &str) -> String {
     format!("\n{above}{first}\n{}", inner.collect::<String>())
 }
 
-/// Paragraphs as comments, with an empty line behind them.
+/// Formats paragraphs as comments, followed by an empty line.
 fn intro(paragraphs: &[&str]) -> String {
     let paragraphs: Vec<String> = paragraphs.iter().map(|text| comment("", text)).collect();
     paragraphs.join("#\n") + "\n"
 }
 
-/// Sections stand apart from each other, values below each other.
+/// Formats fields with their values; an empty line precedes each section.
 fn lines(fields: &[Field], value: &impl Fn(&str) -> Option<String>) -> String {
     let mut text = String::new();
     for field in fields {
@@ -111,7 +112,7 @@ fn lines(fields: &[Field], value: &impl Fn(&str) -> Option<String>) -> String {
     text
 }
 
-/// A key with what it is above it.
+/// Appends a key with its description above it.
 fn describe(
     field: &Field,
     section: &str,
@@ -135,7 +136,7 @@ fn describe(
     }
 }
 
-/// Lines of a comment, none longer than [`COLUMNS`] where words allow.
+/// Formats a comment in lines of at most [`COLUMNS`] characters, broken between words.
 fn comment(indent: &str, text: &str) -> String {
     let mut lines = vec![format!("{indent}#")];
     for word in text.split_whitespace() {
@@ -151,6 +152,7 @@ fn comment(indent: &str, text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
+/// Formats a written value for YAML.
 fn yaml_of(written: &Written) -> String {
     match &written.text {
         WrittenText::Scalar(text) => yaml(text),
@@ -161,10 +163,11 @@ fn yaml_of(written: &Written) -> String {
     }
 }
 
-/// A scalar as it stands in YAML: in quotes unless nothing in it could mean something else.
+/// Formats a scalar for YAML: quoted unless it can only be read as plain text.
 fn yaml(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || " ._-+/()".contains(c);
     let begins = text.starts_with(|c: char| c.is_ascii_alphanumeric());
+    // YAML reads these words as null or as a boolean.
     let is_word = !["null", "yes", "no", "on", "off"].contains(&&*text.to_ascii_lowercase());
     if begins && is_word && text.trim_end() == text && text.chars().all(is_plain) {
         return text.to_owned();

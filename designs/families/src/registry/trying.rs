@@ -1,4 +1,4 @@
-//! A design's values, to be tried with others in their place: what is looked at, and nothing built.
+//! Trials of a design with other values in place of its own: rules are checked, nothing is built.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use fabkit_text::{Document, InvalidDesign, Number, Reader, Report};
 use super::{Example, Extra, Laid, Registry, Run, SensorText};
 use crate::own::Known;
 
-/// The texts of a design laid over each other, to be read as often as somebody likes.
+/// Layered texts of a design, which can be read any number of times.
 #[derive(Clone, Debug)]
 pub(crate) struct Trial {
     document: Document,
@@ -31,7 +31,7 @@ impl Registry {
         Ok(Trial { document, probe: family.probe, known: own.known() })
     }
 
-    /// What is wrong with a design, each limit with what it follows from; clean where nothing is.
+    /// Returns the problems of a design, each limit with the values it follows from; a clean report if there are none.
     ///
     /// # Errors
     /// As for [`Registry::trial`].
@@ -51,14 +51,14 @@ impl Registry {
 }
 
 impl Trial {
-    /// Every number.
+    /// Returns every number of the design.
     pub(crate) fn numbers(&self) -> Vec<Number> {
         let mut document = self.document.clone();
         document.resolve();
         document.numbers()
     }
 
-    /// With these values, by path, over what is there: what is wrong, and what some numbers are then.
+    /// Replaces values, by path. Returns the problems of the changed design, and the new values of `numbers`.
     pub(crate) fn with(
         &self,
         values: &BTreeMap<String, String>,

@@ -1,4 +1,4 @@
-//! What to buy.
+//! Section on purchases.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,6 +9,7 @@ use super::{name, of, steps, table, word};
 use crate::{Costs, Guide, Purchase, Use};
 
 impl Guide {
+    /// Appends the tables of pieces, mixes, stock, consumables and tools.
     pub(super) fn purchases(&self, body: &mut String) {
         *body += "<h2 id=\"buy\">What to buy</h2>\n";
         if self.bought.is_empty() && self.liquids.is_empty() && self.stock.is_empty() {
@@ -86,7 +87,7 @@ impl Guide {
         }
     }
 
-    /// Where most prices come from.
+    /// Returns the most frequent source of prices.
     fn usual_price_source(&self) -> &str {
         let bought = self.bought.iter().map(|piece| &piece.order);
         let liquids = self.liquids.iter().map(|liquid| &liquid.order);
@@ -101,7 +102,7 @@ impl Guide {
 }
 
 impl Costs {
-    /// As a sentence without its full stop.
+    /// Returns the costs as a sentence without its full stop.
     pub(super) fn told(&self) -> String {
         let mut told = format!("About {:.0} EUR, without {}", self.total_eur, self.leaves_out);
         if !self.unknown.is_empty() {
@@ -112,7 +113,7 @@ impl Costs {
     }
 }
 
-/// The columns of words that these tables share, and their last ones.
+/// Returns the heads that these tables share, with their own first and last columns.
 fn heads<'a>(first: &'a str, last: &[&'a str]) -> Vec<&'a str> {
     let words = [first, "what matters", "order by", "instead", "packs"];
     words.into_iter().chain(last.iter().copied()).collect()
@@ -122,6 +123,7 @@ fn cell(html: &str) -> String {
     format!("<td class=\"word\">{html}</td>")
 }
 
+/// Formats the cell with links to steps; `any` without steps.
 fn linked(numbers: &[usize]) -> String {
     match numbers {
         [] => "<td>any</td>".into(),
@@ -129,9 +131,10 @@ fn linked(numbers: &[usize]) -> String {
     }
 }
 
-/// What matters of it: one line for each.
+/// Formats the relevant properties of an article, one per line.
 fn figures(order: &Purchase) -> String {
     let line = |figure: &crate::Figure| match &*figure.name {
+        // This figure is a sentence and needs no name.
         "what matters" => escape(&figure.value),
         name => format!("{}: {}", escape(name), escape(&figure.value)),
     };
@@ -142,8 +145,8 @@ fn figures(order: &Purchase) -> String {
     }
 }
 
-/// Cells: by what it is ordered, what may take its place, how many packs, what they cost. Where the price comes from
-/// is said where it is not where prices usually come from.
+/// Formats four cells: text to order by, substitutes, packs, and cost. The source of the price is added where it is not
+/// the usual one.
 fn ordered(order: &Purchase, usual: &str) -> [String; 4] {
     let priced = match &*order.price_source {
         other if other != usual && order.cost_eur != Some(0.0) => format!("; price: {other}"),
@@ -168,8 +171,7 @@ fn ordered(order: &Purchase, usual: &str) -> [String; 4] {
     [cell(&by), word(&order.substitutes), word(&packs), format!("<td>{cost}</td>")]
 }
 
-/// Names one after the other; three or more that count up are one stretch: a row of a hundred names is longer than a
-/// page.
+/// Joins names; three or more consecutive numbers are abbreviated as a range, since a hundred names would fill a page.
 fn in_series(names: &[String]) -> String {
     let counted = |name: &str| {
         let digits = name.chars().rev().take_while(char::is_ascii_digit).count();
@@ -180,6 +182,7 @@ fn in_series(names: &[String]) -> String {
         (Some((stem, digits, number)), Some((other, also, next))) => {
             stem == other
                 && number.checked_add(1) == Some(next)
+                // Counting from 9 to 10 adds a digit.
                 && (digits == also || next % 10 == 0)
         }
         _ => false,

@@ -1,4 +1,4 @@
-//! Which fixture, which command, which pin in which hole.
+//! Section on calibration: fixtures, commands, and the pins for each capture.
 
 use std::fmt::Write;
 
@@ -8,6 +8,7 @@ use super::{name, table, word};
 use crate::{Calibration, Guide};
 
 impl Guide {
+    /// Appends the section on calibration, if there is one.
     pub(super) fn calibrating(&self, body: &mut String) {
         let Some(calibration) = &self.calibration else { return };
         *body += "<h2 id=\"calibrate\">Calibrate it</h2>\n";
@@ -32,6 +33,7 @@ impl Guide {
     }
 }
 
+/// Appends the sheet of pins and holes for the captures.
 fn sheet(body: &mut String, calibration: &Calibration) {
     if calibration.captures.is_empty() {
         return;

@@ -1,4 +1,4 @@
-//! What it is, and what it takes.
+//! Cover: overview of the design and of the effort to build it.
 
 use std::fmt::Write;
 
@@ -7,15 +7,16 @@ use fabkit_report::escape;
 use super::{Pictures, image};
 use crate::{Guide, Outer};
 
-/// Letters of the design's hash that tell it from others at a glance.
+/// Number of characters of the design's hash that are shown.
 const HASH_SHOWN: usize = 12;
 
 impl Guide {
-    /// The cover, with jumps to those parts of the page that there are.
+    /// Returns the cover, with links to the sections that the page has.
     pub(super) fn cover(&self, page: &str, pictures: &Pictures) -> String {
         let mut body = "<nav aria-label=\"contents\">".to_owned();
         for jump in ["Buy", "Make", "Print", "Wire", "Mix", "Mind", "Time", "Steps", "Calibrate"] {
             let id = jump.to_lowercase();
+            // Sections without content are left out of the page.
             if page.contains(&format!("id=\"{id}\"")) {
                 let _ = write!(body, "<a href=\"#{id}\">{jump}</a>");
             }
@@ -57,6 +58,7 @@ impl Guide {
                 its source, and <code>fabkit show</code> the source of every parameter.</p>\n"
     }
 
+    /// Formats the duration of the build; empty without steps.
     fn working_time(&self) -> String {
         let timeline = &self.timeline;
         if timeline.total_h == 0.0 {
@@ -72,6 +74,7 @@ impl Guide {
         }
     }
 
+    /// Formats the hands-on time; empty without steps.
     fn hands(&self) -> String {
         match (self.timeline.hands_h, self.units) {
             (0.0, _) => String::new(),

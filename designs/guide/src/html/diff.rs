@@ -1,4 +1,4 @@
-//! The page of a difference.
+//! Page of a difference between two designs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -8,17 +8,17 @@ use fabkit_report::{escape, page_with_style};
 use super::{STYLE, image, name, table, word};
 use crate::{BodyChange, Change, Difference};
 
-/// PNG files of parts as they were and as they are to be, by name.
+/// Images of parts in both designs, PNG, by name.
 #[derive(Clone, Debug, Default)]
 pub struct Pairs {
-    /// As they were.
+    /// Parts of the existing design.
     pub from: BTreeMap<String, Vec<u8>>,
-    /// As they are to be.
+    /// Parts of the wanted design.
     pub to: BTreeMap<String, Vec<u8>>,
 }
 
 impl Difference {
-    /// The page.
+    /// Returns the page.
     pub fn to_html(&self, pictures: &Pairs) -> String {
         let mut body = format!(
             "<dl><dt>There is</dt><dd>{}</dd><dt>Wanted</dt><dd>{}</dd></dl>\n",
@@ -55,6 +55,7 @@ impl Difference {
         page_with_style(&title, STYLE, &body)
     }
 
+    /// Appends the table of the bodies to make, cast and buy.
     fn besides(&self, body: &mut String) {
         *body += "<h2>What to make, cast and buy besides</h2>\n";
         let rows: Vec<String> = self
@@ -78,6 +79,7 @@ impl Difference {
         }
     }
 
+    /// Appends the images of parts whose shape differs.
     fn pictured(&self, body: &mut String, pictures: &Pairs) {
         let changed = self.bodies.iter().filter(|one| one.differs.contains(&"shape"));
         let mut shown = String::new();
@@ -105,17 +107,19 @@ impl Difference {
     }
 }
 
-/// Why a body is to be made or bought.
+/// Returns the reason why a body has to be made or bought.
 fn why(one: &BodyChange) -> String {
     match one.change {
         Change::Added => "new".to_owned(),
         Change::Changed => format!("another {}", one.differs.join(", ")),
+        // An unchanged body appears in this table only if more pieces are needed.
         Change::Same | Change::Removed => {
             format!("{} instead of {}", one.quantity[1], one.quantity[0])
         }
     }
 }
 
+/// Formats a table of bodies, or the text `nothing` if there are none.
 fn list(bodies: &[&BodyChange], nothing: &str) -> String {
     if bodies.is_empty() {
         return format!("<p>{nothing}</p>\n");

@@ -1,4 +1,4 @@
-//! What to make.
+//! Section on the parts to make.
 
 use fabkit_report::escape;
 
@@ -6,6 +6,7 @@ use super::{Pictures, image, name, of, table, word};
 use crate::{Guide, Made};
 
 impl Guide {
+    /// Appends the table of the parts to make.
     pub(super) fn parts(&self, body: &mut String, pictures: &Pictures) {
         *body += "<h2 id=\"make\">What to make</h2>\n";
         let row = |part: &Made| {

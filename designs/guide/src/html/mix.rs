@@ -1,4 +1,4 @@
-//! What to mix, and what to mind.
+//! Sections on mixes and warnings.
 
 use std::fmt::Write;
 
@@ -8,6 +8,7 @@ use super::{steps, table};
 use crate::{Guide, Mixed, Warning};
 
 impl Guide {
+    /// Appends the table of mixes and the warnings.
     pub(super) fn mixtures(&self, body: &mut String) {
         if !self.mixes.is_empty() {
             *body += "<h2 id=\"mix\">What to mix</h2>\n";
@@ -31,6 +32,7 @@ impl Guide {
         self.mind(body);
     }
 
+    /// Appends the warnings, unsolved ones first.
     fn mind(&self, body: &mut String) {
         if self.warnings.is_empty() {
             return;
@@ -52,10 +54,12 @@ impl Guide {
     }
 }
 
+/// Formats the row of a mix.
 fn row(mix: &Mixed) -> String {
     let components = mix.components.iter();
     let weighed = components.map(|c| format!("{:.2} g {}", c.mass_g, escape(&c.name)));
     let air = match (mix.degas, mix.air_h) {
+        // Sprays need no time for air to leave.
         (_, 0.0) => String::new(),
         (true, hours) => format!("degas {}", minutes(hours)),
         (false, hours) => format!("let stand {}", minutes(hours)),
@@ -79,11 +83,12 @@ fn row(mix: &Mixed) -> String {
     )
 }
 
-/// Up to two hours in minutes.
+/// Formats a duration: in minutes up to two hours, in hours above.
 pub(super) fn minutes(hours: f64) -> String {
     if hours <= 2.0 { format!("{:.0} min", 60.0 * hours) } else { format!("{hours} h") }
 }
 
+/// Appends a warning as a list item.
 fn told(body: &mut String, warning: &Warning) {
     let _ = writeln!(
         body,
@@ -104,7 +109,7 @@ fn told(body: &mut String, warning: &Warning) {
     );
 }
 
-/// What a rule is called on the page.
+/// Returns the title of a rule on the page.
 pub(super) fn title(rule: &str) -> &str {
     match rule {
         "inhibition" => "Cure inhibition",

@@ -1,4 +1,4 @@
-//! The guide as one page: no network, on screen and on paper; only the model needs script.
+//! The guide as one HTML page, for screen and paper, without network access; only the 3D model needs scripts.
 
 mod buy;
 mod calibrate;
@@ -25,42 +25,43 @@ use crate::{Guide, Tool};
 
 pub use diff::Pairs;
 
-/// PNG files for the page, and the model.
+/// Images for the page, and the 3D model.
 #[derive(Clone, Debug, Default)]
 pub struct Pictures {
-    /// The finished sensor or fixture.
+    /// Image of the finished sensor or fixture, PNG.
     pub cover: Option<Vec<u8>>,
-    /// Each step that happens in an assembly, by its number.
+    /// Images of each step that happens in an assembly, by its number.
     pub steps: BTreeMap<usize, StepPictures>,
-    /// Each part as it lies on the bed, by its name.
+    /// Image of each part as it lies on the bed, PNG, by its name.
     pub parts: BTreeMap<String, Vec<u8>>,
-    /// Each stock sheet as it is cut, SVG by its title.
+    /// Drawing of each stock sheet as it is cut, SVG, by its title.
     pub sheets: BTreeMap<String, Vec<u8>>,
-    /// What the reader can turn.
+    /// Interactive 3D model.
     pub model: Option<Model>,
-    /// Each circuit board, by its part's name.
+    /// Artwork of each circuit board, by its part's name.
     pub boards: BTreeMap<String, BoardArt>,
 }
 
-/// A step.
+/// Images of a step, PNG.
 #[derive(Clone, Debug, Default)]
 pub struct StepPictures {
-    /// What is on its way, with arrows.
+    /// Image of the bodies that are moving in or out, with arrows.
     pub before: Option<Vec<u8>>,
-    /// What stands there afterwards.
+    /// Image of the assembly afterwards.
     pub after: Option<Vec<u8>>,
 }
 
-/// A circuit board as it will look.
+/// Artwork of a circuit board.
 #[derive(Clone, Debug)]
 pub enum BoardArt {
     /// Upper and lower side as SVG.
     Drawn([String; 2]),
-    /// Why there is none.
+    /// Reason why the board could not be laid out.
     Refused(String),
 }
 
-/// Beside the report's: words to the left, steps with their pictures, one row or step never cut by paper's edge.
+/// Style rules in addition to those of reports: text columns aligned left, steps with their images, and no page break
+/// within a row or step.
 const STYLE: &str = "
 td.word, th.word { text-align: left; } td.as-one { white-space: nowrap; } td.long { min-width: 15rem; } td img { width: 6rem; height: auto; display: block; }
 .cover { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: center; } .cover img { max-width: 100%; height: auto; }
@@ -77,7 +78,7 @@ img { background: #fff; border-radius: 4px; } nav a { margin-right: 1rem; } a { 
 ";
 
 impl Guide {
-    /// The page.
+    /// Returns the page.
     pub fn to_html(&self, pictures: &Pictures) -> String {
         let mut body = String::new();
         self.purchases(&mut body);
@@ -95,6 +96,7 @@ impl Guide {
             self.step(&mut body, step, pictures);
         }
         self.calibrating(&mut body);
+        // The cover is built last, because it links to the sections that exist.
         let cover = self.cover(&body, pictures);
         let section = pictures.model.as_ref().map_or(String::new(), Model::section);
         let script = pictures.model.as_ref().map_or(String::new(), |_| Model::script());
@@ -104,7 +106,7 @@ impl Guide {
     }
 }
 
-/// A table whose first `words` columns are text.
+/// Formats a table whose first `words` columns are text.
 fn table(heads: &[&str], words: usize, rows: impl Iterator<Item = String>) -> String {
     let head = heads.iter().enumerate().map(|(column, head)| {
         let class = if column < words { " class=\"word\"" } else { "" };
@@ -117,14 +119,17 @@ fn table(heads: &[&str], words: usize, rows: impl Iterator<Item = String>) -> St
     )
 }
 
+/// Formats the head cell of a row.
 fn name(text: &str) -> String {
     format!("<th scope=\"row\">{}</th>", escape(text))
 }
 
+/// Formats a text cell.
 fn word(text: &str) -> String {
     format!("<td class=\"word\">{}</td>", escape(text))
 }
 
+/// Formats the cell that tells whether a piece is needed for each unit or once.
 fn of(tool: Tool) -> &'static str {
     match tool {
         Tool::Sensor => "<td class=\"word as-one\">each unit</td>",
@@ -132,11 +137,13 @@ fn of(tool: Tool) -> &'static str {
     }
 }
 
+/// Formats links to steps.
 fn steps(numbers: &[usize]) -> String {
     let links = numbers.iter().map(|number| format!("<a href=\"#step-{number}\">{number}</a>"));
     links.collect::<Vec<_>>().join(" ")
 }
 
+/// Embeds a PNG file as an image.
 fn image(png: &[u8], alt: &str) -> String {
     format!(
         "<img alt=\"{}\" src=\"data:image/png;base64,{}\">\n",

@@ -1,4 +1,4 @@
-//! How parts of filament are printed.
+//! Section on printing filament parts.
 
 use fabkit_report::escape;
 
@@ -6,7 +6,7 @@ use super::{name, table, word};
 use crate::{Guide, Made, Printing};
 
 impl Guide {
-    /// One row for each part of filament; nothing where there is none.
+    /// Appends a row for each filament part; nothing if there is none.
     pub(super) fn prints(&self, body: &mut String) {
         let printed: Vec<(&Made, &Printing)> =
             self.made.iter().filter_map(|part| Some((part, part.print.as_ref()?))).collect();
@@ -62,7 +62,7 @@ impl Guide {
     }
 }
 
-/// Each setting's reasons, with the parts that they are of.
+/// Formats the reasons for each setting, with the parts they apply to.
 fn because(printed: &[(&Made, &Printing)]) -> String {
     let names = ["layers", "perimeters", "solid layers", "infill", "supports", "brim"];
     let mut text = String::from("<dl>\n");
@@ -75,6 +75,7 @@ fn because(printed: &[(&Made, &Printing)]) -> String {
                 None => whys.push((why, vec![&part.name])),
             }
         }
+        // A reason shared by all parts needs no list of them.
         let said = whys.iter().map(|(why, parts)| match parts.len() == printed.len() {
             true => escape(why),
             false => format!(
@@ -89,7 +90,7 @@ fn because(printed: &[(&Made, &Printing)]) -> String {
     text + "</dl>\n"
 }
 
-/// `1 h 05 min`.
+/// Formats a duration such as `1 h 05 min`.
 fn duration(minutes: f64) -> String {
     let minutes = minutes.round().max(1.0) as u64;
     match (minutes / 60, minutes % 60) {

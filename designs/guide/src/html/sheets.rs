@@ -1,4 +1,4 @@
-//! What is cut from sheets.
+//! Section on the sheets to cut.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -10,7 +10,7 @@ use crate::{Guide, SheetPlan};
 const MM_PER_M: f64 = 1e3;
 
 impl Guide {
-    /// One row for each stock, and a drawing of each sheet; nothing where nothing is cut.
+    /// Appends a row for each stock and a drawing of each sheet; nothing if no sheet is cut.
     pub(super) fn sheets_to_cut(&self, pictures: &Pictures, body: &mut String) {
         if self.sheets.is_empty() {
             return;

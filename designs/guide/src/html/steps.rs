@@ -1,4 +1,4 @@
-//! Each step, and which piece it needs.
+//! Sections of the steps, and the table of pieces by step.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use super::{Pictures, StepPictures, image, name, table};
 use crate::{Guide, GuideStep, Need};
 
 impl Guide {
-    /// Which part is needed in which step.
+    /// Appends the table of the steps in which each piece is needed.
     pub(super) fn matrix(&self, body: &mut String) {
         if self.steps.is_empty() {
             return;
@@ -30,6 +30,7 @@ impl Guide {
         *body += &table(&heads, 1, rows.map(row));
     }
 
+    /// Appends the section of a step.
     pub(super) fn step(&self, body: &mut String, step: &GuideStep, pictures: &Pictures) {
         let _ = write!(
             body,
@@ -59,6 +60,7 @@ impl Guide {
             0.0 => String::new(),
             hours => format!("about {}", minutes(hours)),
         };
+        // Numbers start at 1, so the number of a step is the index of the next one.
         let following = self.timeline.stretches.get(step.number);
         let next = following.map_or(String::new(), |next| {
             format!("step {} from {} on", next.step, clock(next.start_h))
@@ -102,6 +104,7 @@ impl Guide {
         *body += "</dl></section>\n";
     }
 
+    /// Appends the images before and after a step.
     fn shots(&self, body: &mut String, step: &GuideStep, shots: &StepPictures) {
         let place = step.assembly.as_deref().unwrap_or_default();
         let come = |is_coming: bool| {
@@ -141,7 +144,7 @@ fn needed(need: &Need) -> String {
     }
 }
 
-/// With a capital and a full stop.
+/// Adds a capital letter and a full stop.
 fn sentence(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().map(|first| first.to_uppercase().to_string());
@@ -149,7 +152,7 @@ fn sentence(text: &str) -> String {
     if text.ends_with(['.', '!', '?']) { text } else { text + "." }
 }
 
-/// A time after the first step, as the chart counts days.
+/// Formats a time after the first step, counting days like the chart.
 fn clock(hours: f64) -> String {
     let day = (hours / 24.0).floor();
     format!("day {}, hour {:.1}", day + 1.0, hours - 24.0 * day)

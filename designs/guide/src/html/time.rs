@@ -1,4 +1,4 @@
-//! When.
+//! Section on the schedule.
 
 use std::fmt::Write;
 
@@ -7,6 +7,7 @@ use fabkit_report::{Svg, escape};
 use crate::{Guide, Timeline};
 
 impl Guide {
+    /// Appends the schedule as a chart and in words.
     pub(super) fn times(&self, body: &mut String) {
         if self.timeline.stretches.is_empty() {
             return;
@@ -26,7 +27,7 @@ impl Guide {
         *body += "</dl>\n";
     }
 
-    /// The chart in words, as HTML.
+    /// Returns the chart in words, as HTML.
     fn when(&self) -> Vec<(&'static str, String)> {
         let timeline = &self.timeline;
         let link = |number: &usize| {
@@ -83,12 +84,13 @@ impl Guide {
         said
     }
 
-    /// Pours and cures along time.
+    /// Draws the hands-on work and cures of the steps over time.
     pub(super) fn chart(&self) -> String {
         const ROW: f64 = 18.0;
         const LEFT: f64 = 230.0;
         const WIDTH: f64 = 880.0;
         let Timeline { stretches, total_h, .. } = &self.timeline;
+        // Steps without duration get no row.
         let timed: Vec<_> = stretches.iter().filter(|s| s.end_h > s.start_h).collect();
         let height = ROW * (timed.len() as f64 + 1.5);
         let mut svg = Svg::new(WIDTH, height);
@@ -106,6 +108,7 @@ impl Guide {
             let x = |h: f64| LEFT + h * scale;
             let frame =
                 if stretch.is_critical { "stroke=\"#c0392b\" stroke-width=\"1.5\"" } else { "" };
+            // At least 2 px wide, so that short steps stay visible.
             let bar = |from: f64, to: f64| [(x(to) - x(from)).max(2.0), ROW - 5.0];
             svg.rect(
                 [x(stretch.start_h), y + 3.0],

@@ -1,67 +1,68 @@
-//! A model that can be turned, cut and taken apart in the page: no request, and nothing to see without script.
+//! Interactive 3D model, which can be turned, cut and taken apart in the page. It makes no requests, and is invisible
+//! without scripts.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use fabkit_report::page_with_style;
 use serde_json::{Value, json};
 
-/// Bundled from `viewer/` by `npm run build`, with the licence of what is in it.
+/// Script of the viewer, bundled from `viewer/` by `npm run build`, with the licences of its contents.
 const SCRIPT: &str = include_str!("../viewer/viewer.js");
-/// How it looks, on the colors of all pages.
+/// Style of the viewer, based on the colours of all pages.
 pub(super) const STYLE: &str = include_str!("../viewer/viewer.css");
 
-/// What the viewer shows.
+/// Content of the viewer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
-    /// What it is of.
+    /// Title of the model.
     pub title: String,
-    /// A GLB file as fabkit writes it; of its scenes the first one is shown first.
+    /// GLB file as fabkit writes it; the viewer opens with its first scene.
     pub glb: Vec<u8>,
-    /// Rays of the camera over the first scene.
+    /// Camera rays over the first scene.
     pub rays: Option<Rays>,
-    /// The surface pressed in, in the first scene.
+    /// Surface under load, in the first scene.
     pub pressed: Option<Pressed>,
 }
 
 /// Rays of a camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rays {
-    /// In any order.
+    /// Rays in any order.
     pub rays: Vec<SeenRay>,
 }
 
-/// One ray, from the camera to what it sees.
+/// Ray from the camera to the point it sees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeenRay {
-    /// sRGB: what it sees.
+    /// Colour of the point it sees, sRGB.
     pub color: [u8; 3],
-    /// Its corners, in the frame of the first scene's bodies, mm.
+    /// Corners of the ray in the frame of the first scene's bodies, mm.
     pub path_mm: Vec<[f64; 3]>,
 }
 
-/// The surface while a ball presses it.
+/// Surface that a ball is pressed into.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pressed {
-    /// The ball's diameter, mm.
+    /// Diameter of the ball, mm.
     pub ball_mm: f64,
-    /// How far it goes in, mm.
+    /// Indentation, mm.
     pub deep_mm: f64,
     /// Vertices in the frame of the first scene's bodies, mm.
     pub positions_mm: Vec<[f32; 3]>,
-    /// One unit normal each.
+    /// Unit normals, one per vertex.
     pub normals: Vec<[f32; 3]>,
-    /// One sRGB color each: how deep it lies.
+    /// sRGB colours, one per vertex, by depth.
     pub colors: Vec<[u8; 3]>,
-    /// Corners of triangles.
+    /// Triangles, by indices of their vertices.
     pub triangles: Vec<[u32; 3]>,
-    /// Bodies that are not drawn meanwhile, because the ball goes through them.
+    /// Names of bodies that are hidden meanwhile, because the ball would penetrate them.
     pub instead_of: Vec<String>,
 }
 
 impl Model {
-    /// The section of a page. It is hidden until the script shows it.
+    /// Returns the section of the page. It is hidden until the script shows it.
     pub(super) fn section(&self) -> String {
-        // No text in it may end the element.
+        // Escaped, so that no text in the data can end the element.
         let data = self.to_json().to_string().replace('<', "\\u003c");
         format!(
             "<section class=\"viewer\" id=\"model\" hidden>\n<h2>Model</h2>\n\
@@ -69,12 +70,12 @@ impl Model {
         )
     }
 
-    /// The script, for the end of the page.
+    /// Returns the script, for the end of the page.
     pub(super) fn script() -> String {
         format!("<script>{SCRIPT}</script>\n")
     }
 
-    /// A page with the model alone: no request, it opens from disk and in a frame.
+    /// Returns a page with the model alone. It makes no requests, and opens from disk and in a frame.
     ///
     /// ```
     /// use fabkit_guide::Model;
@@ -88,6 +89,7 @@ impl Model {
         page_with_style(&self.title, STYLE, &body)
     }
 
+    /// Returns the data that the script reads: binary arrays are encoded as base64.
     fn to_json(&self) -> Value {
         let mut json = json!({ "title": self.title, "glb": STANDARD.encode(&self.glb) });
         if let Some(Rays { rays }) = &self.rays {
@@ -119,7 +121,7 @@ impl Model {
     }
 }
 
-/// Thousandths are enough for lines.
+/// Rounds to a micrometre, which is enough for lines; adding zero avoids -0.
 fn micrometres(mm: f64) -> f64 {
     (mm * 1e3).round() / 1e3 + 0.0
 }

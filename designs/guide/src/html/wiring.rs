@@ -1,4 +1,4 @@
-//! What is soldered and wired.
+//! Section on soldering and wiring.
 
 use std::fmt::Write;
 
@@ -8,10 +8,11 @@ use super::{BoardArt, Pictures, name, table, word};
 use crate::Guide;
 use crate::wiring::{WiredPart, Wiring};
 
-/// Branches that are drawn; more of the same say how many.
+/// Maximum number of branches drawn; a note counts the others.
 const MOST_BRANCHES: usize = 8;
 
 impl Guide {
+    /// Appends the section of each circuit.
     pub(super) fn wires(&self, body: &mut String, pictures: &Pictures) {
         if self.wiring.is_empty() {
             return;
@@ -44,6 +45,7 @@ impl Guide {
     }
 }
 
+/// Appends the artwork of a board, or the reason why there is none.
 fn artwork(body: &mut String, design: &str, wiring: &Wiring, pictures: &Pictures) {
     let art = wiring.board.as_ref().and_then(|board| pictures.boards.get(board));
     let _ = match art {
@@ -65,6 +67,7 @@ fn artwork(body: &mut String, design: &str, wiring: &Wiring, pictures: &Pictures
     };
 }
 
+/// Appends the table of wires and cables.
 fn connections(body: &mut String, wiring: &Wiring) {
     let rows = wiring.connections.iter().map(|wire| {
         let drawn = wire.drawn_mm.map_or("-".to_owned(), |mm| format!("{mm:.0} mm"));
@@ -82,6 +85,7 @@ fn connections(body: &mut String, wiring: &Wiring) {
     *body += &table(&["from", "to", "carries", "color", "piece", "inside the sensor"], 5, rows);
 }
 
+/// Appends the table of calculated resistors.
 fn resistors(body: &mut String, wiring: &Wiring) {
     if wiring.resistors.is_empty() {
         return;
@@ -100,6 +104,7 @@ fn resistors(body: &mut String, wiring: &Wiring) {
     *body += &table(&["resistor", "calculation", "order", "heat", "from"], 2, rows);
 }
 
+/// Appends the table of soldered parts.
 fn soldered(body: &mut String, wiring: &Wiring) {
     if wiring.parts.is_empty() {
         return;
@@ -120,13 +125,13 @@ fn soldered(body: &mut String, wiring: &Wiring) {
     *body += &table(&["part", "what to order", "package", "pin: net"], 4, rows);
 }
 
-/// One way from the supply to ground.
+/// Branch from the supply to ground.
 struct Branch {
     boxes: Vec<String>,
     leds: Vec<String>,
 }
 
-/// Supply above, ground below, a branch for each resistor.
+/// Draws the circuit: supply on top, ground at the bottom, a branch for each resistor.
 fn diagram(wiring: &Wiring) -> Option<String> {
     let branches = branches(wiring);
     if branches.is_empty() {
@@ -153,7 +158,7 @@ fn diagram(wiring: &Wiring) -> Option<String> {
             svg.rect([x - 40.0, y], [80.0, box_height], &format!("fill=\"#fafafa\" {line}"));
             svg.text([x, y + 16.0], "middle", text);
         }
-        // A triangle towards ground, and the bar of the cathode.
+        // LED symbol: a triangle towards ground, and the bar of the cathode.
         let (y, half) = (led_y, 10.0);
         for (from, to) in [
             ([x - half, y], [x + half, y]),
@@ -178,6 +183,7 @@ fn diagram(wiring: &Wiring) -> Option<String> {
     Some(svg.finish(&format!("circuit of {}", wiring.name)))
 }
 
+/// Finds the branch of each resistor: the LEDs behind it, directly or through a switch.
 fn branches(wiring: &Wiring) -> Vec<Branch> {
     let net = |part: &WiredPart, pin: &str| {
         part.pins.iter().find(|one| one.pin == pin).and_then(|one| one.net.clone())
@@ -192,7 +198,7 @@ fn branches(wiring: &Wiring) -> Vec<Branch> {
         let after = net(resistor, "2");
         let mut leds = lit(&after);
         if leds.is_empty() {
-            // Through the channel of a switch that begins there: common to normally open.
+            // The resistor may feed a switch: follow its channel from the common to the normally open contact.
             for switch in of_kind("switch") {
                 for (common, open) in [("2", "1"), ("6", "5")] {
                     if after.is_some() && net(switch, common) == after {
@@ -207,7 +213,7 @@ fn branches(wiring: &Wiring) -> Vec<Branch> {
     of_kind("resistor").map(branch).collect()
 }
 
-/// A drawing within a page needs no namespace, and a page that names no address asks nobody.
+/// Removes the namespace, which an SVG within a page does not need: a page without addresses cannot make requests.
 fn inline(svg: &str) -> String {
     svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1)
 }

@@ -1,4 +1,4 @@
-//! What to check after a step, with a number: from the drawn bodies in their places.
+//! Checks after a step, with numbers that are measured on the bodies in their places.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -12,42 +12,44 @@ use rayon::prelude::*;
 use crate::Mixed;
 use crate::extent::extent;
 
-/// What nobody measures without a gauge, mm.
+/// Smallest difference that is visible without a gauge, mm.
 const FLUSH_MM: f64 = 0.05;
 
-/// Bodies whose boxes are this near touch each other, mm.
+/// Distance of bounding boxes below which bodies count as touching, mm.
 const TOUCHING_MM: f64 = 0.1;
 
-/// Beside a body means so far from it, mm; chosen: past a fit's gap, not past a wall.
+/// Distances from a body at which the face around it is sampled, mm; chosen: farther than the gap of a fit, not farther
+/// than a wall.
 const BESIDE_MM: [f64; 3] = [0.2, 0.5, 1.0];
 
-/// Places around it that are looked at.
+/// Number of sampled points around a body.
 const AROUND: u32 = 180;
 
-/// Farther than any rim, mm.
+/// Larger than any height of a rim, mm.
 const FAR_MM: f64 = 1e6;
 
-/// More are not read.
+/// Maximum number of checks: more are not read.
 const MOST: usize = 6;
 
-/// Every body of the stages, prepared.
+/// Compiled solids of all bodies of the stages.
 pub(super) struct Measured<'a> {
     solids: BTreeMap<&'a str, CompiledSolid>,
 }
 
 impl<'a> Measured<'a> {
+    /// Compiles the solids of all bodies, in parallel.
     pub(super) fn of(stages: &'a [Stage<'a>]) -> Self {
         let all = stages.iter().flat_map(|stage| stage.before.iter().chain(&stage.after));
         let bodies: BTreeMap<&str, &Body> =
             all.map(|stand| (stand.body.name.as_str(), stand.body)).collect();
         let prepared = bodies.into_par_iter().filter_map(|(name, body)| {
-            // What is no solid has no stage.
+            // Bodies with an invalid solid appear in no stage.
             Some((name, CompiledSolid::new(&body.solid).ok()?))
         });
         Self { solids: prepared.collect() }
     }
 
-    /// From where to where a body in its place reaches along a direction of the assembly, mm.
+    /// Returns the extent of a placed body along a direction of the assembly, mm.
     fn extent(&self, stand: &Stand, along: &Vector3<f64>) -> Option<[f64; 2]> {
         let solid = self.solids.get(stand.body.name.as_str())?;
         let pose: &Pose = &stand.assembly_from_body;
@@ -56,13 +58,14 @@ impl<'a> Measured<'a> {
         Some(ends.map(|end| end + shift))
     }
 
-    /// Sizes along the axes of the assembly, mm.
+    /// Returns the dimensions along the axes of the assembly, mm.
     fn size_mm(&self, stand: &Stand) -> Option<[f64; 3]> {
         let along =
             |axis| self.extent(stand, &Vector3::ith(axis, 1.0)).map(|[low, high]| high - low);
         Some([along(0)?, along(1)?, along(2)?])
     }
 
+    /// Returns the checks after a step, at most [`MOST`].
     pub(super) fn checks(
         &self,
         sensor: &Sensor,
@@ -103,7 +106,7 @@ impl<'a> Measured<'a> {
         said
     }
 
-    /// Where a liquid stands against the highest of its walls.
+    /// Returns a check of the liquid's level against the rim of a wall.
     fn level(
         &self,
         layer: &str,
@@ -117,7 +120,8 @@ impl<'a> Measured<'a> {
         let rims = rims.filter(|stand| walls.contains(&stand.body.name));
         let liquid_mm = top(liquid)?;
         let rims = rims.filter_map(|stand| Some((stand.body.name.as_str(), top(stand)?)));
-        // The rim that it stands nearest below is the one that eyes compare it with; of two alike, the first.
+        // The reference is the rim closest above the liquid, since eyes compare with that one; otherwise the closest
+        // rim below it. Of two alike, the first counts.
         let over = |rim: f64| match rim - liquid_mm {
             below_mm if below_mm > -FLUSH_MM => below_mm.abs(),
             above_mm => FAR_MM - above_mm,
@@ -136,7 +140,7 @@ impl<'a> Measured<'a> {
         })
     }
 
-    /// How large what was cast is once it is free.
+    /// Returns checks of the dimensions of cast bodies after demolding.
     fn left(&self, sensor: &Sensor, step: &Step, stage: &Stage) -> Vec<String> {
         let here = |layer: &str| {
             sensor.chain.iter().any(|other| {
@@ -156,7 +160,7 @@ impl<'a> Measured<'a> {
         cast.filter_map(told).collect()
     }
 
-    /// Where what was put in ends, against what it was put into.
+    /// Returns checks of the seats: how far inserted bodies end from the face around them.
     fn seats(&self, stage: &Stage) -> Vec<String> {
         let mut counts: Vec<(String, String, usize)> = Vec::new();
         self.seats_of(&stage.coming, stage.before.clone(), &mut counts);
@@ -167,6 +171,7 @@ impl<'a> Measured<'a> {
         told.collect()
     }
 
+    /// Counts equal seats of arriving bodies, subassemblies first.
     fn seats_of<'s>(
         &self,
         coming: &[Came<'s>],
@@ -175,7 +180,7 @@ impl<'a> Measured<'a> {
     ) {
         for came in coming {
             self.seats_of(&came.apart, Vec::new(), counts);
-            // Of what comes together, the part that the rest sits on.
+            // Of bodies that arrive together, the made part is checked, which the others sit on.
             let largest = came.bodies.iter().find(|stand| stand.body.is_made());
             if let (Some(out), Some(stand)) = (came.out, largest.or(came.bodies.first()))
                 && let Some(beside) = self.beside(stand, &out, &standing)
@@ -200,13 +205,14 @@ impl<'a> Measured<'a> {
         }
     }
 
-    /// Where a body ends just beside another one, along a direction, mm.
+    /// Returns the height of the face of `body` just beside `around`, along a direction, mm.
     fn face(&self, body: &Stand, around: &Stand, out: &Vector3<f64>) -> Option<f64> {
         let solid = self.solids.get(body.body.name.as_str())?;
         let inner = self.solids.get(around.body.name.as_str())?;
         let inner = placed(&inner.bounds(), &around.assembly_from_body);
         let [u, v] = across(out);
         let [[u0, u1], [v0, v1]] = [shadow(&inner, &u), shadow(&inner, &v)];
+        // Rays start behind the body.
         let back = self.extent(body, out)?[0] - 1.0;
         let pose = body.assembly_from_body.inverse();
         let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
@@ -215,22 +221,23 @@ impl<'a> Measured<'a> {
             let middle = [0.5 * (u0 + u1), 0.5 * (v0 + v1)];
             let half = [0.5 * (u1 - u0) + beyond, 0.5 * (v1 - v0) + beyond];
             for index in 0..AROUND {
-                // Along an ellipse through the middles of the box's sides: what is round is followed.
+                // Along an ellipse through the centres of the box's sides, so that the samples follow round bodies.
                 let (sin, cos) = (TAU * f64::from(index) / f64::from(AROUND)).sin_cos();
                 let place = u * (middle[0] + half[0] * cos) + v * (middle[1] + half[1] * sin);
                 let origin = Point3::from(place + out * back);
                 let ray = Ray { origin: pose.point(origin), direction: pose.vector(*out) };
                 solid.stretches_into(&ray, &mut scratch, &mut stretches);
+                // The last surface along a ray is the outer face.
                 ends.extend(stretches.last().map(|[_, leave]| back + leave));
             }
         }
-        // A wall or a rib that rises on one side is not the face that a piece sits in.
+        // The median ignores a wall or a rib that rises on one side.
         ends.sort_by(f64::total_cmp);
         ends.get(ends.len() / 2).copied()
     }
 
-    /// What a body goes into or onto: of what it touches, the smallest part behind whose outline it disappears; else
-    /// the largest.
+    /// Finds the body that another one is inserted into or placed on: among those it touches, the smallest one that
+    /// covers its outline, otherwise the largest.
     fn beside<'s>(
         &self,
         stand: &Stand,
@@ -250,7 +257,8 @@ impl<'a> Measured<'a> {
                 c - TOUCHING_MM <= a && b <= d + TOUCHING_MM
             })
         };
-        // Whether it holds, whether it is a part, and how small it is; if it does not hold, how large.
+        // Order: bodies that cover the outline, then made parts, then the smallest (or the largest, if they do not
+        // cover it).
         let rank = |other: &Aabb, body: &Body| {
             let volume: f64 = other.size_mm().iter().product();
             let holds = is_within(other);
@@ -268,28 +276,28 @@ impl<'a> Measured<'a> {
     }
 }
 
-/// Two directions across another one.
+/// Returns two unit vectors perpendicular to a direction and to each other.
 fn across(along: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let aside = if along.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
     let u = along.cross(&aside).normalize();
     [u, along.cross(&u)]
 }
 
-/// From where to where a box reaches along a unit vector.
+/// Returns the extent of a box along a unit vector.
 fn shadow(bounds: &Aabb, along: &Vector3<f64>) -> [f64; 2] {
     let half = 0.5 * along.abs().dot(&(bounds.max - bounds.min));
     let middle = along.dot(&bounds.centre().coords);
     [middle - half, middle + half]
 }
 
-/// The box around a box that has been moved.
+/// Returns the axis-aligned box around a moved box.
 fn placed(bounds: &Aabb, pose: &Pose) -> Aabb {
     let half = pose.rotation().abs() * (0.5 * (bounds.max - bounds.min));
     let centre = pose.point(bounds.centre());
     Aabb { min: centre - half, max: centre + half }
 }
 
-/// What is pressed into what, and how tightly.
+/// Returns checks of press fits, with their interference.
 fn pressed(sensor: &Sensor, stage: &Stage) -> Vec<String> {
     let comes = |name: &str| {
         let mut bodies = stage.coming.iter().flat_map(|came| &came.bodies);
@@ -300,7 +308,7 @@ fn pressed(sensor: &Sensor, stage: &Stage) -> Vec<String> {
     let fits = sensor.press_fits.iter().filter(|fit| {
         (comes(&fit.inner) || comes(&fit.outer)) && stands(&fit.inner) && stands(&fit.outer)
     });
-    // Threads hold by their own cut.
+    // Threads are left out: they hold by cutting into the plastic.
     let fits = fits.filter(|fit| is_meant(&fit.inner) && is_meant(&fit.outer));
     let told = fits.map(|fit| {
         format!(

@@ -1,4 +1,4 @@
-//! What keeps a liquid from curing, coming off or holding.
+//! Warnings about liquids that do not cure, do not release or do not bond.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ const GROWS: &str = "Smooth-On, technical bulletin of Ease Release 200: silicone
 const DOW: &str = "Dow, guides to PR-1200 and 1200 OS prime coats: silicone that cures on a smooth, \
                    unprimed face can be peeled off";
 
-/// What a step pours or sprays, and on what.
+/// Returns the layer that a step pours or sprays, and the bodies it touches.
 fn liquid(step: &Step) -> Option<(&str, &[String])> {
     match &step.action {
         Action::Pour(pour) => Some((&pour.layer, &pour.walls)),
@@ -25,11 +25,12 @@ fn liquid(step: &Step) -> Option<(&str, &[String])> {
     }
 }
 
+/// Returns the name of a body's material, or its specification.
 fn stuff(body: &Body) -> &str {
     if body.material.is_empty() { &body.summary } else { &body.material }
 }
 
-/// Walls that poison a liquid or grow together with it.
+/// Returns warnings about walls that inhibit a liquid's cure or that it bonds to.
 pub(super) fn on_walls(sensor: &Sensor) -> Vec<Warning> {
     let told = hazards(sensor).into_iter().map(|hazard| {
         let (layer, wall) = (hazard.layer, hazard.wall);
@@ -77,7 +78,7 @@ pub(super) fn on_walls(sensor: &Sensor) -> Vec<Warning> {
     told.collect()
 }
 
-/// What holds by primer, and what holds by nothing.
+/// Returns warnings about joints that hold only with a primer, and about those that do not hold.
 pub(super) fn primers(sensor: &Sensor) -> Vec<Warning> {
     let step_of = |layer: &str| {
         let makes = |step: &Step| liquid(step).is_some_and(|(made, _)| made == layer);
@@ -95,10 +96,12 @@ pub(super) fn primers(sensor: &Sensor) -> Vec<Warning> {
                 .from("the materials' own `bonds`"),
         );
     }
+    // The agent of such joints is called `cast on primer`.
     for adhesion in sensor.adhesions.iter().filter(|adhesion| adhesion.by.contains("primer")) {
         let [layer, on] = &adhesion.bodies;
         let Some(step) = step_of(layer).or_else(|| step_of(on)) else { continue };
         let primes = |(at, other): (usize, &Step)| {
+            // The pour itself may name the primer, or an earlier step on the same body.
             let is_meant = at == step || other.bodies.contains(on);
             is_meant && other.instruction.to_lowercase().contains("prime")
         };
@@ -121,7 +124,7 @@ pub(super) fn primers(sensor: &Sensor) -> Vec<Warning> {
     told
 }
 
-/// What is cured warmer than what it lies on bears.
+/// Returns warnings about cures that are hotter than the softening temperature of a wall.
 pub(super) fn heat(sensor: &Sensor) -> Vec<Warning> {
     let mut told = Vec::new();
     for (index, step) in sensor.chain.iter().enumerate() {
@@ -153,7 +156,7 @@ pub(super) fn heat(sensor: &Sensor) -> Vec<Warning> {
     told
 }
 
-/// Mixes that set before hands are done with them.
+/// Returns warnings about mixes that set before their handling is finished.
 pub(super) fn pot_lives(mixes: &[Mixed], timeline: &Timeline) -> Vec<Warning> {
     let late = mixes.iter().filter_map(|mix| {
         let pot_life_h = mix.pot_life_h.filter(|pot_life_h| *pot_life_h < mix.in_hand_h)?;
@@ -174,7 +177,7 @@ pub(super) fn pot_lives(mixes: &[Mixed], timeline: &Timeline) -> Vec<Warning> {
     late.collect()
 }
 
-/// What must not come near the liquids at all.
+/// Returns warnings about substances that must not come near the liquids.
 pub(super) fn gloves(sensor: &Sensor) -> Vec<Warning> {
     let mut of: BTreeMap<usize, &str> = BTreeMap::new();
     for (index, step) in sensor.chain.iter().enumerate() {
@@ -197,9 +200,10 @@ pub(super) fn gloves(sensor: &Sensor) -> Vec<Warning> {
     ]
 }
 
-/// How long a mix is in hand: until its own step's hands are done, or, where it cures with what follows, until
-/// those of the step are in which it does, h.
+/// Returns the time for which a mix is handled, h: until the hands-on work of its own step ends or, if it cures
+/// together with later layers, that of the step in which it cures.
 pub(crate) fn in_hand_h(chain: &[Step], step: usize) -> f64 {
+    // A cure of 0 h means that the layer cures together with a later one.
     let cures = |step: &Step| step.cure().is_none_or(|cure| cure.hours > 0.0);
     let mut hours = 0.0;
     for later in &chain[step..] {

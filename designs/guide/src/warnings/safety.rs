@@ -1,10 +1,10 @@
-//! What is to be minded of whoever does it, not of the sensor.
+//! Warnings about the safety of the people who build the sensor.
 
 use fabkit_geometry::{Action, Curing, Sensor, Step};
 
 use super::Warning;
 
-/// Words of a step's instruction, what is wrong with what they name, what to do, and who says so.
+/// Words of an instruction, with the hazard that they imply, the precaution, and the source.
 const NAMED: [(&[&str], &str, &str, &str); 4] = [
     (
         &["cyanoacrylate", "instant adhesive"],
@@ -33,7 +33,7 @@ const NAMED: [(&[&str], &str, &str, &str); 4] = [
     ),
 ];
 
-/// Masks, hoods and gloves.
+/// Returns the warnings about masks, hoods and gloves.
 pub(super) fn handling(sensor: &Sensor) -> Vec<Warning> {
     let numbered = || sensor.chain.iter().enumerate().map(|(index, step)| (index + 1, step));
     let steps = |is_meant: &dyn Fn(&Step) -> bool| -> Vec<usize> {

@@ -1,14 +1,15 @@
-//! PDF by hand: one page of filled polygons and lines takes five objects, and crates that write
-//! PDF stamp it with the clock.
+//! PDF files, written without a library: one page of filled polygons and lines takes five objects, and PDF crates stamp
+//! files with the clock.
 
 use std::fmt::Write as _;
 
 use super::{Artwork, STROKE_MM, corners};
 use crate::{ExportError, VERSION};
 
-/// Points of 1/72 inch, the unit of PDF's page boxes, in a millimetre.
+/// Number of points of 1/72 inch, the unit of PDF's page boxes, per millimetre.
 const POINTS_PER_MM: f64 = 72.0 / 25.4;
 
+/// Writes the file: five objects, the cross-reference table and the trailer.
 pub(super) fn write(artwork: &Artwork, title: &str) -> Result<Vec<u8>, ExportError> {
     if artwork.dark.is_empty() {
         return Err(ExportError::Nothing);
@@ -35,7 +36,7 @@ pub(super) fn write(artwork: &Artwork, title: &str) -> Result<Vec<u8>, ExportErr
     }
     let start = file.len();
     let count = objects.len() + 1;
-    // Entries of the cross-reference table are 20 bytes each, line end included.
+    // Entries of the cross-reference table are exactly 20 bytes, line end included.
     let _ = write!(file, "xref\n0 {count}\n0000000000 65535 f \n");
     for offset in offsets {
         let _ = writeln!(file, "{offset:010} 00000 n ");
@@ -48,7 +49,7 @@ pub(super) fn write(artwork: &Artwork, title: &str) -> Result<Vec<u8>, ExportErr
     Ok(file.into_bytes())
 }
 
-/// The page's operators, in millimetres after one scaling.
+/// Writes the page's operators, in millimetres after one scaling.
 fn content(artwork: &Artwork) -> Result<String, ExportError> {
     let scale = POINTS_PER_MM;
     let mut text = format!("{scale:.9} 0 0 {scale:.9} 0 0 cm\n0 g 0 G {STROKE_MM} w\n");
@@ -58,6 +59,7 @@ fn content(artwork: &Artwork) -> Result<String, ExportError> {
         }
         text.push_str("h\n");
     }
+    // Fills all paths at once by the even-odd rule.
     text.push_str("f*\n");
     for stroke in &artwork.strokes {
         for (i, &point) in stroke.iter().enumerate() {
@@ -73,13 +75,14 @@ fn push(text: &mut String, [x, y]: [f64; 2], operator: &str) {
     let _ = writeln!(text, "{} {} {operator}", number(x), number(y));
 }
 
-/// PDF knows no exponents; a tenth of a nanometre is far below any printer.
+/// Formats a number without exponent, which PDF does not allow; a tenth of a nanometre is far below any printer's
+/// resolution.
 fn number(value: f64) -> String {
     let text = format!("{:.7}", value + 0.0);
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A literal string: printable ASCII with its delimiters escaped.
+/// Escapes a literal string: printable ASCII, with its delimiters escaped.
 fn string(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {

@@ -1,4 +1,4 @@
-//! Moving outlines out of the way of the beam.
+//! Kerf compensation of outlines.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,19 +9,19 @@ use fabkit_geometry::{Path, Profile, Segment};
 
 use crate::ExportError;
 
-/// Ends nearer than this are one point, mm; far below what a machine resolves, far above rounding.
+/// Distance below which end points coincide, mm; far below a machine's resolution, far above rounding.
 const SAME_POINT_MM: f64 = 1e-9;
 
-/// Bulges below this are straight: the arc leaves its chord by less than a nanometre over a metre.
+/// Bulge below which a segment is straight: the arc deviates from a chord of one metre by less than a nanometre.
 const STRAIGHT_BULGE: f64 = 1e-12;
 
-/// The outlines along which the middle of a beam of width `kerf_mm` must run so that what is left
-/// is `profile`: the outer boundary grows by half the kerf, holes shrink by as much.
+/// Computes the outlines for the centre of a beam of width `kerf_mm` so that the remaining piece is `profile`: the
+/// outer boundary grows by half the kerf, holes shrink by as much.
 ///
-/// Outlines are parallel curves: lines and arcs stay lines and arcs, corners that point into the
-/// waste become arcs of radius `kerf_mm` / 2 (the beam turns around the corner), corners that point
-/// into the piece stay sharp and are cut as round as the beam is. For a convex outline of area A
-/// and length L the area becomes A + L kerf / 2 + pi (kerf / 2)^2 (Steiner's formula).
+/// Outlines are parallel curves: lines and arcs stay lines and arcs. Corners that point into the waste become arcs of
+/// radius `kerf_mm` / 2, since the beam turns around the corner; corners that point into the piece stay sharp and are
+/// cut with the beam's roundness. For a convex outline of area A and length L the area becomes A + L kerf / 2 + pi
+/// (kerf / 2)^2 (Steiner's formula).
 ///
 /// ```
 /// use fabkit_export::widen_for_kerf;
@@ -33,8 +33,8 @@ const STRAIGHT_BULGE: f64 = 1e-12;
 /// ```
 ///
 /// # Errors
-/// [`ExportError::KerfTooWide`] if the beam closes or divides an outline, and
-/// [`ExportError::NotCuttable`] for arcs of ellipses.
+/// [`ExportError::KerfTooWide`] if the beam closes or divides an outline, and [`ExportError::NotCuttable`] for elliptic
+/// arcs.
 pub fn widen_for_kerf(profile: &Profile, kerf_mm: f64) -> Result<Profile, ExportError> {
     if kerf_mm == 0.0 {
         return Ok(profile.clone());
@@ -53,8 +53,7 @@ pub fn widen_for_kerf(profile: &Profile, kerf_mm: f64) -> Result<Profile, Export
     Ok(widened)
 }
 
-/// The path moved outwards, or inwards by a negative distance; nothing if it does not stay one
-/// path.
+/// Offsets a path outwards, or inwards by a negative distance; `None` if the result is not a single path.
 fn parallel(path: &Path, outwards_mm: f64) -> Result<Option<Path>, ExportError> {
     let line = polyline(path)?;
     let options = PlineOffsetOptions {
@@ -62,7 +61,7 @@ fn parallel(path: &Path, outwards_mm: f64) -> Result<Option<Path>, ExportError> 
         offset_dist_eps: 10.0 * SAME_POINT_MM,
         ..PlineOffsetOptions::default()
     };
-    // Positive distances lie to the left, which is inside where the path runs counter-clockwise.
+    // Positive offsets lie to the left, which is inside where the path runs counter-clockwise.
     let left_mm = if path.signed_area_mm2() > 0.0 { -outwards_mm } else { outwards_mm };
     let moved = line.parallel_offset_opt(left_mm, &options);
     Ok(match moved.as_slice() {
@@ -71,12 +70,13 @@ fn parallel(path: &Path, outwards_mm: f64) -> Result<Option<Path>, ExportError> 
     })
 }
 
+/// Converts a path to a polyline with bulges.
 fn polyline(path: &Path) -> Result<Polyline, ExportError> {
     let mut line = Polyline::new_closed();
     let mut from = path.start;
     for segment in &path.segments {
         match segment {
-            // In halves: the offset knows arcs of up to half a circle.
+            // Split in halves, since the offset supports arcs of up to half a circle.
             Segment::Arc { to, centre, ccw } if sweep(from, *to, *centre, *ccw).abs() > PI => {
                 let half = sweep(from, *to, *centre, *ccw) / 2.0;
                 let (sin, cos) = half.sin_cos();
@@ -93,6 +93,7 @@ fn polyline(path: &Path) -> Result<Polyline, ExportError> {
     Ok(line)
 }
 
+/// Converts a polyline with bulges back to a path.
 fn path_of(line: &Polyline) -> Path {
     let start = line.at(0);
     let path = Path::from([start.x, start.y]);
@@ -106,11 +107,11 @@ fn path_of(line: &Polyline) -> Path {
     })
 }
 
-/// Tangent of a quarter of the angle that a segment sweeps, positive counter-clockwise, as DXF and
-/// the offset know arcs; 0 for a line.
+/// Computes the bulge of a segment: the tangent of a quarter of the angle that it sweeps, positive counter-clockwise,
+/// as DXF and the offset represent arcs; 0 for a line.
 ///
 /// # Errors
-/// [`ExportError::NotCuttable`] for an arc of an ellipse.
+/// [`ExportError::NotCuttable`] for an elliptic arc.
 pub(crate) fn bulge(from: [f64; 2], segment: &Segment) -> Result<f64, ExportError> {
     match segment {
         Segment::Line { .. } => Ok(0.0),
@@ -119,7 +120,7 @@ pub(crate) fn bulge(from: [f64; 2], segment: &Segment) -> Result<f64, ExportErro
     }
 }
 
-/// Signed angle that an arc sweeps.
+/// Computes the signed angle that an arc sweeps, rad.
 pub(crate) fn sweep(from: [f64; 2], to: [f64; 2], centre: [f64; 2], ccw: bool) -> f64 {
     let arm = |p: [f64; 2]| [p[0] - centre[0], p[1] - centre[1]];
     let (a, b) = (arm(from), arm(to));

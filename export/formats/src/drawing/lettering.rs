@@ -1,4 +1,4 @@
-//! Single-stroke capitals, so that a label needs no font on the machine that marks it.
+//! Single-stroke capitals, so that labels need no font on the marking machine.
 
 /// Height of capitals, mm.
 pub(crate) const HEIGHT_MM: f64 = 2.4;
@@ -7,8 +7,8 @@ const UNIT_MM: f64 = HEIGHT_MM / 6.0;
 const ADVANCE_UNITS: f64 = 6.0;
 const WIDTH_UNITS: f64 = 4.0;
 
-/// Polylines of a character: pairs of digits are points (x 0 to 4, y 0 to 6 from the baseline),
-/// spaces lift the pen. What is not listed becomes a box.
+/// Returns the polylines of a character: pairs of digits are points (x 0 to 4, y 0 to 6 from the baseline), spaces lift
+/// the pen. Unlisted characters become a box.
 fn glyph(character: char) -> &'static str {
     match character.to_ascii_uppercase() {
         'A' => "0004264440 0242",
@@ -58,14 +58,14 @@ fn glyph(character: char) -> &'static str {
     }
 }
 
-/// How wide a text is, mm.
+/// Width of a text, mm.
 pub(crate) fn width_mm(text: &str) -> f64 {
     let letters = text.chars().count() as f64;
     ((letters - 1.0) * ADVANCE_UNITS + WIDTH_UNITS).max(0.0) * UNIT_MM
 }
 
-/// Strokes of a text as high as asked for, y up: it starts at the origin, on its baseline; in the unit of the
-/// height.
+/// Returns the strokes of a text with capitals of the given height, y up, with the baseline starting at the origin, in
+/// the unit of `height`.
 ///
 /// ```
 /// let strokes = fabkit_export::lettering("seen 57 %", 12.0);
@@ -79,7 +79,7 @@ pub fn lettering(text: &str, height: f64) -> Vec<Vec<[f64; 2]>> {
     strokes
 }
 
-/// The strokes of a text whose baseline starts at a point, mm.
+/// Returns the strokes of a text whose baseline starts at a point, mm.
 pub(crate) fn strokes(text: &str, start_mm: [f64; 2]) -> Vec<Vec<[f64; 2]>> {
     let mut strokes = Vec::new();
     for (i, character) in text.chars().enumerate() {

@@ -12,25 +12,25 @@ pub use nest::{NestedSheet, Piece, nest};
 
 use fabkit_geometry::{Path, Profile};
 
-/// What the machine does along a line. In the order in which a machine should do it: a piece that
-/// is cut out may shift, so its holes come first.
+/// Operation of the machine along a line, in the order of execution: a piece that is cut out may shift, so its holes
+/// come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Operation {
-    /// Names of pieces, drawn beside them on the waste: no optical face is marked.
+    /// Names of pieces, beside them on the waste, so that no optical face is marked.
     Label,
-    /// Boundaries of dark areas, even-odd: what is engraved is between them.
+    /// Boundaries of engraved areas, by the even-odd rule.
     Engrave,
     /// Boundaries of holes.
     CutInner,
-    /// Outer boundaries.
+    /// Outer boundaries of pieces.
     CutOuter,
 }
 
 impl Operation {
-    /// All of them, in order.
+    /// All operations, in order.
     pub const ALL: [Self; 4] = [Self::Label, Self::Engrave, Self::CutInner, Self::CutOuter];
 
-    /// Layer in a DXF file, group in an SVG file.
+    /// Name of the layer in a DXF file and of the group in an SVG file.
     pub fn layer(self) -> &'static str {
         match self {
             Self::Label => "LABEL",
@@ -50,7 +50,7 @@ impl Operation {
         }
     }
 
-    /// The same colours in CSS; laser software tells operations apart by them.
+    /// The same colours in CSS, by which laser software tells operations apart.
     pub(crate) fn color_css(self) -> &'static str {
         match self {
             Self::Label => "#00ff00",
@@ -64,16 +64,16 @@ impl Operation {
 /// Outlines and strokes on a plane.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
-    /// Width and height, mm: the piece's box, or the whole stock.
+    /// Width and height, mm: of the piece's bounding box, or of the whole stock.
     pub size_mm: [f64; 2],
-    /// Closed outlines, in the order in which they should be cut.
+    /// Closed outlines, in the order of cutting.
     pub contours: Vec<(Operation, Path)>,
-    /// Open polylines on the layer of labels, mm.
+    /// Open polylines on the label layer, mm.
     pub strokes: Vec<Vec<[f64; 2]>>,
 }
 
 impl Drawing {
-    /// One piece in the corner of its own drawing, without a label.
+    /// Creates a drawing of one piece in its lower left corner, without a label.
     pub fn of_piece(profile: &Profile) -> Self {
         let [min, max] = profile.bounds_mm();
         let mut drawing = Self { size_mm: [max[0] - min[0], max[1] - min[1]], ..Self::default() };

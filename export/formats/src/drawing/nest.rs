@@ -1,53 +1,53 @@
-//! Laying pieces out on stock sheets.
+//! Layout of pieces on stock sheets.
 
 use fabkit_geometry::Profile;
 
 use super::{Drawing, lettering};
 use crate::{Bed, ExportError, pack};
 
-/// Between a piece and its label below it, mm.
+/// Gap between a piece and its label below it, mm.
 const LABEL_GAP_MM: f64 = 1.0;
 
-/// Something to cut, and how often.
+/// A piece to cut, with its number of copies.
 #[derive(Clone, Copy, Debug)]
 pub struct Piece<'a> {
-    /// Its label.
+    /// Text of the label.
     pub name: &'a str,
-    /// The outlines to cut, kerf and all, mm.
+    /// Outlines to cut, with kerf compensation, mm.
     pub profile: &'a Profile,
-    /// How many.
+    /// Number of copies.
     pub quantity: u32,
 }
 
 /// One stock sheet with pieces on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NestedSheet {
-    /// As large as the stock.
+    /// Drawing of the size of the stock.
     pub drawing: Drawing,
-    /// The corner of the stock that holds everything with the spacing around it, mm: a remnant of this size will do.
+    /// Size of the stock's corner that holds everything with the spacing around it, mm; a remnant of this size
+    /// suffices.
     pub needs_mm: [f64; 2],
-    /// Names of the pieces in the order in which they are cut; each as often as it lies there.
+    /// Names of the pieces in the order of cutting, repeated for each copy.
     pub pieces: Vec<String>,
 }
 
-/// A copy of a piece with what it takes of the stock.
+/// A copy of a piece with the room that it takes.
 struct Cell<'a> {
     name: &'a str,
-    /// Its box's lower left corner at the origin.
+    /// Outlines, with the bounding box's lower left corner at the origin.
     profile: Profile,
     size_mm: [f64; 2],
     /// Height of the label's strip below the piece, mm; 0 without a label.
     strip_mm: f64,
 }
 
-/// Lays all pieces out on as few stock sheets as rows take, each labelled beside itself.
+/// Lays all pieces out in rows on few stock sheets, each with its label.
 ///
-/// Pieces lie along the stock: those that are longer the other way are turned by a quarter.
-/// `stock.spacing_mm` stays free around every piece and its label. A piece that would not fit for
-/// its label goes without one.
+/// Pieces lie along the stock: those that are longer the other way are turned by 90 degrees. `stock.spacing_mm` stays
+/// free around every piece and its label. A piece that would only fit without its label goes without one.
 ///
 /// # Errors
-/// [`ExportError::LargerThanStock`] for the first piece that fits on no sheet.
+/// [`ExportError::LargerThanStock`] for the first piece that does not fit on a sheet.
 pub fn nest(pieces: &[Piece], stock: Bed) -> Result<Vec<NestedSheet>, ExportError> {
     let cells: Vec<Cell> =
         pieces.iter().flat_map(|piece| (0..piece.quantity).map(|_| cell(piece, stock))).collect();
@@ -59,6 +59,7 @@ pub fn nest(pieces: &[Piece], stock: Bed) -> Result<Vec<NestedSheet>, ExportErro
             (cell.name, [width_mm.max(label_mm), depth_mm + cell.strip_mm])
         })
         .collect();
+    // The same packing as for printer beds, with an error that names the stock.
     let spots = pack(&footprints, stock).map_err(|error| match error {
         ExportError::LargerThanBed { name, size_mm, usable_mm } => {
             ExportError::LargerThanStock { name, size_mm, stock_mm: stock.size_mm, usable_mm }
@@ -85,11 +86,13 @@ pub fn nest(pieces: &[Piece], stock: Bed) -> Result<Vec<NestedSheet>, ExportErro
     Ok(sheets)
 }
 
+/// Turns a piece along the stock and decides whether its label fits.
 fn cell<'a>(piece: &Piece<'a>, stock: Bed) -> Cell<'a> {
     let size = |profile: &Profile| {
         let [min, max] = profile.bounds_mm();
         ([max[0] - min[0], max[1] - min[1]], min)
     };
+    // The longer side of a piece goes along the longer side of the stock.
     let is_wide = |[x, y]: [f64; 2]| x >= y;
     let mut profile = piece.profile.clone();
     let (mut size_mm, mut min) = size(&profile);

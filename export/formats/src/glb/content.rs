@@ -1,4 +1,4 @@
-//! The binary chunk of a GLB file, and what tells readers where in it things are.
+//! Binary chunk of a GLB file, and the lists of buffer views and accessors into it.
 
 use fabkit_mesh::ShadedMesh;
 
@@ -12,10 +12,10 @@ const U32: u32 = 5125;
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
-/// Above this index 16 bits do not do: the last number restarts primitives.
+/// Largest index of 16 bits: the value above restarts primitives.
 const MOST_SHORT: usize = u16::MAX as usize - 1;
 
-/// Bytes, and the lists that describe them.
+/// Bytes of the chunk, and the lists that describe them.
 #[derive(Debug, Default)]
 pub(super) struct Content {
     bytes: Vec<u8>,
@@ -24,7 +24,7 @@ pub(super) struct Content {
 }
 
 impl Content {
-    /// Adds a mesh; its material is for the caller to say.
+    /// Adds a mesh. The caller sets the primitive's material.
     pub fn mesh(&mut self, mesh: &ShadedMesh) -> Primitive {
         let position = self.vectors(&mesh.positions, Some(VERTICES), true);
         let normal = self.vectors(&mesh.normals, Some(VERTICES), false);
@@ -32,7 +32,7 @@ impl Content {
         Primitive { attributes: Attributes { position, normal }, indices, material: 0 }
     }
 
-    /// Adds an animation of nodes that each move straight from one place to another.
+    /// Adds an animation in which nodes move straight from one position to another.
     pub fn animation(
         &mut self,
         name: &'static str,
@@ -48,6 +48,7 @@ impl Content {
         let input = self.accessor(times);
         let (mut channels, mut samplers) = (Vec::new(), Vec::new());
         for (number, (node, _)) in moves.iter().enumerate() {
+            // Two times of four bytes, then two positions of twelve bytes per node.
             let output = self.accessor(floats(view, 8 + 24 * number, 2));
             channels.push(Channel {
                 sampler: number,
@@ -58,7 +59,7 @@ impl Content {
         Animation { name, channels, samplers }
     }
 
-    /// Puts the lists into the document, and gives the bytes.
+    /// Moves the lists into the document and returns the bytes.
     pub fn finish(self, document: &mut Document) -> Vec<u8> {
         document.accessors = self.accessors;
         document.buffer_views = self.views;
@@ -66,19 +67,21 @@ impl Content {
         self.bytes
     }
 
+    /// Adds vectors; `bounded` adds their bounds, which the standard requires for positions.
     fn vectors(&mut self, vectors: &[[f32; 3]], target: Option<u32>, bounded: bool) -> usize {
         let from = self.bytes.len();
         self.floats(vectors.as_flattened().iter().copied());
         let view = self.view(from, target);
         let ends = |pick: fn(f32, f32) -> f32| {
             let end = |axis: usize| vectors.iter().map(|v| v[axis]).reduce(pick).unwrap_or(0.0);
-            // All digits of the 32-bit number, which readers compare.
+            // Exactly the 32-bit numbers, which validators compare with the data.
             bounded.then(|| [0, 1, 2].map(|axis| f64::from(end(axis))).to_vec())
         };
         let accessor = floats(view, 0, vectors.len());
         self.accessor(Accessor { min: ends(f32::min), max: ends(f32::max), ..accessor })
     }
 
+    /// Adds triangle indices, with 16 bits where they suffice.
     fn indices(&mut self, mesh: &ShadedMesh) -> usize {
         let from = self.bytes.len();
         let indices = mesh.triangles.as_flattened();
@@ -101,7 +104,7 @@ impl Content {
         self.bytes.extend(values.into_iter().flat_map(|value| (value + 0.0).to_le_bytes()));
     }
 
-    /// All bytes from there on, and what fills them up to four.
+    /// Adds a view of all bytes from an offset on, and pads to a multiple of four.
     fn view(&mut self, byte_offset: usize, target: Option<u32>) -> usize {
         let byte_length = self.bytes.len() - byte_offset;
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
@@ -115,7 +118,7 @@ impl Content {
     }
 }
 
-/// Vectors of three.
+/// Creates an accessor of vectors with three 32-bit components.
 fn floats(buffer_view: usize, byte_offset: usize, count: usize) -> Accessor {
     let (component_type, kind) = (F32, "VEC3");
     Accessor { buffer_view, byte_offset, component_type, count, kind, min: None, max: None }

@@ -1,12 +1,11 @@
-//! The JSON of a glTF 2.0 file, as far as fabkit writes it. Lists that are empty are left out, as the standard
-//! demands.
+//! JSON chunk of a glTF 2.0 file, as far as fabkit writes it. Empty lists are left out, as the standard demands.
 
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::VERSION;
 
-/// Refractive index of a material: without it, viewers take 1.5.
+/// Extension for a material's refractive index; without it, viewers assume 1.5.
 pub(super) const IOR: &str = "KHR_materials_ior";
 
 #[derive(Debug, Default, Serialize)]
@@ -177,7 +176,7 @@ pub(super) struct Buffer {
     pub byte_length: usize,
 }
 
-/// For serde, which asks with a reference.
+/// Returns whether a value is zero. Serde's `skip_serializing_if` passes a reference.
 fn is_zero(value: &usize) -> bool {
     *value == 0
 }

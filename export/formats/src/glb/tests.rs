@@ -36,7 +36,7 @@ fn written(bodies: Vec<GlbBody>) -> Vec<u8> {
     glb(&[scene]).unwrap()
 }
 
-/// The JSON and the bytes of a file whose lengths are what they should be.
+/// Returns the JSON and the binary chunk of a file, after checking its lengths.
 fn read(file: &[u8]) -> (Value, &[u8]) {
     let number = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap());
     assert_eq!([number(0), number(4), number(8)], [GLTF, 2, file.len() as u32]);
@@ -59,7 +59,7 @@ fn a_body_with_several_places_is_one_mesh_below_one_node() {
     assert_eq!((&nodes[0]["children"], &nodes[2]["children"]), (&json!([1, 2]), &json!([3, 4])));
     assert_eq!((&nodes[3]["mesh"], &nodes[4]["mesh"]), (&json!(1), &json!(1)));
     assert_eq!(nodes[2]["extras"], json!({ "kind": "part" }));
-    // Both look the same.
+    // Both have the same material.
     assert_eq!(json["materials"].as_array().unwrap().len(), 1);
 }
 
@@ -94,7 +94,7 @@ fn what_moves_is_animated_from_its_place_to_where_it_is_taken() {
     let floats = bytes[from as usize..][..24].as_chunks().0.iter();
     let floats: Vec<f32> = floats.map(|four| f32::from_le_bytes(*four)).collect();
     assert_eq!(floats, [2.0, 0.0, 0.0, 2.0, 0.0, 30.0]);
-    // Nothing moves, nothing is animated: lists must not be empty.
+    // Without motion there is no animation: lists must not be empty.
     let (still, _) = (written(vec![body("stays", &mesh, vec![place(1.0, 0.0)])]), ());
     assert!(read(&still).0.get("animations").is_none());
 }

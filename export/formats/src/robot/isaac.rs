@@ -1,4 +1,5 @@
-//! Configurations of tactile sensors in Isaac Lab, as YAML whose keys are the fields of its classes (`configclass.from_dict`).
+//! Configurations of tactile sensors in Isaac Lab, as YAML whose keys are the fields of its classes
+//! (`configclass.from_dict`).
 
 use std::fmt::Write as _;
 
@@ -6,20 +7,20 @@ use super::numbers::{MM_PER_M, number};
 use super::usd::identifier;
 use super::{Robot, RobotCamera, RobotTouch};
 
-/// Points of a force field along the longer side.
+/// Number of force-field points along the longer side.
 const FIELD: f64 = 24.0;
-/// From the edge of what is felt, as a part of its shorter side: chosen, so that no point is on the edge.
+/// Margin at the edge of the sensing area, as a part of its shorter side, chosen so that no point lies on the edge.
 const MARGIN: f64 = 0.05;
-/// Where nobody says how a layer rubs: TacSL's own.
+/// Friction coefficient where a layer has none: TacSL's default.
 const FRICTION: f64 = 0.5;
-/// Where the numbers of an optics pack are looked for, beside the file.
+/// Folder of the optics pack, beside the file.
 const PACK: &str = "optics";
 
-/// For TacSL's sensor: the fields of `VisuoTactileSensorCfg`, with those of `GelSightRenderCfg` and `TiledCameraCfg` in it;
-/// nothing for a sensor without a surface to touch.
+/// Writes the fields of TacSL's `VisuoTactileSensorCfg`, with those of `GelSightRenderCfg` and `TiledCameraCfg` inside;
+/// `None` for a sensor without a sensing surface.
 ///
-/// Stiffnesses are of one point of the force field: Young's modulus of the layers in series, over their thickness, times the area that
-/// a point stands for.
+/// Stiffnesses are those of one point of the force field: Young's modulus of the layers in series, divided by their
+/// thickness and multiplied by the area of a point.
 ///
 /// isaac-sim/IsaacLab, `isaaclab_contrib/sensors/tacsl_sensor/visuotactile_sensor_cfg.py`.
 pub fn tacsl(robot: &Robot) -> Option<String> {
@@ -27,10 +28,10 @@ pub fn tacsl(robot: &Robot) -> Option<String> {
     let [wide_mm, high_mm, _] = touch.size_mm;
     let apart_mm = wide_mm.max(high_mm) / FIELD;
     let [columns, rows] = [wide_mm, high_mm].map(|side| (side / apart_mm).round().max(2.0));
-    // N/m of one point: E A / t. MPa mm2 / mm is N/mm.
+    // Stiffness of one point, E A / t, in N/m: MPa mm2 / mm is N/mm.
     let area_mm2 = wide_mm * high_mm / (columns * rows);
     let stiffness = touch.young_mpa * area_mm2 / touch.thickness_mm * MM_PER_M;
-    // Layers that keep their volume have a third of Young's modulus for shear.
+    // The shear modulus of an incompressible material is a third of Young's modulus.
     let shear = stiffness / 3.0;
     let link = robot.links.iter().find(|link| link.name == touch.link)?;
     let base = prim(robot, "base");
@@ -77,8 +78,8 @@ pub fn tacsl(robot: &Robot) -> Option<String> {
     Some(text)
 }
 
-/// For TacEx: the fields of `GelSightSensorCfg`, with those of `TaximSimulatorCfg` in it; nothing for a sensor without a surface
-/// to touch.
+/// Writes the fields of TacEx's `GelSightSensorCfg`, with those of `TaximSimulatorCfg` inside; `None` for a sensor
+/// without a sensing surface.
 ///
 /// DH-Ng/TacEx, `tacex/gelsight_sensor_cfg.py`, `tacex/simulation_approaches/gpu_taxim/taxim_sim_cfg.py`.
 pub fn tacex(robot: &Robot) -> Option<String> {
@@ -125,6 +126,7 @@ pub fn tacex(robot: &Robot) -> Option<String> {
     Some(text)
 }
 
+/// Writes the leading comment lines of a configuration.
 fn head(robot: &Robot, touch: &RobotTouch, class: &str) -> String {
     let comment = robot.comment.replace('\n', " ");
     let pack = match touch.slope_bins {
@@ -144,18 +146,18 @@ fn prim(robot: &Robot, link: &str) -> String {
     format!("{}/{}", identifier(&robot.name), identifier(link))
 }
 
-/// From the camera to the middle of what is touched, along its axis, mm.
+/// Distance from the camera to the top of the sensing surface, along the camera's axis, mm.
 fn far_mm(camera: &RobotCamera, touch: &RobotTouch) -> f64 {
     let top = fabkit_geometry::Point3::new(0.0, 0.0, touch.top_z_mm);
     camera.sensor_from_camera.inverse().point(top).z
 }
 
-/// Of a pixel there, mm.
+/// Size of a pixel at that distance, mm.
 fn scale_mm(camera: &RobotCamera, touch: &RobotTouch) -> f64 {
     far_mm(camera, touch) / camera.focal_px
 }
 
-/// Of the box around all that is seen, mm.
+/// Size of the bounding box of all visual shapes, mm.
 fn size_mm(robot: &Robot) -> Option<[f64; 3]> {
     let shapes = robot.links.iter().flat_map(|link| &link.visuals);
     let both = shapes.map(|shape| shape.mesh.bounds_mm()).reduce(|[a, b], [c, d]| {

@@ -7,15 +7,15 @@ use super::rotation::{looking_back, quaternion};
 use super::xml::{comment, escaped, place, vector};
 use super::{Robot, RobotLink};
 
-/// What is only seen, and what is touched, as MuJoCo's viewer groups them.
+/// Attributes of geoms that are only visible, and of geoms that collide, in MuJoCo's viewer groups.
 const SEEN: &str = "contype=\"0\" conaffinity=\"0\" group=\"2\"";
 const TOUCHED: &str = "group=\"3\"";
 
-/// The text of an MJCF file: a body for the base, one in it for each soft layer, sites for frames, the camera, and what the
-/// touched surface's vertices feel.
+/// Writes an MJCF file: a body for the base, one inside it for each soft layer, sites for frames, the camera, and a
+/// tactile sensor on the vertices of the sensing surface.
 ///
-/// MuJoCo moves a mesh's origin to its centre and turns it by its own axes, and moves the geometry back: a `tactile` sensor
-/// reads right only where its geometry is the very mesh that it samples, which is so here.
+/// MuJoCo moves a mesh's origin to its centre and aligns it with its principal axes, and moves the geometry back. A
+/// `tactile` sensor is therefore correct only where its geometry is the very mesh that it samples, which is so here.
 pub fn mjcf(robot: &Robot) -> String {
     let mut text = format!(
         "{}\n<mujoco model=\"{}\">\n  <compiler angle=\"radian\" autolimits=\"true\"/>\n  <asset>\n",
@@ -24,6 +24,7 @@ pub fn mjcf(robot: &Robot) -> String {
     );
     let shapes = || robot.links.iter().flat_map(|link| link.visuals.iter().chain(&link.collisions));
     let mut files: Vec<&str> = shapes().map(|shape| &*shape.mesh.file).collect();
+    // A mesh that several shapes use is declared once.
     files.sort_unstable();
     files.dedup();
     // Writing to a string cannot fail.
@@ -93,6 +94,7 @@ fn of_link(link: &RobotLink, deep: usize) -> String {
         );
     }
     let friction = link.friction.map_or_else(String::new, |friction| {
+        // MuJoCo's defaults for torsional and rolling friction follow the sliding one.
         format!(" friction=\"{} 0.005 0.0001\"", number(friction))
     });
     for shape in &link.collisions {

@@ -1,9 +1,9 @@
-//! Sensors as robots' descriptions and simulators read them: URDF (ROS 1.9), MJCF (MuJoCo 3 and 4), SDF (Gazebo 1.9, and with Drake's
-//! own elements), USD (Isaac Sim, TacEx) and TACTO's YAML.
+//! Sensors for robot descriptions and simulators: URDF (ROS 1.9), MJCF (MuJoCo 3 and 4), SDF (Gazebo 1.9, and with
+//! Drake's own elements), USD (Isaac Sim, TacEx) and TACTO's YAML.
 //!
-//! Metres, kilograms and radians throughout, which all of them ask for. Every link has the sensor's frame, so that nothing
-//! depends on how a reader composes transforms; what moves is welded to the base, because a sensor has no joints. Meshes are Wavefront
-//! OBJ in metres beside the file, found by their names alone; USD holds them itself.
+//! All use metres, kilograms and radians. Every link has the sensor's frame, so that nothing depends on how a reader
+//! composes transforms. Soft layers are welded to the base, because a sensor has no joints. Meshes are Wavefront OBJ
+//! files in metres beside the file, referenced by name alone; USD contains its meshes.
 
 mod isaac;
 mod mjcf;
@@ -31,105 +31,105 @@ pub use usd::usd;
 /// A sensor with its links.
 #[derive(Clone, Debug)]
 pub struct Robot {
-    /// `[a-z0-9-]`.
+    /// Name, of the characters `[a-z0-9-]`.
     pub name: String,
-    /// Where it comes from, one line.
+    /// Origin of the file, one line.
     pub comment: String,
-    /// The base first; all others are welded to it.
+    /// Links, the base first; all others are welded to it.
     pub links: Vec<RobotLink>,
     /// Frames without a body.
     pub frames: Vec<RobotFrame>,
-    /// The pinhole that stands for the camera.
+    /// Pinhole camera that approximates the sensor's camera.
     pub camera: RobotCamera,
-    /// The shape that is touched: its vertices feel.
+    /// Sensing surface, whose vertices are the taxels.
     pub touch: Option<RobotTouch>,
-    /// What shines in its usual light.
+    /// Light sources that are lit in the sensor's usual lighting.
     pub lamps: Vec<RobotLamp>,
 }
 
-/// What is touched.
+/// Sensing surface.
 #[derive(Clone, Debug)]
 pub struct RobotTouch {
-    /// Closed, convex.
+    /// Closed, convex mesh.
     pub mesh: Arc<RobotMesh>,
-    /// The link that it belongs to.
+    /// Name of the link that it belongs to.
     pub link: String,
-    /// Width along x and y, and height along z, of all that is felt, mm.
+    /// Width along x and y, and height along z, of the sensing area, mm.
     pub size_mm: [f64; 3],
-    /// Its highest place, mm.
+    /// Height of the highest point, mm.
     pub top_z_mm: f64,
-    /// How deep it can be pressed, mm.
+    /// Depth to which it can be pressed, mm.
     pub soft_mm: f64,
-    /// Layers below it in series, as one: Young's modulus, MPa.
+    /// Young's modulus of the layers below it in series, MPa.
     pub young_mpa: f64,
-    /// All of them, below its middle, mm.
+    /// Thickness of these layers below its middle, mm.
     pub thickness_mm: f64,
-    /// Steps of each side of the table from slopes to colours that an optics pack has; nothing where light shows something else,
-    /// or where the surface is not flat.
+    /// Number of bins along each side of the optics pack's table from slopes to colours; `None` where light does not
+    /// show slopes, or where the surface is not flat.
     pub slope_bins: Option<usize>,
-    /// Tetrahedra of all of them.
+    /// Tetrahedra of all these layers.
     pub tetrahedra: Arc<RobotTetrahedra>,
 }
 
-/// Soft layers as tetrahedra, in metres in the file beside.
+/// Soft layers as tetrahedra; the file beside holds them in metres.
 #[derive(Clone, Debug)]
 pub struct RobotTetrahedra {
-    /// `robot-tetrahedra.vtk`.
+    /// Name of the file: `robot-tetrahedra.vtk`.
     pub file: String,
     /// Nodes, sensor frame, mm.
     pub points_mm: Vec<[f64; 3]>,
-    /// Corners, of positive volume.
+    /// Corners of the tetrahedra, of positive volume.
     pub cells: Vec<[u32; 4]>,
-    /// Triangles of the whole surface, counter-clockwise from outside.
+    /// Triangles of the whole surface, counter-clockwise seen from outside.
     pub surface: Vec<[u32; 3]>,
 }
 
-/// A lamp as a point.
+/// A light source, reduced to a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotLamp {
-    /// Sensor frame, mm.
+    /// Position, sensor frame, mm.
     pub place_mm: [f64; 3],
-    /// Its colour.
+    /// Colour as red, green and blue.
     pub rgb: [f64; 3],
-    /// How bright beside the others: 1 is the brightest.
+    /// Brightness relative to the brightest source, which has 1.
     pub share: f64,
 }
 
-/// A rigid body, or a soft layer taken for one.
+/// A rigid body, or a soft layer that is treated as one.
 #[derive(Clone, Debug)]
 pub struct RobotLink {
-    /// Unique.
+    /// Unique name.
     pub name: String,
-    /// Its mass.
+    /// Mass and inertia.
     pub inertia: Inertia,
-    /// What is seen of it.
+    /// Visual shapes.
     pub visuals: Vec<RobotShape>,
-    /// What is touched of it: each the convex hull of its file.
+    /// Collision shapes: each stands for the convex hull of its file.
     pub collisions: Vec<RobotShape>,
-    /// Coulomb's coefficient, where it is known.
+    /// Coulomb's friction coefficient, if known.
     pub friction: Option<f64>,
 }
 
-/// Mass and how it is spread, in the sensor frame.
+/// Mass, centre of mass and moments of inertia, in the sensor frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertia {
-    /// kg.
+    /// Mass, kg.
     pub mass_kg: f64,
     /// Centre of mass, m.
     pub centre_m: Vector3<f64>,
-    /// About the centre, axes as the sensor's, kg m2.
+    /// Moments of inertia about the centre, along the sensor's axes, kg m2.
     pub about_centre: Matrix3<f64>,
 }
 
 impl Inertia {
-    /// Nothing.
+    /// Inertia without mass.
     pub const NOTHING: Self = Self {
         mass_kg: 0.0,
         centre_m: Vector3::new(0.0, 0.0, 0.0),
         about_centre: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    /// Both together (Huygens and Steiner).
+    /// Combines two bodies (Huygens-Steiner theorem).
     ///
     /// ```
     /// use fabkit_export::Inertia;
@@ -142,6 +142,7 @@ impl Inertia {
     #[must_use]
     pub fn and(&self, other: &Self) -> Self {
         let mass_kg = self.mass_kg + other.mass_kg;
+        // Two massless bodies have no centre of mass.
         if mass_kg <= 0.0 {
             return *self;
         }
@@ -154,26 +155,26 @@ impl Inertia {
         Self { mass_kg, centre_m, about_centre: about(self) + about(other) }
     }
 
-    /// Six numbers as all formats want them: xx, yy, zz, xy, xz, yz.
+    /// Returns the six moments in the order of all formats: xx, yy, zz, xy, xz, yz.
     fn six(&self) -> [f64; 6] {
         let i = &self.about_centre;
         [i[(0, 0)], i[(1, 1)], i[(2, 2)], i[(0, 1)], i[(0, 2)], i[(1, 2)]]
     }
 }
 
-/// Triangles, counter-clockwise seen from outside, sensor frame.
+/// A triangle mesh, counter-clockwise seen from outside, sensor frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotMesh {
-    /// The file beside that holds it: `robot-touch.obj`.
+    /// Name of the file beside that holds it, such as `robot-touch.obj`.
     pub file: String,
-    /// mm.
+    /// Vertices, mm.
     pub vertices_mm: Vec<[f64; 3]>,
-    /// Corners.
+    /// Corners of the triangles.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl RobotMesh {
-    /// Least and largest of each coordinate, mm.
+    /// Returns the least and the largest of each coordinate, mm.
     pub fn bounds_mm(&self) -> [[f64; 3]; 2] {
         let ends = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         self.vertices_mm.iter().fold(ends, |[least, most], vertex| {
@@ -190,40 +191,40 @@ impl RobotMesh {
 /// A mesh with a name and a colour.
 #[derive(Clone, Debug)]
 pub struct RobotShape {
-    /// Unique.
+    /// Unique name.
     pub name: String,
-    /// What it looks like.
+    /// Mesh of the shape.
     pub mesh: Arc<RobotMesh>,
-    /// Red, green, blue and opacity, 0 to 1.
+    /// Colour and opacity: red, green, blue and alpha, 0 to 1.
     pub rgba: [f64; 4],
 }
 
-/// A place that others rely on.
+/// A named frame that users rely on.
 #[derive(Clone, Debug)]
 pub struct RobotFrame {
-    /// Unique.
+    /// Unique name.
     pub name: String,
-    /// Where, mm.
+    /// Pose, mm.
     pub sensor_from_frame: Pose,
 }
 
-/// A pinhole with square pixels, its axis in the middle of its picture: what every format can say.
+/// A pinhole camera with square pixels and its axis through the image's centre, which every format can express.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotCamera {
-    /// The frame's name in [`Robot::frames`]: z forward, x right, y down.
+    /// Name of its frame in [`Robot::frames`]: z forward, x right, y down.
     pub frame: String,
-    /// Where, mm.
+    /// Pose, mm.
     pub sensor_from_camera: Pose,
-    /// Columns and rows.
+    /// Number of columns and rows.
     pub size_px: [u32; 2],
     /// Focal length, px.
     pub focal_px: f64,
-    /// The nearest that it sees, mm.
+    /// Distance of the near clipping plane, mm.
     pub near_mm: f64,
 }
 
 impl RobotCamera {
-    /// The whole angle of view along rows and columns, rad.
+    /// Returns the full angle of view along rows and columns, rad.
     ///
     /// ```
     /// use fabkit_export::RobotCamera;
@@ -239,18 +240,19 @@ impl RobotCamera {
         self.size_px.map(|px| 2.0 * (f64::from(px) / 2.0 / self.focal_px).atan())
     }
 
-    /// Where its axis meets the picture: column and row, 0 in the middle of the first pixel.
+    /// Position of the optical axis in the image, column and row; 0 is the centre of the first pixel.
     pub fn middle_px(&self) -> [f64; 2] {
         self.size_px.map(|px| (f64::from(px) - 1.0) / 2.0)
     }
 
-    /// Where a place in its frame, mm, is in its picture: column and row; nothing of what lies behind or beside.
+    /// Projects a point in the camera frame, mm, to column and row; `None` behind the camera or outside the image.
     pub fn sees(&self, place_in_camera: [f64; 3]) -> Option<[f64; 2]> {
         let is_within = |(px, size): (&f64, &u32)| (-0.5..f64::from(*size) - 0.5).contains(px);
         self.project(place_in_camera).filter(|pixel| pixel.iter().zip(&self.size_px).all(is_within))
     }
 
-    /// Where a place in its frame, mm, is seen, in its picture or beside: column and row; nothing of what lies behind.
+    /// Projects a point in the camera frame, mm, to column and row, inside the image or outside; `None` behind the
+    /// camera.
     pub fn project(&self, [x, y, z]: [f64; 3]) -> Option<[f64; 2]> {
         let [column, row] = self.middle_px();
         (z > 0.0).then(|| [self.focal_px * x / z + column, self.focal_px * y / z + row])

@@ -1,11 +1,11 @@
 //! Numbers as text.
 
-/// Millimetres in a metre.
+/// Number of millimetres in a metre.
 pub(super) const MM_PER_M: f64 = 1000.0;
 
-/// To nine digits, in the fewest characters.
+/// Formats a number to nine digits, with the fewest characters.
 pub(super) fn number(value: f64) -> String {
-    // What was written to nine digits reads as a number.
+    // The formatted number always parses; the fallback is unreachable.
     let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
     if rounded == 0.0 { "0".to_owned() } else { rounded.to_string() }
 }

@@ -1,11 +1,11 @@
-//! Wavefront OBJ, metres.
+//! Wavefront OBJ files in metres.
 
 use std::fmt::Write as _;
 
 use super::RobotMesh;
 use super::numbers::{MM_PER_M, number};
 
-/// A mesh, mm, counter-clockwise seen from outside; the file is in metres, its vertices in the same order.
+/// Writes a mesh, mm, counter-clockwise seen from outside. The file is in metres, with the vertices in the same order.
 pub fn obj(comment: &str, mesh: &RobotMesh) -> Vec<u8> {
     let mut text = format!("# {}\n", comment.replace('\n', " "));
     // Writing to a string cannot fail.

@@ -1,24 +1,25 @@
-//! Rotations as formats want them.
+//! Conversions of rotations.
 
 use fabkit_geometry::{Matrix3, Vector3};
 
 use super::RobotCamera;
 
-/// Roll, pitch and yaw about fixed axes, as URDF and SDF have them, rad.
+/// Converts a rotation to roll, pitch and yaw about fixed axes, as in URDF and SDF, rad.
 pub(super) fn roll_pitch_yaw(rotation: &Matrix3<f64>) -> [f64; 3] {
     let r = |row: usize, column: usize| rotation[(row, column)];
+    // Cosine of the pitch.
     let level = r(0, 0).hypot(r(1, 0));
     let pitch = (-r(2, 0)).atan2(level);
     if level < 1e-9 {
-        // Straight up or down, roll and yaw are one.
+        // Gimbal lock: pointing straight up or down, roll and yaw are the same rotation.
         return [0.0, pitch, (-r(0, 1)).atan2(r(1, 1))];
     }
     [r(2, 1).atan2(r(2, 2)), pitch, r(1, 0).atan2(r(0, 0))]
 }
 
-/// The unit quaternion of a rotation: w, x, y, z.
+/// Converts a rotation to a unit quaternion: w, x, y, z.
 pub(super) fn quaternion(r: &Matrix3<f64>) -> [f64; 4] {
-    // The largest of the four is found by its square, so that nothing is divided by little (Shepperd 1978).
+    // The largest component is found by its square, which avoids dividing by small numbers (Shepperd 1978).
     let squares = [
         1.0 + r.trace(),
         1.0 + 2.0 * r[(0, 0)] - r.trace(),
@@ -38,8 +39,7 @@ pub(super) fn quaternion(r: &Matrix3<f64>) -> [f64; 4] {
     }
 }
 
-/// How a camera that looks along -z with y up is turned, as OpenGL, MuJoCo and USD have them, for one that looks along z with
-/// y down.
+/// Returns the camera's rotation in the convention of OpenGL, MuJoCo and USD, in which cameras look along -z with y up.
 pub(super) fn looking_back(camera: &RobotCamera) -> Matrix3<f64> {
     camera.sensor_from_camera.rotation() * Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0))
 }

@@ -1,4 +1,4 @@
-//! SDF, as Gazebo and Drake read it.
+//! SDF files for Gazebo and Drake.
 
 use std::fmt::Write as _;
 
@@ -7,30 +7,31 @@ use super::rotation::roll_pitch_yaw;
 use super::xml::{comment, escaped, place, vector};
 use super::{Robot, RobotCamera, RobotLink, RobotShape, RobotTouch};
 
-/// A camera looks along x with z up: turned so from a frame that looks along z with y down, rad.
+/// Rotation from a frame that looks along z with y down to SDF's cameras, which look along x with z up, as roll, pitch
+/// and yaw, rad.
 const LOOKS: &str = "0 -1.57079633 1.57079633";
 const PA_PER_MPA: f64 = 1e6;
 
-/// The text of an SDF file: a model with a link for each body, welded to the base.
+/// Writes an SDF file: a model with a link for each body, welded to the base.
 pub fn sdf(robot: &Robot) -> String {
     model(robot, "<sdf version=\"1.9\">", &Gazebo)
 }
 
-/// The same with Drake's own elements: what is touched is made of tetrahedra that give way (compliant hydroelastic contact), what
-/// is stiff of convex pieces that do not. Drake's cameras are none of SDF's: `robot.json` has its intrinsics.
+/// Writes an SDF file with Drake's own elements: the sensing surface as compliant tetrahedra (hydroelastic contact),
+/// rigid bodies as rigid convex pieces. Drake does not read SDF's cameras; `robot.json` has the intrinsics.
 ///
 /// Drake, "Parsing models", section "drake:proximity_properties".
 pub fn drake(robot: &Robot) -> String {
     model(robot, "<sdf version=\"1.9\" xmlns:drake=\"drake.mit.edu\">", &Drake(&robot.touch))
 }
 
-/// What readers differ in.
+/// Differences between readers of SDF.
 trait Dialect {
-    /// Whether links carry cameras.
+    /// Returns whether links contain cameras.
     fn has_camera(&self) -> bool;
-    /// What else makes what is seen lucid; all read the fourth number of its colour.
+    /// Returns elements for transparency beyond the alpha of the colour, which all readers use.
     fn lucid(&self, opacity: f64) -> String;
-    /// The geometry of what is bumped into, and what else is said of it.
+    /// Returns the geometry and the further elements of a collision shape.
     fn bumped(&self, shape: &RobotShape, friction: Option<f64>) -> (String, String);
 }
 
@@ -77,6 +78,7 @@ impl Dialect for Drake<'_> {
                 "        <drake:proximity_properties>{inner}{mu}</drake:proximity_properties>\n"
             )
         };
+        // Only the sensing surface is compliant.
         match self.0.as_ref().filter(|touch| touch.mesh.file == shape.mesh.file) {
             Some(touch) => {
                 let modulus = number(touch.young_mpa * PA_PER_MPA);
@@ -97,6 +99,7 @@ fn mesh(file: &str, more: &str) -> String {
     format!("<mesh><uri>{}</uri>{more}</mesh>", escaped(file))
 }
 
+/// Writes a model in a dialect of SDF.
 fn model(robot: &Robot, root: &str, dialect: &dyn Dialect) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n{}\n{root}\n  <model name=\"{}\">\n",
@@ -105,6 +108,7 @@ fn model(robot: &Robot, root: &str, dialect: &dyn Dialect) -> String {
     );
     let base = robot.links.first().map_or("base", |link| &link.name);
     for (i, link) in robot.links.iter().enumerate() {
+        // The camera belongs to the base.
         let camera = (i == 0 && dialect.has_camera()).then_some(&robot.camera);
         text += &of_link(link, camera, dialect);
     }

@@ -1,4 +1,4 @@
-//! TACTO's YAML: where its renderer has camera, gel and lamps.
+//! TACTO's YAML: camera, gel and lights of its renderer.
 
 use std::fmt::Write as _;
 
@@ -6,15 +6,15 @@ use super::numbers::{MM_PER_M, number};
 use super::rotation::{looking_back, roll_pitch_yaw};
 use super::{Robot, RobotTouch};
 
-/// OpenGL's fixed lights.
+/// Number of OpenGL's fixed lights.
 const MOST_LAMPS: usize = 8;
 
-/// The text of a configuration of TACTO's renderer, in metres and degrees, or nothing for a sensor without a surface to touch.
+/// Writes a configuration of TACTO's renderer, in metres and degrees; `None` for a sensor without a sensing surface.
 ///
-/// Its gel is the touched mesh, which TACTO looks for from the folder that it is started in; width, height and origin describe the same
-/// for programs that read no mesh. It has no refraction and one pinhole, makes its gel larger by a fiftieth, and knows eight lamps:
-/// where there are more, every so many is taken. Their colours and places are the drawn ones; TACTO adds light and picture at rest,
-/// so intensities are to be tuned there.
+/// The gel is the sensing surface's mesh, which TACTO looks for in the folder that it is started from; width, height
+/// and origin describe the same surface for programs that do not read meshes. TACTO has no refraction and a single
+/// pinhole camera, enlarges its gel by a fiftieth, and supports eight lights: of more, every n-th is taken. Colours and
+/// positions are the drawn ones. TACTO adds the light to an image at rest, so intensities need tuning there.
 ///
 /// facebookresearch/tacto, `config_digit.yml` and the README's section on configurations.
 pub fn tacto(robot: &Robot) -> Option<String> {
@@ -28,6 +28,7 @@ pub fn tacto(robot: &Robot) -> Option<String> {
         format!("[{}]", values.iter().map(|value| number(*value)).collect::<Vec<_>>().join(", "))
     };
     let turned = roll_pitch_yaw(&looking_back(camera)).map(f64::to_degrees);
+    // At most eight, taken evenly from the list.
     let step = robot.lamps.len().div_ceil(MOST_LAMPS).max(1);
     let lamps: Vec<_> = robot.lamps.iter().step_by(step).collect();
     let list = |of: &dyn Fn(usize) -> String| {

@@ -1,4 +1,4 @@
-//! URDF, as ROS, PyBullet, Drake, SAPIEN and MuJoCo's importer read it.
+//! URDF files for ROS, PyBullet, Drake, SAPIEN and MuJoCo's importer.
 
 use std::fmt::Write as _;
 
@@ -7,9 +7,9 @@ use super::rotation::roll_pitch_yaw;
 use super::xml::{comment, escaped, place, vector};
 use super::{Robot, RobotLink, RobotShape};
 
-/// The text of a URDF file.
+/// Writes a URDF file.
 ///
-/// Soft layers are links of their own, welded to the base. MuJoCo is told to keep them apart.
+/// Soft layers are links of their own, welded to the base. An element for MuJoCo keeps it from merging them.
 pub fn urdf(robot: &Robot) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n{}\n<robot name=\"{}\">\n",
@@ -34,7 +34,7 @@ pub fn urdf(robot: &Robot) -> String {
     text + "</robot>\n"
 }
 
-/// Frames weigh nothing, which has to be said: PyBullet gives a kilogram to a link that does not say what it weighs.
+/// Inertial element of frames. A mass of zero must be stated: PyBullet assumes one kilogram for links without it.
 const MASSLESS: &str = "    <inertial>\n      <mass value=\"0\"/>\n      <inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" \
                         iyz=\"0\" izz=\"0\"/>\n    </inertial>\n";
 
@@ -57,6 +57,7 @@ fn of_link(link: &RobotLink) -> String {
         number(link.inertia.mass_kg),
     );
     for shape in &link.visuals {
+        // Materials are global in URDF and need unique names.
         let color = format!(
             "      <material name=\"{}\"><color rgba=\"{}\"/></material>\n",
             escaped(&shape.name),

@@ -1,4 +1,4 @@
-//! USD as text, with the schemas of UsdGeom, UsdShade and UsdPhysics.
+//! USD files as text, with the schemas of UsdGeom, UsdShade and UsdPhysics.
 
 use std::fmt::Write as _;
 
@@ -8,14 +8,14 @@ use super::numbers::{MM_PER_M, number};
 use super::rotation::{looking_back, quaternion};
 use super::{Inertia, Robot, RobotCamera, RobotLink, RobotMesh, RobotShape, RobotTetrahedra};
 
-/// Focal length; only its ratio to the apertures counts.
+/// Focal length; only its ratio to the apertures matters.
 const FOCAL: f64 = 24.0;
 
-/// The text of a `.usda` file: metres, kilograms, z up. Each link is a rigid body with its mass and principal inertia, welded to
-/// the base by a fixed joint; there is no root of an articulation, so that the sensor can hang on a robot's own. What is bumped into
-/// is not drawn (purpose `guide`), each its own convex hull.
+/// Writes a `.usda` file: metres, kilograms, z up. Each link is a rigid body with its mass and principal inertia,
+/// welded to the base by a fixed joint. There is no articulation root, so that the sensor can be attached to a robot's
+/// own. Collision shapes are not drawn (purpose `guide`), each its own convex hull.
 ///
-/// The touched link's mesh carries its tetrahedra in the attributes that TacEx reads (`tet_points`, `tet_indices`,
+/// The sensing link's mesh carries its tetrahedra in the attributes that TacEx reads (`tet_points`, `tet_indices`,
 /// `tet_surf_points`, `tet_surf_indices`).
 ///
 /// OpenUSD, "UsdPhysics: rigid body physics proposal" and "UsdGeomCamera".
@@ -48,9 +48,9 @@ pub fn usd(robot: &Robot) -> String {
     text + "}\n"
 }
 
-/// A name that USD allows: letters, digits and underscores, no digit first.
+/// Converts a name to a USD identifier: letters, digits and underscores, not beginning with a digit.
 ///
-/// `9dtact` is `_9dtact`, `black-coat` is `black_coat`.
+/// `9dtact` becomes `_9dtact`, `black-coat` becomes `black_coat`.
 pub(super) fn identifier(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     let text: String = name.chars().map(plain).collect();
@@ -69,6 +69,7 @@ fn material_of(link: &RobotLink) -> String {
     format!("{}_surface", identifier(&link.name))
 }
 
+/// Writes the physics material with a link's friction.
 fn rubs(link: &RobotLink) -> String {
     let mu = number(link.friction.unwrap_or_default());
     format!(
@@ -137,7 +138,8 @@ fn of_link(robot: &Robot, link: &RobotLink, is_base: bool) -> String {
     text + "    }\n\n"
 }
 
-/// It looks along -z with y up; apertures and focal length are in tenths of a metre, and only their ratio counts.
+/// Writes the camera, which looks along -z with y up. Apertures and focal length are in tenths of a metre; only their
+/// ratio matters.
 fn of_camera(camera: &RobotCamera) -> String {
     let [across, down] = camera.size_px.map(|px| number(FOCAL * f64::from(px) / camera.focal_px));
     format!(
@@ -188,8 +190,9 @@ fn points(all_mm: &[[f64; 3]]) -> String {
     all_mm.iter().map(point).collect::<Vec<_>>().join(", ")
 }
 
+/// Writes the attributes with the tetrahedra.
 fn tetrahedra(mesh: &RobotTetrahedra) -> String {
-    // Its surface has nodes of its own numbering.
+    // The surface attributes need nodes numbered by themselves.
     let mut known = vec![None; mesh.points_mm.len()];
     let mut surface = Vec::new();
     let mut corners = Vec::new();
@@ -210,11 +213,11 @@ fn tetrahedra(mesh: &RobotTetrahedra) -> String {
     )
 }
 
-/// Moments about the principal axes, and these axes as the columns of a rotation.
+/// Returns the principal moments, and the principal axes as the columns of a rotation.
 fn principal(inertia: &Inertia) -> ([f64; 3], Matrix3<f64>) {
     let eigen = inertia.about_centre.symmetric_eigen();
     let [a, b]: [Vector3<f64>; 2] = [0, 1].map(|k| eigen.eigenvectors.column(k).into_owned());
-    // The third may look either way: the one that makes them right-handed.
+    // An eigenvector may point either way; the cross product makes the axes right-handed.
     (eigen.eigenvalues.into(), Matrix3::from_columns(&[a, b, a.cross(&b)]))
 }
 

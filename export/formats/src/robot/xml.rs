@@ -1,10 +1,10 @@
-//! What formats of XML have in common.
+//! Helpers of XML formats.
 
 use fabkit_geometry::{Pose, Vector3};
 
 use super::numbers::{MM_PER_M, numbers};
 
-/// Metres.
+/// Formats the translation of a pose, metres.
 pub(super) fn place(pose: &Pose) -> String {
     numbers(pose.translation_mm().iter().map(|mm| mm / MM_PER_M))
 }
@@ -13,7 +13,7 @@ pub(super) fn vector(vector: &Vector3<f64>) -> String {
     numbers(vector.iter().copied())
 }
 
-/// Text in an attribute or between tags.
+/// Escapes text for an attribute or between tags.
 pub(super) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
@@ -28,7 +28,7 @@ pub(super) fn escaped(text: &str) -> String {
     escaped
 }
 
-/// A comment may not hold two hyphens in a row.
+/// Formats a comment, which must not contain two hyphens in a row.
 pub(super) fn comment(text: &str) -> String {
     format!("<!-- {} -->", text.replace("--", "- -"))
 }

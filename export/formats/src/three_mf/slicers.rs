@@ -1,22 +1,22 @@
-//! What slicers are told of each object, in the words of PrusaSlicer and of OrcaSlicer with its relatives.
+//! Slicer settings of each object, for PrusaSlicer and for OrcaSlicer and its relatives.
 //!
-//! Nothing is said of printer, filament and temperatures: a file that carries a whole configuration takes the
-//! place of what its user has chosen, while settings of objects lie over it.
+//! Printer, filament and temperatures are left out: a file with a whole configuration would replace the user's choice,
+//! while settings of objects only override it.
 
 use super::{Object, Xml, object_id};
 
-/// Settings of one object, as both slicers know them.
+/// Slicer settings of one object, common to both slicers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlicerSettings {
-    /// Height of a layer, mm.
+    /// Layer height, mm.
     pub layer_mm: f64,
-    /// Lines side by side along each outline.
+    /// Number of perimeters.
     pub perimeters: u32,
-    /// Solid layers below, and as many above.
+    /// Number of solid layers at the bottom, and as many at the top.
     pub solid_layers: u32,
-    /// How much of the inside is filled, %.
+    /// Infill density, %.
     pub infill_percent: f64,
-    /// Whether supports are printed.
+    /// True if supports are printed.
     pub supports: bool,
     /// Width of the brim, mm; 0 for none.
     pub brim_mm: f64,
@@ -56,19 +56,20 @@ impl SlicerSettings {
     }
 }
 
-/// An object of the build, and the objects whose meshes it consists of.
+/// A build object with the objects whose meshes it consists of.
 struct Item<'a> {
     id: usize,
     name: &'a str,
     settings: SlicerSettings,
-    /// Ids and objects; several of one piece.
+    /// Ids and objects; several for one piece of several materials.
     volumes: Vec<(usize, &'a Object<'a>)>,
 }
 
-/// Files beside the model, by their names: none where no object has settings.
+/// Returns the configuration files beside the model, by name; none if no object has settings.
 pub(super) fn configs(objects: &[Object], piece: Option<&str>) -> Vec<(&'static str, String)> {
     let numbered = || objects.iter().enumerate().map(|(i, object)| (object_id(i), object));
     let item = |id, name, volumes: Vec<_>| {
+        // All volumes of a piece are printed with the settings of the first that has any.
         let settings = volumes.iter().find_map(|(_, object): &(usize, &Object)| object.settings)?;
         Some(Item { id, name, settings, volumes })
     };
@@ -89,7 +90,7 @@ pub(super) fn configs(objects: &[Object], piece: Option<&str>) -> Vec<(&'static 
     ]
 }
 
-/// Which spool each volume is printed from: only pieces of several materials need to say so.
+/// Returns the extruder slot of each volume; `None` unless the piece has several materials.
 fn slots(volumes: &[(usize, &Object)]) -> Vec<Option<usize>> {
     let mut materials: Vec<_> =
         volumes.iter().map(|(_, object)| (object.material, object.color)).collect();
@@ -104,7 +105,7 @@ fn slots(volumes: &[(usize, &Object)]) -> Vec<Option<usize>> {
     all.into_iter().map(|one| slot(one).filter(|_| materials.len() > 1)).collect()
 }
 
-/// As PrusaSlicer reads it: triangles of an object's volumes are counted through.
+/// Writes PrusaSlicer's configuration, in which the triangles of an object's volumes are numbered consecutively.
 fn prusa(items: &[Item]) -> String {
     let mut xml = Xml::document("config");
     for item in items {
@@ -133,7 +134,7 @@ fn prusa(items: &[Item]) -> String {
     xml.0
 }
 
-/// As OrcaSlicer, Bambu Studio and their relatives read it.
+/// Writes the configuration of OrcaSlicer, Bambu Studio and their relatives.
 fn orca(items: &[Item]) -> String {
     let mut xml = Xml::document("config");
     for item in items {

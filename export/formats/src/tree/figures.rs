@@ -1,11 +1,11 @@
 //! Volume, area, centroid and inertia of the exact solid.
 //!
-//! Closed forms exist for few trees. For all others the mesh is corrected by what lies between it
-//! and the exact faces: along each triangle's normal the distance to the face is known from a ray,
-//! and along each edge the gap between neighbouring corrections is a small quadrilateral whose
-//! fourth corner is where the two faces meet. What remains falls at least as fast as the chord
-//! tolerance. Two tolerances are compared, and twice their difference is stated as the error: once
-//! would do if every number of segments could follow the tolerance exactly.
+//! Closed forms exist for few trees. For all others the mesh's integrals are corrected by the volume between the mesh
+//! and the exact faces. Along each triangle's normal a ray measures the distance to the face. Along each edge the gap
+//! between neighbouring corrections is a small quadrilateral whose fourth corner is the intersection of the two faces.
+//! The remaining error decreases at least as fast as the chord tolerance. Two tolerances are compared, and twice their
+//! difference is stated as the error; once would suffice if every number of segments could follow the tolerance
+//! exactly.
 
 use std::collections::BTreeMap;
 
@@ -16,23 +16,23 @@ use serde::Serialize;
 /// Chord tolerance of the finer of the two meshes, mm; the other is twice as coarse.
 const CHORD_MM: f64 = 0.004;
 
-/// The same of the mesh for moments alone.
+/// Chord tolerance of the mesh for [`moments`], mm.
 const MOMENTS_MM: f64 = 0.02;
 
-/// Triangles lower than this have no normal worth the name, mm.
+/// Height below which a triangle's normal is meaningless, mm.
 const SLIVER_MM: f64 = 1e-7;
 
-/// Nodes and weights of Gauss and Legendre's rule on (0, 1), exact to fifth order.
+/// Nodes and weights of the Gauss-Legendre rule on (0, 1), exact to fifth order.
 const NODES: [(f64, f64); 3] = [
     (0.112_701_665_379_258_3, 5.0 / 18.0),
     (0.5, 4.0 / 9.0),
     (0.887_298_334_620_741_7, 5.0 / 18.0),
 ];
 
-/// Nodes and weights of the conical product rule on a triangle, exact to fifth order (Stroud,
-/// "Approximate Calculation of Multiple Integrals", 1971): from a corner towards the opposite edge
-/// these, along that edge `NODES`. Where the corner is a cone's apex, heights are no polynomial over
-/// the triangle, but one along each line through the apex.
+/// Nodes and weights of the conical product rule on a triangle, exact to fifth order (Stroud, "Approximate Calculation
+/// of Multiple Integrals", 1971). From a corner towards the opposite edge these apply, along that edge `NODES`. Where
+/// the corner is a cone's apex, heights are not polynomial over the triangle, but they are along each line through the
+/// apex.
 const FROM_CORNER: [(f64, f64); 3] = [
     (0.212_340_538_239_153, 0.139_653_959_802_908_3),
     (0.590_533_135_559_265_3, 0.458_482_212_719_172_6),
@@ -44,41 +44,41 @@ const FROM_CORNER: [(f64, f64); 3] = [
 pub struct ExactFigures {
     /// Volume, mm^3.
     pub volume_mm3: f64,
-    /// The true volume is nearer than this, mm^3.
+    /// Error bound of the volume, mm^3.
     pub volume_error_mm3: f64,
     /// Surface area, mm^2.
     pub area_mm2: f64,
-    /// The true area is nearer than this, mm^2.
+    /// Error bound of the area, mm^2.
     pub area_error_mm2: f64,
     /// Centre of mass, mm.
     pub centroid_mm: [f64; 3],
-    /// The true centroid is nearer than this, mm.
+    /// Error bound of the centroid, mm.
     pub centroid_error_mm: f64,
-    /// Inertia about the centroid, rows, mm^5.
+    /// Inertia about the centroid, by rows, mm^5.
     pub inertia_mm5: [[f64; 3]; 3],
-    /// Each true entry is nearer than this, mm^5.
+    /// Error bound of each entry of the inertia, mm^5.
     pub inertia_error_mm5: f64,
-    /// Lower and upper corner of the box around the solid, mm.
+    /// Lower and upper corner of the bounding box, mm.
     pub bounds_mm: [[f64; 3]; 2],
-    /// The true box is nearer than this, mm.
+    /// Error bound of the bounding box, mm.
     pub bounds_error_mm: f64,
-    /// Through holes and handles, summed over shells.
+    /// Genus: number of through holes and handles, summed over shells.
     pub genus: i32,
-    /// Connected boundaries; a closed cavity counts as one.
+    /// Number of connected boundaries; a closed cavity counts as one.
     pub shells: usize,
 }
 
-/// Volume, mm3, centre, mm, and inertia about it, mm5, of the exact solid for density 1, from one mesh: good to a hundredth of
-/// a percent, where [`ExactFigures`] say how good they are.
+/// Computes volume, mm3, centroid, mm, and inertia about it, mm5, of the exact solid for density 1, from a single mesh.
+/// Accurate to a hundredth of a percent; [`ExactFigures`] state their errors.
 ///
 /// # Errors
-/// Solids that no mesh can be made of.
+/// Solids that cannot be meshed.
 pub fn moments(solid: &Solid) -> Result<(f64, Vector3<f64>, Matrix3<f64>), MeshError> {
     let sums = integrate(solid, &mesh_as_cut(solid, MOMENTS_MM)?);
     Ok((sums.volume, sums.centroid(), sums.inertia()))
 }
 
-/// The figures of a solid, and the finer of the meshes they come from.
+/// Computes the figures of a solid, and returns the finer of the two meshes too.
 pub(super) fn figures(solid: &Solid) -> Result<(ExactFigures, TriMesh), MeshError> {
     let coarse = integrate(solid, &mesh_as_cut(solid, 2.0 * CHORD_MM)?);
     let finer_mesh = mesh_as_cut(solid, CHORD_MM)?;
@@ -87,6 +87,7 @@ pub(super) fn figures(solid: &Solid) -> Result<(ExactFigures, TriMesh), MeshErro
     let (centroid, inertia) = (fine.centroid(), fine.inertia());
     let figures = ExactFigures {
         volume_mm3: fine.volume,
+        // Twice the difference of the tolerances; see the module's description.
         volume_error_mm3: rounding(fine.volume) + 2.0 * (fine.volume - coarse.volume).abs(),
         area_mm2: fine.area,
         area_error_mm2: rounding(fine.area) + 2.0 * (fine.area - coarse.area).abs(),
@@ -102,7 +103,7 @@ pub(super) fn figures(solid: &Solid) -> Result<(ExactFigures, TriMesh), MeshErro
     Ok((figures, finer_mesh))
 }
 
-/// What summing a million numbers may cost.
+/// Error bound of summing a million numbers.
 fn rounding(value: f64) -> f64 {
     1e-10 * value.abs()
 }
@@ -127,31 +128,32 @@ impl Integrals {
         self.first / self.volume
     }
 
-    /// About the centroid.
+    /// Inertia about the centroid.
     fn inertia(&self) -> Matrix3<f64> {
         let c = self.centroid();
+        // Parallel axis theorem.
         let spread = self.second - self.volume * c * c.transpose();
         Matrix3::identity() * spread.trace() - spread
     }
 }
 
-/// The exact face seen from a point of a triangle beside it.
+/// Exact face as seen from a point of a nearby triangle.
 #[derive(Clone, Copy, Debug)]
 struct Sight {
-    /// From the point along the triangle's normal, mm.
+    /// Distance of the face from the point along the triangle's normal, mm.
     height_mm: f64,
-    /// Out of the solid.
+    /// Outward normal of the face.
     normal: Vector3<f64>,
 }
 
-/// A triangle as it is needed here.
+/// A triangle of the mesh with its derived data.
 struct Facet {
     corners: [Vector3<f64>; 3],
     normal: Vector3<f64>,
     area: f64,
-    /// Its plane is as good as its face.
+    /// True if the triangle lies in its face, which is plane.
     is_flat: bool,
-    /// Too thin to have a plane.
+    /// True if the triangle is too thin to define a plane.
     is_sliver: bool,
 }
 
@@ -174,8 +176,8 @@ impl Facet {
         self.corners.iter().sum::<Vector3<f64>>() / 3.0
     }
 
-    /// Points with the area that each stands for, from the corner across the shortest edge: an apex is
-    /// such a corner.
+    /// Returns quadrature points with the area that each stands for. They radiate from the corner opposite the shortest
+    /// edge: an apex is such a corner.
     fn nodes(&self) -> impl Iterator<Item = (Vector3<f64>, f64)> + use<> {
         let length = |i: usize| (self.corners[(i + 2) % 3] - self.corners[(i + 1) % 3]).norm();
         let corner = (0..3).min_by(|a, b| length(*a).total_cmp(&length(*b))).unwrap_or(0);
@@ -189,7 +191,7 @@ impl Facet {
     }
 }
 
-/// Everything that is asked while summing.
+/// State of the integration.
 struct Summing<'a> {
     mesh: &'a TriMesh,
     facets: Vec<Facet>,
@@ -198,6 +200,7 @@ struct Summing<'a> {
     sum: Integrals,
 }
 
+/// Integrates over the exact solid, based on a mesh of it.
 fn integrate(solid: &Solid, mesh: &TriMesh) -> Integrals {
     let leaves = Leaves::new(solid);
     let facets = (0..mesh.triangles.len()).map(|i| Facet::new(mesh, i, &leaves)).collect();
@@ -214,7 +217,8 @@ fn integrate(solid: &Solid, mesh: &TriMesh) -> Integrals {
 }
 
 impl Summing<'_> {
-    /// The face as seen from a point of a triangle; the triangle's own plane where it is as good.
+    /// Returns the face as seen from a point of a triangle, or the triangle's own plane where that is exact or no ray
+    /// hits.
     fn sight(&mut self, index: usize, at: Vector3<f64>) -> Sight {
         let facet = &self.facets[index];
         let flat = Sight { height_mm: 0.0, normal: facet.normal };
@@ -226,7 +230,7 @@ impl Summing<'_> {
         seen.unwrap_or(flat)
     }
 
-    /// A triangle, and what lies between it and its face.
+    /// Adds a triangle, and the volume between it and its face.
     fn add_facet(&mut self, index: usize) {
         add_tetrahedron(&mut self.sum, self.facets[index].corners);
         if self.facets[index].is_flat || self.facets[index].is_sliver {
@@ -237,12 +241,13 @@ impl Summing<'_> {
             let up = self.facets[index].normal;
             let Sight { height_mm, normal } = self.sight(index, at);
             self.sum.add(share * height_mm, at + 0.5 * height_mm * up);
+            // A limit on the slope, against outliers near rims.
             self.sum.area += share / normal.dot(&up).max(0.1);
         }
     }
 
-    /// What lies between the prisms that two neighbouring triangles have been given, in the planes
-    /// across their edge: the quadrilateral from the edge over both feet to where the faces meet.
+    /// Adds the volume between the prisms of two neighbouring triangles, in the planes across their edge: the
+    /// quadrilateral from the edge over both foot points to the intersection of the faces.
     fn add_edge(&mut self, [one, two]: Pair) {
         let (first, second) = (&self.facets[one.0], &self.facets[two.0]);
         if first.is_sliver || second.is_sliver || (first.is_flat && second.is_flat) {
@@ -252,9 +257,10 @@ impl Summing<'_> {
         let (normal, other_normal) = (first.normal, second.normal);
         let length = (to - from).norm();
         let along = (to - from) / length;
-        // In the plane across the edge: x out of the first triangle, y along its normal.
+        // In the plane across the edge: x points out of the first triangle, y along its normal.
         let (x, y) = (along.cross(&normal), normal);
         let flat = |v: Vector3<f64>| [v.dot(&x), v.dot(&y)];
+        // Both triangles approximate one curved face, which is smooth across the edge.
         if self.mesh.faces[one.0] == self.mesh.faces[two.0] {
             for (t, weight) in NODES {
                 let at = from + t * (to - from);
@@ -283,7 +289,7 @@ impl Summing<'_> {
             let gap = 0.5 * (cross(q, meet) + cross(meet, p));
             let share = weight * length;
             self.sum.add(share * gap, at + 0.5 * (meet[0] * x + meet[1] * y));
-            // Along the faces from their feet to where they meet.
+            // Along the faces from their foot points to the intersection.
             let strips = dot([meet[0] - p[0], meet[1] - p[1]], [n[1], -n[0]])
                 + dot([meet[0] - q[0], meet[1] - q[1]], [-m[1], m[0]]);
             self.sum.area += share * strips;
@@ -291,7 +297,7 @@ impl Summing<'_> {
     }
 }
 
-/// The tetrahedron between a triangle and the origin.
+/// Adds the tetrahedron between a triangle and the origin.
 fn add_tetrahedron(sum: &mut Integrals, [a, b, c]: [Vector3<f64>; 3]) {
     let determinant = a.dot(&b.cross(&c));
     let total = a + b + c;
@@ -301,9 +307,10 @@ fn add_tetrahedron(sum: &mut Integrals, [a, b, c]: [Vector3<f64>; 3]) {
     sum.second += determinant / 120.0 * (squares + total * total.transpose());
 }
 
-/// Both sides of an edge: triangle and edge number, in either direction.
+/// Both sides of an edge: triangle and edge number, for either direction.
 type Pair = [(usize, usize); 2];
 
+/// Pairs the triangles on both sides of each edge; an edge may have more than two where shells touch.
 fn edges(mesh: &TriMesh) -> Vec<Pair> {
     let mut open: BTreeMap<(u32, u32), Vec<(usize, usize)>> = BTreeMap::new();
     let mut pairs = Vec::with_capacity(mesh.triangles.len() * 3 / 2);
@@ -327,7 +334,7 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// The primitives of a tree, each asked for itself.
+/// Primitives of a tree, compiled one by one.
 struct Leaves {
     bodies: Vec<Option<(CompiledSolid, Pose, Pose)>>,
     curved: Vec<Vec<bool>>,
@@ -337,7 +344,7 @@ impl Leaves {
     fn new(solid: &Solid) -> Self {
         let leaves = solid.leaves();
         let body = |leaf: &fabkit_geometry::Leaf| {
-            // The whole solid is valid, so that its primitives are.
+            // The whole solid is valid, and so are its primitives.
             let body = CompiledSolid::new(leaf.primitive).ok()?;
             Some((body, leaf.root_from_leaf, leaf.root_from_leaf.inverse()))
         };
@@ -351,10 +358,10 @@ impl Leaves {
         self.curved[id.leaf as usize].get(id.face as usize).copied().unwrap_or(false)
     }
 
-    /// The face as seen along a triangle's normal from a point of its edge.
+    /// Finds the face along a triangle's normal from a point of its edge.
     ///
-    /// On the edge itself a ray may miss the face by rounding, and beside a rim by its curvature: it
-    /// starts a little inside then, and the tangent plane leads back.
+    /// A ray from the edge itself may miss the face by rounding, or by curvature beside a rim. It therefore starts a
+    /// little inside the triangle, at growing distances, and the tangent plane leads back.
     fn sight(
         &self,
         id: FaceId,
@@ -375,7 +382,7 @@ impl Leaves {
             let near = crossings.iter().filter(|c| c.face == id.face && c.t.abs() < 5.0 * CHORD_MM);
             let hit = near.min_by(|a, b| a.t.abs().total_cmp(&b.t.abs()))?;
             let outward = root_from_leaf.vector(hit.normal);
-            // Seen by itself, a tool's face looks out of the tool, into the solid.
+            // Taken alone, a subtracted primitive's face points out of that primitive, into the solid.
             let outward = if outward.dot(&normal) < 0.0 { -outward } else { outward };
             let slope = outward.dot(&normal);
             let height_mm = outward.dot(&(origin + hit.t * normal - at)) / slope.max(0.1);
@@ -384,7 +391,7 @@ impl Leaves {
     }
 }
 
-/// Which faces of a primitive are not plane.
+/// Returns for each face of a primitive whether it is curved.
 fn curved_faces(primitive: &Solid) -> Vec<bool> {
     use fabkit_geometry::Segment::Line;
     let bends = |profile: &fabkit_geometry::Profile| -> Vec<bool> {
@@ -395,7 +402,7 @@ fn curved_faces(primitive: &Solid) -> Vec<bool> {
         Solid::Cuboid(_) | Solid::HalfSpace(_) => vec![false; 6],
         Solid::Cylinder(_) | Solid::Cone(_) => vec![true, false, false],
         Solid::Extrusion(s) => [false, false].into_iter().chain(bends(&s.profile)).collect(),
-        // A line across the axis is plane, but a ray finds it at once.
+        // A line across the axis sweeps a plane, but testing it with a ray is harmless.
         Solid::Revolution(s) => vec![true; bends(&s.profile).len()],
         _ => vec![true],
     }

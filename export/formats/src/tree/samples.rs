@@ -1,4 +1,4 @@
-//! What fabkit believes about the exact solid, as samples that any other kernel can be asked for.
+//! Samples of the exact solid (rays, points, landmarks), for comparison with any other geometry kernel.
 
 mod seams;
 
@@ -12,22 +12,22 @@ use serde::Serialize;
 use super::figures::{ExactFigures, figures};
 use crate::{ExportError, VERSION, json_bytes};
 
-/// Lines of each of the three parallel bundles.
+/// Number of lines of each of the three parallel bundles.
 const LINES_PER_BUNDLE: usize = 144;
-/// Lines aimed at each face of each primitive.
+/// Number of lines aimed at each face of each primitive.
 const LINES_PER_FACE: usize = 2;
-/// Most lines aimed at faces.
+/// Maximum number of lines aimed at faces.
 const MAX_AIMED: usize = 6000;
-/// Random points asked whether they lie inside.
+/// Number of random points that are classified as inside or outside.
 const POINTS: usize = 96;
-/// Lines that pass a face at a smaller angle say little about where it is; sine of that angle.
+/// Sine of the angle between line and face below which the crossing's position is ill-conditioned.
 const GRAZING: f64 = 0.05;
-/// Crossings nearer to each other than this may merge in a kernel with tolerances, mm.
+/// Distance below which a kernel with tolerances may merge two crossings, mm.
 const CLOSE_MM: f64 = 1e-4;
-/// A line at a landmark or a seam must find the same when it is moved by this, more than kernels
-/// may be off, mm.
+/// Shift of a line at a landmark or a seam under which its crossings must stay the same, mm. It exceeds the errors of
+/// other kernels.
 const ASIDE_MM: f64 = 0.02;
-/// A landmark nearer to the surface than this lies on it, mm.
+/// Distance from the surface below which a landmark lies on it, mm.
 const TOUCH_MM: f64 = 1e-7;
 
 /// All samples of one body (`fabkit-samples` version 1).
@@ -40,7 +40,7 @@ struct Form<'a> {
     sensor: &'a str,
     name: &'a str,
     figures: ExactFigures,
-    /// Cross-section that each line of kind `bundle` stands for, mm^2, in the three directions.
+    /// Cross-section that each line of a bundle stands for, mm^2, for the three directions.
     bundle_mm2: Vec<f64>,
     lines: Vec<Line>,
     points: Vec<Point>,
@@ -50,14 +50,14 @@ struct Form<'a> {
 /// A line with all its crossings of the exact surface.
 #[derive(Clone, Debug, Serialize)]
 struct Line {
-    /// `bundle 0` to `bundle 2`, the feature or face it is aimed at, or `landmark NAME`.
+    /// Purpose: `bundle 0` to `bundle 2`, the feature or face that it is aimed at, the seam, or `landmark NAME`.
     of: String,
     origin_mm: [f64; 3],
-    /// Unit length.
+    /// Direction, unit length.
     direction: [f64; 3],
-    /// Sorted positions along the line, from the origin, mm.
+    /// Positions of the crossings along the line, from the origin, ascending, mm.
     t_mm: Vec<f64>,
-    /// Between line and outward normal: below 0 where the line enters.
+    /// Cosine between line and outward normal at each crossing: negative where the line enters.
     cosine: Vec<f64>,
     leaf: Vec<u32>,
     face: Vec<u32>,
@@ -69,41 +69,40 @@ struct Point {
     inside: bool,
 }
 
-/// Where a landmark lies.
+/// Position of a landmark relative to the solid.
 #[derive(Clone, Debug, Serialize)]
 struct LandmarkClaim<'a> {
     name: &'a str,
     point_mm: [f64; 3],
     axis: [f64; 3],
-    /// `surface`, `void` or `solid`.
+    /// Location of the landmark: `surface`, `void` or `solid`.
     lies_in: &'static str,
 }
 
-/// What the samples of a body are made from.
+/// Body to be sampled.
 #[derive(Clone, Copy, Debug)]
 pub struct SamplesDocument<'a> {
-    /// As in the tree.
+    /// Hash of the design and the fabkit version, as in the tree file.
     pub design_hash: &'a str,
-    /// As in the tree.
+    /// Name of the sensor.
     pub sensor: &'a str,
-    /// As in the tree.
+    /// Name of the body.
     pub name: &'a str,
-    /// As in the tree.
+    /// Exact shape, mm, in the body's own frame.
     pub solid: &'a Solid,
-    /// As in the tree.
+    /// Landmarks of the body.
     pub landmarks: &'a [Landmark],
 }
 
-/// Writes where lines cross the exact solid, which points lie inside, where landmarks lie, and the
+/// Writes the crossings of lines with the exact solid, points inside and outside, locations of landmarks and the
 /// solid's integrals, as JSON (`fabkit-samples` version 1).
 ///
-/// Three bundles of parallel lines weigh the whole; two lines are aimed at each face of each
-/// primitive that has any surface left, so that no feature is missed; and where faces of two primitives
-/// meet, some pass the spots where triangles stray most.
+/// Three bundles of parallel lines measure the whole volume. Two lines are aimed at each face of each primitive that
+/// has any surface left, so that no feature is missed. Where faces of two primitives meet, further lines pass the
+/// points where triangles deviate most.
 ///
 /// # Errors
-/// [`ExportError::Samples`] for a solid that cannot be meshed, [`ExportError::Json`] if the encoder
-/// refuses.
+/// [`ExportError::Samples`] for a solid that cannot be meshed, [`ExportError::Json`] if the encoder fails.
 pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
     let refused = |reason: String| ExportError::Samples { name: document.name.into(), reason };
     let body = CompiledSolid::new(document.solid).map_err(|e| refused(e.to_string()))?;
@@ -117,6 +116,7 @@ pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
         bundle_mm2.push(caster.bundle(i, Vector3::from(*direction), &mesh, &mut lines));
     }
     caster.aimed(&mesh, reach_mm, &mut lines);
+    // Seams are sampled where a mesh at the usual tolerance deviates, not the finer one of the figures.
     let usual = fabkit_mesh::mesh(document.solid, DEFAULT_TOLERANCE_MM);
     seams::aimed(&mut caster, &usual.map_err(|e| refused(e.to_string()))?, reach_mm, &mut lines);
     let landmarks = document.landmarks.iter().map(|landmark| {
@@ -141,11 +141,11 @@ pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
     })
 }
 
-/// Askew to everything that parts are made of.
+/// Directions of the bundles, oblique to everything that parts are made of.
 const BUNDLES: [[f64; 3]; 3] =
     [[0.9731, 0.1877, 0.1331], [0.1523, 0.9658, 0.2099], [0.1234, 0.0917, 1.0]];
 
-/// Four unit vectors across a direction.
+/// Returns four unit vectors perpendicular to a direction.
 fn aside(direction: &Vector3<f64>) -> [Vector3<f64>; 4] {
     let side = direction.cross(&direction.yzx()).try_normalize(1e-6);
     let side = side.unwrap_or_else(|| direction.cross(&Vector3::x()).normalize());
@@ -159,7 +159,7 @@ struct Caster<'a> {
 }
 
 impl Caster<'_> {
-    /// The line with its crossings, or nothing where it grazes a face.
+    /// Casts a line; `None` where it grazes a face or crossings are too close to each other.
     fn line(&mut self, of: &str, origin: Point3<f64>, direction: Vector3<f64>) -> Option<Line> {
         let direction = direction.normalize();
         let mut crossings = Vec::new();
@@ -179,16 +179,15 @@ impl Caster<'_> {
         })
     }
 
-    /// Whether a line moved by a little finds as many crossings. One that follows a face or an edge does
-    /// not, and what a kernel finds there is chance.
+    /// Returns whether slightly shifted lines have as many crossings. A line that follows a face or an edge does not,
+    /// and another kernel's result there would be arbitrary.
     fn is_clear(&self, origin: Point3<f64>, direction: Vector3<f64>) -> bool {
         let count = |origin| self.body.crossings(&Ray { origin, direction }).len();
         aside(&direction).into_iter().all(|aside| count(origin + ASIDE_MM * aside) == count(origin))
     }
 
-    /// Whether a line moved by a little finds its crossings where it found them, as far as faces lean.
-    /// One that runs beside a step does not: a mesh's step is a chord away, and the line meets its
-    /// other side.
+    /// Returns whether slightly shifted lines have their crossings at the same positions, allowing for the slope of
+    /// faces. A line beside a step does not: a mesh's step is off by a chord, so that a line may cross its other side.
     fn is_even(&self, origin: Point3<f64>, direction: Vector3<f64>) -> bool {
         let crossings = |origin| self.body.crossings(&Ray { origin, direction });
         let here = crossings(origin);
@@ -202,7 +201,8 @@ impl Caster<'_> {
         })
     }
 
-    /// Lines through a jittered grid over the mesh's shadow; returns what each stands for, mm^2.
+    /// Casts lines through a jittered grid over the mesh's shadow. Returns the cross-section that each stands for,
+    /// mm^2.
     fn bundle(
         &mut self,
         number: usize,
@@ -217,6 +217,7 @@ impl Caster<'_> {
             let heights = mesh.vertices.iter().map(|p| w.dot(&Vector3::from(*p)));
             heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)))
         };
+        // Lines start 1 mm behind the body.
         let (span_u, span_v, behind) = (span(u), span(v), span(direction).0);
         let rows = (LINES_PER_BUNDLE as f64).sqrt() as usize;
         let step = |(low, high): (f64, f64), i: usize, jitter: f64| {
@@ -231,12 +232,13 @@ impl Caster<'_> {
         (span_u.1 - span_u.0) * (span_v.1 - span_v.0) / (rows * rows) as f64
     }
 
-    /// Lines through the middles of triangles of each face, within 60 degrees of their normals.
+    /// Casts lines through the centres of triangles of each face, within 60 degrees of their normals.
     fn aimed(&mut self, mesh: &TriMesh, reach_mm: f64, lines: &mut Vec<Line>) {
         let mut triangles: BTreeMap<FaceId, Vec<usize>> = BTreeMap::new();
         for (index, face) in mesh.faces.iter().enumerate() {
             triangles.entry(*face).or_default().push(index);
         }
+        // Fewer lines per face for bodies with very many faces.
         let per_face = LINES_PER_FACE.min(MAX_AIMED / triangles.len().max(1)).max(1);
         for (id, triangles) in triangles.iter().take(MAX_AIMED) {
             let feature = self.body.feature_of(id.leaf);
@@ -245,6 +247,7 @@ impl Caster<'_> {
                 name => format!("{name}, leaf {} face {}", id.leaf, id.face),
             };
             let mut found = 0;
+            // Many candidates graze something or hit another face first; a few tries per line suffice.
             for _ in 0..12 * per_face {
                 if found == per_face {
                     break;
@@ -261,6 +264,7 @@ impl Caster<'_> {
         }
     }
 
+    /// Aims a line at the centre of a triangle, from outside, at 0.2 to 1 rad from its normal.
     fn aim(
         &mut self,
         mesh: &TriMesh,
@@ -278,7 +282,7 @@ impl Caster<'_> {
         Some((target - reach_mm * direction, direction))
     }
 
-    /// One line along the axis and one across it; where the landmark lies.
+    /// Casts one line along a landmark's axis and one across it. Returns the location of the landmark.
     fn landmark(
         &mut self,
         landmark: &Landmark,
@@ -287,11 +291,11 @@ impl Caster<'_> {
     ) -> &'static str {
         let axis = landmark.axis.normalize();
         let side = axis.cross(&axis.yzx()).try_normalize(1e-6).unwrap_or_else(|| {
-            // An axis with three equal coordinates.
+            // For an axis with three equal coordinates.
             axis.cross(&Vector3::x()).normalize()
         });
         let other = axis.cross(&side);
-        // Oblique: neither the plane that a landmark lies on nor the side of a slot is followed.
+        // Oblique, so that it follows neither the plane of the landmark nor the side of a slot.
         let across = side + 0.11 * other + 0.31 * axis;
         let of = format!("landmark {}", landmark.name);
         for direction in [axis, across.normalize()] {
@@ -300,7 +304,7 @@ impl Caster<'_> {
                 lines.extend(self.line(&of, origin, direction));
             }
         }
-        // Of these some enter the solid, even from an edge and along whatever faces there are.
+        // Some of these enter the solid even from an edge, whatever faces meet there.
         let oblique = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]]
             .map(|[a, b]| axis + 0.83 * a * side + 0.61 * b * other);
         let touches = [axis, across].into_iter().chain(oblique).any(|direction| {
@@ -317,7 +321,7 @@ impl Caster<'_> {
         }
     }
 
-    /// Points of the box around the mesh that are not close to the surface.
+    /// Classifies random points of the bounding box that are not close to the surface.
     fn points(&mut self, mesh: &TriMesh) -> Vec<Point> {
         let bounds = mesh.bounds().grown(0.5);
         let mut points = Vec::with_capacity(POINTS);
@@ -328,6 +332,7 @@ impl Caster<'_> {
             let size = bounds.max - bounds.min;
             let shift = size.map(|side| side * self.random.unit());
             let point = bounds.min + shift;
+            // Distances along three axes stand for the distance from the surface.
             let directions = [Vector3::x(), Vector3::y(), Vector3::z()];
             let is_clear = directions.iter().all(|direction| {
                 let ray = Ray { origin: point, direction: *direction };

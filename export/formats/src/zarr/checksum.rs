@@ -1,11 +1,12 @@
-//! CRC-32C (Castagnoli; RFC 3720, appendix B.4), eight bytes a step.
+//! CRC-32C checksum (Castagnoli; RFC 3720, appendix B.4), computed eight bytes at a time.
 
 const POLYNOMIAL: u32 = 0x82f6_3b78;
 
-/// What a byte does to the checksum, followed by as many zero bytes as the table's number.
+/// Effect of a byte on the checksum when it is followed by as many zero bytes as the table's index.
 const TABLES: [[u32; 256]; 8] = tables();
 
 const fn tables() -> [[u32; 256]; 8] {
+    // Plain loops, since iterators are not available in constant functions.
     let mut tables = [[0; 256]; 8];
     let mut byte = 0;
     while byte < 256 {
@@ -31,7 +32,7 @@ const fn tables() -> [[u32; 256]; 8] {
     tables
 }
 
-/// The checksum that Zarr's codec `crc32c` appends, little-endian.
+/// Computes the checksum that Zarr's codec `crc32c` appends in little-endian order.
 pub fn zarr_checksum(bytes: &[u8]) -> u32 {
     let (eights, rest) = bytes.as_chunks::<8>();
     let mut crc = !0u32;

@@ -1,42 +1,42 @@
-//! Reading an array's `zarr.json` back, believing nothing of it.
+//! Reader of an array's `zarr.json` that trusts none of its content.
 
 use serde_json::Value;
 
 use super::{Element, ZarrArray};
 
-/// Bytes of one sample: 64 million pixels of four bytes.
+/// Maximum number of bytes of one sample: 64 million pixels of four bytes.
 const MAX_SAMPLE_BYTES: u64 = 256_000_000;
-/// Samples of one array: all pairs of a thousand patterns.
+/// Maximum number of samples of one array: all pairs of a thousand patterns.
 const MAX_SAMPLES: u64 = 1_000_000;
-/// Chunks that one file names.
+/// Maximum number of chunks in one file.
 const MAX_ENTRIES: u64 = 1 << 20;
-/// Rows, columns and colours.
+/// Maximum number of a sample's axes: rows, columns and colours.
 const MAX_AXES: usize = 3;
 
-/// Why a `zarr.json` is not one that [`ZarrArray::metadata`] writes.
+/// Reasons why a `zarr.json` is not one that [`ZarrArray::metadata`] writes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidMetadata {
-    /// No JSON.
+    /// Content that is not JSON.
     #[error("not JSON: {0}")]
     Json(String),
-    /// A key with another value than fabkit writes, or none.
+    /// Key that is missing or has another value than fabkit writes.
     #[error("`{0}` is not what fabkit writes")]
     Foreign(&'static str),
-    /// Sizes that no array has.
+    /// Size outside its limits.
     #[error("{what} is {found}; {limit}")]
     Size {
-        /// For example `chunk_shape[1]`.
+        /// Name of the size, for example `chunk_shape[1]`.
         what: String,
-        /// As found.
+        /// Value found.
         found: u64,
-        /// What is possible.
+        /// Permitted values.
         limit: String,
     },
 }
 
 impl ZarrArray {
-    /// Reads what [`metadata`](Self::metadata) wrote, and nothing else: every size is checked before
-    /// anybody computes with it.
+    /// Reads a document written by [`metadata`](Self::metadata), and no other: every size is checked before it is used
+    /// in a computation.
     ///
     /// # Errors
     /// [`InvalidMetadata`].
@@ -53,6 +53,7 @@ impl ZarrArray {
         let shape = sizes(&json["shape"], "shape")?;
         let shard = sizes(&json["chunk_grid"]["configuration"]["chunk_shape"], "chunk_grid")?;
         let chunk = sizes(&sharding["chunk_shape"], "codecs")?;
+        // Chunks hold one sample each, hence the 1 in the chunk shape.
         let ([samples, sample_shape @ ..], [samples_per_shard, ..], [1, chunk_shape @ ..]) =
             (&shape[..], &shard[..], &chunk[..])
         else {
@@ -81,6 +82,7 @@ impl ZarrArray {
         Ok(array)
     }
 
+    /// Checks every size against its limit.
     fn check_sizes(&self) -> Result<(), InvalidMetadata> {
         let limit = |what: &str, found: u64, most: u64| match (1..=most).contains(&found) {
             true => Ok(()),
@@ -94,17 +96,17 @@ impl ZarrArray {
         for (axis, (size, chunk)) in self.sample_shape.iter().zip(&self.chunk_shape).enumerate() {
             limit(&format!("shape[{}]", axis + 1), *size, MAX_SAMPLE_BYTES)?;
             limit(&format!("chunk_shape[{}]", axis + 1), *chunk, *size)?;
-            // Both factors are at most 2.56e8.
+            // Both factors are at most 2.56e8, so the product fits into 64 bits.
             bytes *= size;
             limit("a sample's number of bytes", bytes, MAX_SAMPLE_BYTES)?;
         }
         limit("the number of samples in a file", self.samples_per_shard, MAX_ENTRIES)?;
-        // At most as many as bytes: the product is below 2^48.
+        // There are at most as many chunks as bytes: the product is below 2^48.
         let entries = self.samples_per_shard * self.chunks_per_sample();
         limit("the number of chunks in a file", entries, MAX_ENTRIES)
     }
 
-    /// Everything but the values read above.
+    /// Checks everything but the values read above.
     fn check_rest(&self, json: &Value) -> Result<(), InvalidMetadata> {
         let expected = self.document();
         let keys = ["zarr_format", "node_type", "chunk_grid", "chunk_key_encoding", "fill_value"];
@@ -113,7 +115,7 @@ impl ZarrArray {
                 return Err(InvalidMetadata::Foreign(key));
             }
         }
-        // Nothing that changes what the rest means: extensions, storage transformers.
+        // Unknown keys may change the meaning of the rest, such as extensions and storage transformers.
         match *json == expected {
             true => Ok(()),
             false => Err(InvalidMetadata::Foreign("a key of the array")),
@@ -159,7 +161,7 @@ mod tests {
                 let mut json = whole.clone();
                 json.pointer_mut(pointer).unwrap()[axis] = json!(number);
                 let text = json.to_string();
-                // Some are sound by themselves: only the plan knows how many samples there are.
+                // Some changes are valid in themselves: only the plan determines the number of samples.
                 let is_sound = match (pointer, axis, number) {
                     ("/shape", 0, number) => (1..=1_000_000).contains(&number),
                     ("/shape", 2, 73) => true,

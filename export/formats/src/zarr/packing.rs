@@ -1,56 +1,55 @@
-//! One chunk: compressed, and followed by a checksum of what the compression gave.
+//! Packing of one chunk: compression, followed by a checksum of the compressed bytes.
 //!
-//! The checksum covers the frame's own header too, so that a flipped bit anywhere in a chunk is
-//! noticed, whether or not it would change a value.
+//! The checksum covers the frame's own header too, so that a flipped bit anywhere in a chunk is detected, whether or
+//! not it would change a value.
 
 use super::checksum::zarr_checksum;
 use crate::ExportError;
 
-/// Zstandard level: on depth maps, higher levels save a few percent and cost several times as long.
+/// Zstandard level. On depth maps, higher levels save a few percent and take several times as long.
 pub(super) const ZSTD_LEVEL: i32 = 1;
 const CHECKSUM_BYTES: usize = 4;
 
-/// Packs one sample's little-endian bytes.
+/// Compresses one sample's little-endian bytes and appends the checksum.
 ///
 /// # Errors
-/// The compressor's own.
+/// Errors of the compressor.
 pub fn zarr_pack(sample: &[u8]) -> Result<Vec<u8>, ExportError> {
     Ok(zarr_sealed(zstd::bulk::compress(sample, ZSTD_LEVEL)?))
 }
 
-/// A Zstandard frame with its checksum behind it, as [`zarr_pack`] gives it.
+/// Appends the checksum to a Zstandard frame, as [`zarr_pack`] does.
 pub fn zarr_sealed(mut frame: Vec<u8>) -> Vec<u8> {
     let checksum = zarr_checksum(&frame);
     frame.extend(checksum.to_le_bytes());
     frame
 }
 
-/// Longest chunk that `bytes` bytes are packed into: what cannot be compressed is stored in blocks
-/// with headers.
+/// Upper bound of a packed chunk's size for `bytes` bytes: incompressible data is stored in blocks with headers.
 pub fn zarr_most_packed(bytes: usize) -> u64 {
     bytes as u64 + bytes as u64 / 64 + 1024
 }
 
-/// What was packed is not what was written.
+/// Reasons why a chunk is damaged.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DamagedChunk {
-    /// The checksum is another.
+    /// Checksum that does not match.
     #[error("its bytes do not match their checksum")]
     Checksum,
-    /// Not as long as it should be.
+    /// Length that does not match.
     #[error("it holds {found} bytes, not {expected}")]
     Length {
-        /// As unpacked.
+        /// Number of bytes after unpacking.
         found: usize,
-        /// As asked for.
+        /// Expected number of bytes.
         expected: usize,
     },
-    /// Not compressed as it should be.
+    /// Invalid compressed data.
     #[error("it cannot be unpacked: {0}")]
     Frame(String),
 }
 
-/// Unpacks what [`zarr_pack`] packed: exactly `bytes` bytes.
+/// Unpacks a chunk packed by [`zarr_pack`] to exactly `bytes` bytes.
 ///
 /// # Errors
 /// [`DamagedChunk`].

@@ -1,5 +1,5 @@
-//! The exact figures of the samples against closed forms: each lies within the error stated beside
-//! it, and each error is small enough to say something.
+//! Exact figures of the samples against closed forms: each lies within its stated error, and each error is small enough
+//! to be useful.
 
 use std::f64::consts::PI;
 
@@ -33,7 +33,7 @@ fn matrix(value: &Value) -> Matrix3<f64> {
     Matrix3::from_fn(|row, column| number(&value[row][column]))
 }
 
-/// A solid whose integrals are known; inertia about the centroid, along the axes of its frame.
+/// A solid with known integrals; inertia about the centroid, along the axes of its frame.
 struct Known {
     solid: Solid,
     volume: f64,
@@ -86,7 +86,7 @@ fn primitives_in_closed_form() -> Vec<Known> {
         let squares = [b * b + c * c, a * a + c * c, a * a + b * b];
         let known =
             Known::new(Solid::ellipsoid([a, b, c]), volume, 0.0, squares.map(|s| volume / 5.0 * s));
-        // An elliptic integral.
+        // The area is an elliptic integral, which is not compared.
         Known { area: None, ..known }
     };
     let torus = {
@@ -105,7 +105,7 @@ fn composed_in_closed_form() -> Vec<Known> {
     let r = 5.0;
     let half_ball = {
         let volume = ball(r) / 2.0;
-        // About the ball's centre half of the ball's; the centroid lies 3/8 r below.
+        // About the ball's centre, half of the ball's; the centroid lies 3/8 r below.
         let across = volume * r * r * (0.4 - 9.0 / 64.0);
         let inertia = [across, across, 0.4 * volume * r * r];
         let solid = Solid::sphere(r).and(Solid::below(0.0));
@@ -119,7 +119,7 @@ fn composed_in_closed_form() -> Vec<Known> {
         Known::new(solid, ball(r) - ball(inner), area, [inertia; 3]).topology(0, 2)
     };
     let drilled_ball = {
-        // Half of the bore is as long as 4; what is left has the volume of a ball of that radius.
+        // Half of the bore is 4 long; the remainder has the volume of a ball of that radius.
         let (bore, half) = (3.0, 4.0_f64);
         let axial = 2.0 * PI * (2.0 / 3.0 * r * r * half.powi(3) - 0.4 * half.powi(5));
         let across = axial / 2.0 + 4.0 / 15.0 * PI * half.powi(5);
@@ -129,10 +129,10 @@ fn composed_in_closed_form() -> Vec<Known> {
         Known::new(Solid::sphere(r).minus(drill), ball(half), area, inertia).topology(1, 1)
     };
     let screw = {
-        // A countersunk head on a shank: two faces that meet in an edge, and both at small radii.
+        // A countersunk head on a shank: two faces that meet in an edge, both with small radii.
         let path = Path::polygon(&[[0.0, 0.0], [1.0, 0.0], [1.0, 4.0], [2.0, 5.0], [0.0, 5.0]]);
         let (shank, head) = (4.0 * PI, 7.0 / 3.0 * PI);
-        // Of a frustum with radii 1 and 2: (1 + 2 * 2 + 3 * 4) / (4 * 7) of its height.
+        // For a frustum with radii 1 and 2: (1 + 2 * 2 + 3 * 4) / (4 * 7) of its height.
         let centre = (shank * 2.0 + head * (4.0 + 17.0 / 28.0)) / (shank + head);
         let area = PI * (1.0 + 8.0 + 3.0 * 2.0_f64.sqrt() + 4.0);
         let known = Known::new(Solid::revolution(path), shank + head, area, [0.0; 3]);
@@ -215,7 +215,7 @@ fn what_cannot_be_meshed_is_refused_by_name() {
 proptest! {
     #![proptest_config(cases(8))]
 
-    /// Two solids have together what their union and their intersection have.
+    /// Volumes and moments of two solids equal those of their union plus those of their intersection.
     #[test]
     fn unions_and_intersections_add_up(a in primitives(), b in primitives(), pose in poses(2.0)) {
         let b = b.placed(pose);
@@ -231,7 +231,7 @@ proptest! {
         let moments = |f: &Value| number(&f["volume_mm3"]) * vector(&f["centroid_mm"]);
         let [a, b, union] = all.each_ref().map(moments);
         let first = (a + b - union - moments(&common)).norm();
-        // A centroid and a volume that are both off, at most 15 mm from the origin.
+        // Errors of centroid and volume combine, at most 15 mm from the origin.
         let first_error = all.iter().chain([&common]).map(|f| {
             number(&f["volume_mm3"]) * number(&f["centroid_error_mm"])
                 + 15.0 * number(&f["volume_error_mm3"])

@@ -1,4 +1,4 @@
-//! What was written, read back by the formats' own rules.
+//! Files read back by the rules of their formats.
 
 use std::io::Write;
 

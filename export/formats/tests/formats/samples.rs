@@ -1,4 +1,4 @@
-//! What the samples say of lines, points and landmarks, against a solid whose surface is one formula.
+//! Samples of lines, points and landmarks, against a solid whose surface is one formula.
 
 use std::collections::BTreeSet;
 
@@ -15,7 +15,7 @@ fn bead() -> Solid {
     Solid::sphere(RADIUS_MM).named("ball").minus(bore)
 }
 
-/// Below 0 inside the bead; near its surface the distance to it.
+/// Signed function of the bead: negative inside, near its surface the distance to it.
 fn outside_mm(p: Vector3<f64>) -> f64 {
     (p.norm() - RADIUS_MM).max(BORE_MM - p.xy().norm())
 }
@@ -65,14 +65,14 @@ fn lines_name_all_crossings_of_the_surface() {
         let at = |t: f64| origin + t * direction;
         for (i, (&t, &cosine)) in t.iter().zip(&cosine).enumerate() {
             assert!(outside_mm(at(t)).abs() < 1e-9, "{line}");
-            // Grazing lines are left out; the others enter and leave in turn.
+            // Grazing lines are left out; the others enter and leave alternately.
             assert!(cosine.abs() > 0.05 && (cosine < 0.0) == (i % 2 == 0), "{line}");
             let on_ball = line["leaf"][i] == 0;
             let radial = if on_ball { at(t) } else { -Vector3::new(at(t).x, at(t).y, 0.0) };
             assert!((radial.normalize().dot(&direction) - cosine).abs() < 1e-9, "{line}");
         }
         assert!(t.windows(2).all(|pair| pair[1] - pair[0] > 1e-4), "{line}");
-        // None is missing: between crossings a line is inside or outside throughout.
+        // None is missing: between crossings a line stays inside or outside.
         let ends: Vec<f64> = [-30.0].into_iter().chain(t).chain([40.0]).collect();
         for (i, pair) in ends.windows(2).enumerate() {
             let (low, high) = (pair[0] + 1e-6, pair[1] - 1e-6);
@@ -87,7 +87,7 @@ fn every_face_that_is_left_is_aimed_at_by_its_name() {
     let parsed = parsed();
     let lines = parsed["lines"].as_array().unwrap();
     let purposes: BTreeSet<&str> = lines.iter().map(|line| line["of"].as_str().unwrap()).collect();
-    // The bore's two ends are outside of the ball.
+    // The bore's two end faces are outside of the ball.
     let expected = [
         "ball, leaf 0 face 0",
         "bore, leaf 1 face 0",
@@ -116,8 +116,8 @@ fn each_bundle_weighs_the_volume() {
         let inside: f64 = lines
             .map(|line| numbers(&line["t_mm"]).chunks_exact(2).map(|p| p[1] - p[0]).sum::<f64>())
             .sum();
-        // 144 jittered cells; those at the rim, about 40 of 5 mm, are each off by half at random: 3 %.
-        // Grazing lines, which are left out, are short.
+        // 144 jittered cells; those at the rim, about 40 of 5 mm, are each off by half at random: 3 %. Grazing lines,
+        // which are left out, are short.
         let off = (weight * inside / volume - 1.0).abs();
         assert!(off < 0.1, "{of}: {}", weight * inside / volume);
     }

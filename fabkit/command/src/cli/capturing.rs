@@ -17,7 +17,8 @@ use super::pressing::{depth, friction, shear, spacing};
 use super::{Design, length_within};
 
 const LIGHT: &str = "Light source that is on, for example `uv` [default: the sensor's usual one]";
-const CONSTANTS: &str = "Light constants of a unit, written by `fit-light` [default: those of R-Tac0's published unit]";
+const CONSTANTS: &str =
+    "Light constants of a unit, written by `fit-light` [default: those of R-Tac0's published unit]";
 
 /// Standard deviation of printed and cast surfaces in `--truth` files, mm; the default of `depth --print-sigma`.
 const PRINT_SIGMA_MM: f64 = 0.05;

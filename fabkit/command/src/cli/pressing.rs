@@ -129,7 +129,8 @@ options! {
 fn answers() -> PossibleValuesParser {
     PossibleValuesParser::new([
         PossibleValue::new("rigid").help("The surface follows the indenter; nothing else moves"),
-        PossibleValue::new("membrane").help("The surface returns to rest over the distance --membrane"),
+        PossibleValue::new("membrane")
+            .help("The surface returns to rest over the distance --membrane"),
         PossibleValue::new("linear").help("Elastic layers that yield and bulge, small strain"),
     ])
 }

@@ -2,7 +2,7 @@
 
 use fabkit_application::checks::{Batch, CheckReport, Finding};
 use fabkit_application::source::Target;
-use fabkit_application::{Explained, UnknownName, documents, fixtures};
+use fabkit_application::{Explained, UnknownName, documents};
 
 use super::Outcome;
 use super::progress::Progress;
@@ -13,7 +13,8 @@ use crate::table::{Align::Left, Align::Right, table};
 pub(super) fn run(args: &cli::Design, global: &cli::Global) -> Result<Outcome, Failure> {
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     if let Some(name) = target.part {
-        let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
+        let project = target.project(&args.set)?;
+        let unknown = UnknownName::new("fixture", name, project.fixture_names());
         let hint = format!("{}; a single part has nothing to be checked against", unknown.hint());
         let about = unknown.subject();
         return Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about));

@@ -150,6 +150,9 @@ impl<'a> Order<'a> {
         };
         let designs = std::iter::once(&design).chain(fixtures.iter().map(|(_, design)| design));
         exporting::require_profile_applies(designs, &options)?;
+        if let Some(part) = target.part {
+            bodies::find_target(&design.sensor, part)?;
+        }
         for part in &options.parts {
             bodies::find(&design.sensor, part)?;
         }

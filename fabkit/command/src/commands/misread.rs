@@ -14,6 +14,19 @@ pub(super) fn failure(error: &Error) -> Failure {
     Failure::new(ErrorKind::BadInput, message, rest.trim()).about(about(error))
 }
 
+/// Lines of usage that are longer list every alternative, and help nobody.
+const USAGE_LENGTH: usize = 160;
+
+/// The same for people, without empty lines and the pointer to `--help` that every message would end with.
+pub(super) fn text(error: &Error) -> String {
+    let text = error.render().to_string();
+    let is_kept = |line: &&str| {
+        let is_long_usage = line.starts_with("Usage:") && line.len() > USAGE_LENGTH;
+        !(line.trim().is_empty() || line.starts_with("For more information") || is_long_usage)
+    };
+    text.lines().filter(is_kept).map(|line| format!("{line}\n")).collect()
+}
+
 fn about(error: &Error) -> ErrorSubject {
     let first = |kind| words(error, kind).into_iter().next();
     // The context has the form `--tolerance <LENGTH>`.

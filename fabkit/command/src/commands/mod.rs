@@ -67,6 +67,11 @@ pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             let failure = misread::failure(&error);
             said(&line(&failure.to_json()), failure.exit() as u8)
         }
+        Err(error) if error.use_stderr() => {
+            // If nobody can be told, the exit code still says it.
+            let _ = io::stderr().write_all(misread::text(&error).as_bytes());
+            Exit::BadInput as u8
+        }
         Err(error) => error.exit(),
     })
 }

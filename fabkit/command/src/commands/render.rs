@@ -61,7 +61,10 @@ pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
     let progress = Progress::new(global, format!("drawing {}", args.sensor));
     let show = |step: Step| progress.show(step);
     let bytes = match part {
-        Some(part) => pictures::picture_of_body(bodies::find(&design.sensor, part)?, shot, &show)?,
+        Some(part) => {
+            let body = bodies::find_target(&design.sensor, part)?;
+            pictures::picture_of_body(body, shot, &show)?
+        }
         None => {
             let assembly = args.assembly.clone();
             let assembly = assembly.unwrap_or_else(|| pictures::default_assembly(&design.sensor));

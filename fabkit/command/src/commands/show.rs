@@ -11,7 +11,7 @@ use fabkit_application::designs::design_hash;
 use fabkit_application::geometry::Body;
 use fabkit_application::source::Target;
 use fabkit_application::text::{Setting, shown};
-use fabkit_application::{Explained, UnknownName, documents, fixtures};
+use fabkit_application::{Explained, UnknownName, documents};
 
 use super::Outcome;
 use crate::cli;
@@ -22,7 +22,8 @@ pub(super) fn run(args: &cli::Show, global: &cli::Global) -> Result<Outcome, Fai
     let cli::Design { sensor, set, preset, fix: _ } = &args.design;
     let target = Target::new(sensor).with_preset(preset.as_deref());
     if let Some(name) = target.part {
-        let unknown = UnknownName::new("fixture", name, fixtures::fixture_names());
+        let project = target.project(set)?;
+        let unknown = UnknownName::new("fixture", name, project.fixture_names());
         let hint = format!("{}; a single part has no parameters of its own", unknown.hint());
         let about = unknown.subject();
         return Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about));

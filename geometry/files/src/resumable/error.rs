@@ -1,4 +1,4 @@
-//! Why a folder cannot be filled, or read.
+//! Errors of resumable folders.
 
 use std::collections::BTreeSet;
 use std::io;
@@ -9,95 +9,96 @@ use serde_json::{Map, Value};
 use crate::staging::{StagingError, io_hint};
 use crate::{ErrorKind, ErrorSubject, Explained};
 
-/// Why a folder cannot be filled.
+/// Reason why a folder cannot be filled or read.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// Something is there already.
+    /// Folder that is not empty.
     #[error("{} is not empty", .folder.display())]
     NotEmpty {
-        /// Where.
+        /// Path of the folder.
         folder: PathBuf,
     },
-    /// What is there was begun with another plan.
+    /// Folder that was begun with a different plan.
     #[error(
         "{} holds another {what}{}",
         .folder.display(),
         differences.iter().map(|line| format!("\n  {line}")).collect::<String>()
     )]
     OtherPlan {
-        /// For example `data set`.
+        /// Kind of folder, for example `data set`.
         what: &'static str,
-        /// Where.
+        /// Path of the folder.
         folder: PathBuf,
-        /// The first few values that differ: path, what is there, what was asked for.
+        /// First few values that differ: path, value in the folder, requested value.
         differences: Vec<String>,
     },
-    /// A document of another version of the format.
+    /// Document of a different version of the format.
     #[error("{} is version {found} of a {what}; this fabkit knows version {known}", .path.display())]
     OtherVersion {
-        /// For example `data set`.
+        /// Kind of folder, for example `data set`.
         what: &'static str,
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// As found.
+        /// Version in the file.
         found: u64,
-        /// As written now.
+        /// Version that this program writes.
         known: u64,
     },
-    /// A file that was damaged after it was written.
+    /// File that was damaged after it was written.
     #[error("{} is damaged: {what}", .path.display())]
     Damaged {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the damage.
         what: String,
     },
-    /// A plan or a list of contents that was damaged after it was written.
+    /// Plan or list of contents that was damaged after it was written.
     #[error("{} is damaged: {what}", .path.display())]
     DamagedDocument {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the damage.
         what: String,
     },
-    /// Files of a whole folder that are not what was written.
+    /// Files of a complete folder whose content has changed.
     #[error("{}", changed(what, paths))]
     Changed {
-        /// For example `data set`.
+        /// Kind of folder, for example `data set`.
         what: &'static str,
-        /// Which.
+        /// Paths of the files.
         paths: Vec<PathBuf>,
     },
-    /// A folder that leads elsewhere.
+    /// Symbolic link in place of a folder.
     #[error("{} is a symbolic link: what is written there lands elsewhere", .path.display())]
     Link {
-        /// Which.
+        /// Path of the link.
         path: PathBuf,
     },
-    /// A name that leads out of the folder.
+    /// Name that leads out of the folder.
     #[error("`{name}` does not name a file below {}", .folder.display())]
     Outside {
-        /// As given.
+        /// Name as given.
         name: String,
-        /// Which folder.
+        /// Path of the folder.
         folder: PathBuf,
     },
-    /// Another process is at work, or a file cannot be written.
+    /// Lock held by another process, or file that cannot be written.
     #[error(transparent)]
     Staging(#[from] StagingError),
-    /// The operating system said no.
+    /// Error of the operating system.
     #[error("cannot {action} {}: {source}", .path.display())]
     Io {
-        /// For example `read`.
+        /// Action that failed, for example `read`.
         action: &'static str,
-        /// Which file or folder.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
 }
 
 impl FolderError {
+    /// Creates an error of the operating system.
     pub(super) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
         Self::Io { action, path: path.into(), source }
     }
@@ -163,12 +164,13 @@ impl Explained for FolderError {
     }
 }
 
-/// For what comes from other processes and cannot be.
+/// Hint for data from other processes that should be impossible.
 pub const SAME_VERSION: &str = "do all workers have this version of fabkit?";
 
-/// Paths that are shown one by one.
+/// Maximum number of paths listed one by one.
 const MOST_SHOWN: usize = 8;
 
+/// Describes files that have changed.
 fn changed(what: &str, paths: &[PathBuf]) -> String {
     let shown = paths.iter().take(MOST_SHOWN).map(|path| path.display().to_string());
     let shown: Vec<String> = shown.collect();
@@ -180,12 +182,14 @@ fn changed(what: &str, paths: &[PathBuf]) -> String {
     format!("{}{more} {are} no longer what {they} when the {what} was written", shown.join(", "))
 }
 
-/// The first values in which what is there differs from the plan asked for; a whole folder's
-/// document says more than its plan does.
+/// Lists the first values of `found` that differ from the plan `wanted`. Extra keys of `found` are ignored, because the
+/// document of a complete folder contains more than its plan.
 pub fn differences(found: &Value, wanted: &Value) -> Vec<String> {
+    /// Maximum number of differences.
     const MOST: usize = 5;
     let none = Map::new();
     let mut lines = Vec::new();
+    // Only keys of the plan are compared.
     let found = found.as_object().unwrap_or(&none);
     for (key, wanted) in wanted.as_object().into_iter().flatten() {
         differ(key, found.get(key).unwrap_or(&Value::Null), wanted, &mut lines);
@@ -194,6 +198,7 @@ pub fn differences(found: &Value, wanted: &Value) -> Vec<String> {
     lines
 }
 
+/// Appends the differences of two JSON values, by path.
 fn differ(path: &str, found: &Value, wanted: &Value, lines: &mut Vec<String>) {
     match (found, wanted) {
         (Value::Object(a), Value::Object(b)) => {
@@ -203,6 +208,7 @@ fn differ(path: &str, found: &Value, wanted: &Value, lines: &mut Vec<String>) {
                 differ(&format!("{path}.{key}"), &of(a), &of(b), lines);
             }
         }
+        // Lists of different lengths are not compared item by item.
         (Value::Array(a), Value::Array(b)) if a.len() != b.len() => {
             lines.push(format!("{path}: {} there, {} asked for", a.len(), b.len()));
         }

@@ -2,12 +2,12 @@
 //!
 //! | path | holds |
 //! |---|---|
-//! | `NAME.partial/plan.json` | what the pieces are pieces of, [sealed](seal) |
-//! | `NAME.partial/journal` | hash, size and path of each finished piece, a line each |
-//! | `NAME.json` | once the folder is whole: the plan, and size and hash of every file; sealed |
+//! | `NAME.partial/plan.json` | plan of the pieces, [sealed](seal) |
+//! | `NAME.partial/journal` | hash, size and path of each finished piece, one per line |
+//! | `NAME.json` | in a complete folder: the plan, and size and hash of every file; sealed |
 //!
-//! A piece is finished when it is a regular file of the size and hash that are noted. One process
-//! writes at a time. Killed and resumed, the folder ends with the same bytes as without.
+//! A piece is finished when it is a regular file with the recorded size and hash. One process writes at a time. A run
+//! that is killed and resumed ends with the same bytes as an uninterrupted one.
 
 mod error;
 mod piece;
@@ -29,40 +29,43 @@ pub use seal::{SealError, seal, seal_text, unseal};
 
 use crate::staging::FolderLock;
 
-/// Longest plan, list of contents or journal that is read, bytes.
+/// Maximum size of a plan, list of contents or journal that is read, bytes.
 pub const MAX_DOCUMENT_BYTES: u64 = 64 << 20;
+/// File name of the plan.
 const PLAN: &str = "plan.json";
+/// File name of the journal.
 const JOURNAL: &str = "journal";
-/// The lock, and whatever else a writer needs meanwhile.
+/// Name prefix of the lock file and other temporary files of a writer.
 const HIDDEN: &str = ".fabkit-";
 
-/// What a folder is filled with.
+/// Kind of a folder's content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FolderKind {
-    /// For people: `data set`.
+    /// Name for people: `data set`.
     pub what: &'static str,
-    /// Its document is `NAME.json`, what is unfinished lies in `NAME.partial`.
+    /// File name stem: the document is `NAME.json`, unfinished work lies in `NAME.partial`.
     pub name: &'static str,
-    /// Version of its document.
+    /// Version of the document.
     pub version: u64,
 }
 
 impl FolderKind {
-    /// The document of a whole folder.
+    /// Returns the file name of the document of a complete folder.
     pub fn document(self) -> String {
         format!("{}.json", self.name)
     }
 
-    /// The path of what is removed once the folder is whole.
+    /// Returns the path of a file that is removed once the folder is complete.
     pub fn partial(self, name: &str) -> String {
         format!("{}.partial/{name}", self.name)
     }
 
+    /// Returns whether a file belongs to unfinished work.
     fn is_partial(self, name: &str) -> bool {
         name.strip_prefix(self.name).is_some_and(|rest| rest.starts_with(".partial/"))
     }
 
-    /// The plan with what a whole folder's document says besides: results, and its files.
+    /// Builds the sealed document of a complete folder: the plan, the results, and the list of files.
     pub fn whole(self, plan: &Value, results: Map<String, Value>, files: &Files) -> Vec<u8> {
         let mut document = plan.as_object().cloned().unwrap_or_default();
         document.extend(results);
@@ -82,7 +85,7 @@ impl FolderKind {
         };
         let document = match unseal(&bytes) {
             Ok(document) => document,
-            // What was written before there were seals.
+            // Documents of older versions have no seal: they are reported as an other version, not as damaged.
             Err(SealError::None) => match serde_json::from_slice::<Value>(&bytes) {
                 Ok(document) if document["version"] != self.version => document,
                 _ => return damaged(SealError::None),
@@ -102,35 +105,36 @@ impl FolderKind {
     }
 }
 
-/// Files by their paths below a folder.
+/// Files by their paths below the folder.
 pub type Files = BTreeMap<String, Piece>;
 
-/// An open folder, locked until it is dropped.
+/// Open folder, locked until it is dropped.
 #[derive(Debug)]
 pub struct Folder {
     kind: FolderKind,
     lock: FolderLock,
     plan: Value,
-    /// The document, if the folder is whole.
+    /// The document, if the folder is complete.
     whole: Option<Value>,
-    /// Pieces that were there and are not what was written.
+    /// Pieces that exist but do not have the recorded content.
     damaged: Vec<String>,
     state: Mutex<Pieces>,
 }
 
+/// State that changes while a folder is filled.
 #[derive(Debug)]
 struct Pieces {
-    /// Whatever is finished.
+    /// Finished pieces.
     done: Files,
-    /// Names that this run asked for: what else an earlier run's notes name is none of ours.
+    /// Names requested by this run. Other names in the journal of an earlier run do not belong to the result.
     asked: BTreeSet<String>,
-    /// Where finished pieces are noted; none in a whole folder.
+    /// Open journal of finished pieces; `None` in a complete folder.
     journal: Option<File>,
 }
 
 impl Folder {
-    /// Takes the folder's lock, and leaves the plan in it, or, to resume, finds the same plan there
-    /// and looks at every piece.
+    /// Locks the folder and writes the plan into it. With `resume`, the folder may have been begun with the same plan,
+    /// and every recorded piece is checked.
     ///
     /// # Errors
     /// [`FolderError`].
@@ -159,6 +163,7 @@ impl Folder {
             }
         }
         let mut noted = read_journal(&folder.join(kind.partial(JOURNAL)))?;
+        // The document of a complete folder replaces what the journal says.
         noted.extend(whole.iter().flat_map(files_of));
         let states: Vec<State> = noted
             .par_iter()
@@ -175,7 +180,7 @@ impl Folder {
             }
         }
         if whole.is_some() && !damaged.is_empty() {
-            // Somebody may have edited them: they are not ours to replace.
+            // The user may have edited these files, so they are not replaced.
             let paths = damaged.iter().map(|name| folder.join(name)).collect();
             return Err(FolderError::Changed { what: kind.what, paths });
         }
@@ -188,13 +193,13 @@ impl Folder {
         Ok(folder)
     }
 
-    /// Leaves the plan, and a journal of what is there.
+    /// Writes the plan, and a journal of the pieces that exist.
     fn begin(&self) -> Result<(), FolderError> {
         let plan = seal(&self.plan.as_object().cloned().unwrap_or_default());
         self.place(&self.kind.partial(PLAN), &plan)?;
         let mut state = self.state();
         let lines: String = state.done.iter().map(|(name, piece)| piece.line(name)).collect();
-        // Anew: what a killed run left may end within a line.
+        // Written anew, because the journal of a killed run may end within a line.
         let journal = self.kind.partial(JOURNAL);
         self.place(&journal, lines.as_bytes())?;
         let path = self.path().join(journal);
@@ -203,36 +208,35 @@ impl Folder {
         Ok(())
     }
 
-    /// Where it is.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         self.lock.folder()
     }
 
-    /// The document of a folder that was found whole: there is nothing left to do but to
-    /// [finish](Self::finish).
+    /// Returns the document of a folder that was found complete. Only [finish](Self::finish) remains to be called.
     pub fn whole(&self) -> Option<&Value> {
         self.whole.as_ref()
     }
 
-    /// Pieces that were found, and are not what an earlier run wrote: they count as missing.
+    /// Returns the pieces whose content is not what an earlier run wrote. They count as missing.
     pub fn damaged(&self) -> &[String] {
         &self.damaged
     }
 
-    /// Finished pieces whose names begin like this.
+    /// Returns the names of finished pieces that begin with `prefix`.
     pub fn names(&self, prefix: &str) -> Vec<String> {
         let state = self.state();
         state.done.keys().filter(|name| name.starts_with(prefix)).cloned().collect()
     }
 
-    /// Whether a piece is finished.
+    /// Returns whether a piece is finished, and records the name as one of this run's.
     pub fn has(&self, name: &str) -> bool {
         let mut state = self.state();
         state.asked.insert(name.to_owned());
         state.done.contains_key(name)
     }
 
-    /// Writes a piece, which appears whole or not at all.
+    /// Writes a piece atomically and records it in the journal.
     ///
     /// # Errors
     /// [`FolderError`].
@@ -250,10 +254,10 @@ impl Folder {
         Ok(())
     }
 
-    /// Reads a finished piece again.
+    /// Reads a finished piece.
     ///
     /// # Errors
-    /// [`FolderError::Damaged`] if it is not what was written.
+    /// [`FolderError::Damaged`] if it is missing or its content has changed.
     pub fn read(&self, name: &str) -> Result<Vec<u8>, FolderError> {
         let piece = self.state().done.get(name).copied();
         let missing =
@@ -261,13 +265,14 @@ impl Folder {
         piece.ok_or_else(missing)?.read(self.path(), name)
     }
 
-    /// Marks the folder as whole, and removes what was only needed until then.
+    /// Marks the folder as complete, and removes the files of unfinished work.
     ///
     /// # Errors
     /// [`FolderError`].
     pub fn finish(&self, results: Map<String, Value>) -> Result<(), FolderError> {
         if self.whole.is_none() {
             let state = self.state();
+            // Pieces that an earlier run of the same plan left, and that this run did not request, are not listed.
             let is_ours = |name: &String| state.asked.contains(name) && !self.kind.is_partial(name);
             let files = state.done.iter().filter(|(name, _)| is_ours(name));
             let files = files.map(|(name, piece)| (name.clone(), *piece)).collect();
@@ -283,7 +288,7 @@ impl Folder {
         }
     }
 
-    /// Writes a file within the folder: not through a link to somewhere else.
+    /// Writes a file within the folder. Names that leave the folder and links on the way are refused.
     fn place(&self, name: &str, bytes: &[u8]) -> Result<(), FolderError> {
         if !piece::is_plain(name) {
             return Err(FolderError::Outside { name: name.into(), folder: self.path().into() });
@@ -294,13 +299,14 @@ impl Folder {
         Ok(self.lock.put(name, bytes)?)
     }
 
+    /// Locks the state.
     fn state(&self) -> MutexGuard<'_, Pieces> {
-        // Every change is whole by itself.
+        // A panicking thread leaves the state valid, since each change is complete in itself.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Whether there is nothing but what a run leaves that was killed before it had a plan.
+/// Returns whether the folder holds nothing but remains of a run that was killed before it wrote its plan.
 fn is_empty(folder: &Path, kind: FolderKind) -> Result<bool, FolderError> {
     let failed = |error| FolderError::io("read the folder", folder, error);
     for entry in fs::read_dir(folder).map_err(failed)? {
@@ -318,13 +324,13 @@ fn is_empty(folder: &Path, kind: FolderKind) -> Result<bool, FolderError> {
     Ok(true)
 }
 
-/// What a journal names. A line that cannot be read is as good as none: its piece is made again.
+/// Reads the entries of a journal. Unreadable lines are skipped: their pieces are made again.
 fn read_journal(path: &Path) -> Result<Files, FolderError> {
     let bytes = read_regular(path, MAX_DOCUMENT_BYTES)?.unwrap_or_default();
     Ok(String::from_utf8_lossy(&bytes).lines().filter_map(Piece::from_line).collect())
 }
 
-/// What the document of a whole folder lists.
+/// Returns the files that the document of a complete folder lists.
 pub fn files_of(document: &Value) -> Files {
     let files = document["files"].as_object();
     let piece = |(name, value): (&String, &Value)| Some((name.clone(), Piece::from_json(value)?));

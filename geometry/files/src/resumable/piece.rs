@@ -1,4 +1,4 @@
-//! One file of a folder: what is noted of it, and whether it is still that.
+//! Recorded size and hash of one file in a folder, and its verification.
 
 use std::fs;
 use std::io::{self, Read};
@@ -17,55 +17,60 @@ pub struct Piece {
     hash: Hash,
 }
 
-/// What became of a file.
+/// State of a recorded file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum State {
-    /// It is what was written.
+    /// File with the recorded content.
     Right,
-    /// Nothing has its name.
+    /// No file.
     Missing,
-    /// Something else has its name: other bytes, a folder, a link, a pipe. What is wrong with it.
+    /// Something else under the name: other bytes, a folder, a link, a pipe. Holds the description.
     Other(String),
 }
 
 impl Piece {
-    /// Of a file with this content.
+    /// Computes size and hash of the content.
     pub fn of(bytes: &[u8]) -> Self {
         Self { bytes: bytes.len() as u64, hash: blake3::hash(bytes) }
     }
 
+    /// Formats a line of the journal.
     pub(super) fn line(&self, name: &str) -> String {
         format!("{} {} {name}\n", self.hash.to_hex(), self.bytes)
     }
 
+    /// Parses a line of the journal.
     pub(super) fn from_line(line: &str) -> Option<(String, Self)> {
         let (hash, rest) = line.split_once(' ')?;
         let (bytes, name) = rest.split_once(' ')?;
         let piece = Self { bytes: bytes.parse().ok()?, hash: Hash::from_hex(hash).ok()? };
+        // Names that lead out of the folder come from a damaged journal.
         is_plain(name).then(|| (name.to_owned(), piece))
     }
 
+    /// Converts to an entry of a document's list of files.
     pub(super) fn to_json(self) -> Value {
         json!({ "bytes": self.bytes, "blake3": self.hash.to_hex().as_str() })
     }
 
+    /// Parses an entry of a document's list of files.
     pub(super) fn from_json(value: &Value) -> Option<Self> {
         let hash = Hash::from_hex(value["blake3"].as_str()?).ok()?;
         Some(Self { bytes: value["bytes"].as_u64()?, hash })
     }
 
-    /// As another program's list has it: size, and BLAKE3 in hex.
+    /// Creates a piece from another program's list: size, and BLAKE3 in hex; `None` if the hash is malformed.
     pub fn listed(bytes: u64, blake3: &str) -> Option<Self> {
         Some(Self { bytes, hash: Hash::from_hex(blake3).ok()? })
     }
 
-    /// Its size.
+    /// Returns the size in bytes.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Looks at a file. Nothing that is no file of the noted size is opened, and no link is followed
-    /// on the way.
+    /// Verifies a file against the recorded size and hash. Only a regular file of the right size is opened, and no link
+    /// on the way is followed.
     ///
     /// # Errors
     /// [`FolderError::Io`].
@@ -84,6 +89,7 @@ impl Piece {
                 let mut hasher = blake3::Hasher::new();
                 let mut buffer = vec![0; 128 << 10];
                 let read = |e| FolderError::io("read", &path, e);
+                // One byte more than recorded is read, so that a file that has grown is noticed.
                 let mut file = match reading::open(&path) {
                     Ok((file, _)) => file.take(self.bytes + 1),
                     Err(ReadError::Io { source, .. }) => return Err(read(source)),
@@ -93,6 +99,7 @@ impl Piece {
                     match file.read(&mut buffer) {
                         Ok(0) => break,
                         Ok(count) => drop(hasher.update(&buffer[..count])),
+                        // A signal arrived: try again.
                         Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                         Err(error) => return Err(read(error)),
                     }
@@ -107,7 +114,7 @@ impl Piece {
         }
     }
 
-    /// The content, if it is what was written.
+    /// Reads the content and verifies it.
     ///
     /// # Errors
     /// [`FolderError::Damaged`] and [`FolderError::Io`].
@@ -126,10 +133,10 @@ impl Piece {
     }
 }
 
-/// Reads a file that must be one, and not longer than that; `None` if there is none.
+/// Reads a regular file of at most `max_bytes`; `None` if it does not exist.
 ///
 /// # Errors
-/// [`FolderError::Damaged`] for what is no file, or too long; [`FolderError::Io`].
+/// [`FolderError::Damaged`] for something other than a file, or a file that is too long; [`FolderError::Io`].
 pub fn read_regular(path: &Path, max_bytes: u64) -> Result<Option<Vec<u8>>, FolderError> {
     let damaged = |what| Err(FolderError::Damaged { path: path.into(), what });
     match reading::read(path, Expected { what: "it", max_bytes, hint: "" }) {
@@ -144,13 +151,15 @@ pub fn read_regular(path: &Path, max_bytes: u64) -> Result<Option<Vec<u8>>, Fold
     }
 }
 
+/// Returns whether the error means that there is no such file.
 fn is_absent(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
 
-/// Whether a name stays within its folder on any system, and on one line.
+/// Returns whether a name stays within its folder on every operating system, and on one line.
 pub fn is_plain(name: &str) -> bool {
     let is_normal = |part: Component| matches!(part, Component::Normal(_));
+    // `\` and `:` separate paths on Windows.
     let is_clean = |c: char| !c.is_control() && !['\\', ':'].contains(&c);
     !name.is_empty()
         && name.chars().all(is_clean)
@@ -158,7 +167,7 @@ pub fn is_plain(name: &str) -> bool {
         && Path::new(name).components().all(is_normal)
 }
 
-/// The first folder on the way to a file that is a link to somewhere else.
+/// Returns the first folder on the way to a file that is a symbolic link.
 pub(super) fn link_on_the_way(folder: &Path, name: &str) -> Result<Option<PathBuf>, FolderError> {
     let mut path = folder.to_path_buf();
     let mut parts: Vec<&str> = name.split('/').collect();

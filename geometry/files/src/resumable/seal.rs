@@ -1,25 +1,26 @@
-//! JSON documents whose last key is the hash of all before it: a flipped bit anywhere is noticed,
-//! and whoever reads JSON reads them.
+//! JSON documents whose last key is the hash of everything before it. Any flipped bit is noticed, and every JSON reader
+//! reads them.
 
 use serde_json::{Map, Value};
 
-/// Between the document and the hash; after it.
+/// Text between the document and its hash, and text after the hash.
 const BEFORE: &str = ",\n  \"blake3\": \"";
 const AFTER: &str = "\"\n}\n";
+/// Length of a BLAKE3 hash in hex.
 const HASH_LENGTH: usize = 64;
 
-/// Why a document cannot be believed.
+/// Reason why a sealed document is not accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SealError {
-    /// It does not end with a hash.
+    /// Document that does not end with a hash.
     #[error("it does not end with its checksum")]
     None,
-    /// It ends with another hash.
+    /// Document that ends with a wrong hash.
     #[error("its checksum is another")]
     Other,
 }
 
-/// A document's bytes, with the hash in its last line.
+/// Serializes a document with its hash in the last line.
 ///
 /// ```
 /// use fabkit_files::resumable::{seal, unseal};
@@ -35,9 +36,10 @@ pub fn seal(document: &Map<String, Value>) -> Vec<u8> {
     seal_text(&format!("{:#}", Value::Object(document.clone())))
 }
 
-/// The same of a document that is text already: an object that is not empty, with a line for each key.
+/// Adds the hash to a document that is text already: a non-empty object with one key per line.
 pub fn seal_text(text: &str) -> Vec<u8> {
     let text = text.trim_end_matches('\n');
+    // The hash takes the place of the closing brace.
     let mut text = text.strip_suffix('}').unwrap_or(text).trim_end_matches('\n').to_owned();
     let hash = blake3::hash(text.as_bytes()).to_hex();
     text += BEFORE;
@@ -46,7 +48,7 @@ pub fn seal_text(text: &str) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// The document without its hash.
+/// Checks the hash and returns the document without it.
 ///
 /// # Errors
 /// [`SealError`].
@@ -55,9 +57,11 @@ pub fn unseal(bytes: &[u8]) -> Result<Value, SealError> {
     let (body, seal) = bytes.split_at(bytes.len().saturating_sub(end));
     let hash = blake3::hash(body).to_hex();
     if seal == [BEFORE.as_bytes(), hash.as_bytes(), AFTER.as_bytes()].concat() {
+        // The hashed part ends before the closing brace.
         let text = [body, b"}"].concat();
         return serde_json::from_slice(&text).map_err(|_| SealError::None);
     }
+    // Either end of a seal shows that there was one, which is now damaged.
     let is_sealed = seal.starts_with(BEFORE.as_bytes()) || seal.ends_with(AFTER.as_bytes());
     Err(if is_sealed { SealError::Other } else { SealError::None })
 }

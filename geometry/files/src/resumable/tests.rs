@@ -12,7 +12,7 @@ fn open(folder: &Path, resume: bool) -> Result<Folder, FolderError> {
     Folder::open(KIND, folder, plan(1), resume)
 }
 
-/// A folder that was stopped after three pieces.
+/// Fills a folder with three pieces and leaves it unfinished.
 fn begun(root: &Path) {
     let folder = open(root, false).unwrap();
     for name in ["a", "sub/b", "thing.partial/c"] {
@@ -76,7 +76,7 @@ fn only_what_was_written_counts_as_finished() {
     assert_eq!(folder.damaged(), ["a"]);
     folder.put("a", b"a").unwrap();
     drop(folder);
-    // Of the right content, but not in this folder.
+    // The content is right, but lies outside the folder, behind a link.
     #[cfg(unix)]
     {
         fs::rename(path("a"), path("elsewhere")).unwrap();
@@ -86,7 +86,7 @@ fn only_what_was_written_counts_as_finished() {
         folder.put("a", b"a").unwrap();
         assert!(!fs::symlink_metadata(path("a")).unwrap().is_symlink());
     }
-    // A journal's torn and foreign lines name nothing.
+    // Torn lines of a journal, and those with unsafe names, are ignored.
     let journal = path("thing.partial/journal");
     let text = fs::read_to_string(&journal).unwrap();
     let line = text.lines().find(|line| line.ends_with(" a")).unwrap();

@@ -1,11 +1,11 @@
-//! What is needed to take an interrupted switch back.
+//! Journal from which an interrupted switch of files is undone.
 //!
-//! Before the first file of a set changes its name, a journal beside it says which files are about to
-//! be replaced and under which names the old ones are kept. Deleting it is what makes the switch
-//! final. Whoever next takes the lock of a folder in which a journal is left puts the old files back.
+//! Before the first file of a set is renamed, a journal beside it records which files are about to be replaced and
+//! under which names the old ones are kept. Deleting the journal makes the switch final. The next process that locks a
+//! folder with a journal in it puts the old files back.
 //!
-//! A set may lie in several folders. Each has a journal; the first folder's decides for all, because
-//! only one deletion is atomic: as long as it is there, nothing is final in any of them.
+//! A set may span several folders. Each has a journal, and the first folder's journal decides for all, because only one
+//! deletion is atomic: as long as that one exists, nothing is final in any of them.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -17,38 +17,40 @@ use serde::{Deserialize, Serialize};
 use super::lock::FolderLock;
 use super::{StagingError, failed, sync_folder};
 
-/// Its name in each folder: one at a time, because it is written and removed under the lock.
+/// File name of the journal in each folder. One name is enough, because it is written and removed under the lock.
 pub(super) const JOURNAL: &str = ".fabkit-switch";
+/// Version of the journal's format.
 const VERSION: u32 = 1;
-/// Longest journal that is read: some hundred thousand files.
+/// Maximum size of a journal that is read, bytes: enough for some hundred thousand files.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// Names are kept as the system has them, which need not be text.
+/// Journal of a switch. Names are kept as the operating system has them, which need not be text.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Journal {
     pub version: u32,
-    /// Whose switch it is.
+    /// Identifier of the writer that makes the switch.
     pub writer: String,
-    /// The folder whose journal decides.
+    /// Folder whose journal decides.
     pub first: OsString,
-    /// In that one: the other folders of the set.
+    /// Other folders of the set; empty except in the deciding journal.
     pub others: Vec<OsString>,
     pub records: Vec<Record>,
 }
 
-/// One file that changes its name.
+/// Change of one file name.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Record {
-    /// Its name in the folder.
+    /// Name in the folder.
     pub name: OsString,
-    /// Under which name the old file is kept; `None` where there was none.
+    /// Name under which the old file is kept; `None` if there was none.
     pub previous: Option<OsString>,
-    /// BLAKE3 of the new content; `None` for a file that goes. What has other content by now is
-    /// somebody else's, and stays.
+    /// BLAKE3 of the new content; `None` for a file that is removed. A file with different content was changed by
+    /// somebody else and is left alone.
     pub blake3: Option<String>,
 }
 
 impl Journal {
+    /// Creates a journal.
     pub(super) fn new(
         writer: &str,
         first: &Path,
@@ -60,12 +62,14 @@ impl Journal {
         Self { version: VERSION, writer, first, others, records }
     }
 
+    /// Writes the journal into a locked folder.
     pub(super) fn write(&self, lock: &FolderLock) -> Result<(), StagingError> {
         let place = lock.folder().join(JOURNAL);
         let text = serde_json::to_vec(self).map_err(|e| failed("write", &place, e.into()))?;
         lock.put(JOURNAL, &text)
     }
 
+    /// Reads the journal of a folder, if there is one.
     fn read(folder: &Path) -> Result<Option<Self>, StagingError> {
         let path = folder.join(JOURNAL);
         let unreadable = |error| failed("read", &path, error);
@@ -79,38 +83,42 @@ impl Journal {
         if journal.version == VERSION { Ok(Some(journal)) } else { Err(unreadable(newer())) }
     }
 
+    /// Returns whether the switch of a folder was completed.
     fn is_final(&self, folder: &Path) -> Result<bool, StagingError> {
         let first = Path::new(&self.first);
+        // The deciding journal still exists, so the switch is not final.
         if first == folder {
             return Ok(false);
         }
+        // A missing journal, or that of another writer, means that ours was deleted.
         Ok(Self::read(first)?.is_none_or(|deciding| deciding.writer != self.writer))
     }
 }
 
+/// Creates the error of a journal with another version.
 fn newer() -> io::Error {
     io::Error::other("it was written by a newer version of fabkit")
 }
 
+/// Returns whether the error means that there is no such file.
 fn is_missing(error: &io::Error) -> bool {
-    // A folder on the way to it may be gone or have become a file.
+    // A folder on the way may be gone, or may have become a file.
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
 
-/// Takes back what a dead writer left unfinished in a folder whose lock is held.
+/// Undoes what a killed writer left unfinished in a folder. The caller holds the lock.
 ///
-/// All of it may be done again after an interruption: what is back in its place has left its other
-/// name.
+/// All steps may be repeated after an interruption: a file that has been put back no longer has its other name.
 ///
 /// # Errors
-/// What cannot be put back stays under both names, and the journal with it.
+/// [`StagingError::Kept`] for files that cannot be put back; they keep both names, and the journal stays.
 pub(super) fn recover(folder: &Path) -> Result<(), StagingError> {
     let Some(journal) = Journal::read(folder)? else { return Ok(()) };
-    // Journals name folders as they are, not as anybody spelled them.
+    // Journals contain canonical folder names.
     let here = fs::canonicalize(folder).map_err(|e| failed("look at", folder, e))?;
     if !journal.is_final(&here)? {
         for other in journal.others.iter().map(Path::new) {
-            // Its own journal finds this one, which is removed last.
+            // Locking the other folder undoes its part: its journal refers to this one, which is removed last.
             let is_open = |there: Journal| there.writer == journal.writer;
             if Journal::read(other)?.is_some_and(is_open) {
                 drop(FolderLock::take(other)?);
@@ -124,7 +132,7 @@ pub(super) fn recover(folder: &Path) -> Result<(), StagingError> {
     sync_folder(folder)
 }
 
-/// An old file that could not be put back.
+/// Old file that could not be put back.
 struct Unreturned {
     place: PathBuf,
     kept: PathBuf,
@@ -138,18 +146,19 @@ impl Unreturned {
     }
 }
 
-/// Puts the old files back, as many as can be, and tells of the first that cannot.
+/// Puts back as many old files as possible and returns the first failure.
 fn take_back(folder: &Path, records: &[Record]) -> Result<(), Unreturned> {
     let mut first = Ok(());
+    // In reverse order of the switch.
     for record in records.iter().rev() {
         let place = folder.join(&record.name);
         let kept = record.previous.as_ref().map(|previous| folder.join(previous));
         let result = match (there(&place, record), &kept) {
             (Err(error), _) => Err(error),
-            // Never replaced, or already back; or changed by somebody since.
+            // The file was never replaced, is back already, or was changed by somebody since.
             (Ok(There::Other), _) | (Ok(There::Nothing), None) => Ok(()),
             (Ok(There::New), None) => fs::remove_file(&place),
-            // The old file has the same content: nothing to put back.
+            // The old file has the same content, so nothing needs to be put back.
             (Ok(There::New), Some(kept)) if matches!(there(kept, record), Ok(There::New)) => Ok(()),
             (Ok(_), Some(kept)) => match fs::rename(kept, &place) {
                 Err(error) if is_missing(&error) => Ok(()),
@@ -163,13 +172,14 @@ fn take_back(folder: &Path, records: &[Record]) -> Result<(), Unreturned> {
     first
 }
 
-/// What stands in a record's place.
+/// Content found under a record's name.
 enum There {
     Nothing,
     New,
     Other,
 }
 
+/// Compares a file with the new content of its record.
 fn there(place: &Path, record: &Record) -> io::Result<There> {
     match fs::symlink_metadata(place) {
         Err(error) if is_missing(&error) => return Ok(There::Nothing),

@@ -1,8 +1,8 @@
-//! One writer per folder.
+//! Locks that allow one writer per folder.
 //!
-//! Whoever writes into a folder holds its lock: a file that the operating system lets one process
-//! hold, and takes back when that process ends, however it ends. Under the lock every temporary
-//! file of an earlier writer is a left-over of a dead one, and is removed.
+//! A writer holds the lock of its folder: a file that the operating system lets one process lock, and unlocks when that
+//! process ends, however it ends. Under the lock, every temporary file of another writer is the remains of a dead one,
+//! and is removed.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
@@ -12,15 +12,17 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::{StagingError, check_replaceable, failed, journal, sync_folder};
 
-/// What all files begin with that are fabkit's own business in a folder.
+/// Name prefix of all of fabkit's internal files in a folder.
 pub(super) const HIDDEN: &str = ".fabkit-";
+/// File name of the lock.
 const LOCK: &str = ".fabkit-lock";
-/// How often a lock may vanish between opening and locking it before something else is wrong.
+/// Maximum number of attempts when the lock file vanishes between opening and locking it. More than that means that
+/// something else is wrong.
 const ATTEMPTS: usize = 100;
-/// Longest message of a holder that is repeated to others.
+/// Maximum length of the lock holder's description that is repeated in messages, bytes.
 const MAX_HOLDER_BYTES: u64 = 400;
 
-/// The right to write into a folder; given back when dropped.
+/// Exclusive right to write into a folder, released when dropped.
 ///
 /// ```
 /// use fabkit_files::staging::FolderLock;
@@ -37,19 +39,19 @@ const MAX_HOLDER_BYTES: u64 = 400;
 #[derive(Debug)]
 pub struct FolderLock {
     folder: PathBuf,
-    /// Held open: closing it gives the lock back.
+    /// Lock file, held open: closing it releases the lock.
     file: Option<File>,
-    /// Differs from every other writer's, also from those in other containers with the same process
+    /// Identifier that differs from every other writer's, including writers in other containers with the same process
     /// number.
     writer: String,
     next: AtomicU64,
 }
 
 impl FolderLock {
-    /// Makes the folder if it is missing, takes its lock, takes back what a dead writer left
-    /// unfinished, and removes its temporary files.
+    /// Locks the folder, which is created if it is missing. Then undoes what a killed writer left unfinished, and
+    /// removes its temporary files.
     ///
-    /// File systems without locks are written to without one.
+    /// On file systems without locks, it goes on without one.
     ///
     /// # Errors
     /// [`StagingError::Locked`] if another process writes there now; [`StagingError::Io`].
@@ -64,7 +66,7 @@ impl FolderLock {
             check_replaceable(&path)?;
             let mut file = match options.open(&path) {
                 Ok(file) => file,
-                // Whoever made the folder too has just removed it again.
+                // The process that created the folder has just removed it again.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
                 Err(error) => return Err(failed("write into", folder, error)),
             };
@@ -77,6 +79,7 @@ impl FolderLock {
                 Err(TryLockError::Error(error)) if has_no_locks(&error) => {}
                 Err(TryLockError::Error(error)) => return Err(failed("lock", &path, error)),
             }
+            // The first line names the holder in messages to others. The second is unique and identifies this lock.
             let written = file
                 .set_len(0)
                 .and_then(|()| file.rewind())
@@ -85,8 +88,8 @@ impl FolderLock {
                 remove_ours(&file, &path);
                 failed("write", &path, e)
             })?;
-            // The last holder may have removed the file between our opening and locking it: then
-            // what we hold has no name any more, and keeps nobody out.
+            // The last holder may have removed the file between our opening and locking it. The locked file then has no
+            // name any more, and locks nobody out.
             let there = match fs::read_to_string(&path) {
                 Ok(there) => there,
                 Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
@@ -111,16 +114,16 @@ impl FolderLock {
         Err(failed("lock", &path, error))
     }
 
-    /// The folder that may be written to.
+    /// Returns the locked folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Writes one file, whose name may have subfolders before it: it appears whole or not at all.
+    /// Writes one file atomically; the name may contain subfolders.
     ///
     /// # Errors
-    /// [`StagingError`]; what stood there before still does.
+    /// [`StagingError`]; the old file is then unchanged.
     pub fn put(&self, name: &str, bytes: &[u8]) -> Result<(), StagingError> {
         let place = self.folder.join(name);
         let parent = place.parent().unwrap_or(&self.folder);
@@ -133,24 +136,25 @@ impl FolderLock {
         });
         let renamed = written.and_then(|()| fs::rename(&temporary, &place));
         renamed.map_err(|error| {
-            // Nothing half-written stays behind a full disk.
+            // A full disk must not keep half-written files.
             let _ = fs::remove_file(&temporary);
             failed("write", &place, error)
         })?;
         sync_folder(parent)
     }
 
-    /// Unlike any other writer's.
+    /// Returns the identifier of this writer.
     pub(super) fn writer(&self) -> &str {
         &self.writer
     }
 
-    /// A name in the folder that nobody else has; short, whatever the file will be called.
+    /// Returns an unused path in the folder for a temporary file. Its name is short, whatever the final name is.
     pub(super) fn temporary(&self) -> PathBuf {
         let number = self.next.fetch_add(1, Ordering::Relaxed);
         self.folder.join(format!("{HIDDEN}{}-{number}", self.writer))
     }
 
+    /// Removes temporary files of dead writers.
     fn remove_leftovers(&self) -> Result<(), StagingError> {
         let unreadable = |e| failed("read the folder", &self.folder, e);
         for entry in fs::read_dir(&self.folder).map_err(unreadable)? {
@@ -167,15 +171,14 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        // Removed while it is still held, so that nobody takes a lock that has no name. Best effort:
-        // a lock file that stays keeps nobody out.
+        // The file is removed while the lock is still held, so that nobody locks a file without a name. Best effort: a
+        // lock file that stays locks nobody out.
         let _ = fs::remove_file(self.folder.join(LOCK));
         drop(self.file.take());
     }
 }
 
-/// Removes a lock that is held, if it is the one that the path means. Best effort: one that stays
-/// keeps nobody out.
+/// Removes a locked file, if `path` still refers to it. Best effort: a lock file that stays locks nobody out.
 #[cfg(unix)]
 fn remove_ours(file: &File, path: &Path) {
     use std::os::unix::fs::MetadataExt;
@@ -189,28 +192,30 @@ fn remove_ours(file: &File, path: &Path) {
 #[cfg(not(unix))]
 fn remove_ours(_: &File, _: &Path) {}
 
-/// Some network file systems know no locks.
+/// Returns whether the error means that the file system has no locks, as some network file systems.
 fn has_no_locks(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::Unsupported
 }
 
+/// Reads who holds the lock.
 fn read_holder(file: &mut File) -> String {
     let mut text = String::new();
     let read = file.take(MAX_HOLDER_BYTES).read_to_string(&mut text);
     match (read, text.lines().next()) {
         (Ok(_), Some(holder)) => holder.to_owned(),
-        // It has just taken the lock and not yet said who it is, or the system keeps readers out.
+        // The holder has just taken the lock and not yet written its name, or the system does not let others read.
         _ => "another process".to_owned(),
     }
 }
 
+/// Returns the command line of this process, shortened.
 fn command() -> String {
     let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
     let line: String = words.collect::<Vec<_>>().join(" ");
     line.chars().map(|c| if c.is_control() { ' ' } else { c }).take(200).collect()
 }
 
-/// Unlike any other writer's, with overwhelming likelihood: process, time, and a random seed that
+/// Creates an identifier that is unique with overwhelming likelihood, from process number, time, and a random seed that
 /// the standard library draws for each process.
 fn unique() -> String {
     use std::hash::{BuildHasher, Hasher, RandomState};

@@ -1,10 +1,9 @@
-//! Files that appear whole or not at all.
+//! Atomic writing of files.
 //!
-//! Every file is first written under a temporary name beside its place and synced to disk. Only
-//! when all of them are there are they renamed ([`Transaction`]), under the locks of their folders
-//! ([`FolderLock`]). Whatever fails, on the way out the temporary files are removed and the files
-//! that stood there before are as they were. A process that is killed leaves a journal with which
-//! the next writer puts them back.
+//! Every file is first written under a temporary name beside its place and synced to disk. Only when all of them are
+//! complete are they renamed ([`Transaction`]), under the locks of their folders ([`FolderLock`]). After any failure,
+//! the temporary files are removed and the old files are unchanged. A process that is killed leaves a journal with
+//! which the next writer puts the old files back.
 
 mod journal;
 mod lock;
@@ -19,60 +18,59 @@ use crate::{ErrorKind, ErrorSubject, Explained};
 pub use lock::FolderLock;
 pub use transaction::Transaction;
 
-/// Name of the list of contents of a folder. While the files that it is about are being replaced,
-/// there is none.
+/// File name of a folder's list of contents. It is absent while the files that it describes are being replaced.
 pub const CONTENTS: &str = "manifest.json";
 
-/// A file to be written.
+/// File to be written.
 #[derive(Clone, Debug)]
 pub struct OutputFile {
-    /// Name within the folder; may have subfolders before it, `boards/manifest.json`.
+    /// Name within the folder, possibly with subfolders, such as `boards/manifest.json`.
     pub name: String,
     /// Content.
     pub bytes: Vec<u8>,
 }
 
-/// A file made outside of an export that is to stand in its manifest.
+/// File that was made outside an export and is listed in its manifest.
 #[derive(Clone, Debug)]
 pub struct ForeignFile {
     /// Name and content.
     pub file: OutputFile,
-    /// The word used in the manifest.
+    /// Name of the format in the manifest.
     pub format: &'static str,
-    /// Which bodies it holds.
+    /// Names of the bodies that the file contains.
     pub parts: Vec<String>,
 }
 
-/// Why nothing was written.
+/// Reason why nothing was written.
 #[derive(Debug, thiserror::Error)]
 pub enum StagingError {
-    /// The operating system said no.
+    /// Error of the operating system.
     #[error("cannot {action} {}: {source}", .path.display())]
     Io {
-        /// For example `write`.
+        /// Action that failed, for example `write`.
         action: &'static str,
-        /// Which file or folder.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// Something other than a file has the name of an output.
+    /// Something other than a file under the name of an output.
     #[error("cannot replace {}: it is {found}, not a file", .path.display())]
     Occupied {
-        /// Where.
+        /// Path.
         path: PathBuf,
-        /// What is there.
+        /// Description of what is there.
         found: &'static str,
     },
-    /// Another process writes into the folder.
+    /// Folder locked by another process.
     #[error("{} is being written to by {holder}", .folder.display())]
     Locked {
-        /// Which folder.
+        /// Path of the folder.
         folder: PathBuf,
-        /// Who: `process 4711 (fabkit export rtac0)`.
+        /// Holder of the lock: `process 4711 (fabkit export rtac0)`.
         holder: String,
     },
-    /// A file was replaced, another could not be, and the first cannot be put back.
+    /// Replaced file that could not be restored after a later file failed.
     #[error(
         "{}cannot put {} back: {source}; its old content is kept as {}",
         .cause.iter().map(|cause| format!("{cause}, and ")).collect::<String>(),
@@ -80,16 +78,16 @@ pub enum StagingError {
         .kept.display()
     )]
     Kept {
-        /// Why it was to be put back; nothing for what an earlier run left.
+        /// Original failure; `None` for the remains of an earlier run.
         cause: Option<Box<StagingError>>,
-        /// Where it stood.
+        /// Place of the file.
         place: PathBuf,
-        /// Where it is.
+        /// Path under which the old content is kept.
         kept: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// The caller asked to stop.
+    /// Stop at the caller's request.
     #[error("interrupted")]
     Cancelled,
 }
@@ -121,7 +119,7 @@ impl Explained for StagingError {
     }
 }
 
-/// What to do about an error of the operating system, where that is known.
+/// Returns what to do about an error of the operating system, if known.
 pub fn io_hint(error: &io::Error) -> Option<&'static str> {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
@@ -140,12 +138,12 @@ pub fn io_hint(error: &io::Error) -> Option<&'static str> {
     }
 }
 
-/// Writes all files into the folder, which is made if it is missing, with its subfolders, or none.
+/// Writes all files into the folder, or none. The folder and subfolders are created if missing.
 ///
-/// `cancelled` is asked before each write; from the first rename on there is no stopping.
+/// `cancelled` is polled before each write; once renaming has begun, the operation completes.
 ///
 /// # Errors
-/// [`StagingError`]; the folder is then as it was.
+/// [`StagingError`]; the folder is then unchanged.
 pub fn write_all(
     folder: &Path,
     files: &[OutputFile],
@@ -154,7 +152,7 @@ pub fn write_all(
     write_each(files.iter().map(|file| (folder.join(&file.name), &file.bytes[..])), cancelled)
 }
 
-/// Writes all files, wherever they are to lie, or none.
+/// Writes all files, in any folders, or none.
 ///
 /// # Errors
 /// As [`write_all`].
@@ -163,11 +161,13 @@ pub fn write_each<'a>(
     cancelled: &dyn Fn() -> bool,
 ) -> Result<(), StagingError> {
     let files: Vec<(PathBuf, &[u8])> = files.into_iter().collect();
+    // All folders are locked before anything is written.
     let mut set = Transaction::open(files.iter().map(|(place, _)| place.as_path()), cancelled)?;
     for (place, bytes) in &files {
         if cancelled() {
             return Err(StagingError::Cancelled);
         }
+        // On an error, dropping the set removes what was written.
         set.write(place, bytes)?;
     }
     if cancelled() {
@@ -176,8 +176,8 @@ pub fn write_each<'a>(
     set.commit()
 }
 
-/// The names of files reach the disk with their folder. A system that cannot sync folders is no
-/// failure; one that can, and fails, is.
+/// Syncs a folder, which brings the names of its files to disk. Systems that cannot sync folders are accepted; a
+/// failing sync is an error.
 fn sync_folder(folder: &Path) -> Result<(), StagingError> {
     match File::open(folder).and_then(|folder| folder.sync_all()) {
         Err(error) if !cannot_sync_folders(&error) => Err(failed("sync the folder", folder, error)),
@@ -185,13 +185,15 @@ fn sync_folder(folder: &Path) -> Result<(), StagingError> {
     }
 }
 
+/// Returns whether the error means that the system cannot sync folders.
 fn cannot_sync_folders(error: &io::Error) -> bool {
     let cannot = [io::ErrorKind::Unsupported, io::ErrorKind::InvalidInput];
     // Windows does not open folders as files at all.
     cannot.contains(&error.kind()) || cfg!(windows)
 }
 
-/// Renaming over a folder fails, and over a device it succeeds: refuse both before anything moves.
+/// Refuses places that are taken by something other than a file. Checked before anything moves, because renaming over a
+/// folder fails, and over a device it succeeds.
 fn check_replaceable(place: &Path) -> Result<(), StagingError> {
     let occupied = |found| Err(StagingError::Occupied { path: place.into(), found });
     match fs::metadata(place) {
@@ -203,6 +205,7 @@ fn check_replaceable(place: &Path) -> Result<(), StagingError> {
     }
 }
 
+/// Creates an error of the operating system.
 fn failed(action: &'static str, path: &Path, source: io::Error) -> StagingError {
     StagingError::Io { action, path: path.into(), source }
 }

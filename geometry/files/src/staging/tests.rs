@@ -20,7 +20,7 @@ fn text(path: impl AsRef<Path>) -> String {
     fs::read_to_string(path).unwrap()
 }
 
-/// A set of two folders with old files in both, up to just before its commit.
+/// Prepares a set of two folders with old files in both, up to just before its commit.
 fn staged(root: &Path) -> Transaction {
     for name in ["one/a", "one/manifest.json", "two/b", "two/gone"] {
         fs::create_dir_all(root.join(name).parent().unwrap()).unwrap();
@@ -102,7 +102,7 @@ fn a_failure_after_some_writes_leaves_everything_as_it_was() {
 fn a_failed_rename_takes_the_others_back() {
     let root = tempfile::tempdir().unwrap();
     let set = staged(root.path());
-    // The file that is renamed last but one: the list of contents in the other folder comes last.
+    // This file is renamed last but one; the list of contents in the other folder comes last.
     let [.., lost] = &names(&root.path().join("two"))[..] else { unreachable!() };
     assert_eq!(lost, "gone");
     let hidden = names(&root.path().join("two")).into_iter().find(|n| n.ends_with("-0")).unwrap();
@@ -112,8 +112,7 @@ fn a_failed_rename_takes_the_others_back() {
     assert_old(root.path());
 }
 
-/// What a process leaves that is killed at any moment of the switch: the next writer, in whichever
-/// of the folders, puts everything back.
+/// An interrupted switch is undone by the next writer, in whichever of the folders, at any moment of the interruption.
 #[test]
 fn the_next_writer_takes_an_interrupted_switch_back() {
     for next in ["one", "two"] {
@@ -122,7 +121,7 @@ fn the_next_writer_takes_an_interrupted_switch_back() {
             let set = staged(root.path());
             set.interrupt_after(renames);
             let [one, two] = ["one", "two"].map(|name| root.path().join(name));
-            // A list that is there tells the truth; in between there is none.
+            // An existing list of contents matches the files; during the switch there is none.
             let list = fs::read_to_string(one.join("manifest.json"));
             let files = [one.join("a"), two.join("b")].map(text);
             assert!(list.is_err() || files.iter().all(|f| Ok(f) == list.as_ref().map_err(drop)));
@@ -158,7 +157,7 @@ fn a_rename_that_cannot_be_taken_back_keeps_the_old_files() {
     fs::create_dir(one.join("a")).unwrap();
     let kept_before = names(&one);
     drop(FolderLock::take(&one));
-    // What is no file any more is somebody else's.
+    // A folder in the place of the file was made by somebody else and is kept.
     assert!(one.join("a").is_dir());
 
     let other = tempfile::tempdir().unwrap();

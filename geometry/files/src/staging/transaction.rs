@@ -1,4 +1,4 @@
-//! Files of one or more folders that appear together, or not at all.
+//! Sets of files in one or more folders that are replaced together, or not at all.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
@@ -12,12 +12,13 @@ use super::journal::{JOURNAL, Journal, Record};
 use super::lock::FolderLock;
 use super::{CONTENTS, StagingError, check_replaceable, failed, sync_folder};
 
-/// How long another writer of the same folder is waited for: many runs may write there side by side,
-/// and each does so for less than a second.
+/// Maximum time to wait for another writer of the same folder. Many runs may write there in parallel, and each takes
+/// less than a second.
 const PATIENCE: Duration = Duration::from_secs(20);
+/// Time between two attempts to lock a folder.
 const POLL: Duration = Duration::from_millis(10);
 
-/// A set of files that is being written. What is not committed leaves no trace.
+/// Set of files being written. Everything is undone unless it is committed.
 ///
 /// ```
 /// use fabkit_files::staging::Transaction;
@@ -35,26 +36,28 @@ const POLL: Duration = Duration::from_millis(10);
 /// ```
 #[derive(Debug)]
 pub struct Transaction {
-    /// Folders made for this, outermost first.
+    /// Folders created for this set, outermost first.
     made: Vec<PathBuf>,
-    /// By what they are, however they are spelled; the first one's journal decides.
+    /// Canonical folders with their locks. The journal of the first one decides.
     folders: Vec<(PathBuf, FolderLock)>,
-    /// Which of them is meant.
+    /// Index into `folders`, by the spelling that the caller uses.
     by_spelling: BTreeMap<PathBuf, usize>,
     entries: Vec<Entry>,
     committed: bool,
 }
 
+/// File of the set.
 #[derive(Debug)]
 struct Entry {
     folder: usize,
     place: PathBuf,
-    /// The new content; nothing for a file that is to go.
+    /// New content; `None` for a file to be removed.
     new: Option<Staged>,
-    /// The hidden name of the file that stood there before.
+    /// Hidden name under which the old file is kept.
     previous: Option<PathBuf>,
 }
 
+/// New content under its temporary name.
 #[derive(Debug)]
 struct Staged {
     temporary: PathBuf,
@@ -62,23 +65,24 @@ struct Staged {
 }
 
 impl Entry {
+    /// Returns whether the file is a folder's list of contents.
     fn is_contents(&self) -> bool {
         self.place.file_name().is_some_and(|name| name == CONTENTS)
     }
 
-    /// Whether the old file is out of sight while others are replaced.
+    /// Returns whether the old file is hidden while others are replaced: lists of contents and removed files.
     fn leaves(&self) -> bool {
         self.is_contents() || self.new.is_none()
     }
 }
 
 impl Transaction {
-    /// Makes the folders of these files where they are missing, and becomes their only writer.
+    /// Creates the missing folders of these files and locks all of them.
     ///
-    /// Other writers are waited for, as long as `cancelled` does not say otherwise.
+    /// Waits for other writers until `cancelled` returns true.
     ///
     /// # Errors
-    /// [`StagingError`]; folders made are gone again.
+    /// [`StagingError`]; created folders are removed again.
     pub fn open<'a>(
         places: impl IntoIterator<Item = &'a Path>,
         cancelled: &dyn Fn() -> bool,
@@ -97,7 +101,7 @@ impl Transaction {
             let real = fs::canonicalize(&folder).map_err(|e| failed("look at", &folder, e))?;
             by_identity.entry(real).or_default().push(folder);
         }
-        // Everybody takes locks in the same order, so that no two wait for each other.
+        // Everybody locks in the same order, so that no two processes wait for each other.
         for (real, spellings) in by_identity {
             let lock = wait_for(&spellings[0], cancelled)?;
             let index = set.folders.len();
@@ -107,7 +111,7 @@ impl Transaction {
         Ok(set)
     }
 
-    /// Writes a file's new content under a hidden name and syncs it to disk.
+    /// Writes the new content of a file under a hidden name and syncs it to disk.
     ///
     /// # Errors
     /// [`StagingError`].
@@ -116,14 +120,14 @@ impl Transaction {
         let folder = self.index_of(place)?;
         let temporary = self.folders[folder].1.temporary();
         let mut file = File::create_new(&temporary).map_err(|e| failed("write", place, e))?;
-        // From here on the temporary file is ours to remove.
+        // From here on, the temporary file is removed on drop.
         let new = Some(Staged { temporary, blake3: blake3::hash(bytes) });
         self.entries.push(Entry { folder, place: place.into(), new, previous: None });
         file.write_all(bytes).map_err(|e| failed("write", place, e))?;
         file.sync_all().map_err(|e| failed("write", place, e))
     }
 
-    /// Lets a file go when the others appear.
+    /// Schedules a file for removal at commit.
     ///
     /// # Errors
     /// [`StagingError`].
@@ -134,16 +138,16 @@ impl Transaction {
         Ok(())
     }
 
-    /// Puts all files in their places, lists of contents last.
+    /// Moves all files to their places, lists of contents last.
     ///
     /// # Errors
-    /// [`StagingError`]; all files are then as they were. Where the system does not even let them be
-    /// put back, [`StagingError::Kept`] says so, and the next writer does it.
+    /// [`StagingError`]; all files are then unchanged. If they cannot even be restored, [`StagingError::Kept`] names
+    /// the copy, and the next writer restores it.
     pub fn commit(mut self) -> Result<(), StagingError> {
-        // Stable: otherwise in the order given.
+        // The sort is stable: other files keep the given order.
         self.entries.sort_by_key(Entry::is_contents);
         if let [Entry { place, new: Some(new), folder, .. }] = &self.entries[..] {
-            // One file changes in one step.
+            // A single renaming is atomic and needs no journal.
             fs::rename(&new.temporary, place).map_err(|e| failed("write", place, e))?;
             let folder = *folder;
             self.entries.clear();
@@ -158,7 +162,7 @@ impl Transaction {
             return Err(self.take_back(done, cause));
         }
         self.committed = true;
-        // What is left over from here on is removed by the next writer at the latest.
+        // Failures from here on are harmless: the next writer removes the remains.
         for (_, lock) in self.folders.iter().skip(1) {
             let _ = fs::remove_file(lock.folder().join(JOURNAL));
         }
@@ -168,30 +172,33 @@ impl Transaction {
         }
     }
 
+    /// Creates a folder with its missing parents.
     fn make(&mut self, folder: &Path) -> Result<(), StagingError> {
         let missing = folder
             .ancestors()
             .take_while(|path| !path.as_os_str().is_empty() && !path.exists())
             .map(Path::to_path_buf);
         let missing: Vec<PathBuf> = missing.collect();
+        // Recorded before they are created, so that a partial creation is undone too.
         self.made.extend(missing.into_iter().rev());
         fs::create_dir_all(folder).map_err(|e| failed("create the folder", folder, e))
     }
 
+    /// Returns the index of a file's folder.
     fn index_of(&self, place: &Path) -> Result<usize, StagingError> {
         let index = self.by_spelling.get(&folder_of(place)).copied();
         let closed = || io::Error::other("its folder was not opened for this");
         index.ok_or_else(|| failed("write", place, closed()))
     }
 
-    /// Second names for the files that will be replaced.
+    /// Gives a second name to every file that will be replaced.
     fn keep_previous(&mut self) -> Result<(), StagingError> {
         for entry in &mut self.entries {
             if fs::symlink_metadata(&entry.place).is_err() {
                 continue;
             }
             let previous = self.folders[entry.folder].1.temporary();
-            // Files that leave move there in the switch itself.
+            // Files that are hidden first are moved there during the switch.
             let stays = !entry.leaves();
             let (place, to) = (&entry.place, &previous);
             let kept = match stays {
@@ -202,14 +209,14 @@ impl Transaction {
                 }),
                 false => Ok(()),
             };
-            // Also a copy that was only begun is ours to remove.
+            // Recorded before the error is returned, so that a partial copy is removed too.
             entry.previous = Some(previous);
             kept.map_err(|e| failed("keep", &entry.place, e))?;
         }
         Ok(())
     }
 
-    /// For each folder.
+    /// Returns the journal records of each folder.
     fn records(&self) -> Vec<Vec<Record>> {
         let mut records = vec![Vec::new(); self.folders.len()];
         let name = |path: &Path| path.file_name().map(OsString::from).unwrap_or_default();
@@ -223,11 +230,12 @@ impl Transaction {
         records
     }
 
+    /// Writes the journals of all folders, the deciding one last.
     fn write_journals(&self, records: &[Vec<Record>]) -> Result<(), StagingError> {
         let Some(((first, lead), others)) = self.folders.split_first() else { return Ok(()) };
         let paths: Vec<&PathBuf> = others.iter().map(|(real, _)| real).collect();
         let write = |lock: &FolderLock, others: &[&PathBuf], records: &Vec<Record>| {
-            // Put syncs the folder, and with it the names of what was staged.
+            // `put` syncs the folder, and with it the names of the staged files.
             Journal::new(lead.writer(), first, others, records.clone()).write(lock)
         };
         for ((_, lock), records) in others.iter().zip(&records[1..]) {
@@ -236,8 +244,8 @@ impl Transaction {
         write(lead, &paths, &records[0])
     }
 
-    /// The moment in which old and new are mixed: renames and nothing else, and no list of contents
-    /// that could lie about them. `done` counts the renames.
+    /// Renames all files. Only here old and new are mixed, so there is nothing but renames, and no list of contents
+    /// that could be wrong. `done` counts the renames.
     fn switch(&self, done: &mut usize) -> Result<(), StagingError> {
         for Rename { from, to, .. } in self.renames() {
             fs::rename(from, to).map_err(|e| failed("write", to, e))?;
@@ -253,7 +261,7 @@ impl Transaction {
         Ok(())
     }
 
-    /// What goes and old lists of contents leave their places first, new lists come last.
+    /// Lists the renames in order: removed files and old lists of contents leave first, new lists come last.
     fn renames(&self) -> Vec<Rename<'_>> {
         let mut renames = Vec::new();
         for entry in self.entries.iter().filter(|entry| entry.leaves()) {
@@ -269,7 +277,7 @@ impl Transaction {
             let Some(new) = &entry.new else { continue };
             let back = match entry.previous.as_deref() {
                 None => Back::Remove,
-                // The old one comes back over it when its leaving is undone.
+                // The old file returns when its own renaming is undone.
                 Some(_) if entry.leaves() => Back::Nothing,
                 Some(previous) => Back::Rename(previous),
             };
@@ -278,13 +286,11 @@ impl Transaction {
         renames
     }
 
-    /// Undoes so many renames. What cannot be undone now is left, with its journal, to the next
-    /// writer.
+    /// Undoes the first `done` renames. What cannot be undone now is left, with its journal, to the next writer.
     fn take_back(&mut self, done: usize, cause: StagingError) -> StagingError {
         let mut unreturned = None;
         for Rename { from, to, back } in self.renames().into_iter().take(done).rev() {
-            // A file that left goes back to where it came from; else the old one to where the new
-            // one is.
+            // A hidden file returns to where it came from; any other old file replaces the new one.
             let (place, kept, result) = match back {
                 Back::Nothing => continue,
                 Back::Remove => (to, to, fs::remove_file(to)),
@@ -296,20 +302,21 @@ impl Transaction {
             }
         }
         let Some((place, kept, source)) = unreturned else { return cause };
-        // Nothing is removed on drop: it may be all that is left of the old files.
+        // Nothing is removed on drop, because these may be the last copies of the old files.
         self.entries.clear();
         self.made.clear();
         StagingError::Kept { cause: Some(Box::new(cause)), place, kept, source }
     }
 }
 
-/// A step of a switch, and how it is undone.
+/// One renaming of a switch, and how it is undone.
 struct Rename<'a> {
     from: &'a Path,
     to: &'a Path,
     back: Back<'a>,
 }
 
+/// Way to undo a renaming: nothing to do, removal of the new file, or renaming of the old one.
 enum Back<'a> {
     Nothing,
     Remove,
@@ -318,7 +325,7 @@ enum Back<'a> {
 
 #[cfg(test)]
 impl Transaction {
-    /// What a process leaves that is killed after so many renames.
+    /// Leaves the files as a process does that is killed after so many renames.
     pub(super) fn interrupt_after(mut self, renames: usize) {
         self.entries.sort_by_key(Entry::is_contents);
         self.keep_previous().unwrap();
@@ -333,8 +340,7 @@ impl Transaction {
 
 impl Drop for Transaction {
     fn drop(&mut self) {
-        // Best effort: there is nobody left to tell, and the first error is already on its way. What
-        // stays is removed by the next writer.
+        // Best effort: the first error has been returned already. The next writer removes what stays.
         for Entry { new, previous, .. } in &self.entries {
             let new = new.as_ref().map(|new| &new.temporary);
             for path in new.into_iter().chain(previous) {
@@ -342,7 +348,7 @@ impl Drop for Transaction {
             }
         }
         if !self.committed && !self.entries.is_empty() {
-            // The deciding one last.
+            // The deciding journal is removed last.
             for (_, lock) in self.folders.iter().rev() {
                 let _ = fs::remove_file(lock.folder().join(JOURNAL));
             }
@@ -350,13 +356,14 @@ impl Drop for Transaction {
         self.folders.clear();
         if !self.committed {
             for folder in self.made.iter().rev() {
+                // Fails for folders that are not empty, as intended.
                 let _ = fs::remove_dir(folder);
             }
         }
     }
 }
 
-/// The folder that a file lies in; `.` for a bare name.
+/// Returns the folder of a file; `.` for a bare name.
 pub(super) fn folder_of(place: &Path) -> PathBuf {
     match place.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
@@ -364,6 +371,7 @@ pub(super) fn folder_of(place: &Path) -> PathBuf {
     }
 }
 
+/// Locks a folder, waiting for other writers up to [`PATIENCE`].
 fn wait_for(folder: &Path, cancelled: &dyn Fn() -> bool) -> Result<FolderLock, StagingError> {
     let start = Instant::now();
     loop {

@@ -1,5 +1,4 @@
-//! fabkit's side of `cargo xtask bench-peers`: builds, meshes and writes one part in a process of its
-//! own.
+//! fabkit's side of `cargo xtask bench-peers`: builds, meshes and writes one part in a process of its own.
 //!
 //! ```text
 //! peer scenes FOLDER                 the trees of two parts that stand for the hard ones
@@ -16,7 +15,7 @@ use fabkit_geometry::Solid;
 use fabkit_mesh::{PrintMesh, mesh};
 use serde::Deserialize;
 
-/// What of a tree document matters here.
+/// Part of a tree document that is needed here.
 #[derive(Deserialize)]
 struct Tree {
     solid: Solid,
@@ -40,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// What this thread, the only one, has used; `None` where the system does not say.
+/// Returns the CPU time of the only thread, s; `None` if the system does not tell.
 fn cpu_s() -> Option<f64> {
     let text = fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     let nanoseconds: f64 = text.split_whitespace().next()?.parse().ok()?;

@@ -1,26 +1,26 @@
-//! Two parts that stand for the hard ones: many small features on a curved surface.
+//! Two parts that represent the hard cases: many small features on a curved surface.
 
 use fabkit_geometry::{Path, Point3, Pose, Solid, Vector3};
 
-/// A part whose volume is known in closed form.
+/// Part whose volume is known in closed form.
 pub struct PeerCase {
-    /// As a file's.
+    /// Name, as used in file names.
     pub name: &'static str,
-    /// The part.
+    /// Solid of the part.
     pub solid: Solid,
     /// Volume, mm^3.
     pub exact_mm3: f64,
-    /// Through holes.
+    /// Number of through holes.
     #[allow(dead_code, reason = "only the tests look at it")]
     pub genus: i32,
 }
 
-/// Both of them.
+/// Returns both parts.
 pub fn all() -> [PeerCase; 2] {
     [dimpled_mold(), perforated_dome()]
 }
 
-/// Directions spread evenly over the part of the unit sphere with z between two values.
+/// Returns directions spread evenly over the zone of the unit sphere with z between two values.
 fn fibonacci(count: usize, z_from: f64, z_to: f64) -> impl Iterator<Item = Vector3<f64>> {
     let golden_angle = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     (0..count).map(move |k| {
@@ -31,16 +31,15 @@ fn fibonacci(count: usize, z_from: f64, z_to: f64) -> impl Iterator<Item = Vecto
     })
 }
 
-/// Mold for a dimpled skin: a box 45 x 45 x 14 minus a spherical cap (base diameter 35, height 8)
-/// united with 200 dimples: cylinders of diameter 0.45 with hemispherical tips that reach 0.5
-/// beyond the sphere along its normal.
+/// Creates a mold for a dimpled skin: a box 45 x 45 x 14 minus a spherical cap (base diameter 35, height 8) united with
+/// 200 dimples: cylinders of diameter 0.45 with hemispherical tips that reach 0.5 beyond the sphere along its normal.
 pub fn dimpled_mold() -> PeerCase {
     let (radius_mm, reach_mm, root_mm) = (0.225, 0.5, 0.3);
     let (cap_radius_mm, cap_height_mm) = (17.5f64, 8.0f64);
     let sphere_mm = (cap_radius_mm.powi(2) + cap_height_mm.powi(2)) / (2.0 * cap_height_mm);
     let centre_z_mm = cap_height_mm - sphere_mm;
     let centre = Point3::new(0.0, 0.0, centre_z_mm);
-    // The cap grows out of z = 0, the face of the box that it opens; beyond it, it is a cylinder.
+    // The cap starts at z = 0, the face of the box that it opens; below that it continues as a cylinder.
     let over_mm = 0.1;
     let cap = Solid::revolution(
         Path::from([0.0, -over_mm])
@@ -66,7 +65,7 @@ pub fn dimpled_mold() -> PeerCase {
     PeerCase { name: "dimpled-mold", solid, exact_mm3: 24219.930363, genus: 0 }
 }
 
-/// Hollow hemisphere, outer radius 18, inner 15, minus 100 radial holes of diameter 1.
+/// Creates a hollow hemisphere, outer radius 18, inner 15, minus 100 radial holes of diameter 1.
 pub fn perforated_dome() -> PeerCase {
     let shell = Solid::revolution(
         Path::from([15.0, 0.0])

@@ -1,25 +1,25 @@
-//! How much a face bends, and which way.
+//! Curvatures of faces.
 
 use fabkit_geometry::{Path, PlacedPrimitive, Point3, Profile, Segment, Solid, Vector3};
 
-/// Curvatures of a face at one of its points, 1/mm, without sign.
+/// Principal curvatures of a face at one of its points, 1/mm, unsigned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bend {
     /// Unit tangent around the primitive's axis, in the body's frame.
     around: Vector3<f64>,
-    /// Unit tangent along the generatrix: around, along and the normal are right-handed.
+    /// Unit tangent along the generatrix; around, along and the normal are right-handed.
     along: Vector3<f64>,
     around_per_mm: f64,
     along_per_mm: f64,
 }
 
-/// A direction in which a face bends less than this share of the other counts as if it bent that
-/// much: edges along a cylinder need not be as long as the cylinder.
+/// Smallest curvature assumed in a direction, as a fraction of the other one: edges along a cylinder need not be as
+/// long as the cylinder.
 const LEAST_SHARE: f64 = 0.02;
 
 impl Bend {
-    /// A point in the tangent plane, its axes scaled by the square roots of the curvatures: there,
-    /// triangles stray by the squares of the circles around them, whichever way they lie.
+    /// Returns a point projected on the tangent plane, with axes scaled by the square roots of the curvatures. In these
+    /// coordinates the deviation of a triangle is proportional to its squared circumradius in any orientation.
     pub fn scaled(&self, point: [f64; 3]) -> [f64; 2] {
         let [a, b] = [self.around_per_mm, self.along_per_mm];
         let least = LEAST_SHARE * a.max(b);
@@ -29,7 +29,7 @@ impl Bend {
     }
 }
 
-/// Of a leaf's face at a point of the body with a known normal.
+/// Computes the curvatures of a leaf's face at a point of the body with a known normal.
 pub(super) fn bend(
     leaf: &PlacedPrimitive,
     face: u32,
@@ -41,19 +41,20 @@ pub(super) fn bend(
     let [around_per_mm, along_per_mm] = curvatures(&leaf.primitive, face, at, normal);
     let tangent = Vector3::z().cross(&normal);
     let tangent = tangent.try_normalize(1e-9).unwrap_or_else(|| {
-        // A flat face across the axis, or a pole: any direction will do.
+        // On a flat face across the axis, or at a pole, any direction serves.
         normal.cross(&Vector3::x()).normalize()
     });
     let [around, along] = [tangent, normal.cross(&tangent)].map(|t| leaf.body_from_leaf.vector(t));
     Bend { around, along, around_per_mm, along_per_mm }
 }
 
-/// Around the axis and along the generatrix.
+/// Computes the curvatures around the axis and along the generatrix.
 fn curvatures(primitive: &Solid, face: u32, at: Point3<f64>, normal: Vector3<f64>) -> [f64; 2] {
     let across_mm = at.x.hypot(at.y);
-    // Meusnier: a circle of radius r whose plane is inclined to the normal.
+    // Meusnier's theorem for a circle of radius r whose plane is inclined to the normal.
     let parallel = |along: f64| {
         let inclined = normal.x.hypot(normal.y);
+        // At a pole both principal curvatures are equal.
         if across_mm > 1e-6 { inclined / across_mm } else { along }
     };
     let of_ellipse = |equatorial: f64, polar: f64, offset_mm: f64| {
@@ -65,6 +66,7 @@ fn curvatures(primitive: &Solid, face: u32, at: Point3<f64>, normal: Vector3<f64
     match primitive {
         Solid::Sphere(s) => [1.0 / s.radius_mm; 2],
         Solid::Ellipsoid(s) => {
+            // Upper bound over the whole ellipsoid: the exact directions are not needed here.
             let short = s.semi_axes_mm.into_iter().fold(f64::MAX, f64::min);
             let long = s.semi_axes_mm.into_iter().fold(0.0, f64::max);
             [long / (short * short); 2]
@@ -90,7 +92,7 @@ fn curvatures(primitive: &Solid, face: u32, at: Point3<f64>, normal: Vector3<f64
     }
 }
 
-/// Segment `number` of a profile and where it starts.
+/// Returns segment `number` of a profile and its start point.
 fn segment(profile: &Profile, number: u32) -> Option<([f64; 2], &Segment)> {
     let with_start = |path: &'_ Path| {
         let ends = path.segments.iter().map(Segment::to);

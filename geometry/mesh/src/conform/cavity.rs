@@ -1,4 +1,4 @@
-//! The triangles that a curve takes away, and the loops of edges around them.
+//! Triangles of the base that a curve removes, and the loops of edges around them.
 
 use fabkit_geometry::{Point3, Pose};
 
@@ -7,18 +7,18 @@ use super::pin::Pin;
 use super::sheet::{NONE, Sheet};
 use super::trim::Curve;
 
-/// Base triangles that touch a curve or what it encloses.
+/// Base triangles that touch a curve or the area enclosed by it.
 pub(super) struct Cavity {
     pub triangles: Vec<u32>,
-    /// Edges around the cavity from its own side, each loop in their direction.
+    /// Edges around the cavity from its own side, each loop in the edges' direction.
     pub loops: Vec<Vec<u32>>,
     /// 1 if the base faces along the tool's axis, -1 if against it.
     pub facing: f64,
-    /// The mark on its triangles.
+    /// Stamp on its triangles.
     pub stamp: u32,
 }
 
-/// A base triangle near the tool: its corners in the tool's frame.
+/// Base triangle near the tool: its corners in the tool's frame.
 pub(super) struct Candidate {
     pub triangle: u32,
     pub corners: [[f64; 3]; 3],
@@ -30,21 +30,22 @@ impl Candidate {
         Self { triangle, corners }
     }
 
-    /// Whether it may come nearer than `margin_mm` to what of the tool lies between two heights. It
-    /// never says no where it does.
+    /// Returns whether it may come nearer than `margin_mm` to the part of the tool between two heights. Conservative:
+    /// never false if it does.
     pub fn reaches_into(&self, pin: &Pin, [low, high]: [f64; 2], margin_mm: f64) -> bool {
         let Some(widest_mm) = pin.radius_between_mm(EVERYWHERE) else { return false };
         let Some([bottom, top]) = self.z_range_within_mm(widest_mm + margin_mm) else {
             return false;
         };
+        // The range of the tool that the triangle can reach, extended by the margin.
         let heights = [low.max(bottom - margin_mm), high.min(top + margin_mm)];
         let radius_mm = if heights[0] > heights[1] { None } else { pin.radius_between_mm(heights) };
         radius_mm.is_some_and(|radius_mm| self.axis_distance_mm() < radius_mm + margin_mm)
     }
 
-    /// Lowest and highest point within a square around the axis, mm.
+    /// Returns the lowest and highest point within a square around the axis, mm.
     fn z_range_within_mm(&self, half_mm: f64) -> Option<[f64; 2]> {
-        // Sutherland and Hodgman: one side of the square after the other.
+        // Sutherland-Hodgman clipping against one side of the square after the other.
         let mut polygon = self.corners.to_vec();
         for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
             let beyond = |p: [f64; 3]| sign * p[axis] - half_mm;
@@ -66,7 +67,7 @@ impl Candidate {
         heights.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
-    /// Distance of the nearest point from the tool's axis, mm.
+    /// Returns the distance of the nearest point from the tool's axis, mm.
     pub fn axis_distance_mm(&self) -> f64 {
         let [a, b, c] = self.corners;
         if self.winding_over([0.0; 2]) != 0.0 {
@@ -75,7 +76,8 @@ impl Candidate {
         [[a, b], [b, c], [c, a]].map(|[p, q]| to_segment(p, q)).into_iter().fold(f64::MAX, f64::min)
     }
 
-    /// Seen along the tool's axis: 1 or -1 by the triangle's direction if it covers the point.
+    /// Returns the orientation of the triangle, seen along the tool's axis, if it covers the point: 1 or -1; 0
+    /// otherwise.
     fn winding_over(&self, point: [f64; 2]) -> f64 {
         let [a, b, c] = self.corners;
         let side = |p: [f64; 3], q: [f64; 3]| {
@@ -91,7 +93,7 @@ impl Candidate {
         }
     }
 
-    /// Height of the triangle's plane over a point, mm.
+    /// Returns the height of the triangle's plane over a point, mm.
     fn height_over_mm(&self, point: [f64; 2]) -> f64 {
         let [a, b, c] = self.corners;
         let area = self.doubled_area();
@@ -101,14 +103,14 @@ impl Candidate {
         (weight(b, c) * a[2] + weight(c, a) * b[2] + weight(a, b) * c[2]) / area
     }
 
-    /// Of its shadow along the tool's axis, mm^2.
+    /// Returns twice the signed area of its projection along the tool's axis, mm^2.
     fn doubled_area(&self) -> f64 {
         let [a, b, c] = self.corners;
         (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     }
 }
 
-/// Distance of a segment from the axis, mm.
+/// Returns the distance of a segment from the axis, mm.
 fn to_segment(p: [f64; 3], q: [f64; 3]) -> f64 {
     let (dx, dy) = (q[0] - p[0], q[1] - p[1]);
     let length2 = dx * dx + dy * dy;
@@ -118,10 +120,10 @@ fn to_segment(p: [f64; 3], q: [f64; 3]) -> f64 {
 }
 
 impl Cavity {
-    /// Everything of one face that lies within `clear_mm` of the curve or inside it. `None` if that
-    /// is no plain hole in the face.
+    /// Collects all triangles of one face that lie within `clear_mm` of the curve or inside it. `None` if they do not
+    /// form a simple hole in the face.
     ///
-    /// Triangles taken get the mark `stamp`.
+    /// The triangles get the mark `stamp`.
     pub fn new(
         sheet: &mut Sheet,
         candidates: &[Candidate],
@@ -134,6 +136,7 @@ impl Cavity {
         let radius_mm = curve.in_tool.iter().map(|p| p[0].hypot(p[1])).fold(0.0, f64::max);
         let [x, y, z] = curve.in_tool[0];
         let offset_mm = |c: &Candidate| (c.height_over_mm([x, y]) - z).abs();
+        // The search starts at the triangle below (or above) the curve's first point.
         let seed = candidates
             .iter()
             .filter(|c| sheet.faces[c.triangle as usize] == face)
@@ -154,8 +157,10 @@ impl Cavity {
                 if twin != NONE && sheet.stamps[neighbour as usize] == stamp {
                     continue;
                 }
+                // Triangles that are no candidates are too far away to matter.
                 let near = if twin == NONE { None } else { find(neighbour) };
                 let distance_mm = near.map_or(f64::MAX, Candidate::axis_distance_mm);
+                // The test uses the circle around the curve, which contains all that it encloses.
                 if distance_mm >= radius_mm + clear_mm {
                     rim.push(edge);
                 } else if sheet.faces[neighbour as usize] == face {
@@ -176,8 +181,9 @@ impl Cavity {
     }
 }
 
-/// Chains edges up. `None` where two loops touch in a vertex.
+/// Chains edges to loops. `None` where two loops touch in a vertex.
 fn loops(sheet: &Sheet, mut rim: Vec<u32>) -> Option<Vec<Vec<u32>>> {
+    // Sorted by start vertex, so that the next edge of a loop is found by binary search.
     rim.sort_unstable_by_key(|&edge| sheet.from(edge));
     if rim.windows(2).any(|w| sheet.from(w[0]) == sheet.from(w[1])) {
         return None;

@@ -1,4 +1,4 @@
-//! Triangles between a cavity's rim and the curve inside it.
+//! Triangulation of the gap between a cavity's rim and the curve inside it.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use manifold_rust::linalg::Vec2;
 use manifold_rust::polygon::triangulate_idx;
 use manifold_rust::types::PolyVert;
 
-/// No neighbour: the edge is on a loop.
+/// Marker for an edge without neighbour: it is on a loop.
 const RIM: u32 = u32::MAX;
 
 /// Triangles, counter-clockwise, and the neighbour across each edge.
@@ -19,11 +19,11 @@ pub(super) struct Fill {
 impl Fill {
     pub const RIM: u32 = RIM;
 
-    /// Fills what lies to the left of all loops, each a range of `flat`. `None` if the loops bound
-    /// no region, or one that is too narrow somewhere.
+    /// Triangulates the region to the left of all loops, each a range of `flat`. `None` if the loops bound no region,
+    /// or one that is too narrow somewhere.
     ///
-    /// Of all triangulations, the one whose triangles have the smallest circles around them among
-    /// the points of `scaled` (constrained Delaunay; Lawson's flips).
+    /// The result is the constrained Delaunay triangulation for the points of `scaled`, by Lawson's edge flips: its
+    /// triangles have the smallest circumcircles.
     pub fn new(flat: &[[f64; 2]], scaled: &[[f64; 2]], loops: &[Range<usize>]) -> Option<Self> {
         let points = flat;
         let polygon = |range: &Range<usize>| {
@@ -36,7 +36,7 @@ impl Fill {
             .into_iter()
             .map(|t| [t.x as u32, t.y as u32, t.z as u32])
             .collect();
-        // Euler: n points on h inner loops and an outer one take n + 2 h - 2 triangles.
+        // Euler's formula: n points on h inner loops and an outer one take n + 2 h - 2 triangles.
         if triangles.len() + 4 != points.len() + 2 * loops.len() {
             return None;
         }
@@ -52,7 +52,7 @@ impl Fill {
 
     fn flip_all(&mut self, points: &[[f64; 2]], scaled: &[[f64; 2]]) {
         let mut stack: Vec<u32> = (0..self.twins.len() as u32).collect();
-        // Each flip makes the triangulation better; the limit is there for rounding's sake.
+        // Each flip improves the triangulation; the limit only guards against cycles caused by rounding.
         let mut left = 40 * self.twins.len();
         while let Some(edge) = stack.pop() {
             let twin = self.twins[edge as usize];
@@ -63,15 +63,17 @@ impl Fill {
             let [a, b] = [edge, next(edge)].map(|e| self.corner(e));
             let [c, d] = [previous(edge), previous(twin)].map(|e| self.corner(e));
             let at = |v: u32| points[v as usize];
+            // Only the diagonals of a convex quadrilateral can be exchanged.
             let convex = turn(at(d), at(b), at(c)) > 0.0 && turn(at(c), at(a), at(d)) > 0.0;
             let s = |v: u32| scaled[v as usize];
             if convex && in_circle(s(a), s(b), s(c), s(d)) {
+                // Only the four outer edges can have become non-Delaunay.
                 stack.extend(self.flip(edge));
             }
         }
     }
 
-    /// The other diagonal; returns the four edges around it.
+    /// Replaces an edge by the other diagonal of its two triangles; returns the four edges around it.
     fn flip(&mut self, edge: u32) -> [u32; 4] {
         let other = self.twins[edge as usize];
         let (c, d) = (self.corner(previous(edge)), self.corner(previous(other)));
@@ -119,6 +121,7 @@ fn neighbours(triangles: &[[u32; 3]], loops: &[Range<usize>]) -> Option<Vec<u32>
     };
     order.sort_unstable_by_key(|&e| key(e));
     let mut twins = vec![RIM; corners.len()];
+    // Edges with one triangle must be exactly those of the loops.
     let mut single = 0;
     for group in order.chunk_by(|&e, &f| key(e) == key(f)) {
         match *group {
@@ -127,6 +130,7 @@ fn neighbours(triangles: &[[u32; 3]], loops: &[Range<usize>]) -> Option<Vec<u32>
                 twins[e as usize] = f;
                 twins[f as usize] = e;
             }
+            // More than two triangles at an edge, or two with the same direction.
             _ => return None,
         }
     }
@@ -134,12 +138,12 @@ fn neighbours(triangles: &[[u32; 3]], loops: &[Range<usize>]) -> Option<Vec<u32>
     (single == rim).then_some(twins)
 }
 
-/// Twice the signed area.
+/// Computes twice the signed area of a triangle.
 fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Whether `d` lies clearly inside the circle through the other three, counter-clockwise.
+/// Returns whether `d` lies clearly inside the circumcircle of the other three points, which are counter-clockwise.
 fn in_circle(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
     let rel = |p: [f64; 2]| [p[0] - d[0], p[1] - d[1]];
     let ([ax, ay], [bx, by], [cx, cy]) = (rel(a), rel(b), rel(c));
@@ -147,5 +151,6 @@ fn in_circle(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
     let determinant =
         ax * (by * c2 - b2 * cy) - ay * (bx * c2 - b2 * cx) + a2 * (bx * cy - by * cx);
     let size = a2.max(b2).max(c2);
+    // Relative tolerance: without it, cocircular points would be flipped back and forth.
     determinant > 1e-12 * size * size
 }

@@ -1,15 +1,15 @@
-//! How far new triangles stray from the exact face.
+//! Deviation of new triangles from the exact face.
 
 use fabkit_geometry::{PlacedPrimitive, Vector3};
 
 use crate::surface::LeafSurface;
 
-/// Where a triangle is compared with the face: in its middle and halfway along its edges.
+/// Barycentric coordinates at which a triangle is compared with the face: its centroid and the midpoints of its edges.
 const SAMPLES: [[f64; 3]; 4] =
     [[1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]];
 
-/// Share of the tolerance that the samples may reach: where the face bends more at one end of an edge
-/// than at the other, the edge is farthest from it beside its middle.
+/// Fraction of the tolerance that the samples may reach: where the curvature of the face varies along an edge, the
+/// largest deviation is not at its midpoint.
 const SAMPLED_SHARE: f64 = 0.95;
 
 pub(super) struct Measure {
@@ -18,13 +18,13 @@ pub(super) struct Measure {
 }
 
 impl Measure {
-    /// Of one face of a leaf; `None` if there is no such face.
+    /// Prepares the comparison with one face of a leaf; `None` if there is no such face.
     pub fn new(leaf: &PlacedPrimitive, face: u32, tolerance_mm: f64) -> Option<Self> {
         let surface = LeafSurface::new(&leaf.primitive, face, leaf.body_from_leaf)?;
         Some(Self { surface, most_mm: SAMPLED_SHARE * tolerance_mm })
     }
 
-    /// Whether the triangle keeps to the face.
+    /// Returns whether the triangle deviates from the face by less than the tolerance.
     pub fn holds(&self, corners: [[f64; 3]; 3]) -> bool {
         SAMPLES.iter().all(|weights| {
             let [a, b, c] = [0, 1, 2].map(|i| weights[i] * Vector3::from(corners[i]));

@@ -1,11 +1,11 @@
-//! Which triangles come near which tool.
+//! Search for the triangles near each tool.
 
 use fabkit_geometry::Aabb;
 
-/// Most cells of the grid along each axis.
+/// Largest number of grid cells along each axis.
 const MOST_CELLS: f64 = 24.0;
 
-/// Boxes of tools in a grid of cells, and for each tool the triangles whose boxes overlap its own.
+/// Grid of cells with the tools' boxes, and for each tool the triangles whose boxes overlap its own.
 pub(super) struct Nearby {
     boxes: Vec<Aabb>,
     cells: Vec<Vec<u32>>,
@@ -31,7 +31,7 @@ impl Nearby {
         nearby
     }
 
-    /// Notes a triangle with every tool whose box its own overlaps.
+    /// Adds a triangle to every tool with an overlapping box.
     pub fn add(&mut self, triangle: u32, bounds: &Aabb) {
         if self.around.common(bounds).is_empty() {
             return;
@@ -39,6 +39,7 @@ impl Nearby {
         for cell in self.cells_of(bounds).collect::<Vec<_>>() {
             for &tool in &self.cells[cell] {
                 let noted = &mut self.triangles[tool as usize];
+                // A triangle that covers several cells meets the same tool repeatedly.
                 if noted.last() != Some(&triangle)
                     && !self.boxes[tool as usize].common(bounds).is_empty()
                 {
@@ -53,7 +54,7 @@ impl Nearby {
         let (low, size) = (self.around.min, self.around.size_mm());
         let cell = move |value: f64, axis: usize| {
             let share = (value - low[axis]) / size[axis].max(f64::MIN_POSITIVE);
-            // A cast from a float saturates: what lies outside belongs to the outermost cell.
+            // A cast from a float saturates: points outside belong to the outermost cell.
             ((share * counts[axis] as f64) as usize).min(counts[axis] - 1)
         };
         let range = [0, 1, 2].map(|i| cell(bounds.min[i], i)..=cell(bounds.max[i], i));

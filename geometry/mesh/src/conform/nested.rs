@@ -1,8 +1,8 @@
-//! Features of operands: `A - (B - features)` without cutting A by a mesh full of features.
+//! Features of operands: meshes `A - (B - features)` without cutting A by a mesh full of features.
 //!
-//! The base is meshed as if there were no features, here `A - B`. A feature of B changes the base
-//! only where it overlaps B, here by adding to it, provided that no other surface of the tree comes
-//! near that part: then all other operands are either there throughout, or nowhere.
+//! The base is meshed as if there were no features, here `A - B`. A feature of B changes the base only where it
+//! overlaps B, here by adding to it, provided that no other surface of the tree comes near that part: then every other
+//! operand covers the part completely or not at all.
 
 use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 
@@ -12,24 +12,24 @@ use super::trim::Curve;
 use super::{Base, Feature};
 use crate::facets::Facets;
 
-/// The tree with its features, and the surfaces of the tree without.
+/// Tree with its features, and the surfaces of the tree without them.
 pub(crate) struct Whole {
-    /// With features.
+    /// Exact solid with features.
     pub body: CompiledSolid,
-    /// All leaves of the base in their places; their number for a face.
+    /// Triangles of all leaves of the base in their poses; the face number of each is the number of its leaf.
     pub leaves: Facets,
 }
 
-/// What a feature does to the base, and where.
+/// Part of a feature that changes the base, and the direction of the change.
 pub(super) struct Span {
-    /// It adds to the base; it cuts otherwise.
+    /// True if it adds to the base, false if it cuts.
     pub adding: bool,
-    /// The part of the tool that matters, along its axis, mm.
+    /// Range of the relevant part of the tool along its axis, mm.
     pub z_mm: [f64; 2],
 }
 
 impl Whole {
-    /// Which leaves' triangles come near which features.
+    /// Finds the leaves' triangles near each feature.
     pub(super) fn nearby(&self, boxes: Vec<Aabb>) -> Nearby {
         let mut nearby = Nearby::new(boxes);
         for (t, corners) in (0..).zip(&self.leaves.triangles) {
@@ -43,7 +43,7 @@ impl Whole {
         nearby
     }
 
-    /// `None` unless the feature does nothing but what one curve says.
+    /// Returns the part of the feature that changes the base; `None` unless one curve alone describes the change.
     pub(super) fn span(
         &self,
         base: &Base,
@@ -52,6 +52,7 @@ impl Whole {
         near: &[u32],
         tolerance_mm: f64,
     ) -> Option<Span> {
+        // A feature with several curves, such as a through hole, changes both sides of a wall.
         let [curve] = curves else { return None };
         let operand = feature.operand.clone()?;
         if !crosses_once(base, feature, curve) {
@@ -62,12 +63,13 @@ impl Whole {
         let own = curve.face[0];
         let is_free = |t: u32| {
             let leaf = self.leaves.faces[t as usize];
-            // Beyond the curve, the feature lies outside of its operand: only that operand's other
-            // surfaces could change that.
+            // Beyond the curve the feature lies outside of its operand: only that operand's other surfaces could change
+            // that.
             let z_mm = if operand.contains(&leaf) { super::EVERYWHERE } else { span.z_mm };
             let points = self.leaves.triangles[t as usize];
             let points = points.map(|v| self.leaves.vertices[v as usize]);
             let candidate = Candidate::new(t, points, &tool_from_base);
+            // The surface that carries the curve may, and must, meet the tool.
             leaf == own || !candidate.reaches_into(&feature.pin, z_mm, tolerance_mm)
         };
         let planes =
@@ -77,7 +79,7 @@ impl Whole {
         free.then_some(span)
     }
 
-    /// The side of the curve on which the feature changes the base.
+    /// Determines the side of the curve on which the feature changes the base, by testing points on the tool's axis.
     fn effect(&self, base: &Base, feature: &Feature, curve: &Curve) -> Option<Span> {
         let (mut low, mut high) = (f64::MAX, f64::MIN);
         for point in &curve.in_tool {
@@ -87,6 +89,7 @@ impl Whole {
         let (below, above) = (&strokes[..=curve.stroke], &strokes[curve.stroke..]);
         let bottom = below.iter().map(|s| s.z_mm[0]).fold(low, f64::min);
         let top = above.iter().map(|s| s.z_mm[1]).fold(high, f64::max);
+        // Whether the feature changes the inside of the tree at a point of its axis, and in which direction.
         let changes = |z: f64| {
             let point = feature.base_from_tool.point(Point3::new(0.0, 0.0, z));
             let (with, without) = (self.body.contains(&point), base.body.contains(&point));
@@ -99,13 +102,13 @@ impl Whole {
             (None, Some(adding)) => (adding, [low, top], curve.entering),
             _ => return None,
         };
-        // Where it adds there was nothing, and the other way round.
+        // Where the feature adds, the base was empty, and where it cuts, the base was solid.
         (starts_inside != adding).then_some(Span { adding, z_mm })
     }
 }
 
-/// Whether the surface that carries the curve meets the tool's profile nowhere else, hidden or not:
-/// along four meridians.
+/// Returns whether the surface that carries the curve meets the tool's profile nowhere else, in visible or hidden
+/// parts. Tested along four meridians.
 fn crosses_once(base: &Base, feature: &Feature, curve: &Curve) -> bool {
     let leaf = &base.body.leaves()[curve.face[0] as usize];
     let Ok(surface) = CompiledSolid::new(&leaf.primitive.clone().placed(leaf.body_from_leaf))

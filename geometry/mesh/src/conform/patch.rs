@@ -1,4 +1,4 @@
-//! What closes a base's mesh up to a curve.
+//! Patch that closes a base's mesh up to a curve.
 
 use fabkit_geometry::{Point3, Vector3};
 
@@ -10,10 +10,11 @@ use super::sheet::Sheet;
 use super::trim::Curve;
 use super::{Base, Feature};
 
-/// A surface that a tool's axis meets at less than this sine is left to the kernel.
+/// Smallest sine of the angle between a tool's axis and a surface; surfaces met at a flatter angle are left to the
+/// kernel.
 const LEAST_SINE: f64 = 0.2;
 
-/// A cavity and what fills it.
+/// Cavity with its fill.
 pub(super) struct Patch {
     pub cavity: Cavity,
     pub fill: Fill,
@@ -22,7 +23,7 @@ pub(super) struct Patch {
 }
 
 impl Patch {
-    /// The curve's points in the direction in which the fill lies on their left.
+    /// Returns the indices of the curve's points in the direction that has the fill on its left.
     pub fn curve_order(&self, count: usize) -> impl Iterator<Item = usize> + use<> {
         curve_order(count, self.cavity.facing)
     }
@@ -41,8 +42,8 @@ pub(super) struct Place<'a> {
 }
 
 impl Place<'_> {
-    /// The cavity's triangles get the mark `stamp`. `None` if they are no plain hole in one face, or
-    /// if what would fill it strays from the face.
+    /// Computes the patch. The cavity's triangles get the mark `stamp`. `None` if they do not form a simple hole in one
+    /// face, or if the fill deviates too far from the face.
     pub fn patch(
         &self,
         sheet: &mut Sheet,
@@ -61,7 +62,7 @@ impl Place<'_> {
         let facing = sine.signum();
         let cavity = Cavity::new(sheet, candidates, curve, face, facing, clear_mm, stamp)?;
 
-        // Everything in space, and seen along the tool's axis from where the face looks up.
+        // All points in space, and projected along the tool's axis as seen from the side that the face looks to.
         let tool_from_base = feature.base_from_tool.inverse();
         let mut points: Vec<[f64; 3]> = Vec::new();
         let mut flat: Vec<[f64; 2]> = Vec::new();
@@ -84,6 +85,7 @@ impl Place<'_> {
         loops.push(first..points.len());
 
         let leaf = &base.body.leaves()[leaf as usize];
+        // The curvature at one point of the curve serves for the whole patch; the result is measured below.
         let bend = bend(leaf, number, Point3::from(curve.in_base[0]), curve.normal);
         let scaled: Vec<[f64; 2]> = points.iter().map(|&p| bend.scaled(p)).collect();
         let fill = Fill::new(&flat, &scaled, &loops)?;

@@ -1,4 +1,4 @@
-//! Tools of revolution, stroke by stroke.
+//! Tools of revolution as a sequence of profile segments (strokes).
 
 use std::f64::consts::TAU;
 
@@ -6,49 +6,49 @@ use fabkit_geometry::{Segment, Solid, Vector3};
 
 use crate::facets::Facets;
 
-/// Nearer than this two points of a profile are one, mm.
+/// Distance below which two points of a profile count as one, mm.
 const SAME_MM: f64 = 1e-9;
 
-/// A tool of revolution around its own z axis, solid up to the axis: a cylinder, a cone,
-/// a profile whose outer path begins and ends on the axis.
+/// Tool of revolution around its own z axis, solid up to the axis: a cylinder, a cone, or a profile whose outer path
+/// begins and ends on the axis.
 ///
-/// Walked along its profile, from the lower end of the axis outwards to the upper one, the solid is
-/// on the left.
+/// Along its profile, from the lower end of the axis outwards and to the upper end, the solid is on the left.
 pub(crate) struct Pin {
     pub facets: Facets,
     pub strokes: Vec<Stroke>,
 }
 
-/// One piece of the profile.
+/// Segment of the profile.
 pub(crate) struct Stroke {
-    /// Distance from the axis and z, mm.
+    /// Start point: distance from the axis and z, mm.
     pub from: [f64; 2],
     pub to: [f64; 2],
     pub straight: bool,
     /// Face number within the primitive.
     pub face: u32,
-    /// Its triangles, indices into the pin's facets.
+    /// Indices of its triangles in the pin's facets.
     pub triangles: Vec<u32>,
-    /// Vertices of the first and the last ring by azimuth from x, for straight strokes; one where
-    /// the ring is a point on the axis.
+    /// Vertices of the first and the last ring by azimuth from x, for straight strokes; a single one where the ring is
+    /// a point on the axis.
     pub rings: [Vec<u32>; 2],
-    /// Farthest from the axis, mm; for curved strokes with the tessellation's slack.
+    /// Largest distance from the axis, mm; for curved strokes it includes the tessellation's tolerance.
     radius_mm: f64,
     pub z_mm: [f64; 2],
 }
 
 impl Pin {
-    /// Whether a solid is one of the primitives that can be such a tool.
+    /// Returns whether a solid is one of the primitives that can be such a tool.
     pub fn may_be(solid: &Solid) -> bool {
         matches!(solid, Solid::Cylinder(_) | Solid::Cone(_) | Solid::Revolution(_))
     }
 
-    /// The tool and its tessellation, or `None` if it is no such tool.
+    /// Creates the tool with its tessellation; `None` if the primitive is no such tool.
     pub fn new(primitive: &Solid, facets: &Facets, tolerance_mm: f64) -> Option<Self> {
         let outline = outline(primitive)?;
         let ends = [outline.first()?.from, outline.last()?.to];
         let inner = &outline[1..];
         let on_axis = |p: [f64; 2]| p[0].abs() < SAME_MM;
+        // The profile must start and end on the axis and must not touch it in between.
         if !ends.into_iter().all(on_axis) || inner.iter().any(|s| on_axis(s.from)) {
             return None;
         }
@@ -60,18 +60,19 @@ impl Pin {
         Some(Self { facets: facets.clone(), strokes })
     }
 
-    /// Of a box around it, mm.
+    /// Returns the diagonal of its bounding box, mm.
     pub fn diagonal_mm(&self) -> f64 {
         Vector3::from(self.facets.bounds().size_mm()).norm()
     }
 
-    /// Largest distance from the axis between two heights, mm; `None` beyond the tool's ends.
+    /// Returns the largest distance from the axis between two heights, mm; `None` beyond the tool's ends.
     pub fn radius_between_mm(&self, [low, high]: [f64; 2]) -> Option<f64> {
         let reach = |stroke: &Stroke| {
             let [bottom, top] = stroke.z_mm;
             if top < low || bottom > high {
                 return None;
             }
+            // No interpolation on curved and horizontal strokes: their largest radius is safe.
             if !stroke.straight || top - bottom < SAME_MM {
                 return Some(stroke.radius_mm);
             }
@@ -85,7 +86,7 @@ impl Pin {
     }
 }
 
-/// A stroke before its tessellation is known.
+/// Segment of the profile without tessellation.
 struct Line {
     from: [f64; 2],
     to: [f64; 2],
@@ -97,6 +98,7 @@ fn outline(primitive: &Solid) -> Option<Vec<Line>> {
     let straight = |from, to, face| Line { from, to, straight: true, face };
     let frustum = |bottom: f64, top: f64, height: f64| {
         let corners = [[0.0, 0.0], [bottom, 0.0], [top, height], [0.0, height]];
+        // Face numbers of bottom, side and top, in the order of the profile.
         [1, 0, 2]
             .into_iter()
             .enumerate()
@@ -117,7 +119,7 @@ fn outline(primitive: &Solid) -> Option<Vec<Line>> {
                 lines.push(Line { from, to, straight: is_straight, face });
                 from = to;
             }
-            // The piece along the axis sweeps nothing; the walk begins after it.
+            // The segment along the axis sweeps no surface; the sequence starts after it.
             let along_axis = |l: &Line| l.straight && l.from[0].max(l.to[0]) < SAME_MM;
             let axis = lines.iter().position(along_axis)?;
             lines.rotate_left(axis + 1);
@@ -128,7 +130,7 @@ fn outline(primitive: &Solid) -> Option<Vec<Line>> {
     }
 }
 
-/// Twice the area between the corners of a profile and the axis, positive counter-clockwise.
+/// Computes twice the area between the corners of a profile and the axis, positive for counter-clockwise profiles.
 fn doubled_area(lines: &[Line]) -> f64 {
     lines.iter().map(|l| l.from[0] * l.to[1] - l.to[0] * l.from[1]).sum()
 }
@@ -167,6 +169,7 @@ impl Stroke {
                 ring
             });
             let [first, last] = &stroke.rings;
+            // Straight strokes have vertices only on their two end rings.
             let complete = first.len() + last.len() == vertices.len();
             return (complete && !first.is_empty() && !last.is_empty()).then_some(stroke);
         }
@@ -178,7 +181,8 @@ impl Stroke {
     }
 }
 
-/// From 0 up to a full turn; what rounding puts just below x counts as on it.
+/// Returns the azimuth from 0 to a full turn. Angles that rounding puts just below 0 stay there, so that they sort
+/// first.
 fn azimuth(facets: &Facets, vertex: u32) -> f64 {
     let [x, y, _] = facets.vertices[vertex as usize];
     let angle = y.atan2(x);

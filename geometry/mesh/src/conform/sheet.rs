@@ -1,27 +1,27 @@
-//! The base's triangles while they are replaced.
+//! Triangle mesh of the base during replacement.
 
 use fabkit_geometry::{Aabb, Point3};
 
 use crate::facets::Facets;
 use crate::halfedges::{next, twins};
 
-/// No neighbour across this edge: the rest of the surface is a tool's wall.
+/// Marker for an edge without neighbour: it borders on a tool's wall.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Triangles that know their neighbours. Edge `3 t + i` runs from corner `i` of triangle `t` to the
-/// next.
+/// Triangles with adjacency. Edge `3 t + i` runs from corner `i` of triangle `t` to the next corner.
 pub(super) struct Sheet {
     pub points: Vec<[f64; 3]>,
     pub corners: Vec<u32>,
     pub twins: Vec<u32>,
     pub faces: Vec<u32>,
+    // Removed triangles keep their number until the end, so that indices remain valid.
     pub alive: Vec<bool>,
-    /// Which cavity a triangle was last seen in.
+    /// Mark of the last cavity that included the triangle.
     pub stamps: Vec<u32>,
 }
 
 impl Sheet {
-    /// `None` if an edge does not have two triangles in opposite directions.
+    /// Copies the base; `None` if an edge does not have two triangles in opposite directions.
     pub fn new(base: &Facets) -> Option<Self> {
         let corners = base.triangles.as_flattened().to_vec();
         Some(Self {
@@ -62,7 +62,7 @@ impl Sheet {
         Aabb { min: Point3::from(min), max: Point3::from(max) }
     }
 
-    /// Adds a triangle without neighbours.
+    /// Adds a triangle without neighbours and returns its number.
     pub fn push(&mut self, corners: [u32; 3], face: u32) -> u32 {
         self.corners.extend(corners);
         self.twins.extend([NONE; 3]);
@@ -77,7 +77,7 @@ impl Sheet {
         self.twins[b as usize] = a;
     }
 
-    /// What is left, without vertices that nothing uses.
+    /// Returns the remaining triangles, without unused vertices.
     pub fn into_facets(self) -> Facets {
         let mut facets = Facets::default();
         let mut new_index = vec![NONE; self.points.len()];

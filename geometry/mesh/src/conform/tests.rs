@@ -1,4 +1,4 @@
-//! Conforming features against booleans, and against the exact surfaces.
+//! Comparison of conforming features with booleans and with the exact surfaces.
 
 use std::cell::Cell;
 
@@ -14,7 +14,7 @@ use crate::{DEFAULT_TOLERANCE_MM, MeshError, TriMesh, to_mesh};
 
 const TOLERANCE_MM: f64 = 0.02;
 
-/// A feature about its own z: the tool, and how far below the surface it begins, mm.
+/// Draws a feature about its own z: the tool, and the depth below the surface at which it starts, mm.
 fn tools() -> impl Strategy<Value = (Solid, f64)> {
     let radius = || 0.1f64..0.5;
     prop_oneof![
@@ -29,12 +29,12 @@ fn tools() -> impl Strategy<Value = (Solid, f64)> {
                 .close();
             (Solid::revolution(dimple).at(0.0, 0.0, r), shaft + r)
         }),
-        // Through most bases.
+        // Long enough to pass through most bases.
         radius().prop_map(|r| (Solid::cylinder(r, 60.0), 30.0)),
     ]
 }
 
-/// One tool and where it goes: a line that meets the base, a tilt of the axis, a turn about it.
+/// Draws one tool and its placement: a line that meets the base, a tilt of the axis, a rotation about it.
 fn features() -> impl Strategy<Value = (Solid, f64, Ray, f64, f64)> {
     let near = || -2.0f64..2.0;
     (tools(), directions(), [near(), near(), near()], 0.0f64..0.6, 0.0f64..6.0).prop_map(
@@ -67,7 +67,7 @@ fn placed(base: &CompiledSolid, drawn: Vec<(Solid, f64, Ray, f64, f64)>) -> Vec<
     drawn.into_iter().filter_map(place).collect()
 }
 
-/// Largest distance of corners, edges and middles of triangles from the face each belongs to, mm.
+/// Returns the largest distance of centroids and edge midpoints of triangles from the face each belongs to, mm.
 fn stray_mm(solid: &Solid, mesh: &TriMesh) -> f64 {
     let leaves = solid.leaves();
     let mut farthest = 0.0f64;
@@ -92,7 +92,7 @@ fn by(solid: &Solid, conforming: bool) -> Result<TriMesh, MeshError> {
     evaluate_by(solid, TOLERANCE_MM, conforming).map(|facets: Facets| to_mesh(solid, facets))
 }
 
-/// Compares both ways; whether they differ at all, which is whether anything conformed.
+/// Compares both methods. Returns whether the meshes differ at all, that is, whether any feature conformed.
 fn compare(solid: &Solid) -> Result<bool, TestCaseError> {
     let (Ok(ours), Ok(theirs)) = (by(solid, true), by(solid, false)) else {
         return Err(TestCaseError::reject("nothing is left"));
@@ -112,7 +112,7 @@ fn compare(solid: &Solid) -> Result<bool, TestCaseError> {
     Ok(true)
 }
 
-/// Runs cases; how many of them conformed.
+/// Runs cases and returns how many of them conformed.
 fn run<S: Strategy>(count: u32, strategy: &S, solid: impl Fn(S::Value) -> Solid) -> u32 {
     let conformed = Cell::new(0);
     let mut runner = TestRunner::new(cases(count));
@@ -138,7 +138,7 @@ fn conforming_features_are_those_that_booleans_make() {
     assert!(conformed > 100, "only {conformed} of 200 conformed");
 }
 
-/// Operands with a dozen features in trees where they are added, cut, hidden and cut off.
+/// Draws operands with a dozen features, in trees that add, cut, hide or truncate them.
 fn nests() -> impl Strategy<Value = Solid> {
     let operand = prop_oneof![
         (4.0f64..8.0).prop_map(Solid::sphere),

@@ -1,4 +1,4 @@
-//! Where a tool's surface passes through the base's: closed curves, sampled on both exactly.
+//! Intersection curves of a tool's surface with the base: closed curves, sampled on both exactly.
 
 use std::ops::Range;
 
@@ -7,22 +7,22 @@ use fabkit_geometry::{CompiledSolid, Crossing, Point3, Pose, Ray, Scratch, Vecto
 use super::Feature;
 use crate::tessellate::turn;
 
-/// A curve must keep this far from the ends of the stroke it lies on, mm.
+/// Smallest distance of a curve from the ends of the stroke it lies on, mm.
 const CLEAR_MM: f64 = 1e-4;
 
-/// One closed curve around the tool, point by point in azimuth.
+/// Closed curve around the tool, point by point in azimuth.
 pub(super) struct Curve {
-    /// Which stroke of the tool it lies on.
+    /// Index of the tool's stroke that it lies on.
     pub stroke: usize,
-    /// In the base's frame, mm.
+    /// Points in the base's frame, mm.
     pub in_base: Vec<[f64; 3]>,
-    /// The same points in the tool's frame.
+    /// Same points in the tool's frame, mm.
     pub in_tool: Vec<[f64; 3]>,
     /// Leaf and face of the base.
     pub face: [u32; 2],
-    /// Whether the walk along the profile enters the base here.
+    /// True if the profile, followed in its direction, enters the base here.
     pub entering: bool,
-    /// Out of the base at the first point, base frame.
+    /// Normal out of the base at the first point, base frame.
     pub normal: Vector3<f64>,
 }
 
@@ -34,9 +34,10 @@ impl Curve {
     }
 }
 
-/// All curves in the order of the tool's profile; `None` if they are not such curves.
+/// Computes all curves in the order of the tool's profile; `None` if a crossing does not continue around the tool on
+/// one face.
 ///
-/// Of a feature that belongs to an operand of the base, only those on the operand's own faces.
+/// For a feature that belongs to an operand of the base, only curves on the operand's own faces are returned.
 pub(super) fn curves(feature: &Feature, base: &CompiledSolid) -> Option<Vec<Curve>> {
     let Feature { pin, base_from_tool, operand, .. } = feature;
     let leaves = operand.clone().unwrap_or(0..u32::MAX);
@@ -48,6 +49,7 @@ pub(super) fn curves(feature: &Feature, base: &CompiledSolid) -> Option<Vec<Curv
             continue;
         }
         let length_mm = (stroke.to[0] - stroke.from[0]).hypot(stroke.to[1] - stroke.from[1]);
+        // The tool's own azimuths are used, so that the wall needs no extra vertices.
         let count = stroke.rings[0].len().max(stroke.rings[1].len());
         let first = curves.len();
         for k in 0..count {
@@ -68,6 +70,7 @@ pub(super) fn curves(feature: &Feature, base: &CompiledSolid) -> Option<Vec<Curv
                     break;
                 }
             }
+            // Every azimuth must have the same number of crossings as the first one.
             let same = caster.hits.len() == curves.len() - first;
             if !same {
                 return None;
@@ -86,6 +89,7 @@ pub(super) fn curves(feature: &Feature, base: &CompiledSolid) -> Option<Vec<Curv
             }
         }
     }
+    // Along the profile, entries and exits must alternate.
     let alternate = curves.windows(2).all(|w| w[0].entering != w[1].entering);
     (alternate && !curves.is_empty()).then_some(curves)
 }
@@ -99,7 +103,7 @@ struct Caster<'a> {
 }
 
 impl Caster<'_> {
-    /// Crossings of the stretch between two points of the tool's frame, ends included.
+    /// Finds the crossings of the segment between two points of the tool's frame, ends included.
     fn cast(&mut self, from: Point3<f64>, to: Point3<f64>) {
         let origin = self.base_from_tool.point(from);
         let direction = self.base_from_tool.vector(to - from);

@@ -1,26 +1,26 @@
-//! What of the tool's own surface becomes part of the body.
+//! Part of the tool's own surface that becomes part of the body.
 
 use super::pin::Pin;
 use super::trim::Curve;
 use crate::tessellate::{Spread, Strip, stitch};
 
-/// A corner of a wall's triangle.
+/// Corner of a wall's triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Corner {
-    /// A vertex of the tool's tessellation.
+    /// Vertex of the tool's tessellation.
     Tool(u32),
     /// Point of a curve.
     Curve { curve: usize, point: usize },
 }
 
-/// The part of the tool's surface inside the base, or outside of it, as the tool faces.
+/// Emits the part of the tool's surface inside (or outside) the base, with the orientation of the tool.
 pub(super) fn wall(
     pin: &Pin,
     curves: &[Curve],
     keep_inside: bool,
     mut emit: impl FnMut([Corner; 3], u32),
 ) {
-    // Curves cut the profile into stretches, in turn inside and outside of the base.
+    // Curves divide the profile into stretches that are alternately inside and outside of the base.
     let mut inside = !curves[0].entering;
     for i in 0..=curves.len() {
         if inside == keep_inside {
@@ -30,7 +30,7 @@ pub(super) fn wall(
     }
 }
 
-/// From one curve to another; from the profile's start, to its end without.
+/// Emits the stretch from one curve to another; `None` stands for the start or the end of the profile.
 fn stretch(
     pin: &Pin,
     curves: &[Curve],

@@ -1,28 +1,27 @@
-//! Tools lose what lies beyond the base's box.
+//! Simplification of tools beyond the base's box.
 //!
-//! What a tool cuts depends on which points of the base it encloses, and on nothing else. So what of
-//! its surface lies beyond a plane that the base does not reach may be replaced by any other surface
-//! there with the same edge.
+//! The result of a cut depends only on which points of the base the tool encloses. So the part of its surface beyond a
+//! plane that the base does not reach may be replaced by any other surface there with the same boundary.
 
 use fabkit_geometry::Aabb;
 
 use crate::facets::Facets;
 use crate::halfedges::{next, twins};
 
-/// Triangles must be farther outside than this, mm.
+/// Smallest distance outside the box of triangles that may be removed, mm.
 const CLEAR_MM: f64 = 0.5;
 
-/// With fewer triangles to lose, it is not worth the search.
+/// Smallest number of removable triangles that makes the search worth while.
 const WORTH_IT: usize = 400;
 
-/// The tool without what lies beyond one side of the box, where there is most of it; `None` if that is
-/// not worth while.
+/// Removes the triangles beyond one side of the box, the one with most of them; `None` if that is not worth while.
 pub(super) fn culled(tool: &Facets, base: &Aabb) -> Option<Facets> {
     if tool.triangles.len() < WORTH_IT {
         return None;
     }
     let sides = [0, 1, 2].into_iter().flat_map(|axis| [(axis, -1.0), (axis, 1.0)]);
     let beyond = |(axis, sign): (usize, f64)| -> Vec<bool> {
+        // Along the negative axes coordinates are compared with reversed sign.
         let limit = if sign < 0.0 { -base.min[axis] } else { base.max[axis] } + CLEAR_MM;
         let is_out: Vec<bool> = tool.vertices.iter().map(|v| sign * v[axis] > limit).collect();
         tool.triangles.iter().map(|t| t.iter().all(|&v| is_out[v as usize])).collect()
@@ -42,11 +41,12 @@ pub(super) fn culled(tool: &Facets, base: &Aabb) -> Option<Facets> {
     Some(without_unused(rest))
 }
 
-/// A fan over each loop that the missing triangles leave open: it lies within the loop's convex hull.
+/// Closes each loop that the missing triangles leave open by a fan of triangles, which lies within the loop's convex
+/// hull.
 fn close(rest: &mut Facets, tool: &Facets, gone: &[bool]) -> Option<()> {
     let corners = tool.triangles.as_flattened();
     let twins = twins(tool.vertices.len(), corners).ok()?;
-    // The edges of missing triangles whose neighbour stays, by where they begin.
+    // Edges of missing triangles whose neighbour stays, sorted by start vertex.
     let mut rim: Vec<[u32; 2]> = (0..corners.len())
         .filter(|&edge| gone[edge / 3] && !gone[twins[edge] as usize / 3])
         .map(|edge| [corners[edge], corners[next(edge)]])
@@ -75,6 +75,7 @@ fn close(rest: &mut Facets, tool: &Facets, gone: &[bool]) -> Option<()> {
         }
         let centre = rest.vertex(centre);
         for [from, to] in chain {
+            // The face number does not matter: these triangles lie outside of the base.
             rest.triangle([from, to, centre], tool.faces[0]);
         }
     }

@@ -1,4 +1,4 @@
-//! Which operands of a boolean are small features, and how they get into the base's mesh.
+//! Selection of the operands of a boolean that are small features, and their insertion into the base's mesh.
 
 use std::rc::Rc;
 
@@ -10,17 +10,17 @@ use crate::conform::{Base, Effect, Feature, Pin, conform};
 use crate::shape_key::shape_key;
 use crate::tessellate::face_count;
 
-/// A tool is a feature if its box's diagonal is at most this share of the base's.
+/// Largest diagonal of a feature's box as a fraction of the base's.
 pub(super) const LARGEST_SHARE: f64 = 0.6;
 
-/// Operands that conform to the base, perhaps, and all others.
+/// Operands that may conform to the base, and all others.
 pub(super) struct Split<'a> {
     pub features: Vec<(Item<'a>, Rc<Pin>)>,
     pub others: Vec<Item<'a>>,
 }
 
 impl Evaluator {
-    /// Sorts operands by what they are and their size beside the base's.
+    /// Splits operands into features and others, by kind and by size relative to the base.
     pub(super) fn split<'a>(
         &mut self,
         items: Vec<Item<'a>>,
@@ -41,6 +41,7 @@ impl Evaluator {
         if !Pin::may_be(item.core) {
             return Ok(None);
         }
+        // The cache also stores that a shape is no pin.
         let key = shape_key(item.core);
         if let Some(pin) = self.pins.get(&key) {
             return Ok(pin.clone());
@@ -51,8 +52,8 @@ impl Evaluator {
         Ok(pin)
     }
 
-    /// Adds features to the mesh of an exact solid, or cuts them away. Returns the mesh and those
-    /// that the kernel must see to.
+    /// Adds features to the mesh of an exact solid, or cuts them away. Returns the mesh and the features that are left
+    /// to the kernel.
     pub(super) fn conformed<'a>(
         &self,
         shape: Rc<Shape>,
@@ -80,7 +81,7 @@ fn feature((item, pin): &(Item, Rc<Pin>)) -> Feature {
 }
 
 impl<'a> Split<'a> {
-    /// Moves features that cannot conform to the others, so that the kernel sees them only once.
+    /// Moves features that cannot conform to the others, so that the kernel processes them only once.
     pub fn settle(&mut self, exact: &Exact) {
         let can = |one: &(Item, Rc<Pin>)| {
             exact.body.as_ref().is_some_and(|body| feature(one).has_curves(body))
@@ -92,15 +93,15 @@ impl<'a> Split<'a> {
     }
 }
 
-/// A base as an exact solid, with the number of the first face of each leaf.
+/// Base as an exact solid, with the number of the first face of each leaf.
 pub(super) struct Exact {
-    /// None if the tree is no solid without its features.
+    /// Exact solid; `None` if the tree is no valid solid without its features.
     body: Option<ExactBody>,
     first_faces: Vec<u32>,
 }
 
 impl Exact {
-    /// `of` without the items.
+    /// Creates the exact solid of `of` minus the items.
     pub fn difference(of: &Solid, items: &[Item]) -> Self {
         let mut first_faces = Vec::new();
         number_leaves(of, 0, &mut first_faces);
@@ -108,7 +109,7 @@ impl Exact {
         Self { body: ExactBody::new(&of.clone().minus_all(tools)).ok(), first_faces }
     }
 
-    /// All items together.
+    /// Creates the exact solid of the union of all items.
     pub fn union(items: &[Item]) -> Self {
         let mut first_faces = Vec::new();
         let solids = placed(items, &mut first_faces);

@@ -1,8 +1,8 @@
-//! Features of operands are lifted out of the tree and put into its finished mesh.
+//! Extraction of operands' features from the tree, and their insertion into the finished mesh.
 //!
-//! A mold is a block minus a layer, and the layer has hundreds of dimples. Evaluated as written, the
-//! block would be cut by a mesh full of dimples; here it is cut by the bare layer, and the dimples
-//! follow (`conform/nested.rs` says when that is the same).
+//! A mold is a block minus a layer, and the layer has hundreds of dimples. Evaluated as written, the block would be cut
+//! by a mesh full of dimples; here it is cut by the bare layer, and the dimples follow (`conform/nested.rs` states the
+//! conditions).
 
 use std::ops::Range;
 use std::rc::Rc;
@@ -17,11 +17,11 @@ use crate::extent::extent;
 use crate::facets::Facets;
 use crate::tessellate::face_count;
 
-/// Fewer features are left where they are.
+/// Smallest number of features that are extracted.
 const WORTH_IT: usize = 8;
 
 impl Evaluator {
-    /// The mesh, or `None` if there is nothing to lift, or something that cannot be put back.
+    /// Returns the mesh; `None` if there are too few features, or some that cannot be inserted.
     pub(super) fn lifted(&mut self, root: &Item) -> Result<Option<Facets>, MeshError> {
         let mut lift = Lift { evaluator: self, features: Vec::new(), faces: Vec::new(), leaves: 0 };
         let mut next_face = root.first_face;
@@ -34,6 +34,7 @@ impl Evaluator {
         for face in &mut facets.faces {
             *face = faces[*face as usize];
         }
+        // The exact solids with and without features decide about inside and outside.
         let placed = root.core.clone().placed(root.pose);
         let (Ok(with), Ok(without)) = (ExactBody::new(&placed), ExactBody::new(&bare)) else {
             return Ok(None);
@@ -42,6 +43,7 @@ impl Evaluator {
         for (number, leaf) in (0..).zip(bare.leaves()) {
             first_faces.push(faces[first as usize]);
             first += face_count(leaf.primitive);
+            // Half spaces have no triangles; `conform/nested.rs` tests their planes directly.
             if !matches!(leaf.primitive, Solid::HalfSpace(_)) {
                 let item = Item::peeled(Pose::identity(), leaf.primitive, 0);
                 let shape = self.body(&item, &Aabb::everything())?.shape;
@@ -60,15 +62,15 @@ impl Evaluator {
 struct Lift<'e> {
     evaluator: &'e mut Evaluator,
     features: Vec<Feature>,
-    /// For each face of the bare tree, its number in the whole one.
+    /// Number in the whole tree of each face of the bare tree.
     faces: Vec<u32>,
-    /// Of the bare tree, so far.
+    /// Number of leaves of the bare tree so far.
     leaves: u32,
 }
 
 impl Lift<'_> {
-    /// The tree without the features of its operands. What the root itself cuts and unites stays:
-    /// that costs nothing.
+    /// Returns the tree without the features of its operands. Operands of the root itself stay, because they cost
+    /// nothing extra.
     fn bare(
         &mut self,
         solid: &Solid,
@@ -104,7 +106,7 @@ impl Lift<'_> {
         })
     }
 
-    /// Operands of a union, or a difference's base and its tools.
+    /// Returns the bare operands of a union, or of a difference (its base and its tools).
     fn operands<'a>(
         &mut self,
         all: impl IntoIterator<Item = &'a Solid>,
@@ -122,6 +124,7 @@ impl Lift<'_> {
             let is_small = |pin: &Rc<Pin>| pin.diagonal_mm() <= LARGEST_SHARE * largest_mm;
             let pin = if is_root { None } else { self.evaluator.pin(&item)?.filter(is_small) };
             match pin {
+                // The first operand stays: the features need something to conform to.
                 Some(pin) if !bare.is_empty() => {
                     self.features.push(Feature {
                         pin,
@@ -135,7 +138,7 @@ impl Lift<'_> {
             }
         }
         let operand: Range<u32> = first_leaf..self.leaves;
-        // Features deeper down have their operand already.
+        // Features of deeper operands have their operand already.
         for feature in &mut self.features[first_feature..] {
             feature.operand.get_or_insert(operand.clone());
         }

@@ -4,30 +4,30 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use fabkit_geometry::{Path, Segment, Solid};
 
-/// What comes nearer than this without crossing, or crosses so near an end, is not decided here, mm.
+/// Tolerance, mm: segments that come nearer without crossing, or that cross nearer to an end, are not decided here.
 const NEAR_MM: f64 = 1e-6;
 
-/// Nearer to the axis than this is on it, mm.
+/// Distance below which a point counts as on the axis, mm.
 const ON_AXIS_MM: f64 = 1e-9;
 
-/// What to do with two profiles.
+/// Boolean operation on two profiles.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Rule {
     Add,
     Cut,
 }
 
-/// An arc of an ellipse along the axes.
+/// Arc of an axis-aligned ellipse.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Bend {
     pub centre: [f64; 2],
     pub axes: [f64; 2],
     pub ccw: bool,
-    /// Whether it is written down as a circle.
+    /// True if it is written as a circular arc.
     round: bool,
 }
 
-/// A piece of an outline: distance from the axis and z, mm.
+/// Segment of an outline; coordinates are distance from the axis and z, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Seg {
     pub from: [f64; 2],
@@ -36,13 +36,13 @@ pub(super) struct Seg {
     face: u32,
 }
 
-/// A closed outline, counter-clockwise, without what of it lies on the axis.
+/// Closed outline, counter-clockwise, without its segments on the axis.
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
     pub segs: Vec<Seg>,
 }
 
-/// Two pieces come too near each other to say anything.
+/// Error: two segments come too near each other for a decision.
 struct Unclear;
 
 impl Bend {
@@ -51,7 +51,7 @@ impl Bend {
         y.atan2(x)
     }
 
-    /// As seen from the centre, in half axes.
+    /// Returns a point relative to the centre, in units of the half axes.
     fn unit(&self, p: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|i| (p[i] - self.centre[i]) / self.axes[i])
     }
@@ -83,15 +83,15 @@ impl Seg {
         self
     }
 
-    /// Where a bend starts, counter-clockwise, and how far it goes, rad.
+    /// Returns the start angle of an arc, followed counter-clockwise, and the angle that it sweeps, rad.
     fn sweep(&self, bend: &Bend) -> [f64; 2] {
         let [from, to] = if bend.ccw { [self.from, self.to] } else { [self.to, self.from] };
         let start = bend.angle(from);
         [start, (bend.angle(to) - start).rem_euclid(TAU)]
     }
 
-    /// Share of the way to a point that lies on the line or the curve that carries the piece; outside
-    /// of 0 to 1 if it lies beyond the ends.
+    /// Returns the position along the segment, as a fraction of its length, of a point on the line or ellipse that
+    /// carries it; outside of 0 to 1 beyond the ends.
     fn share(&self, p: [f64; 2]) -> f64 {
         match &self.bend {
             None => {
@@ -100,7 +100,7 @@ impl Seg {
             }
             Some(bend) => {
                 let [start, sweep] = self.sweep(bend);
-                // What lies just before the start counts as that, not as a turn later.
+                // Points just before the start get a small negative fraction, not one of almost a turn.
                 let gap = TAU - sweep;
                 let along = (bend.angle(p) - start + gap / 2.0).rem_euclid(TAU) - gap / 2.0;
                 if bend.ccw { along / sweep } else { 1.0 - along / sweep }
@@ -125,7 +125,7 @@ impl Seg {
         }
     }
 
-    /// A box around it; around the whole ellipse for a bend.
+    /// Returns a box around the segment; for an arc, around its whole ellipse.
     fn bounds(&self) -> [[f64; 2]; 2] {
         match &self.bend {
             None => [
@@ -138,7 +138,7 @@ impl Seg {
         }
     }
 
-    /// How often a ray from a point away from the axis crosses it.
+    /// Counts the crossings with a ray from a point in the direction away from the axis.
     fn crossings(&self, [r, z]: [f64; 2]) -> usize {
         let Some(bend) = &self.bend else {
             let ([r0, z0], [r1, z1]) = (self.from, self.to);
@@ -147,7 +147,7 @@ impl Seg {
         };
         let [start, sweep] = self.sweep(bend);
         let [first, last] = if bend.ccw { [self.from, self.to] } else { [self.to, self.from] };
-        // Divided where it is highest and lowest.
+        // The arc is divided at its highest and lowest points.
         let mut turns = vec![(start, first[1])];
         for k in -3..=5 {
             let angle = FRAC_PI_2 + f64::from(k) * PI;
@@ -167,7 +167,7 @@ impl Seg {
         turns.windows(2).filter(beyond).count()
     }
 
-    /// Where it crosses another.
+    /// Finds the crossings with another segment.
     fn meets(&self, other: &Self) -> Result<Vec<[f64; 2]>, Unclear> {
         let ([low, high], [other_low, other_high]) = (self.bounds(), other.bounds());
         if (0..2).any(|i| low[i] > other_high[i] + NEAR_MM || other_low[i] > high[i] + NEAR_MM) {
@@ -196,7 +196,7 @@ impl Seg {
         Ok(found)
     }
 
-    /// What is the same at both ends is the same for a point of the line, exactly.
+    /// Sets a coordinate that both ends of the line share exactly, so that rounding does not change it.
     fn keep(&self, point: &mut [f64; 2]) {
         for (x, (from, to)) in point.iter_mut().zip(self.from.iter().zip(&self.to)) {
             if from == to {
@@ -230,8 +230,9 @@ impl Seg {
         let way = minus(q, p);
         let (a, b, c) = (dot(way, way), dot(p, way), dot(p, p) - 1.0);
         let root2 = b * b - a * c;
-        // Of the half chord, in half axes.
+        // Tolerance of the half chord, in units of the half axes.
         let margin = NEAR_MM / bend.axes[0].min(bend.axes[1]);
+        // Near a tangent the crossings are ill-conditioned.
         if root2.abs() < a * margin {
             return Err(Unclear);
         }
@@ -250,16 +251,19 @@ impl Seg {
         let way = minus(b.centre, a.centre);
         let apart_mm = way[0].hypot(way[1]);
         let wider = [0, 1].map(|i| a.axes[i] - b.axes[i]);
+        // Concentric arcs either lie within each other or coincide.
         if apart_mm < ON_AXIS_MM {
             if wider.iter().all(|w| *w > NEAR_MM) || wider.iter().all(|w| *w < -NEAR_MM) {
                 return Ok(Vec::new());
             }
             return Err(Unclear);
         }
+        // Two different ellipses have no closed form here.
         if !a.is_circle() || !b.is_circle() {
             return Err(Unclear);
         }
         let (r, s) = (a.axes[0], b.axes[0]);
+        // Distance of the common chord from the centre of the first circle.
         let along = (apart_mm * apart_mm + r * r - s * s) / (2.0 * apart_mm);
         let height2 = r * r - along * along;
         if height2.abs() < 2.0 * r.max(s) * NEAR_MM {
@@ -279,7 +283,7 @@ impl Seg {
         Ok(vec![at(height2.sqrt()), at(-height2.sqrt())])
     }
 
-    /// Its pieces between points on it.
+    /// Returns its pieces between the given points on it.
     fn divided(&self, mut at: Vec<[f64; 2]>) -> Vec<Self> {
         at.sort_by(|a, b| self.share(*a).total_cmp(&self.share(*b)));
         at.push(self.to);
@@ -294,7 +298,7 @@ impl Seg {
 }
 
 impl Outline {
-    /// Of a primitive that is solid in one piece around its axis; its faces have those numbers.
+    /// Returns the outline of a primitive that is solid up to its axis; `faces` are the numbers of its faces.
     pub fn of(primitive: &Solid, faces: &[u32]) -> Option<Self> {
         let face = |i: usize| faces.get(i).copied().unwrap_or_default();
         let segs = match primitive {
@@ -336,7 +340,7 @@ impl Outline {
         self.segs.iter().map(|seg| seg.crossings(point)).sum::<usize>() % 2 == 1
     }
 
-    /// Both, if their outlines cross and one closed outline comes of it.
+    /// Combines two outlines if they cross and the result is one closed outline.
     pub fn combined(
         &self,
         other: &Self,
@@ -352,6 +356,7 @@ impl Outline {
                 others.extend(points);
             }
         }
+        // Outlines that do not cross are apart or nested: no fusion.
         if own.iter().all(Vec::is_empty) {
             return None;
         }
@@ -364,6 +369,8 @@ impl Outline {
                 if divided.iter().any(|piece| piece.length_mm() < NEAR_MM) {
                     return None;
                 }
+                // Union keeps the pieces outside of the other outline; a cut keeps the tool's pieces inside the base,
+                // reversed.
                 let kept = divided.into_iter().filter(|p| beyond.contains(p.middle()) == is_tool);
                 let before = pieces.len();
                 pieces.extend(kept.map(|p| if is_tool { p.reversed() } else { p }));
@@ -375,7 +382,7 @@ impl Outline {
         in_order(pieces).map(|segs| Self { segs })
     }
 
-    /// As a path, with the face of each of its pieces.
+    /// Converts to a path, with the face number of each segment.
     pub fn into_path(self) -> (Path, Vec<u32>) {
         let mut path = Path::from(self.segs[0].from);
         let mut faces = Vec::with_capacity(self.segs.len() + 1);
@@ -392,13 +399,13 @@ impl Outline {
             faces.push(face);
         }
         let closed = path.close();
-        // Along the axis: it sweeps nothing.
+        // The closing segment along the axis sweeps no surface; its face number does not matter.
         faces.resize(closed.segments.len(), faces[0]);
         (closed, faces)
     }
 }
 
-/// One closed outline, or `None`. It may pass along the axis once.
+/// Orders pieces to one closed outline; `None` if they do not form one. It may run along the axis once.
 fn in_order(mut pieces: Vec<Seg>) -> Option<Vec<Seg>> {
     let on_axis = |p: [f64; 2]| p[0] < ON_AXIS_MM;
     let from_axis = |piece: &Seg| on_axis(piece.from);
@@ -411,6 +418,7 @@ fn in_order(mut pieces: Vec<Seg>) -> Option<Vec<Seg>> {
         _ => return None,
     }
     for done in 1..pieces.len() {
+        // Exact comparison is enough: common ends are the same computed point.
         let end = pieces[done - 1].to;
         let next = (done..pieces.len()).find(|&i| pieces[i].from == end)?;
         pieces.swap(done, next);
@@ -419,7 +427,7 @@ fn in_order(mut pieces: Vec<Seg>) -> Option<Vec<Seg>> {
     (first == last || (on_axis(first) && on_axis(last))).then_some(pieces)
 }
 
-/// The side is face 0, the bottom 1 and the top 2.
+/// Returns the outline of a cylinder or cone. The side is face 0, the bottom 1 and the top 2.
 fn frustum([bottom, top]: [f64; 2], height_mm: f64, face: impl Fn(usize) -> u32) -> Vec<Seg> {
     let corners = [[0.0, 0.0], [bottom, 0.0], [top, height_mm], [0.0, height_mm]];
     let sides = corners.windows(2).zip([1, 0, 2]);
@@ -433,7 +441,7 @@ fn of_path(path: &Path, face: impl Fn(usize) -> u32) -> Vec<Seg> {
         let bend = match *segment {
             Segment::Line { .. } => None,
             Segment::Arc { centre, ccw, .. } => {
-                // The end that decides is the same one whichever way the arc is walked.
+                // The radius is taken from the same end in both directions, so that shared arcs have equal radii.
                 let end = minus(if ccw { to } else { from }, centre);
                 Some(Bend { centre, axes: [end[0].hypot(end[1]); 2], ccw, round: true })
             }

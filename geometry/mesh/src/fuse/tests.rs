@@ -1,4 +1,4 @@
-//! Fused trees against the trees they come from, and against the exact faces.
+//! Comparison of fused trees with the original trees and with the exact faces.
 
 use std::cell::Cell;
 
@@ -14,9 +14,9 @@ use crate::{FaceId, MeshError, TriMesh, mesh, to_mesh};
 
 const TOLERANCE_MM: f64 = 0.02;
 
-/// Round things about z that begin at z = 0.
+/// Draws solids of revolution about z that start at z = 0.
 fn round() -> impl Strategy<Value = Solid> {
-    // Steps, so that no rim is as thin as the tolerance, where triangles and exact faces differ.
+    // Discrete sizes, so that no rim is as thin as the tolerance, where triangles and exact faces differ.
     let size = || (3u8..22).prop_map(|k| 0.37 * f64::from(k));
     prop_oneof![
         (size(), size()).prop_map(|(r, h)| Solid::cylinder(r, h)),
@@ -36,7 +36,7 @@ fn round() -> impl Strategy<Value = Solid> {
     ]
 }
 
-/// Stacks about one axis: some united, some cut away, and a box at one side.
+/// Draws stacks about one axis: some solids united, some cut away, and a box at one side.
 fn stacks() -> impl Strategy<Value = Solid> {
     let placed = || (round(), -4.0f64..4.0).prop_map(|(one, z)| one.at(0.0, 0.0, z));
     let several = || prop::collection::vec(placed(), 1..4);
@@ -72,7 +72,7 @@ fn stacks_in_one_piece_are_what_booleans_make() {
     let check = |solid: Solid| {
         let Some(fused) = fused(&solid) else { return Ok(()) };
         count.set(count.get() + 1);
-        // What the kernel cuts lies on its triangles, not on the exact faces.
+        // Vertices made by the kernel lie on its triangles, not on the exact faces.
         let whole = fused.solid.leaves().len() == 1;
         let [vertex_mm, most_mm] =
             if whole { [1e-9, TOLERANCE_MM] } else { [TOLERANCE_MM + 1e-4; 2] };
@@ -83,7 +83,7 @@ fn stacks_in_one_piece_are_what_booleans_make() {
                 return Ok(());
             }
         };
-        // Rims thinner than the tolerance are right in one piece, and may be chips or gone otherwise.
+        // Rims thinner than the tolerance are right if fused to one solid; by booleans they may break or vanish.
         if whole {
             let Solid::Revolution(one_profile) = fused.solid.leaves()[0].primitive else {
                 return Err(TestCaseError::fail("no profile"));
@@ -115,7 +115,7 @@ fn stacks_in_one_piece_are_what_booleans_make() {
     assert!(count.get() > 50, "only {} of 150 had anything to fuse", count.get());
 }
 
-/// A dome on a flange, hollow, with a counterbored hole: one profile and one stepped tool.
+/// Tests a hollow dome on a flange with a counterbored hole: one profile and one stepped tool.
 #[test]
 fn a_dome_on_a_flange_needs_no_boolean_for_its_round_parts() {
     let dome = |r: f64, low: f64| {
@@ -134,7 +134,7 @@ fn a_dome_on_a_flange_needs_no_boolean_for_its_round_parts() {
     assert!((volume_mm3 / before_mm3 - 1.0).abs() < 1e-3, "{volume_mm3} and {before_mm3} mm3");
 }
 
-/// Layers that touch have the same triangles where they do: what bends is not divided in one alone.
+/// Touching layers have the same triangles on their common face, so a curved face must not be divided in only one.
 #[test]
 fn faces_that_other_leaves_share_are_not_divided() {
     let ball = || Solid::sphere(10.0);
@@ -146,7 +146,7 @@ fn faces_that_other_leaves_share_are_not_divided() {
     assert!(fused(&both).is_none());
 }
 
-/// Touching, overlapping faces, voids and what would come apart are left to the kernel.
+/// Contacts, overlapping faces, voids and solids that would fall apart are left to the kernel.
 #[test]
 fn unclear_pairs_stay_as_they_are() {
     let post = || Solid::cylinder(5.0, 10.0);

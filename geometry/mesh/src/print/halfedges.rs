@@ -1,24 +1,24 @@
-//! Who is whose neighbour, kept up to date while edges collapse and flip.
+//! Mesh adjacency, updated while edges collapse and flip.
 
 use super::PrintDefect;
 use crate::TriMesh;
 use crate::halfedges::{next, previous, twins};
 
-/// Marks the corners of a removed triangle.
+/// Marker in the corners of a removed triangle.
 const GONE: u32 = u32::MAX;
 
-/// Triangles with, for each of their edges, the same edge of the neighbour.
+/// Triangles and, for each of their edges, the twin edge of the neighbour.
 ///
 /// Edge `3 t + i` of triangle `t` runs from its corner `i` to corner `i + 1`.
 pub(super) struct Halfedges {
-    /// Rounded to `f32` values, mm.
+    /// Vertex positions, rounded to `f32` values, mm.
     pub positions: Vec<[f64; 3]>,
     corners: Vec<u32>,
     twins: Vec<u32>,
 }
 
 impl Halfedges {
-    /// Rounds and finds neighbours.
+    /// Rounds the positions and finds neighbours.
     pub fn new(mesh: &TriMesh) -> Result<Self, PrintDefect> {
         let round = |v: &[f64; 3]| v.map(|c| f64::from(c as f32));
         let positions: Vec<_> = mesh.vertices.iter().map(round).collect();
@@ -30,7 +30,7 @@ impl Halfedges {
         Ok(Self { positions, corners, twins })
     }
 
-    /// Triangles that are still there.
+    /// Returns the triangles that have not been removed.
     pub fn alive(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.corners.len() / 3).filter(|&t| self.is_alive(t))
     }
@@ -59,7 +59,7 @@ impl Halfedges {
         self.twins[edge] as usize
     }
 
-    /// Edges that start where `edge` starts, all around.
+    /// Returns all edges that start where `edge` starts, in order around that vertex.
     pub fn around(&self, edge: usize) -> impl Iterator<Item = usize> + '_ {
         let mut current = Some(edge);
         std::iter::from_fn(move || {
@@ -70,14 +70,14 @@ impl Halfedges {
         })
     }
 
-    /// Ends of all edges from the start of `edge`, sorted.
+    /// Returns the ends of all edges from the start of `edge`, sorted.
     pub fn neighbours(&self, edge: usize) -> Vec<u32> {
         let mut ends: Vec<u32> = self.around(edge).map(|e| self.to(e)).collect();
         ends.sort_unstable();
         ends
     }
 
-    /// Removes an edge by moving its start onto its end. The two triangles beside it go.
+    /// Collapses an edge by moving its start onto its end. The two triangles beside it are removed.
     ///
     /// Only for edges whose ends have exactly two common neighbours.
     pub fn collapse(&mut self, edge: usize) {
@@ -107,7 +107,7 @@ impl Halfedges {
         let (bc, ad) = (next(edge), next(other));
         self.corners[edge] = d;
         self.corners[other] = c;
-        // The edges b c and a d stay where they are; c a and d b move to the other triangle.
+        // The edges b c and a d stay in place; c a and d b move to the other triangle.
         let outer_ca = self.twin(previous(edge));
         let outer_db = self.twin(previous(other));
         self.link(bc, outer_bc);

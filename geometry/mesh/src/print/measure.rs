@@ -1,4 +1,4 @@
-//! Volume, area, genus, bounds of what files are written from.
+//! Volume, area, genus, shells and bounds of meshes in file form.
 
 use fabkit_geometry::{Aabb, Solid};
 
@@ -8,32 +8,32 @@ use crate::facets::bounds_of;
 use crate::measure::{area_mm2, feature_of, genus, shells, volume_mm3};
 
 impl PrintMesh {
-    /// Enclosed volume, mm^3, of the rounded vertices.
+    /// Computes the enclosed volume, mm^3, of the rounded vertices.
     pub fn volume_mm3(&self) -> f64 {
         volume_mm3(&self.vertices_f64(), self.triangles())
     }
 
-    /// Surface area, mm^2.
+    /// Computes the surface area, mm^2.
     pub fn area_mm2(&self) -> f64 {
         area_mm2(&self.vertices_f64(), self.triangles())
     }
 
-    /// As [`TriMesh::genus`](crate::TriMesh::genus).
+    /// Computes the genus, see [`TriMesh::genus`](crate::TriMesh::genus).
     pub fn genus(&self) -> i32 {
         genus(self.vertices().len(), self.triangles())
     }
 
-    /// The closed surfaces that it consists of, in the order of their first triangles.
+    /// Returns the closed surfaces that it consists of, in the order of their first triangles.
     pub fn shells(&self) -> Vec<Shell> {
         shells(&self.vertices_f64(), self.triangles())
     }
 
-    /// Smallest box, mm.
+    /// Returns the bounding box, mm.
     pub fn bounds(&self) -> Aabb {
         bounds_of(&self.vertices_f64())
     }
 
-    /// As [`TriMesh::feature`](crate::TriMesh::feature).
+    /// Returns the feature name of a triangle, see [`TriMesh::feature`](crate::TriMesh::feature).
     pub fn feature<'a>(&self, triangle: usize, solid: &'a Solid) -> &'a str {
         feature_of(self.faces().get(triangle), solid)
     }

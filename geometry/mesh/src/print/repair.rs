@@ -1,25 +1,25 @@
-//! Removes what rounding made degenerate, without opening the mesh or changing its topology.
+//! Repair of triangles that rounding made degenerate, without opening the mesh or changing its topology.
 
 use super::halfedges::Halfedges;
 use crate::halfedges::previous;
 use crate::measure::{dot, double_area, subtract};
 
-/// Triangles lower than this are taken out if possible, in `f32` spacings.
+/// Altitude up to which triangles are removed if possible, in `f32` spacings.
 const LOW_ULPS: f64 = 1.0;
 
-/// Edges up to this length may collapse, in `f32` spacings.
+/// Length up to which edges may collapse, in `f32` spacings.
 const SHORT_ULPS: f64 = 8.0;
 
-/// A vertex that fell onto another is moved this far, in `f32` spacings.
+/// Displacement of a vertex that coincides with another, in `f32` spacings.
 const NUDGE_ULPS: f64 = 2.0;
 
-/// How often the mesh is gone through: each pass may uncover work for the next.
+/// Largest number of passes through the mesh: each pass may uncover work for the next.
 const PASSES: usize = 16;
 
-/// For each vertex, the one it was merged into, or itself.
+/// Repairs the mesh. Returns for each vertex the one it was merged into, or itself.
 pub(super) fn repair(mesh: &mut Halfedges, ulp_mm: f64) -> Vec<u32> {
     let mut repair = Repair { moved_to: (0..mesh.positions.len() as u32).collect(), mesh, ulp_mm };
-    // Equal vertices that are neighbours mostly collapse; only those that cannot are parted.
+    // Equal vertices that are neighbours mostly collapse; only those that cannot are moved apart.
     let mut part_neighbours = false;
     for _ in 0..PASSES {
         let low: Vec<usize> = repair.mesh.alive().filter(|&t| repair.is_low(t)).collect();
@@ -43,7 +43,7 @@ struct Repair<'a> {
 }
 
 impl Repair<'_> {
-    /// Lower than [`LOW_ULPS`] over its longest edge.
+    /// Returns whether a triangle's altitude over its longest edge is at most [`LOW_ULPS`].
     fn is_low(&self, t: usize) -> bool {
         let points = self.mesh.points(t);
         let longest = (0..3).map(|i| distance2(points[i], points[(i + 1) % 3])).fold(0.0, f64::max);
@@ -51,8 +51,8 @@ impl Repair<'_> {
         norm2(double_area(points)) <= longest * low_mm * low_mm
     }
 
-    /// Takes one low triangle out: a needle by collapsing its short edge, a cap by flipping its
-    /// long one.
+    /// Removes one low triangle: a needle by collapsing its short edge, a cap by flipping its long one. Returns whether
+    /// it succeeded.
     fn remove(&mut self, t: usize) -> bool {
         let length2 = |e: usize| {
             let [a, b] = [self.mesh.from(e), self.mesh.to(e)].map(|v| v as usize);
@@ -63,6 +63,7 @@ impl Repair<'_> {
         let short_mm = SHORT_ULPS * self.ulp_mm;
         let [shortest, middle, longest] = edges;
         let short = edges.map(|e| length2(e) <= short_mm * short_mm);
+        // A needle collapses, a cap flips; longer edges collapse only if neither succeeds.
         (short[0] && self.collapse_either_way(shortest))
             || self.flip(longest)
             || (short[1] && self.collapse_either_way(middle))
@@ -93,6 +94,7 @@ impl Repair<'_> {
             let mut new = old;
             new[e % 3] = target;
             let (before, after) = (double_area(old), double_area(new));
+            // A low triangle may turn over: its own normal is noise.
             norm2(after) > 0.0 && (dot(before, after) > 0.0 || self.is_low(t))
         };
         if !mesh.around(edge).all(keeps_its_side) {
@@ -108,11 +110,12 @@ impl Repair<'_> {
         let twin = mesh.twin(edge);
         let (a, b) = (mesh.from(edge), mesh.to(edge));
         let (c, d) = (mesh.from(previous(edge)), mesh.from(previous(twin)));
+        // The new edge must not exist already, which would make it non-manifold.
         if c == d || mesh.neighbours(previous(edge)).binary_search(&d).is_ok() {
             return false;
         }
         let points = |corners: [u32; 3]| corners.map(|v| mesh.positions[v as usize]);
-        // The neighbour says where outside is: the low triangle's own normal is noise.
+        // The neighbour's normal tells where outside is: that of the low triangle is noise.
         let outside = double_area(mesh.points(twin / 3));
         let after = [points([d, b, c]), points([c, a, d])].map(double_area);
         let lowest_before = self.height2(edge / 3).min(self.height2(twin / 3));
@@ -129,8 +132,9 @@ impl Repair<'_> {
         height2(self.mesh.points(t))
     }
 
-    /// Whether any two positions are equal, of vertices that are still there or not.
+    /// Returns whether any two positions are equal, including those of removed vertices.
     fn has_equals(&self) -> bool {
+        // Adding 0.0 turns -0.0 into 0.0, so that equal values have equal bits.
         let bits = |c: f64| u128::from((c as f32 + 0.0).to_bits());
         let key = |&[x, y, z]: &[f64; 3]| bits(x) << 64 | bits(y) << 32 | bits(z);
         let mut keys: Vec<u128> = self.mesh.positions.iter().map(key).collect();
@@ -138,8 +142,8 @@ impl Repair<'_> {
         keys.windows(2).any(|pair| pair[0] == pair[1])
     }
 
-    /// Moves apart vertices that have equal positions: two parts of the surface that touch. Each
-    /// moves into its own side of the solid.
+    /// Moves vertices with equal positions apart: two parts of the surface that touch. Each moves into its own side of
+    /// the solid.
     fn part_equals(&mut self, neighbours_too: bool) -> bool {
         let mut start = vec![usize::MAX; self.mesh.positions.len()];
         for t in self.mesh.alive() {
@@ -176,13 +180,14 @@ impl Repair<'_> {
         let length = norm2(outward).sqrt().max(f64::MIN_POSITIVE);
         let position = &mut self.mesh.positions[vertex as usize];
         for i in 0..3 {
+            // Against the outward normal, into the solid.
             let step_mm = NUDGE_ULPS * self.ulp_mm * outward[i] / length;
             position[i] = f64::from((position[i] - step_mm) as f32);
         }
     }
 }
 
-/// Square of the height over the longest edge, mm^2.
+/// Computes the square of the altitude over the longest edge, mm^2.
 fn height2(points: [[f64; 3]; 3]) -> f64 {
     let longest = (0..3).map(|i| distance2(points[i], points[(i + 1) % 3])).fold(0.0, f64::max);
     if longest == 0.0 { 0.0 } else { norm2(double_area(points)) / longest }

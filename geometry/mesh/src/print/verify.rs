@@ -1,16 +1,16 @@
-//! The proof that a file's mesh is sound. It shares no code with the repair.
+//! Verification that a file's mesh is valid. It shares no code with the repair.
 
 use super::{PrintDefect, PrintMesh};
 use crate::TriMesh;
 use crate::measure::{double_area, genus, subtract, volume_mm3};
 
-/// Checks everything that [`PrintMesh`] promises about itself.
+/// Checks all properties that [`PrintMesh`] guarantees.
 pub(super) fn sound(print: &PrintMesh, original: &TriMesh) -> Result<(), PrintDefect> {
     let vertices: Vec<[f64; 3]> = print.vertices.iter().map(|v| v.map(f64::from)).collect();
     let at = |v: u32| vertices[v as usize];
     let defect = |problem, at_mm| Err(PrintDefect { problem, at_mm });
 
-    // All bits of a place in one number, above the vertex.
+    // All bits of a position in one number, with the vertex number in the lowest 32 bits.
     let place = |(v, vertex): (usize, &[f32; 3])| {
         vertex.iter().fold(0, |bits, c| bits << 32 | u128::from((c + 0.0).to_bits())) << 32
             | v as u128
@@ -36,10 +36,10 @@ pub(super) fn sound(print: &PrintMesh, original: &TriMesh) -> Result<(), PrintDe
     Ok(())
 }
 
-/// A vertex whose triangles are not one closed, oriented fan.
+/// Returns a vertex whose triangles are not one closed, oriented fan.
 ///
-/// Around a vertex, every triangle leads from one neighbour to another. The surface is a closed,
-/// oriented manifold there exactly if those steps form a single cycle.
+/// Around a vertex, every triangle leads from one neighbour to another. The surface is a closed, oriented manifold
+/// there exactly if those steps form a single cycle.
 fn open_fan(vertex_count: usize, triangles: &[[u32; 3]]) -> Option<u32> {
     let mut first = vec![0usize; vertex_count + 1];
     for v in triangles.iter().flatten() {
@@ -58,7 +58,7 @@ fn open_fan(vertex_count: usize, triangles: &[[u32; 3]]) -> Option<u32> {
     }
     (0..vertex_count as u32).find(|&v| {
         let fan = &mut steps[first[v as usize]..first[v as usize + 1]];
-        // Looking through a small one takes less than sorting it.
+        // A linear search of a small fan takes less time than sorting it.
         let is_small = fan.len() <= SMALL_FAN;
         if !is_small {
             fan.sort_unstable();
@@ -67,10 +67,10 @@ fn open_fan(vertex_count: usize, triangles: &[[u32; 3]]) -> Option<u32> {
     })
 }
 
-/// Fans of so many triangles are small.
+/// Largest number of triangles of a small fan.
 const SMALL_FAN: usize = 16;
 
-/// Whether steps lead once through all their starts and back; sorted ones unless there are few.
+/// Returns whether the steps lead once through all their starts and back. They are sorted unless `are_few`.
 fn is_single_cycle(steps: &[[u32; 2]], are_few: bool) -> bool {
     if steps.len() < 3 {
         return false;
@@ -79,7 +79,7 @@ fn is_single_cycle(steps: &[[u32; 2]], are_few: bool) -> bool {
         true => steps.iter().find(|step| step[0] == at),
         false => steps.binary_search_by_key(&at, |step| step[0]).ok().map(|i| &steps[i]),
     };
-    // Of two steps with one start, one is never taken: then the way back is too short.
+    // If two steps share a start, one of them is never taken, and the cycle closes too early.
     let mut current = steps[0][0];
     for taken in 1..=steps.len() {
         let Some(step) = next(current) else { return false };
@@ -91,7 +91,7 @@ fn is_single_cycle(steps: &[[u32; 2]], are_few: bool) -> bool {
     false
 }
 
-/// Checks how far each vertex of the original is from the one it became.
+/// Checks the distance of each original vertex from the one it was merged into.
 pub(super) fn within(
     original: &[[f64; 3]],
     positions: &[[f64; 3]],

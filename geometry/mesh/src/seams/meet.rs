@@ -1,25 +1,24 @@
-//! Where surfaces meet.
+//! Intersection points of surfaces.
 
 use fabkit_geometry::Vector3;
 
 use crate::surface::LeafSurface;
 
-/// A point no farther than this from a surface lies on it, mm.
+/// Distance from a surface up to which a point lies on it, mm.
 pub(super) const ON_MM: f64 = 1e-9;
 
-/// Normals that leave a smaller sine to what the others span count as one of them.
+/// Smallest sine between a normal and the span of the others for which it counts as independent.
 const LEAST_SINE: f64 = 1e-3;
 
-/// Newton's method starts within a chord tolerance of the solution.
+/// Largest number of Newton steps; they start within a chord tolerance of the solution.
 const STEPS: usize = 16;
 
-/// The point of all surfaces that is nearest to a point close by; `None` if they have none in common
-/// there.
+/// Finds the nearest common point of all surfaces by Newton's method; `None` if they have none near `from`.
 pub(super) fn meeting(surfaces: &[&LeafSurface], from: [f64; 3]) -> Option<[f64; 3]> {
     let mut at = Vector3::from(from);
     for _ in 0..STEPS {
-        // Each normal, made orthogonal to those before it, is a direction to go in; what has been
-        // gone already along the normal counts.
+        // Each normal is made orthogonal to those before it and gives a direction of the step. The part of the step
+        // that has already been made along the normal is subtracted.
         let (mut directions, mut step) = ([Vector3::zeros(); 3], Vector3::zeros());
         let (mut count, mut farthest_mm) = (0, 0.0f64);
         for surface in surfaces {
@@ -36,6 +35,7 @@ pub(super) fn meeting(surfaces: &[&LeafSurface], from: [f64; 3]) -> Option<[f64;
                 count += 1;
             }
         }
+        // Tested before the step, so that a point that is already right does not move.
         if farthest_mm < ON_MM {
             return Some(at.into());
         }
@@ -44,12 +44,12 @@ pub(super) fn meeting(surfaces: &[&LeafSurface], from: [f64; 3]) -> Option<[f64;
     None
 }
 
-/// Share of the tolerance that the middle of an edge may stray: where a face bends more at one end than
-/// at the other, another point of it strays a little more.
+/// Fraction of the tolerance by which the midpoint of an edge may deviate: if the curvature varies along the edge,
+/// another point of it deviates a little more.
 pub(super) const MOST_SHARE: f64 = 0.95;
 
-/// Where two surfaces meet next to the middle of an edge between points of both, if that is too far
-/// away.
+/// Finds the point where two surfaces meet next to the midpoint of an edge with both ends on both surfaces, if that
+/// point is too far away.
 pub(super) fn beyond(
     surfaces: [&LeafSurface; 2],
     [a, b]: [Vector3<f64>; 2],
@@ -61,7 +61,7 @@ pub(super) fn beyond(
     }
     let to = meeting(&surfaces, middle.into())?;
     let stray_mm = (Vector3::from(to) - middle).norm();
-    // What is farther away than the ends is another part of the curve.
+    // A point farther away than the ends belongs to another part of the curve.
     let is_near = stray_mm < (b - a).norm() / 2.0;
     (is_near && stray_mm > MOST_SHARE * tolerance_mm).then_some(to)
 }

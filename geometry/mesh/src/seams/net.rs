@@ -1,21 +1,21 @@
-//! Triangles that know their neighbours, while edges are divided and flipped.
+//! Triangle mesh with adjacency that supports dividing and flipping edges.
 
 use crate::TriMesh;
 use crate::halfedges::{next, previous, twins};
 
-/// Edge `3 t + i` runs from corner `i` of triangle `t` to the next.
+/// Triangle mesh with adjacency. Edge `3 t + i` runs from corner `i` of triangle `t` to the next corner.
 pub(super) struct Net {
     pub points: Vec<[f64; 3]>,
     pub corners: Vec<u32>,
     pub twins: Vec<u32>,
-    /// One number for each triangle.
+    /// Face number of each triangle.
     pub faces: Vec<u32>,
-    /// An edge from each vertex.
+    /// One outgoing edge of each vertex.
     leaving: Vec<u32>,
 }
 
 impl Net {
-    /// `None` if an edge does not have two triangles in opposite directions.
+    /// Builds the adjacency; `None` if an edge does not have two triangles in opposite directions.
     pub fn new(mesh: &TriMesh, faces: Vec<u32>) -> Option<Self> {
         let corners = mesh.triangles.as_flattened().to_vec();
         let twins = twins(mesh.vertices.len(), &corners).ok()?;
@@ -34,12 +34,12 @@ impl Net {
         [self.corners[3 * t], self.corners[3 * t + 1], self.corners[3 * t + 2]]
     }
 
-    /// Faces on both sides of an edge.
+    /// Returns the faces on both sides of an edge.
     pub fn beside(&self, edge: usize) -> [u32; 2] {
         [self.faces[edge / 3], self.faces[self.twins[edge] as usize / 3]]
     }
 
-    /// Edges that start at a vertex: all of them, if its triangles are one fan.
+    /// Returns the edges that start at a vertex: all of them, if its triangles form one fan.
     pub fn around(&self, vertex: u32) -> impl Iterator<Item = usize> + '_ {
         let first = self.leaving[vertex as usize] as usize;
         let mut current = Some(first);
@@ -56,8 +56,7 @@ impl Net {
         self.twins[b] = a as u32;
     }
 
-    /// Divides an edge at a point. The first half keeps the edge's number; returns the new vertex and
-    /// the second half.
+    /// Divides an edge at a point. The first half keeps the edge's number. Returns the new vertex and the second half.
     pub fn divide(&mut self, edge: usize, at: [f64; 3]) -> (u32, usize) {
         let middle = self.points.len() as u32;
         let twin = self.twins[edge] as usize;
@@ -70,7 +69,7 @@ impl Net {
         (middle, second)
     }
 
-    /// Divides the triangle on one side; returns the edge from the middle to the old end.
+    /// Divides the triangle on one side of the edge; returns the edge from the middle to the old end.
     fn half(&mut self, side: usize, middle: u32) -> usize {
         let (outgoing, incoming) = (next(side), previous(side));
         let [end, apex] = [self.corners[outgoing], self.corners[incoming]];
@@ -82,12 +81,13 @@ impl Net {
         self.corners[outgoing] = middle;
         self.link(first + 1, beyond);
         self.link(first + 2, outgoing);
+        // The outgoing edge stored for these vertices may belong to the other triangle now.
         self.leaving[end as usize] = first as u32 + 1;
         self.leaving[apex as usize] = incoming as u32;
         first
     }
 
-    /// The other diagonal of the two triangles beside an edge, if its ends are no neighbours yet.
+    /// Returns the other diagonal of the two triangles beside an edge, if its ends are not neighbours yet.
     pub fn diagonal(&self, edge: usize) -> Option<[u32; 2]> {
         let twin = self.twins[edge] as usize;
         let [c, d] = [edge, twin].map(|side| self.corners[previous(side)]);
@@ -95,7 +95,7 @@ impl Net {
         free.then_some([c, d])
     }
 
-    /// Replaces an edge by the other diagonal; triangles a b c and b a d become d b c and c a d.
+    /// Replaces an edge by the other diagonal: triangles a b c and b a d become d b c and c a d.
     pub fn flip(&mut self, edge: usize) {
         let twin = self.twins[edge] as usize;
         let [a, b] = self.ends(edge);
@@ -103,7 +103,7 @@ impl Net {
         let [outer_ca, outer_db] = [edge, twin].map(|side| self.twins[previous(side)] as usize);
         self.corners[edge] = d;
         self.corners[twin] = c;
-        // b c and a d stay where they are; c a and d b move to the other triangle.
+        // b c and a d stay in place; c a and d b move to the other triangle.
         self.link(edge, outer_db);
         self.link(twin, outer_ca);
         self.link(previous(edge), previous(twin));
@@ -113,7 +113,7 @@ impl Net {
         self.leaving[d as usize] = previous(twin) as u32;
     }
 
-    /// Takes back the latest flip of an edge, which had that twin.
+    /// Reverts the latest flip of an edge that had this twin.
     pub fn unflip(&mut self, edge: usize, twin: usize) {
         let [a, b] = [next(twin), next(edge)].map(|side| self.corners[side]);
         let [outer_db, outer_ca] = [edge, twin].map(|side| self.twins[side] as usize);

@@ -1,17 +1,17 @@
-//! Whether there is anything to do, found out at little cost: most meshes are as they should be.
+//! Quick test whether any edge needs correction: most meshes need none.
 
 use fabkit_geometry::Vector3;
 
 use super::meet::{ON_MM, beyond};
 use crate::surface::LeafSurface;
 
-/// Several faces meet in the vertex.
+/// Marker of a vertex in which several faces meet.
 const SEVERAL: u32 = u32::MAX - 1;
-/// No triangle yet.
+/// Marker of a vertex without a triangle so far.
 const NONE: u32 = u32::MAX;
 
-/// Whether a vertex between faces lies beside one of them, or an edge between faces strays from where
-/// they meet.
+/// Returns whether a vertex between faces does not lie on one of them, or an edge between faces deviates too far from
+/// their intersection.
 pub(super) fn is_off(
     points: &[[f64; 3]],
     triangles: &[[u32; 3]],
@@ -28,7 +28,7 @@ pub(super) fn is_off(
     }
     let between = |v: u32| face_at[v as usize] == SEVERAL;
     let surface = |face: u32| surfaces[face as usize].as_ref();
-    // Edges with both ends between faces, lower end first.
+    // Edges with both ends between faces, lower end first, so that an edge and its twin sort next to each other.
     let mut edges: Vec<([u32; 2], u32)> = Vec::new();
     for (&[a, b, c], &face) in triangles.iter().zip(faces) {
         let far = |v: u32| {

@@ -1,16 +1,16 @@
-//! The one curved generatrix: an arc of an ellipse or of a curve parallel to it.
+//! Curved generatrix: an arc of an ellipse or of a curve parallel to it.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Intervals for the table that turns scaled arc length into the ellipse's parameter.
+/// Number of intervals of the table that converts scaled arc length to the ellipse's parameter.
 const TABLE: usize = 512;
 
-/// Newton's method stops at steps below this: what is left of the distance's error is their square
-/// times the radius of curvature.
+/// Step of Newton's method below which it stops: the remaining error of the distance is the step's square times the
+/// radius of curvature.
 const ENOUGH_RAD: f64 = 1e-5;
 
-/// A counter-clockwise arc in the (distance from axis, z) half plane: the points at `offset_mm`
-/// along the outward normal of an ellipse, for its parameter between `from_rad` and `to_rad`.
+/// Counter-clockwise arc in the (distance from axis, z) half plane: the points at `offset_mm` along the outward normal
+/// of an ellipse, for its parameter between `from_rad` and `to_rad`.
 #[derive(Clone, Debug)]
 pub(super) struct Arc {
     pub centre: [f64; 2],
@@ -21,14 +21,14 @@ pub(super) struct Arc {
 }
 
 impl Arc {
-    /// From one point counter-clockwise to another.
+    /// Creates the arc from one point counter-clockwise to another.
     pub fn between(from: [f64; 2], to: [f64; 2], centre: [f64; 2], semi_axes_mm: [f64; 2]) -> Self {
         let parameter = |p: [f64; 2]| {
             ((p[1] - centre[1]) / semi_axes_mm[1]).atan2((p[0] - centre[0]) / semi_axes_mm[0])
         };
         let from_rad = parameter(from);
         let sweep = (parameter(to) - from_rad).rem_euclid(TAU);
-        // Ends that differ by rounding only are the two ends of a full turn, not of nothing.
+        // Ends that differ only by rounding are those of a full turn, not of an empty arc.
         let sweep = if sweep < 1e-12 { TAU } else { sweep };
         Self { centre, semi_axes_mm, offset_mm: 0.0, from_rad, to_rad: from_rad + sweep }
     }
@@ -37,14 +37,14 @@ impl Arc {
         self.semi_axes_mm[0] == self.semi_axes_mm[1]
     }
 
-    /// Unit normal away from the centre.
+    /// Returns the unit normal away from the centre.
     pub fn normal(&self, t: f64) -> [f64; 2] {
         let ([a, b], [c, s]) = (self.semi_axes_mm, cos_sin(t));
         let length = (b * c).hypot(a * s);
         [b * c / length, a * s / length]
     }
 
-    /// Point of the curve, mm.
+    /// Returns the point of the curve, mm.
     pub fn point(&self, t: f64) -> [f64; 2] {
         let ([a, b], [c, s], n) = (self.semi_axes_mm, cos_sin(t), self.normal(t));
         [
@@ -53,19 +53,20 @@ impl Arc {
         ]
     }
 
-    /// Speed (mm per unit of `t`) and curvature (1/mm) of the parallel curve.
+    /// Returns the speed (mm per unit of `t`) and the curvature (1/mm) of the parallel curve.
     fn speed_and_curvature(&self, t: f64) -> (f64, f64) {
         let ([a, b], [c, s]) = (self.semi_axes_mm, cos_sin(t));
         let speed = (a * s).hypot(b * c);
         let curvature = a * b / (speed * speed * speed);
+        // A parallel curve at the distance d has the radius of curvature R + d at the same parameter.
         let stretch = 1.0 + self.offset_mm * curvature;
         (speed * stretch, curvature / stretch)
     }
 
-    /// Signed distance of a point from the curve, mm, positive inside.
+    /// Computes the signed distance of a point from the curve, mm, positive inside.
     ///
-    /// `near` is the parameter of a point of the curve close by; Newton's method finds the foot of
-    /// the perpendicular on the ellipse from there.
+    /// `near` is the parameter of a nearby point of the curve, from which Newton's method finds the foot of the
+    /// perpendicular on the ellipse.
     pub fn depth_of(&self, point: [f64; 2], near: f64) -> f64 {
         let [x, y] = [point[0] - self.centre[0], point[1] - self.centre[1]];
         let [a, b] = self.semi_axes_mm;
@@ -77,7 +78,7 @@ impl Arc {
             let slope = (a * a - b * b) * s * c - a * x * s + b * y * c;
             let change = (a * a - b * b) * (c * c - s * s) - a * x * c - b * y * s;
             let step = -(slope / change).clamp(-0.2, 0.2);
-            // Turned on by the step's arc tangent: for the small steps that count, the same.
+            // The rotation is by the step's arc tangent, which equals the step when it is small enough to matter.
             let length = (1.0 + step * step).sqrt();
             (s, c) = ((s + step * c) / length, (c - step * s) / length);
             if step.abs() < ENOUGH_RAD {
@@ -88,8 +89,9 @@ impl Arc {
         self.offset_mm - ((x - a * c) * b * c + (y - b * s) * a * s) / length
     }
 
-    /// Cuts the arc where it is farthest out along an axis, so that those points become vertices.
+    /// Splits the arc at its extreme points along the axes, so that they become vertices.
     pub fn split_at_extremes(&self) -> Vec<Self> {
+        // Ends that are extreme points themselves, up to rounding, are not cut off again.
         let slack = 1e-9 * (self.to_rad - self.from_rad).max(1e-3);
         let first = (self.from_rad / FRAC_PI_2).floor() as i64;
         let last = (self.to_rad / FRAC_PI_2).ceil() as i64;
@@ -102,8 +104,8 @@ impl Arc {
         cuts.windows(2).map(|w| Self { from_rad: w[0], to_rad: w[1], ..self.clone() }).collect()
     }
 
-    /// A scale in which chords of equal length stray equally far: the integral of the square root
-    /// of the curvature.
+    /// Computes a scaled arc length in which chords of equal length deviate equally far: the integral of the square
+    /// root of the curvature.
     pub fn scale(&self) -> ScaledLength {
         let step = (self.to_rad - self.from_rad) / TABLE as f64;
         let mut cumulative = vec![0.0];
@@ -122,7 +124,7 @@ impl Arc {
     }
 }
 
-/// See [`Arc::scale`].
+/// Scaled arc length, see [`Arc::scale`].
 pub(super) struct ScaledLength {
     from_rad: f64,
     to_rad: f64,
@@ -130,12 +132,12 @@ pub(super) struct ScaledLength {
 }
 
 impl ScaledLength {
-    /// Of the whole arc, in square roots of millimetres.
+    /// Returns the scaled length of the whole arc, in square roots of millimetres.
     pub fn total(&self) -> f64 {
         self.cumulative[self.cumulative.len() - 1]
     }
 
-    /// The ellipse's parameter at a fraction of the whole.
+    /// Returns the ellipse's parameter at a fraction of the whole.
     pub fn parameter(&self, fraction: f64) -> f64 {
         let target = fraction * self.total();
         let above = self.cumulative.partition_point(|&c| c < target).max(1);
@@ -147,7 +149,7 @@ impl ScaledLength {
     }
 }
 
-/// Exact at quarter turns, where the extreme points are.
+/// Computes cosine and sine, exact at quarter turns, where the extreme points are.
 fn cos_sin(t: f64) -> [f64; 2] {
     let quarters = t / FRAC_PI_2;
     if quarters == quarters.round() {

@@ -1,54 +1,56 @@
-//! Points on circles: how many, and where.
+//! Number and positions of points on circles.
 
 use std::cmp::Ordering;
 
-/// Fewest points on a full circle, whatever the tolerance.
+/// Smallest number of points on a full circle, whatever the tolerance.
 const MIN_RING: usize = 8;
 
-/// Share of the tolerance that the chords of a shared ring may use up.
+/// Fraction of the tolerance that the chords of a shared ring may use up.
 ///
-/// A ring at a profile's vertex is shared by the faces on both sides. If its chords took the whole
-/// tolerance, no triangle of an adjoining doubly curved face could use them as an edge.
+/// A ring at a profile's vertex is shared by the faces on both sides. If its chords took the whole tolerance, no
+/// triangle of an adjoining doubly curved face could use them as an edge.
 const RING_SHARE: f64 = 0.8;
 
-/// Radii below this many tolerances belong to features that come by the hundred.
+/// Radius, in tolerances, below which a feature counts as small; such features come by the hundred.
 const SMALL: f64 = 100.0;
 
-/// Share of the tolerance for those: chords lie inside their circle, so that the holes of a part
-/// all come out too small, and their errors add up.
+/// Fraction of the tolerance for small features: chords lie inside their circle, so that the holes of a part all come
+/// out too small, and their errors add up.
 const SMALL_SHARE: f64 = 0.75;
 
-/// The tolerance to use for a surface of that radius, mm.
+/// Returns the tolerance to use for a surface of this radius, mm.
 pub(super) fn tolerance_for(radius_mm: f64, tolerance_mm: f64) -> f64 {
     if radius_mm < SMALL * tolerance_mm { SMALL_SHARE * tolerance_mm } else { tolerance_mm }
 }
 
-/// Chords that keep a full circle within `sagitta_mm`, as a real number, at least 3.
+/// Returns the number of chords that keep a full circle within `sagitta_mm`, as a real number, at least 3.
 pub(super) fn chords_per_turn(radius_mm: f64, sagitta_mm: f64) -> f64 {
     // Half the chord's angle is acos(1 - s/r); as an arcsine it keeps its digits for small s/r.
     let sine = (sagitta_mm / (2.0 * radius_mm)).sqrt();
     if sine >= 0.5 { 3.0 } else { std::f64::consts::PI / (2.0 * sine.asin()) }
 }
 
-/// Points on a ring that two faces may share: it depends on nothing but radius and tolerance.
+/// Returns the number of points on a ring that two faces may share: it depends only on radius and tolerance.
 ///
-/// A multiple of 4, so that the extreme points along x and y are among them.
+/// A multiple of 4, so that the extreme points along x and y are included.
 pub(super) fn ring_count(radius_mm: f64, tolerance_mm: f64) -> usize {
     let sagitta_mm = RING_SHARE * tolerance_for(radius_mm, tolerance_mm);
     let chords = chords_per_turn(radius_mm, sagitta_mm);
+    // The small offset keeps an exact integer from being rounded up.
     MIN_RING.max(4 * ((chords / 4.0 - 1e-9).ceil() as usize))
 }
 
-/// Chords for an arc of `angle_rad`, as dense as [`ring_count`] so that circles agree with it.
+/// Returns the number of chords for an arc of `angle_rad`, as dense as [`ring_count`] so that it agrees with full
+/// circles.
 pub(super) fn arc_count(radius_mm: f64, angle_rad: f64, tolerance_mm: f64) -> usize {
     let turns = angle_rad / std::f64::consts::TAU;
     let chords = ring_count(radius_mm, tolerance_mm) as f64 * turns;
     1.max((chords - 1e-9).ceil() as usize)
 }
 
-/// Cosine and sine of `numerator / denominator` of a full turn.
+/// Computes cosine and sine of `numerator / denominator` of a full turn.
 ///
-/// Exact at quarter turns, and mirror images of each other in the eight octants.
+/// Exact at quarter turns, and exactly symmetric between the eight octants.
 pub(crate) fn turn(numerator: usize, denominator: usize) -> [f64; 2] {
     let quarters = 4 * (numerator % denominator);
     let (quadrant, rest) = (quarters / denominator, quarters % denominator);

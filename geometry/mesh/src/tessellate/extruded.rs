@@ -1,4 +1,4 @@
-//! Profiles in the xy plane, from z = 0 upwards.
+//! Tessellation of extrusions: profiles in the xy plane, from z = 0 upwards.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -15,14 +15,14 @@ const BOTTOM: u32 = 0;
 const TOP: u32 = 1;
 const FIRST_WALL: u32 = 2;
 
-/// Returns false if the caps cannot be triangulated.
+/// Tessellates an extrusion. Returns false if the caps cannot be triangulated.
 pub(super) fn extrude(out: &mut Facets, solid: &Extrusion, tolerance_mm: f64) -> bool {
     let mut first_wall = FIRST_WALL;
     let mut loops = Vec::new();
     for (i, path) in solid.profile.paths().enumerate() {
         let mut points = flatten(path, first_wall, tolerance_mm);
         if (signed_area(&points) > 0.0) != (i == 0) {
-            // Reversed, each point would stand for the wall on its other side.
+            // In a reversed path each point would start the wall on its other side.
             let walls: Vec<u32> = points.iter().map(|p| p.wall).collect();
             let count = points.len();
             for (k, point) in points.iter_mut().enumerate() {
@@ -56,20 +56,21 @@ pub(super) fn extrude(out: &mut Facets, solid: &Extrusion, tolerance_mm: f64) ->
         first += size;
     }
     let caps = triangulate_idx(&polygons, -1.0, true);
-    // Euler: n points in h holes and one outer loop take n + 2h - 2 triangles.
+    // Euler's formula: n points in h holes and one outer loop take n + 2h - 2 triangles.
     let expected = count as usize + 2 * (loops.len() - 1) - 2;
     if caps.len() != expected {
         return false;
     }
     for t in caps {
         let [a, b, c] = [t.x as u32, t.y as u32, t.z as u32];
+        // The bottom faces downwards, so its triangles are reversed.
         out.triangle([a, c, b], BOTTOM);
         out.triangle([count + a, count + b, count + c], TOP);
     }
     true
 }
 
-/// A corner of the flattened path and the wall that starts there.
+/// Corner of the flattened path, with the face number of the wall that starts there.
 struct Point {
     at: [f64; 2],
     wall: u32,
@@ -81,7 +82,7 @@ fn flatten(path: &Path, first_wall: u32, tolerance_mm: f64) -> Vec<Point> {
     for (wall, segment) in (first_wall..).zip(&path.segments) {
         points.push(Point { at: from, wall });
         if let Segment::Arc { to, centre, ccw } = segment {
-            // Cut the same way whichever way the arc is walked.
+            // The arc is divided in the same way in both directions, so that shared walls have equal vertices.
             let [first, last] = if *ccw { [from, *to] } else { [*to, from] };
             let mut inner = arc_points(first, last, *centre, tolerance_mm);
             if !ccw {
@@ -94,7 +95,7 @@ fn flatten(path: &Path, first_wall: u32, tolerance_mm: f64) -> Vec<Point> {
     points
 }
 
-/// Points strictly between the ends of a counter-clockwise arc, the extreme ones among them.
+/// Returns the points strictly between the ends of a counter-clockwise arc, including the extreme ones.
 fn arc_points(from: [f64; 2], to: [f64; 2], centre: [f64; 2], tolerance_mm: f64) -> Vec<[f64; 2]> {
     let radius_mm = (to[0] - centre[0]).hypot(to[1] - centre[1]);
     let arc = Arc::between(from, to, centre, [radius_mm; 2]);

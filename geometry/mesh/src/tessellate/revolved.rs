@@ -1,4 +1,4 @@
-//! Everything round: a closed path in the (distance from axis, z) half plane, turned around z.
+//! Tessellation of surfaces of revolution: a closed path in the (distance from axis, z) half plane, rotated around z.
 
 use fabkit_geometry::{Path, Segment};
 
@@ -8,15 +8,15 @@ use super::rings::{Ring, between};
 use super::stitch::{Spread, Strip, stitch};
 use crate::facets::Facets;
 
-/// Nearer to the axis than this, a point is on it, mm.
+/// Distance below which a point counts as on the axis, mm.
 const ON_AXIS_MM: f64 = 1e-9;
 
-/// One piece of a generatrix.
+/// Segment of a generatrix.
 pub(super) struct Stroke {
     pub to: [f64; 2],
-    /// Straight without; the arc itself always runs counter-clockwise.
+    /// Arc, which always runs counter-clockwise; `None` for a straight stroke.
     pub arc: Option<Arc>,
-    /// Whether the stroke follows its arc or runs against it.
+    /// True if the stroke follows its arc, false if it runs against it.
     pub ccw: bool,
     pub face: u32,
 }
@@ -31,7 +31,7 @@ impl Stroke {
     }
 }
 
-/// The strokes of a profile's path; faces are numbered from `first_face`.
+/// Returns the strokes of a profile's path; faces are numbered from `first_face`.
 pub(super) fn strokes(path: &Path, first_face: u32) -> Vec<Stroke> {
     let mut from = path.start;
     let mut strokes = Vec::with_capacity(path.segments.len());
@@ -44,7 +44,7 @@ pub(super) fn strokes(path: &Path, first_face: u32) -> Vec<Stroke> {
         strokes.push(match segment {
             Segment::Line { .. } => Stroke::line(to, face),
             Segment::Arc { centre, ccw, .. } => {
-                // The end that decides is the same one whichever way the arc is walked.
+                // The radius is taken from the same end in both directions, so that shared arcs have equal radii.
                 let end = if *ccw { to } else { from };
                 let radius_mm = (end[0] - centre[0]).hypot(end[1] - centre[1]);
                 bent(*centre, [radius_mm; 2], *ccw)
@@ -58,8 +58,8 @@ pub(super) fn strokes(path: &Path, first_face: u32) -> Vec<Stroke> {
     strokes
 }
 
-/// Turns one closed path around z. `solid_inside` is false for a hole's path. Returns false if no
-/// sensible number of triangles holds the tolerance.
+/// Rotates one closed path around z. `solid_inside` is false for a hole's path. Returns false if too many triangles
+/// would be needed.
 pub(super) fn revolve(
     out: &mut Facets,
     start: [f64; 2],
@@ -67,7 +67,7 @@ pub(super) fn revolve(
     solid_inside: bool,
     tolerance_mm: f64,
 ) -> bool {
-    // Rings of each stroke, first and last included; neighbours share theirs.
+    // Rings of each stroke, including the first and the last one; neighbouring strokes share theirs.
     let mut profiles = Vec::with_capacity(strokes.len());
     let mut from = start;
     for stroke in strokes {
@@ -76,6 +76,7 @@ pub(super) fn revolve(
         from = stroke.to;
     }
     let area = enclosed_area(&profiles);
+    // The direction of the path does not matter; only the side of the solid does.
     let flip = (area > 0.0) != solid_inside;
 
     let is_pole = |ring: &Ring| ring.spread.count == 1;
@@ -88,15 +89,15 @@ pub(super) fn revolve(
         if last == 1 && is_pole(&rings[0]) && is_pole(&rings[1]) {
             continue; // On the axis: sweeps nothing.
         }
-        // Two fans that meet on the axis must not share the point: it would pinch the solid.
+        // Two fans that meet on the axis must not share the point, which would pinch the solid.
         let mut end = |at: usize, ring| at_end(out, shared[at % strokes.len()], ring);
         let (first, final_ring) = (end(k, rings[0]), end(k + 1, rings[last]));
         let mut placed = vec![first];
         placed.extend(rings[1..last].iter().map(|&ring| Placed::new(out, ring)));
         placed.push(final_ring);
         for pair in placed.windows(2) {
-            // Stitched the same way whichever way the stroke runs, so that bodies that share a face
-            // share its triangles.
+            // Stitching does not depend on the stroke's direction, so that bodies that share a face share its
+            // triangles.
             if runs_forward(stroke, rings) {
                 connect(out, pair[0], pair[1], stroke.face, flip);
             } else {
@@ -123,6 +124,7 @@ fn runs_forward(stroke: &Stroke, rings: &[Ring]) -> bool {
 
 fn end_ring(at: [f64; 2], t: f64, tolerance_mm: f64) -> Ring {
     if at[0] < ON_AXIS_MM {
+        // Exactly on the axis, so that both strokes at a pole use the same point.
         return Ring { t, at: [0.0, at[1]], spread: Spread::pole() };
     }
     Ring { t, at, spread: Spread { count: ring_count(at[0], tolerance_mm), staggered: false } }
@@ -148,13 +150,13 @@ fn rings_of(from: [f64; 2], stroke: &Stroke, tolerance_mm: f64) -> Option<Vec<Ri
     Some(rings)
 }
 
-/// Of the polygon through all rings, positive counter-clockwise, mm^2.
+/// Computes the area of the polygon through all rings, positive for counter-clockwise polygons, mm^2.
 fn enclosed_area(profiles: &[Vec<Ring>]) -> f64 {
     let pairs = profiles.iter().flat_map(|rings| rings.windows(2));
     pairs.map(|w| w[0].at[0] * w[1].at[1] - w[1].at[0] * w[0].at[1]).sum::<f64>() / 2.0
 }
 
-/// A ring whose points are vertices of the mesh.
+/// Ring whose points are vertices of the mesh.
 #[derive(Clone, Copy)]
 struct Placed {
     ring: Ring,
@@ -177,8 +179,8 @@ impl Placed {
     }
 }
 
-/// Triangles between two rings. Seen from outside, `upper` follows `lower` counter-clockwise along
-/// the profile; the other way round if `flip`.
+/// Adds the triangles between two rings. Seen from outside, `upper` follows `lower` counter-clockwise along the
+/// profile, or clockwise if `flip`.
 fn connect(out: &mut Facets, lower: Placed, upper: Placed, face: u32, flip: bool) {
     stitch(lower.ring.spread, upper.ring.spread, |strip| {
         let [p, q, r] = match strip {

@@ -1,53 +1,53 @@
-//! Where the rings of a doubly curved face go, and how many points each has.
+//! Placement of the rings of a doubly curved face, and the number of points of each.
 //!
-//! To second order, a triangle inscribed in a surface strays from it by half the square of the
-//! radius of the smallest circle around it, in a plane whose axes are scaled by the square roots of
-//! the two principal curvatures. That gives the candidates; which of them hold the tolerance is
-//! measured on the candidate itself, and the one with the fewest triangles wins.
+//! To second order, a triangle inscribed in a surface deviates from it by half the square of the radius of the smallest
+//! circle around it, in a plane whose axes are scaled by the square roots of the two principal curvatures. This gives
+//! the candidates. Whether a candidate holds the tolerance is measured on the candidate itself, and the one with the
+//! fewest triangles wins.
 
 use super::arc::{Arc, ScaledLength};
 use super::circle::{chords_per_turn, tolerance_for};
 use super::stitch::{Spread, Strip, stitch_part};
 
-/// Share of the tolerance that the measured deviation may reach; the rest covers what the
-/// measurement, second order along each edge, may miss.
+/// Fraction of the tolerance that the measured deviation may reach; the rest covers the error of the measurement, which
+/// is of second order along each edge.
 const MEASURED_SHARE: f64 = 0.9;
 
-/// Steps along the axis of the first and last strip, relative to the others, where they do not end
-/// in a pole: a given ring next to them may have long chords.
+/// Relative steps along the axis to try for the first and the last strip where they do not end in a pole: a given ring
+/// next to them may have long chords.
 const END_STRIPS: [f64; 4] = [0.4, 0.55, 0.75, 1.0];
 
-/// Steps around the axis to try: powers of this, relative to the longest that could hold.
+/// Ratio of successive steps around the axis to try, beginning with the longest that could hold.
 const SHORTER: f64 = 0.97;
 
-/// Candidates with more than this share of the triangles of the best so far are not measured.
+/// Fraction of the best number of triangles so far above which a candidate is not measured.
 const WORTH_MEASURING: f64 = 0.985;
 
-/// How many of them.
+/// Number of chord lengths to try.
 const CHORDS: i32 = 26;
 
 /// Numbers of strips to try from the first that holds: the best is never far from there.
 const TRIES: usize = 4;
 
-/// More strips than this are refused: a whole sphere would have five million triangles.
+/// Largest number of strips; a whole sphere would have five million triangles.
 const MOST_STRIPS: usize = 500;
 
-/// Up to this many strips, neighbouring rings may have matching counts throughout. Beyond, counts
-/// differ, and somewhere around each strip a triangle has its right angle on the shorter ring.
+/// Number of strips up to which neighbouring rings may have matching counts throughout. Beyond, counts differ, and
+/// somewhere around each strip a triangle has its right angle on the shorter ring.
 const FEW_STRIPS: usize = 6;
 
-/// Points around the axis at one height.
+/// Ring of points around the axis at one height.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
-    /// The arc's parameter.
+    /// Parameter on the arc.
     pub t: f64,
     /// Distance from the axis and z, mm.
     pub at: [f64; 2],
     pub spread: Spread,
 }
 
-/// The rings strictly between the two ends of an arc, in its direction. `None` if no sensible
-/// number of them holds the tolerance.
+/// Finds the rings strictly between the two ends of an arc, in its direction. `None` if too many would be needed for
+/// the tolerance.
 pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<Vec<Ring>> {
     let [a, b] = arc.semi_axes_mm;
     // The rings at the ends are given: none of them may be coarser than the arc.
@@ -60,6 +60,7 @@ pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<V
         return None;
     }
     let mut best: Option<(usize, Vec<Ring>)> = None;
+    // Generous limit until a first candidate holds; then only a few more strips are tried.
     let mut last = 2 * fewest + 30;
     let mut strips = fewest;
     while strips <= last {
@@ -90,11 +91,11 @@ pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<V
     best.map(|(_, rings)| rings)
 }
 
-/// How many steps of [`SHORTER`] it takes at least to bring the deviation down, which goes with the
-/// square of the chords at most.
+/// Returns the smallest number of steps of [`SHORTER`] that can remove the excess deviation, which falls at most with
+/// the square of the chord.
 fn steps_shorter(excess: f64) -> i32 {
     let steps = 0.5 * excess.ln() / -SHORTER.ln();
-    // Saturates, and there are never as many.
+    // The cast saturates, and the number never comes near that limit.
     1.max(steps.floor() as i32)
 }
 
@@ -107,7 +108,7 @@ fn end_weights(ends: [Ring; 2]) -> Vec<[f64; 2]> {
     }
 }
 
-/// Every step of a ring is the base of one triangle on each side.
+/// Counts triangles: every step of a ring is the base of one triangle on each side.
 fn triangles(ends: &[Ring; 2], rings: &[Ring]) -> usize {
     let base = |ring: &Ring| if ring.spread.count == 1 { 0 } else { ring.spread.count };
     base(&ends[0]) + base(&ends[1]) + 2 * rings.iter().map(base).sum::<usize>()
@@ -121,7 +122,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Weight of strip `i` of `strips`: its share of the way along the axis.
+    /// Returns the relative length of strip `i` of `strips` along the axis.
     fn weight(strips: usize, weights: [f64; 2], i: usize) -> f64 {
         match i {
             0 => weights[0],
@@ -130,7 +131,7 @@ impl Search<'_> {
         }
     }
 
-    /// Strips whose steps along the axis could just hold, with the best step around it.
+    /// Returns the smallest number of strips whose steps along the axis could just hold, with the best step around it.
     fn fewest_strips(&self, longest: f64) -> usize {
         let strips = self.scale.total() / longest;
         // The best right triangle of a given size has two equal legs.
@@ -139,19 +140,19 @@ impl Search<'_> {
         (strips.floor() as usize).max(1)
     }
 
-    /// Whether the surface bends one way along the axis and the other around it.
+    /// Returns whether the surface is a saddle: curved in opposite senses along the axis and around it.
     fn is_saddle(&self) -> bool {
         let middle = (self.arc.from_rad + self.arc.to_rad) / 2.0;
         self.arc.normal(middle)[0] <= 0.0
     }
 
-    /// The longest step around the axis worth trying, in the scaled plane, next to a step along it
-    /// that follows from the number of strips. `None` if that one alone is too long.
+    /// Returns the longest step around the axis worth trying, in the scaled plane, next to a step along it that follows
+    /// from the number of strips. `None` if the latter alone is too long.
     fn longest_chord(&self, strips: usize, weights: [f64; 2], longest: f64) -> Option<f64> {
         let whole: f64 = (0..strips).map(|i| Self::weight(strips, weights, i)).sum();
         let step = self.scale.total() / whole;
         if self.is_saddle() {
-            // Edges stray one way or the other, none worse than alone.
+            // On a saddle edges deviate to one side or the other, and no combination is worse than one alone.
             return (strips <= 2 || step <= longest).then_some(longest);
         }
         if strips <= FEW_STRIPS {
@@ -161,7 +162,7 @@ impl Search<'_> {
         (square > 0.0).then(|| square.sqrt())
     }
 
-    /// `strips` strips whose chords around the axis are `chord` long in the scaled plane.
+    /// Returns the rings of `strips` strips whose chords around the axis have the length `chord` in the scaled plane.
     fn candidate(&self, strips: usize, weights: [f64; 2], chord: f64) -> Vec<Ring> {
         let weight = |i: usize| Self::weight(strips, weights, i);
         let whole: f64 = (0..strips).map(weight).sum();
@@ -171,9 +172,10 @@ impl Search<'_> {
             done += weight(i);
             let t = self.scale.parameter(done / whole);
             let (at, normal) = (self.arc.point(t), self.arc.normal(t));
+            // Circumference of the ring in the scaled plane: TAU r sqrt(curvature around), with curvature normal / r.
             let around = std::f64::consts::TAU * (at[0] * normal[0].abs()).sqrt() / chord;
-            // Where the surface lies flat across the axis, chords bend it along its other
-            // curvature: keep each ring clear of the next.
+            // Where the surface is flat across the axis, chords deviate along its other curvature: each ring must stay
+            // clear of the next.
             let next = self.arc.point(self.scale.parameter((done + 0.5) / whole));
             let room = (next[0] - at[0]).hypot(next[1] - at[1]);
             let clear = chords_per_turn(at[0], 0.5 * room);
@@ -183,15 +185,15 @@ impl Search<'_> {
         rings
     }
 
-    /// How many times the measured deviation is what it may be; where it is too much, that of one
-    /// triangle of those that deviate too much.
+    /// Returns the ratio of the measured deviation to the allowed one. If it exceeds 1, it is that of some triangle
+    /// that deviates too far, not necessarily the worst.
     fn excess(&self, rings: &[Ring]) -> f64 {
         let [first, last] = &self.ends;
         let at = |i: usize| match i {
             0 => first,
             _ => rings.get(i - 1).unwrap_or(last),
         };
-        // Where candidates fail, it is mostly at an end, or everywhere: look there first.
+        // Candidates mostly fail at an end or everywhere, so these strips are tested first.
         let likely = [0, rings.len(), rings.len() / 2];
         let others = (0..=rings.len()).filter(|i| !likely.contains(i));
         let mut worst = 0.0;
@@ -204,7 +206,7 @@ impl Search<'_> {
         worst
     }
 
-    /// The same for the triangles between two rings.
+    /// Returns the same ratio for the triangles between two rings.
     fn strip_excess(&self, lower: &Ring, upper: &Ring) -> f64 {
         let mut worst = 0.0f64;
         let (mut a_old, mut a_new) = (corner(lower, 0), corner(lower, 1));
@@ -232,13 +234,13 @@ impl Search<'_> {
         worst
     }
 
-    /// Largest distance of a triangle's points from the surface, mm.
+    /// Computes the largest distance of a triangle's points from the surface, mm.
     ///
-    /// Along an edge the distance is a parabola, so over the triangle it is the quadratic form
-    /// 4 (a uv + b vw + c wu) of the barycentric coordinates, with `edges` the values halfway along
-    /// the edges from each corner to the next.
+    /// Along an edge the distance is a parabola, so over the triangle it is the quadratic form 4 (a uv + b vw + c wu)
+    /// of the barycentric coordinates, with `edges` the values halfway along the edges from each corner to the next.
     fn triangle_deviation(&self, corners: [Corner; 3], [a, b, c]: [f64; 3]) -> f64 {
         let edges = a.abs().max(b.abs()).max(c.abs());
+        // Barycentric coordinates of the stationary point of the form, up to their sum.
         let weights = [b * (a + c - b), c * (a + b - c), a * (b + c - a)];
         let inside = weights.iter().all(|w| *w > 0.0) || weights.iter().all(|w| *w < 0.0);
         if !inside {

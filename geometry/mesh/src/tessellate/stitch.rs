@@ -1,11 +1,11 @@
 //! Triangles between two rings of points around one axis.
 
-/// How the points of a ring are spread around the axis.
+/// Distribution of a ring's points around the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Spread {
-    /// Points; 1 for a pole.
+    /// Number of points; 1 for a pole.
     pub count: usize,
-    /// Turned by half a step.
+    /// True if the ring is rotated by half a step.
     pub staggered: bool,
 }
 
@@ -14,19 +14,19 @@ impl Spread {
         Self { count: 1, staggered: false }
     }
 
-    /// Point `k` as a fraction of a turn.
+    /// Returns the azimuth of point `k` as numerator and denominator of a fraction of a turn.
     pub fn fraction(&self, k: usize) -> (usize, usize) {
         (2 * k + usize::from(self.staggered), 2 * self.count)
     }
 
-    /// Cosine and sine of the azimuth of point `k`.
+    /// Computes cosine and sine of the azimuth of point `k`.
     pub fn direction(&self, k: usize) -> [f64; 2] {
         let (numerator, denominator) = self.fraction(k);
         super::circle::turn(numerator, denominator)
     }
 }
 
-/// One triangle: two neighbours on one ring and one point on the other.
+/// Triangle of two neighbours on one ring and one point on the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Strip {
     /// Points `a`, `a + 1` of the lower ring and `b` of the upper.
@@ -35,8 +35,8 @@ pub(crate) enum Strip {
     Upper { a: usize, b: usize },
 }
 
-/// Walks once around, always taking the diagonal with the smaller azimuth. Indices run up to the
-/// counts themselves: the caller wraps them.
+/// Emits all triangles between two rings, always with the diagonal that spans the smaller azimuth. Indices run up to
+/// and including the counts: the caller wraps them.
 pub(crate) fn stitch(lower: Spread, upper: Spread, mut emit: impl FnMut(Strip)) {
     let repeats = repeats(lower, upper);
     let (part_a, part_b) = (steps(lower) / repeats, steps(upper) / repeats);
@@ -54,7 +54,7 @@ pub(crate) fn stitch(lower: Spread, upper: Spread, mut emit: impl FnMut(Strip)) 
     }
 }
 
-/// The part of the walk of which the rest is repetition.
+/// Emits the triangles of the first repeating sector between two rings.
 ///
 /// No triangle is wider than one step of the coarser ring.
 pub(super) fn stitch_part(lower: Spread, upper: Spread, mut emit: impl FnMut(Strip)) {
@@ -66,6 +66,7 @@ pub(super) fn stitch_part(lower: Spread, upper: Spread, mut emit: impl FnMut(Str
     let azimuth_b = |k: usize| (2 * k as i64 + i64::from(upper.staggered)) * na;
     let (mut a, mut b) = (0, 0);
     while a < steps_a || b < steps_b {
+        // Angular width of the diagonal after an advance on either ring.
         let advance_a = (azimuth_a(a + 1) - azimuth_b(b)).abs();
         let advance_b = (azimuth_b(b + 1) - azimuth_a(a)).abs();
         if b == steps_b || (a < steps_a && advance_a <= advance_b) {
@@ -78,7 +79,7 @@ pub(super) fn stitch_part(lower: Spread, upper: Spread, mut emit: impl FnMut(Str
     }
 }
 
-/// After how many equal parts of a turn the pattern between two rings repeats.
+/// Returns the number of equal sectors of a turn in which the pattern between two rings repeats.
 fn repeats(lower: Spread, upper: Spread) -> usize {
     let (a, b) = (steps(lower), steps(upper));
     if a == 0 || b == 0 { a.max(b) } else { gcd(a, b) }

@@ -1,4 +1,4 @@
-//! What booleans keep: faces, features, shared surfaces, and what they refuse.
+//! Faces, features and shared surfaces after booleans, and refused solids.
 
 use crate::oracle;
 use std::collections::BTreeSet;
@@ -13,7 +13,7 @@ use proptest::prelude::*;
 proptest! {
     #![proptest_config(cases(200))]
 
-    /// Half spaces have no distance in the oracle: theirs is checked where they are placed.
+    /// The oracle has no distance from half spaces, so theirs is checked in the frame of the leaf.
     #[test]
     fn each_triangle_lies_on_the_face_that_it_names(solid in trees()) {
         let tolerance_mm = 0.02;
@@ -35,7 +35,7 @@ proptest! {
     }
 }
 
-/// Gel on a test tube: a hemisphere on a straight wall, from one radius to another.
+/// Returns a layer of gel as on a test tube: a hemisphere on a straight wall, from one radius to another.
 fn dome_layer(inner_mm: f64, outer_mm: f64) -> Solid {
     Solid::revolution(
         Path::from([inner_mm, 0.0])

@@ -1,4 +1,4 @@
-//! The two benchmark parts, checked.
+//! Volume, genus and reproducibility of the two benchmark parts.
 
 #[path = "../../examples/peer/scenes.rs"]
 mod benchmarked;
@@ -20,7 +20,7 @@ fn volumes_are_those_of_the_closed_forms() {
 
 #[test]
 fn large_booleans_do_not_depend_on_the_number_of_threads() {
-    // Large enough for the kernel to share its work out.
+    // Large enough for the kernel to run in several threads.
     for scene in benchmarked::all() {
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

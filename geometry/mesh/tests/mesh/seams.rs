@@ -1,4 +1,4 @@
-//! Edges that a boolean makes lie where the exact surfaces meet.
+//! Edges made by booleans lie where the exact surfaces meet.
 
 use crate::oracle;
 use std::collections::BTreeMap;
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use fabkit_geometry::{Angle, Path, Point3, Profile, Solid};
 use fabkit_mesh::{FaceId, TriMesh, mesh};
 
-/// Newton's method ends at 1e-9 mm from each surface.
+/// Tolerance for points on a surface, mm: Newton's method ends at 1e-9 mm from each surface.
 const ON_MM: f64 = 2e-9;
 
 fn distance_mm(solid: &Solid, id: FaceId, point: [f64; 3]) -> f64 {
@@ -15,7 +15,7 @@ fn distance_mm(solid: &Solid, id: FaceId, point: [f64; 3]) -> f64 {
     oracle::distance_mm(leaf.primitive, id.face, local.into())
 }
 
-/// Each vertex with the faces around it.
+/// Returns each vertex with the faces around it.
 fn faces_at(mesh: &TriMesh) -> BTreeMap<u32, Vec<FaceId>> {
     let mut faces: BTreeMap<u32, Vec<FaceId>> = BTreeMap::new();
     for (triangle, &face) in mesh.triangles.iter().zip(&mesh.faces) {
@@ -26,7 +26,7 @@ fn faces_at(mesh: &TriMesh) -> BTreeMap<u32, Vec<FaceId>> {
     faces
 }
 
-/// Bodies whose faces the kernel intersects, at large angles and at small ones.
+/// Returns bodies with faces that the kernel intersects at large and at small angles.
 fn met() -> Vec<Solid> {
     let ears = Profile::new(Path::rectangle([0.0, 0.0], [60.0, 9.0], 0.0));
     let tilt = Angle::from_deg(35.0).unwrap();
@@ -60,7 +60,7 @@ fn vertices_between_faces_lie_on_all_of_them() {
 fn no_triangle_is_folded_by_it() {
     for solid in met() {
         let mesh = mesh(&solid, 0.05).unwrap();
-        // A fold's triangles would count against the area.
+        // Folded triangles would increase the area.
         let fine = fabkit_mesh::mesh(&solid, 0.001).unwrap();
         assert!(mesh.area_mm2() < fine.area_mm2() * 1.0001, "{solid:?}");
         assert_eq!((mesh.genus(), mesh.shells()), (fine.genus(), fine.shells()), "{solid:?}");

@@ -1,4 +1,4 @@
-//! Every primitive against its exact surface.
+//! Comparison of every primitive's mesh with its exact surface.
 
 use crate::oracle::distance_mm;
 use fabkit_geometry::{Path, Profile, Solid};
@@ -6,13 +6,13 @@ use fabkit_geometry_testing::{cases, primitives};
 use fabkit_mesh::{TriMesh, mesh};
 use proptest::prelude::*;
 
-/// Steps along each edge of a triangle at which it is compared with the surface.
+/// Number of steps along each edge of a triangle at which it is compared with the surface.
 const STEPS: usize = 8;
 
-/// At most about this many triangles of a mesh are compared, evenly spread over all of it.
+/// Approximate largest number of triangles of a mesh that are compared, evenly spread over it.
 const SAMPLED: usize = 500;
 
-/// Largest distance of a vertex, and of a sample of all triangles, from the face each belongs to.
+/// Returns the largest distance of vertices, and of samples of triangles, from the face each belongs to.
 fn deviations(primitive: &Solid, mesh: &TriMesh) -> (f64, f64) {
     let (mut vertices, mut samples) = (0.0f64, 0.0f64);
     let stride = 1.max(mesh.triangles.len() / SAMPLED);
@@ -55,7 +55,7 @@ proptest! {
     }
 }
 
-/// Solid, volume, genus.
+/// Returns solids with their volume and genus.
 fn known() -> Vec<(Solid, f64, i32)> {
     use std::f64::consts::PI;
     let mut known = Vec::new();
@@ -83,7 +83,7 @@ fn known() -> Vec<(Solid, f64, i32)> {
     known
 }
 
-/// A disc of height 1 with a hole of half its radius, as an extrusion.
+/// Returns a disc of height 1 with a hole of half its radius, as an extrusion.
 fn washer(radius_mm: f64) -> Solid {
     let outer = Profile::new(Path::circle([1.0, 2.0], radius_mm));
     Solid::extrusion(outer.with_hole(Path::circle([1.0, 2.0], radius_mm / 2.0)), 1.0)

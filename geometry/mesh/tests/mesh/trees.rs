@@ -1,4 +1,4 @@
-//! Random trees: the mesh against the exact solid, and what is written against itself.
+//! Random trees: comparison of the mesh with the exact solid, and of the written mesh with the original.
 
 use fabkit_geometry::{CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 use fabkit_geometry_testing::{cases, trees};
@@ -7,12 +7,12 @@ use proptest::prelude::*;
 
 const TOLERANCE_MM: f64 = 0.03;
 
-/// Lines along each side of the grid that integrates the exact volume.
+/// Number of lines along each side of the grid that integrates the exact volume.
 const LINES: usize = 64;
 
-/// Exact volume by summing chords on a grid of parallel lines, and how uncertain the sum is, mm^3.
+/// Computes the exact volume by summing chords on a grid of parallel lines, and its uncertainty, mm^3.
 ///
-/// The four grids of every second line each way give four estimates; their spread is the measure.
+/// Taking every second line in each direction gives four estimates; their spread is the uncertainty.
 fn volume_by_rays(body: &CompiledSolid) -> (f64, f64) {
     let bounds = body.bounds();
     if bounds.is_empty() {
@@ -44,7 +44,7 @@ fn check(solid: &Solid) {
     let triangles = match mesh(solid, TOLERANCE_MM) {
         Ok(triangles) => triangles,
         Err(MeshError::Empty) => {
-            // What is thinner than the tolerance may get lost.
+            // Solids thinner than the tolerance may vanish.
             assert!(exact_mm3 < 0.1, "{exact_mm3} mm3, but no mesh: {solid:?}");
             return;
         }
@@ -70,7 +70,7 @@ fn write(triangles: &TriMesh, solid: &Solid) {
     assert!(off_mm3 <= triangles.area_mm2() * moved_mm, "{off_mm3} mm3 off: {solid:?}");
 }
 
-/// A hash that depends on every bit of the mesh.
+/// Computes a hash that depends on every bit of the mesh.
 fn fingerprint(mesh: &TriMesh) -> u64 {
     let coordinates = mesh.vertices.as_flattened().iter().map(|c| c.to_bits());
     let corners = mesh.triangles.as_flattened().iter().map(|&v| u64::from(v));

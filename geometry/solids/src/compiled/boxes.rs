@@ -1,14 +1,14 @@
-//! Boxes against lines, and a tree of boxes for booleans with many children.
+//! Line-box intersection, and a tree of boxes for booleans with many children.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::Aabb;
 
-/// A line through the whole tree, in the root frame.
+/// Line through the whole solid tree, in the root frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
     pub(crate) origin: Point3<f64>,
-    /// Unit.
+    /// Unit direction.
     pub(crate) direction: Vector3<f64>,
     inverse: Vector3<f64>,
 }
@@ -19,14 +19,14 @@ impl Line {
         Self { origin, direction: unit_direction, inverse }
     }
 
-    /// Whether the line meets the box. Exact touch may be missed, so boxes are grown beforehand.
+    /// Returns whether the line meets the box. Exact touch may be missed, so boxes are enlarged beforehand.
     #[inline]
     pub(crate) fn meets(&self, bounds: &Aabb) -> bool {
         let (mut enter, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
         for i in 0..3 {
             let a = (bounds.min[i] - self.origin[i]) * self.inverse[i];
             let b = (bounds.max[i] - self.origin[i]) * self.inverse[i];
-            // `min` and `max` pass over NaN: 0 times infinity, a line within a face.
+            // `f64::min` and `f64::max` ignore NaN, which arises as 0 times infinity for a line within a face.
             enter = enter.max(a.min(b));
             exit = exit.min(a.max(b));
         }
@@ -34,45 +34,44 @@ impl Line {
     }
 }
 
-/// How far boxes are grown, relative to their largest coordinate, so that rounding never hides
-/// what they hold.
+/// Growth of a box relative to its largest coordinate, so that rounding never hides its contents.
 const GROWTH: f64 = 1e-9;
 
-/// The box grown a little.
+/// Enlarges the box by [`GROWTH`] to cover rounding errors.
 pub(crate) fn generous(bounds: &Aabb) -> Aabb {
     let reach = bounds.min.iter().chain(bounds.max.iter()).filter(|v| v.is_finite());
     bounds.grown(GROWTH * reach.fold(1.0f64, |r, v| r.max(v.abs())))
 }
 
-/// Fewer children than this are tested one by one.
+/// Smallest number of children for which a tree is built; fewer are tested one by one.
 const MIN_CHILDREN: usize = 6;
 
-/// Children per lowest box.
+/// Largest number of children in a leaf of the tree.
 const BUCKET: usize = 2;
 
-/// Binary trees of this depth hold more children than memory does.
+/// Stack size of the traversal: a binary tree of this depth holds more children than fit in memory.
 const MAX_STACK: usize = 64;
 
-/// Children of a boolean, found by box.
+/// Children of a boolean, searched by bounding box.
 #[derive(Clone, Debug)]
 pub(crate) struct Children {
-    /// Node numbers and boxes, in tree order if there are few, else in the order of the buckets.
+    /// Node numbers and boxes: in the order of the solid tree if there are few, else in the order of the buckets.
     items: Vec<(u32, Aabb)>,
     tree: Vec<Branch>,
 }
 
-/// A box over `items[first..end]`; without `second`, a bucket.
+/// Tree node with a box around `items[first..end]`; a bucket if `second` is `None`.
 #[derive(Clone, Debug)]
 struct Branch {
     bounds: Aabb,
     first: u32,
     end: u32,
-    /// Where the second half's branch stands; the first half's follows its parent.
+    /// Index of the second half's branch; the first half's branch directly follows its parent.
     second: Option<u32>,
 }
 
 impl Children {
-    /// From node numbers with (generous) boxes.
+    /// Builds the tree from node numbers and their (enlarged) boxes.
     pub(crate) fn new(mut items: Vec<(u32, Aabb)>) -> Self {
         let mut tree = Vec::new();
         if items.len() >= MIN_CHILDREN {
@@ -82,8 +81,7 @@ impl Children {
         Self { items, tree }
     }
 
-    /// Calls `visit` for the children whose boxes pass `test`, until it returns `true`; returns
-    /// whether it did.
+    /// Calls `visit` for the children whose boxes pass `test`, until it returns `true`. Returns whether it did.
     #[inline]
     pub(crate) fn find(
         &self,
@@ -121,7 +119,8 @@ impl Children {
     }
 }
 
-/// Splits at the median along the longest side; depth is the logarithm of the number of children.
+/// Adds the branch of `items[first..end]` and splits it at the median along the longest side. The depth grows with the
+/// logarithm of the number of children.
 fn grow(items: &mut [(u32, Aabb)], first: usize, end: usize, tree: &mut Vec<Branch>) {
     let here = tree.len();
     let slice = &mut items[first..end];
@@ -130,6 +129,7 @@ fn grow(items: &mut [(u32, Aabb)], first: usize, end: usize, tree: &mut Vec<Bran
     if slice.len() <= BUCKET {
         return;
     }
+    // The split axis follows the spread of the centres, not the box: large children would hide it.
     let middles = slice.iter().fold(Aabb::nothing(), |all, item| {
         let centre = middle(&item.1);
         all.hull(&Aabb { min: centre, max: centre })
@@ -137,6 +137,7 @@ fn grow(items: &mut [(u32, Aabb)], first: usize, end: usize, tree: &mut Vec<Bran
     let size = middles.size_mm();
     let axis = (0..3).max_by(|&i, &j| size[i].total_cmp(&size[j])).unwrap_or(0);
     slice.sort_by(|a, b| {
+        // Ties are broken by node number, so that the tree does not depend on the input order.
         middle(&a.1)[axis].total_cmp(&middle(&b.1)[axis]).then_with(|| a.0.cmp(&b.0))
     });
     let half = first + (end - first) / 2;
@@ -145,7 +146,7 @@ fn grow(items: &mut [(u32, Aabb)], first: usize, end: usize, tree: &mut Vec<Bran
     grow(items, half, end, tree);
 }
 
-/// Centre of a box; of an unbounded one, something finite.
+/// Centre of a box, with 0 for each coordinate that is not finite.
 fn middle(bounds: &Aabb) -> Point3<f64> {
     bounds.centre().map(|v| if v.is_finite() { v } else { 0.0 })
 }

@@ -1,4 +1,4 @@
-//! From a tree of solids to a flat list of nodes with boxes.
+//! Compilation of a solid tree to a flat list of nodes with bounding boxes.
 
 use nalgebra::Vector3;
 
@@ -6,16 +6,16 @@ use super::boxes::{Children, generous};
 use super::shape::Primitive;
 use crate::{Aabb, Pose, Solid};
 
-/// A primitive in its place.
+/// Primitive with its pose in the root frame.
 #[derive(Clone, Debug)]
 pub(crate) struct CompiledLeaf {
     pub(crate) primitive: Primitive,
     pub(crate) leaf_from_root: Pose,
     /// Centre of the primitive, leaf frame; rays are recentred on it.
     pub(crate) centre: Vector3<f64>,
-    /// Radius of a ball around `centre` that holds the primitive.
+    /// Radius of a ball around `centre` that contains the primitive.
     pub(crate) reach_mm: f64,
-    /// Below an odd number of subtractions: its inside is the body's outside.
+    /// True below an odd number of subtractions: the primitive's inside is the body's outside.
     pub(crate) is_tool: bool,
 }
 
@@ -30,14 +30,13 @@ pub(crate) enum Node {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Compiler {
     pub(crate) nodes: Vec<Node>,
-    /// Exact where documented so; empty where a node holds nothing.
+    /// Bounds of each node, exact where documented so; empty where a node contains nothing.
     pub(crate) bounds: Vec<Aabb>,
     pub(crate) leaves: Vec<CompiledLeaf>,
 }
 
 impl Compiler {
-    /// Adds a node and all below it; returns its number. Leaves are added in the order of
-    /// [`Solid::leaves`].
+    /// Adds a node and everything below it. Returns its number. Leaves are added in the order of [`Solid::leaves`].
     pub(crate) fn add(&mut self, solid: &Solid, root_from_here: Pose, is_tool: bool) -> u32 {
         match solid {
             Solid::Placed { pose, of } => self.add(of, root_from_here.then_in(*pose), is_tool),
@@ -54,6 +53,7 @@ impl Compiler {
             Solid::Difference { of, minus } => {
                 let of = self.add(of, root_from_here, is_tool);
                 let tools = self.any(minus, root_from_here, !is_tool);
+                // Tools only remove material, so the bounds of the minuend remain valid (if not tight).
                 let bounds = self.bounds[of as usize];
                 self.push(Node::Minus { of, tools }, bounds)
             }
@@ -61,7 +61,7 @@ impl Compiler {
         }
     }
 
-    /// A union; unions directly below it are part of it.
+    /// Adds a union. Unions directly below it are flattened into it.
     fn any(&mut self, of: &[Solid], root_from_here: Pose, is_tool: bool) -> u32 {
         let mut members = Vec::new();
         for child in of {
@@ -107,7 +107,7 @@ impl Compiler {
             primitive,
             leaf_from_root: root_from_leaf.inverse(),
             centre,
-            // Candidates on the ball itself must not fall off by rounding.
+            // The margin keeps candidates that lie on the ball itself from being rejected by rounding.
             reach_mm: reach_mm * 1.001,
             is_tool,
         });

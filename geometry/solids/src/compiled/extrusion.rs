@@ -1,4 +1,4 @@
-//! Extrusion of a profile along z.
+//! Extrusion of a profile along z: line crossings, containment and normals.
 
 use nalgebra::Vector3;
 
@@ -8,10 +8,10 @@ use crate::{Extrusion, roots::quadratic};
 
 const BOTTOM: u32 = 0;
 const TOP: u32 = 1;
-/// Face of the first segment's wall.
+/// Face number of the first segment's wall.
 const FIRST_WALL: u32 = 2;
 
-/// An [`Extrusion`] ready for questions.
+/// [`Extrusion`] prepared for queries.
 #[derive(Clone, Debug)]
 pub(crate) struct Prism {
     region: Region,
@@ -23,12 +23,12 @@ impl Prism {
         Self { region: Region::new(&solid.profile), height_mm: solid.height_mm }
     }
 
-    /// The profile, and the height, mm.
+    /// Returns the profile and the height, mm.
     pub(crate) fn parts(&self) -> (&Region, f64) {
         (&self.region, self.height_mm)
     }
 
-    /// Where the line may pass a wall, within `limits`.
+    /// Adds candidates where the line may cross a wall, for parameters within `limits`.
     fn walls(&self, ray: &LocalRay, limits: [f64; 2], work: &mut Work) {
         let (o, d) = (ray.origin.xy(), ray.direction.xy());
         let mut offer = |k: usize, t_mm: f64| {
@@ -48,6 +48,7 @@ impl Prism {
                     }
                 }
                 Some(ellipse) => {
+                    // In coordinates scaled by the half axes the ellipse is the unit circle.
                     let from_centre = (o - ellipse.centre).component_div(&ellipse.half_axes);
                     let step = d.component_div(&ellipse.half_axes);
                     let c = from_centre.norm_squared() - 1.0;
@@ -82,6 +83,7 @@ impl Shape for Prism {
     fn cast(&self, ray: &LocalRay, work: &mut Work) {
         let (z, dz) = (ray.origin.z, ray.direction.z);
         let mut limits = [-ray.reach_mm, ray.reach_mm];
+        // A horizontal line crosses no cap: it is within the slab along its whole length, or never.
         if dz == 0.0 {
             if z <= 0.0 || z >= self.height_mm {
                 return;

@@ -1,4 +1,4 @@
-//! Cuboid and half-space: bounded by planes only.
+//! Cuboid and half-space: primitives bounded by planes only.
 
 use nalgebra::Vector3;
 

@@ -1,4 +1,4 @@
-//! A solid prepared for questions.
+//! Solid prepared for geometric queries: bounds, containment and line crossings.
 
 mod boxes;
 mod compile;
@@ -25,47 +25,47 @@ use self::span::SLIVER_MM;
 pub(crate) use self::span::{Hit, Span};
 use crate::{Aabb, InvalidSolid, Pose, Solid};
 
-/// A line with a direction; `t` is measured in lengths of `direction`, backwards too.
+/// Infinite line with a direction. The parameter `t` is measured in lengths of `direction` and may be negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Point at t = 0, mm.
     pub origin: Point3<f64>,
-    /// Need not be of unit length; must not be zero.
+    /// Direction; need not be of unit length, must not be zero.
     pub direction: Vector3<f64>,
 }
 
 impl Ray {
-    /// The point at a parameter, mm.
+    /// Returns the point at a parameter, mm.
     pub fn at(&self, t: f64) -> Point3<f64> {
         self.origin + t * self.direction
     }
 }
 
-/// Where a line passes through a solid's surface.
+/// Crossing of a line with a solid's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
     /// Position on the ray, in lengths of its direction.
     pub t: f64,
-    /// Unit normal, out of the solid. At infinity, along the ray.
+    /// Unit normal that points out of the solid; along the ray for crossings at infinity.
     pub normal: Vector3<f64>,
-    /// Whose surface: an index into [`CompiledSolid::leaves`], which is also one into [`Solid::leaves`].
+    /// Leaf whose surface is crossed: an index into [`CompiledSolid::leaves`] and equally into [`Solid::leaves`].
     pub leaf: u32,
-    /// Which face of that primitive, numbered as the primitive documents.
+    /// Face of that primitive, numbered as the primitive documents.
     pub face: u32,
-    /// Into the solid; out of it otherwise.
+    /// True where the line enters the solid, false where it leaves it.
     pub entering: bool,
 }
 
-/// A primitive of a body in its place, with the name of the innermost feature around it.
+/// Primitive of a body with its pose and the name of the innermost feature around it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedPrimitive {
-    /// Always one of the primitive variants.
+    /// Primitive; always one of the primitive variants of [`Solid`].
     pub primitive: Solid,
     /// Maps the primitive's frame to the body's.
     pub body_from_leaf: Pose,
-    /// Innermost feature name; empty where there is none.
+    /// Name of the innermost feature; empty if there is none.
     pub feature: String,
-    /// Whether it is cut away: its surface faces the other way.
+    /// True if the primitive is cut away, so that its surface faces the other way.
     pub is_tool: bool,
 }
 
@@ -76,14 +76,14 @@ pub struct Scratch {
     work: Work,
 }
 
-/// A validated [`Solid`], flattened for bounds, containment and ray crossings.
+/// Validated [`Solid`], flattened for queries of bounds, containment and line crossings.
 ///
-/// Lines are combined as sorted stretches inside each primitive, so that booleans are exact;
-/// contacts and gaps shorter than 1e-10 mm along a line are taken for rounding.
+/// A line is reduced to sorted stretches inside each primitive and these are combined, so that booleans are exact.
+/// Contacts and gaps shorter than 1e-10 mm along a line are treated as rounding.
 #[derive(Clone, Debug)]
 pub struct CompiledSolid {
     nodes: Vec<Node>,
-    /// One generous box per node.
+    /// Slightly enlarged box of each node.
     boxes: Vec<Aabb>,
     compiled: Vec<CompiledLeaf>,
     leaves: Vec<PlacedPrimitive>,
@@ -92,12 +92,13 @@ pub struct CompiledSolid {
 }
 
 impl CompiledSolid {
-    /// Prepares a solid.
+    /// Compiles a solid.
     ///
     /// # Errors
-    /// Whatever [`Solid::validate`] finds.
+    /// Any violation that [`Solid::validate`] finds.
     pub fn new(solid: &Solid) -> Result<Self, InvalidSolid> {
         solid.validate()?;
+        // The compiler adds leaves in the order of `Solid::leaves`, so both lists correspond.
         let mut compiler = Compiler::default();
         let root = compiler.add(solid, Pose::identity(), false);
         let Compiler { nodes, bounds, leaves: compiled } = compiler;
@@ -116,19 +117,18 @@ impl CompiledSolid {
         Ok(Self { nodes, boxes, compiled, leaves, root, bounds: bounds[root as usize] })
     }
 
-    /// A box around the solid: exact for primitives and unions; for intersections and differences
-    /// it encloses, and may be larger. [`Aabb::nothing`] where the boxes of an intersection are
-    /// apart.
+    /// Returns a bounding box: exact for primitives and unions, possibly too large for intersections and differences.
+    /// [`Aabb::nothing`] if the boxes of an intersection's operands are apart.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// All primitives: leaf numbers are indices into this list.
+    /// Returns all primitives; leaf numbers are indices into this list.
     pub fn leaves(&self) -> &[PlacedPrimitive] {
         &self.leaves
     }
 
-    /// The name of the innermost feature around a leaf; empty where there is none.
+    /// Returns the name of the innermost feature around a leaf; empty if there is none.
     ///
     /// # Panics
     /// If there is no such leaf.
@@ -136,7 +136,7 @@ impl CompiledSolid {
         &self.leaves[leaf as usize].feature
     }
 
-    /// Whether the point lies inside. On the surface itself the answer may be either.
+    /// Returns whether the point lies inside. On the surface itself either result is possible.
     pub fn contains(&self, point: &Point3<f64>) -> bool {
         self.node_contains(self.root, point)
     }
@@ -157,17 +157,17 @@ impl CompiledSolid {
         }
     }
 
-    /// All crossings along the whole line, in order, entering and leaving in turn.
+    /// Returns all crossings along the whole line, in order, alternately entering and leaving.
     ///
-    /// Each entry has its exit, so the number is even: where a solid is unbounded, the first or the
-    /// last crossing is at minus or plus infinity. A direction of length zero crosses nothing.
+    /// Each entry has its exit, so the number is even: where a solid is unbounded, the first or the last crossing is at
+    /// minus or plus infinity. A direction of length zero crosses nothing.
     pub fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
         let mut crossings = Vec::new();
         self.crossings_into(ray, &mut Scratch::default(), &mut crossings);
         crossings
     }
 
-    /// The same as [`CompiledSolid::crossings`] without allocating for each ray. `crossings` is cleared.
+    /// Computes the same as [`CompiledSolid::crossings`] without allocating for each ray. `crossings` is cleared first.
     ///
     /// ```
     /// use fabkit_geometry::{CompiledSolid, Point3, Ray, Scratch, Solid, Vector3};
@@ -199,8 +199,8 @@ impl CompiledSolid {
         }
     }
 
-    /// The stretches of a line inside, as pairs of `t`: those of [`CompiledSolid::crossings_into`] without
-    /// their normals, which take as long as the rest. `stretches` is cleared.
+    /// Computes the stretches of a line inside the solid, as pairs of `t`. Skips the normals of
+    /// [`CompiledSolid::crossings_into`], which take about half of the time. `stretches` is cleared first.
     ///
     /// ```
     /// use fabkit_geometry::{CompiledSolid, Point3, Ray, Scratch, Solid, Vector3};
@@ -222,10 +222,10 @@ impl CompiledSolid {
         stretches.extend(self.spans(&line, scratch).iter().map(ends));
     }
 
-    /// The first crossing beyond `after_mm` in one direction: into the solid, or out of it.
+    /// Returns the first crossing beyond `after_mm` that enters the solid (or leaves it, if `entering` is false).
     ///
-    /// The ray's direction must be of unit length, so that `t` is in mm. Cheaper than
-    /// [`CompiledSolid::crossings_into`] where one crossing is enough: a single normal is computed.
+    /// The ray's direction must be of unit length, so that `t` is in mm. Cheaper than [`CompiledSolid::crossings_into`]
+    /// where one crossing is enough: a single normal is computed.
     ///
     /// ```
     /// use fabkit_geometry::{CompiledSolid, Point3, Ray, Scratch, Solid, Vector3};
@@ -254,7 +254,7 @@ impl CompiledSolid {
         })
     }
 
-    /// The stretches of a line inside, in order.
+    /// Returns the stretches of a line inside the solid, in order.
     pub(crate) fn spans<'a>(&self, line: &Line, scratch: &'a mut Scratch) -> &'a [Span] {
         scratch.spans.clear();
         if line.meets(&self.boxes[self.root as usize]) {
@@ -263,12 +263,13 @@ impl CompiledSolid {
         &scratch.spans
     }
 
-    /// Appends the stretches of the line inside a node. Its box has been tested.
+    /// Appends the stretches of the line inside a node whose box the line is known to meet.
     fn cast(&self, node: u32, line: &Line, scratch: &mut Scratch) {
         let from = scratch.spans.len();
         match &self.nodes[node as usize] {
             Node::Leaf(leaf) => self.cast_leaf(*leaf, line, scratch),
             Node::Any(children) => {
+                // The spans of a single child are sorted already: the union is needed only if several were hit.
                 let mut hit_children = 0;
                 children.find(
                     |bounds| line.meets(bounds),
@@ -289,6 +290,7 @@ impl CompiledSolid {
                     if line.meets(&self.boxes[child as usize]) {
                         self.cast(child, line, scratch);
                     }
+                    // The first operand has nothing to be intersected with.
                     if i > 0 {
                         span::intersect(&mut scratch.spans, from, middle);
                     }
@@ -314,6 +316,7 @@ impl CompiledSolid {
         let leaf = &self.compiled[number as usize];
         let direction = leaf.leaf_from_root.vector(line.direction);
         let origin = leaf.leaf_from_root.point(line.origin).coords - leaf.centre;
+        // The origin is moved to the foot of the perpendicular from the centre, so that distant rays keep their digits.
         let foot_mm = -origin.dot(&direction);
         let origin = origin + foot_mm * direction + leaf.centre;
         let ray = LocalRay { origin, direction, reach_mm: leaf.reach_mm };
@@ -333,7 +336,7 @@ impl CompiledSolid {
         }
     }
 
-    /// Unit normal out of the body where the line passes a leaf's face.
+    /// Returns the unit normal out of the body where the line crosses a leaf's face.
     pub(crate) fn normal(&self, line: &Line, hit: &Hit, entering: bool) -> Vector3<f64> {
         if hit.t_mm.is_infinite() {
             return if entering { -line.direction } else { line.direction };
@@ -342,7 +345,7 @@ impl CompiledSolid {
         let p = leaf.leaf_from_root.point(line.origin + hit.t_mm * line.direction);
         let normal = leaf.primitive.shape().normal(hit.face, &p.coords);
         let normal = leaf.leaf_from_root.rotation().tr_mul(&normal);
-        // Only a cone's apex and a revolution's pole have no normal; the axis serves there.
+        // Only a cone's apex and a revolution's pole have no normal; the reversed line direction serves there.
         let normal = normal.try_normalize(0.0).unwrap_or(-line.direction);
         if leaf.is_tool { -normal } else { normal }
     }

@@ -1,4 +1,4 @@
-//! Parallel surface of an ellipsoid of revolution.
+//! Parallel surface of an ellipsoid of revolution: distance function and line crossings.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -6,23 +6,22 @@ use super::ring::{meridian, turned};
 use super::shape::{Chord, LocalRay, Shape, Work};
 use crate::{Ellipsoid, EllipsoidOffset};
 
-/// The first quadrant of an ellipse around the origin, in units of its short half axis and with the long
-/// one first.
+/// First quadrant of an ellipse around the origin, in units of its short half axis and with the long one first.
 ///
-/// The nearest point comes from one root of a scalar equation (Eberly, "Distance from a Point to
-/// an Ellipse, an Ellipsoid, or a Hyperellipsoid", 2013), written as for a trust region (Conn,
-/// Gould and Toint, "Trust-Region Methods", 2000, section 7.3): an increasing concave function,
-/// which Newton's method climbs from the left without ever overshooting. No branch of the distance
-/// can be mistaken for another. From a point to the right of the root one step leads to its left.
+/// The nearest point comes from one root of a scalar equation (Eberly, "Distance from a Point to an Ellipse, an
+/// Ellipsoid, or a Hyperellipsoid", 2013), written as for a trust region (Conn, Gould and Toint, "Trust-Region
+/// Methods", 2000, section 7.3): an increasing concave function on which Newton's method approaches the root from the
+/// left without ever overshooting. No branch of the distance can be mistaken for another. From a point to the right of
+/// the root one step leads to its left.
 #[derive(Clone, Copy)]
 struct Quadrant {
     short_mm: f64,
-    /// The long half axis and its square.
+    /// Ratio of the long to the short half axis; `k` is its square.
     long: f64,
     k: f64,
-    /// k - 1 without cancellation; the parameter s is counted from its pole for the same reason.
+    /// k - 1 without cancellation. For the same reason the parameter s is counted from its pole.
     gap: f64,
-    /// Along y, not along x.
+    /// True if the long axis lies along y, false if along x.
     is_upright: bool,
 }
 
@@ -39,19 +38,19 @@ impl Quadrant {
         if self.is_upright { v.yx() } else { v }
     }
 
-    /// The point of the ellipse nearest to one so near to the long axis that the equation's root is
-    /// lost in rounding, in units of the half axes; `None` of any other.
+    /// Returns the nearest point of the ellipse, in units of the half axes, for a point so near to the long axis that
+    /// the equation's root is lost in rounding; `None` for any other point.
     fn on_axis(&self, z: Vector2<f64>) -> Option<[f64; 2]> {
         if z.y > 1e-100 {
             return None;
         }
         let u = self.long * z.x / self.gap;
-        // Between the centres of curvature of the axis' two ends, or beyond.
+        // The point lies between the centres of curvature of the axis' two ends, or beyond them.
         Some(if u < 1.0 { [u, (1.0 - u * u).sqrt()] } else { [1.0, 0.0] })
     }
 
-    /// The parameter of the point nearest to one that lies as far out as `offset`, almost: on an ellipse
-    /// with half axes longer by that.
+    /// Estimates the parameter of the nearest point for a point about `offset` outside the ellipse, by treating it as a
+    /// point of an ellipse with half axes longer by `offset`.
     fn first_guess(&self, offset: f64, z: Vector2<f64>) -> f64 {
         let (long, short) = (self.long + offset, 1.0 + offset);
         let normal = Vector2::new(z.x * short * short, z.y * long * long);
@@ -59,13 +58,13 @@ impl Quadrant {
         1.0 + offset * ((self.k * x + y) / (x + y)).sqrt()
     }
 
-    /// Signed distance, mm, of a point in the first quadrant and its gradient, the unit outward normal at
-    /// the nearest point; negative inside. Soonest found where the distance is about `guess_mm`.
+    /// Computes the signed distance, mm, of a point in the first quadrant (negative inside) and its gradient, the unit
+    /// outward normal at the nearest point. Converges fastest where the distance is about `guess_mm`.
     fn distance(&self, p: Vector2<f64>, guess_mm: f64) -> (f64, Vector2<f64>) {
         let z = self.turned(p) / self.short_mm;
         let [u, v] = self.on_axis(z).unwrap_or_else(|| {
             let n = self.long * z.x;
-            // At the root |(u, v)| = 1; both bounds lie left of it, where the length is above 1.
+            // At the root |(u, v)| = 1. Both bounds lie left of it, where the length is above 1.
             let least = z.y.max((n * n + z.y * z.y).sqrt() - self.gap);
             let mut s = least.max(self.first_guess(guess_mm / self.short_mm, z));
             for _ in 0..100 {
@@ -74,7 +73,7 @@ impl Quadrant {
                 let squared = u * u + v * v;
                 let slope = u * u * for_u + v * v * for_v;
                 let next = (s + (squared.sqrt() - 1.0) * squared / slope).max(least);
-                // Convergence is quadratic: after a step this small the next one is rounding.
+                // Convergence is quadratic: after a step this small the next one would be rounding.
                 let is_last = (next - s).abs() <= 1e-9 * s;
                 s = next;
                 if is_last {
@@ -84,7 +83,7 @@ impl Quadrant {
             [n / (s + self.gap), z.y / s]
         });
         let normal = Vector2::new(u / self.long, v).normalize();
-        // Projected on the normal: an error in the nearest point enters only squared.
+        // Projected on the normal, an error in the nearest point enters only squared.
         let beyond = (z - Vector2::new(self.long * u, v)).dot(&normal);
         (beyond * self.short_mm, self.turned(normal))
     }
@@ -95,10 +94,10 @@ impl EllipsoidOffset {
         Vector2::new(self.equatorial_mm, self.polar_mm)
     }
 
-    /// Distance outside the parallel surface, mm, and its gradient.
+    /// Computes the signed distance from the parallel surface, mm (positive outside), and its gradient.
     #[inline]
     pub(crate) fn distance(&self, p: &Vector3<f64>) -> (f64, Vector3<f64>) {
-        // Of a sphere it needs no iteration; its centre is as near to one side as to any other.
+        // The sphere needs no iteration. At its centre all normals are equivalent, so any serves.
         if self.equatorial_mm == self.polar_mm {
             let far_mm = p.norm();
             let normal = if far_mm > 0.0 { p / far_mm } else { Vector3::x() };
@@ -111,15 +110,15 @@ impl EllipsoidOffset {
         (from_ellipse - self.offset_mm, turned(normal, p))
     }
 
-    /// An ellipsoid that encloses the solid, for a first guess and for misses, and one that lies within
-    /// where there is a tight one.
+    /// Returns an ellipsoid that encloses the solid, for a first guess and for early misses, and one that lies within
+    /// the solid if a tight one is known.
     fn bounding(&self) -> (Ellipsoid, Option<Ellipsoid>) {
         let short = self.equatorial_mm.min(self.polar_mm);
-        // Minkowski's inequality on the support functions: within for positive offsets, around for
-        // negative ones.
+        // By Minkowski's inequality on the support functions this ellipsoid lies within for positive offsets and
+        // encloses for negative ones.
         let shifted = [self.equatorial_mm + self.offset_mm, self.polar_mm + self.offset_mm];
         let of = |[equatorial, polar]: [f64; 2], growth: f64| Ellipsoid {
-            // The least growth that rounding cannot undo.
+            // Smallest growth that rounding cannot undo.
             semi_axes_mm: [equatorial, equatorial, polar].map(|v| v * (1.0 + growth)),
         };
         if self.offset_mm < 0.0 {
@@ -131,9 +130,10 @@ impl EllipsoidOffset {
         (of(scaled, 1e-12), Some(of(shifted, 0.0)))
     }
 
-    /// Where a line enters and leaves, as seen by two that come along it from either side.
+    /// Finds where a line enters and leaves, by two iterations that approach along it from either side. `None` if the
+    /// line misses.
     ///
-    /// `outer_mm` are points before, and `guess_mm` ones nearby.
+    /// `outer_mm` are parameters before each crossing, and `guess_mm` parameters near it.
     fn ends(&self, ray: &LocalRay, outer_mm: [f64; 2], guess_mm: [f64; 2]) -> Option<[f64; 2]> {
         let ellipse = Quadrant::new(self.half_axes());
         let offset = self.offset_mm / ellipse.short_mm;
@@ -148,7 +148,7 @@ impl EllipsoidOffset {
             }
         });
         for _ in 0..200 {
-            // Both in turn: neither waits for the other, so a processor works on both at once.
+            // The ends take turns: neither waits for the other's result, so a processor computes both at once.
             for end in ends.iter_mut().filter(|end| !end.is_found) {
                 end.step(&ellipse, offset, ray)?;
             }
@@ -156,37 +156,38 @@ impl EllipsoidOffset {
                 return Some(ends.map(|end| end.sign * end.t_mm));
             }
         }
-        // Linear convergence for this long means a tangent.
+        // If it converges only linearly for this long, the line is a tangent.
         None
     }
 }
 
-/// One end of a line's chord, on its way there.
+/// Iteration for one end of a line's chord.
 ///
-/// The solid lies behind every plane that touches it. So where a line comes through such a plane from its
-/// front it has not entered yet, and if it never does, it misses: neither needs the plane at the
-/// nearest point, to which alone Newton's method on the distance would lead. So one step on the line and one
-/// towards the nearest point are taken together. The line is followed from one side only, and both
-/// converge as fast as Newton's method in two unknowns.
+/// The solid lies behind every plane that touches it. So where a line crosses such a plane from its front it has not
+/// entered yet, and if it never crosses, it misses. Neither conclusion needs the plane at the nearest point, which is
+/// what Newton's method on the distance would require. Therefore each iteration takes one step on the line and one
+/// towards the nearest point. The line is followed from one side only, and both unknowns converge as fast as in
+/// Newton's method in two unknowns.
 struct End {
-    /// Which way the line goes in.
+    /// Direction along the line that leads into the solid: 1 or -1.
     sign: f64,
-    /// No farther than the crossing, mm along the line as it goes in; as is `t_mm`, from the second step on.
+    /// Parameter no farther than the crossing, mm along the line in the inward direction. From the second step on, the
+    /// same holds for `t_mm`.
     outside_mm: f64,
     t_mm: f64,
-    /// Of the point nearest to the one at `t_mm`, almost; see [`Quadrant`].
+    /// Approximate parameter of the point nearest to the one at `t_mm`; see [`Quadrant`].
     s: Option<f64>,
     is_found: bool,
 }
 
 impl End {
-    /// `None` where the line misses.
+    /// Takes one step. `None` if the line misses.
     #[inline]
     fn step(&mut self, ellipse: &Quadrant, offset: f64, ray: &LocalRay) -> Option<()> {
         let Quadrant { short_mm, long, gap, .. } = *ellipse;
         let p = ray.at(self.sign * self.t_mm);
         let flat = meridian(&p);
-        // How fast a point that goes in leaves the axis and the equator, per mm.
+        // Velocity away from the axis and the equator of a point that moves inward, per mm.
         let across = if flat.x > 0.0 { p.xy().dot(&ray.direction.xy()) / flat.x } else { 0.0 };
         let along = ray.direction.z * 1.0_f64.copysign(p.z);
         let velocity = ellipse.turned(Vector2::new(across, along)) * (self.sign / short_mm);
@@ -197,7 +198,7 @@ impl End {
         let (for_u, for_v) = (1.0 / (s + gap), 1.0 / s);
         let on_axis = ellipse.on_axis(z);
         let [u, v] = on_axis.unwrap_or([long * z.x * for_u, z.y * for_v]);
-        // The plane's normal is as long as this, and it touches the ellipse so far from the centre.
+        // Length of the plane's normal, and the plane's distance from the centre times that length.
         let normal = Vector2::new(u / long, v);
         let (norm, support) = (normal.norm(), (u * u + v * v).sqrt());
         let beyond = normal.dot(&z) - support - offset * norm;
@@ -205,6 +206,7 @@ impl End {
         let (missing, slope) = ((support - 1.0) * support * support, u * u * for_u + v * v * for_v);
         let is_nearest = on_axis.is_some() || missing.abs() <= 1e-8 * s * slope;
 
+        // Error of `beyond` by rounding of coordinates of the size of the ray's reach.
         let resolution = 4.0 * f64::EPSILON * ray.reach_mm / short_mm * norm;
         let is_outside = !is_first || beyond >= -resolution;
         if is_nearest && is_outside && beyond <= resolution {
@@ -221,9 +223,10 @@ impl End {
         }
         let step_mm = self.outside_mm - self.t_mm;
         self.t_mm = self.outside_mm;
-        // Convergence is quadratic; near a tangent steps only halve, and what is left is as small as the last.
+        // Convergence is quadratic. Near a tangent steps only halve, and the remaining distance is as small as the last
+        // step.
         self.is_found = is_nearest && !is_grazing && step_mm.abs() <= 1e-9 * ray.reach_mm;
-        // The root goes with the point.
+        // The root is updated to first order for the moved point.
         let moved = (u * for_u * long * velocity.x + v * for_v * velocity.y) * step_mm;
         self.s = Some(if on_axis.is_some() { s } else { s + (missing + moved) / slope });
         Some(())

@@ -1,4 +1,4 @@
-//! A profile prepared for point tests and for finding where lines may cross its boundary.
+//! Profile prepared for point tests and for finding where lines may cross its boundary.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::Range;
@@ -7,29 +7,29 @@ use nalgebra::Vector2;
 
 use crate::{Path, Profile, Segment};
 
-/// How generously an edge accepts a point near one of its ends, relative to its size: far more than
-/// rounding and than validation grants an arc's ends.
+/// Tolerance with which an edge accepts a point near one of its ends, relative to its size: far more than rounding and
+/// than the tolerance of validation for an arc's ends.
 const SLACK: f64 = 1e-6;
 
-/// The ellipse that an arc is part of; a circle where the half axes agree.
+/// Ellipse that an arc is part of; a circle if the half axes agree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ellipse {
     pub(crate) centre: Vector2<f64>,
     pub(crate) half_axes: Vector2<f64>,
 }
 
-/// One segment of a path with all that is derived from it.
+/// Segment of a path with derived quantities.
 #[derive(Clone, Debug)]
 pub(crate) struct Edge {
     pub(crate) from: Vector2<f64>,
     pub(crate) to: Vector2<f64>,
-    /// `None` for a straight line.
+    /// Ellipse of an arc; `None` for a straight line.
     pub(crate) ellipse: Option<Ellipse>,
-    /// Whether the arc runs counter-clockwise.
+    /// True if the arc runs counter-clockwise.
     ccw: bool,
-    /// 1 where the region lies to the left, -1 where it lies to the right.
+    /// Side on which the region lies: 1 left, -1 right.
     left: f64,
-    /// A box around the edge, somewhat larger than what [`Edge::accepts`] grants its ends.
+    /// Corner of a box around the edge that is somewhat larger than the tolerance of [`Edge::accepts`] at its ends.
     pub(crate) low: Vector2<f64>,
     pub(crate) high: Vector2<f64>,
 }
@@ -58,28 +58,29 @@ impl Edge {
         let (x, y) = (Vector2::x(), Vector2::y());
         let high = Vector2::new(self.support(x), self.support(y));
         let low = -Vector2::new(self.support(-x), self.support(-y));
-        // Twice the slack, and far more than rounding of places on a line.
+        // Twice the slack, and far more than the rounding of points on a line.
         let grown = 2.0 * SLACK * (high - low).amax() + 1e-9 * low.amax().max(high.amax());
         (low.add_scalar(-grown), high.add_scalar(grown))
     }
 
-    /// Whether a straight edge's line is met beyond the ends of the edge, and beyond their slack, by the
-    /// line through `origin`.
+    /// Returns whether the line through `origin` meets a straight edge's line only beyond the ends of the edge and
+    /// beyond their slack.
     pub(crate) fn is_passed(&self, origin: Vector2<f64>, direction: Vector2<f64>) -> bool {
         let (a, b) = (direction.perp(&(self.from - origin)), direction.perp(&(self.to - origin)));
         a * b > 0.0 && a.abs().min(b.abs()) > SLACK * (a - b).abs()
     }
 
-    /// Signed angle (eccentric for ellipses) that an arc sweeps; 0 for a line.
+    /// Returns the signed angle (eccentric for ellipses) that an arc sweeps; 0 for a line.
     pub(crate) fn sweep(&self) -> f64 {
         let Some(Ellipse { centre, half_axes }) = self.ellipse else { return 0.0 };
         let unit = |p: Vector2<f64>| (p - centre).component_div(&half_axes);
         let (a, b) = (unit(self.from), unit(self.to));
+        // The angle from a to b, which is exact for small arcs too.
         let turn = a.perp(&b).atan2(a.dot(&b));
         if self.ccw { turn.rem_euclid(TAU) } else { -((-turn).rem_euclid(TAU)) }
     }
 
-    /// The point at a parameter from 0 to 1, and its derivative.
+    /// Returns the point at a parameter from 0 to 1, and its derivative.
     pub(crate) fn at(&self, s: f64) -> (Vector2<f64>, Vector2<f64>) {
         let Some(Ellipse { centre, half_axes }) = self.ellipse else {
             let along = self.to - self.from;
@@ -93,7 +94,7 @@ impl Edge {
         (centre + unit.component_mul(&half_axes), tangent.component_mul(&half_axes))
     }
 
-    /// Whether a point of the edge's full line or ellipse belongs to the edge; generous at the ends.
+    /// Returns whether a point of the edge's full line or ellipse belongs to the edge, with a tolerance at the ends.
     pub(crate) fn accepts(&self, p: Vector2<f64>) -> bool {
         let chord = self.to - self.from;
         match &self.ellipse {
@@ -109,7 +110,7 @@ impl Edge {
         }
     }
 
-    /// Below 0 on an arc's side of its chord, where all of it lies; 0 for a straight line.
+    /// Returns a negative value on an arc's side of its chord, where all of the arc lies; 0 for a straight line.
     pub(crate) fn arc_side(&self, p: Vector2<f64>) -> f64 {
         // A counter-clockwise arc lies to the right of its chord, however long it is.
         let turn = if self.ccw { 1.0 } else { -1.0 };
@@ -120,17 +121,17 @@ impl Edge {
         }
     }
 
-    /// 1 where the region lies to the left, -1 where it lies to the right.
+    /// Returns the side on which the region lies: 1 left, -1 right.
     pub(crate) fn side(&self) -> f64 {
         self.left
     }
 
-    /// Unit direction in which the edge begins.
+    /// Returns the unit direction at the start of the edge.
     pub(crate) fn direction_at_start(&self) -> Vector2<f64> {
         self.direction(self.from)
     }
 
-    /// Unit direction in which the edge ends.
+    /// Returns the unit direction at the end of the edge.
     pub(crate) fn direction_at_end(&self) -> Vector2<f64> {
         self.direction(self.to)
     }
@@ -140,7 +141,7 @@ impl Edge {
         Vector2::new(-outward.y, outward.x).normalize()
     }
 
-    /// Normal out of the region at a point of the edge; not of unit length.
+    /// Returns the normal out of the region at a point of the edge; not of unit length.
     pub(crate) fn outward(&self, p: Vector2<f64>) -> Vector2<f64> {
         match &self.ellipse {
             None => {
@@ -155,7 +156,7 @@ impl Edge {
         }
     }
 
-    /// Largest projection of the edge on a direction.
+    /// Returns the largest projection of the edge on a direction.
     fn support(&self, u: Vector2<f64>) -> f64 {
         let ends = self.from.dot(&u).max(self.to.dot(&u));
         let Some(Ellipse { centre, half_axes }) = &self.ellipse else { return ends };
@@ -164,11 +165,12 @@ impl Edge {
         if reach == 0.0 {
             return ends;
         }
+        // Point of the full ellipse with the normal u; it counts only if the arc includes it.
         let farthest = centre + half_axes.component_mul(&scaled) / reach;
         if self.accepts(farthest) { ends.max(centre.dot(&u) + reach) } else { ends }
     }
 
-    /// Splits the edge where y turns back, so that each piece meets a horizontal line once.
+    /// Splits the edge where y reverses, so that each piece meets a horizontal line at most once.
     fn monotone(&self, pieces: &mut Vec<Piece>) {
         let Some(ellipse) = self.ellipse else {
             pieces.push(Piece { from: self.from, to: self.to, bulge: None });
@@ -194,6 +196,7 @@ impl Edge {
         turns.push((total, self.to));
         let (mut from, mut from_at) = (self.from, 0.0);
         for (at, to) in turns {
+            // The side of a piece follows from its middle, far from the turning points.
             let middle = start + turn * 0.5 * (from_at + at);
             let bulge = Some((ellipse, middle.cos().signum()));
             pieces.push(Piece { from, to, bulge });
@@ -202,18 +205,18 @@ impl Edge {
     }
 }
 
-/// A piece of the boundary along which y only rises or only falls.
+/// Piece of the boundary along which y is monotonic.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     from: Vector2<f64>,
     to: Vector2<f64>,
-    /// The ellipse, and on which side of its centre the piece lies: 1 right, -1 left.
+    /// Ellipse, and the side of its centre on which the piece lies: 1 right, -1 left.
     bulge: Option<(Ellipse, f64)>,
 }
 
 impl Piece {
-    /// Whether a ray from `p` toward +x crosses the piece. Half-open in y: of two pieces that
-    /// share an end, exactly one counts it.
+    /// Returns whether a ray from `p` toward +x crosses the piece. Half-open in y: of two pieces that share an end,
+    /// exactly one counts it.
     fn is_right_of(&self, p: Vector2<f64>) -> bool {
         if (self.from.y <= p.y) == (self.to.y <= p.y) {
             return false;
@@ -232,13 +235,13 @@ impl Piece {
     }
 }
 
-/// A [`Profile`] ready for questions.
+/// [`Profile`] prepared for queries.
 #[derive(Clone, Debug)]
 pub(crate) struct Region {
-    /// In the order of face numbers: outer path first, then the holes.
+    /// Edges in the order of face numbers: outer path first, then the holes.
     pub(crate) edges: Vec<Edge>,
     pieces: Vec<Piece>,
-    /// Which pieces make up each path.
+    /// Range of pieces of each path.
     paths: Vec<Range<usize>>,
     outer_edges: usize,
 }
@@ -248,6 +251,7 @@ impl Region {
         let (mut edges, mut pieces, mut paths) = (Vec::new(), Vec::new(), Vec::new());
         for (i, path) in profile.paths().enumerate() {
             let is_hole = i > 0;
+            // Either orientation is allowed: the region lies inside the outer path and outside the holes.
             let left = if (signed_area(path) > 0.0) == is_hole { -1.0 } else { 1.0 };
             let first_piece = pieces.len();
             let mut from = path.start;
@@ -262,22 +266,23 @@ impl Region {
         Self { edges, pieces, paths, outer_edges: profile.outer.segments.len() }
     }
 
-    /// Whether the point lies inside the outer path and outside every hole.
+    /// Returns whether the point lies inside the outer path and outside every hole.
     pub(crate) fn holds(&self, p: Vector2<f64>) -> bool {
         let within = |path: &Range<usize>| {
+            // Even-odd rule for each path.
             self.pieces[path.clone()].iter().filter(|piece| piece.is_right_of(p)).count() % 2 == 1
         };
         self.paths.first().is_some_and(within) && !self.paths.iter().skip(1).any(within)
     }
 
-    /// Largest projection of the region on a direction.
+    /// Returns the largest projection of the region on a direction.
     pub(crate) fn support(&self, u: Vector2<f64>) -> f64 {
         let outer = &self.edges[..self.outer_edges];
         outer.iter().map(|edge| edge.support(u)).fold(f64::NEG_INFINITY, f64::max)
     }
 }
 
-/// Length of a path of lines and circular arcs, mm.
+/// Computes the length of a path of lines and circular arcs, mm.
 pub(crate) fn path_length(path: &Path) -> f64 {
     let mut from = path.start;
     let lengths = path.segments.iter().map(|segment| {
@@ -291,17 +296,17 @@ pub(crate) fn path_length(path: &Path) -> f64 {
     lengths.sum()
 }
 
-/// Area enclosed by a path, mm^2; positive counter-clockwise (Green's theorem, exact for arcs).
+/// Computes the area enclosed by a path, mm^2; positive for counter-clockwise paths (Green's theorem, exact for arcs).
 pub(crate) fn signed_area(path: &Path) -> f64 {
     let mut twice_area = 0.0;
     let mut from = Vector2::from(path.start);
-    // About the first point, so that a small path far from the origin keeps its digits.
+    // Relative to the first point, so that a small path far from the origin keeps its digits.
     let base = from;
     for segment in &path.segments {
         let edge = Edge::new(from.into(), segment, 1.0);
         twice_area += (edge.from - base).perp(&(edge.to - base));
         if let Some(Ellipse { half_axes, .. }) = edge.ellipse {
-            // The area between the arc and its chord.
+            // Twice the area between the arc and its chord.
             let sweep = edge.sweep();
             twice_area += (sweep - sweep.sin()) * half_axes.x * half_axes.y;
         }

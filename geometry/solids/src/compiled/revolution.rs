@@ -1,4 +1,4 @@
-//! Revolution of a profile around z.
+//! Revolution of a profile around z: line crossings, containment and normals.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -7,7 +7,7 @@ use super::ring::{meridian, polished, swept_ellipse, turned};
 use super::shape::{Candidate, LocalRay, Shape, Work};
 use crate::{Revolution, roots::quadratic};
 
-/// A [`Revolution`] ready for questions.
+/// [`Revolution`] prepared for queries.
 #[derive(Clone, Debug)]
 pub(crate) struct Spun {
     region: Region,
@@ -18,18 +18,18 @@ impl Spun {
         Self { region: Region::new(&solid.profile) }
     }
 
-    /// The profile, in distance from z and z.
+    /// Returns the profile, in coordinates (distance from z, z).
     pub(crate) fn region(&self) -> &Region {
         &self.region
     }
 }
 
-/// A line in distance from z and z: what edges far from it need not be asked in full.
+/// Line in coordinates (distance from z, z), for rejecting edges far from it cheaply.
 struct Passing<'a> {
     ray: &'a LocalRay,
     /// Squared distance from z along the line: `s[2] t^2 + 2 s[1] t + s[0]`.
     s: [f64; 3],
-    /// Where the line is nearest to z, mm.
+    /// Parameter at which the line is nearest to z, mm.
     nearest_mm: f64,
     per_height: f64,
 }
@@ -46,7 +46,8 @@ impl<'a> Passing<'a> {
         (self.s[2] * t_mm + 2.0 * self.s[1]) * t_mm + self.s[0]
     }
 
-    /// Between which parameters the line is as high as the edge, mm; `None` if it is nowhere near it there.
+    /// Returns the parameters between which the line has the heights of the edge, mm; `None` if it is nowhere near the
+    /// edge there.
     fn beside(&self, edge: &Edge) -> Option<[f64; 2]> {
         let (z, reach_mm) = (self.ray.origin.z, 2.0 * self.ray.reach_mm);
         let mut between = [-reach_mm, reach_mm];
@@ -64,8 +65,9 @@ impl<'a> Passing<'a> {
         let ends = between.map(|t_mm| self.squared(t_mm));
         let is_passed = between[0] < self.nearest_mm && self.nearest_mm < between[1];
         let nearest = if is_passed { self.squared(self.nearest_mm) } else { ends[0].min(ends[1]) };
+        // Compared with the range of distances from z that the line has beside the edge.
         let (inner, outer) = (edge.low.x.max(0.0), edge.high.x);
-        // Rounding of squares is of the size of the line's reach, not of the edge's.
+        // Rounding errors of squares scale with the line's reach, not with the edge's size.
         let rounding = 1e-12 * reach_mm * reach_mm;
         let meets =
             nearest <= outer * outer + rounding && ends[0].max(ends[1]) >= inner * inner - rounding;
@@ -73,7 +75,7 @@ impl<'a> Passing<'a> {
     }
 }
 
-/// Where the line may pass the plane, cylinder or cone that a straight edge sweeps around z.
+/// Offers the parameters where the line may cross the plane, cylinder or cone that a straight edge sweeps around z.
 fn swept_line(edge: &Edge, ray: &LocalRay, mut offer: impl FnMut(f64)) {
     let (o, d) = (&ray.origin, &ray.direction);
     let along = (edge.to - edge.from).normalize();
@@ -83,8 +85,8 @@ fn swept_line(edge: &Edge, ray: &LocalRay, mut offer: impl FnMut(f64)) {
         }
         return;
     }
-    // The edge's line is along.y r = w(z), linear in z; squared, a quadric. Dividing by neither
-    // component keeps flat and steep edges alike.
+    // The edge's line is along.y r = w(z), linear in z; squared it is a quadric. Dividing by neither component treats
+    // flat and steep edges alike.
     let w = along.y * edge.from.x + along.x * (o.z - edge.from.y);
     let dw = along.x * d.z;
     let squared = along.y * along.y;
@@ -92,13 +94,14 @@ fn swept_line(edge: &Edge, ray: &LocalRay, mut offer: impl FnMut(f64)) {
     let half_b = squared * o.xy().dot(&d.xy()) - w * dw;
     let c = squared * o.xy().norm_squared() - w * w;
     for &root in quadratic(a, half_b, c).as_slice() {
-        // One Newton step on the unsquared equation restores the digits that squaring cost on
-        // edges that are nearly flat.
+        // One Newton step on the unsquared equation restores the digits that squaring cost on edges that are nearly
+        // flat.
         let p = ray.at(root);
         let r = meridian(&p).x;
         let value = along.y * r - (w + root * dw);
         let slope = along.y * p.xy().dot(&d.xy()) / r - dw;
         let step = value / slope;
+        // A large step means a root of the mirrored cone or a tangent; the root is kept as it is.
         let is_small = step.is_finite() && step.abs() < 1e-6 * ray.reach_mm;
         offer(if is_small { root - step } else { root });
     }

@@ -1,4 +1,4 @@
-//! Torus, and the surface of any ellipse turned around the z axis.
+//! Torus, and the surface of any ellipse rotated around the z axis.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -9,17 +9,17 @@ use crate::{
     roots::{Roots, polynomial, quadratic},
 };
 
-/// A point's distance from the z axis and its height.
+/// Returns a point's distance from the z axis and its height.
 #[inline]
 pub(crate) fn meridian(p: &Vector3<f64>) -> Vector2<f64> {
-    // Squares of lengths in mm neither overflow nor vanish; `hypot` minds that they may, and takes a
-    // tenth of the time of casting a torus.
+    // Squares of lengths in mm neither overflow nor underflow. `hypot` guards against both, which costs a tenth of the
+    // time of casting a torus.
     Vector2::new((p.x * p.x + p.y * p.y).sqrt(), p.z)
 }
 
-/// Where the line may pass the surface that the ellipse, given in (distance from z, height),
-/// sweeps around z, between two parameters where it is asked for. Includes the mirrored ellipse beyond
-/// the axis; callers sort that out.
+/// Finds where the line may cross the surface that the ellipse, given in (distance from z, height), sweeps around z,
+/// for parameters within `between_mm`. Includes crossings of the mirrored ellipse beyond the axis, which callers
+/// discard.
 pub(crate) fn swept_ellipse(ellipse: &Ellipse, ray: &LocalRay, between_mm: [f64; 2]) -> Roots {
     let Ellipse { centre, half_axes } = ellipse;
     let (o, d) = (&ray.origin, &ray.direction);
@@ -52,8 +52,8 @@ pub(crate) fn swept_ellipse(ellipse: &Ellipse, ray: &LocalRay, between_mm: [f64;
     polynomial(&quartic, low, high).scaled(unit)
 }
 
-/// Two Newton steps on the distance-like function of the surface itself: the squared equation
-/// costs digits where the tube is thin.
+/// Refines a root by two Newton steps on the implicit function of the surface itself: the squared equation costs digits
+/// where the tube is thin.
 pub(crate) fn polished(ellipse: &Ellipse, ray: &LocalRay, t_mm: f64) -> f64 {
     let mut t_mm = t_mm;
     for _ in 0..2 {
@@ -106,7 +106,7 @@ impl Shape for Torus {
     }
 }
 
-/// A direction in the (distance from z, height) half plane, turned to where `p` is.
+/// Rotates a direction of the (distance from z, height) half plane to the azimuth of `p`.
 pub(crate) fn turned(flat: Vector2<f64>, p: &Vector3<f64>) -> Vector3<f64> {
     let across = meridian(p).x;
     if across == 0.0 {

@@ -1,4 +1,4 @@
-//! Sphere, ellipsoid, cylinder, cone: quadrics in closed form.
+//! Sphere, ellipsoid, cylinder and cone: quadrics intersected in closed form.
 
 use nalgebra::Vector3;
 
@@ -23,8 +23,8 @@ impl Shape for Sphere {
     }
 
     fn cast(&self, ray: &LocalRay, work: &mut Work) {
-        // The discriminant from the foot of the perpendicular, not from b^2 - c: Haines et al.,
-        // "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems (2019).
+        // The discriminant is computed from the foot of the perpendicular, not as b^2 - c: Haines et al., "Precision
+        // Improvements for Ray/Sphere Intersection", Ray Tracing Gems (2019).
         let b = ray.origin.dot(&ray.direction);
         let foot = ray.origin - b * ray.direction;
         let half_squared = self.radius_mm * self.radius_mm - foot.norm_squared();
@@ -40,9 +40,9 @@ impl Ellipsoid {
         p.component_div(&Vector3::from(self.semi_axes_mm))
     }
 
-    /// The stretch of a line inside.
+    /// Returns the stretch of a line inside.
     pub(crate) fn chord(&self, ray: &LocalRay) -> Option<Chord> {
-        // A sphere in coordinates scaled to the half axes.
+        // In coordinates scaled by the semi-axes it is a unit sphere.
         let (origin, direction) = (self.shrunk(&ray.origin), self.shrunk(&ray.direction));
         let a = direction.norm_squared();
         let b = origin.dot(&direction) / a;
@@ -73,14 +73,14 @@ impl Shape for Ellipsoid {
     }
 }
 
-/// Where z lies between bottom and top.
+/// Returns the stretch of the line with z between bottom and top.
 fn between_ends(ray: &LocalRay, height_mm: f64) -> Option<Chord> {
     let (bottom, top) = (Wall { at: 0.0, face: BOTTOM }, Wall { at: height_mm, face: TOP });
     Chord::slab(ray.origin.z, ray.direction.z, bottom, top)
 }
 
 impl Cylinder {
-    /// Where the line lies within the infinite cylinder.
+    /// Returns the stretch of the line within the infinite cylinder.
     fn side(&self, ray: &LocalRay) -> Option<Chord> {
         let (o, d) = (ray.origin.xy(), ray.direction.xy());
         let a = d.norm_squared();
@@ -123,12 +123,12 @@ impl Shape for Cylinder {
 }
 
 impl Cone {
-    /// Growth of the radius per mm of height.
+    /// Returns the growth of the radius per mm of height.
     fn slope(&self) -> f64 {
         (self.top_radius_mm - self.bottom_radius_mm) / self.height_mm
     }
 
-    /// Radius at height z, from the nearer end so that it vanishes exactly at an apex.
+    /// Returns the radius at height z, computed from the nearer end so that it vanishes exactly at an apex.
     fn radius_at(&self, z: f64) -> f64 {
         if z < 0.5 * self.height_mm {
             self.bottom_radius_mm + self.slope() * z
@@ -154,7 +154,7 @@ impl Shape for Cone {
             TOP => Vector3::z(),
             _ => {
                 let across = p.x.hypot(p.y);
-                // At the apex itself every direction is as good; the axis is one of them.
+                // At the apex itself every direction is equally valid; the axis is one of them.
                 let radial = if across > 0.0 { p.xy() / across } else { p.xy() };
                 Vector3::new(radial.x, radial.y, -self.slope())
             }
@@ -172,9 +172,9 @@ impl Shape for Cone {
         let inf = f64::INFINITY;
         let chord = match *quadratic(a, half_b, c).as_slice() {
             [t0, t1] if a > 0.0 => side(t0, t1),
-            // Steeper than the side: inside before the first and after the second root, once in
-            // each nappe. Only one nappe has height between the ends; the other may leave a
-            // sliver by rounding, which is dropped as the shorter one.
+            // The line is steeper than the side: inside before the first and after the second root, once in each nappe.
+            // Only one nappe has height between the ends; the other may leave a sliver by rounding, which is dropped as
+            // the shorter one.
             [t0, t1] => {
                 let length = |c: &Chord| c.t_mm[1] - c.t_mm[0];
                 let (before, after) = (side(-inf, t0), side(t1, inf));
@@ -183,10 +183,10 @@ impl Shape for Cone {
                     (one, other) => one.or(other),
                 }
             }
-            // Parallel to a line of the side.
+            // The line is parallel to a line of the side.
             [t] if a == 0.0 && half_b > 0.0 => side(-inf, t),
             [t] if a == 0.0 => side(t, inf),
-            // Never across the double cone's surface: wholly inside or wholly outside.
+            // The line never crosses the double cone's surface: wholly inside or wholly outside.
             _ => (a < 0.0 || (a == 0.0 && c < 0.0)).then_some(ends),
         };
         work.chords.extend(chord);

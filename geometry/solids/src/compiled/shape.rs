@@ -1,4 +1,4 @@
-//! What every primitive can answer, in its own frame.
+//! Common interface of all primitives, each in its own frame.
 
 use nalgebra::Vector3;
 
@@ -7,14 +7,14 @@ use crate::{
     Cone, Cuboid, Cylinder, Ellipsoid, EllipsoidOffset, HalfSpace, Pose, Solid, Sphere, Torus,
 };
 
-/// A line in a primitive's frame, its origin moved to the point nearest the primitive's centre:
-/// coefficients stay of the primitive's size however far away the ray started.
+/// Line in a primitive's frame, with its origin moved to the point nearest the primitive's centre. So coefficients stay
+/// of the primitive's size however far away the ray started.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocalRay {
     pub(crate) origin: Vector3<f64>,
-    /// Unit.
+    /// Unit direction.
     pub(crate) direction: Vector3<f64>,
-    /// Nothing happens beyond `-reach_mm..reach_mm`.
+    /// Half length of the parameter range `-reach_mm..reach_mm` outside of which the line misses the primitive, mm.
     pub(crate) reach_mm: f64,
 }
 
@@ -24,12 +24,12 @@ impl LocalRay {
     }
 }
 
-/// A stretch of a line inside a primitive.
+/// Stretch of a line inside a primitive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chord {
-    /// Where it begins and ends, mm along the ray.
+    /// Start and end, mm along the ray.
     pub(crate) t_mm: [f64; 2],
-    /// Through which faces.
+    /// Faces crossed at the start and the end.
     pub(crate) face: [u32; 2],
 }
 
@@ -37,12 +37,12 @@ impl Chord {
     /// The whole line.
     pub(crate) const WHOLE: Self = Self { t_mm: [f64::NEG_INFINITY, f64::INFINITY], face: [0, 0] };
 
-    /// Between two parameters, both on one face.
+    /// Returns the chord between two parameters, both on one face.
     pub(crate) fn on_face(face: u32, enter_mm: f64, exit_mm: f64) -> Self {
         Self { t_mm: [enter_mm, exit_mm], face: [face; 2] }
     }
 
-    /// What both have in common.
+    /// Returns the common part of two chords; `None` if there is none.
     pub(crate) fn meet(self, other: Self) -> Option<Self> {
         let enter = if self.t_mm[0] >= other.t_mm[0] { self } else { other };
         let exit = if self.t_mm[1] <= other.t_mm[1] { self } else { other };
@@ -51,7 +51,7 @@ impl Chord {
         (chord.t_mm[0] < chord.t_mm[1]).then_some(chord)
     }
 
-    /// Where `origin + t direction` lies between `low` and `high`, in one coordinate.
+    /// Returns the stretch where `origin + t direction` lies between `low` and `high`, in one coordinate.
     pub(crate) fn slab(origin: f64, direction: f64, low: Wall, high: Wall) -> Option<Self> {
         if direction == 0.0 {
             return (low.at < origin && origin < high.at).then_some(Self::WHOLE);
@@ -64,40 +64,41 @@ impl Chord {
     }
 }
 
-/// One side of a slab.
+/// Boundary of a slab: coordinate and face number.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wall {
     pub(crate) at: f64,
     pub(crate) face: u32,
 }
 
-/// A parameter at which a line may change sides.
+/// Parameter at which a line may change between inside and outside.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
     pub(crate) t_mm: f64,
     pub(crate) face: u32,
 }
 
-/// Buffers that live longer than one ray.
+/// Buffers that are reused from ray to ray.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Work {
     pub(crate) chords: Vec<Chord>,
     pub(crate) candidates: Vec<Candidate>,
 }
 
-/// Candidates nearer to each other than this are one, mm: a line through a vertex finds it on both
-/// edges, and the stretch between the two findings is rounding.
+/// Distance below which two candidates count as one, mm. A line through a vertex finds it on both edges, and the
+/// stretch between the two is rounding.
 const SAME_MM: f64 = 1e-11;
 
 impl Work {
-    /// Turns candidates into chords: sorts them, asks `inside` once between each two neighbours,
-    /// and keeps those where the answer changes.
+    /// Turns candidates into chords: sorts them, calls `inside` once between each two neighbours, and keeps those where
+    /// the result changes.
     ///
-    /// A candidate too many costs time, never correctness; so edges may accept generously, and no
-    /// vertex, tangent or seam needs a case of its own.
+    /// A surplus candidate costs time but never correctness. So edges may accept with a tolerance, and no vertex,
+    /// tangent or seam needs special treatment.
     pub(crate) fn keep_changes(&mut self, inside: impl Fn(f64) -> bool) {
         let Self { chords, candidates } = self;
         candidates.sort_unstable_by(|a, b| a.t_mm.total_cmp(&b.t_mm).then(a.face.cmp(&b.face)));
+        // Sorted by face too, so that the survivor of equal candidates is always the same.
         candidates.dedup_by(|next, kept| next.t_mm - kept.t_mm <= SAME_MM);
         let mut entered: Option<Candidate> = None;
         for (i, &here) in candidates.iter().enumerate() {
@@ -119,23 +120,23 @@ impl Work {
     }
 }
 
-/// A primitive's answers. Points and directions are in its own frame.
+/// Geometric queries of a primitive. Points and directions are in its own frame.
 pub(crate) trait Shape {
-    /// Distance from the origin of the farthest tangent plane with this normal: the support
-    /// function, for unit `u`.
+    /// Returns the support function for unit `u`: the signed distance from the origin of the farthest tangent plane
+    /// with this normal.
     fn support(&self, u: &Vector3<f64>) -> f64;
 
-    /// Whether the point lies inside.
+    /// Returns whether the point lies inside.
     fn holds(&self, p: &Vector3<f64>) -> bool;
 
-    /// Outward normal of a face at a point on it; need not be of unit length.
+    /// Returns the outward normal of a face at a point on it; need not be of unit length.
     fn normal(&self, face: u32, p: &Vector3<f64>) -> Vector3<f64>;
 
     /// Appends the stretches of the line inside, in order.
     fn cast(&self, ray: &LocalRay, work: &mut Work);
 }
 
-/// A primitive ready for rays.
+/// Primitive prepared for line casting.
 #[derive(Clone, Debug)]
 pub(crate) enum Primitive {
     Sphere(Sphere),
@@ -151,7 +152,7 @@ pub(crate) enum Primitive {
 }
 
 impl Primitive {
-    /// Of a valid primitive; `None` for booleans, placements and features.
+    /// Converts a valid primitive; `None` for booleans, placements and features.
     pub(crate) fn new(solid: &Solid) -> Option<Self> {
         Some(match solid {
             Solid::Sphere(s) => Self::Sphere(s.clone()),
@@ -187,11 +188,12 @@ impl Primitive {
         }
     }
 
-    /// The smallest box around the primitive in its place.
+    /// Returns the smallest box around the placed primitive.
     pub(crate) fn bounds(&self, root_from_leaf: &Pose) -> crate::Aabb {
         let shape = self.shape();
         let mut bounds = crate::Aabb::everything();
         for axis in 0..3 {
+            // The root axis in the leaf frame: a row of the rotation.
             let u = root_from_leaf.rotation().row(axis).transpose();
             let origin = root_from_leaf.translation_mm()[axis];
             bounds.max[axis] = origin + shape.support(&u);

@@ -1,22 +1,21 @@
-//! Stretches of a line inside a solid, and how booleans combine them.
+//! Stretches of a line inside a solid, and their combination by booleans.
 
-/// Gaps and stretches no longer than this vanish, mm.
+/// Length up to which gaps and stretches vanish, mm.
 ///
-/// Rounding separates faces that touch by about 1e-13 mm; nothing that a lab makes is a tenth of a
-/// picometre thick. Dropping both keeps unions of touching solids whole and differences of solids
-/// with a common face free of slivers.
+/// Rounding separates faces that touch by about 1e-13 mm; nothing that a lab makes is a tenth of a picometre thick.
+/// Dropping both keeps unions of touching solids whole and differences of solids with a common face free of slivers.
 pub(crate) const SLIVER_MM: f64 = 1e-10;
 
-/// Where a line passes a primitive's face.
+/// Crossing of a line with a primitive's face.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hit {
-    /// Along the unit direction, mm.
+    /// Position along the unit direction, mm.
     pub(crate) t_mm: f64,
     pub(crate) leaf: u32,
     pub(crate) face: u32,
 }
 
-/// One stretch of a line inside.
+/// Stretch of a line inside a solid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
     pub(crate) enter: Hit,
@@ -29,7 +28,7 @@ impl Span {
     }
 }
 
-/// Pushes unless there is nothing to it.
+/// Pushes the stretch unless it is a sliver.
 fn push(spans: &mut Vec<Span>, enter: Hit, exit: Hit) {
     let span = Span { enter, exit };
     if !span.is_sliver() {
@@ -37,10 +36,10 @@ fn push(spans: &mut Vec<Span>, enter: Hit, exit: Hit) {
     }
 }
 
-/// Replaces `spans[from..]`, lists of several solids one after the other, by their union.
+/// Replaces `spans[from..]`, the concatenated lists of several solids, by their union.
 pub(crate) fn unite(spans: &mut Vec<Span>, from: usize) {
     let tail = &mut spans[from..];
-    // Leaf and face only make the order of coincident faces the same everywhere.
+    // Leaf and face serve only to make the order of coincident faces deterministic.
     tail.sort_unstable_by(|a, b| {
         let key = |s: &Span| (s.enter.leaf, s.enter.face);
         a.enter.t_mm.total_cmp(&b.enter.t_mm).then_with(|| key(a).cmp(&key(b)))
@@ -57,11 +56,12 @@ pub(crate) fn unite(spans: &mut Vec<Span>, from: usize) {
             tail[last] = next;
         }
     }
+    // The minimum covers an empty list.
     let kept = from + (last + 1).min(tail.len());
     spans.truncate(kept);
 }
 
-/// Replaces `spans[from..middle]` and `spans[middle..]` by what they have in common.
+/// Replaces `spans[from..middle]` and `spans[middle..]` by their intersection.
 pub(crate) fn intersect(spans: &mut Vec<Span>, from: usize, middle: usize) {
     let end = spans.len();
     let (mut i, mut j) = (from, middle);
@@ -79,13 +79,14 @@ pub(crate) fn intersect(spans: &mut Vec<Span>, from: usize, middle: usize) {
     keep_from(spans, from, end);
 }
 
-/// Replaces `spans[from..middle]` and `spans[middle..]` by the first without the second.
+/// Replaces `spans[from..middle]` and `spans[middle..]` by the difference, first minus second.
 pub(crate) fn subtract(spans: &mut Vec<Span>, from: usize, middle: usize) {
     let end = spans.len();
     let mut j = middle;
     for i in from..middle {
         let whole = spans[i];
         let mut start = whole.enter;
+        // Tools that end before this stretch end before all later ones, too.
         while j < end && spans[j].exit.t_mm <= start.t_mm {
             j += 1;
         }

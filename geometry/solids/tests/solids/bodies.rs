@@ -1,4 +1,4 @@
-//! What must hold for every solid and every line.
+//! Properties that hold for every solid and every line.
 
 use fabkit_geometry::{CompiledSolid, Crossing, Path, Point3, Ray, Solid};
 use fabkit_geometry_testing::{cases, poses, primitives, rays, trees};
@@ -26,7 +26,7 @@ fn check(body: &CompiledSolid, ray: &Ray) -> TestCaseResult {
     }
     let ts: Vec<f64> = crossings.iter().map(|c| c.t).collect();
     prop_assert!(ts.windows(2).all(|w| w[0] < w[1]));
-    // Stretches and gaps, and beyond both ends.
+    // Middles of stretches and gaps, and points beyond both ends.
     let (first, last) = (ts.first().copied().unwrap_or(0.0), ts.last().copied().unwrap_or(0.0));
     let mut middles = vec![(first - 1.0, false), (last + 1.0, false)];
     for (i, w) in ts.windows(2).enumerate() {

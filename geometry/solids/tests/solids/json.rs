@@ -76,7 +76,7 @@ fn the_form_is_as_documented() {
             ),
         ),
     ] {
-        // Minus zero is zero; JSON keeps the sign of what a rotation computed.
+        // JSON keeps the sign of zeros that a rotation computed; here minus zero counts as zero.
         let written = serde_json::to_string(&solid).unwrap().replace("-0.0", "0.0");
         assert_eq!(written, text);
         assert_eq!(serde_json::from_str::<Solid>(text).unwrap(), solid);
@@ -101,7 +101,7 @@ fn refuses_what_is_not_a_solid() {
     assert!(parse(&deep).unwrap_err().contains("recursion limit"));
 }
 
-/// What validation says about a profile, extruded.
+/// Returns the messages of validating an extruded profile.
 fn complaints(profile: Profile) -> String {
     Solid::extrusion(profile, 1.0).validate().unwrap_err().to_string()
 }

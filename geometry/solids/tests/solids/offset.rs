@@ -1,4 +1,4 @@
-//! The parallel surface of an ellipsoid against the distance by search.
+//! Comparison of an ellipsoid's parallel surface with distances found by search.
 
 use std::f64::consts::TAU;
 
@@ -73,7 +73,7 @@ fn equal_half_axes_make_a_sphere() {
     }
 }
 
-/// A solid and its half axes' lengths and offset.
+/// Draws a solid with its two half axes and its offset.
 fn solids() -> impl Strategy<Value = (CompiledSolid, [f64; 3])> {
     (1.0f64..8.0, 1.0f64..8.0, -0.99f64..3.0).prop_map(|(equatorial, polar, depth)| {
         let (long, short) = (equatorial.max(polar), equatorial.min(polar));
@@ -83,14 +83,14 @@ fn solids() -> impl Strategy<Value = (CompiledSolid, [f64; 3])> {
     })
 }
 
-/// The point of the surface with this normal, which needs no search.
+/// Returns the point of the surface with this normal, in closed form.
 fn touched([equatorial, polar, offset]: [f64; 3], normal: Vector3<f64>) -> Point3<f64> {
     let squares = Vector3::new(equatorial * equatorial, equatorial * equatorial, polar * polar);
     let by_square = normal.component_mul(&squares);
     Point3::from(by_square / by_square.dot(&normal).sqrt() + offset * normal)
 }
 
-/// Unit vectors of all directions, and those along and across the axis.
+/// Draws unit vectors of all directions, and often ones along or across the axis.
 fn normals() -> impl Strategy<Value = Vector3<f64>> {
     let part = || prop_oneof![4 => -1.0f64..1.0, 1 => Just(0.0), 1 => -1e-7f64..1e-7];
     let long_enough = |v: &Vector3<f64>| v.norm() > 1e-3;
@@ -109,7 +109,7 @@ proptest! {
         (body, sizes) in solids(),
         one in normals(),
         other in normals(),
-        // From lines through the middle to grazing ones.
+        // Covers lines through the middle up to grazing ones.
         nearness in prop_oneof![2 => Just(0.0), 1 => 0.0f64..7.0],
         mirrored in prop_oneof![4 => Just(None), 1 => (0usize..3).prop_map(Some)],
     ) {
@@ -138,7 +138,7 @@ proptest! {
         }
     }
 
-    /// Lines a little before and behind a tangent one.
+    /// Tests lines slightly outside and inside of a tangent.
     #[test]
     fn lines_beside_a_tangent_miss_or_meet(
         (body, sizes) in solids(),

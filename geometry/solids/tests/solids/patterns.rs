@@ -1,4 +1,4 @@
-//! Patterns: places, order, spacing, refusals.
+//! Places, order and spacing of patterns, and refused patterns.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -33,7 +33,7 @@ fn hexagonal_rings_count_like_hexagonal_numbers() {
     assert_eq!(places[0], Point3::origin());
     assert!((places[1].x, places[1].y) == (2.5, 0.0));
     for distance in nearest_neighbours(&places) {
-        // Never nearer than a chord of a sixth of the outermost ring's share.
+        // Neighbours on one ring and on adjacent rings are about one spacing apart.
         assert!(distance > 0.9 * 2.5, "{distance}");
     }
 }

@@ -1,10 +1,10 @@
-//! Figures and motions of plane regions.
+//! Areas, lengths, bounds and motions of plane regions.
 
 use std::f64::consts::PI;
 
 use fabkit_geometry::{Angle, Path, Profile, Segment};
 
-/// A ring's sector and a round hole: lines, arcs of both directions, extremes within arcs.
+/// Returns a sector of a ring with a round hole: lines, arcs in both directions, extreme points within arcs.
 fn sector() -> Profile {
     let degrees = |d| Angle::from_deg(d).unwrap();
     Profile::new(Path::ring_sector(4.0, 10.0, degrees(30.0), degrees(150.0)))

@@ -1,11 +1,11 @@
-//! Proofs must never leave out what lines or points would find.
+//! Proofs must never exclude an overlap that lines or points would find.
 
 use fabkit_geometry::proofs::{meetings, obstacles};
 use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 use fabkit_geometry_testing::{cases, poses, primitives, trees};
 use proptest::prelude::*;
 
-/// The golden ratio's relatives: points that fill a box evenly.
+/// Returns points that fill a box evenly (steps from the generalised golden ratio).
 fn points(bounds: &Aabb, count: u32) -> impl Iterator<Item = Point3<f64>> + use<> {
     let (min, size) = (bounds.min, bounds.max - bounds.min);
     (1..=count).map(move |k| {
@@ -14,7 +14,7 @@ fn points(bounds: &Aabb, count: u32) -> impl Iterator<Item = Point3<f64>> + use<
     })
 }
 
-/// A solid and a tool that touches it all around, or misses it by a little in either direction.
+/// Returns the mold of a solid: a tool that touches it all around, or one that is shifted a little.
 fn molds(solid: Solid, shift: Vector3<f64>) -> Solid {
     let bounds = CompiledSolid::new(&solid).unwrap().bounds().grown(2.0);
     let block = Solid::cuboid_between(bounds.min.into(), bounds.max.into());
@@ -32,7 +32,7 @@ fn assert_meetings_hold(a: &Solid, b: &Solid) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Lines along an axis on which the tool ends and something else goes on behind it pass a box.
+/// Asserts that each line along an axis on which the other solid lies behind the end of the tool passes a box.
 fn assert_obstacles_hold(tool: &Solid, other: &Solid) -> Result<(), TestCaseError> {
     let (tool, other) = (CompiledSolid::new(tool).unwrap(), CompiledSolid::new(other).unwrap());
     let bounds = tool.bounds().common(&other.bounds());
@@ -49,7 +49,7 @@ fn assert_obstacles_hold(tool: &Solid, other: &Solid) -> Result<(), TestCaseErro
                 let ends = tool.crossings(&ray);
                 let Some(end) = ends.iter().find(|c| !c.entering) else { continue };
                 let last = other.crossings(&ray);
-                // What reaches beyond by less is contact; so is what a grazed face makes of it.
+                // A smaller overhang is contact, measured across the faces, so that grazed ones do not count either.
                 let steep = |c: &fabkit_geometry::Crossing| c.normal.dot(&direction).abs();
                 let is_held = last
                     .chunks_exact(2)

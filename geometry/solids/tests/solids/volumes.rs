@@ -1,4 +1,4 @@
-//! Volumes by lines against closed forms.
+//! Comparison of volumes by line integration with closed forms.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ fn volume(solid: &Solid, lines: u32) -> Estimate {
     ray_volume(&CompiledSolid::new(solid).unwrap(), lines).unwrap()
 }
 
-/// Within the stated error, which must be small too.
+/// Asserts that a volume is right within its stated error, and that this error is small.
 ///
 /// The error is stated for 99 % confidence with eight samples; over the hundred checks here one is
 /// expected beyond it, and none (t = 7: 0.02 %) beyond twice that.
@@ -53,7 +53,7 @@ fn extrusions_have_the_volume_of_their_closed_form() {
     let angle = |rad| Angle::from_rad(rad).unwrap();
     let sector = Path::ring_sector(2.0, 5.0, angle(0.3), angle(5.3));
     assert_volume(&Solid::extrusion(sector, 2.0), 5.0 * (25.0 - 4.0));
-    // The other way round.
+    // Clockwise paths are allowed, too.
     let clockwise = Path::polygon(&[[0.0, 0.0], [0.0, 4.0], [3.0, 0.0]]);
     assert_volume(&Solid::extrusion(clockwise, 2.0), 12.0);
 }

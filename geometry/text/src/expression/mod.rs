@@ -1,12 +1,11 @@
-//! Values that follow from other values: `= 2 * (surface.radius - translucent_gel.thickness) - 3 mm`.
+//! Values computed from other values, such as `= 2 * (surface.radius - translucent_gel.thickness) - 3 mm`.
 //!
-//! An expression is a text of bounded size and depth that names parameters by their path. Units are
-//! checked, not converted by guess: a length plus a number is refused, the root of an area is a
-//! length. [`Document`] puts the value in place of the expression before anything is read, so that
-//! limits, messages and tables see values alone, and keeps the expression beside it.
+//! An expression is a text of bounded size and depth that names parameters by path. Units are checked, never guessed: a
+//! length plus a plain number is refused, and the square root of an area is a length. [`Document`] replaces each
+//! expression by its value before anything is read, so limits, messages and tables deal with values only. The
+//! expression is kept beside the value.
 //!
-//! No library carries units and places and is bounded in what it evaluates; this is a parser of a
-//! few rules.
+//! This is a small parser of its own because no library has units, positions and bounded evaluation together.
 
 mod parse;
 mod quantity;
@@ -19,76 +18,81 @@ use std::collections::BTreeSet;
 use crate::{TextLayer, shown};
 use quantity::{Dimension, Function, Quantity};
 
-/// Longest expression, characters.
+/// Maximum length of an expression, characters.
 pub const MAX_CHARACTERS: usize = 1000;
-/// Deepest nesting of brackets, functions and signs.
+/// Maximum nesting of brackets, functions and signs.
 pub const MAX_DEPTH: usize = 64;
 
-/// The text of an expression that stands where a value could; nothing if it is none.
+/// Returns the text of an expression written in place of a value; `None` if it is not an expression.
 pub(crate) fn text_of(written: &str) -> Option<&str> {
     written.trim().strip_prefix('=').map(str::trim)
 }
 
-/// An expression, for those who say where a value comes from.
+/// Expression that a value was computed from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Formula {
-    /// As written, beginning with `= `.
+    /// Text as written, beginning with `= `.
     pub text: String,
-    /// Paths of the parameters that stand in it.
+    /// Paths of the parameters that it names.
     pub inputs: BTreeSet<String>,
-    /// Which text it stands in.
+    /// Layer of the text that contains it.
     pub layer: TextLayer,
 }
 
-/// What is wrong with an expression.
+/// Error in an expression.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Wrong {
     /// Completes the sentence "`surface.radius` is `= ...`, which ...".
     says: String,
     hint: String,
-    /// What kind of fault it is, for programs.
+    /// Kind of error, for programs.
     code: &'static str,
 }
 
 impl Wrong {
+    /// Creates an error with the code `bad_expression`.
     fn new(says: impl Into<String>, hint: impl Into<String>) -> Self {
         Self { says: says.into(), hint: hint.into(), code: "bad_expression" }
     }
 
+    /// Sets the code.
     fn code(self, code: &'static str) -> Self {
         Self { code, ..self }
     }
 }
 
-/// Part of an expression.
+/// Node of an expression tree, with its text.
 #[derive(Clone, Debug, PartialEq)]
 struct Term {
     text: String,
     what: What,
 }
 
+/// Kind of a term, with its operands.
 #[derive(Clone, Debug, PartialEq)]
 enum What {
     Quantity(Quantity),
-    /// Path of a parameter.
+    /// Value of a parameter, by path.
     Name(String),
     Negative(Box<Term>),
     Both(Operation, Box<Term>, Box<Term>),
     Call(Function, Vec<Term>),
-    /// The value of a parameter where that is written as a plain value; else what stands behind it.
+    /// `given(name, otherwise)`: the value of a parameter if it is written as a plain value, otherwise the second
+    /// argument.
     Given(Box<Term>, Box<Term>),
 }
 
-/// Where names get their values from.
+/// Source of the values of names.
 trait Lookup {
-    /// What the value of a name measures, whatever it is.
+    /// Returns the dimension of a name, whatever its value.
     fn dimension(&self, name: &str) -> Result<Dimension, Failure>;
-    /// The value of a name.
+    /// Returns the value of a name.
     fn value(&mut self, name: &str) -> Result<Quantity, Failure>;
-    /// The value of a name if it is written as such, nothing if it is an expression.
+    /// Returns the value of a name if it is written as a plain value, `None` if it is an expression.
     fn plain(&mut self, name: &str) -> Result<Option<Quantity>, Failure>;
 }
 
+/// Binary operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Operation {
     Add,
@@ -97,17 +101,17 @@ enum Operation {
     Divide,
 }
 
-/// Why there is no value.
+/// Reason why there is no value.
 enum Failure {
     Wrong(Wrong),
-    /// What it follows from has none either, which is said there.
+    /// An input has no value either; the problem is reported there.
     Elsewhere,
 }
 
 impl Term {
-    /// Every name that it takes its value from, where it is known which are written as plain values.
+    /// Collects the names that the value is computed from. `is_plain` tells which names are written as plain values.
     ///
-    /// A parameter that is not given is none of them: it may itself follow from this one.
+    /// The parameter of an unfulfilled `given` is not among them: it may itself be computed from this one.
     fn names(&self, is_plain: &dyn Fn(&str) -> bool, names: &mut BTreeSet<String>) {
         match &self.what {
             What::Quantity(_) => {}
@@ -120,6 +124,7 @@ impl Term {
                 right.names(is_plain, names);
             }
             What::Call(_, values) => values.iter().for_each(|value| value.names(is_plain, names)),
+            // Only the argument that is used counts as an input.
             What::Given(of, otherwise) => {
                 let used = if is_plain(&of.text) { of } else { otherwise };
                 used.names(is_plain, names);
@@ -127,9 +132,9 @@ impl Term {
         }
     }
 
-    /// What its value measures, as far as that can be told without its value.
+    /// Computes the dimension without the value.
     ///
-    /// So that units are wrong in `given` whether or not its second part is needed.
+    /// Units in `given` are thus checked whether or not its second argument is used.
     fn dimension(&self, lookup: &dyn Lookup) -> Result<Dimension, Failure> {
         Ok(match &self.what {
             What::Quantity(quantity) => quantity.dimension,
@@ -157,7 +162,7 @@ impl Term {
         })
     }
 
-    /// What both parts of `given` measure.
+    /// Returns the common dimension of both arguments of `given`.
     fn either(
         &self,
         of: &Self,
@@ -169,6 +174,7 @@ impl Term {
         Ok(a)
     }
 
+    /// Computes the value, which must be finite.
     fn value(&self, lookup: &mut dyn Lookup) -> Result<Quantity, Failure> {
         let value = match &self.what {
             What::Quantity(quantity) => *quantity,
@@ -189,6 +195,7 @@ impl Term {
                 self.called(*function, terms, &values)?
             }
             What::Given(of, otherwise) => {
+                // Checked even though only one argument is used.
                 self.either(of, otherwise, lookup)?;
                 match lookup.plain(&of.text)? {
                     Some(plain) => plain,
@@ -196,6 +203,7 @@ impl Term {
                 }
             }
         };
+        // Overflow, and results such as 0/0, are refused at the innermost term.
         if value.value.is_finite() {
             return Ok(value);
         }
@@ -203,6 +211,7 @@ impl Term {
         Err(Failure::Wrong(Wrong::new(says, "use smaller numbers").code("not_finite")))
     }
 
+    /// Applies an operation to two values.
     fn combined(
         &self,
         operation: Operation,
@@ -219,13 +228,14 @@ impl Term {
             Operation::Divide => Ok(a.times(b, -1)),
             Operation::Add | Operation::Subtract => {
                 same_unit(operation.word(), (left, a.dimension), (right, b.dimension))?;
+                // Both have the same unit here.
                 let sign = if operation == Operation::Add { 1.0 } else { -1.0 };
                 Ok(Quantity { value: a.value + sign * b.value, ..a })
             }
         }
     }
 
-    /// What a function makes of such values.
+    /// Returns the dimension of a function's result.
     fn checked(
         &self,
         function: Function,
@@ -233,7 +243,7 @@ impl Term {
         dimensions: &[Dimension],
     ) -> Result<Dimension, Failure> {
         let (Some(first), [one, ..]) = (dimensions.first(), terms) else {
-            return Err(Failure::Elsewhere); // The parser lets no call through without values.
+            return Err(Failure::Elsewhere); // The parser accepts no call without values.
         };
         for (term, dimension) in terms.iter().zip(dimensions).skip(1) {
             same_unit("compared", (one, *first), (term, *dimension))?;
@@ -246,6 +256,7 @@ impl Term {
         })
     }
 
+    /// Applies a function to its arguments.
     fn called(
         &self,
         function: Function,
@@ -253,11 +264,12 @@ impl Term {
         values: &[Quantity],
     ) -> Result<Quantity, Failure> {
         let (Some(first), [one, ..]) = (values.first(), terms) else {
-            return Err(Failure::Elsewhere); // The parser lets no call through without values.
+            return Err(Failure::Elsewhere); // The parser accepts no call without values.
         };
         for (term, value) in terms.iter().zip(values).skip(1) {
             same_unit("compared", (one, first.dimension), (term, value.dimension))?;
         }
+        // All arguments have the dimension of the first.
         let numbers = values.iter().map(|value| value.value);
         match function {
             Function::Min => {
@@ -282,6 +294,7 @@ impl Term {
 }
 
 impl Operation {
+    /// Returns the participle used in messages.
     fn word(self) -> &'static str {
         match self {
             Self::Add => "added",
@@ -292,6 +305,7 @@ impl Operation {
     }
 }
 
+/// Returns an error unless both terms have the same dimension. `word` names the operation, for the message.
 fn same_unit(
     word: &str,
     (left, a): (&Term, Dimension),
@@ -307,6 +321,7 @@ fn same_unit(
         shown(&right.text),
         b
     );
+    // A plain number beside a length or an angle most likely lacks its unit.
     let bare = [(left, b), (right, a)].into_iter().find_map(|(term, other)| {
         let is_bare = |q: &Quantity| q.dimension == Dimension::NUMBER;
         match (&term.what, other) {

@@ -1,4 +1,4 @@
-//! The text of an expression to a small tree.
+//! Parser from the text of an expression to a tree.
 
 use fabkit_geometry::{Angle, Length};
 
@@ -6,13 +6,14 @@ use super::quantity::{Dimension, Function, Quantity};
 use super::{MAX_CHARACTERS, MAX_DEPTH, Operation, Term, What, Wrong};
 use crate::{Scalar, did_you_mean, shown, similar};
 
+/// Hint that lists the parts of an expression.
 const FORM: &str = "an expression has names such as `section.name`, numbers with units, + - * / ( ), \
                     min, max, abs, sqrt, sin, cos, tan, asin, acos, atan, floor, ceil, round, given and pi";
 
-/// The function that takes a parameter's value only where that is written as a plain value.
+/// Function `given(name, b)`: the value of a parameter if it is written as a plain value, otherwise `b`.
 const GIVEN: &str = "given";
 
-/// Reads what stands behind the `=`.
+/// Parses the text behind the `=`.
 pub(super) fn parse(text: &str) -> Result<Term, Wrong> {
     let count = text.chars().count();
     if count > MAX_CHARACTERS {
@@ -27,28 +28,32 @@ pub(super) fn parse(text: &str) -> Result<Term, Wrong> {
     match parser.peek() {
         None => Ok(term),
         Some(')') => Err(parser.wrong("has a `)` without a `(`", "remove it, or add the `(`")),
+        // Something follows a complete expression.
         Some(_) => Err(parser.unexpected()),
     }
 }
 
+/// Recursive-descent parser of one expression.
 struct Parser<'a> {
     text: &'a str,
-    /// The next byte.
+    /// Offset of the next byte.
     at: usize,
     depth: usize,
 }
 
 impl<'a> Parser<'a> {
+    /// Returns the text that has not been read.
     fn rest(&self) -> &'a str {
         &self.text[self.at..]
     }
 
-    /// The next character that is no white space.
+    /// Skips white space and returns the next character.
     fn peek(&mut self) -> Option<char> {
         self.at = self.text.len() - self.rest().trim_start().len();
         self.rest().chars().next()
     }
 
+    /// Consumes `sign` if it comes next, and returns whether it did.
     fn takes(&mut self, sign: char) -> bool {
         let is_next = self.peek() == Some(sign);
         if is_next {
@@ -57,12 +62,13 @@ impl<'a> Parser<'a> {
         is_next
     }
 
-    /// Something is wrong here.
+    /// Creates an error at the present position.
     fn wrong(&self, says: impl Into<String>, hint: impl Into<String>) -> Wrong {
         let character = self.text[..self.at].chars().count() + 1;
         Wrong::new(format!("{} (character {character} of it)", says.into()), hint)
     }
 
+    /// Creates the error for an unexpected character.
     fn unexpected(&mut self) -> Wrong {
         let Some(next) = self.peek() else {
             return self.wrong("ends too early", FORM);
@@ -81,36 +87,41 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// Creates a node whose text runs from `start` to the present position.
     fn term(&self, start: usize, what: What) -> Term {
         Term { text: self.text[start..self.at].trim().to_owned(), what }
     }
 
+    /// Parses a sum of products.
     fn sum(&mut self) -> Result<Term, Wrong> {
         self.chain(&[('+', Operation::Add), ('-', Operation::Subtract)], Self::product)
     }
 
+    /// Parses a product of operands.
     fn product(&mut self) -> Result<Term, Wrong> {
         self.chain(&[('*', Operation::Multiply), ('/', Operation::Divide)], Self::single)
     }
 
-    /// `a + b - c`, from left to right.
+    /// Parses operators of one precedence, from left to right, such as `a + b - c`.
     fn chain(
         &mut self,
         signs: &[(char, Operation)],
         inner: fn(&mut Self) -> Result<Term, Wrong>,
     ) -> Result<Term, Wrong> {
+        // Skips white space, so that the term's text begins with its first character.
         self.peek();
         let start = self.at;
         let mut left = inner(self)?;
         while let Some((_, operation)) = signs.iter().find(|(sign, _)| self.takes(*sign)) {
             let right = inner(self)?;
+            // Left-associative: the tree so far becomes the left operand.
             let what = What::Both(*operation, Box::new(left), Box::new(right));
             left = self.term(start, what);
         }
         Ok(left)
     }
 
-    /// Goes one level down, as far as that is allowed.
+    /// Runs `inner` one level deeper, unless [`MAX_DEPTH`] is reached.
     fn deeper<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T, Wrong>) -> Result<T, Wrong> {
         if self.depth >= MAX_DEPTH {
             let says = format!("is nested more than {MAX_DEPTH} deep");
@@ -123,6 +134,7 @@ impl<'a> Parser<'a> {
         result
     }
 
+    /// Parses an operand: a sign, brackets, a number, a name or a call.
     fn single(&mut self) -> Result<Term, Wrong> {
         let next = self.peek();
         let start = self.at;
@@ -144,6 +156,7 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// Consumes a closing bracket.
     fn close(&mut self) -> Result<(), Wrong> {
         match (self.takes(')'), self.peek()) {
             (true, _) => Ok(()),
@@ -155,14 +168,17 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// Parses a number with an optional unit.
     fn number(&mut self, start: usize) -> Result<Term, Wrong> {
         let rest = self.rest();
         let digits = |text: &str| {
             text.find(|c: char| !c.is_ascii_digit() && c != '.' && c != '_').unwrap_or(text.len())
         };
         let mut end = digits(rest);
+        // An exponent counts only if digits follow: in `2 em` the `e` belongs to a unit.
         if let Some(power) = rest[end..].strip_prefix(['e', 'E']) {
             let sign = power.len() - power.trim_start_matches(['+', '-']).len();
+            // At least one digit makes it an exponent.
             let count = power[sign..].bytes().take_while(u8::is_ascii_digit).count();
             if count > 0 && sign < 2 {
                 end += 1 + sign + count;
@@ -171,7 +187,7 @@ impl<'a> Parser<'a> {
         let number = &rest[..end];
         let behind = rest[end..].trim_start();
         let unit = &behind[..behind.find(|c| !is_of_unit(c)).unwrap_or(behind.len())];
-        // `2 surface.radius` lacks its sign: a name is no unit.
+        // `2 surface.radius` lacks an operator: what follows is a name, not a unit.
         let after = &behind[unit.len()..];
         let is_unit = !unit.is_empty() && !after.starts_with(|c| is_of_name(c) || c == '(');
         if !is_unit {
@@ -184,10 +200,11 @@ impl<'a> Parser<'a> {
         }
         self.at = self.text.len() - after.len();
         let written = format!("{number} {unit}");
+        // Units of length and of angle have no names in common.
         let quantity = match (written.parse::<Length>(), written.parse::<Angle>()) {
             (Ok(length), _) => Quantity { value: length.mm(), dimension: Dimension::LENGTH },
             (_, Ok(angle)) => {
-                // As written, not by way of radians.
+                // Degrees keep the written digits; the way through radians would round them.
                 let deg = match (unit, number.parse()) {
                     ("deg" | "°", Ok(deg)) => deg,
                     _ => angle.deg(),
@@ -203,7 +220,7 @@ impl<'a> Parser<'a> {
         Ok(self.term(start, What::Quantity(quantity)))
     }
 
-    /// `(a, b, ...)`
+    /// Parses the arguments of a call, `(a, b, ...)`.
     fn values(&mut self) -> Result<Vec<Term>, Wrong> {
         self.at += 1;
         self.deeper(|parser| {
@@ -216,7 +233,7 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// `given(section.name, b)`, of which the name was read.
+    /// Parses the arguments of `given(section.name, b)`; the function's name has been read.
     fn given(&mut self, start: usize) -> Result<Term, Wrong> {
         const HOW: &str = "write `given(section.name, b)`";
         let values = self.values()?;
@@ -228,15 +245,17 @@ impl<'a> Parser<'a> {
             let says = format!("asks with `{GIVEN}` for `{}`, which is no name", shown(&of.text));
             return Err(Wrong::new(says, HOW));
         };
-        // Without brackets around it.
+        // Text without brackets around the name, because the name is looked up by it.
         let of = Term { text: name.clone(), what: of.what };
         Ok(self.term(start, What::Given(Box::new(of), Box::new(otherwise))))
     }
 
+    /// Parses a name, a call or `pi`.
     fn name(&mut self, start: usize) -> Result<Term, Wrong> {
         let rest = self.rest();
         let name = &rest[..rest.find(|c| !is_of_name(c)).unwrap_or(rest.len())];
         self.at += name.len();
+        // A name before a bracket is a function.
         if self.peek() == Some('(') {
             if name == GIVEN {
                 return self.given(start);
@@ -269,10 +288,12 @@ impl<'a> Parser<'a> {
     }
 }
 
+/// Returns whether a character may occur in the path of a parameter.
 fn is_of_name(c: char) -> bool {
     c.is_alphanumeric() || c == '_' || c == '.'
 }
 
+/// Returns whether a character may occur in a unit.
 fn is_of_unit(c: char) -> bool {
     c.is_alphabetic() || c == '°'
 }

@@ -1,11 +1,11 @@
-//! Numbers that know what they measure.
+//! Numbers with physical dimensions.
 
 use std::f64::consts::PI;
 use std::fmt;
 
 use crate::Kind;
 
-/// What a number measures: powers of length and of angle.
+/// Dimension of a number: powers of length and of angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dimension {
     length: i16,
@@ -13,14 +13,14 @@ pub struct Dimension {
 }
 
 impl Dimension {
-    /// Of plain numbers.
+    /// Dimension of plain numbers.
     pub const NUMBER: Self = Self { length: 0, angle: 0 };
-    /// Of lengths.
+    /// Dimension of lengths.
     pub const LENGTH: Self = Self { length: 1, angle: 0 };
-    /// Of angles.
+    /// Dimension of angles.
     pub const ANGLE: Self = Self { length: 0, angle: 1 };
 
-    /// What a kind of value measures; nothing for texts and lists.
+    /// Returns the dimension of a kind of value; `None` for switches, texts and lists.
     pub fn of(kind: Kind) -> Option<Self> {
         match kind {
             Kind::Length => Some(Self::LENGTH),
@@ -30,7 +30,7 @@ impl Dimension {
         }
     }
 
-    /// That of the product, or of the quotient for `sign` -1.
+    /// Returns the dimension of the product, or of the quotient for `sign` -1.
     pub fn combined(self, other: Self, sign: i16) -> Self {
         Self {
             length: self.length.saturating_add(sign * other.length),
@@ -38,7 +38,9 @@ impl Dimension {
         }
     }
 
+    /// Returns the dimension of the square root, if all powers are even.
     fn root(self) -> Option<Self> {
+        // Only even powers have a root in whole powers.
         let is_even = self.length % 2 == 0 && self.angle % 2 == 0;
         is_even.then_some(Self { length: self.length / 2, angle: self.angle / 2 })
     }
@@ -58,17 +60,17 @@ impl fmt::Display for Dimension {
     }
 }
 
-/// A number in millimetres, degrees, their powers, or without unit. Degrees, because that is what
-/// people write: half of `161 deg` is `80.5 deg`.
+/// Number in millimetres, degrees, their powers, or without unit. Degrees, because people write them: half of `161 deg`
+/// is `80.5 deg`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
     /// The number.
     pub value: f64,
-    /// What it measures.
+    /// Dimension of the number.
     pub dimension: Dimension,
 }
 
-/// Functions of expressions.
+/// Functions available in expressions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Function {
     Min,
@@ -87,7 +89,7 @@ pub enum Function {
 }
 
 impl Function {
-    /// All of them with their names.
+    /// All functions with their names.
     pub const ALL: [(&str, Self); 13] = [
         ("min", Self::Min),
         ("max", Self::Max),
@@ -104,7 +106,7 @@ impl Function {
         ("round", Self::Round),
     ];
 
-    /// How many values it takes: `min` and `max` two or more, the others one.
+    /// Returns whether the function accepts `count` values: two or more for `min` and `max`, one for the others.
     pub fn takes(self, count: usize) -> bool {
         match self {
             Self::Min | Self::Max => count >= 2,
@@ -112,19 +114,19 @@ impl Function {
         }
     }
 
-    /// What it makes of what measures this, whatever the value.
+    /// Returns the dimension of the result for an argument of dimension `of`, whatever its value.
     ///
     /// # Errors
-    /// What it takes instead.
+    /// A description of the arguments that the function takes.
     pub fn makes(self, of: Dimension) -> Result<Dimension, &'static str> {
-        // Whatever takes one value of a unit takes 0 of it.
+        // Zero is in the domain of every function, so only the dimension can be refused.
         self.of(Quantity { value: 0.0, dimension: of }).map(|made| made.dimension)
     }
 
-    /// Its value, of one value.
+    /// Applies the function to one value.
     ///
     /// # Errors
-    /// What it takes instead.
+    /// A description of the arguments that the function takes.
     pub fn of(self, of: Quantity) -> Result<Quantity, &'static str> {
         let Quantity { value, dimension } = of;
         let number = |value| Ok(Quantity { value, dimension: Dimension::NUMBER });
@@ -133,6 +135,7 @@ impl Function {
         let is_angle = dimension == Dimension::ANGLE;
         let is_number = dimension == Dimension::NUMBER;
         match self {
+            // Reached for dimensions only: the values are compared by the caller.
             Self::Min | Self::Max => Ok(of),
             Self::Abs => Ok(Quantity { value: value.abs(), dimension }),
             Self::Sqrt => match dimension.root() {
@@ -158,27 +161,26 @@ impl Function {
 }
 
 impl Quantity {
-    /// The circle's number.
+    /// Ratio of a circle's circumference to its diameter.
     pub const PI: Self = Self { value: PI, dimension: Dimension::NUMBER };
 
-    /// The product, or the quotient for `sign` -1.
+    /// Returns the product, or the quotient for `sign` -1.
     pub fn times(self, other: Self, sign: i16) -> Self {
         let value = if sign < 0 { self.value / other.value } else { self.value * other.value };
         Self { value, dimension: self.dimension.combined(other.dimension, sign) }
     }
 
-    /// The value of a parameter, as it would be written; its unit is that of the dimension.
+    /// Formats the value of a parameter as it would be written, with the unit of its dimension.
     ///
-    /// Rounded to 1e-9 of the unit, so that decimals come out as if somebody had written them:
-    /// 3 times 0.1 mm is 0.3 mm.
+    /// Rounded to 1e-9 of the unit, so that decimals come out as people write them: 3 times 0.1 mm is 0.3 mm.
     pub fn shown(self) -> String {
-        /// From here on a double has no such digits.
+        /// Above this size, doubles have too few digits for rounding to 1e-9.
         const LARGE: f64 = 1e6;
         let rounded = match self.value.abs() < LARGE {
             true => (self.value * 1e9).round() / 1e9,
             false => self.value,
         };
-        // `-0` reads badly.
+        // Adding 0 turns `-0` into `0`.
         let number = rounded + 0.0;
         match self.dimension {
             Dimension::LENGTH => format!("{number} mm"),

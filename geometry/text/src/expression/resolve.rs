@@ -1,4 +1,4 @@
-//! Puts values in place of the expressions of a document.
+//! Replacement of the expressions of a document by their values.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,43 +6,45 @@ use super::quantity::{Dimension, Quantity};
 use super::{Failure, Formula, Lookup, Term, Wrong, parse, text_of};
 use crate::document::Document;
 use crate::place::{Found, Place, WrittenText};
-use crate::{Kind, Scalar, Shape, TextLayer, shown};
+use crate::{Kind, Scalar, Shape, TextLayer, UNKNOWN_PARAMETER, shown};
 
-/// How near a whole number a count must come out.
+/// Maximum distance of a count from a whole number.
 const SAME: f64 = 1e-9;
 
-/// No parameter goes so far, in its unit.
+/// Magnitude above all limits of parameters, in any unit.
 const BEYOND: f64 = 1e12;
 
-/// An expression in the table of values.
+/// Expression in the table of values.
 struct Entry {
-    /// Of a list, which item.
+    /// Item number, for lists.
     item: Option<usize>,
-    /// As written.
+    /// Text as written.
     text: String,
     place: Place,
     term: Term,
 }
 
+/// State of a parameter during evaluation.
 enum State {
-    /// Being computed: whoever asks for it stands in a circle.
+    /// Being computed: another request for it means that there is a cycle.
     Open,
     Done(Option<Quantity>),
 }
 
+/// Evaluator of all expressions of a document.
 struct Resolver<'a> {
     document: &'a Document,
     entries: BTreeMap<String, Vec<Entry>>,
     states: BTreeMap<String, State>,
-    /// The parameters that are being computed, outermost first.
+    /// Parameters being computed, outermost first.
     open: Vec<String>,
     found: Vec<Found>,
-    /// What comes in place of expressions.
+    /// Computed values, by path, each with its item number.
     values: BTreeMap<String, Vec<(Option<usize>, String)>>,
     broken: BTreeSet<String>,
 }
 
-/// Replaces every expression by its value; what is wrong goes to the document's problems.
+/// Replaces every expression by its value. Problems go to the document.
 pub(crate) fn resolve(document: &mut Document) {
     let mut resolver = Resolver {
         document,
@@ -64,6 +66,7 @@ pub(crate) fn resolve(document: &mut Document) {
     let Resolver { entries, found, values, broken, .. } = resolver;
     document.found.extend(found);
     for (path, values) in values {
+        // A name with an expression is not plain, although its value is known by now.
         let is_plain = |name: &str| !entries.contains_key(name);
         document.put_values(&path, values, formula(&entries[&path], &is_plain));
     }
@@ -72,6 +75,7 @@ pub(crate) fn resolve(document: &mut Document) {
     }
 }
 
+/// Builds the formula that is kept beside the values.
 fn formula(entries: &[Entry], is_plain: &dyn Fn(&str) -> bool) -> Formula {
     let mut inputs = BTreeSet::new();
     entries.iter().for_each(|entry| entry.term.names(is_plain, &mut inputs));
@@ -81,14 +85,14 @@ fn formula(entries: &[Entry], is_plain: &dyn Fn(&str) -> bool) -> Formula {
 }
 
 impl Resolver<'_> {
-    /// Finds and reads every expression.
+    /// Finds and parses every expression.
     fn collect(&mut self) {
         for (path, written) in self.document.values() {
             let Some(Shape::Value { kind, .. }) = self.document.field(path).map(|f| &f.shape)
             else {
                 continue;
             };
-            // A title may begin with `=`.
+            // Only numbers are expressions: a title may begin with `=`.
             if Dimension::of(*kind).is_none() {
                 continue;
             }
@@ -116,7 +120,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// The value of a path that has expressions; nothing where something is wrong.
+    /// Computes the value of a path that has expressions; `None` if something is wrong.
     fn compute(&mut self, path: &str) -> Option<Quantity> {
         match self.states.get(path) {
             Some(State::Done(value)) => return *value,
@@ -127,6 +131,7 @@ impl Resolver<'_> {
             None => {}
         }
         let kind = self.kind(path);
+        // Taken out of the map because evaluation borrows `self`; put back below.
         let entries = self.entries.remove(path)?;
         self.states.insert(path.to_owned(), State::Open);
         self.open.push(path.to_owned());
@@ -147,6 +152,7 @@ impl Resolver<'_> {
             }
         }
         self.open.pop();
+        // One faulty item makes the whole list unusable.
         if values.len() == entries.len() && !self.broken.contains(path) {
             self.values.insert(path.to_owned(), values);
         } else {
@@ -158,6 +164,7 @@ impl Resolver<'_> {
         last
     }
 
+    /// Returns the kind of the value at a path.
     fn kind(&self, path: &str) -> Kind {
         match self.document.field(path).map(|field| &field.shape) {
             Some(Shape::Value { kind, .. }) => *kind,
@@ -165,11 +172,12 @@ impl Resolver<'_> {
         }
     }
 
+    /// Returns whether a parameter has an expression, evaluated or not.
     fn is_expression(&self, name: &str) -> bool {
         self.entries.contains_key(name) || self.states.contains_key(name)
     }
 
-    /// The kind of a name in an expression, which is a number's, and what it measures.
+    /// Returns kind and dimension of a name in an expression; fails unless it is a single number.
     fn named(&self, name: &str) -> Result<(Kind, Dimension), Failure> {
         let wrong = |says: String, hint: String| Err(Failure::Wrong(Wrong::new(says, hint)));
         let kind = match self.document.field(name).map(|field| &field.shape) {
@@ -187,7 +195,7 @@ impl Resolver<'_> {
             None => {
                 let says = format!("uses `{}`, which is not a parameter", shown(name));
                 let wrong = Wrong::new(says, self.document.suggest(name));
-                return Err(Failure::Wrong(wrong.code("unknown_parameter")));
+                return Err(Failure::Wrong(wrong.code(UNKNOWN_PARAMETER)));
             }
         };
         match Dimension::of(kind) {
@@ -199,27 +207,27 @@ impl Resolver<'_> {
         }
     }
 
-    /// The value of a name that has no expression.
+    /// Returns the value of a name that is a plain value.
     fn written(&self, name: &str) -> Result<Quantity, Failure> {
         let (kind, dimension) = self.named(name)?;
-        // What is missing or cannot be read is said where that is.
+        // Missing or unreadable values are reported at their own place.
         let Some(WrittenText::Scalar(text)) = self.document.value(name).map(|w| &w.text) else {
             return Err(Failure::Elsewhere);
         };
         let value = match kind {
             Kind::Length => text.parse::<fabkit_geometry::Length>().ok().map(|v| v.mm()),
-            // To the digits that it was written with.
+            // In degrees with the digits as written.
             Kind::Angle => text.parse::<fabkit_geometry::Angle>().ok().map(|v| v.deg()),
             Kind::Count => <u32 as Scalar>::parse(text).ok().map(f64::from),
             _ => <f64 as Scalar>::parse(text).ok(),
         };
-        // What is beyond all limits is refused where it stands.
+        // A value above all limits is refused at its own place.
         let value = value.filter(|value| value.abs() < BEYOND);
         value.map(|value| Quantity { value, dimension }).ok_or(Failure::Elsewhere)
     }
 
-    /// Says who follows from whom, once for each circle: at what was written last, because the
-    /// circle was closed there.
+    /// Reports a cycle once, with its chain of names. The problem is placed at the parameter of the highest layer,
+    /// because the cycle was closed there.
     fn refuse_circle(&mut self, path: &str) {
         let from = self.open.iter().position(|open| open == path).unwrap_or_default();
         let mut circle: Vec<String> = self.open[from..].to_vec();
@@ -228,6 +236,8 @@ impl Resolver<'_> {
             (Some(a), Some(b)) => a.is_over(b) || a == b,
             _ => false,
         };
+        // Among several names of the highest layer the alphabetically first is taken, so that the message does not
+        // depend on where evaluation began.
         let last = circle.iter().filter(|one| circle.iter().all(|other| is_over(one, other))).min();
         let begin = last.and_then(|last| circle.iter().position(|one| one == last));
         circle.rotate_left(begin.unwrap_or_default());
@@ -267,17 +277,18 @@ impl Lookup for Resolver<'_> {
     }
 }
 
+/// Returns the text of an expression as written, on one line.
 fn written_text(text: &WrittenText) -> String {
     let shown = text.shown();
     text_of(&shown).map(str::to_owned).unwrap_or(shown)
 }
 
-/// Without control characters, as long as it may be.
+/// Returns the whole expression with white space collapsed.
 fn shown_whole(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// The value if it is what the parameter takes.
+/// Returns the value if the parameter accepts its dimension; rounds counts.
 fn fitting(value: Quantity, kind: Kind) -> Result<Quantity, Wrong> {
     let wanted = Dimension::of(kind).unwrap_or(Dimension::NUMBER);
     if value.dimension != wanted {
@@ -301,6 +312,7 @@ fn fitting(value: Quantity, kind: Kind) -> Result<Quantity, Wrong> {
     }
 }
 
+/// Creates the problem of an expression.
 fn problem(path: &str, text: &str, place: &Place, Wrong { says, hint, code }: Wrong) -> Found {
     let text = format!("= {text}");
     let message = format!("{path} is `{}`, which {says}", shown(&text));

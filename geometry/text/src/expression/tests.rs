@@ -102,7 +102,7 @@ fn values_follow_from_others_to_the_digits_that_somebody_would_write() {
     }
     // The digits of an angle are not lost on the way through radians.
     assert_eq!(value("wall", "= lid.slope / 2 deg * 0.1 mm"), "8.05 mm");
-    // Texts are texts.
+    // A text that begins with `=` is not an expression.
     assert_eq!(value("lid.label", "= wall"), "= wall");
 }
 
@@ -177,7 +177,7 @@ fn what_is_wrong_is_said_with_line_and_hint_and_fast() {
 
 #[test]
 fn all_that_is_wrong_is_said_at_once_and_only_where_it_is() {
-    // A circle of three, named once; what follows from it is not its own fault.
+    // A cycle of three is reported once; values that depend on it are not reported.
     let circle = [
         ("wall", "= lid.width"),
         ("lid.width", "= lid.share * 1 mm"),
@@ -187,7 +187,7 @@ fn all_that_is_wrong_is_said_at_once_and_only_where_it_is() {
         read(&[&circle[..], &[("lid.screws", "= round(wall / 1 mm)")]].concat(), &[]);
     let [Problem { message, .. }] = &problems[..] else { panic!("{problems:?}") };
     assert!(message.ends_with("follows from itself: lid.share -> wall -> lid.width -> lid.share"));
-    // Told where it was closed, not where it happened to be entered.
+    // Reported where the cycle was closed, not where evaluation entered it.
     let (_, problems) = read(
         &[("lid.width", "= wall"), ("lid.share", "= wall / lid.width")],
         &["wall== lid.width"],
@@ -200,7 +200,7 @@ fn all_that_is_wrong_is_said_at_once_and_only_where_it_is() {
     assert!(own.message.ends_with("follows from itself: wall -> wall"), "{own}");
     assert!(other.message.contains("is not a number with a unit"), "{other}");
 
-    // Out of its limits because of another value: that one is named, the last one written first.
+    // Out of its limits because of another value: that value is named, the last one written first.
     let follows = [("lid.width", "= 200 * wall * lid.share / lid.share")];
     let (_, problems) = read(&follows, &["wall=9mm"]);
     let [Problem { message, hint: Some(hint), file, .. }] = &problems[..] else {
@@ -210,7 +210,7 @@ fn all_that_is_wrong_is_said_at_once_and_only_where_it_is() {
     assert!(message.starts_with("lid.width is 1800 mm; it must be between 0 mm and 500 mm"));
     assert!(message.ends_with("(it is `= 200 * wall * lid.share / lid.share`)"), "{message}");
     assert_eq!(hint, "the nearest allowed value is 500 mm; or change `wall` or `lid.share`");
-    // Not twice.
+    // Reported once.
     let (_, problems) = read(&follows, &["wall=60mm"]);
     let [Problem { path, .. }] = &problems[..] else { panic!("{problems:?}") };
     assert_eq!(path, "wall");
@@ -229,7 +229,7 @@ fn a_value_follows_another_only_where_that_is_given() {
         (of("wall"), of("lid.width"))
     };
     let are = |wall: &str, width: &str| (wall.to_owned(), width.to_owned());
-    // Each drags the other, and neither is a circle.
+    // Each depends on the other through `given`, and neither is a cycle.
     assert_eq!(values(&drag, &[]), are("2 mm", "20 mm"));
     assert_eq!(values(&drag, &["lid.width=12 mm"]), are("1.2 mm", "12 mm"));
     assert_eq!(values(&drag, &["wall=1.6 mm"]), are("1.6 mm", "16 mm"));
@@ -243,7 +243,7 @@ fn a_value_follows_another_only_where_that_is_given() {
     ];
     assert_eq!(values(&nested, &[]), are("1.2 mm", "3.6 mm"));
     assert_eq!(values(&nested, &["lid.share== 1 + 1"]), are("15 mm", "45 mm"));
-    // What is not needed is not asked: neither a circle nor a division by zero.
+    // An argument that is not needed is not computed: neither a cycle nor a division by zero in it matters.
     let unneeded = [("wall", "\"= given(lid.width, wall / (lid.screws - 4))\"")];
     assert_eq!(values(&unneeded, &["lid.width=3 mm"]), are("3 mm", "3 mm"));
     assert_eq!(value("wall", "\"= given(lid.width, 1 mm)\""), "30 mm");
@@ -271,13 +271,13 @@ fn what_is_wrong_with_given_is_said_whether_it_is_needed_or_not() {
         };
         assert!(message.contains(says) && found.contains(hint), "{message}; {found}");
     }
-    // A circle through the second part.
+    // A cycle through the second argument.
     let circle =
         [("wall", "\"= given(lid.width, lid.share * 1 mm)\""), ("lid.width", "= 2 * wall")];
     let (_, problems) = read(&circle, &["lid.share== wall / 1 mm"]);
     let [Problem { message, .. }] = &problems[..] else { panic!("{problems:?}") };
     assert!(message.ends_with("follows from itself: lid.share -> wall -> lid.share"), "{message}");
-    // What is given and out of its limits is told where it stands; what follows names it.
+    // A plain value out of its limits is reported at its own place, and named by values that depend on it.
     let follows = [("wall", "\"= given(lid.width, 1 mm) * 2\"")];
     let (_, problems) = read(&follows, &["lid.width=40 mm"]);
     let [Problem { hint: Some(hint), .. }] = &problems[..] else { panic!("{problems:?}") };

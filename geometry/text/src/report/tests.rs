@@ -114,7 +114,7 @@ crate::parameters! {
 fn check(p: &Crate, report: &mut Report) {
     let lid_mm = if p.lid == Lid::Thick { 1.0 } else { 0.0 };
     let gaps_mm: f64 = p.gaps.iter().map(|gap| gap.mm()).sum();
-    // The wall itself cancels out; the weight would matter if it were larger.
+    // The wall cancels out of the limit; the weight would matter if it were larger.
     let room_mm = p.wall.mm() + p.width.mm() - gaps_mm - lid_mm - p.wall.mm();
     report.at_most("wall", p.wall, (room_mm / f64::from(p.ribs)).max(0.01 * p.weight), "it fits");
 }
@@ -147,7 +147,7 @@ fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
         "(width is 1 in x.yaml, ribs is 1 in x.yaml, gaps is 1 in x.yaml, lid is 1 in x.yaml)";
     assert!(problem.message.ends_with(follows), "{}", problem.message);
 
-    // Driven to its end, a limit is moved by nothing near; what drove it there is still named.
+    // Small changes do not move a saturated limit; the input that saturated it is still named.
     let drained = |p: &Crate, report: &mut Report| {
         let room_mm = (p.width.mm() - 10.0).max(0.0);
         report.at_most("wall", p.wall, room_mm, "it fits");
@@ -157,7 +157,7 @@ fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
     report.trace("", &p, drained);
     assert_eq!(report.found[0].problem.hint.as_deref(), Some("change `width`"));
 
-    // Where nothing is allowed, nothing is what is offered.
+    // Without any room, 0 is recommended.
     let absent = |p: &Crate, report: &mut Report| {
         report.at_most_if_any("wall", p.wall, p.width.mm() - 10.0, "it fits");
     };
@@ -186,7 +186,7 @@ fn items_of_a_long_list_are_moved_together() {
         });
         moved
     };
-    // Two for each item, and the list without its last.
+    // Two neighbours for each item, and the list without its last item.
     assert_eq!(moved(3), [1, 1, 1, 1, 1, 1, 0]);
     assert_eq!(moved(1000), [1000, 1000]);
 }

@@ -1,10 +1,10 @@
-//! Pixels to rays, so that the scene fits.
+//! Mapping between pixels and rays, framed to fit the scene.
 
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
 
 use super::{RenderError, View, ViewProjection};
 
-/// A view with a scale: which ray belongs to which place in the picture.
+/// A view with its scale: the ray of each position in the image.
 #[derive(Clone, Debug)]
 pub struct Framing {
     /// Image axes and viewing direction in the scene frame, unit length.
@@ -12,10 +12,10 @@ pub struct Framing {
     pub(super) up: Vector3<f64>,
     pub(super) forward: Vector3<f64>,
     perspective: bool,
-    /// Perspective: where all rays start. Orthographic: a point in front of all that is drawn.
+    /// Origin of all rays in perspective; a point in front of all bodies in orthographic projection.
     eye: Point3<f64>,
-    /// Place of the picture's top left corner on the image plane: mm across the viewing direction
-    /// for parallel rays, tangents of angles from it for perspective.
+    /// Position of the image's top left corner on the image plane: mm across the viewing direction in orthographic
+    /// projection, tangents of angles from it in perspective.
     left: f64,
     top: f64,
     /// Image plane units per pixel.
@@ -23,10 +23,11 @@ pub struct Framing {
 }
 
 impl Framing {
-    /// Fits the points into a validated view.
+    /// Fits points into a validated view.
     pub(super) fn fit(view: &View, points: &[Point3<f64>]) -> Result<Self, RenderError> {
         let forward = view.looking.normalize();
         let mut right = forward.cross(&Vector3::z());
+        // Looking along z: y takes the place of up.
         if right.norm() < 1e-9 {
             right = forward.cross(&Vector3::y());
         }
@@ -35,12 +36,13 @@ impl Framing {
 
         let (min, max) = extremes(points.iter().map(|point| point.coords));
         let centre = Point3::from((min + max) / 2.0);
-        // A lone point still needs a frame around it.
+        // A single point still needs a frame around it.
         let radius_mm =
             points.iter().map(|p| (p - centre).norm()).fold(1e-6, |a: f64, b: f64| a.max(b));
         let (perspective, distance_mm) = match view.projection {
             ViewProjection::Orthographic => (false, 2.0 * radius_mm),
             ViewProjection::Perspective { field_of_view } => {
+                // The bounding ball just fills the field of view.
                 (true, radius_mm / (field_of_view.rad() / 2.0).sin())
             }
         };
@@ -59,7 +61,7 @@ impl Framing {
         Ok(framing)
     }
 
-    /// The same view, closer: fits the part of the picture between two corners, px.
+    /// Zooms the same view to the part of the image between two corners, px.
     pub(super) fn closer(&self, view: &View, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) -> Self {
         let on_plane = |x_px, y_px| Vector3::new(self.plane_x(x_px), self.plane_y(y_px), 0.0);
         let mut framing = self.clone();
@@ -73,7 +75,7 @@ impl Framing {
         let border = 2.0 * view.margin * width.min(height);
         let size = high - low;
         let per_px = (size.x / (width - border)).max(size.y / (height - border));
-        // What is seen edge-on to a point still needs a frame around it.
+        // A scene that projects to a point still needs a frame around it.
         self.per_px = per_px.max(1e-9);
         let middle = (low + high) / 2.0;
         self.left = middle.x - self.per_px * width / 2.0;
@@ -88,7 +90,7 @@ impl Framing {
         self.top - y_px * self.per_px
     }
 
-    /// The ray through a place in the picture, px.
+    /// Returns the ray through a position in the image, px.
     pub(super) fn ray(&self, x_px: f64, y_px: f64) -> Ray {
         let across = self.right * self.plane_x(x_px) + self.up * self.plane_y(y_px);
         if self.perspective {
@@ -98,8 +100,8 @@ impl Framing {
         }
     }
 
-    /// Where a point of the scene, mm, lies in the picture, px; of what lies behind a viewer that is a point
-    /// there is no such place.
+    /// Projects a point of the scene, mm, into the image, px. The result is meaningless for points behind a perspective
+    /// viewer.
     pub fn place(&self, point: &Point3<f64>) -> [f64; 2] {
         let offset = point - self.eye;
         let depth = if self.perspective { offset.dot(&self.forward) } else { 1.0 };
@@ -107,7 +109,7 @@ impl Framing {
         [(on_plane[0] - self.left) / self.per_px, (self.top - on_plane[1]) / self.per_px]
     }
 
-    /// The axes of a camera's picture, for light alone.
+    /// Takes the image axes of a camera, which only orient the lights.
     pub(super) fn of_camera(scene_from_camera: &Pose) -> Self {
         let axis = |x, y, z| scene_from_camera.vector(Vector3::new(x, y, z));
         Self {
@@ -122,7 +124,7 @@ impl Framing {
         }
     }
 
-    /// Direction of the ray that meets a point.
+    /// Returns the direction of the ray that meets a point.
     pub(super) fn direction_to(&self, point: &Point3<f64>) -> Vector3<f64> {
         if self.perspective { (point - self.eye).normalize() } else { self.forward }
     }

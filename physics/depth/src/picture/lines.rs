@@ -1,28 +1,27 @@
-//! Where lines are drawn: between samples that do not see one smooth surface.
+//! Line detection between samples that do not see one smooth surface.
 
 use super::framing::Framing;
 use super::surface::{CUT_LEAF, SeenSurface};
 
-/// Faces that meet at more than about 10 degrees make a crease.
+/// Cosine of about 10 degrees: faces that meet at more make a crease.
 const SMOOTH_COSINE: f64 = 0.985;
 
-/// A chord between neighbouring samples that leaves a surface more steeply than this (sine) is a
-/// step, not the surface.
+/// Sine of the angle at which a chord between neighbouring samples leaves a surface; a steeper one is a step in depth.
 const STEEPEST_CHORD: f64 = 0.35;
 
-/// Neighbours on a monotone slope differ in depth by at most the steeper one's slope times their
-/// distance (mean value theorem); beyond this factor it is a step.
+/// Safety factor on the largest depth difference on a monotone slope, which is the steeper slope times the distance
+/// (mean value theorem). A larger difference is a step.
 const STEP_FACTOR: f64 = 1.5;
 
-/// Steps below this are numerical noise, mm.
+/// Step below which a difference is numerical noise, mm.
 const LEAST_STEP_MM: f64 = 1e-6;
 
-/// How strongly a line shows between two samples, 0 to 1.
+/// Strength of a line between two samples, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Line {
-    /// Outline: a step in depth, the border of a body or of a section.
+    /// Strength as an outline: a step in depth, the border of a body or of a section.
     pub outline: f32,
-    /// Crease: two faces meet.
+    /// Strength as a crease, where two faces meet.
     pub crease: f32,
 }
 
@@ -39,7 +38,7 @@ impl Line {
     }
 }
 
-/// The line between two neighbouring samples, given what each sees from front to back.
+/// Finds the line between two neighbouring samples from the surfaces that each sees, front to back.
 ///
 /// The n-th surface of a body in one is compared with its n-th in the other.
 pub(super) fn line_between(a: &[SeenSurface], b: &[SeenSurface], framing: &Framing) -> Line {
@@ -63,17 +62,19 @@ fn outline(weight: f64) -> Line {
     Line { outline: weight as f32, crease: 0.0 }
 }
 
-/// The surface in `there` that corresponds to surface `index` of `here`.
+/// Returns the surface in `there` that corresponds to surface `index` of `here`.
 fn partner<'a>(
     here: &[SeenSurface],
     index: usize,
     there: &'a [SeenSurface],
 ) -> Option<&'a SeenSurface> {
     let actor = here[index].actor;
+    // A body may show several surfaces along a ray, such as both walls of a tube.
     let rank = here[..index].iter().filter(|s| s.actor == actor).count();
     there.iter().filter(|s| s.actor == actor).nth(rank)
 }
 
+/// Finds the discontinuity between corresponding surfaces of two samples.
 fn break_between(a: &SeenSurface, b: &SeenSurface, framing: &Framing) -> Line {
     let chord = b.point - a.point;
     let length_mm = chord.norm();
@@ -85,6 +86,7 @@ fn break_between(a: &SeenSurface, b: &SeenSurface, framing: &Framing) -> Line {
     let across_mm = (length_mm * length_mm - step_mm * step_mm).max(0.0).sqrt();
     let (facing_a, facing_b) = (a.normal.dot(&direction).abs(), b.normal.dot(&direction).abs());
     let facing = facing_a.min(facing_b).max(1e-9);
+    // Tangent of the steeper surface's inclination to the image plane.
     let slope = (1.0 - facing * facing).max(0.0).sqrt() / facing;
     let is_smooth = a.normal.dot(&b.normal) > SMOOTH_COSINE;
     let same_face = a.leaf == b.leaf && a.face == b.face;

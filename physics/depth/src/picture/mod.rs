@@ -1,9 +1,8 @@
-//! Shaded line pictures of parts and assemblies.
+//! Shaded line drawings of parts and assemblies.
 //!
-//! Each pixel starts with one ray through its centre. Where neighbouring rays disagree about what
-//! they see (another body, a step in depth, a crease), the pixel is looked at again with
-//! [`pen::SUBSAMPLES`] squared rays; lines are drawn there, and nowhere else. The work is cut into
-//! tiles that overlap by as much as a line can reach, so tiles need not know of one another.
+//! Each pixel starts with one ray through its centre. Where neighbouring rays see different things (another body, a
+//! step in depth, a crease), the pixel is refined with [`pen::SUBSAMPLES`] squared rays; lines are drawn there, and
+//! nowhere else. The work is cut into tiles that overlap by as much as a line can reach, so that tiles are independent.
 
 mod framing;
 mod lines;
@@ -32,40 +31,40 @@ pub use sheet::contact_sheet;
 use tile::{TILE_PX, Tile};
 pub use view::{SectionCut, View, ViewProjection};
 
-/// Largest picture, px.
+/// Maximum number of pixels of an image.
 pub const MAX_PIXELS: u64 = 64_000_000;
 
-/// Probes along the longer side when looking for the extent of what is drawn. A body that is
-/// thinner than a cell *and* sticks out by more than the margin may lose its tip.
+/// Number of probes along the longer side in the search for the extent of the bodies. A body that is thinner than a
+/// cell *and* sticks out by more than the margin may lose its tip.
 const PROBES: f64 = 256.0;
 
-/// One body in a picture.
+/// A body in an image.
 #[derive(Clone, Debug)]
 pub struct Actor {
-    /// What is drawn.
+    /// Shape of the body.
     pub body: CompiledSolid,
-    /// Where it stands.
+    /// Pose of the body.
     pub scene_from_body: Pose,
-    /// sRGB.
+    /// Colour, sRGB.
     pub color: [u8; 3],
-    /// 0 to 1; below 1, what lies behind shows through.
+    /// Opacity, 0 to 1; below 1, bodies behind show through.
     pub opacity: f64,
 }
 
 impl Actor {
-    /// An opaque body whose own frame is the scene's.
+    /// Creates an opaque body whose own frame is the scene's.
     pub fn new(body: CompiledSolid, color: [u8; 3]) -> Self {
         Self { body, scene_from_body: Pose::identity(), color, opacity: 1.0 }
     }
 
-    /// Moves it.
+    /// Sets the pose.
     #[must_use]
     pub fn placed(mut self, scene_from_body: Pose) -> Self {
         self.scene_from_body = scene_from_body;
         self
     }
 
-    /// Makes it let light through: 0 is invisible, 1 opaque.
+    /// Sets the opacity: 0 is invisible, 1 opaque.
     #[must_use]
     pub fn with_opacity(mut self, opacity: f64) -> Self {
         self.opacity = opacity;
@@ -76,19 +75,19 @@ impl Actor {
 /// An opaque sRGB image, row by row from the top, three bytes a pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// px.
+    /// Width, px.
     pub width_px: u32,
-    /// px.
+    /// Height, px.
     pub height_px: u32,
-    /// `3 * width * height` bytes.
+    /// Pixels: `3 * width * height` bytes.
     pub rgb: Vec<u8>,
 }
 
 impl Picture {
-    /// The colour of a pixel, column `x_px` of row `y_px`.
+    /// Returns the colour of a pixel, column `x_px` of row `y_px`.
     ///
     /// # Panics
-    /// Outside the picture.
+    /// If the pixel is outside the image.
     pub fn pixel(&self, x_px: u32, y_px: u32) -> [u8; 3] {
         assert!(x_px < self.width_px && y_px < self.height_px, "outside the picture");
         let at = 3 * (y_px as usize * self.width_px as usize + x_px as usize);
@@ -101,7 +100,7 @@ impl Picture {
         Ok(Self { width_px, height_px, rgb })
     }
 
-    /// Copies `rgb` rows, each `width_px` wide, with their first pixel at (`x_px`, `y_px`).
+    /// Copies rows of `rgb`, each `width_px` wide, with their first pixel at (`x_px`, `y_px`).
     fn paste(&mut self, rgb: &[u8], width_px: u32, x_px: u32, y_px: u32) {
         for (row, line) in rgb.chunks_exact(3 * width_px as usize).enumerate() {
             let at = 3 * ((y_px as usize + row) * self.width_px as usize + x_px as usize);
@@ -110,65 +109,65 @@ impl Picture {
     }
 }
 
-/// Why there is no picture.
+/// Errors of rendering.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
-    /// A side of no pixels.
+    /// Side of no pixels.
     #[error("a picture of {width_px} x {height_px} px has no pixels")]
     NoPixels {
-        /// As asked for.
+        /// Requested width, px.
         width_px: u32,
-        /// As asked for.
+        /// Requested height, px.
         height_px: u32,
     },
-    /// Above [`MAX_PIXELS`].
+    /// Number of pixels above [`MAX_PIXELS`].
     #[error("a picture of {width_px} x {height_px} px is above the limit of {MAX_PIXELS} pixels")]
     TooLarge {
-        /// As asked for.
+        /// Requested width, px.
         width_px: u64,
-        /// As asked for.
+        /// Requested height, px.
         height_px: u64,
     },
-    /// No actors, or nothing of them is left after the cut.
+    /// No actors, or no part of them left after the cut.
     #[error("there is nothing to draw")]
     NothingToDraw,
-    /// A body without end cannot be framed.
+    /// Infinite body, which cannot be framed.
     #[error("actor {actor} has no finite bounds")]
     Unbounded {
-        /// Its place in the list.
+        /// Index of the actor in the list.
         actor: usize,
     },
-    /// Not between 0 and 1.
+    /// Opacity outside 0 to 1.
     #[error("actor {actor} has opacity {opacity}, which is not between 0 and 1")]
     Opacity {
-        /// Its place in the list.
+        /// Index of the actor in the list.
         actor: usize,
-        /// As asked for.
+        /// Requested opacity.
         opacity: f64,
     },
-    /// `looking` is zero or not finite.
+    /// Viewing direction that is zero or not finite.
     #[error("the direction to look in must be finite and not zero")]
     NoDirection,
-    /// The cut's plane is not finite, or its normal is zero.
+    /// Cutting plane that is not finite, or whose normal is zero.
     #[error("the cut needs a finite point and a finite direction that is not zero")]
     BadCut,
-    /// Out of the range that [`ViewProjection::Perspective`] allows.
+    /// Field of view outside the range of [`ViewProjection::Perspective`].
     #[error("a field of view of {field_of_view_deg} degrees is not between 1 and 120")]
     FieldOfView {
-        /// As asked for, degrees.
+        /// Requested field of view, degrees.
         field_of_view_deg: f64,
     },
-    /// [`View::margin`] leaves no room.
+    /// Margin that leaves no room; see [`View::margin`].
     #[error("a margin of {margin} of the picture is not between 0 and 0.45")]
     Margin {
-        /// As asked for.
+        /// Requested margin.
         margin: f64,
     },
 }
 
-/// Draws a scene, framed so that all of it fits.
+/// Renders a scene, framed so that all of it fits.
 ///
-/// Works on rayon's current thread pool; the bytes do not depend on its size.
+/// Runs on rayon's current thread pool; the bytes do not depend on its size.
 ///
 /// # Errors
 /// See [`RenderError`].
@@ -176,10 +175,10 @@ pub fn render(actors: &[Actor], view: &View) -> Result<Picture, RenderError> {
     render_watched(actors, view, &|_, _| {})
 }
 
-/// The same; `progress` is told how many rows of pixels are drawn, of how many.
+/// Renders a scene, and reports the number of finished pixel rows and their total to `progress`.
 ///
 /// # Errors
-/// As [`render`].
+/// See [`RenderError`].
 pub fn render_watched(
     actors: &[Actor],
     view: &View,
@@ -188,10 +187,10 @@ pub fn render_watched(
     render_framed(actors, view, progress).map(|(picture, _)| picture)
 }
 
-/// The same, with where things are in the picture.
+/// Renders a scene, and also returns its framing, which maps points to pixels.
 ///
 /// # Errors
-/// As [`render`].
+/// See [`RenderError`].
 pub fn render_framed(
     actors: &[Actor],
     view: &View,
@@ -201,7 +200,7 @@ pub fn render_framed(
     let mut picture = Picture::blank(view.width_px, view.height_px, [255; 3])?;
     let columns = view.width_px.div_ceil(TILE_PX);
     let rows = view.height_px.div_ceil(TILE_PX);
-    // A row of tiles at a time bounds the memory to little more than the picture itself.
+    // One row of tiles at a time keeps memory to little more than the image itself.
     for row in 0..rows {
         let tiles: Vec<_> = (0..columns)
             .into_par_iter()
@@ -220,7 +219,7 @@ pub fn render_framed(
     Ok((picture, setup.framing))
 }
 
-/// Checks everything, and finds the framing.
+/// Validates the input and determines the framing.
 fn prepare<'a>(actors: &'a [Actor], view: &View) -> Result<Setup<'a>, RenderError> {
     view.validate()?;
     for (index, actor) in actors.iter().enumerate() {
@@ -251,10 +250,11 @@ fn check_size(width_px: u32, height_px: u32) -> Result<(), RenderError> {
     Ok(())
 }
 
-/// Boxes of round and of cut bodies are larger than the bodies: looks where something is seen, and
-/// comes as close as that allows. Nothing if nothing is seen.
+/// Finds a tighter framing. Boxes of round and of cut bodies are larger than the bodies, so a grid of probes finds
+/// where they are visible. Returns `None` if they are nowhere.
 fn closer_framing(setup: &Setup<'_>, view: &View) -> Option<Framing> {
     let (width, height) = (f64::from(view.width_px), f64::from(view.height_px));
+    // A coarse grid of rays over the image.
     let cell_px = width.max(height) / PROBES;
     let rows = (height / cell_px).ceil() as u32;
     let columns = (width / cell_px).ceil() as u32;
@@ -268,13 +268,13 @@ fn closer_framing(setup: &Setup<'_>, view: &View) -> Option<Framing> {
     let seen: Vec<_> = (0..rows).into_par_iter().filter_map(seen_in_row).collect();
     let first_column = seen.iter().map(|row| row.1).min()?;
     let last_column = seen.iter().map(|row| row.2).max()?;
-    // A cell more on each side: between two probes, the body may go on almost to the next.
+    // One cell more on each side: between two probes a body may extend almost to the next.
     let low = [place(first_column) - cell_px, place(seen.first()?.0) - cell_px];
     let high = [place(last_column) + cell_px, place(seen.last()?.0) + cell_px];
     Some(setup.framing.closer(view, low, high))
 }
 
-/// Points whose hull holds all that is drawn: the corners of the actors' boxes after the cut.
+/// Returns points whose hull holds the scene: the corners of the actors' boxes after the cut.
 fn framed_points(
     scene: &Scene<'_>,
     cut: Option<&SectionCut>,

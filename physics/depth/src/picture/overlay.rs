@@ -1,12 +1,12 @@
-//! Lines and areas that are drawn over a finished picture.
+//! Lines and rectangles drawn over a finished image.
 
 use super::Picture;
 
 impl Picture {
-    /// A blank sheet.
+    /// Creates an image of one colour.
     ///
     /// # Errors
-    /// A picture of no pixels, or too large.
+    /// An image without pixels, or a too large one.
     pub fn filled(
         width_px: u32,
         height_px: u32,
@@ -15,14 +15,14 @@ impl Picture {
         Self::blank(width_px, height_px, color)
     }
 
-    /// Draws a line of straight pieces with round ends over what is there; what lies outside is not drawn.
+    /// Draws a polyline with round ends over the image; parts outside are clipped.
     pub fn draw_line(&mut self, points_px: &[[f64; 2]], width_px: f64, color: [u8; 3]) {
         for ends in points_px.windows(2) {
             self.draw_piece(ends[0], ends[1], width_px, color);
         }
     }
 
-    /// Fills a rectangle, from its left top corner to its right bottom one, px; what lies outside is not drawn.
+    /// Fills a rectangle from its left top corner to its right bottom one, px; parts outside are clipped.
     pub fn fill(&mut self, [left, top]: [i64; 2], [right, bottom]: [i64; 2], color: [u8; 3]) {
         for row in top.max(0)..bottom.min(i64::from(self.height_px)) {
             for column in left.max(0)..right.min(i64::from(self.width_px)) {
@@ -31,6 +31,7 @@ impl Picture {
         }
     }
 
+    /// Draws a straight line with round ends.
     fn draw_piece(&mut self, from: [f64; 2], to: [f64; 2], width_px: f64, color: [u8; 3]) {
         let Some([from, to]) = self.near(from, to, width_px + 1.0) else { return };
         let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
@@ -49,6 +50,7 @@ impl Picture {
                     0.0
                 };
                 let away = (x - along * dx).hypot(y - along * dy);
+                // Coverage of a pixel by the line, by the distance of its centre: antialiasing.
                 let covers = (0.5 * width_px + 0.5 - away).clamp(0.0, 1.0);
                 if covers > 0.0 {
                     self.mix([column, row], color, covers);
@@ -57,11 +59,12 @@ impl Picture {
         }
     }
 
-    /// The part of a line within the picture and a margin around it.
+    /// Clips a line to the image with a margin around it.
     fn near(&self, from: [f64; 2], to: [f64; 2], margin: f64) -> Option<[[f64; 2]; 2]> {
         let (mut start, mut end) = (0.0f64, 1.0f64);
         for (axis, size_px) in [self.width_px, self.height_px].into_iter().enumerate() {
             let d = to[axis] - from[axis];
+            // Parameters of the line where it enters and leaves the image along this axis.
             let (low, high) = (-margin - from[axis], f64::from(size_px) + margin - from[axis]);
             if d == 0.0 {
                 if low > 0.0 || high < 0.0 {
@@ -76,6 +79,7 @@ impl Picture {
         (start <= end).then(|| [at(start), at(end)])
     }
 
+    /// Blends a colour into a pixel.
     fn mix(&mut self, [column, row]: [u32; 2], color: [u8; 3], weight: f64) {
         let at = 3 * (row as usize * self.width_px as usize + column as usize);
         for (channel, new) in self.rgb[at..at + 3].iter_mut().zip(color) {

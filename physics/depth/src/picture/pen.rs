@@ -1,11 +1,11 @@
-//! How wide lines are drawn.
+//! Widths of lines.
 
 use super::view::View;
 
-/// A refined pixel is looked at with the square of this many rays.
+/// Number of rays along each side of a refined pixel.
 pub(super) const SUBSAMPLES: i32 = 4;
 
-/// How wide lines are, in subsamples beyond the two right beside a break.
+/// Widths of lines, in subsamples beyond the two beside a discontinuity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pen {
     pub(super) outline_reach: f64,
@@ -13,15 +13,14 @@ pub(super) struct Pen {
 }
 
 impl Pen {
-    /// Outlines of about 1.3 px, creases of 1 px; wider in pictures above 600 px, up to three
-    /// times.
+    /// Chooses outlines of about 1.3 px and creases of 1 px; wider in images above 600 px, up to three times.
     pub fn of(view: &View) -> Self {
         let scale = (f64::from(view.width_px.min(view.height_px)) / 600.0).clamp(1.0, 3.0);
         Self { outline_reach: 2.24 * scale, crease_reach: scale }
     }
 
-    /// Pixels around a tile in which lines may reach into it: whole pixels, and more than the
-    /// reach, so that a line's neighbours are known too.
+    /// Number of pixels around a tile from which lines may reach into it. It exceeds the reach, so that a line's
+    /// neighbours are known too.
     pub(super) fn margin_px(&self) -> i32 {
         self.outline_reach as i32 / SUBSAMPLES + 1
     }

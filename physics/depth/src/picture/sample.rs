@@ -1,4 +1,4 @@
-//! What one ray sees: surfaces from front to back, and their blended colour.
+//! Sample of one ray: the surfaces that it sees from front to back, and their blended colour.
 
 use fabkit_geometry::{Crossing, Ray, Vector3};
 
@@ -9,20 +9,19 @@ use super::shade::{Linear, Shader, add};
 use super::surface::{CUT_LEAF, SeenSurface};
 use crate::{Scene, SceneScratch};
 
-/// Surfaces nearer together than this count as touching, mm; then the earlier actor is in front,
-/// rather than whichever rounding prefers.
+/// Distance below which surfaces count as touching, mm; the earlier actor is then in front, whatever rounding prefers.
 const TOUCHING_MM: f64 = 1e-6;
 
-/// What is left of a body between two crossings must be at least this thick, mm.
+/// Thickness below which the remainder of a body between two crossings is ignored, mm.
 const THINNEST_MM: f64 = 1e-9;
 
-/// Less light than this from behind goes unnoticed.
+/// Transmitted light below which surfaces behind are ignored.
 const LEAST_LIGHT: f64 = 0.02;
 
-/// A surface does not shelter itself: hits closer than this share of the reach do not count.
+/// Distance, as a fraction of the reach, below which hits are ignored: a surface does not occlude itself.
 const SHELTER_GAP: f64 = 1e-4;
 
-/// One ray's result; its surfaces are kept in the [`Tracer`].
+/// Result of one ray; its surfaces are stored in the [`Tracer`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
     first: u32,
@@ -30,17 +29,17 @@ pub(super) struct Sample {
     pub color: Linear,
 }
 
-/// What all samples of a picture have in common.
+/// Data that all samples of an image share.
 pub(super) struct Setup<'a> {
     pub scene: Scene<'a>,
-    /// The opaque bodies of the scene: a clear one in front does not keep the light away.
+    /// Opaque bodies of the scene: clear ones do not cast ambient occlusion.
     pub shelters: Scene<'a>,
     pub framing: Framing,
     pub shader: Shader,
     pub pen: Pen,
 }
 
-/// Traces samples and keeps their surfaces in one growing list.
+/// Traces samples and stores their surfaces in one growing list.
 pub(super) struct Tracer<'a> {
     scene: &'a Scene<'a>,
     shelters: &'a Scene<'a>,
@@ -62,14 +61,14 @@ impl<'a> Tracer<'a> {
         &self.surfaces[sample.first as usize..sample.end as usize]
     }
 
-    /// Whether anything is to be seen at a place in the picture, px.
+    /// Returns whether anything is visible at a position in the image, px.
     pub fn meets(&mut self, x_px: f64, y_px: f64) -> bool {
         self.surfaces.clear();
         let sample = self.trace(x_px, y_px);
         !self.surfaces(&sample).is_empty()
     }
 
-    /// Sends a ray through a place in the picture, px.
+    /// Traces a ray through a position in the image, px.
     pub fn trace(&mut self, x_px: f64, y_px: f64) -> Sample {
         let Self { scene, shelters, framing, shader, scratch, seen, surfaces } = self;
         let ray = framing.ray(x_px, y_px);
@@ -81,13 +80,16 @@ impl<'a> Tracer<'a> {
             if opacity == 0.0 {
                 return nearest_opaque;
             }
+            // Crossings alternate, so the next one after an entry is the matching exit.
             for (index, entering) in crossings.iter().enumerate().filter(|(_, c)| c.entering) {
+                // The remainder of a body after the cut must have some thickness.
                 let leaving_t = crossings.get(index + 1).map_or(f64::INFINITY, |c| c.t);
                 let Some(surface) = kept.surface(actor, entering, leaving_t, &ray) else {
                     continue;
                 };
                 seen.push(surface);
                 if opacity == 1.0 || surface.leaf == CUT_LEAF {
+                    // Nothing behind an opaque surface is visible.
                     nearest_opaque = nearest_opaque.min(surface.t);
                     break;
                 }
@@ -121,10 +123,10 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// How close something stands in front of a surface: 1 at no distance, 0 at `reach_mm` or more.
+/// Computes how close something stands in front of a surface: 1 at no distance, 0 at `reach_mm` or more.
 ///
-/// One ray along the normal is a coarse stand-in for ambient occlusion, but it has no noise, costs
-/// no more than the sample itself, and darkens what should look deep: holes, slots and gaps.
+/// One ray along the normal is a coarse stand-in for ambient occlusion, but it has no noise, costs no more than the
+/// sample itself, and darkens what should look deep: holes, slots and gaps.
 fn shelter(
     shelters: &Scene<'_>,
     surface: &SeenSurface,
@@ -140,15 +142,16 @@ fn shelter(
     if cut.is_some_and(is_cut_away) { 0.0 } else { 1.0 - t / reach_mm }
 }
 
-/// The stretch of a ray that the cut leaves.
+/// Interval of a ray that the cut leaves.
 struct Kept {
     from_t: f64,
     to_t: f64,
-    /// Normal of a face at `from_t`.
+    /// Normal of the cut face at `from_t`.
     outward: Vector3<f64>,
 }
 
 impl Kept {
+    /// Clips a ray by the cut.
     fn of(cut: Option<&SectionCut>, ray: &Ray) -> Self {
         let (mut from_t, mut to_t) = (f64::NEG_INFINITY, f64::INFINITY);
         let Some(cut) = cut else { return Self { from_t, to_t, outward: Vector3::zeros() } };
@@ -164,7 +167,7 @@ impl Kept {
         Self { from_t, to_t, outward: cut.outward }
     }
 
-    /// The front of a body that the ray is in between two crossings.
+    /// Returns the front surface of a body that the ray is in between two crossings; `None` if the cut removes it.
     fn surface(
         &self,
         actor: u32,
@@ -176,6 +179,7 @@ impl Kept {
         if leaving_t.min(self.to_t) - t < THINNEST_MM {
             return None;
         }
+        // The body began before the cut, so the ray enters it through the cut face.
         let (normal, leaf, face) = if entering.t < self.from_t {
             (self.outward, CUT_LEAF, 0)
         } else {
@@ -186,8 +190,8 @@ impl Kept {
     }
 }
 
-/// Sorts by insertion: the lists are short, and "touching" is not an order that a general sort
-/// would accept.
+/// Sorts surfaces from front to back by insertion: the lists are short, and "touching" is not an order that a general
+/// sort would accept.
 fn front_to_back(surfaces: &mut [SeenSurface]) {
     let before = |a: &SeenSurface, b: &SeenSurface| {
         if (a.t - b.t).abs() <= TOUCHING_MM { a.actor < b.actor } else { a.t < b.t }

@@ -1,4 +1,4 @@
-//! What a camera sees, as a picture: each pixel shows the body that its ray, bent or not, meets.
+//! Camera views: each pixel shows the body that its ray, refracted or not, meets.
 
 use fabkit_geometry::{Pose, Ray, Vector3};
 use rayon::prelude::*;
@@ -9,34 +9,34 @@ use super::surface::SeenSurface;
 use super::{Actor, Picture, RenderError, View};
 use crate::{Scene, SceneScratch};
 
-/// Rays along each side of a pixel in which more than one face is seen.
+/// Number of rays along each side of a pixel in which more than one face is seen.
 const SUBSAMPLES: u32 = 4;
 
-/// How much of a pixel's light a line takes where one body ends before another.
+/// Fraction of a pixel's light that a line absorbs at the border of two bodies.
 const EDGE_INK: f32 = 0.45;
 
-/// A body may touch the face at which the last piece of a path begins, mm.
+/// Range from which hits count, mm: a body may touch the face at which the last segment of a path begins.
 const START_MM: f64 = -1e-6;
 
-/// What a place in a camera's picture shows.
+/// Content of a position in a camera's image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Glimpse {
-    /// The first body that this ray meets: the last straight piece of the path of light, scene frame.
+    /// First body that this ray meets: the last straight segment of the path of light, scene frame.
     Along(Ray),
-    /// A colour without shade, sRGB.
+    /// Unshaded colour, sRGB.
     Plain([u8; 3]),
 }
 
-/// What a ray met: the body, its primitive, and which face of that; `None` for plain colours.
+/// Face that a ray met: body, primitive and face of that; `None` for plain colours.
 type Face = Option<(u32, u32, u32)>;
 
-/// Draws what a camera sees of opaque bodies; `look` says for a place in the picture, px, what it shows,
-/// with something of each thread's own from `start`.
+/// Renders a camera's view of opaque bodies. `look` returns the content of a position in the image, px; it receives a
+/// value that `start` creates for each thread.
 ///
-/// Works on rayon's current thread pool; the bytes do not depend on its size.
+/// Runs on rayon's current thread pool; the bytes do not depend on its size.
 ///
 /// # Errors
-/// A picture of no pixels, or too large.
+/// An image without pixels, or a too large one.
 pub fn render_seen<T>(
     actors: &[Actor],
     sensor_from_camera: &Pose,
@@ -53,6 +53,7 @@ pub fn render_seen<T>(
         shader: Shader::new(actors, &framing, &view),
     };
     let width = width_px as usize;
+    // First pass: one ray through the centre of each pixel.
     let middles: Vec<(Face, Linear)> = (0..height_px)
         .into_par_iter()
         .flat_map_iter(|row| {
@@ -65,6 +66,7 @@ pub fn render_seen<T>(
         })
         .collect();
     progress(height_px as usize / 2, height_px as usize);
+    // Second pass: pixels at borders of faces are refined.
     let rows = picture.rgb.par_chunks_mut(3 * width).enumerate();
     rows.for_each(|(row, bytes)| {
         let mut tools = None;
@@ -83,7 +85,7 @@ pub fn render_seen<T>(
     Ok(picture)
 }
 
-/// Whether a neighbour of a pixel shows another face.
+/// Returns whether a neighbour of a pixel shows another face.
 fn edge(middles: &[(Face, Linear)], width: usize, [column, row]: [usize; 2], face: Face) -> bool {
     let differs = |at: usize| middles.get(at).is_some_and(|(other, _)| *other != face);
     let at = row * width + column;
@@ -99,6 +101,7 @@ struct Painter<'a> {
 }
 
 impl Painter<'_> {
+    /// Shades a sample, and returns the face that it shows.
     fn sample(
         &self,
         glimpse: Glimpse,
@@ -125,7 +128,7 @@ impl Painter<'_> {
         (face, self.shader.shade(&surface, 0.0, x_px, y_px))
     }
 
-    /// A pixel of several faces: their mean, with a line where bodies meet.
+    /// Averages a pixel that shows several faces, with a line where bodies meet.
     fn pixel(
         &self,
         [column, row]: [usize; 2],
@@ -137,6 +140,7 @@ impl Painter<'_> {
         for number in 0..SUBSAMPLES * SUBSAMPLES {
             let (x, y) = (number % SUBSAMPLES, number / SUBSAMPLES);
             let (face, color) = sample([place(column, x), place(row, y)]);
+            // Lines are drawn between bodies only, not between faces of one body.
             bodies.push(face.map(|(body, ..)| body));
             sum = add(sum, color, 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32);
         }

@@ -1,4 +1,4 @@
-//! Colours of surfaces: albedo, light by true normals, hatched cut faces, background.
+//! Shading: albedo, light by true normals, hatched cut faces, background.
 
 use fabkit_geometry::Vector3;
 
@@ -6,37 +6,37 @@ use super::framing::Framing;
 use super::surface::{CUT_LEAF, SeenSurface};
 use super::{Actor, SectionCut, View};
 
-/// Linear light, red, green, blue, 0 to 1.
+/// Linear light: red, green, blue, 0 to 1.
 pub(super) type Linear = [f32; 3];
 
-/// sRGB of the background's top, and of the space between pictures.
+/// Colour of the background's top and of the space between images, sRGB.
 pub(super) const PAPER: [u8; 3] = [252, 252, 253];
-/// sRGB of the background's bottom.
+/// Colour of the background's bottom, sRGB.
 const PAPER_BELOW: [u8; 3] = [231, 234, 238];
-/// sRGB of lines.
+/// Colour of lines, sRGB.
 const INK: [u8; 3] = [16, 18, 24];
 
-/// Lights in (right, up, towards the viewer), and their strengths.
+/// Directions of the lights as (right, up, towards the viewer), and their strengths.
 const KEY: ([f64; 3], f64) = ([-0.50, 0.55, 0.67], 0.66);
 const FILL: ([f64; 3], f64) = ([0.80, 0.00, 0.60], 0.15);
-/// Light from all sides: from the ground, and from the sky.
+/// Ambient light from the ground and from the sky.
 const AMBIENT: (f64, f64) = (0.24, 0.46);
-/// Strength and sharpness of the highlight (Blinn, 1977).
+/// Strength and exponent of the highlight (Blinn, 1977).
 const HIGHLIGHT: (f64, i32) = (0.10, 40);
 
-/// How much white goes into black (linear light).
+/// Amount of white added to black, in linear light.
 const DARK_LIFT: f32 = 0.085;
 
-/// How far shelter reaches, as a share of the diagonal of the sheltered body's box.
+/// Reach of ambient occlusion as a fraction of the diagonal of the body's box.
 const SHELTER_REACH: f64 = 0.08;
-/// Share of the light that the closest shelter takes.
+/// Fraction of the light that full occlusion removes.
 const SHELTERED: f64 = 0.6;
 
-/// Everything about colour that is the same for all samples.
+/// Colour data that all samples share.
 #[derive(Clone, Debug)]
 pub(super) struct Shader {
     actors: Vec<Paint>,
-    /// With `outward` of unit length.
+    /// Section cut, with `outward` of unit length.
     pub cut: Option<SectionCut>,
     key: Vector3<f64>,
     fill: Vector3<f64>,
@@ -46,7 +46,7 @@ pub(super) struct Shader {
     ink: Linear,
 }
 
-/// What one actor looks like.
+/// Appearance of one actor.
 #[derive(Clone, Debug)]
 struct Paint {
     albedo: Linear,
@@ -67,7 +67,7 @@ impl Paint {
 }
 
 impl Shader {
-    /// `view` must be valid.
+    /// Prepares lights and paints for a valid `view`.
     pub fn new(actors: &[Actor], framing: &Framing, view: &View) -> Self {
         let towards = -framing.forward;
         let in_scene = |[right, up, near]: [f64; 3]| {
@@ -90,8 +90,8 @@ impl Shader {
         self.actors[actor as usize].opacity
     }
 
-    /// How much a surface covers of what is behind it. A cut face covers all; a clear one covers
-    /// more where it is seen at a glancing angle, as glass does.
+    /// Opacity of a surface at a viewing direction. A cut face is opaque; a clear one is more opaque at a glancing
+    /// angle, as glass is.
     pub fn surface_opacity(&self, surface: &SeenSurface, direction: &Vector3<f64>) -> f64 {
         let opacity = self.opacity(surface.actor);
         if surface.leaf == CUT_LEAF || opacity == 1.0 {
@@ -101,21 +101,20 @@ impl Shader {
         opacity + (1.0 - opacity) * 0.6 * glancing.powi(3)
     }
 
-    /// How strongly lines show on an unobstructed surface.
+    /// Strength of lines on an unobstructed surface.
     pub fn line_strength(&self, surface: &SeenSurface) -> f64 {
         let opacity = self.opacity(surface.actor);
         if surface.leaf == CUT_LEAF { 1.0 } else { 0.3 + 0.7 * opacity * opacity }
     }
 
-    /// How far something in front of a surface may be to keep light from it, mm; none for surfaces
-    /// that are flatly lit or let light through.
+    /// Reach of ambient occlusion on a surface, mm; `None` for flatly lit or translucent surfaces.
     pub fn shelter_reach_mm(&self, surface: &SeenSurface) -> Option<f64> {
         let paint = &self.actors[surface.actor as usize];
         let is_plain = surface.leaf == CUT_LEAF || paint.opacity < 1.0;
         (!is_plain).then_some(paint.shelter_reach_mm)
     }
 
-    /// The background in a row.
+    /// Returns the background colour of a row.
     pub fn background(&self, y_px: f64) -> Linear {
         mix(self.paper[0], self.paper[1], (y_px / self.height_px) as f32)
     }
@@ -125,8 +124,8 @@ impl Shader {
         mix(color, self.ink, strength)
     }
 
-    /// Light from a surface, at a place in the picture. `shelter` is 0 in the open and goes up to
-    /// 1 where something stands close in front of the surface.
+    /// Computes the light from a surface at a position in the image. `shelter` is 0 for an open surface and up to 1
+    /// where something stands close in front of it.
     pub fn shade(&self, surface: &SeenSurface, shelter: f64, x_px: f64, y_px: f64) -> Linear {
         let albedo = self.actors[surface.actor as usize].albedo;
         if surface.leaf == CUT_LEAF {
@@ -134,6 +133,7 @@ impl Shader {
         }
         let n = &surface.normal;
         let lambert = |light: &Vector3<f64>| n.dot(light).max(0.0);
+        // Hemispherical ambient light: 0 from the ground, 1 from the sky.
         let sky = 0.5 + 0.5 * n.z;
         let light = AMBIENT.0
             + (AMBIENT.1 - AMBIENT.0) * sky
@@ -144,14 +144,15 @@ impl Shader {
         albedo.map(|channel| (open * (f64::from(channel) * light + highlight)) as f32)
     }
 
-    /// A cut face as on a technical drawing: flat, lighter, hatched at 45 degrees, neighbours the
-    /// other way round (ISO 128-3).
+    /// Shades a cut face as on a technical drawing: flat, lighter, hatched at 45 degrees, neighbours the other way
+    /// round (ISO 128-3).
     fn hatched(&self, albedo: Linear, actor: u32, x_px: f64, y_px: f64) -> Linear {
+        // Pitch and direction alternate, so that neighbouring bodies differ.
         let pitch_px = (self.height_px / 70.0).max(6.0) * if actor % 4 < 2 { 1.0 } else { 0.7 };
         let along = if actor.is_multiple_of(2) { x_px + y_px } else { x_px - y_px };
         let phase_px = (along * std::f64::consts::FRAC_1_SQRT_2).rem_euclid(pitch_px);
         let half_width_px = 0.06 * pitch_px;
-        // A line's coverage of a pixel-wide box around the sample.
+        // Coverage of a box one pixel wide around the sample.
         let covered = (half_width_px + 0.5 - (phase_px - pitch_px / 2.0).abs()).clamp(0.0, 1.0);
         let covered = covered.min(2.0 * half_width_px);
         let flat = mix(albedo, [1.0; 3], 0.35);
@@ -159,24 +160,24 @@ impl Shader {
     }
 }
 
-/// Black parts are drawn dark grey: on black, neither shade nor lines would show.
+/// Lifts black to dark grey: on black, neither shade nor lines would show.
 fn lifted(albedo: Linear) -> Linear {
     // Luminance of linear sRGB (ITU-R BT.709).
     let luminance = 0.2126 * albedo[0] + 0.7152 * albedo[1] + 0.0722 * albedo[2];
     mix(albedo, [1.0; 3], DARK_LIFT * (1.0 - luminance).powi(4))
 }
 
-/// `a` where `weight` is 0, `b` where it is 1.
+/// Interpolates: `a` where `weight` is 0, `b` where it is 1.
 pub(super) fn mix(a: Linear, b: Linear, weight: f32) -> Linear {
     std::array::from_fn(|i| a[i] + weight * (b[i] - a[i]))
 }
 
-/// `color` plus `weight` times `other`.
+/// Returns `color` plus `weight` times `other`.
 pub(super) fn add(color: Linear, other: Linear, weight: f32) -> Linear {
     std::array::from_fn(|i| color[i] + weight * other[i])
 }
 
-/// sRGB to linear light (IEC 61966-2-1).
+/// Converts sRGB to linear light (IEC 61966-2-1).
 pub(super) fn linear(srgb: [u8; 3]) -> Linear {
     srgb.map(|channel| {
         let v = f32::from(channel) / 255.0;
@@ -184,7 +185,7 @@ pub(super) fn linear(srgb: [u8; 3]) -> Linear {
     })
 }
 
-/// Linear light to sRGB (IEC 61966-2-1).
+/// Converts linear light to sRGB (IEC 61966-2-1).
 pub(super) fn srgb(color: Linear) -> [u8; 3] {
     color.map(|channel| {
         let v = channel.clamp(0.0, 1.0);

@@ -1,12 +1,12 @@
-//! Several pictures in one.
+//! Contact sheets: several images in one.
 
 use super::{Picture, RenderError, shade};
 
-/// Lays pictures out in a grid, row by row, each centred in a cell of the largest one's size, with
-/// `gap_px` between the cells and around them.
+/// Lays images out in a grid, row by row, each centred in a cell of the largest one's size, with `gap_px` between the
+/// cells and around them.
 ///
 /// # Errors
-/// No pictures, no columns, or a sheet above [`super::MAX_PIXELS`].
+/// No images, no columns, or a sheet above [`super::MAX_PIXELS`].
 pub fn contact_sheet(
     pictures: &[Picture],
     columns: usize,
@@ -19,6 +19,7 @@ pub fn contact_sheet(
     let cell_width = pictures.iter().map(|p| p.width_px).max().unwrap_or(0);
     let cell_height = pictures.iter().map(|p| p.height_px).max().unwrap_or(0);
     let side = |cells: usize, cell: u32| {
+        // Saturating, so that absurd sizes end as an error below.
         let gaps = (cells as u64 + 1).saturating_mul(u64::from(gap_px));
         (cells as u64).saturating_mul(u64::from(cell)).saturating_add(gaps)
     };

@@ -1,4 +1,4 @@
-//! Tests that need to know the scale of a picture, or what a ray saw.
+//! Tests that need the scale of an image or the surfaces that a ray sees.
 
 use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};
 
@@ -21,21 +21,21 @@ fn part() -> Actor {
     actor(&solid).placed(Pose::rotation_x(tilt).then_in(Pose::rotation_y(tilt)))
 }
 
-/// What the line between two places in the picture looks like.
+/// Line between two positions in the image.
 fn line(setup: &Setup<'_>, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) -> Line {
     let mut tracer = Tracer::new(setup);
     let (a, b) = (tracer.trace(x0, y0), tracer.trace(x1, y1));
     line_between(tracer.surfaces(&a), tracer.surfaces(&b), &setup.framing)
 }
 
-/// Where a point of the scene is in an orthographic picture, px.
+/// Projection of a scene point into an orthographic image, px.
 fn place(framing: &Framing, point: Point3<f64>) -> [f64; 2] {
     let origin = framing.ray(0.0, 0.0).origin;
     let offset = (point - origin) / framing.per_px;
     [offset.dot(&framing.right), -offset.dot(&framing.up)]
 }
 
-/// Whether a pixel differs from the background, which has no red cast and is the same along rows.
+/// Returns whether a pixel differs from the background, which has no red cast and is constant along rows.
 fn is_drawn(picture: &Picture, x_px: u32, y_px: u32) -> bool {
     picture.pixel(x_px, y_px) != picture.pixel(0, y_px)
 }
@@ -51,11 +51,11 @@ fn a_balls_outline_is_its_radius() {
     let [x_px, y_px] = place(&setup.framing, Point3::origin());
     let centre_row = (0..240).filter(|&x| is_drawn(&picture, x, y_px as u32)).count() as f64;
     let centre_column = (0..200).filter(|&y| is_drawn(&picture, x_px as u32, y)).count() as f64;
-    // The outline's line reaches up to 3/4 px beyond; a pixel that it touches counts whole.
+    // The outline reaches up to 3/4 px beyond; a pixel that it touches counts whole.
     for diameter_px in [centre_row, centre_column] {
         assert!((diameter_px / 2.0 - radius_px - 0.5).abs() < 1.0, "{diameter_px} {radius_px}");
     }
-    // The ball fills the picture up to the margin (5 % of 200 px) and two cells of the search.
+    // The ball fills the image up to the margin (5 % of 200 px) and two cells of the extent's search.
     assert!(radius_px <= 90.0 && radius_px > 90.0 - 2.0, "{radius_px}");
 }
 
@@ -129,9 +129,8 @@ fn a_step_between_parallel_faces_has_an_outline() {
 
 #[test]
 fn a_torus_has_an_outline_where_it_hides_itself() {
-    // Up the middle column, the crest of the near arc hides the foot of the far wall of the hole.
-    // However the samples fall around the crest, where slopes go to infinity, the small step must
-    // be found.
+    // Up the middle column, the crest of the near arc hides the foot of the far wall of the hole. The small step must
+    // be found however the samples fall around the crest, where slopes go to infinity.
     let actors = [actor(&Solid::torus(3.2, 3.0))];
     let view = View::along(Vector3::new(0.0, 1.0, -1.0), 400, 300);
     let setup = prepare(&actors, &view).expect("a scene");

@@ -1,14 +1,14 @@
-//! A piece of the picture: samples, refinement, lines.
+//! Rendering of one tile of an image: samples, refinement, lines.
 
 use super::lines::{Line, line_between};
 use super::pen::{Pen, SUBSAMPLES};
 use super::sample::{Sample, Setup, Tracer};
 use super::shade::{Linear, Shader, add, srgb};
 
-/// Side of a tile.
+/// Side of a tile, px.
 pub(super) const TILE_PX: u32 = 128;
 
-/// Strength of outlines and of creases.
+/// Opacity of outlines and of creases.
 const OUTLINE_INK: f32 = 0.95;
 const CREASE_INK: f32 = 0.70;
 
@@ -24,11 +24,12 @@ pub(super) struct Tile {
 impl Tile {
     pub fn at(column: u32, row: u32, width_px: u32, height_px: u32) -> Self {
         let (x_px, y_px) = (column * TILE_PX, row * TILE_PX);
+        // Tiles at the right and lower border may be smaller.
         let clip = |from: u32, size: u32| (size - from).min(TILE_PX);
         Self { x_px, y_px, width_px: clip(x_px, width_px), height_px: clip(y_px, height_px) }
     }
 
-    /// The tile's pixels, three bytes each, row by row.
+    /// Renders the tile's pixels, three bytes each, row by row.
     pub fn draw(&self, setup: &Setup<'_>) -> Vec<u8> {
         let mut samples = Samples::trace(self, setup);
         samples.refine();
@@ -43,7 +44,7 @@ impl Tile {
     }
 }
 
-/// A square of samples within a pixel.
+/// Samples of a refined pixel, in a square.
 type Block = [Sample; (SUBSAMPLES * SUBSAMPLES) as usize];
 
 /// Samples of a tile and its apron. Pixels are counted from the tile's first.
@@ -53,18 +54,19 @@ struct Samples<'a> {
     top: i32,
     width: i32,
     height: i32,
-    /// Pixels around the tile that may be refined; one more is sampled, to know where.
+    /// Number of pixels around the tile that may be refined. One more is sampled to detect where.
     margin: i32,
-    /// One per pixel, apron included.
+    /// Central sample of each pixel, including the apron.
     centres: Vec<Sample>,
-    /// Per pixel, which block refines it.
+    /// Block that refines each pixel.
     block_of: Vec<Option<u32>>,
     blocks: Vec<Block>,
-    /// Per subsample of each block, the strongest line to its four neighbours.
+    /// Strongest line to the four neighbours, for each subsample of each block.
     lines: Vec<[Line; (SUBSAMPLES * SUBSAMPLES) as usize]>,
 }
 
 impl<'a> Samples<'a> {
+    /// Traces the central ray of each pixel of a tile and its apron.
     fn trace(tile: &Tile, setup: &'a Setup<'a>) -> Self {
         let mut tracer = Tracer::new(setup);
         let (left, top) = (tile.x_px as i32, tile.y_px as i32);
@@ -101,6 +103,7 @@ impl<'a> Samples<'a> {
                 let here = self.index(x, y);
                 let right = (x + 1 < right_end).then(|| self.index(x + 1, y));
                 let below = (y + 1 < bottom_end).then(|| self.index(x, y + 1));
+                // Left and upper neighbours were compared when they were the current pixel.
                 for next in [right, below].into_iter().flatten() {
                     if self.line(&self.centres[here], &self.centres[next]).is_visible() {
                         breaks[here] = true;
@@ -122,6 +125,7 @@ impl<'a> Samples<'a> {
         self.find_lines();
     }
 
+    /// Traces the subsamples of a pixel.
     fn trace_block(&mut self, x: i32, y: i32) -> Block {
         let place = |pixel: i32, sub: i32| {
             f64::from(pixel) + (f64::from(sub) + 0.5) / f64::from(SUBSAMPLES)
@@ -133,8 +137,8 @@ impl<'a> Samples<'a> {
         })
     }
 
-    /// Block and place in it of a subsample, counted from the tile's first; none if its pixel is
-    /// not refined.
+    /// Returns the block of a subsample and its index in it; `None` if its pixel is not refined. Subsamples are counted
+    /// from the tile's first.
     fn subsample(&self, sub_x: i32, sub_y: i32) -> Option<(usize, usize)> {
         let (x, y) = (sub_x.div_euclid(SUBSAMPLES), sub_y.div_euclid(SUBSAMPLES));
         let block = self.block_of[self.index(x, y)]?;
@@ -142,6 +146,7 @@ impl<'a> Samples<'a> {
         Some((block as usize, within as usize))
     }
 
+    /// Finds the lines between neighbouring subsamples of refined pixels.
     fn find_lines(&mut self) {
         self.lines = vec![Default::default(); self.blocks.len()];
         let margin = self.margin;
@@ -149,6 +154,7 @@ impl<'a> Samples<'a> {
             for sub_x in -margin * SUBSAMPLES..(self.width + margin) * SUBSAMPLES {
                 let Some((block, within)) = self.subsample(sub_x, sub_y) else { continue };
                 for (next_x, next_y) in [(sub_x + 1, sub_y), (sub_x, sub_y + 1)] {
+                    // Lines end at pixels that are not refined.
                     let Some((next, next_within)) = self.subsample(next_x, next_y) else {
                         continue;
                     };
@@ -163,6 +169,7 @@ impl<'a> Samples<'a> {
         }
     }
 
+    /// Returns the colour of a pixel: the mean of its subsamples with ink where it is refined or inked.
     fn pixel(&self, x: i32, y: i32, ink: &Ink, shader: &Shader) -> Linear {
         let at = self.index(x, y);
         let block = self.block_of[at].map(|block| &self.blocks[block as usize]);
@@ -180,18 +187,19 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// How strongly lines cover each subsample of a tile.
+/// Line strength at each subsample of a tile.
 struct Ink {
-    /// Subsamples per row.
+    /// Number of subsamples per row.
     width: i32,
     height: i32,
-    /// Row by row; empty where the tile has no lines at all.
+    /// Strengths row by row; empty where the tile has no lines at all.
     strengths: Vec<f32>,
-    /// Pixel by pixel.
+    /// True for pixels that lines touch.
     touched: Vec<bool>,
 }
 
 impl Ink {
+    /// Draws the lines of all subsamples, including those of the apron that reach into the tile.
     fn draw(samples: &Samples<'_>, pen: &Pen) -> Self {
         let (width, height) = (samples.width * SUBSAMPLES, samples.height * SUBSAMPLES);
         let mut ink = Self { width, height, strengths: Vec::new(), touched: Vec::new() };
@@ -200,6 +208,7 @@ impl Ink {
         }
         ink.strengths.resize((width * height) as usize, 0.0);
         ink.touched.resize((samples.width * samples.height) as usize, false);
+        // Subsamples of the apron are included, since their lines reach into the tile.
         let reach = samples.margin * SUBSAMPLES;
         for sub_y in -reach..height + reach {
             for sub_x in -reach..width + reach {
@@ -212,7 +221,7 @@ impl Ink {
         ink
     }
 
-    /// Sets down the pen: a disc, where it is stronger than what is there.
+    /// Draws a disc of the pen, keeping the stronger of new and old strengths.
     fn dot(&mut self, sub_x: i32, sub_y: i32, radius: f64, strength: f32) {
         if strength == 0.0 {
             return;
@@ -221,6 +230,7 @@ impl Ink {
         for y in (sub_y - reach).max(0)..=(sub_y + reach).min(self.height - 1) {
             for x in (sub_x - reach).max(0)..=(sub_x + reach).min(self.width - 1) {
                 let (dx, dy) = (x - sub_x, y - sub_y);
+                // The maximum, not the sum, so that overlapping discs of one line do not darken it.
                 if f64::from(dx * dx + dy * dy) <= radius * radius {
                     let there = &mut self.strengths[(y * self.width + x) as usize];
                     *there = there.max(strength);

@@ -1,10 +1,10 @@
-//! From where a picture is taken.
+//! Viewpoints of images.
 
 use fabkit_geometry::{Angle, Point3, Vector3};
 
 use super::{RenderError, check_size};
 
-/// From where, and how large. The scene is always framed to fit.
+/// Viewpoint and size of an image. The scene is always framed to fit.
 ///
 /// ```
 /// use fabkit_depth::View;
@@ -19,52 +19,50 @@ pub struct View {
     pub width_px: u32,
     /// Image height, px.
     pub height_px: u32,
-    /// Direction in which the viewer looks, scene frame; the image's up is z's as far as possible,
-    /// and y's where the viewer looks along z.
+    /// Viewing direction, scene frame. The image's up is z as far as possible, or y when looking along z.
     pub looking: Vector3<f64>,
-    /// How space is flattened.
+    /// Projection onto the image.
     pub projection: ViewProjection,
-    /// What is taken away before drawing.
+    /// Half-space that is removed before drawing.
     pub cut: Option<SectionCut>,
     /// Free border on each side, as a fraction of the shorter side: 0 to 0.45.
     pub margin: f64,
 }
 
-/// How space is flattened onto the picture.
+/// Projection of space onto the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ViewProjection {
-    /// All rays parallel: lengths in one direction keep their ratios.
+    /// Parallel rays: lengths in one direction keep their ratios.
     Orthographic,
-    /// All rays from one point, which stands as far away as the field of view asks.
+    /// Rays from one point, whose distance follows from the field of view.
     Perspective {
-        /// Angle under which the scene's bounding ball is seen, 1 to 120 degrees; 20 to 30 look
-        /// natural.
+        /// Angle that the scene's bounding ball subtends, 1 to 120 degrees; 20 to 30 look natural.
         field_of_view: Angle,
     },
 }
 
-/// A half-space taken away from every actor; where it cuts a body, the body shows a hatched face.
+/// A half-space removed from every actor. A body that it cuts shows a hatched face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionCut {
-    /// A point on the cutting plane, scene frame, mm.
+    /// Point on the cutting plane, scene frame, mm.
     pub point: Point3<f64>,
-    /// Points into what is taken away; need not be of unit length.
+    /// Direction into the removed half-space; need not be of unit length.
     pub outward: Vector3<f64>,
 }
 
 impl View {
-    /// A view along a direction in the scene frame.
+    /// Creates a view along a direction in the scene frame.
     pub fn along(looking: Vector3<f64>, width_px: u32, height_px: u32) -> Self {
         let projection = ViewProjection::Orthographic;
         Self { width_px, height_px, looking, projection, cut: None, margin: 0.05 }
     }
 
-    /// From the front (-y), the right (+x) and above, all three equally.
+    /// Creates a view from the front (-y), the right (+x) and above, all three equally.
     pub fn isometric(width_px: u32, height_px: u32) -> Self {
         Self::along(Vector3::new(-1.0, 1.0, -1.0), width_px, height_px)
     }
 
-    /// From where the viewer stands: azimuth around z from +x towards +y, elevation over the x-y plane,
+    /// Creates a view from a viewer's direction: azimuth around z from +x towards +y, and elevation over the x-y plane,
     /// degrees. Straight from above or below, y is up.
     ///
     /// ```
@@ -76,22 +74,22 @@ impl View {
     pub fn from_side(azimuth_deg: f64, elevation_deg: f64, width_px: u32, height_px: u32) -> Self {
         let (sin, cos) = azimuth_deg.to_radians().sin_cos();
         let (up, out) = elevation_deg.to_radians().sin_cos();
-        // Of a right angle there is a rounded cosine, which would say which way up the picture is.
+        // The rounded cosine of a right angle is not zero and would decide which way up the image is.
         let out = if out.abs() < 1e-12 { 0.0 } else { out };
         Self::along(Vector3::new(-cos * out, -sin * out, -up), width_px, height_px)
     }
 
-    /// From -y: x to the right, z up.
+    /// Creates a view from -y: x to the right, z up.
     pub fn front(width_px: u32, height_px: u32) -> Self {
         Self::along(Vector3::y(), width_px, height_px)
     }
 
-    /// From above: x to the right, y up.
+    /// Creates a view from above: x to the right, y up.
     pub fn top(width_px: u32, height_px: u32) -> Self {
         Self::along(-Vector3::z(), width_px, height_px)
     }
 
-    /// What is left after a cut, seen from the cut side, a little from the right and from above.
+    /// Creates a view of the remainder of a cut, seen from the cut side, a little from the right and from above.
     pub fn section(
         width_px: u32,
         height_px: u32,
@@ -105,20 +103,21 @@ impl View {
         Self::along(looking, width_px, height_px).cut(point, outward)
     }
 
-    /// Takes away the half-space beyond the plane through `point`, on the side `outward` points to.
+    /// Removes the half-space beyond the plane through `point`, on the side that `outward` points to.
     #[must_use]
     pub fn cut(mut self, point: Point3<f64>, outward: Vector3<f64>) -> Self {
         self.cut = Some(SectionCut { point, outward });
         self
     }
 
-    /// Lets parallel lines meet.
+    /// Sets a perspective projection.
     #[must_use]
     pub fn perspective(mut self, field_of_view: Angle) -> Self {
         self.projection = ViewProjection::Perspective { field_of_view };
         self
     }
 
+    /// Checks size, direction, margin, field of view and cut.
     pub(super) fn validate(&self) -> Result<(), RenderError> {
         check_size(self.width_px, self.height_px)?;
         if !is_direction(&self.looking) {
@@ -134,6 +133,7 @@ impl View {
             }
         }
         match &self.cut {
+            // The cut's direction must be checked here, since `excess_mm` normalises it.
             Some(cut)
                 if !is_direction(&cut.outward) || !cut.point.iter().all(|v| v.is_finite()) =>
             {
@@ -145,19 +145,19 @@ impl View {
 }
 
 impl SectionCut {
-    /// How far a point lies in what is taken away, mm; negative in what stays.
+    /// Signed distance of a point into the removed half-space, mm; negative in the part that stays.
     pub(super) fn excess_mm(&self, point: &Point3<f64>) -> f64 {
         (point - self.point).dot(&self.outward.normalize())
     }
 
-    /// Collects the corners of what the cut leaves of a box.
+    /// Collects the corners of the part of a box that the cut leaves.
     pub(super) fn keep_of_box(&self, corners: &[Point3<f64>; 8], points: &mut Vec<Point3<f64>>) {
         for (index, corner) in corners.iter().enumerate() {
             let excess = self.excess_mm(corner);
             if excess <= 0.0 {
                 points.push(*corner);
             }
-            // Corners that differ in one bit are joined by an edge.
+            // Indices of corners that share an edge differ in one bit.
             for other in (0..3).map(|axis| index | 1 << axis).filter(|&other| other > index) {
                 let other_excess = self.excess_mm(&corners[other]);
                 if excess * other_excess < 0.0 {
@@ -169,7 +169,7 @@ impl SectionCut {
     }
 }
 
-/// Normalising must neither overflow nor lose the direction.
+/// Returns whether a vector can be normalised without overflow or loss of its direction.
 fn is_direction(vector: &Vector3<f64>) -> bool {
     let norm = vector.norm();
     norm.is_finite() && norm > 1e-100

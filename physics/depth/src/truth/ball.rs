@@ -1,11 +1,11 @@
-//! Balls around bodies: the cheapest question about a ray.
+//! Bounding balls, the cheapest test of a ray.
 
 use fabkit_geometry::{Aabb, Point3, Pose, Ray, Vector3};
 
-/// Balls grow by this share, so that rounding hides nothing of what lies on them.
+/// Relative growth of balls, so that rounding hides no point on them.
 const GROWTH: f64 = 1e-6;
 
-/// A ball that holds a body.
+/// Bounding ball of a body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ball {
     pub(super) centre: Point3<f64>,
@@ -13,7 +13,7 @@ pub(super) struct Ball {
 }
 
 impl Ball {
-    /// Around a box given in another frame; `None` around an empty one, endless around an endless
+    /// Bounds a box that is given in another frame. Returns `None` for an empty box, an infinite ball for an infinite
     /// one.
     pub(super) fn around(bounds: &Aabb, to_here: &Pose) -> Option<Self> {
         if bounds.is_empty() {
@@ -26,7 +26,7 @@ impl Ball {
         Some(Self { centre: to_here.point(bounds.centre()), radius_mm })
     }
 
-    /// Whether the line of a ray of unit direction may pass through.
+    /// Returns whether the line of a ray of unit direction may pass through the ball.
     #[inline]
     pub(super) fn may_meet(&self, ray: &Ray) -> bool {
         let towards = self.centre - ray.origin;

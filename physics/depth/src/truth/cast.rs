@@ -1,4 +1,4 @@
-//! Casting pressers, once per press.
+//! Depth maps by casting rays against indenters.
 
 use fabkit_geometry::{Scratch, Vector3};
 use rayon::prelude::*;
@@ -9,8 +9,8 @@ use super::reference::ReferenceSurface;
 use super::tiles::Tile;
 
 impl ReferenceSurface<'_> {
-    /// A map from what was kept of it, mm and labels, row by row, without normals: what has moved by less than `still_mm` is
-    /// at rest.
+    /// Restores a map from stored indentations, mm, and labels, row by row. The map has no normals of its own.
+    /// Indentations below `still_mm` count as zero.
     pub fn indented(&self, indentation_mm: &[f32], label: &[u8], still_mm: f64) -> DepthMap<'_> {
         let mut map = self.untouched();
         for (range_mm, by_mm) in map.range_mm.iter_mut().zip(indentation_mm) {
@@ -23,7 +23,7 @@ impl ReferenceSurface<'_> {
         map
     }
 
-    /// The map without contact.
+    /// Returns the map without contact.
     pub fn untouched(&self) -> DepthMap<'_> {
         let seen = |range: &f64| if range.is_finite() { SURFACE_LABEL } else { NO_LABEL };
         DepthMap {
@@ -35,12 +35,13 @@ impl ReferenceSurface<'_> {
         }
     }
 
-    /// The map with pressers, whose labels follow [`SURFACE_LABEL`] in their order.
+    /// Computes the map of indenters pressed in rigidly. Their labels follow [`SURFACE_LABEL`] in list order.
     ///
-    /// The nearest presser wins; where two are equally near, the first in the list.
+    /// The nearest indenter wins; of two at equal range, the first in the list.
     pub fn pressed(&self, pressers: &[Presser]) -> DepthMap<'_> {
         let mut map = self.untouched();
         map.names.extend(pressers.iter().map(|presser| presser.name.clone()));
+        // Labels count all indenters, including those that lie wholly outside of the surface.
         let reached = pressers.iter().map(|presser| presser.reach(&self.touch));
         let reached: Vec<_> = (SURFACE_LABEL + 1..)
             .zip(pressers)
@@ -61,6 +62,7 @@ impl ReferenceSurface<'_> {
         map
     }
 
+    /// Casts the rays of a tile against the indenters that it may see.
     fn press_tile(
         &self,
         tile: &Tile,
@@ -76,7 +78,7 @@ impl ReferenceSurface<'_> {
         for pixel in tile.pixels(self.rays.width_px()) {
             let Some(ray) = self.rays.ray(pixel) else { continue };
             let mut nearest_mm = self.range_mm[pixel];
-            // Where the surface is not seen nothing presses into it.
+            // Pixels that do not see the surface cannot see a press either.
             if nearest_mm.is_nan() {
                 continue;
             }
@@ -87,7 +89,7 @@ impl ReferenceSurface<'_> {
                         presser.entry(&ray, reach, nearest_mm, scratch)
                 {
                     nearest_mm = range_mm;
-                    // Out of the gel is into the presser.
+                    // The indenter's outward normal points into the gel; normals of the map point out of it.
                     first = Some(Touched { pixel, range_mm, normal: -normal, label: *label });
                 }
             }
@@ -97,7 +99,7 @@ impl ReferenceSurface<'_> {
     }
 }
 
-/// A pixel that sees a presser.
+/// A pixel that sees an indenter.
 struct Touched {
     pixel: usize,
     range_mm: f64,

@@ -1,12 +1,11 @@
-//! A smooth transition around contacts, for gels that do not follow a steep flank.
+//! Smooth transition around contacts, for gels that do not follow a steep flank.
 //!
-//! Rigid contact ends where the presser's surface ends: beside a punch the gel would stand as a
-//! wall. A skin under tension hangs from the edge instead and comes back to rest at some distance.
-//! The transition here is geometric, not mechanical: around each point of contact the indentation
-//! `d` spreads over the surface as `d * fade(s / radius)`, `s` being the straight distance between
-//! points of the unpressed surface; the largest contribution counts, and never less than rigid
-//! contact. `fade(x) = (1 - x)^2 (1 + 2 x)` falls from 1 to 0 with level ends, so that nothing has
-//! a kink but where two contributions meet.
+//! Rigid contact ends where the indenter's surface ends: beside a punch the gel would stand as a wall. A skin under
+//! tension instead hangs from the edge and returns to rest at some distance. The transition here is geometric, not
+//! mechanical. Around each point of contact the indentation `d` spreads over the surface as `d * fade(s / radius)`,
+//! where `s` is the straight distance between points of the undeformed surface. The largest contribution counts, and
+//! never less than rigid contact. `fade(x) = (1 - x)^2 (1 + 2 x)` falls from 1 to 0 with zero slope at both ends, so
+//! that kinks arise only where two contributions meet.
 
 use std::collections::BTreeMap;
 
@@ -15,17 +14,17 @@ use rayon::prelude::*;
 
 use super::map::DepthMap;
 
-/// Indentations below this spread no further, mm.
+/// Smallest indentation that spreads, mm.
 const LEAST_MM: f64 = 1e-6;
 
 type Cell = [i64; 3];
 
 impl DepthMap<'_> {
-    /// The same press with a transition of `radius_mm` around its contacts.
+    /// Adds a transition of `radius_mm` around the contacts of the press.
     ///
-    /// Labels and [`DepthMap::contact`] stay those of rigid contact. Normals of pixels that moved
-    /// come from the neighbouring points of the map, since the moved surface has no closed form.
-    /// A radius that is not above 0 changes nothing.
+    /// Labels and [`DepthMap::contact`] stay those of rigid contact. Normals of displaced pixels are computed from
+    /// neighbouring points of the map, since the displaced surface has no closed form. A radius that is not positive
+    /// and finite changes nothing.
     #[must_use]
     pub fn with_membrane(mut self, radius_mm: f64) -> Self {
         if !(radius_mm > 0.0 && radius_mm.is_finite()) {
@@ -50,10 +49,11 @@ impl DepthMap<'_> {
             }
             let [x, y, z] = cell(point);
             let mut largest_mm = rigid_mm[pixel];
+            // Cells are as wide as the radius, so the 27 around a point hold all contacts that reach it.
             for near in (0..27).map(|i| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1]) {
                 for &contact in contacts.get(&near).into_iter().flatten() {
                     let contact = contact as usize;
-                    // Cheaper than the distance, and most contributions fail it.
+                    // This test is cheaper than the distance, and rejects most contributions.
                     if rigid_mm[contact] <= largest_mm {
                         continue;
                     }
@@ -77,7 +77,7 @@ impl DepthMap<'_> {
         self
     }
 
-    /// Across the differences along row and column, out of the gel; `None` at a lone pixel.
+    /// Computes a normal out of the gel from differences along row and column; `None` at an isolated pixel.
     fn normal_from_neighbours(&self, points: &[Point3<f64>], pixel: usize) -> Option<Vector3<f64>> {
         let (width, height) = (self.width_px() as usize, self.height_px() as usize);
         let (column, row) = (pixel % width, pixel / width);
@@ -85,13 +85,14 @@ impl DepthMap<'_> {
             - points[pixel + usize::from(column + 1 < width)];
         let down = points[pixel - width * usize::from(row > 0)]
             - points[pixel + width * usize::from(row + 1 < height)];
+        // NaN neighbours, where no surface is seen, yield no normal.
         let normal = across.cross(&down).try_normalize(0.0).filter(|n| n.x.is_finite())?;
         let ray = self.surface.rays().ray(pixel)?;
         Some(if normal.dot(&ray.direction) < 0.0 { -normal } else { normal })
     }
 }
 
-/// From 1 at 0 to 0 at 1, level at both ends.
+/// Weight of a contribution: 1 at 0, 0 from 1 on, with zero slope at both ends.
 fn fade(x: f64) -> f64 {
     if x < 1.0 { (1.0 - x) * (1.0 - x) * (1.0 + 2.0 * x) } else { 0.0 }
 }

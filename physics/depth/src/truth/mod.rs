@@ -1,25 +1,23 @@
-//! Exact ground truth: what a camera inside a sensor sees of its surface, pressed or not.
+//! Exact ground truth of what a camera inside a sensor sees of its surface, with or without a press.
 //!
 //! # Model
 //!
-//! The camera looks at the sensing surface from within. Without contact it sees the *reference*
-//! surface. A rigid body that is pressed in takes the place of gel, which follows it
-//! (`rigid` contact): along each camera ray the first thing met is either the reference surface,
-//! from inside, or a presser, from outside. Both are exact crossings of exact solids; there is no
-//! mesh, no z-buffer and no resampling. Rays that go [through](PixelRays::through) a sensor's bodies are
-//! bent by what is clear and end at what is not.
+//! The camera looks at the sensing surface from within. Without contact it sees the *reference* surface. A rigid
+//! indenter displaces the gel, which follows it (`rigid` contact): each camera ray ends at whichever comes first, the
+//! reference surface from inside or an indenter from outside. Both are exact crossings of exact solids; there is no
+//! mesh, no z-buffer and no resampling. Rays traced [through](PixelRays::through) a sensor's bodies are refracted by
+//! clear ones and end at opaque ones.
 //!
 //! # Conventions
 //!
-//! - Points, normals and poses are in the sensor frame unless a name says otherwise; lengths in mm.
-//! - Normals point out of the gel: at the reference surface outwards, on a presser into it.
-//! - *Range* is the distance along the ray from where it enters the gel: where it was bent last on its way
-//!   through the drawn bodies, or on the camera's own interface; the lens's centre where nothing bends it.
-//!   *z* is the third coordinate in the camera frame. They are never mixed.
+//! - Points, normals and poses are in the sensor frame unless a name says otherwise; lengths are in mm.
+//! - Normals point out of the gel: outwards on the reference surface, into the indenter on an indenter.
+//! - *Range* is the distance along the ray from where it enters the gel: from its last refraction in the drawn bodies,
+//!   or at the camera's own interface; from the lens's centre where nothing refracts it. *z* is the third coordinate in
+//!   the camera frame. They are never mixed.
 //! - *Indentation* is the range without contact minus the range with it, along the same ray.
-//! - Pixels are stored row by row, the first one at the upper left; `NaN` marks pixels that see no
-//!   sensing surface.
-//! - Same input, same bits, on any number of threads.
+//! - Pixels are stored row by row, the first one at the upper left; `NaN` marks pixels that see no sensing surface.
+//! - The same input yields the same bits on any number of threads.
 
 mod ball;
 mod cast;

@@ -1,23 +1,23 @@
-//! Maps as pictures: colours for millimetres, with a scale.
+//! False-colour images of maps, with a scale in millimetres.
 
 use crate::Picture;
 
-/// Anchors of a scale whose lightness grows evenly, dark violet to yellow, so that it also reads
-/// in grey and with any colour vision. sRGB.
+/// Anchors of the colour scale, sRGB. Lightness rises evenly from dark violet to yellow, so that it also reads in grey
+/// and with any colour vision.
 const SCALE: [[u8; 3]; 6] =
     [[68, 1, 84], [65, 68, 135], [42, 120, 142], [34, 168, 132], [122, 209, 81], [253, 231, 37]];
 
-/// Of pixels without a value.
+/// Colour of pixels without a value.
 const NOTHING: [u8; 3] = [236, 236, 240];
 const PAPER: [u8; 3] = [255, 255, 255];
 const INK: [u8; 3] = [30, 30, 36];
 
-/// Width of the margin that holds the scale, and of the scale in it, px.
+/// Width of the margin that holds the scale, and of the scale's bar in it, px.
 const MARGIN_PX: u32 = 84;
 const BAR_PX: u32 = 14;
 const TICKS: u32 = 5;
 
-/// Digits of 3 x 5 dots, a bit each, the first row in the highest bits; drawn at twice their size.
+/// Glyphs of 3 x 5 dots, one bit each, the first row in the highest bits; drawn at twice their size.
 const GLYPHS: [(char, u16); 13] = [
     ('0', 0b111_101_101_101_111),
     ('1', 0b010_110_010_010_111),
@@ -35,7 +35,7 @@ const GLYPHS: [(char, u16); 13] = [
 ];
 const DOT_PX: u32 = 2;
 
-/// The colour of a value between `low` and `high`.
+/// Returns the colour of a value between `low` and `high`.
 pub fn scale_color(value: f64, [low, high]: [f64; 2]) -> [u8; 3] {
     if !value.is_finite() {
         return NOTHING;
@@ -51,9 +51,9 @@ pub fn scale_color(value: f64, [low, high]: [f64; 2]) -> [u8; 3] {
     })
 }
 
-/// A map with a scale on its right: millimetres, row by row; `NaN` is left blank.
+/// Draws a map, in millimetres, row by row, with a scale on its right; `NaN` pixels stay blank.
 ///
-/// `range_mm` is what the ends of the scale mean; without it, the smallest and the largest value.
+/// `range_mm` sets the ends of the scale; without it they are the smallest and the largest value.
 pub fn false_color(width_px: u32, values_mm: &[f64], range_mm: Option<[f64; 2]>) -> Picture {
     let height_px = values_mm.len() as u32 / width_px.max(1);
     let finite = values_mm.iter().copied().filter(|value| value.is_finite());
@@ -70,7 +70,7 @@ pub fn false_color(width_px: u32, values_mm: &[f64], range_mm: Option<[f64; 2]>)
     let (top, bottom) = (glyph_px, height_px.saturating_sub(2 * glyph_px).max(glyph_px + 1));
     let left = width_px + 8;
     for row in top..bottom {
-        // The largest value is on top.
+        // The largest value is at the top.
         let share = f64::from(bottom - 1 - row) / f64::from((bottom - 1 - top).max(1));
         let color = scale_color(range[0] + share * (range[1] - range[0]), range);
         (left..left + BAR_PX).for_each(|column| canvas.set(column, row, color));
@@ -98,7 +98,7 @@ impl Canvas {
         Self { picture: Picture { width_px, height_px, rgb } }
     }
 
-    /// What lies outside is not drawn.
+    /// Sets a pixel; pixels outside the image are ignored.
     fn set(&mut self, column: u32, row: u32, color: [u8; 3]) {
         let Picture { width_px, height_px, rgb } = &mut self.picture;
         if column < *width_px && row < *height_px {
@@ -107,6 +107,7 @@ impl Canvas {
         }
     }
 
+    /// Writes a text with its top left corner at a pixel.
     fn write(&mut self, text: &str, left: u32, top: u32) {
         for (i, c) in text.chars().enumerate() {
             let Some((_, dots)) = GLYPHS.iter().find(|(glyph, _)| *glyph == c) else { continue };

@@ -1,4 +1,4 @@
-//! Rigid bodies that are pressed in, and how much of them there is to see.
+//! Rigid indenters, and their extent inside the surface.
 
 use fabkit_geometry::{
     Aabb, CompiledSolid, InvalidSolid, Point3, Pose, Ray, Scratch, Solid, TouchSurface, Vector3,
@@ -8,34 +8,34 @@ use fabkit_optics::START_MM;
 use super::ball::Ball;
 use crate::cast::{BOX_SLACK_MM, box_entry};
 
-/// Parts that each side of a presser's box is cut into, to find those inside of the surface.
+/// Number of cells along each side of an indenter's box, when finding the part inside the surface.
 const CELLS: usize = 6;
 
-/// A rigid body that is pressed into the surface.
+/// A rigid indenter at a pose.
 #[derive(Clone, Debug)]
 pub struct Presser {
-    /// For the list of labels, for example `protrusion 3`.
+    /// Name for the list of labels, for example `protrusion 3`.
     pub name: String,
-    /// Its shape.
+    /// Shape in its own frame.
     body: CompiledSolid,
     sensor_from_body: Pose,
     body_from_sensor: Pose,
 }
 
-/// Around all of a presser that lies inside of the surface: rays get no further.
+/// Bounds of the part of an indenter inside the surface. Rays do not get farther out.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reach {
-    /// In the presser's frame.
+    /// Box in the indenter's frame.
     bounds: Aabb,
-    /// In the sensor frame.
+    /// Ball in the sensor frame.
     pub(super) ball: Ball,
 }
 
 impl Presser {
-    /// A solid in its place.
+    /// Creates an indenter from a solid and its pose.
     ///
     /// # Errors
-    /// A solid that is none.
+    /// An invalid solid.
     pub fn new(
         name: impl Into<String>,
         solid: &Solid,
@@ -46,15 +46,14 @@ impl Presser {
         Ok(Self { name: name.into(), body, sensor_from_body, body_from_sensor })
     }
 
-    /// Whether a point of the sensor frame lies inside.
+    /// Returns whether a point of the sensor frame lies inside.
     pub fn contains(&self, point_in_sensor: &Point3<f64>) -> bool {
         self.body.contains(&self.body_from_sensor.point(*point_in_sensor))
     }
 
-    /// What of it is inside of a surface; `None` if nothing is.
+    /// Bounds the part of the indenter inside a surface; `None` if there is none.
     ///
-    /// A part of its box belongs to that unless its middle is further outside than its corners are
-    /// from its middle.
+    /// A cell of its box counts unless its centre is farther outside than its corners are from its centre.
     pub(super) fn reach(&self, touch: &TouchSurface) -> Option<Reach> {
         let whole = self.body.bounds().grown(BOX_SLACK_MM);
         if whole.is_empty() {
@@ -65,6 +64,7 @@ impl Presser {
         Some(Reach { bounds, ball })
     }
 
+    /// Bounds the cells of a finite box that may reach inside the surface.
     fn part_inside(&self, whole: &Aabb, touch: &TouchSurface) -> Aabb {
         let cell = Vector3::from(whole.size_mm()) / CELLS as f64;
         let radius_mm = 0.5 * cell.norm() + BOX_SLACK_MM;
@@ -73,6 +73,7 @@ impl Presser {
             let place = [i % CELLS, i / CELLS % CELLS, i / CELLS.pow(2)].map(|k| k as f64);
             let min = whole.min + cell.component_mul(&Vector3::from(place));
             let middle = self.sensor_from_body.point(min + 0.5 * cell);
+            // The cell's bounding ball reaches the surface.
             if touch.depth_mm(&middle).0 >= -radius_mm {
                 inside = inside.hull(&Aabb { min, max: min + cell });
             }
@@ -80,8 +81,8 @@ impl Presser {
         if inside.is_empty() { inside } else { inside.grown(BOX_SLACK_MM) }
     }
 
-    /// Where a ray first enters, if it does so before `end_mm`, with the normal out of the presser in
-    /// the sensor frame.
+    /// Finds where a ray first enters the indenter, if before `end_mm`. Returns the range and the normal out of the
+    /// indenter, in the sensor frame.
     pub(super) fn entry(
         &self,
         ray: &Ray,

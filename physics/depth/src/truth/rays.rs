@@ -11,62 +11,61 @@ use rayon::prelude::*;
 use super::tiles::{Tile, tiles};
 use super::transfer::Transfer;
 
-/// The rays of all pixels in the sensor frame, computed once and used for every press.
+/// Rays of all pixels in the sensor frame, computed once and used for every press.
 #[derive(Clone, Debug)]
 pub struct PixelRays {
     width_px: u32,
     height_px: u32,
-    /// The first row's place in the image.
+    /// Row of the image that the first row of rays belongs to.
     top: u32,
     camera: Camera,
-    /// Rays along each side of a pixel.
+    /// Number of rays along each side of a pixel.
     samples: u32,
-    /// Unit, row by row; NaN where the lens does not reach.
+    /// Unit directions, row by row; NaN outside the lens.
     directions: Vec<Vector3<f64>>,
     origins: Origins,
     camera_from_sensor: Pose,
     tiles: Vec<Tile>,
-    /// What each sees in a sensor's bodies; empty if it was not followed through them.
+    /// Code of what each ray sees in the sensor's bodies; empty if the rays were not traced through them.
     seen_by: Vec<u8>,
-    /// What the numbers in that mean.
+    /// Names of these codes.
     seen_by_names: Vec<String>,
-    /// What bent them, if anything did but the camera's own interface.
+    /// Media that refract the rays, if anything but the camera's own interface does.
     media: Option<Arc<Sights>>,
-    /// How they change with the rays that leave the camera, once somebody asks.
+    /// Derivatives by the rays that leave the camera, computed on first use.
     transfer: OnceLock<Arc<Transfer>>,
 }
 
-/// What a ray sees that has no direction or leaves the sensor, in [`PixelRays::seen_by`].
+/// Code in [`PixelRays::seen_by`] of a ray without direction, or one that leaves the sensor.
 pub(super) const SEES_NOTHING: u8 = 0;
-/// The sensing surface, in the same.
+/// Code of the sensing surface.
 pub(super) const SEES_SURFACE: u8 = 1;
-/// The first body.
+/// Code of the first body.
 const FIRST_BODY: u8 = 2;
 
-/// Where rays start, sensor frame. Most cameras have one centre; reading it for each ray again
-/// would take longer than casting the ray.
+/// Origins of the rays, sensor frame. Most cameras have a single centre; loading an origin for each ray would take
+/// longer than casting the ray.
 #[derive(Clone, Debug)]
 enum Origins {
     Common(Point3<f64>),
-    /// Behind an interface each ray leaves it at its own place.
+    /// One origin per ray: behind an interface each leaves it at its own point.
     Own(Vec<Point3<f64>>),
 }
 
 impl PixelRays {
-    /// The rays through the centres of all pixels.
+    /// Creates the rays through the centres of all pixels.
     pub fn new(camera: &Camera, sensor_from_camera: &Pose) -> Self {
         Self::with_samples(camera, sensor_from_camera, 1)
     }
 
-    /// The rays of an image whose pixels are split into `samples` x `samples`: `samples` times as
-    /// wide and as high.
+    /// Creates the rays of an image whose pixels are split into `samples` x `samples`: `samples` times as wide and as
+    /// high.
     pub fn with_samples(camera: &Camera, sensor_from_camera: &Pose, samples: u32) -> Self {
         Self::of_rows(camera, sensor_from_camera, samples, 0..camera.height_px() * samples.max(1))
     }
 
-    /// Some rows of [`PixelRays::with_samples`]: an image as high as there are rows, each ray the same
-    /// as in the whole. What needs too much memory at once is cast in pieces. Rows below the image are
-    /// left out.
+    /// Creates some rows of [`PixelRays::with_samples`]: an image as high as there are rows, each ray the same as in
+    /// the whole. It serves to work in pieces where the whole needs too much memory. Rows below the image are left out.
     pub fn of_rows(
         camera: &Camera,
         sensor_from_camera: &Pose,
@@ -87,6 +86,7 @@ impl PixelRays {
             (origin, sensor_from_camera.vector(ray.direction))
         };
         let pixels = (0..width_px as usize * height_px as usize).into_par_iter();
+        // Only an interface of the camera's own gives each ray its own origin.
         let (origins, directions) = match camera.interface() {
             Interface::None | Interface::Drawn => {
                 let centre = sensor_from_camera.point(Point3::origin());
@@ -116,8 +116,8 @@ impl PixelRays {
         rays
     }
 
-    /// The same rays behind the media of a sensor: each starts where it was bent last, and those that do not
-    /// reach the sensing surface know what they see instead.
+    /// Traces the rays through the media of a sensor. Each then starts at its last refraction, and rays that miss the
+    /// sensing surface record what they see instead.
     #[must_use]
     pub fn through(mut self, sights: &Arc<Sights>) -> Self {
         let stack = sights.stack();
@@ -132,8 +132,10 @@ impl PixelRays {
             Origins::Common(origin) => vec![origin; self.directions.len()],
         };
         let mut seen_by = vec![SEES_NOTHING; self.directions.len()];
+        // A camera with an interface of its own starts its rays there; what lies before it can still hide them.
         let hiding = common.is_none().then_some(&pupil);
         follow_all(stack, width, &mut origins, &mut self.directions, &mut seen_by, hiding);
+        // Nothing was refracted: keep the single origin.
         self.origins = match common {
             Some(origin) if origins.iter().all(|own| *own == origin) => Origins::Common(origin),
             _ => Origins::Own(origins),
@@ -150,17 +152,18 @@ impl PixelRays {
         self
     }
 
-    /// How they change with the rays that leave the camera; nothing where those go straight on.
+    /// Returns the derivatives of the rays by those that leave the camera; `None` if nothing refracts them.
     pub(super) fn transfer(&self) -> Option<&Transfer> {
         let media = self.media.as_ref()?;
         if self.transfer.get().is_none() {
-            // Not within the lock: a thread that waits for its parts may take up other work, and ask for this again.
+            // Not computed inside the lock's initialiser: a thread that waits for its parallel parts may take up other
+            // work, and call this again.
             let _ = self.transfer.set(Arc::new(Transfer::of(self, media)));
         }
         self.transfer.get().map(Arc::as_ref)
     }
 
-    /// A pixel's ray as it leaves the camera, sensor frame; `None` where the lens does not reach.
+    /// Returns a pixel's ray as it leaves the camera, sensor frame; `None` outside the lens.
     pub(super) fn leaving(&self, pixel: usize) -> Option<Ray> {
         let ray = self.camera.unproject(&self.at_px(pixel)).ok()?;
         let sensor_from_camera = self.camera_from_sensor.inverse();
@@ -168,68 +171,67 @@ impl PixelRays {
         Some(Ray { origin, direction: sensor_from_camera.vector(ray.direction) })
     }
 
-    /// Where a ray that leaves the camera is followed from.
+    /// Returns the ray from which a ray that leaves the camera is traced.
     pub(super) fn entered(&self, leaving: &Ray) -> Ray {
         self.media.as_ref().map_or(*leaving, |media| media.stack().entered(leaving))
     }
 
-    /// What each ray sees: an index into [`PixelRays::seen_by_names`], row by row; empty if the rays were
-    /// not followed through a sensor's bodies.
+    /// Code of what each ray sees, an index into [`PixelRays::seen_by_names`], row by row; empty if the rays were not
+    /// traced through a sensor's bodies.
     pub fn seen_by(&self) -> &[u8] {
         &self.seen_by
     }
 
-    /// `nothing`, `surface`, then bodies, and `total reflection`.
+    /// Names of the codes: `nothing`, `surface`, then the bodies, and `total reflection`.
     pub fn seen_by_names(&self) -> &[String] {
         &self.seen_by_names
     }
 
-    /// The ray of a pixel that nothing keeps from the sensing surface, as far as that is known.
+    /// Returns the ray of a pixel unless it is known not to reach the sensing surface.
     #[inline]
     pub(super) fn free_ray(&self, pixel: usize) -> Option<Ray> {
         let is_free = self.seen_by.get(pixel).is_none_or(|by| *by == SEES_SURFACE);
         if is_free { self.ray(pixel) } else { None }
     }
 
-    /// Columns.
+    /// Number of columns.
     pub fn width_px(&self) -> u32 {
         self.width_px
     }
 
-    /// Rows.
+    /// Number of rows.
     pub fn height_px(&self) -> u32 {
         self.height_px
     }
 
-    /// How many there are, those outside the lens included.
+    /// Number of rays, including those outside the lens.
     pub fn len(&self) -> usize {
         self.directions.len()
     }
 
-    /// Whether there are none; a whole image has at least one pixel.
+    /// Returns whether there are no rays; a whole image has at least one.
     pub fn is_empty(&self) -> bool {
         self.directions.is_empty()
     }
 
-    /// The camera whose rays these are.
+    /// Returns the camera of these rays.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// Sensor frame to camera frame, mm.
+    /// Transform from the sensor frame to the camera frame, mm.
     pub fn camera_from_sensor(&self) -> &Pose {
         &self.camera_from_sensor
     }
 
-    /// Where in the camera's image a ray starts, column and row, px; by its place in the list.
+    /// Returns the position in the camera's image, column and row, px, of a ray by its index.
     pub fn at_px(&self, pixel: usize) -> Point2<f64> {
         let (column, row) = (pixel as u32 % self.width_px, pixel as u32 / self.width_px);
         let row = self.top + row;
         Point2::new(middle(column, self.samples), middle(row, self.samples))
     }
 
-    /// The ray of a pixel by its place in the list, `row * width + column`; `None` where the lens
-    /// does not reach.
+    /// Returns the ray of a pixel by its index `row * width + column`; `None` outside the lens.
     #[inline]
     pub fn ray(&self, pixel: usize) -> Option<Ray> {
         let direction = self.directions[pixel];
@@ -240,20 +242,21 @@ impl PixelRays {
         (!direction.x.is_nan()).then_some(Ray { origin, direction })
     }
 
-    /// The third coordinate in the camera frame of a point in the sensor frame, mm.
+    /// Third coordinate in the camera frame of a point in the sensor frame, mm.
     #[inline]
     pub fn z_mm(&self, point_in_sensor: &Point3<f64>) -> f64 {
         self.camera_from_sensor.point(*point_in_sensor).z
     }
 
-    /// Neighbouring rays together.
+    /// Tiles of neighbouring rays.
     pub(super) fn tiles(&self) -> &[Tile] {
         &self.tiles
     }
 }
 
-/// Follows rays, row by row, each as its origin and its direction, of which nothing is known yet; where they start behind an
-/// interface of the camera's own, what hides that from the pupil ends them.
+/// Traces rays to their ends, row by row, where `seen_by` has no code yet, and replaces origins and directions by those
+/// of the last segments. If the rays start at an interface of the camera, `hiding` is the pupil: bodies between pupil
+/// and interface end the rays.
 pub(super) fn follow_all(
     stack: &Stack,
     width: usize,
@@ -264,7 +267,7 @@ pub(super) fn follow_all(
 ) {
     let bodies = stack.names().len() as u8;
     let bundles = Bundles::new(stack);
-    // Strips as high as a tile: each belongs to one thread. Bands of rows begin where strips do, so that
+    // Strips are as high as a tile, and each belongs to one thread. Bands of rows begin where strips do, so that
     // bundles are the same in a band as in the whole.
     let strip = TILE as usize * width;
     let strips = origins.par_chunks_mut(strip).zip(directions.par_chunks_mut(strip));
@@ -280,25 +283,26 @@ pub(super) fn follow_all(
     );
 }
 
-/// Rows of rays that one thread follows.
+/// Rows of rays that one thread traces.
 struct Strip<'a> {
     stack: &'a Stack,
     width: usize,
     origins: &'a mut [Point3<f64>],
     directions: &'a mut [Vector3<f64>],
     seen_by: &'a mut [u8],
-    /// How many kinds of bodies there are.
+    /// Number of distinct bodies.
     bodies: u8,
 }
 
 impl Strip<'_> {
-    /// Follows all rays of which nothing is known yet to their ends.
+    /// Traces all rays without a code yet to their ends.
     fn follow(&mut self, tracer: &mut TileTracer) {
         for columns in self.tiles() {
             let mut paths = Vec::new();
             let ray = |column: u32, row: u32| {
                 let at = row as usize * self.width + column as usize;
                 let (origin, direction) = (self.origins[at], self.directions[at]);
+                // Rays that are already hidden keep their code.
                 let is_open = self.seen_by[at] == SEES_NOTHING && !direction.x.is_nan();
                 is_open.then(|| self.stack.entered(&Ray { origin, direction }))
             };
@@ -312,11 +316,12 @@ impl Strip<'_> {
         }
     }
 
-    /// Between the pupil and where rays start, for a camera with an interface of its own.
+    /// Ends rays that are hidden between the pupil and the camera's own interface.
     fn look_for_what_hides(&mut self, tracer: &mut TileTracer, pupil: &Point3<f64>) {
         for columns in self.tiles() {
             let mut hidden = Vec::new();
             let ray = |column: u32, row: u32| {
+                // A ray from the pupil to the point on the interface where the camera's ray starts.
                 let to = self.origins[row as usize * self.width + column as usize] - pupil;
                 Some(Ray { origin: *pupil, direction: to.try_normalize(0.0)? })
             };
@@ -351,7 +356,7 @@ impl Strip<'_> {
     }
 }
 
-/// Of the i-th sample along a side. The middle of the first of n lies half a sample inside the
+/// Returns the pixel coordinate of the i-th sample along a side. The first of n samples lies half a sample inside the
 /// first pixel's edge.
 fn middle(i: u32, samples: u32) -> f64 {
     (f64::from(i) + 0.5) / f64::from(samples) - 0.5

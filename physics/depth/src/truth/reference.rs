@@ -1,4 +1,4 @@
-//! The surface without contact, cast once per camera.
+//! Undeformed sensing surface, cast once per camera.
 
 use fabkit_geometry::{InvalidSolid, Scratch, TouchSurface, Vector3};
 use fabkit_optics::SensingSurface;
@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use super::PixelRays;
 
-/// The sensing surface as one camera sees it without contact.
+/// Sensing surface as one camera sees it without contact.
 #[derive(Clone, Debug)]
 pub struct ReferenceSurface<'a> {
     pub(super) rays: &'a PixelRays,
     pub(super) touch: TouchSurface,
     inside: SensingSurface,
-    /// Row by row; `NaN` where the surface is not seen.
+    /// Range of each pixel, mm, row by row; `NaN` where the surface is not seen.
     pub(super) range_mm: Vec<f64>,
 }
 
@@ -20,7 +20,7 @@ impl<'a> ReferenceSurface<'a> {
     /// Casts every ray against the touch surface of a sensor.
     ///
     /// # Errors
-    /// Dimensions that make no solid.
+    /// Dimensions that do not form a solid.
     pub fn cast(touch: &TouchSurface, rays: &'a PixelRays) -> Result<Self, InvalidSolid> {
         let (inside, touch) = (SensingSurface::new(touch)?, touch.clone());
         let mut surface = Self { rays, touch, inside, range_mm: Vec::new() };
@@ -28,7 +28,7 @@ impl<'a> ReferenceSurface<'a> {
         Ok(surface)
     }
 
-    /// Something of each ray's exit, by its range and the outward normal there.
+    /// Computes a value of each ray from its exit: range and outward normal.
     #[inline]
     fn exits<T: Clone + Send>(
         &self,
@@ -51,23 +51,23 @@ impl<'a> ReferenceSurface<'a> {
         all
     }
 
-    /// The rays it was cast with.
+    /// Returns the rays of the surface.
     pub fn rays(&self) -> &'a PixelRays {
         self.rays
     }
 
-    /// Range of the surface at a pixel, mm; `NaN` where it is not seen.
+    /// Range of each pixel, mm; `NaN` where the surface is not seen.
     pub fn range_mm(&self) -> &[f64] {
         &self.range_mm
     }
 
-    /// Unit normals out of the gel, sensor frame; `NaN` where the surface is not seen. Computed at
-    /// each call: most maps are only asked for their ranges.
+    /// Computes the unit normals out of the gel, sensor frame; `NaN` where the surface is not seen. They are recomputed
+    /// at each call, since most callers need ranges only.
     pub fn normal_in_sensor(&self) -> Vec<Vector3<f64>> {
         self.exits(Vector3::repeat(f64::NAN), |_, outward| outward)
     }
 
-    /// How many pixels see the surface.
+    /// Number of pixels that see the surface.
     pub fn seen(&self) -> usize {
         self.range_mm.iter().filter(|range| range.is_finite()).count()
     }

@@ -1,24 +1,24 @@
-//! How sure ground truth is: from the joint covariance of camera and pose, and from the printer.
+//! Uncertainty of ground truth, from the joint covariance of camera and pose, and from the printer.
 //!
-//! A pixel's range is where its ray, `o + t d` in the sensor frame, meets a surface. If parameters change by a
-//! little, the ray changes by `do` and `dd`, and the range and the point that the pixel shows by
+//! A pixel's range is where its ray, `o + t d` in the sensor frame, meets a surface. A small change of parameters
+//! changes the ray by `do` and `dd`, and the range and the point that the pixel shows by
 //!
 //! ```text
 //! dt = -n . (do + t dd) / (n . d)          dP = do + t dd + d dt
 //! ```
 //!
-//! because the ray then meets the tangent plane elsewhere: the point slides along the surface. Behind media that
-//! bend it, o and d are those of its last piece, and their changes are found by following it again, moved and turned
-//! a little where it leaves the camera. A range begins where its ray was bent last, so that it may err by far
-//! more than the point at its end does. An indentation is the difference of two ranges along one ray, which
-//! err together. A normal turns by as much as the surface does between the point that is shown and the one that
-//! should be, which the pixels beside it tell.
+//! because the ray then meets the tangent plane elsewhere: the point slides along the surface. Behind refracting media,
+//! o and d belong to the ray's last segment, and their changes are found by tracing the ray again, shifted and turned
+//! slightly where it leaves the camera. A range begins at the last refraction, so that it may err by far more than the
+//! point at its end does. An indentation is the difference of two ranges along one ray, which err together. A normal
+//! turns by as much as the surface does between the point that is shown and the correct one; the neighbouring pixels
+//! supply that derivative.
 //!
-//! A row of such derivatives on both sides of a covariance is the variance. Errors of the shape itself act along the
-//! normal, so that a ray sees them divided by `|n . d|`; what presses and what is pressed err apart, and a normal
-//! knows nothing of them. All of it is of first order: it holds where the surface is smooth over
-//! the width of the error, not at creases, and grows without bound where a ray only grazes. How the surface answers
-//! to what presses is not in it: that is the error of a model.
+//! The variance is the covariance multiplied by the row of such derivatives from both sides. Errors of the shape itself
+//! act along the normal, so that a ray sees them divided by `|n . d|`. The shapes of indenter and surface err
+//! independently, and shape errors do not enter normals. All of it is of first order: it holds where the surface is
+//! smooth over the extent of the error, not at creases, and grows without bound at grazing incidence. The error of the
+//! contact model is not included.
 
 use fabkit_camera::{Camera, DMatrix, JointEstimate, POSE_COUNT};
 use fabkit_geometry::{Matrix3, Ray, Vector3};
@@ -29,14 +29,14 @@ use super::map::{DepthMap, NO_LABEL, SURFACE_LABEL};
 use super::tiles::TILE_PX;
 use super::transfer::Change;
 
-/// Step of central differences in units of a parameter, or of its value where that is above 1.
-/// Rays are good to 1e-15 and bend little over it, so that derivatives are good to 1e-8.
+/// Step of central differences in units of a parameter, or of its value where that is above 1. Rays are accurate to
+/// 1e-15 and nearly linear over the step, so that derivatives are accurate to 1e-8.
 const STEP: f64 = 1e-6;
 
-/// What is known about the errors of camera, pose and shape.
+/// Known errors of camera, pose and shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Uncertainty {
-    /// Of pose and camera, together; `None` if nothing is known. Its camera is the one that looks.
+    /// Joint estimate of pose and camera; `None` if nothing is known. Its camera must be the one of the rays.
     pub joint: Option<JointEstimate>,
     /// Standard deviation of surfaces along their normals, mm.
     pub shape_mm: f64,
@@ -46,7 +46,7 @@ pub struct Uncertainty {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sigmas(Vec<Sigma>);
 
-/// Of one pixel.
+/// Standard deviations of one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Sigma {
     range_mm: f64,
@@ -65,37 +65,37 @@ impl Sigma {
 }
 
 impl Sigmas {
-    /// Of the range, mm.
+    /// Standard deviation of the range, mm.
     pub fn range_mm(&self) -> impl Iterator<Item = f64> + '_ {
         self.0.iter().map(|sigma| sigma.range_mm)
     }
 
-    /// Of the point that a pixel shows, sensor frame, root of the sum of squares over the axes, mm.
+    /// Standard deviation of the point that a pixel shows, sensor frame, root of the sum of squares over the axes, mm.
     pub fn point_mm(&self) -> impl Iterator<Item = f64> + '_ {
         self.0.iter().map(|sigma| sigma.point_mm)
     }
 
-    /// Of the indentation, mm: 0 where nothing has moved.
+    /// Standard deviation of the indentation, mm: 0 where nothing has moved.
     pub fn indentation_mm(&self) -> impl Iterator<Item = f64> + '_ {
         self.0.iter().map(|sigma| sigma.indentation_mm)
     }
 
-    /// Of the normal, root of the sum of squares over both ways in which it turns, rad; `NaN` also where no pixel beside
-    /// one sees the same.
+    /// Standard deviation of the normal, root of the sum of squares over both rotations, rad; `NaN` also where no
+    /// neighbouring pixel sees the same body.
     pub fn normal_rad(&self) -> impl Iterator<Item = f64> + '_ {
         self.0.iter().map(|sigma| sigma.normal_rad)
     }
 }
 
-/// What moves the range at a pixel.
+/// Parameter that changes the ray of a pixel.
 enum Cause {
-    /// One of the pose's parameters, by its place among them.
+    /// Pose parameter, by its index.
     Pose(usize),
-    /// A parameter of the camera.
+    /// Camera parameter.
     Camera(Box<Stepped>),
 }
 
-/// A parameter's influence on the rays: cameras a step before and after it.
+/// Cameras a step before and after a parameter's value.
 struct Stepped {
     before: Camera,
     after: Camera,
@@ -103,12 +103,13 @@ struct Stepped {
 }
 
 impl DepthMap<'_> {
-    /// How sure each pixel's truth is.
+    /// Computes the standard deviations of all pixels.
     pub fn sigmas(&self, uncertainty: &Uncertainty) -> Sigmas {
         self.sigmas_where(uncertainty, |_| true)
     }
 
-    /// The same of some pixels alone, by their places; `NaN` elsewhere. What is asked costs what it would among all.
+    /// Computes the standard deviations of the pixels for which `is_wanted` returns true; `NaN` elsewhere. A pixel
+    /// costs as much as it does among all.
     pub fn sigmas_where(
         &self,
         uncertainty: &Uncertainty,
@@ -150,7 +151,7 @@ impl DepthMap<'_> {
                 .collect();
             let spread = spread(&by, &covariance);
             let shape = |end: &End<'_>| uncertainty.shape_mm / end.cosine();
-            // The same surface errs alike with a press and without.
+            // Without contact at the pixel the same surface errs alike in both ranges.
             let of_indentation = match is_pressed {
                 true => shape(&before).hypot(shape(&now)),
                 false => shape(&before) - shape(&now),
@@ -172,10 +173,11 @@ impl DepthMap<'_> {
     }
 }
 
-/// `sum C_rc a_r a_c'` over rows of derivatives.
+/// Computes the covariance of the five results: the sum of `C_rc a_r a_c'` over rows of derivatives.
 fn spread(by: &[[f64; 5]], covariance: &DMatrix<f64>) -> [[f64; 5]; 5] {
     let mut spread = [[0.0; 5]; 5];
     for (r, row) in by.iter().enumerate() {
+        // Row r of the covariance times all derivatives, then times the derivatives of parameter r.
         let mut weighted = [0.0; 5];
         for (c, other) in by.iter().enumerate() {
             for (sum, value) in weighted.iter_mut().zip(other) {
@@ -191,7 +193,7 @@ fn spread(by: &[[f64; 5]], covariance: &DMatrix<f64>) -> [[f64; 5]; 5] {
     spread
 }
 
-/// Where a ray ends.
+/// End of a ray on a surface.
 struct End<'a> {
     ray: &'a Ray,
     range_mm: f64,
@@ -199,12 +201,12 @@ struct End<'a> {
 }
 
 impl End<'_> {
-    /// Between ray and normal.
+    /// Cosine of the angle between ray and normal.
     fn cosine(&self) -> f64 {
         self.ray.direction.dot(self.normal)
     }
 
-    /// How range and point change with the ray.
+    /// Computes the changes of range and point by a change of the ray.
     fn by(&self, change: &Change) -> (f64, Vector3<f64>) {
         let moved = change.origin + self.range_mm * change.direction;
         let range = -self.normal.dot(&moved) / self.cosine();
@@ -212,18 +214,18 @@ impl End<'_> {
     }
 }
 
-/// What pixels show, and the normals there, sensor frame.
+/// Points and normals of all pixels, sensor frame.
 struct Shown<'a> {
     map: &'a DepthMap<'a>,
     normals: &'a [Vector3<f64>],
 }
 
 impl Shown<'_> {
-    /// How the normal turns along what a pixel sees, by where that is; `None` where nothing beside it is the same.
+    /// Computes the derivative of the normal by the point at a pixel; `None` where no neighbour sees the same body.
     fn normal_by_point(&self, pixel: usize) -> Option<Matrix3<f64>> {
         let width = self.map.width_px() as usize;
         let (column, row) = (pixel % width, pixel / width);
-        // In its row of tiles, so that the whole and its bands say the same.
+        // Neighbours are taken within the row of tiles, so that bands of an image yield the same values as the whole.
         let (top, height) =
             (row / TILE_PX as usize * TILE_PX as usize, self.map.label.len() / width);
         let ends = [
@@ -241,7 +243,7 @@ impl Shown<'_> {
             Some((step, self.normals[after] - self.normals[before]))
         });
         let ((x, normal_x), (y, normal_y)) = across.zip(down)?;
-        // The ways along the surface that go with each of the two steps alone.
+        // Dual basis of the two steps along the surface.
         let [xx, xy, yy] = [x.dot(&x), x.dot(&y), y.dot(&y)];
         let determinant = xx * yy - xy * xy;
         if determinant <= 0.0 {
@@ -257,12 +259,14 @@ impl Shown<'_> {
     }
 }
 
-/// How a ray changes as it leaves the camera.
+/// Computes the change of a ray, where it leaves the camera, by a unit change of a parameter.
 fn left(rays: &PixelRays, pixel: usize, ray: &Ray, cause: &Cause) -> Option<Change> {
     let rotation = rays.camera_from_sensor().rotation();
     match cause {
         Cause::Pose(i) => {
             let by = Vector3::ith(i % 3, 1.0);
+            // The pose maps sensor to camera, so a ray fixed in the camera moves the opposite way in the sensor frame.
+            // Parameters 0 to 2 turn, 3 to 5 shift.
             let back = |v: Vector3<f64>| -rotation.tr_mul(&v);
             Some(match *i < 3 {
                 true => {
@@ -285,7 +289,7 @@ fn left(rays: &PixelRays, pixel: usize, ray: &Ray, cause: &Cause) -> Option<Chan
     }
 }
 
-/// The parameters that have a variance, and the covariance of those.
+/// Returns the parameters with a variance, and their covariance.
 fn causes(camera: &Camera, joint: &JointEstimate) -> (Vec<Cause>, DMatrix<f64>) {
     let cause = |i: usize| match i.checked_sub(POSE_COUNT) {
         None => Some((i, Cause::Pose(i))),
@@ -297,8 +301,7 @@ fn causes(camera: &Camera, joint: &JointEstimate) -> (Vec<Cause>, DMatrix<f64>) 
     (causes, covariance)
 }
 
-/// One-sided where the camera itself is at a limit of its parameter; `None` where none exists on
-/// either side.
+/// Steps a camera parameter to both sides: to one side where the other is out of its limits, `None` where both are.
 fn stepped(camera: &Camera, parameter: usize) -> Option<Stepped> {
     let values: Vec<f64> = camera.parameters().into_iter().map(|(_, value)| value).collect();
     let step = STEP * values[parameter].abs().max(1.0);

@@ -1,4 +1,4 @@
-//! Square tiles of an image, each with a cone around its rays: which pressers can it see?
+//! Square tiles of an image, each with a cone around its rays, to reject indenters quickly.
 
 use fabkit_geometry::{Point3, Ray, Vector3};
 use rayon::prelude::*;
@@ -6,27 +6,27 @@ use rayon::prelude::*;
 use super::PixelRays;
 use super::ball::Ball;
 
-/// Edge of a tile, px. Smaller tiles have tighter cones, larger ones fewer of them to test.
+/// Edge of a tile, px. Smaller tiles have tighter cones, larger ones need fewer tests.
 pub(super) const TILE_PX: u32 = 16;
 
-/// Cones are widened by this much, rad: rounding must not hide anything.
+/// Widening of the cones, rad, so that rounding hides nothing.
 const SLACK_RAD: f64 = 1e-9;
 
-/// A tile of an image.
+/// A tile of an image with the cone that holds its rays.
 #[derive(Clone, Debug)]
 pub(super) struct Tile {
     columns: [u32; 2],
     rows: [u32; 2],
-    /// Every ray starts within `spread_mm` of here.
+    /// Centre of the ray origins, all of which lie within `spread_mm` of it.
     origin: Point3<f64>,
     spread_mm: f64,
     axis: Vector3<f64>,
-    /// Of the largest angle between the axis and a ray.
+    /// Cosine of the largest angle between the axis and a ray.
     cosine: f64,
     sine: f64,
 }
 
-/// All tiles, row by row; those without any ray are left out.
+/// Creates all tiles, row by row; tiles without any ray are left out.
 pub(super) fn tiles(rays: &PixelRays) -> Vec<Tile> {
     let (width, height) = (rays.width_px(), rays.height_px());
     let starts = |length: u32| (0..length).step_by(TILE_PX as usize);
@@ -41,6 +41,7 @@ pub(super) fn tiles(rays: &PixelRays) -> Vec<Tile> {
 }
 
 impl Tile {
+    /// Bounds the rays of a tile by a cone; `None` for a tile without rays.
     fn new(rays: &PixelRays, columns: [u32; 2], rows: [u32; 2]) -> Option<Self> {
         let width = rays.width_px();
         let own = || pixels(columns, rows, width).filter_map(|pixel| rays.ray(pixel));
@@ -56,7 +57,7 @@ impl Tile {
         let (origin, axis) = (Point3::from(origins / count), directions.normalize());
         let farthest = |largest: [f64; 2], ray: Ray| {
             let spread = (ray.origin - origin).norm_squared();
-            // Across the unit sphere, which tells small angles better than their cosine.
+            // The chord on the unit sphere resolves small angles better than their cosine.
             let chord = (ray.direction - axis).norm_squared();
             [largest[0].max(spread), largest[1].max(chord)]
         };
@@ -66,23 +67,22 @@ impl Tile {
         Some(Self { columns, rows, origin, spread_mm: spread.sqrt(), axis, cosine, sine })
     }
 
-    /// The tile's pixels as places in the list of all.
+    /// Returns the indices of the tile's pixels.
     pub(super) fn pixels(&self, width_px: u32) -> impl Iterator<Item = usize> + use<> {
         pixels(self.columns, self.rows, width_px)
     }
 
-    /// Whether any ray may meet the ball; `true` too often costs time, `false` too often a hit.
+    /// Returns whether any ray may meet the ball. A false positive costs time, a false negative would lose a hit.
     pub(super) fn may_meet(&self, ball: &Ball) -> bool {
-        // A ray from elsewhere within the spread sees the ball as one from the middle sees a ball
-        // that is larger by the spread.
+        // A ray that starts within the spread misses the ball if one from the centre misses a ball larger by the
+        // spread.
         let radius_mm = ball.radius_mm + self.spread_mm;
         let towards = ball.centre - self.origin;
         let distance_squared = towards.norm_squared();
         if distance_squared.is_nan() || distance_squared <= radius_mm * radius_mm {
             return true;
         }
-        // From the cone's side to the ball's centre, across the side; a centre behind the cone
-        // passes for one before it.
+        // Distance of the ball's centre from the cone's side. A centre behind the apex is treated as if in front.
         let along = towards.dot(&self.axis);
         let across = towards.cross(&self.axis).norm();
         across * self.cosine - along * self.sine <= radius_mm

@@ -1,7 +1,7 @@
-//! How the last piece of a ray changes with the ray that leaves the camera.
+//! Derivatives of a ray's last segment by the ray that leaves the camera.
 //!
-//! Whatever errs of a camera and its pose, it moves the ray that leaves the camera: across itself in two ways, and turns it in
-//! two. What media make of these four is the same for all that errs and for every press, and is followed once.
+//! Any error of a camera and its pose shifts the ray that leaves the camera in two directions across itself, and turns
+//! it in two. The media's effect on these four changes is the same for all errors and every press, and is traced once.
 
 use fabkit_geometry::{Point3, Ray, Vector3};
 use fabkit_optics::{Sight, Sights, Tracer};
@@ -10,23 +10,23 @@ use rayon::prelude::*;
 use super::PixelRays;
 use super::rays::{SEES_NOTHING, SEES_SURFACE, follow_all};
 
-/// Steps of one-sided differences, rad and mm: a ray is good to 1e-14, and bends little over them, so that derivatives are
-/// good to 1e-6.
+/// Steps of one-sided differences, rad and mm. Rays are accurate to 1e-14 and nearly linear over a step, so that
+/// derivatives are accurate to 1e-6.
 const STEP: f64 = 1e-6;
 
-/// A step moves the start of a last piece by far less than that, unless it leads through another face, mm.
+/// Shift of a last segment's start, mm, above which a step has led through another face. Without one it is far smaller.
 const NEIGHBOUR_MM: f64 = 1e-3;
 
-/// Of a pixel that the lens does not reach.
+/// Ray of a pixel outside the lens.
 const NOWHERE: Ray = Ray {
     origin: Point3::new(0.0, 0.0, 0.0),
     direction: Vector3::new(f64::NAN, f64::NAN, f64::NAN),
 };
 
-/// Two turns and two shifts.
+/// Number of changes of a ray: two turns and two shifts.
 const WAYS: usize = 4;
 
-/// How a ray, or its last piece, changes with a parameter, sensor frame.
+/// Change of a ray, or of its last segment, by a parameter, sensor frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Change {
     pub(super) origin: Vector3<f64>,
@@ -34,22 +34,23 @@ pub(super) struct Change {
 }
 
 impl Change {
-    /// What is not known.
+    /// Change that is not known.
     pub(super) const UNKNOWN: Self = Self {
         origin: Vector3::new(f64::NAN, f64::NAN, f64::NAN),
         direction: Vector3::new(f64::NAN, f64::NAN, f64::NAN),
     };
 }
 
-/// Of all rays, pixel by pixel.
+/// Derivatives of all rays, pixel by pixel.
 #[derive(Clone, Debug)]
 pub(super) struct Transfer {
-    /// By each of the ways, changes of origin and of direction; `NaN` where both steps of one lead through other faces, as at
-    /// an edge. In single precision: there are many, and they make errors, not places.
+    /// Changes of origin and direction by each of the turns and shifts; `NaN` where both steps of one lead through
+    /// other faces, as at an edge. Single precision saves memory and suffices for uncertainties.
     by: Vec<[[f32; 6]; WAYS]>,
 }
 
 impl Transfer {
+    /// Traces all rays again with each of the four changes.
     pub(super) fn of(rays: &PixelRays, media: &Sights) -> Self {
         let leaving: Vec<Option<Ray>> =
             (0..rays.len()).into_par_iter().map(|pixel| rays.leaving(pixel)).collect();
@@ -61,7 +62,7 @@ impl Transfer {
             };
             let (mut origins, mut directions): (Vec<_>, Vec<_>) =
                 leaving.par_iter().map(start).unzip();
-            // Of what does not see the surface nothing is asked.
+            // Rays that do not see the surface are not traced.
             let unasked = |seen: &u8| if *seen == SEES_SURFACE { SEES_NOTHING } else { *seen };
             let mut seen_by: Vec<u8> = rays.seen_by().iter().map(unasked).collect();
             let width = rays.width_px() as usize;
@@ -73,6 +74,7 @@ impl Transfer {
             by.par_iter_mut().enumerate().for_each_init(
                 || media.media_tracer(),
                 |tracer, (pixel, by)| {
+                    // Where a forward step leads through another face, the backward step serves.
                     let is_asked = rays.seen_by().get(pixel) == Some(&SEES_SURFACE);
                     let Some(here) = rays.ray(pixel).filter(|_| is_asked) else { return };
                     let after = Ray { origin: origins[pixel], direction: directions[pixel] };
@@ -87,7 +89,8 @@ impl Transfer {
         Self { by }
     }
 
-    /// How the last piece of a pixel's ray changes if the ray does that leaves the camera, and is followed from `entered` on.
+    /// Computes the change of a pixel's last segment by a change of the ray that leaves the camera and is traced from
+    /// `entered`.
     pub(super) fn of_change(
         &self,
         pixel: usize,
@@ -95,7 +98,7 @@ impl Transfer {
         change: &Change,
     ) -> Change {
         if entered.origin == last.origin {
-            // Straight on.
+            // Not refracted: the ray is the same, but begins farther along.
             let ahead_mm = (entered.origin - leaving.origin).dot(&leaving.direction);
             return Change { origin: change.origin + ahead_mm * change.direction, ..*change };
         }
@@ -114,7 +117,7 @@ impl Transfer {
     }
 }
 
-/// A ray that leaves the camera, moved in one of the ways.
+/// Shifts or turns a ray that leaves the camera.
 fn stepped(ray: &Ray, way: usize, step: f64) -> Ray {
     let across = Sight::across(&ray.direction);
     let by = step * across.column(way % 2);
@@ -124,10 +127,10 @@ fn stepped(ray: &Ray, way: usize, step: f64) -> Ray {
     }
 }
 
-/// Difference of two last pieces by the step between them; nothing where they begin at different faces.
+/// Difference quotient of two last segments; `None` where they begin at different faces.
 fn slope(here: &Ray, there: &Ray, step: f64) -> Option<[f32; 6]> {
     let (origin, direction) = (there.origin - here.origin, there.direction - here.direction);
-    // Not a number either.
+    // False for NaN too.
     let is_near = origin.norm() < NEIGHBOUR_MM;
     let by = [origin.x, origin.y, origin.z, direction.x, direction.y, direction.z];
     is_near.then(|| by.map(|by| (by / step) as f32))

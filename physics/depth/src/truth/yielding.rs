@@ -1,9 +1,9 @@
-//! Surfaces that give way: pressed in where something touches, and bulging beside it.
+//! Deformed surfaces: pressed in where something touches, and bulging beside it.
 //!
-//! Elastic contact says how far each place of the surface has moved along its normal at rest. A camera ray ends
-//! where its depth below the surface at rest is what the surface has been pressed in at its foot:
-//! `depth(t) + outwards(foot(t)) = 0`. Where a presser pushes, the ray ends on it, exactly; and wherever it is
-//! nearer: the gel does not reach into it, and between the nodes of a solution it might by some micrometres.
+//! Elastic contact supplies the displacement of each point of the surface along its undeformed normal. A camera ray
+//! ends where its depth below the undeformed surface equals the indentation at the foot point, `depth(t) +
+//! outwards(foot(t)) = 0`. Where an indenter pushes, the ray ends exactly on it, and also wherever it is nearer: gel
+//! cannot reach into an indenter, but interpolation between a solution's nodes might by some micrometres.
 
 use fabkit_geometry::{Point3, Ray, TouchSurface, Vector3};
 use rayon::prelude::*;
@@ -12,36 +12,36 @@ use super::map::{DepthMap, SURFACE_LABEL};
 use super::presser::Presser;
 use super::reference::ReferenceSurface;
 
-/// How near to the surface a ray ends, mm.
+/// Tolerance of a ray's end, mm.
 const NEAR_MM: f64 = 1e-7;
-/// The same as a part of what is not worth looking at.
+/// The same tolerance as a fraction of the displacement that is ignored.
 const NEAR_OF_STILL: f64 = 0.05;
-/// Steps of the secant until it is given up.
+/// Maximum number of secant steps.
 const SECANT_STEPS: usize = 12;
-/// Steps along a ray that only grazes, in which its first crossing is looked for, and halvings then.
+/// Steps along a grazing ray in the search for its first crossing, and number of bisections afterwards.
 const MARCH_STEPS: u32 = 64;
 const HALVINGS: u32 = 40;
-/// Places that move by less keep their normal, mm.
+/// Displacement below which a point keeps its undeformed normal, mm.
 const STILL_MM: f64 = 1e-6;
-/// Steps of the differences that give normals, mm: what they leave out and what is rounded are both some 1e-6 of it.
+/// Step of the differences for normals, mm: truncation and rounding errors are both some 1e-6 of it.
 const NORMAL_STEP_MM: f64 = 1e-5;
-/// A ray that meets the surface flatter than this is marched along, cosine.
+/// Cosine of incidence below which a ray is marched.
 const GRAZING: f64 = 0.05;
 
-/// What elastic contact says of a surface.
+/// Displacement field of a surface under elastic contact.
 pub trait Yielding: Sync {
-    /// How far it has moved outwards, mm, along the outward unit normal of a point of the surface at rest, sensor
+    /// Returns the outward displacement, mm, along the outward unit normal of a point of the undeformed surface, sensor
     /// frame; negative where it is pressed in.
     fn outwards_mm(&self, point_in_sensor: &Point3<f64>, outward: &Vector3<f64>) -> f64;
 
-    /// Whether something pushes it there.
+    /// Returns whether an indenter pushes the surface there.
     fn is_touched(&self, point_in_sensor: &Point3<f64>, outward: &Vector3<f64>) -> bool;
 
-    /// How far any place has moved in and out at most, mm, both positive.
+    /// Returns the largest inward and outward displacement of any point, mm, both positive.
     fn limits_mm(&self) -> [f64; 2];
 }
 
-/// The moved surface along one ray.
+/// The deformed surface along one ray.
 struct Along<'a> {
     touch: &'a TouchSurface,
     moved: &'a dyn Yielding,
@@ -50,13 +50,14 @@ struct Along<'a> {
 }
 
 impl Along<'_> {
-    /// How deep below the moved surface the ray is at a range, mm.
+    /// Depth of the ray below the deformed surface at a range, mm.
     #[inline]
     fn depth_mm(&self, range_mm: f64) -> f64 {
         below_mm(self.touch, self.moved, &self.ray.at(range_mm))
     }
 
-    /// Where the ray leaves the gel, from where it would at rest: its range, and how deep it is there.
+    /// Finds where the ray leaves the gel, starting from its undeformed exit. Arguments and results are pairs of range
+    /// and depth.
     fn exit_mm(&self, rest: [f64; 2], cosine: f64) -> [f64; 2] {
         let marched = || {
             let range_mm = self.march_mm(rest[0]);
@@ -69,6 +70,7 @@ impl Along<'_> {
         if cosine < GRAZING {
             return marched();
         }
+        // First step: as if the surface were parallel to the undeformed one.
         let mut next_mm = at[0] + at[1] / cosine;
         for _ in 0..SECANT_STEPS {
             let next = [next_mm, self.depth_mm(next_mm)];
@@ -76,7 +78,7 @@ impl Along<'_> {
                 return next;
             }
             let slope = (next[1] - at[1]) / (next[0] - at[0]);
-            // Further along a ray that leaves the gel it is less deep.
+            // Along a ray that leaves the gel the depth decreases; otherwise the secant is unreliable.
             if slope.is_nan() || slope >= -0.2 * cosine {
                 break;
             }
@@ -86,10 +88,10 @@ impl Along<'_> {
         marched()
     }
 
-    /// The first crossing in steps: where a ray only grazes, or flanks are steep.
+    /// Finds the first crossing by marching, for grazing rays and steep flanks.
     fn march_mm(&self, rest_mm: f64) -> f64 {
         let [inwards_mm, outwards_mm] = self.moved.limits_mm();
-        // What a ray meets flat it meets far off: a circle's chord of that height.
+        // A displacement shifts a grazing ray's end by up to the chord of a circle of that height.
         let radius_mm = self.touch.least_curvature_radius_mm().min(50.0);
         let reach = |mm: f64| (2.0 * radius_mm * mm).sqrt() + mm;
         let (from, to) = ((rest_mm - reach(inwards_mm)).max(0.0), rest_mm + reach(outwards_mm));
@@ -105,7 +107,7 @@ impl Along<'_> {
     }
 }
 
-/// How deep a point lies below the moved surface, mm.
+/// Computes the depth of a point below the deformed surface, mm.
 #[inline]
 fn below_mm(touch: &TouchSurface, moved: &dyn Yielding, point: &Point3<f64>) -> f64 {
     let (depth_mm, outward) = touch.depth_mm(point);
@@ -113,11 +115,12 @@ fn below_mm(touch: &TouchSurface, moved: &dyn Yielding, point: &Point3<f64>) -> 
 }
 
 impl Along<'_> {
-    /// Out of the moved surface at a range where it is so deep: along the normal at rest depth changes as range does, as
-    /// the foot stays, so that two differences across it are enough.
+    /// Computes the normal out of the deformed surface at a range with a known depth. Along the undeformed normal,
+    /// depth changes as range does and the foot point stays, so that two differences across it suffice.
     fn normal(&self, [range_mm, depth_mm]: [f64; 2]) -> Vector3<f64> {
         let point = self.ray.at(range_mm);
         let (_, outward) = self.touch.depth_mm(&point);
+        // Any vector that is not nearly parallel to the normal.
         let aside = if outward.x.abs() < 0.5 { Vector3::x() } else { Vector3::y() };
         let first = outward.cross(&aside).normalize();
         let across = [first, outward.cross(&first)].map(|way| {
@@ -129,8 +132,8 @@ impl Along<'_> {
 }
 
 impl ReferenceSurface<'_> {
-    /// The map of a surface that has given way to pressers, whose labels follow [`SURFACE_LABEL`] in their order: a
-    /// pixel has one where the presser is in its place and pushes. Normals are found if they are wanted.
+    /// Computes the map of a surface deformed by indenters, whose labels follow [`SURFACE_LABEL`] in list order. A
+    /// pixel gets an indenter's label where that is in its place and pushes. Normals are computed if `has_normals`.
     pub fn yielded(
         &self,
         pressers: &[Presser],
@@ -140,8 +143,8 @@ impl ReferenceSurface<'_> {
         self.yielded_beyond(0.0, pressers, moved, has_normals)
     }
 
-    /// The same, but where no presser is and the surface moves by no more than that, mm, rays end where they do at rest: most
-    /// of a picture is then found at a single look.
+    /// Computes the same map, but rays end at the undeformed surface where there is no indenter and the surface moves
+    /// by no more than `still_mm`. Most pixels then need a single evaluation.
     pub fn yielded_beyond(
         &self,
         still_mm: f64,
@@ -166,6 +169,7 @@ impl ReferenceSurface<'_> {
             let gel = along.exit_mm(rest, outward.dot(&ray.direction));
             let gel_mm = gel[0];
             let rigid_mm = map.range_mm[pixel];
+            // The rigid ray may end on the indenter where the gel has already lost contact.
             let is_touched = is_rigid && {
                 let point = ray.at(rigid_mm);
                 let (depth_mm, outward) = touch.depth_mm(&point);

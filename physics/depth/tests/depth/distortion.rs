@@ -1,4 +1,4 @@
-//! What inverse distortion costs: exact, and by negated coefficients as published.
+//! Error of inverse distortion: solved exactly, and by negated coefficients as published.
 
 use fabkit_camera::{Camera, Interface, Intrinsics, Lens, OpenCv};
 use fabkit_depth::truth::{PixelRays, ReferenceSurface};
@@ -13,7 +13,7 @@ const INTRINSICS: Intrinsics = Intrinsics {
 };
 const COEFFICIENTS: [f64; 5] = [-0.25971254, 0.08700416, -1.4873e-5, -2.28895e-4, -0.01535192];
 
-/// Their reference dome, in the camera's frame.
+/// Reference dome of the authors, in the camera's frame.
 const RADIUS_MM: f64 = 15.1;
 const CENTRE_Z_MM: f64 = 6.0;
 const CAMERA_Z_MM: f64 = 0.0;
@@ -28,7 +28,7 @@ fn distort([x, y]: [f64; 2], [k1, k2, p1, p2, k3]: [f64; 5]) -> [f64; 2] {
     ]
 }
 
-/// Newton's method with differences; `None` where it does not settle on the image's own branch.
+/// Undistorts by Newton's method with differences; `None` where it does not settle on the image's own branch.
 fn undistort(wanted: [f64; 2]) -> Option<[f64; 2]> {
     const STEP: f64 = 1e-7;
     let mut at = wanted;
@@ -51,7 +51,7 @@ fn undistort(wanted: [f64; 2]) -> Option<[f64; 2]> {
     ((u - wanted[0]).hypot(v - wanted[1]) < 1e-13).then_some(at)
 }
 
-/// Along the direction (x, y, 1) from the camera to the dome.
+/// Distance from the camera to the dome along the direction (x, y, 1), mm.
 fn range_mm([x, y]: [f64; 2]) -> f64 {
     let length = (x * x + y * y + 1.0).sqrt();
     let along = (CENTRE_Z_MM - CAMERA_Z_MM) / length;
@@ -91,7 +91,7 @@ fn inverse_distortion_is_exact_and_the_published_one_is_not() {
         let Some(direction) = undistort(seen).filter(|_| found.is_finite()) else { continue };
         let exact = range_mm(direction);
         let point = Point3::new(direction[0], direction[1], 1.0);
-        // On the wall below the dome both would be compared with the wrong surface.
+        // On the wall below the dome, both would be compared with the wrong surface.
         if CAMERA_Z_MM + exact / point.coords.norm() < CENTRE_Z_MM {
             continue;
         }
@@ -109,6 +109,6 @@ fn inverse_distortion_is_exact_and_the_published_one_is_not() {
     );
     assert!(count > 100_000, "{count}");
     assert!(worst_mm < 1e-9, "{worst_mm}");
-    // Published: about 0.16 on average, 0.72 at worst inside a mask that is a little smaller.
+    // Published: about 0.16 on average, 0.72 at worst within a mask that is a little smaller.
     assert!((0.15..0.17).contains(&mean) && (0.7..0.8).contains(&largest), "{mean} {largest}");
 }

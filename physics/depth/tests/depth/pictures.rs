@@ -1,4 +1,4 @@
-//! What a person must be able to see in a picture, as numbers.
+//! Visible properties of rendered images, as numbers.
 
 use fabkit_depth::{Actor, MAX_PIXELS, Picture, RenderError, View, contact_sheet, render};
 use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};

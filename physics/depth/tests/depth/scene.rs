@@ -1,4 +1,4 @@
-//! The hierarchy must find what asking every body finds.
+//! The hierarchy finds the same as a test of every body.
 
 use fabkit_depth::{Hit, Scene, SceneScratch};
 use fabkit_geometry::{CompiledSolid, Point3, Pose, Ray, Solid, Vector3};

@@ -1,4 +1,4 @@
-//! Ground truth against closed forms that are written here once more, differently.
+//! Ground truth against closed forms, implemented independently.
 
 use fabkit_camera::{Camera, Flat, Interface};
 use fabkit_depth::truth::{
@@ -33,7 +33,7 @@ fn grip(outline: Path) -> Grip {
     }
 }
 
-/// R-Tac0's.
+/// R-Tac0's touch surface.
 fn bullet() -> TouchSurface {
     touch(15.0, 15.0, 0.0, 6.0)
 }
@@ -125,7 +125,7 @@ fn every_kind_of_surface_is_left_where_its_solid_is() {
     }
 }
 
-/// Where a ray first enters, in closed form; local frame of the presser.
+/// Range at which a ray first enters a ball, in closed form; local frame of the indenter.
 type Entry = fn(&Ray) -> Option<f64>;
 
 fn sphere(ray: &Ray) -> Option<f64> {
@@ -133,7 +133,7 @@ fn sphere(ray: &Ray) -> Option<f64> {
     roots(1.0, o.dot(&ray.direction), o.norm_squared() - 4.0).map(|[near, _]| near)
 }
 
-/// A disc of radius 1 at height z with its ray parameter.
+/// Range at which a ray meets a disc of radius 1 at height z.
 fn disc(ray: &Ray, z: f64, radius: f64) -> Option<f64> {
     let t = (z - ray.origin.z) / ray.direction.z;
     (ray.at(t).coords.xy().norm() <= radius).then_some(t)
@@ -190,7 +190,7 @@ fn pressed_primitives_agree_with_closed_forms_creases_included() {
         let rays = PixelRays::new(&camera, &sensor_from_camera());
         let surface = ReferenceSurface::cast(&bullet(), &rays).unwrap();
         for (i, (solid, entry)) in kinds.iter().enumerate() {
-            // z points inwards; obliquely, so that edges and side walls show.
+            // z points inwards; oblique, so that edges and side walls are visible.
             let (tilt, azimuth) = (0.3 + 0.2 * i as f64, 1.3 * i as f64);
             let out =
                 Vector3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
@@ -289,7 +289,7 @@ fn a_membrane_fades_from_the_edge_of_a_punch_and_leaves_the_contact_alone() {
         }
         let from_axis = rest[pixel].coords.xy().norm();
         assert!(mm >= hard && mm <= deepest + 1e-12);
-        // Further from the punch's edge than the radius nothing moves.
+        // Nothing moves farther from the punch's edge than the radius.
         if from_axis > 2.0 + 1.5 {
             assert_eq!(mm, hard);
         }
@@ -312,7 +312,7 @@ fn halves_are_stitched_along_the_seam() {
     stitched_along_the_seam(&flat, plane.top_z_mm + 1.0);
 }
 
-/// Balls of 2 mm on both sides, their middles at a height.
+/// Stitches balls of 2 mm on both sides, with their centres at a height.
 fn stitched_along_the_seam(touch: &TouchSurface, middle_z_mm: f64) {
     let rays = PixelRays::new(&camera(), &sensor_from_camera());
     let surface = ReferenceSurface::cast(touch, &rays).unwrap();
@@ -333,7 +333,7 @@ fn stitched_along_the_seam(touch: &TouchSurface, middle_z_mm: f64) {
     let neither = seam.sides().iter().filter(|side| **side == Side::Neither).count();
     // A strip of 1 mm, and pixels that see no surface: there are more beside a pad.
     assert!((300..8000).contains(&neither), "{neither}");
-    // Both balls are seen, each on its own side.
+    // Both balls are visible, each on its own side.
     for (map, sign) in [(&left, -1.0), (&right, 1.0)] {
         let contact: Vec<usize> = map.contact().enumerate().filter(|c| c.1).map(|c| c.0).collect();
         assert!(contact.len() > 50, "{}", contact.len());
@@ -373,7 +373,7 @@ fn rays_end_on_a_surface_that_has_moved() {
     let touch = pad(Path::circle([0.0, 0.0], 12.0));
     let rays = PixelRays::new(&camera(), &sensor_from_camera());
     let surface = ReferenceSurface::cast(&touch, &rays).unwrap();
-    // A punch that presses within its edge, and stands over the raised gel beyond.
+    // A punch that presses within its edge, and stands clear of the raised gel beyond.
     let pose = Pose::translation(0.0, 1.0, 3.4);
     let punch = Presser::new("punch", &Solid::cylinder(0.8, 5.0), pose).unwrap();
     let map = surface.yielded(&[punch], &Dent, true);
@@ -381,7 +381,7 @@ fn rays_end_on_a_surface_that_has_moved() {
     let rest: Vec<Point3<f64>> = surface.untouched().point_in_sensor().collect();
     let (mut touched, mut moved, mut out) = (0, 0, 0);
     for (pixel, point) in map.point_in_sensor().enumerate() {
-        // Where the pad ends, what moves may leave it.
+        // At the pad's edge a displaced surface may leave the outline.
         if point.x.is_nan() || rest[pixel].coords.xy().norm() > 9.0 {
             continue;
         }

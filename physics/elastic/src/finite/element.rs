@@ -1,38 +1,38 @@
-//! The element at large strain: its energy, forces and tangent.
+//! Finite element at large strain: energy, forces and tangent.
 //!
-//! A compressible neo-Hookean material: `W = G/2 (I1 - 3 - 2 ln J) + lambda/2 (J - 1)^2` (after Bonet and
-//! Wood, "Nonlinear continuum mechanics for finite element analysis", 2008, section 6.4), where the second `J
-//! - 1` is the nearest function that is linear in the element, as at small strain. For small displacements it
-//! becomes [`crate::element`]'s.
+//! A compressible neo-Hookean material: `W = G/2 (I1 - 3 - 2 ln J) + lambda/2 (J - 1)^2` (after Bonet and Wood,
+//! "Nonlinear continuum mechanics for finite element analysis", 2008, section 6.4). The second `J - 1` is projected
+//! onto functions that are linear in the element, as at small strain. For small displacements the element becomes that
+//! of [`crate::element`].
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use crate::Material;
 use crate::element::{Shape, centre};
 
-/// Radial and axial displacements of nine nodes.
+/// Number of radial and axial displacements of the nine nodes.
 pub(crate) const UNKNOWNS: usize = 18;
-/// Parts of the deformation's gradient: four in the meridian plane, one around.
+/// Number of components of the deformation gradient: four in the meridian plane, one circumferential.
 const PARTS: usize = 5;
 
 type Parts = SVector<f64, PARTS>;
 
-/// An element's energy and its derivatives by its unknowns, per radian.
+/// Energy of an element and its derivatives by its unknowns, per radian.
 pub(crate) struct Strained {
-    /// N mm.
+    /// Energy, N mm.
     pub energy: f64,
-    /// N.
+    /// Nodal forces, N.
     pub forces: SVector<f64, UNKNOWNS>,
-    /// N/mm.
+    /// Tangent stiffness, N/mm.
     pub tangent: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
-    /// What its volume gains, mm3.
+    /// Volume change, mm3.
     pub growth: f64,
-    /// Amounts of its pressures that its volume asks for, MPa, and how they change with its unknowns.
+    /// Coefficients of the pressures that follow from its volume change, MPa, and their derivatives by the unknowns.
     pub pressures: Vector3<f64>,
     pub pressures_by: SMatrix<f64, 3, UNKNOWNS>,
 }
 
-/// Determinant of the gradient in the meridian plane, and in space, with its derivatives.
+/// Volume ratio of a deformation gradient, with its first and second derivatives.
 struct Volume {
     ratio: f64,
     slope: Parts,
@@ -40,6 +40,8 @@ struct Volume {
 }
 
 impl Volume {
+    /// Computes the volume ratio of a deformation gradient with the components rr, rz, zr, zz and the circumferential
+    /// stretch.
     fn of(f: &Parts) -> Self {
         let [rr, rz, zr, zz, around] = [f[0], f[1], f[2], f[3], f[4]];
         let plane = rr * zz - rz * zr;
@@ -55,10 +57,10 @@ impl Volume {
     }
 }
 
-/// Strains an element; `None` where it is turned inside out.
+/// Computes an element at given displacements; `None` where it is inverted.
 ///
-/// `held` are amounts of pressures, MPa, by which the tangent knows how stress turns. What its volume asks
-/// for is the same in the end, but far off on the way there: a change of volume to second order, times
+/// `held` are pressure coefficients, MPa, for the geometric part of the tangent. Those that follow from the volume
+/// change agree with them in the end, but are far off on the way: second-order volume errors times a modulus ratio of
 /// thousands.
 pub(crate) fn strain(
     shape: &Shape,
@@ -111,6 +113,7 @@ pub(crate) fn strain(
         strained.energy +=
             weight * 0.5 * shear * (f.norm_squared() - 3.0 - 2.0 * volume.ratio.ln());
         let stress = shear * f + by_ratio * volume.slope;
+        // The pressure term uses `held`, not the current coefficients; see above.
         let stiffness = SMatrix::<f64, PARTS, PARTS>::identity() * shear
             + volume.slope * volume.slope.transpose() * (shear / volume.ratio.powi(2))
             + (held.dot(linear) - shear / volume.ratio) * volume.curvature;
@@ -124,7 +127,7 @@ pub(crate) fn strain(
 mod tests {
     use super::*;
 
-    /// A skewed element with a middle on each curved side.
+    /// A skewed element with curved sides.
     const PLACES: [[f64; 2]; 9] = [
         [1.0, 2.0],
         [0.95, 1.5],

@@ -1,25 +1,26 @@
-//! What holds a moved surface: the presser above each of its nodes, and rings that it pushes.
+//! Contact constraints of the deformed surface: the indenter above each node, and the rings in contact.
 
 use fabkit_geometry::{Point3, Vector3};
 
 use crate::presser::Presser;
 use crate::rings::{Ring, Rings};
 
-/// Over what a presser's slope is measured, mm.
+/// Step of the finite difference for the indenter's slope, mm.
 const SLOPE_STEP_MM: f64 = 1e-4;
-/// Over what its curvature is, mm; it speeds the iteration up and does not change where it ends.
+/// Step of the finite difference for the curvature, mm. It speeds up the iteration without changing its result.
 const CURVATURE_STEP_MM: f64 = 1e-3;
-/// How far above and below a moved place its presser is looked for, mm.
+/// Distance above and below a displaced node within which the indenter counts, mm.
 const REACH_MM: f64 = 1e3;
 
-/// What one pressure pushes: a ring, and the first one together with the pole.
+/// Nodes that one pressure acts on: those of a ring. The first ring includes the pole.
 ///
-/// The pole's own pressure acts on next to no area, and its place follows from that of its neighbours.
+/// The pole's own pressure acts on nearly no area, and its displacement follows from that of its neighbours.
 pub(super) struct Grip {
     weight: f64,
     pub shares: Vec<(usize, f64)>,
 }
 
+/// Creates the constraints of all rings; the pole's ring is merged with the next one.
 pub(super) fn grips(rings: &Rings) -> Vec<Grip> {
     let grip = |ring: &Ring| Grip { weight: ring.weight, shares: ring.shares.clone() };
     let mut grips: Vec<Grip> = rings.rings[1..].iter().map(grip).collect();
@@ -30,7 +31,7 @@ pub(super) fn grips(rings: &Rings) -> Vec<Grip> {
     grips
 }
 
-/// A presser above a moved place: along the axis, and how that changes with the radius.
+/// Gap along the axis between a displaced point and the indenter, with its derivatives by the radius.
 pub(super) struct Above {
     pub gap_mm: f64,
     pub slope: f64,
@@ -38,12 +39,13 @@ pub(super) struct Above {
 }
 
 impl Above {
-    /// Of a place by its radius and height, mm.
+    /// Measures the indenter above a point given by radius and height, mm.
     pub fn new(presser: &dyn Presser, [r_mm, z_mm]: [f64; 2], shift_mm: &Vector3<f64>) -> Self {
         let gap = |by_mm: f64| {
             let place = Point3::new(r_mm + by_mm, 0.0, z_mm) - shift_mm;
             presser.gap_mm(&place, &Vector3::z(), REACH_MM)
         };
+        // Gaps to both sides; infinite values at the indenter's edge make slope or curvature not finite.
         let here = gap(0.0);
         let (inner, outer) = (gap(-SLOPE_STEP_MM), gap(SLOPE_STEP_MM));
         let (far_in, far_out) = (gap(-CURVATURE_STEP_MM), gap(CURVATURE_STEP_MM));
@@ -57,7 +59,7 @@ impl Above {
 }
 
 impl Grip {
-    /// The mean gap around it, mm; infinite at the presser's edge and beside it.
+    /// Mean gap of the ring, mm; infinite at the indenter's edge and beside it.
     pub fn gap_mm(&self, above: &[Above]) -> f64 {
         let sum: f64 =
             self.shares.iter().map(|&(column, share)| share * above[column].gap_mm).sum();

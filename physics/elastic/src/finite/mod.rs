@@ -1,9 +1,9 @@
-//! Large strain: presses at the pole by what is symmetric about the axis, step by step.
+//! Axisymmetric presses at the pole at large strain, step by step.
 //!
-//! Newton's method on the energy of [`element`], with the same mesh and the same pressures as at small
-//! strain. Gaps are those of the moved surface, along the axis; the presser pushes along its own normal,
-//! without friction. Contact is found together with displacements: nodes that would pull are let go, nodes
-//! that would enter the presser are taken in.
+//! Newton's method on the energy of [`element`], with the mesh and the pressures of the small-strain model. Gaps are
+//! those of the deformed surface, along the axis. The indenter pushes along its own normal, without friction. The
+//! contact region is found together with the displacements: nodes that would pull are released, nodes that would enter
+//! the indenter are added.
 
 pub(crate) mod element;
 mod grip;
@@ -17,21 +17,21 @@ use crate::stack::Stack;
 use crate::{Body, Division, ElasticError};
 use system::System;
 
-/// How far displacements may still move, as a part of the press's depth.
+/// Tolerance of the last displacement step, relative to the depth of the press.
 const TOLERANCE: f64 = 1e-8;
 const MAX_ITERATIONS: usize = 60;
-/// Into how many parts a step is divided before it is given up.
+/// Maximum number of times that a load step is halved before it fails.
 const MAX_HALVINGS: u32 = 6;
 
-/// A body that is pressed with large strain, slowly: the reference for [`Stack`].
+/// A body under large strain. It is slow and serves as the reference for [`Stack`].
 #[derive(Debug)]
 pub struct FiniteStack {
-    /// The same at small strain: where presses begin.
+    /// The small-strain model of the same body: it checks presses and gives the initial contact region.
     linear: Stack,
 }
 
 impl FiniteStack {
-    /// Meshes a body; what the division says of harmonics does not count.
+    /// Meshes a body. The division's number of harmonics is ignored.
     ///
     /// # Errors
     /// As [`Stack::new`].
@@ -40,10 +40,10 @@ impl FiniteStack {
         Ok(Self { linear: Stack::new(body, &division, 1)? })
     }
 
-    /// Presses along the axis to each of several depths below the first touch, mm, rising.
+    /// Presses along the axis to each of several rising depths below the first touch, mm.
     ///
-    /// # Errors A presser that is not symmetric about the axis, starts inside or goes too deep, depths that
-    /// do not rise, and what does not converge.
+    /// # Errors
+    /// An indenter that is not axisymmetric, starts inside or goes too deep; depths that do not rise; no convergence.
     pub fn press(
         &self,
         presser: &dyn Presser,
@@ -58,7 +58,7 @@ impl FiniteStack {
                 let hint = "finite, and more than the depth before";
                 return Err(ElasticError::Press { what: "a depth", value: depth_mm, hint });
             }
-            // What the press is refused for at small strain, it is refused for here.
+            // A press that is rejected at small strain is rejected here too.
             let small = self.linear.press(presser, &Press::along(down, depth_mm)?)?;
             if reached_mm == 0.0 {
                 system.hold(&small);
@@ -71,7 +71,7 @@ impl FiniteStack {
     }
 }
 
-/// Goes from one depth to the next, in parts where it does not work in one.
+/// Advances from one depth to the next, in smaller steps where one does not converge.
 fn reach(
     system: &mut System<'_>,
     presser: &dyn Presser,
@@ -83,6 +83,7 @@ fn reach(
     let least_mm = step_mm / f64::from(2_u32.pow(MAX_HALVINGS));
     while reached_mm < to_mm {
         let next_mm =
+            // Rounding must not leave a tiny last step.
             if reached_mm + step_mm > to_mm - 1e-12 { to_mm } else { reached_mm + step_mm };
         let before = system.state();
         match system.solve(presser, &shift(next_mm), TOLERANCE * to_mm, MAX_ITERATIONS) {

@@ -1,4 +1,4 @@
-//! Displacements and pressures of a press at large strain, and the equations that they fulfil.
+//! Unknowns and equations of a press at large strain.
 
 use fabkit_geometry::Vector3;
 use fabkit_sparse::solve_any;
@@ -14,57 +14,60 @@ use crate::outcome::Outcome;
 use crate::presser::Presser;
 use crate::stack::Stack;
 
-/// Three times the slope of axial displacements on the axis, by column: where a surface is smooth it stays
-/// level there.
+/// Coefficients, by column, of three times the slope of axial displacement on the axis, which is constrained to zero: a
+/// smooth surface stays horizontal there.
 ///
-/// Under pressures of several times its shear modulus an element with pressures of its own is softer than
-/// what it stands for (Auricchio, Beirao da Veiga, Lovadina and Reali, "A stability study of some mixed
-/// finite elements for large deformation elasticity problems", Comput. Methods Appl. Mech. Eng. 194, 2005);
-/// the surface's node on the axis, which no pressure acts on, would sink away first.
+/// Under pressures of several times its shear modulus an element with pressures of its own is softer than the continuum
+/// (Auricchio, Beirao da Veiga, Lovadina and Reali, "A stability study of some mixed finite elements for large
+/// deformation elasticity problems", Comput. Methods Appl. Mech. Eng. 194, 2005). The surface's node on the axis, which
+/// no pressure acts on, would sink away first.
 const LEVEL: [(usize, f64); 3] = [(0, -3.0), (1, 4.0), (2, -1.0)];
-/// Steps in which contact may change before displacements have settled.
+/// Iterations in which the contact region may change before displacements have settled.
 const EAGER_ITERATIONS: usize = 8;
-/// Displacements have settled when they move by less than this many tolerances.
+/// Step size below which displacements have settled, in tolerances.
 const SETTLED: f64 = 1e3;
 
-/// What may be gone back to.
+/// State of the iteration, which can be restored.
 #[derive(Clone)]
 pub(super) struct State {
-    /// Radial and axial of each node, mm.
+    /// Radial and axial displacement of each node, mm.
     displacements: Vec<f64>,
-    /// Of each ring, along the axis and by area at rest, MPa.
+    /// Pressure of each ring, along the axis and per undeformed area, MPa.
     pressures: Vec<f64>,
     is_held: Vec<bool>,
-    /// Amounts of each element's pressures, MPa.
+    /// Pressure coefficients of each element, MPa.
     amounts: Vec<Vector3<f64>>,
 }
 
+/// Newton iteration of a press at large strain.
 pub(super) struct System<'a> {
     stack: &'a Stack,
     mesh: &'a Mesh,
     grips: Vec<Grip>,
     shape: Shape,
-    /// Row of each displacement, by node: radial and axial.
+    /// Equation of each displacement, by node: radial and axial. `None` for displacements that are fixed.
     rows: Vec<Option<usize>>,
     count: usize,
     state: State,
-    /// How many steps were taken.
+    /// Number of Newton steps taken.
     iterations: usize,
 }
 
-/// What Newton's method asks for.
+/// A step of Newton's method.
 struct Step {
-    /// By unknown, mm.
+    /// Displacement step by unknown, mm.
     displacements: Vec<f64>,
-    /// Of rings that are held, in place of the last ones, MPa.
+    /// New pressures of the rings in contact, MPa.
     pressures: Vec<f64>,
 }
 
 impl<'a> System<'a> {
+    /// Numbers the unknowns; on the axis nothing moves radially.
     pub fn new(stack: &'a Stack) -> Self {
         let (mesh, grips) = (&*stack.mesh, grips(&stack.rings));
         let (mut rows, mut count) = (Vec::with_capacity(2 * mesh.nodes.len()), 0);
         for (node, place) in mesh.nodes.iter().enumerate() {
+            // Radial first, which vanishes on the axis; then axial.
             for is_still in [place[0] == 0.0, false] {
                 let is_still = is_still || mesh.is_fixed[node];
                 rows.push((!is_still).then_some(count));
@@ -88,15 +91,17 @@ impl<'a> System<'a> {
         self.state = state;
     }
 
-    /// Begins with the rings that a press at small strain holds.
+    /// Starts with the contact region of a press at small strain.
     pub fn hold(&mut self, small: &Outcome) {
         for (is_held, node) in self.state.is_held.iter_mut().zip(&small.nodes[1..]) {
             *is_held = node.pressure_mpa > 0.0;
         }
     }
 
+    /// Iterates until displacements and contact region agree.
+    ///
     /// # Errors
-    /// What does not converge, or turns an element inside out.
+    /// No convergence, or an element that is inverted.
     pub fn solve(
         &mut self,
         presser: &dyn Presser,
@@ -122,9 +127,9 @@ impl<'a> System<'a> {
                 self.state.pressures[ring] = pressure;
             }
             last = largest;
-            // All that is held changes at once at first, which is quick but may go in circles; then, whenever
-            // the rest has settled, the first ring that must, which ends (Murty, "Note on a Bard-type scheme
-            // for solving the complementarity problem", Opsearch 11, 1974).
+            // At first the contact region changes as a whole, which is quick but may cycle. Later, each time the
+            // displacements have settled, only the first ring that must change does so, which terminates (Murty, "Note
+            // on a Bard-type scheme for solving the complementarity problem", Opsearch 11, 1974).
             let is_eager = iteration < EAGER_ITERATIONS;
             let may_change = is_eager || largest <= SETTLED * tolerance_mm;
             let is_same = !(may_change && self.regrasp(presser, shift_mm, tolerance_mm, is_eager));
@@ -140,10 +145,11 @@ impl<'a> System<'a> {
         })
     }
 
-    /// Moves by a step, or by so much of it that no element is turned inside out.
+    /// Adds a step to the displacements, shortened until no element is inverted.
     fn advance(&mut self, steps: &[f64]) {
         let before = self.state.displacements.clone();
         let mut part = 1.0;
+        // Predicted before displacements change.
         let targets: Vec<Option<Vector3<f64>>> =
             self.mesh.elements().enumerate().map(|each| self.foreseen(each, steps)).collect();
         for _ in 0..10 {
@@ -162,7 +168,7 @@ impl<'a> System<'a> {
         }
     }
 
-    /// The pressures of an element after a step, as its tangent has them.
+    /// Predicts the pressure coefficients of an element after a step, by its tangent.
     fn foreseen(&self, each: (usize, [usize; 2]), steps: &[f64]) -> Option<Vector3<f64>> {
         let strained = self.strained(each)?;
         let nodes = self.mesh.element_nodes(each.1);
@@ -171,6 +177,7 @@ impl<'a> System<'a> {
         Some(strained.pressures + strained.pressures_by * step)
     }
 
+    /// Computes an element at the current displacements; `None` where it is inverted.
     fn strained(&self, (number, element): (usize, [usize; 2])) -> Option<Strained> {
         let nodes = self.mesh.element_nodes(element);
         let moved = SVector::<f64, UNKNOWNS>::from_fn(|i, _| {
@@ -186,7 +193,7 @@ impl<'a> System<'a> {
         )
     }
 
-    /// The presser above each column of the moved surface.
+    /// Measures the indenter above each column of the deformed surface.
     fn above(&self, presser: &dyn Presser, shift_mm: &Vector3<f64>) -> Vec<Above> {
         let at = |column: usize| {
             let node = column * self.mesh.rows;
@@ -197,8 +204,8 @@ impl<'a> System<'a> {
         (0..self.mesh.columns).map(at).collect()
     }
 
-    /// Lets go of rings that pull, takes in those that have entered the presser, all of them or the first;
-    /// whether any did.
+    /// Releases rings that pull and adds those that have entered the indenter, either all of them or the first. Returns
+    /// whether any changed.
     fn regrasp(
         &mut self,
         presser: &dyn Presser,
@@ -211,6 +218,7 @@ impl<'a> System<'a> {
         for ring in 0..self.state.is_held.len() {
             let gap_mm = self.grips[ring].gap_mm(&above);
             let holds = match self.state.is_held[ring] {
+                // At the indenter's edge the mean gap is infinite and nothing can hold the ring.
                 true => self.state.pressures[ring] > 0.0 && gap_mm.is_finite(),
                 false => gap_mm < -tolerance_mm,
             };
@@ -225,8 +233,9 @@ impl<'a> System<'a> {
         has_changed
     }
 
-    /// Steps of displacements and new pressures of held rings; `None` where an element is inside out.
+    /// Solves for displacement steps and new pressures of the rings in contact; `None` where an element is inverted.
     fn step(&self, above: &[Above], held: &[usize]) -> Result<Option<Step>, ElasticError> {
+        // Unknowns: displacements, one pressure per ring in contact, and the multiplier of the `LEVEL` constraint.
         let level = self.count + held.len();
         let size = level + 1;
         let mut right = vec![0.0; size];
@@ -256,6 +265,7 @@ impl<'a> System<'a> {
                     }
                 }
                 if let Some(row) = self.rows[node] {
+                    // The indenter's curvature changes the direction of its force; it speeds up the iteration.
                     let bent = -share * self.state.pressures[ring] * above.curvature;
                     entries.push((row, row, bent));
                 }
@@ -276,18 +286,19 @@ impl<'a> System<'a> {
         }))
     }
 
-    /// What the press has done so far.
+    /// Returns the result of the press so far.
     pub fn outcome(&self, depth_mm: f64) -> Outcome {
         let mut growth_mm3 = vec![0.0; self.mesh.materials.len()];
         let (around, mut energy_nmm) = (2.0 * std::f64::consts::PI, 0.0);
         for (number, element) in self.mesh.elements().enumerate() {
-            // Where the iteration has ended, no element is inside out.
+            // Once the iteration has converged, no element is inverted.
             if let Some(strained) = self.strained((number, element)) {
                 growth_mm3[self.mesh.layer_of[element[1]]] += around * strained.growth;
                 energy_nmm += around * strained.energy;
             }
         }
         let State { displacements, pressures, .. } = &self.state;
+        // The pole has the pressure of the first ring, to which it belongs.
         let of_rings = [&pressures[..1], pressures].concat();
         Outcome::finite(
             self.stack,

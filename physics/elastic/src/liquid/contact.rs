@@ -1,43 +1,43 @@
-//! Contact of a presser with a slab that rests on liquid: forces that only push, and pressures that follow from
-//! how far each channel is squeezed.
+//! Contact of an indenter with a slab on liquid: forces that are never tensile, and channel pressures that follow from
+//! the volumes displaced.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::columns::Column;
 use crate::ElasticError;
 
-/// More than any contact has needed by far.
+/// Iteration limit, far above what any contact has needed.
 const MAX_ITERATIONS: usize = 200;
-/// Of the squeezed volume, mm3.
+/// Tolerance of the displaced volume, mm3.
 const TOLERANCE_MM3: f64 = 1e-9;
 
-/// What nodes of the surface and channels answer.
+/// Linear responses of surface nodes and channels.
 #[derive(Debug)]
 pub(super) struct Answers {
     /// Downward displacement of a node by a unit force down on another, mm/N.
     pub compliance: DMatrix<f64>,
-    /// Liquid that a unit force squeezes out of a channel, by channel and node, mm3/N.
+    /// Liquid that a unit force displaces out of a channel, by channel and node, mm3/N.
     pub squeezed: DMatrix<f64>,
-    /// How much a channel grows by a unit pressure in another, mm3/MPa.
+    /// Volume growth of a channel by a unit pressure in another, mm3/MPa.
     pub growth: DMatrix<f64>,
 }
 
-/// Forces and pressures that belong to each other.
+/// Contact forces and channel pressures in equilibrium.
 #[derive(Debug)]
 pub(super) struct Balance {
-    /// Down on each node, N.
+    /// Downward force on each node, N.
     pub forces_n: DVector<f64>,
-    /// In each channel, above that of the air around, MPa.
+    /// Gauge pressure in each channel, MPa.
     pub pressures_mpa: DVector<f64>,
-    /// Out of each channel, mm3.
+    /// Volume displaced out of each channel, mm3.
     pub squeezed_mm3: DVector<f64>,
 }
 
 impl Answers {
-    /// Holds nodes that a presser reaches below, mm, by forces that only push.
+    /// Solves for the forces on nodes below which the indenter reaches, by depths in mm. Forces are never tensile.
     ///
     /// # Errors
-    /// What does not converge.
+    /// Iterations that do not converge.
     pub(super) fn balance(
         &self,
         reached_mm: &[f64],
@@ -47,7 +47,7 @@ impl Answers {
         let mut active: Vec<bool> = reached_mm.iter().map(|mm| *mm > 0.0).collect();
         let mut worst = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
-            // Newton's method: the air's pressure along its tangent at what has been squeezed so far.
+            // Newton's method: the air pressure is linearised at the volume displaced so far.
             let tangents: Vec<[f64; 2]> =
                 columns.iter().zip(&squeezed_mm3).map(|(c, mm3)| c.pressure_mpa(*mm3)).collect();
             let stiffness = DVector::from_iterator(columns.len(), tangents.iter().map(|t| t[1]));
@@ -61,6 +61,7 @@ impl Answers {
                 }
                 matrix
             };
+            // Pressures are eliminated: they are linear in the forces, with the tangent of the air's stiffness.
             let coupled =
                 DMatrix::identity(columns.len(), columns.len()) + scaled(self.growth.clone());
             let coupled = coupled.lu();
@@ -90,7 +91,8 @@ impl Answers {
     }
 }
 
-/// Forces that hold those nodes that push back where the presser is; all others stay below it.
+/// Finds the forces on the nodes that are in contact, and the contact set itself; all other nodes stay below the
+/// indenter.
 fn held(
     compliance: &DMatrix<f64>,
     reached_mm: &[f64],
@@ -105,6 +107,7 @@ fn held(
     let mut changed = 0;
     for _ in 0..MAX_ITERATIONS {
         let held: Vec<usize> = (0..count).filter(|i| active[*i]).collect();
+        // Nodes in contact get exactly the depths of the indenter; all others carry no force.
         let part = compliance.select_rows(&held).select_columns(&held);
         let factors = part.cholesky().ok_or_else(|| ElasticError::Factorisation {
             harmonic: 0,
@@ -117,6 +120,7 @@ fn held(
         }
         let moved = compliance * &forces;
         let next: Vec<bool> = (0..count)
+            // A node leaves when its force would pull, and joins when it lies above the indenter.
             .map(|i| if active[i] { forces[i] > 0.0 } else { moved[i] < wanted[i] - 1e-9 })
             .collect();
         changed = next.iter().zip(active.iter()).filter(|(a, b)| a != b).count();

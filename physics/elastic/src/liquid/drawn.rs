@@ -1,4 +1,4 @@
-//! The drawn skin as bricks: lines along its faces, and what is between them, by rays from below.
+//! Brick model of a drawn skin: grid lines along its faces, and the contents of bricks from rays cast upwards.
 
 use fabkit_geometry::{
     CompiledSolid, Elasticity, InvalidSolid, Kind, LiquidSkin, Point3, Ray, Scratch, Sensor,
@@ -10,12 +10,12 @@ use crate::{ElasticError, Material, SoftError, SoftLayer};
 
 /// Rays across a brick, along x and along y.
 const RAYS: usize = 3;
-/// Faces nearer to each other than this part of the distance of nodes share a line.
+/// Faces closer than this part of the node spacing share a grid line.
 const SAME_LINE: f64 = 0.3;
-/// Limits of the distance of nodes, mm.
+/// Limits of the node spacing, mm.
 const SPACING_LIMITS_MM: [f64; 2] = [0.3, 3.0];
 
-/// A body that gives way.
+/// A soft body in its place in the sensor.
 struct Soft {
     name: String,
     material: String,
@@ -24,17 +24,19 @@ struct Soft {
     solid: CompiledSolid,
 }
 
-/// Shares of one column of bricks: by brick, those of each soft body, then of each channel.
+/// Volume shares of one column of bricks: for each brick, those of each soft body, then of each channel.
 type Shares = Vec<Vec<f64>>;
 
+/// Grid lines and contents of a skin's bricks.
 pub(super) struct Drawn {
     pub(super) lines_mm: [Vec<f64>; 3],
     soft: Vec<Soft>,
-    /// By column of bricks, x fastest.
+    /// Shares by column of bricks, x fastest.
     columns: Vec<Shares>,
 }
 
 impl Drawn {
+    /// Divides a sensor's skin into bricks of about `spacing_mm`.
     pub(super) fn of(
         sensor: &Sensor,
         skin: &LiquidSkin,
@@ -58,10 +60,12 @@ impl Drawn {
         Ok(drawn)
     }
 
+    /// Computes the shares of the solids in each brick by vertical rays, a grid of [`RAYS`] x [`RAYS`] per column.
     fn columns_of(&self, solids: &[&CompiledSolid]) -> Vec<Shares> {
         let [xs, ys, zs] = &self.lines_mm;
         let (mut scratch, mut stretches) = (Scratch::default(), Vec::new());
         let mut columns = Vec::new();
+        // Rays start 1 mm below the lowest grid line.
         let below_mm = zs.first().copied().unwrap_or(0.0) - 1.0;
         for y in ys.windows(2) {
             for x in xs.windows(2) {
@@ -91,24 +95,26 @@ impl Drawn {
         columns
     }
 
+    /// Returns the shares of a brick: those of the soft bodies, then those of the channels.
     fn shares(&self, [i, j, k]: [usize; 3]) -> (&[f64], &[f64]) {
         self.columns[i + (self.lines_mm[0].len() - 1) * j][k].split_at(self.soft.len())
     }
 
-    /// What a brick holds: of several soft bodies, the one that has most of it.
+    /// Returns the contents of a brick. Where several soft bodies share one, the largest share decides its material.
     pub(super) fn cell(&self, at: [usize; 3]) -> Cell {
         let (soft, channels) = self.shares(at);
         let all = soft.iter().sum::<f64>().min(1.0);
         let most = soft.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+        // Slivers below 5 % of a brick are neglected, and rounding below 0.1 % does not make a full brick partial.
         let solid = most.filter(|_| all > 0.05).map(|(which, _)| (self.soft[which].solver, all));
         let solid = solid.map(|(m, all)| (m, if all > 0.999 { 1.0 } else { all }));
-        // Rounding of rays along faces is no liquid; and what is taken for all liquid is.
+        // Rounding of rays along faces is not liquid; and a brick that counts as all liquid is filled completely.
         let share = |share: f64| if solid.is_none() && share > 0.5 { 1.0 } else { share };
         let reach = channels.iter().map(|s| share(*s)).enumerate().filter(|(_, s)| *s > 1e-6);
         Cell { solid, cavities: reach.collect() }
     }
 
-    /// Lines of the nodes of the touched surface: those around bricks that are soft up to there.
+    /// Returns the grid lines (x and y) of the touched surface's nodes: those around bricks that are soft at the top.
     pub(super) fn surface(&self) -> Vec<[usize; 2]> {
         let [nx, ny, nz] = [0, 1, 2].map(|axis: usize| self.lines_mm[axis].len());
         let is_soft = |i: usize, j: usize| self.cell([i, j, nz - 2]).solid.is_some();
@@ -124,13 +130,14 @@ impl Drawn {
         surface
     }
 
-    /// Pairs of nodes above and below each channel.
+    /// Returns pairs of nodes above and below each channel.
     pub(super) fn faces(&self, slab: &Slab, channels: usize) -> Vec<Vec<[usize; 2]>> {
         let [nx, ny, nz] = [0, 1, 2].map(|axis: usize| self.lines_mm[axis].len() - 1);
         let mut faces = vec![Vec::new(); channels];
         for j in 0..ny {
             for i in 0..nx {
                 for (channel, faces) in faces.iter_mut().enumerate() {
+                    // A brick that is mostly liquid belongs to the channel.
                     let is_in = |k: &usize| self.shares([i, j, *k]).1[channel] > 0.5;
                     let (Some(low), Some(high)) = ((0..nz).find(is_in), (0..nz).rev().find(is_in))
                     else {
@@ -150,7 +157,7 @@ impl Drawn {
         faces
     }
 
-    /// Soft bodies on the axis, or as near to it as there is something soft.
+    /// Returns the soft bodies with their largest thickness anywhere.
     pub(super) fn layers(&self) -> Vec<SoftLayer> {
         let [nx, ny, nz] = [0, 1, 2].map(|axis: usize| self.lines_mm[axis].len() - 1);
         let thickness = |which: usize, i: usize, j: usize| -> f64 {
@@ -173,7 +180,7 @@ impl Drawn {
         layers.filter(|layer| layer.thickness_mm > 0.0).collect()
     }
 
-    /// What was simplified.
+    /// Describes the simplifications.
     pub(super) fn left_out(&self, skin: &LiquidSkin) -> Vec<String> {
         let mut left_out = vec![
             "what the skin does beyond the edge of the window, which is taken to hold it".to_owned(),
@@ -191,7 +198,7 @@ impl Drawn {
     }
 }
 
-/// What gives way between the skin's faces, in the order of the sensor's bodies, but the touched one first.
+/// Collects the soft bodies between the skin's faces, the topmost first.
 fn soft(sensor: &Sensor, skin: &LiquidSkin) -> Result<Vec<Soft>, SoftError> {
     let mut soft = Vec::new();
     let [low, high] =
@@ -204,6 +211,7 @@ fn soft(sensor: &Sensor, skin: &LiquidSkin) -> Result<Vec<Soft>, SoftError> {
         for place in body.placements.iter().filter(in_sensor) {
             let solid = CompiledSolid::new(&body.solid.clone().placed(place.assembly_from_body))?;
             let bounds = solid.bounds();
+            // Bodies above or below the skin are not part of it.
             if bounds.max.z <= low + 1e-6 || bounds.min.z >= high - 1e-6 {
                 continue;
             }
@@ -220,7 +228,7 @@ fn soft(sensor: &Sensor, skin: &LiquidSkin) -> Result<Vec<Soft>, SoftError> {
     Ok(soft)
 }
 
-/// Lines through the skin's faces and those of its channels, and evenly between them.
+/// Computes grid lines through the faces of the skin and of its channels, with even spacing between them.
 fn lines(
     skin: &LiquidSkin,
     channels: &[CompiledSolid],
@@ -233,6 +241,7 @@ fn lines(
     if let TouchSurface::Plane(plane) = &skin.touch {
         let bounds = fabkit_geometry::Profile::new(plane.outline.clone()).bounds_mm();
         for (faces, [min, max]) in faces.iter_mut().zip(transposed(bounds)) {
+            // Edge of the sensing surface.
             faces.extend([min, max]);
         }
     }
@@ -250,7 +259,8 @@ fn transposed([[x0, y0], [x1, y1]]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
     [[x0, x1], [y0, y1]]
 }
 
-/// Lines through all faces, those that nearly coincide taken as one, and evenly between them; the outermost stay.
+/// Returns lines through all faces, with nearly coincident faces merged, and evenly spaced lines between them. The
+/// outermost faces are kept.
 fn divided(mut faces_mm: Vec<f64>, spacing_mm: f64) -> Vec<f64> {
     faces_mm.sort_by(f64::total_cmp);
     let last = faces_mm.last().copied().unwrap_or(0.0);
@@ -264,6 +274,7 @@ fn divided(mut faces_mm: Vec<f64>, spacing_mm: f64) -> Vec<f64> {
     kept.push(last);
     let mut lines = vec![kept[0]];
     for pair in kept.windows(2) {
+        // Rounding must not add a line where the spacing fits exactly.
         let count = ((pair[1] - pair[0]) / spacing_mm - 1e-9).ceil().max(1.0);
         let step = |n: u32| pair[0] + (pair[1] - pair[0]) * f64::from(n) / count;
         lines.extend((1..count as u32).map(step));

@@ -1,7 +1,7 @@
-//! Soft skins with channels of liquid: what a press squeezes out of each of them.
+//! Soft skins with liquid channels: the volume that a press displaces from each channel.
 //!
-//! Covers of channels are about as thick as they are wide, so that no theory of thin plates tells how they bend:
-//! the drawn skin is solved in three dimensions, by bricks between lines along the channels' faces.
+//! The covers of channels are about as thick as they are wide, so that thin-plate theory does not apply. The drawn skin
+//! is therefore solved in three dimensions with bricks between grid lines along the channels' faces.
 
 mod columns;
 mod contact;
@@ -18,39 +18,39 @@ pub use self::outcome::{ChannelMoved, LiquidOutcome, SkinNode};
 use crate::slab::{Slab, SlabField};
 use crate::{ElasticError, Presser, SoftError, SoftLayer};
 
-/// Most nodes of the surface that a presser may touch.
+/// Maximum number of surface nodes that an indenter may touch.
 const MOST_TOUCHED: usize = 600;
 
-/// A drawn skin, solved.
+/// A drawn skin as a factorised slab of bricks.
 #[derive(Debug)]
 pub struct LiquidStack {
-    /// What gives way, from what is touched inwards, with its thickness in the middle.
+    /// Soft layers from the touched surface inwards, with their largest thickness.
     pub layers: Vec<SoftLayer>,
-    /// What was simplified, in words.
+    /// Simplifications, in words.
     pub left_out: Vec<String>,
     skin: LiquidSkin,
     slab: Slab,
     columns: Vec<Column>,
-    /// Lines across x and y of the nodes of what is touched.
+    /// Grid lines along x and y of the touched surface's nodes.
     surface: Vec<[usize; 2]>,
-    /// The nodes above and below of each channel.
+    /// Pairs of nodes above and below each channel.
     faces: Vec<Vec<[usize; 2]>>,
 }
 
-/// What a skin answers to pressers that touch certain nodes.
+/// A skin's responses, solved for the nodes that an indenter may touch.
 #[derive(Debug)]
 pub struct LiquidReady<'a> {
     stack: &'a LiquidStack,
-    /// Of the surface's nodes, those that may be touched.
+    /// Surface nodes that may be touched.
     touched: Vec<usize>,
     answers: Answers,
 }
 
 impl LiquidStack {
-    /// The skin of a sensor, with nodes about `spacing_mm` apart.
+    /// Builds the skin of a sensor with nodes about `spacing_mm` apart.
     ///
     /// # Errors
-    /// A sensor without such a skin, nothing soft in it, more nodes than fit.
+    /// A sensor without such a skin or without soft material in it, or more nodes than fit.
     pub fn of(sensor: &Sensor, spacing_mm: f64) -> Result<Self, SoftError> {
         let none = || SoftError::Stiff { sensor: sensor.name.clone() };
         let skin = sensor.liquid.as_ref().ok_or_else(none)?;
@@ -59,6 +59,7 @@ impl LiquidStack {
         if layers.is_empty() {
             return Err(none());
         }
+        // Nodes on the window's border are fixed.
         let [half_x, half_y] = skin.window_mm.map(|width_mm| width_mm / 2.0 - 1e-6);
         let slab = Slab::new(
             drawn.lines_mm.clone(),
@@ -81,17 +82,17 @@ impl LiquidStack {
         })
     }
 
-    /// How many displacements are solved for.
+    /// Number of unknown displacements.
     pub fn unknowns(&self) -> usize {
         self.slab.unknowns()
     }
 
-    /// How many nodes the touched surface has.
+    /// Number of nodes of the touched surface.
     pub fn surface_nodes(&self) -> usize {
         self.surface.len()
     }
 
-    /// What is drawn.
+    /// Returns the drawn skin.
     pub fn skin(&self) -> &LiquidSkin {
         &self.skin
     }
@@ -100,7 +101,8 @@ impl LiquidStack {
         [i, j, self.slab.lines_mm(2).len() - 1]
     }
 
-    /// How far a presser reaches below each node of the surface at rest, mm; negative above.
+    /// Computes the depth to which an indenter reaches below each node of the undeformed surface, mm; negative above
+    /// it.
     fn reached_mm(&self, presser: &(impl Presser + ?Sized)) -> Vec<f64> {
         let lines_mm = self.slab.lines_mm(2);
         let reach_mm = lines_mm.last().unwrap_or(&0.0) - lines_mm.first().unwrap_or(&0.0);
@@ -109,10 +111,7 @@ impl LiquidStack {
         self.surface.iter().map(gap).collect()
     }
 
-    /// Solves for all that a presser at its deepest may touch.
-    ///
-    /// # Errors
-    /// A presser that touches nothing, that slips between nodes, or touches too many.
+    /// Solves for all nodes that an indenter at its deepest pose may touch.
     pub fn ready(
         &self,
         deepest: &(impl Presser + ?Sized),
@@ -122,7 +121,7 @@ impl LiquidStack {
         if most_mm <= 0.0 {
             return Err(ElasticError::NoContact { gap_mm: -most_mm });
         }
-        // Liquid that is squeezed from elsewhere lifts the surface by less than the press itself.
+        // Liquid displaced from elsewhere lifts the surface by less than the depth of the press.
         let touched: Vec<usize> =
             (0..reached_mm.len()).filter(|i| reached_mm[*i] > -0.3 * most_mm).collect();
         if touched.len() > MOST_TOUCHED {
@@ -138,6 +137,7 @@ impl LiquidStack {
         };
         self.slab.solve_each(&nodes, |which, field| {
             for channel in 0..channels {
+                // The first fields belong to forces on nodes, the rest to pressures in channels.
                 let grown_mm3 = self.slab.growth_mm3(channel, &field);
                 match which.checked_sub(count) {
                     None => answers.squeezed[(channel, which)] = -grown_mm3,
@@ -155,11 +155,7 @@ impl LiquidStack {
 }
 
 impl LiquidReady<'_> {
-    /// Presses: straight down, without friction.
-    ///
-    /// # Errors
-    /// A presser that touches nothing or more than it was made ready for, a contact that does not converge, a
-    /// channel that is pressed shut, more air than there is.
+    /// Presses an indenter straight down, without friction.
     pub fn press(&self, presser: &(impl Presser + ?Sized)) -> Result<LiquidOutcome, SoftError> {
         let stack = self.stack;
         let all_mm = stack.reached_mm(presser);
@@ -176,6 +172,7 @@ impl LiquidReady<'_> {
             .zip(&balance.forces_n)
             .map(|(i, force)| (node(*i), -force))
             .collect();
+        // The responses cover touched nodes only; the whole field needs one more solution.
         let field: SlabField = stack.slab.solve(&down, balance.pressures_mpa.as_slice());
         let touching: Vec<(usize, f64)> = self
             .touched

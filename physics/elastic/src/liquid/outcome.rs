@@ -1,4 +1,4 @@
-//! What a press on a skin with liquid does.
+//! Result of a press on a skin with liquid channels.
 
 use std::f64::consts::PI;
 
@@ -9,63 +9,64 @@ use super::contact::Balance;
 use crate::SoftError;
 use crate::slab::SlabField;
 
-/// What one channel does.
+/// Response of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelMoved {
-    /// As the drawing calls it.
+    /// Name in the drawing.
     pub name: String,
-    /// Liquid that is squeezed out of it, mm3; negative where it is drawn in.
+    /// Volume of liquid displaced out of the channel, mm3; negative where liquid is drawn in.
     pub volume_mm3: f64,
-    /// How far its column moves, away from the needle, mm.
+    /// Displacement of the liquid column, away from the needle, mm.
     pub column_moves_mm: f64,
-    /// In its liquid, above that of the air around, MPa.
+    /// Gauge pressure of the liquid, MPa.
     pub pressure_mpa: f64,
-    /// How far its cover comes down onto its floor, at most, mm.
+    /// Largest approach of the channel's cover to its floor, mm.
     pub closes_mm: f64,
-    /// Its height, mm: what it can close by.
+    /// Height of the channel, mm; it is closed when the cover approaches by as much.
     pub height_mm: f64,
 }
 
-/// A skin that has given way, sensor frame.
+/// A deformed skin, in the sensor frame.
 #[derive(Clone, Debug)]
 pub struct LiquidOutcome {
-    /// Of the presser on the skin, N.
+    /// Force of the indenter on the skin, N.
     pub force_n: Vector3<f64>,
-    /// The same about the sensor's origin, N mm.
+    /// Moment of that force about the sensor's origin, N mm.
     pub moment_nmm: Vector3<f64>,
-    /// Of all that touches, mm2.
+    /// Area of all nodes in contact, mm2.
     pub contact_area_mm2: f64,
-    /// Of the circle that has this area, mm.
+    /// Radius of the circle with this area, mm.
     pub contact_radius_mm: f64,
-    /// How far the surface moves in, at most, mm.
+    /// Largest inward displacement of the surface, mm.
     pub max_indentation_mm: f64,
-    /// How far it moves out, at most, mm.
+    /// Largest outward displacement of the surface, mm.
     pub bulge_mm: f64,
-    /// How far the underside moves down, at most, mm.
+    /// Largest downward displacement of the underside, mm.
     pub sags_mm: f64,
-    /// Each channel, in the drawing's order.
+    /// Channels in the drawing's order.
     pub channels: Vec<ChannelMoved>,
-    /// Of the surface's nodes, those that are touched, and with what force, N.
+    /// Surface nodes in contact, with their forces, N.
     touching: Vec<(usize, f64)>,
     field: SlabField,
 }
 
-/// A node of the skin's faces, sensor frame.
+/// A node of the skin's faces, in the sensor frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinNode {
-    /// Where it is at rest, mm.
+    /// Undeformed position, mm.
     pub place_mm: Vector3<f64>,
-    /// Out of the skin.
+    /// Normal out of the skin.
     pub outward: Vector3<f64>,
-    /// How far it moves, mm.
+    /// Displacement, mm.
     pub displacement_mm: Vector3<f64>,
-    /// What the presser pushes it with, MPa.
+    /// Contact pressure, MPa.
     pub pressure_mpa: f64,
-    /// What area it stands for, mm2.
+    /// Area that the node stands for, mm2.
     pub area_mm2: f64,
 }
 
 impl LiquidOutcome {
+    /// Evaluates a press from its balanced forces and pressures. Fails if a channel is pressed shut.
     pub(super) fn new(
         stack: &LiquidStack,
         balance: &Balance,
@@ -88,6 +89,7 @@ impl LiquidOutcome {
         let sags_mm = -under.fold(0.0, f64::min);
         let channels = stack.skin.channels.iter().zip(&stack.faces).zip(&stack.columns).enumerate();
         let channels = channels.map(|(c, ((channel, faces), column))| {
+            // Positive where the cover approaches the floor.
             let closes = |[above, below]: &[usize; 2]| {
                 let z = |node| stack.slab.displacement_mm(&field, node).z;
                 z(*below) - z(*above)
@@ -124,8 +126,8 @@ impl LiquidOutcome {
         })
     }
 
-    /// How far a place of the skin moves, mm, sensor frame: between nodes in proportion. Places beside or below the
-    /// skin move as its nearest place does.
+    /// Returns the displacement at a point of the skin, mm, in the sensor frame, interpolated trilinearly between
+    /// nodes. Points beside or below the skin move like its nearest point.
     pub fn displacement_mm(&self, stack: &LiquidStack, place: &Point3<f64>) -> Vector3<f64> {
         let axes = [0, 1, 2].map(|axis: usize| between(stack.slab.lines_mm(axis), place[axis]));
         let mut moved = Vector3::zeros();
@@ -142,7 +144,7 @@ impl LiquidOutcome {
         moved
     }
 
-    /// The nodes of the touched surface, then those of the underside below them.
+    /// Returns the nodes of the touched surface, then those of the underside below them.
     pub fn nodes(&self, stack: &LiquidStack) -> Vec<SkinNode> {
         let node = |at: [usize; 3], outward: Vector3<f64>| SkinNode {
             place_mm: stack.slab.place(at).coords,
@@ -161,19 +163,19 @@ impl LiquidOutcome {
     }
 }
 
-/// What area a node stands for, seen from above, mm2.
+/// Horizontal area that a node stands for, mm2.
 fn area_around_mm2(stack: &LiquidStack, at: [usize; 3]) -> f64 {
     around_mm(stack.slab.lines_mm(0), at[0]) * around_mm(stack.slab.lines_mm(1), at[1])
 }
 
-/// Half of the ways to the lines beside a line, mm.
+/// Half the distance between the neighbours of a grid line, mm.
 fn around_mm(lines_mm: &[f64], at: usize) -> f64 {
     let before = lines_mm[at.saturating_sub(1)];
     let after = lines_mm[(at + 1).min(lines_mm.len() - 1)];
     (after - before) / 2.0
 }
 
-/// The line before a place, and how much of the way to the next one it has gone.
+/// Returns the grid line before a position and the fraction of the way to the next one.
 fn between(lines_mm: &[f64], mm: f64) -> (usize, f64) {
     let last = lines_mm.len().saturating_sub(2);
     let line = lines_mm.partition_point(|line| *line <= mm).saturating_sub(1).min(last);

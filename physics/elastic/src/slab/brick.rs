@@ -1,26 +1,26 @@
-//! A brick of eight nodes whose volume changes evenly: it does not lock where it is incompressible.
+//! Eight-node brick with a uniform volume change, which does not lock for incompressible materials.
 
 use crate::Material;
 
-/// Displacements of eight nodes.
+/// Number of displacements of the eight nodes.
 pub(super) const UNKNOWNS: usize = 24;
 
-/// Gauss's points of order two.
+/// Position of the second-order Gauss points on -1 to 1.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
 
-/// Corner of a node, -1 or 1 along each axis; x runs fastest.
+/// Returns the corner of a node, -1 or 1 along each axis; x runs fastest.
 pub(super) fn corner(node: usize) -> [f64; 3] {
     [0, 1, 2].map(|axis| if node >> axis & 1 == 1 { 1.0 } else { -1.0 })
 }
 
-/// How much the volume of a brick of these edges, mm, grows by each displacement, mm2.
+/// Computes the change of a brick's volume by each displacement, mm2, for edges in mm.
 pub(super) fn dilation(edges_mm: [f64; 3]) -> [f64; UNKNOWNS] {
     let volume_mm3: f64 = edges_mm.iter().product();
     std::array::from_fn(|i| volume_mm3 * corner(i / 3)[i % 3] / (4.0 * edges_mm[i % 3]))
 }
 
-/// Forces by displacements, N/mm: the change of volume counts by its mean, what changes the shape at every point
-/// (Hughes, "Generalization of selective integration procedures", 1980).
+/// Computes the stiffness of a brick, N/mm. The volume change enters by its mean, the change of shape at every Gauss
+/// point (Hughes, "Generalization of selective integration procedures", 1980).
 pub(super) fn stiffness(edges_mm: [f64; 3], material: &Material) -> [[f64; UNKNOWNS]; UNKNOWNS] {
     let volume_mm3: f64 = edges_mm.iter().product();
     let shear = material.shear_modulus_mpa();
@@ -47,6 +47,7 @@ pub(super) fn stiffness(edges_mm: [f64; 3], material: &Material) -> [[f64; UNKNO
             let (a, i) = (&gradients[row / 3], row % 3);
             for (column, entry) in entries.iter_mut().enumerate() {
                 let (b, j) = (&gradients[column / 3], column % 3);
+                // Double contraction of the deviatoric strains of two unit displacements.
                 let same = if i == j { a[0] * b[0] + a[1] * b[1] + a[2] * b[2] } else { 0.0 };
                 *entry += weight * (same + a[j] * b[i] - 2.0 / 3.0 * a[i] * b[j]);
             }

@@ -1,4 +1,4 @@
-//! Slabs of bricks: what bends, with cavities in it, solved in three dimensions at small strain.
+//! Three-dimensional slabs of bricks, with cavities, at small strain.
 
 mod brick;
 
@@ -11,45 +11,46 @@ use self::brick::UNKNOWNS;
 use crate::harmonic::failed;
 use crate::{ElasticError, Material};
 
-/// Unknowns of a slab that still fits into a few GiB.
+/// Limit of unknowns, at which a slab still fits into a few GiB.
 const MOST_UNKNOWNS: usize = 300_000;
-/// Stiffness of cavities, as a part of what is around them: so little that it is not felt, and enough to keep
-/// nodes inside of them in place.
+/// Stiffness of cavities relative to the stiffest material: too small to affect results, and enough to keep nodes
+/// inside cavities in place.
 const CAVITY_STIFFNESS: f64 = 1e-6;
-/// Loads that are solved at once.
+/// Number of loads that are solved for at once.
 const AT_ONCE: usize = 32;
 
-/// What a brick of a slab holds.
+/// Contents of one brick of a slab.
 #[derive(Clone, Debug, Default)]
 pub struct Cell {
-    /// Of what it is, and which share of it.
+    /// Material of the brick and the share of its volume that it fills.
     pub solid: Option<(Material, f64)>,
-    /// Which cavities reach into it, and with which share of it.
+    /// Cavities that reach into the brick, each with its share of the volume.
     pub cavities: Vec<(usize, f64)>,
 }
 
-/// Bricks between lines along x, y and z, some of them held.
+/// A slab of bricks between grid lines along x, y and z, with some nodes fixed.
 #[derive(Debug)]
 pub struct Slab {
-    /// Of the lines, mm, rising.
+    /// Positions of the grid lines along each axis, mm, rising.
     lines_mm: [Vec<f64>; 3],
-    /// First unknown of a node that moves.
+    /// Index of the first of the three unknowns of each node that moves.
     unknown: Vec<Option<usize>>,
     unknowns: usize,
     factors: Factors,
-    /// How much each cavity grows by which unknown, mm2.
+    /// Volume change of each cavity by the unknowns, mm2, as sparse rows.
     growth: Vec<Vec<(usize, f64)>>,
 }
 
-/// Displacements of all nodes.
+/// Displacements of all nodes of a slab.
 #[derive(Clone, Debug)]
 pub struct SlabField(Vec<f64>);
 
 impl Slab {
-    /// From lines, what is between them by cell along x, y and z, and the places that are held.
+    /// Builds and factorises a slab from grid lines, the contents of each brick (by index along x, y and z) and the
+    /// fixed points.
     ///
     /// # Errors
-    /// Too many bricks, and what nothing holds.
+    /// More unknowns than fit into memory, or a slab that is not held.
     pub fn new(
         lines_mm: [Vec<f64>; 3],
         cavities: usize,
@@ -59,6 +60,7 @@ impl Slab {
         let counts = [0, 1, 2].map(|axis: usize| lines_mm[axis].len().saturating_sub(1));
         let cells: Vec<([usize; 3], Cell)> = places(counts)
             .map(|at| (at, cell(at)))
+            // Bricks without solid and cavity are left out entirely.
             .filter(|(_, cell)| cell.solid.is_some() || !cell.cavities.is_empty())
             .collect();
         let mut slab = Unsolved {
@@ -76,44 +78,44 @@ impl Slab {
         Ok(Self { lines_mm, unknown, unknowns, factors, growth })
     }
 
-    /// How many displacements are solved for.
+    /// Number of unknown displacements.
     pub fn unknowns(&self) -> usize {
         self.unknowns
     }
 
-    /// Lines along an axis, mm.
+    /// Grid lines along an axis, mm.
     pub fn lines_mm(&self, axis: usize) -> &[f64] {
         &self.lines_mm[axis]
     }
 
-    /// A node by its lines along x, y and z.
+    /// Returns the node at the crossing of three grid lines.
     pub fn node(&self, at: [usize; 3]) -> usize {
         node(&self.lines_mm, at)
     }
 
-    /// Where a node is at rest, mm.
+    /// Returns a node's position in the undeformed slab, mm.
     pub fn place(&self, at: [usize; 3]) -> Point3<f64> {
         Point3::from([0, 1, 2].map(|axis: usize| self.lines_mm[axis][at[axis]]))
     }
 
-    /// Whether a node is there and moves.
+    /// Returns whether a node exists and can move.
     pub fn moves(&self, node: usize) -> bool {
         self.unknown[node].is_some()
     }
 
-    /// How much a cavity grows by a field, mm3.
+    /// Computes the volume change of a cavity, mm3.
     pub fn growth_mm3(&self, cavity: usize, field: &SlabField) -> f64 {
         self.growth[cavity].iter().map(|(unknown, mm2)| mm2 * field.0[*unknown]).sum()
     }
 
-    /// Displacement of a node, mm; nothing where none is, or where it is held.
+    /// Returns the displacement of a node, mm; zero for nodes that do not exist or are fixed.
     pub fn displacement_mm(&self, field: &SlabField, node: usize) -> Vector3<f64> {
         self.unknown[node].map_or(Vector3::zeros(), |first| {
             Vector3::new(field.0[first], field.0[first + 1], field.0[first + 2])
         })
     }
 
-    /// Forces along z on nodes, N, and pressures in cavities, MPa, to displacements.
+    /// Solves for forces along z on nodes, N, and pressures in cavities, MPa.
     pub fn solve(&self, forces_n: &[(usize, f64)], pressures_mpa: &[f64]) -> SlabField {
         let mut loads = RightSides::new(self.unknowns, 1);
         let load = loads.column_mut(0);
@@ -132,7 +134,7 @@ impl Slab {
     }
 
     /// Solves for a unit force down, N, on each node of `down`, then for a unit pressure, MPa, in each cavity, and
-    /// hands each field over in that order.
+    /// passes each field to `take` in that order.
     pub(crate) fn solve_each(&self, down: &[usize], mut take: impl FnMut(usize, SlabField)) {
         let all: Vec<usize> = (0..down.len() + self.growth.len()).collect();
         for chunk in all.chunks(AT_ONCE) {
@@ -157,7 +159,7 @@ impl Slab {
     }
 }
 
-/// All cells, x fastest.
+/// Iterates over all indices of a grid, x fastest.
 fn places([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])))
 }
@@ -186,7 +188,7 @@ impl Unsolved {
         })
     }
 
-    /// Gives unknowns to the nodes of cells, where they are not held.
+    /// Assigns unknowns to the nodes of bricks, except where they are fixed.
     fn number(&mut self, cells: &[([usize; 3], Cell)], is_held: impl Fn(Point3<f64>) -> bool) {
         let mut is_used = vec![false; self.unknown.len()];
         for (at, _) in cells {
@@ -205,10 +207,11 @@ impl Unsolved {
         }
     }
 
+    /// Computes the volume change of each cavity by each unknown.
     fn growth(&self, cells: &[([usize; 3], Cell)], cavities: usize) -> Vec<Vec<(usize, f64)>> {
         let mut growth = vec![BTreeMap::<usize, f64>::new(); cavities];
-        // Liquid pushes on what is solid. Of nodes within cavities, and on openings, it pushes on nothing: there
-        // bricks of liquid pull as much as they push but for rounding, and next to nothing would hold them.
+        // Liquid pushes on solid parts only. Nodes inside cavities and on openings are left out: the forces of the
+        // bricks around them cancel except for rounding, and hardly any stiffness would resist it.
         let mut is_solid = vec![false; self.unknown.len()];
         for (at, _) in cells.iter().filter(|(_, cell)| cell.solid.is_some()) {
             for node in self.nodes(*at) {
@@ -229,18 +232,19 @@ impl Unsolved {
         growth.into_iter().map(|entries| entries.into_iter().collect()).collect()
     }
 
-    /// Entries on and below the diagonal, factorised.
+    /// Assembles the stiffness on and below the diagonal and factorises it.
     fn factors(&self, cells: &[([usize; 3], Cell)]) -> Result<Factors, ElasticError> {
         let (mut places, mut values) = (Vec::new(), Vec::new());
         let stiffest = cells.iter().filter_map(|(_, cell)| cell.solid);
         let stiffest = stiffest.map(|(material, _)| material.young_mpa()).fold(0.0, f64::max);
         let soft = Material::new(CAVITY_STIFFNESS * stiffest, 0.0)?;
-        // Bricks of a few sizes and materials: each is worked out once.
+        // Bricks come in few sizes and materials: each stiffness is computed once.
         let mut known: BTreeMap<[u64; 5], Box<[[f64; UNKNOWNS]; UNKNOWNS]>> = BTreeMap::new();
         for (at, cell) in cells {
             let (nodes, edges_mm) = (self.nodes(*at), self.edges_mm(*at));
             let open = (soft, 1.0);
             let share = cell.solid.map_or(0.0, |(_, share)| share);
+            // The part of a brick that the material leaves free is filled with the cavity's stiffness.
             let parts = cell.solid.into_iter().chain((share < 1.0).then_some(open));
             for (material, share) in parts {
                 let [x, y, z] = edges_mm.map(f64::to_bits);

@@ -1,4 +1,4 @@
-//! The bodies of a sensor as rays into its layers meet them.
+//! Intersections of rays with the bodies of a sensor.
 
 use fabkit_geometry::{
     Assembly, CompiledSolid, Elasticity, Kind, Point3, Ray, Scratch, Sensor, TouchSurface, Vector3,
@@ -6,12 +6,12 @@ use fabkit_geometry::{
 
 use super::error::SoftError;
 
-/// Stretches that begin this near to where the last one ended follow it, mm.
+/// Gap below which an interval continues the one before, mm.
 const JOINT_MM: f64 = 1e-3;
-/// Of the smallest radius of curvature of a dome: deeper, layers are taken for stiff.
+/// Depth up to which layers count as soft, as a part of a dome's smallest radius of curvature.
 const DEEPEST: f64 = 0.75;
 
-/// A body in its place in the sensor.
+/// A body placed in the sensor.
 pub(super) struct Placed {
     pub(super) name: String,
     pub(super) material: String,
@@ -19,7 +19,7 @@ pub(super) struct Placed {
     pub(super) solid: CompiledSolid,
 }
 
-/// One body on a ray: which, and from where to where, mm.
+/// Interval of a ray inside one body, mm.
 #[derive(Clone, Copy)]
 pub(super) struct Stretch {
     pub(super) body: usize,
@@ -27,23 +27,24 @@ pub(super) struct Stretch {
     pub(super) end_mm: f64,
 }
 
-/// Everything below a place of the surface until it no longer gives way.
+/// Soft bodies below a point of the surface.
 pub(super) struct Column {
-    /// From outside inwards, each beginning where the one before ends.
+    /// Intervals from outside inwards, each beginning where the one before ends.
     pub(super) soft: Vec<Stretch>,
-    /// Whether something stiff follows.
+    /// True if something rigid follows.
     pub(super) is_held: bool,
-    /// Which body follows; nothing where none does, and deeper than one looks.
+    /// Body that follows; `None` if there is none, or the depth limit is reached.
     pub(super) next: Option<usize>,
 }
 
-/// All bodies of the sensor, and how deep they are looked into, mm.
+/// All bodies of a sensor, and the depth up to which they count as soft, mm.
 pub(super) struct Bodies {
     pub(super) placed: Vec<Placed>,
     pub(super) deepest_mm: f64,
 }
 
 impl Bodies {
+    /// Compiles the bodies of the finished sensor.
     pub(super) fn of(sensor: &Sensor) -> Result<Self, SoftError> {
         let mut placed = Vec::new();
         for body in &sensor.bodies {
@@ -60,13 +61,13 @@ impl Bodies {
                 });
             }
         }
-        // Normals of a dome meet in its middle: far below a press, what gives way is taken for stiff.
+        // Normals of a dome meet in its centre: far below a press, soft material is treated as rigid.
         let curvature = |touch: &TouchSurface| DEEPEST * touch.least_curvature_radius_mm();
         let deepest_mm = sensor.touch.as_ref().map_or(f64::INFINITY, curvature);
         Ok(Self { placed, deepest_mm })
     }
 
-    /// All bodies on a ray, in the order in which they begin.
+    /// Returns the intervals of all bodies on a ray, in the order in which they begin.
     pub(super) fn met(&self, ray: &Ray) -> Vec<Stretch> {
         let (mut scratch, mut found, mut met) = (Scratch::default(), Vec::new(), Vec::new());
         for (body, placed) in self.placed.iter().enumerate() {
@@ -77,13 +78,15 @@ impl Bodies {
         met
     }
 
+    /// Returns the soft bodies below a point of the surface, along its inward normal.
     pub(super) fn below(&self, place: Point3<f64>, outward: Vector3<f64>) -> Column {
-        // From a little outside, so that the surface itself is crossed.
+        // From 1 mm outside, so that the ray crosses the surface itself.
         let ray = Ray { origin: place + outward, direction: -outward };
         self.follow(&self.met(&ray), 1.0, self.deepest_mm)
     }
 
-    /// Everything on a ray from what is soft first until it no longer gives way, however deep; from the ray's origin.
+    /// Returns the soft bodies on a ray from the first one on, at any depth. Intervals are measured from the ray's
+    /// origin.
     pub(super) fn first_soft(&self, ray: &Ray) -> Column {
         let met = self.met(ray);
         let first = met.iter().find(|stretch| self.placed[stretch.body].elasticity.is_some());
@@ -96,7 +99,7 @@ impl Bodies {
         column
     }
 
-    /// What follows one on the other from a place of a ray; depths are from there.
+    /// Follows adjoining soft bodies from a point of the ray; depths are measured from there.
     fn follow(&self, met: &[Stretch], from_mm: f64, deepest_mm: f64) -> Column {
         let (mut soft, mut at_mm) = (Vec::<Stretch>::new(), from_mm);
         loop {
@@ -110,6 +113,7 @@ impl Bodies {
                         end_mm: at_mm - from_mm,
                         ..*next
                     });
+                    // Cut off at the depth limit: treated as held.
                     if next.end_mm > at_mm {
                         return Column { soft, is_held: true, next: None };
                     }

@@ -1,38 +1,38 @@
-//! Why a sensor has nothing to press.
+//! Errors of building or pressing a sensor's soft layers.
 
 use fabkit_geometry::InvalidSolid;
 
 use crate::ElasticError;
 
-/// Why a sensor has nothing to press.
+/// Error of building or pressing a sensor's soft layers.
 #[derive(Debug, thiserror::Error)]
 pub enum SoftError {
-    /// Nothing of known elasticity below the surface.
+    /// No material of known elasticity below the surface.
     #[error("nothing of known elasticity lies below the surface of {sensor}")]
     Stiff {
-        /// Its name.
+        /// Name of the sensor.
         sensor: String,
     },
-    /// Layers that nothing holds.
+    /// Soft layers that nothing rigid holds.
     #[error("nothing stiff holds the soft layers: neither from inside nor at their rim")]
     Loose,
-    /// A channel that is pressed shut.
+    /// Channel that is pressed shut.
     #[error(
         "channel {channel} is pressed shut: its cover would come down by {closes_mm:.3} mm, but the channel is \
          {height_mm} mm high"
     )]
     Shut {
-        /// Which.
+        /// Name of the channel.
         channel: String,
-        /// By how much its cover would come down onto its floor, mm.
+        /// Approach of the cover to the floor, mm.
         closes_mm: f64,
-        /// How high it is, mm.
+        /// Height of the channel, mm.
         height_mm: f64,
     },
-    /// A body that is none.
+    /// Invalid solid.
     #[error(transparent)]
     Solid(#[from] InvalidSolid),
-    /// What the solver says.
+    /// Error of the elastic solver.
     #[error(transparent)]
     Elastic(#[from] ElasticError),
 }

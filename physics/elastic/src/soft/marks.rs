@@ -1,4 +1,4 @@
-//! Where the marks are that a camera follows, while something presses.
+//! Displacement of the markers that a camera follows, during a press.
 
 use fabkit_geometry::{Carrier, Mark, Point3, TouchSurface, Vector3};
 
@@ -6,27 +6,27 @@ use super::SoftStack;
 use super::rod::{Rod, Turn};
 use crate::{Curve, Outcome};
 
-/// Nearer to an interface than this part of a layer, a mark is on it.
+/// Distance from an interface, as a part of the layer, below which a marker counts as lying on it.
 const ON_INTERFACE: f64 = 0.02;
-/// Where the layers end, by s.
+/// Parameter s at which the layers end.
 const RIM: f64 = 1.0;
 
-/// A mark that has moved, sensor frame.
+/// A displaced marker, in the sensor frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarkMoved {
-    /// From where it is at rest, mm.
+    /// Displacement from the position at rest, mm.
     pub displacement_mm: Vector3<f64>,
-    /// Which way it now points, unit.
+    /// Direction of the displaced marker's axis, unit.
     pub axis: Vector3<f64>,
 }
 
-/// Where a place is in the layers.
+/// Position within the layers.
 struct Within {
     s: f64,
     azimuth: f64,
-    /// Counted from outside.
+    /// Layer, counted from outside.
     layer: usize,
-    /// From the layer's outer face, 0, to its inner one, 1.
+    /// Depth within the layer, from 0 at its outer face to 1 at its inner one.
     share: f64,
 }
 
@@ -37,14 +37,14 @@ impl Within {
 }
 
 impl SoftStack {
-    /// Divides layers where marks are in the middle of them, so that the solver tells how just that place moves: at
-    /// most one more interface in each layer, at the depth of the median mark, as a part of the layer.
+    /// Divides layers at markers inside them, so that the solver computes the displacement at just that depth. At most
+    /// one interface is added to each layer, at the depth of the median marker as a part of the layer.
     pub fn divide_at_marks(&mut self, touch: &TouchSurface, marks: &[Mark]) {
         let mut shares = vec![Vec::new(); self.body.layers.len()];
         for within in marks.iter().filter_map(|mark| self.within(touch, mark.point)) {
             shares[within.layer].push(within.share);
         }
-        // From inside: what is put in moves what follows.
+        // From inside, since an insertion shifts the indices of what follows.
         for (layer, mut shares) in shares.into_iter().enumerate().rev() {
             shares.sort_by(f64::total_cmp);
             let share = shares.get(shares.len() / 2).copied().unwrap_or(0.0);
@@ -59,11 +59,11 @@ impl SoftStack {
         }
     }
 
-    /// Where a mark is while something presses; nothing beyond the end of the layers.
+    /// Computes the displacement of a marker during a press; `None` beyond the end of the layers.
     ///
-    /// The gel carries a mark as it carries its middle: exact for what is as stiff as the gel around it, and for
-    /// anything symmetric in a strain that is even over its size. A pin leaves what it stands on as that goes and
-    /// turns, averaged over its foot; from there it is a beam that the gel around it holds.
+    /// The gel carries a marker like its centre. This is exact for markers as stiff as the gel around them, and for any
+    /// symmetric marker in a strain that is uniform over its size. A pin follows the displacement and the rotation of
+    /// the interface that it stands on, averaged over its foot; beyond its foot it is a beam in the surrounding gel.
     pub fn mark(&self, outcome: &Outcome, touch: &TouchSurface, mark: &Mark) -> Option<MarkMoved> {
         let here = self.within(touch, mark.point)?;
         let gel_moved_mm = self.moved_mm(outcome, &here);
@@ -73,7 +73,7 @@ impl SoftStack {
         };
         let foot = self.within(touch, root)?;
         let turn = self.turn(outcome, touch, root, &foot, mark.radius_mm)?;
-        // It is of what lies outside of the interface that it stands on.
+        // The pin's material is that of the layer outside of its interface.
         let below = foot.nearest_interface().min(self.body.layers.len() - 1);
         let [pin, gel] = [below.saturating_sub(1), below].map(|i| &self.body.layers[i].material);
         let lever_mm = mark.point - root;
@@ -83,6 +83,7 @@ impl SoftStack {
         Some(MarkMoved { displacement_mm, axis })
     }
 
+    /// Locates a point in the layers; `None` beyond their end.
     fn within(&self, touch: &TouchSurface, point: Point3<f64>) -> Option<Within> {
         let (depth_mm, outward) = touch.depth_mm(&point);
         let [s, azimuth] = self.coordinates(&(point + depth_mm * outward));
@@ -94,7 +95,7 @@ impl SoftStack {
             let [[r, z], [outer_r, outer_z]] = [places[i], places[0]];
             (r - outer_r).hypot(z - outer_z)
         };
-        // What is outside of all layers, or below them, is on the nearest face.
+        // Points outside of all layers, or below them, are put on the nearest face.
         let layers = self.body.layers.len();
         let layer = (1..layers).rev().find(|layer| depth_of(*layer) <= depth_mm).unwrap_or(0);
         let [outer_mm, inner_mm] = [layer, layer + 1].map(depth_of);
@@ -102,14 +103,14 @@ impl SoftStack {
         Some(Within { s, azimuth, layer, share })
     }
 
-    /// How a place moves, sensor frame, mm: in proportion between interfaces.
+    /// Interpolates the displacement linearly between interfaces, in the sensor frame, mm.
     fn moved_mm(&self, outcome: &Outcome, at: &Within) -> Vector3<f64> {
         let [outer, inner] =
             [at.layer, at.layer + 1].map(|i| outcome.displacement_mm(i, at.azimuth, at.s));
         self.sensor_from_stack.vector((1.0 - at.share) * outer + at.share * inner)
     }
 
-    /// How the interface nearest to a place turns there: by two ways across it, before and after.
+    /// Computes the rotation of the nearest interface from two tangents across the point, before and after the press.
     fn turn(
         &self,
         outcome: &Outcome,
@@ -122,6 +123,7 @@ impl SoftStack {
         let surface = point + depth_mm * outward;
         let interface = at.nearest_interface();
         let ways = self.along(&surface, &outward).map(|way| {
+            // Central difference over the marker's own width, which averages over its foot.
             let [ahead, behind] = [1.0, -1.0].map(|side| {
                 let [s, azimuth] = self.coordinates(&(surface + side * radius_mm * way));
                 let s = s.min(RIM);

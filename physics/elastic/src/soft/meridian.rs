@@ -1,4 +1,4 @@
-//! The meridian of a dome's layers.
+//! Meridian of a dome's layers.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -8,42 +8,43 @@ use fabkit_geometry::{DomePoints, Ray};
 use super::bodies::{Bodies, Column};
 use crate::Hold;
 
-/// Places along the meridian at which the bodies are asked.
+/// Number of steps along the meridian at which the bodies are probed.
 pub(super) const STEPS: usize = 240;
-/// Meridians that are compared: what differs between them is no body of revolution.
+/// Number of meridians that are averaged; features that differ between them are not rotationally symmetric.
 const MERIDIANS: usize = 36;
 /// Differences between meridians below this are rounding, mm.
 pub(super) const ROUND_MM: f64 = 1e-6;
-/// Steps to either side over which dimples, pins and slots are spread.
+/// Half width, in steps, over which dimples, pins and slots are averaged along the meridian.
 const SPREAD_STEPS: usize = 16;
-/// Of the usual depth of all layers: where they end earlier, something stands in them.
+/// Fraction of the usual depth of all layers; a shallower column ends at an inclusion.
 const SHALLOW: f64 = 0.5;
-/// The rim is held where something stiff begins within this distance beyond it, mm.
+/// Distance beyond the rim within which something rigid must begin to hold it, mm.
 const RIM_MM: f64 = 0.3;
 
-/// The meridian of a dome's layers, as a table: what differs around the axis is left out.
+/// Meridian of a dome's layers as a table, averaged around the axis.
 pub(super) struct Meridian {
-    /// The last polar angle that has all layers, rad.
+    /// Largest polar angle at which all layers exist, rad.
     pub(super) end_rad: f64,
-    /// How deep each layer's lower face lies below the surface, mm, by step and layer.
+    /// Depth of each layer's lower face below the surface, mm, by step and layer.
     pub(super) depths_mm: Vec<Vec<f64>>,
-    /// Whether something stiff follows the last layer, by step.
+    /// True where something rigid follows the last layer, by step.
     pub(super) is_held: Vec<bool>,
-    /// The stiff body that mostly follows.
+    /// The rigid body that follows most often.
     pub(super) held_by: Option<usize>,
-    /// How far depths differ around the axis, at most, mm, by layer.
+    /// Largest variation of each layer's depth around the axis, mm.
     pub(super) uneven_mm: Vec<f64>,
 }
 
-/// The bodies that lie below most places of the surface, from outside inwards: not below a pin or a hole; and how
-/// deep they reach, mm: the median.
+/// Finds the sequence of soft bodies, from outside inwards, that lies below most of the surface (not below a pin or a
+/// hole), and the median of their total depth, mm.
 pub(super) fn most_common(bodies: &Bodies, face: &DomePoints) -> (Vec<usize>, f64) {
     let mut counted = BTreeMap::<Vec<usize>, Vec<f64>>::new();
     for ring in 0..MERIDIANS {
-        // By area, about: more places where the rings are longer.
+        // Sampled about evenly by area: longer rings have more points.
         let polar = face.last_polar_rad() * (ring as f64 + 0.5) / MERIDIANS as f64;
         let places = ((polar.sin() * MERIDIANS as f64).ceil() as usize).max(1);
         for place in 0..places {
+            // Offset, so that no azimuth falls on an axis.
             let azimuth = (place as f64 + 0.37) * TAU / places as f64;
             if let Some((point, outward)) = face.towards(polar, azimuth) {
                 let soft = bodies.below(point, outward).soft;
@@ -62,28 +63,30 @@ pub(super) fn most_common(bodies: &Bodies, face: &DomePoints) -> (Vec<usize>, f6
 }
 
 impl Meridian {
+    /// Averages the depths of the layers in `names` around the axis, at each step along the meridian.
     pub(super) fn of(bodies: &Bodies, face: &DomePoints, names: &[usize], usual_mm: f64) -> Self {
         let column = |polar: f64, azimuth: f64| {
             let (point, outward) = face.towards(polar, azimuth)?;
             let column = bodies.below(point, outward);
             let has_all = column.soft.len() >= names.len()
                 && column.soft.iter().zip(names).all(|(stretch, name)| stretch.body == *name);
-            // A dot or a pin may stand in the last of them.
+            // A dot or a pin may stand in the last layer.
             let is_whole = has_all && column.soft[names.len() - 1].end_mm > SHALLOW * usual_mm;
             is_whole.then_some(column)
         };
         let around = |polar: f64| -> Vec<Column> {
             let azimuths =
+                // Offset, so that no meridian falls on an axis.
                 (0..MERIDIANS).map(|i| (f64::from(i as u32) + 0.37) * 360.0 / MERIDIANS as f64);
             let mut columns: Vec<Column> =
                 azimuths.filter_map(|deg| column(polar, deg.to_radians())).collect();
-            // Without those that end at what stands in the layer: a dot, a pin.
+            // Columns that end at an inclusion, such as a dot or a pin, are left out.
             let follow = |next| columns.iter().filter(|column| column.next == next).count();
             let usual = columns.iter().map(|column| column.next).max_by_key(|next| follow(*next));
             columns.retain(|column| Some(column.next) == usual);
             columns
         };
-        // Most meridians must have all layers; those that pass a pin or a slot may not.
+        // Most meridians must have all layers; those that pass through a pin or a slot may lack some.
         let is_whole = |columns: &[Column]| 2 * columns.len() > MERIDIANS;
         let last_rad = face.last_polar_rad() * (1.0 - 1e-6);
         let polar = |i: usize| last_rad * i as f64 / STEPS as f64;
@@ -104,7 +107,7 @@ impl Meridian {
                 let (least, most) =
                     (ends().fold(f64::INFINITY, f64::min), ends().fold(0.0, f64::max));
                 *uneven = uneven.max(most - least);
-                // What is even stays exact.
+                // Rotationally symmetric faces stay exact.
                 let is_even = most - least < ROUND_MM;
                 here.push(if is_even { least } else { ends().sum::<f64>() / columns.len() as f64 });
             }
@@ -112,7 +115,7 @@ impl Meridian {
             holding().filter_map(|c| c.next).for_each(|body| *held.entry(body).or_default() += 1);
             rows.push(Some((here, 2 * holding().count() > columns.len())));
         }
-        // Where a pin or a hole is all around, as at a tip, it is as beside it.
+        // Where a pin or a hole covers all azimuths, as at a tip, the nearest step's values apply.
         let nearest =
             |i: usize| (0..=STEPS).filter(|j| rows[*j].is_some()).min_by_key(|j| j.abs_diff(i));
         let filled = (0..=STEPS).filter_map(|i| rows[nearest(i)?].clone());
@@ -124,7 +127,7 @@ impl Meridian {
         Self { end_rad, depths_mm, is_held, held_by, uneven_mm }
     }
 
-    /// Between the table's rows.
+    /// Interpolates the depth of a layer's lower face between the table's rows, mm.
     pub(super) fn depth_mm(&self, layer: usize, s: f64) -> f64 {
         let place = s.clamp(0.0, 1.0) * STEPS as f64;
         let i = (place as usize).min(STEPS - 1);
@@ -132,10 +135,11 @@ impl Meridian {
         (1.0 - share) * self.depths_mm[i][layer] + share * self.depths_mm[i + 1][layer]
     }
 
-    /// What holds the innermost face, mostly.
+    /// Returns the boundary condition of the innermost face, and records where it is simplified.
     pub(super) fn inner(&self, left_out: &mut Vec<String>) -> Hold {
         let held = self.is_held.iter().filter(|held| **held).count();
         let from = self.is_held.iter().position(|held| *held).unwrap_or(STEPS);
+        // Held from a step on to the rim: an exact boundary condition exists.
         if from > 0 && from < STEPS && self.is_held[from..].iter().all(|held| *held) {
             return Hold::BondedBeyond(from as f64 / STEPS as f64);
         }
@@ -158,7 +162,7 @@ impl Meridian {
     }
 }
 
-/// Spreads what is not round along the meridian as well, so that the layer keeps its volume, about.
+/// Averages a layer's depths along the meridian too, so that the layer keeps its volume approximately.
 fn spread(depths_mm: &mut [Vec<f64>], layer: usize) {
     let before: Vec<f64> = depths_mm.iter().map(|row| row[layer]).collect();
     for (i, row) in depths_mm.iter_mut().enumerate() {
@@ -167,7 +171,8 @@ fn spread(depths_mm: &mut [Vec<f64>], layer: usize) {
     }
 }
 
-/// Whether something stiff begins beyond the end of the meridian, in the middle of all layers down to one.
+/// Returns whether something rigid begins beyond the end of the meridian, at half the depth of the layers down to
+/// `layer`.
 pub(super) fn rim_is_held(
     bodies: &Bodies,
     face: &DomePoints,
@@ -181,6 +186,7 @@ pub(super) fn rim_is_held(
     else {
         return false;
     };
+    // Along the layers, from just before their end.
     let ray = Ray { origin: before, direction: (end - before).normalize() };
     let end_mm = (end - before).norm();
     bodies.met(&ray).iter().any(|stretch| {

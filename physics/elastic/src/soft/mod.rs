@@ -1,5 +1,4 @@
-//! What lies below a sensing surface, as far down as it gives way: the elastic solver's layers, met by rays in the
-//! drawn bodies.
+//! Soft layers below a sensing surface, found by rays through the drawn bodies, as input of the elastic solver.
 
 mod bodies;
 mod error;
@@ -27,54 +26,55 @@ pub use self::tip::{BondLine, TipPress};
 pub use self::yielded::Yielded;
 use crate::{Body, Curve, Hold, Layer, Material};
 
-/// Layers thinner than this on the axis are given to the next one: coats of paint, which bend with it, mm. A coat of
-/// 0.1 mm that came out thicker is one too.
+/// Thickness below which a layer on the axis is merged with the next one, mm. Such layers are coats of paint, which
+/// bend with the layer below. A coat of 0.1 mm that came out thicker counts too.
 const THIN_MM: f64 = 0.15;
-/// A pad is a disc of this many thicknesses around the press: farther off nothing moves that is bonded below.
+/// Radius of the disc that stands for a pad, in thicknesses. Farther from the press nothing moves, since the pad is
+/// bonded below.
 const PAD_THICKNESSES: f64 = 10.0;
-/// Parts of the layers that a press may be deep.
+/// Depth of a press up to which strain counts as small, as a part of all layers.
 const SMALL_STRAIN: f64 = 0.2;
-/// The same for skins, as a part of their own thickness.
+/// The same limit for skins, as a part of the skin's own thickness.
 const SMALL_STRAIN_OF_SKINS: f64 = 0.44;
-/// A skin is that much stiffer than what lies below.
+/// Stiffness ratio to the layer below from which the touched layer counts as a skin.
 const SKIN: f64 = 3.0;
-/// Nearer to its edge than this many thicknesses, a pad gives way more than the disc does.
+/// Distance from its edge, in thicknesses, below which a pad is noticeably softer than the disc.
 const EDGE_THICKNESSES: f64 = 3.0;
 
-/// A layer that gives way.
+/// A soft layer of a sensor.
 #[derive(Clone, Debug)]
 pub struct SoftLayer {
-    /// The body's name.
+    /// Name of the body.
     pub name: String,
-    /// What it is made of, as the design calls it.
+    /// Material as the design names it.
     pub material: String,
-    /// Below the pole, or below the press on a pad, mm.
+    /// Thickness below the pole, or below the press on a pad, mm.
     pub thickness_mm: f64,
-    /// What is known of its material.
+    /// Elastic properties of the material.
     pub elasticity: Elasticity,
 }
 
-/// What can be pressed.
+/// The soft layers of a sensor, as a body for the solver.
 #[derive(Debug)]
 pub struct SoftStack {
-    /// From the touched one inwards.
+    /// Layers from the touched one inwards.
     pub layers: Vec<SoftLayer>,
-    /// For the solver.
+    /// Body for the solver.
     pub body: Body,
-    /// Where the solver's frame lies; the identity for domes.
+    /// Pose of the solver's frame; the identity for domes.
     pub sensor_from_stack: Pose,
-    /// What was simplified, in words.
+    /// Simplifications, in words.
     pub left_out: Vec<String>,
-    /// The body that holds the innermost layer below most of the surface; nothing where the rim alone holds.
+    /// Body that holds the innermost layer below most of the surface; `None` where the rim alone holds.
     pub held_by: Option<String>,
     plan: Plan,
 }
 
 impl SoftStack {
-    /// The layers below the whole surface of a dome, or below a place of a pad.
+    /// Builds the layers below the whole surface of a dome, or below a place of a pad.
     ///
     /// # Errors
-    /// Nothing soft below the surface, or nothing that holds it.
+    /// Nothing soft below the surface, or nothing rigid that holds it.
     pub fn of(sensor: &Sensor, points: &SurfacePoints, place: &Place) -> Result<Self, SoftError> {
         let bodies = Bodies::of(sensor)?;
         match points {
@@ -85,11 +85,11 @@ impl SoftStack {
 }
 
 impl SoftStack {
-    /// The depth of a press above which small strain is doubtful, mm, and that depth as a part of all layers.
+    /// Returns the depth of a press above which small strain is doubtful, mm, and that depth as a part of all layers.
     ///
-    /// Fitted to what large strain says of a ball of 8 mm on the built-in sensors (the book's table): forces are 10 %
-    /// off from a fifth of the layers on, or never; where a skin lies on what is much softer, it stretches like a
-    /// membrane, and they are from less than half of its own thickness on.
+    /// Fitted to large-strain results for a ball of 8 mm on the built-in sensors (the book's table). Forces deviate by
+    /// 10 % from a fifth of the layers' thickness on, or never. A skin on a much softer layer stretches like a
+    /// membrane; there they deviate from less than half of the skin's own thickness on.
     pub fn small_strain_mm(&self) -> (f64, f64) {
         let thickness_mm: f64 = self.layers.iter().map(|layer| layer.thickness_mm).sum();
         let young = |layer: Option<&SoftLayer>| layer.map_or(0.0, |l| l.elasticity.young_mpa);
@@ -102,9 +102,10 @@ impl SoftStack {
     }
 }
 
-/// Where a press is centred: a point of the surface and its outward unit normal, sensor frame, mm.
+/// Centre of a press: a point of the surface and its outward unit normal, sensor frame, mm.
 pub type Place = (Point3<f64>, Vector3<f64>);
 
+/// Builds the layers below a place of a pad as a disc around it.
 fn pad(
     bodies: &Bodies,
     sensor: &Sensor,
@@ -132,6 +133,7 @@ fn pad(
         .iter()
         .map(|layer| Ok((layer_of(layer)?, layer.thickness_mm)))
         .collect::<Result<Vec<_>, SoftError>>()?;
+    // The solver's frame has its origin on the floor below the press.
     let (floor_mm, radius_mm) = (point.z - thickness_mm, PAD_THICKNESSES * thickness_mm);
     Ok(SoftStack {
         body: Body::pad(radius_mm, solver),
@@ -143,7 +145,7 @@ fn pad(
     })
 }
 
-/// How far a place of a pad is from its edge, mm: the nearest of many directions.
+/// Computes the distance of a point of a pad from its edge, mm: the smallest over 72 directions.
 fn edge_mm(face: &PlanePoints, [x, y]: [f64; 2]) -> f64 {
     let directions = (0..72).map(|i| f64::from(i).to_radians() * 5.0);
     let to_edge = |angle: f64| {
@@ -151,6 +153,7 @@ fn edge_mm(face: &PlanePoints, [x, y]: [f64; 2]) -> f64 {
         let is_on = |r: f64| face.at([x + r * cos, y + r * sin]).is_some();
         let (mut on, mut off) = (0.0, 1e3);
         for _ in 0..40 {
+            // Bisection, for an outline without reentrant parts along the ray.
             let middle = f64::midpoint(on, off);
             if is_on(middle) { on = middle } else { off = middle }
         }
@@ -159,6 +162,7 @@ fn edge_mm(face: &PlanePoints, [x, y]: [f64; 2]) -> f64 {
     directions.map(to_edge).fold(f64::INFINITY, f64::min)
 }
 
+/// Builds the layers of a dome as a body of revolution.
 fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack, SoftError> {
     let (names, usual_mm) = most_common(&bodies, face);
     if names.is_empty() {
@@ -191,6 +195,7 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
     let most_mm =
         meridian.depths_mm.iter().filter_map(|row| row.last()).copied().fold(0.0, f64::max);
     let apex_z_mm = face.towards(0.0, 0.0).map_or(f64::NAN, |(point, _)| point.z);
+    // Rays were cut off at the depth limit: look for a floor that they could not reach.
     let is_deep = most_mm >= bodies.deepest_mm - ROUND_MM;
     let floor = if is_deep { Floor::of(&bodies, face, apex_z_mm) } else { None };
     if let Some(floor) = &floor {
@@ -198,13 +203,13 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
     } else if is_deep {
         left_out.push(format!("that what lies deeper than {:.1} mm gives way", bodies.deepest_mm));
     }
-    // Gel down to a floor ends in what the outer layers end in, but deeper.
+    // Gel that reaches down to a floor is held at the rim by the outer layers' surroundings.
     let rim_layer = if floor.is_some() { 0 } else { names.len() - 1 };
     let is_rim_bonded = rim_is_held(&bodies, face, &meridian, rim_layer);
     if matches!(inner, Hold::Free) && !is_rim_bonded {
         return Err(SoftError::Loose);
     }
-    // The stretches at the pole, but with depths that are the same all around.
+    // Intervals at the pole, with depths that are averaged around the axis.
     let mut soft: Vec<Stretch> = (0..names.len())
         .map(|i| Stretch {
             body: names[i],
@@ -241,7 +246,7 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
     Ok(SoftStack { layers, body, sensor_from_stack: Pose::identity(), left_out, held_by, plan })
 }
 
-/// The meridian of the surface, or of a layer's lower face.
+/// Returns the meridian of the surface, or of a layer's lower face.
 fn curve(face: &Arc<DomePoints>, meridian: &Arc<Meridian>, layer: Option<usize>) -> Curve {
     let (face, meridian) = (Arc::clone(face), Arc::clone(meridian));
     Curve::new(move |s| {
@@ -258,7 +263,7 @@ fn is_thin(stretch: &Stretch) -> bool {
     stretch.end_mm - stretch.begin_mm < THIN_MM
 }
 
-/// Layers with what is thin given to the next one below; if nothing is below, to the one above.
+/// Builds the layers. A thin one is merged with the next one below, or with the one above if nothing is below.
 fn layers(
     bodies: &Bodies,
     soft: &[Stretch],
@@ -270,6 +275,7 @@ fn layers(
         if is_thin(stretch) && soft.len() > 1 {
             let thickness_mm = stretch.end_mm - stretch.begin_mm;
             left_out.push(format!("the stiffness of {}, {thickness_mm:.3} mm thick", placed.name));
+            // `begin_mm` stays, so that the next layer includes the thin one.
             if i + 1 == soft.len()
                 && let Some(last) = layers.last_mut()
             {

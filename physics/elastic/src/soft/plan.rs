@@ -1,4 +1,4 @@
-//! How places of a sensor's surface are told from each other, and how finely they are looked at.
+//! Surface coordinates of a sensor and mesh density of its solver.
 
 use std::f64::consts::TAU;
 
@@ -7,17 +7,18 @@ use fabkit_geometry::{Point3, Vector3};
 use super::{SoftError, SoftStack};
 use crate::{Division, Stack};
 
-/// By what places are known.
+/// Parametrisation of a sensor's surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Plan {
-    /// By the direction from a centre, up to the polar angle at which the layers end.
+    /// Direction from a centre, up to the polar angle at which the layers end.
     Dome { centre: Point3<f64>, end_rad: f64, equator_radius_mm: f64 },
-    /// By the distance from the middle of a disc.
+    /// Distance from the middle of a disc.
     Disc { radius_mm: f64 },
 }
 
 impl SoftStack {
-    /// s and azimuth, rad, of a point of the surface at rest, sensor frame, mm; s is above 1 beyond the layers' end.
+    /// Returns s and azimuth, rad, of a point of the undeformed surface, sensor frame, mm; s is above 1 beyond the
+    /// layers' end.
     #[inline]
     pub fn coordinates(&self, point_in_sensor: &Point3<f64>) -> [f64; 2] {
         match &self.plan {
@@ -34,12 +35,11 @@ impl SoftStack {
         }
     }
 
-    /// Ready to be pressed, with nodes of the touched surface `spacing_mm` apart: everywhere on a dome; on a pad up
-    /// to `reach_mm` from its middle, and further and further apart beyond, with at most so many harmonics of the
-    /// azimuth.
+    /// Builds the solver with surface nodes `spacing_mm` apart: everywhere on a dome; on a pad up to `reach_mm` from
+    /// its middle and gradually coarser beyond, with at most `most_harmonics` harmonics of the azimuth.
     ///
     /// # Errors
-    /// What the solver says.
+    /// Errors of the solver.
     pub fn stack(
         &self,
         spacing_mm: f64,
@@ -47,7 +47,7 @@ impl SoftStack {
         most_harmonics: usize,
         threads: usize,
     ) -> Result<Stack, SoftError> {
-        // Two nodes a wave.
+        // Two nodes per wave: the Nyquist limit.
         let harmonics =
             |radius_mm: f64| (TAU * radius_mm / (2.0 * spacing_mm)).ceil().max(1.0) as usize;
         let division = match self.plan {
@@ -63,12 +63,12 @@ impl SoftStack {
         Ok(Stack::new(&self.body, &division, threads)?)
     }
 
-    /// Fine around the axis, for what is the same all around.
+    /// Returns a division that is fine around the axis, for axisymmetric presses.
     pub fn division_at_pole(&self, spacing_mm: f64, reach_mm: f64) -> Division {
         Division::around_pole(spacing_mm, reach_mm, 0)
     }
 
-    /// Of the disc that a pad is taken for, mm; nothing for a dome.
+    /// Radius of the disc that stands for a pad, mm; `None` for a dome.
     pub fn disc_radius_mm(&self) -> Option<f64> {
         match self.plan {
             Plan::Dome { .. } => None,
@@ -76,8 +76,8 @@ impl SoftStack {
         }
     }
 
-    /// Directions along the surface at one of its points at rest: away from the pole, and around it counter-clockwise.
-    /// At the pole, x and y.
+    /// Returns two directions along the undeformed surface at one of its points: away from the pole, and
+    /// counter-clockwise around it. At the pole they are x and y.
     pub fn along(
         &self,
         point_in_sensor: &Point3<f64>,
@@ -85,6 +85,7 @@ impl SoftStack {
     ) -> [Vector3<f64>; 2] {
         let middle = self.sensor_from_stack.translation_mm();
         let out = Vector3::new(point_in_sensor.x - middle[0], point_in_sensor.y - middle[1], 0.0);
+        // At the pole every direction leads away; x is chosen.
         let out = out.try_normalize(1e-9).unwrap_or_else(Vector3::x);
         let around = Vector3::z().cross(&out);
         [around.cross(outward), around]

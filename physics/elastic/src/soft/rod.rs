@@ -1,4 +1,4 @@
-//! Pins in gel.
+//! Pins embedded in gel.
 
 use std::f64::consts::PI;
 
@@ -6,46 +6,47 @@ use fabkit_geometry::Vector3;
 
 use crate::Material;
 
-/// How two unit normals before and after tell that something turned: the shortest turn from one to the other.
+/// Rotation between two unit normals, before and after, by the shortest path.
 pub(super) struct Turn {
     pub(super) before: Vector3<f64>,
     pub(super) after: Vector3<f64>,
 }
 
 impl Turn {
-    /// A way, turned (Rodrigues).
+    /// Rotates a vector (Rodrigues' formula).
     pub(super) fn of(&self, way: Vector3<f64>) -> Vector3<f64> {
         let (across, cos) = (self.before.cross(&self.after), self.before.dot(&self.after));
         way * cos + across.cross(&way) + across * (across.dot(&way) / (1.0 + cos))
     }
 }
 
-/// A pin as a beam that the gel around it holds all along, in proportion to how far it is from where the gel would be
-/// without it (Winkler's foundation): a stiff pin goes as a lever, one that is thin and soft goes with the gel.
+/// A pin as a beam on an elastic foundation (Winkler's), which pulls it towards where the gel would be without the pin.
+/// A stiff pin acts as a lever; a thin, soft one moves with the gel.
 ///
-/// Across, gel holds a rod with about 4 pi G for each unit of length and of distance, along with half of that: what
-/// slender rods in an incompressible medium have, with 1 for the logarithm of how slender they are. The gel's motion is
-/// taken to be even along the pin, and the pin not to hold back what it stands on. `tests/oracles/check_pins.py` says
-/// how far off that is.
+/// Per unit of length and displacement, gel holds a rod with about 4 pi G across and half of that along. These are the
+/// values of slender rods in an incompressible medium, with 1 for the logarithm of the slenderness. The gel's
+/// displacement is assumed uniform along the pin, and the pin not to affect what it stands on.
+/// `tests/oracles/check_pins.py` quantifies the error.
 pub(super) struct Rod {
     length_mm: f64,
-    /// What is left at the end of a displacement by the lever, and of a turn: 1 for a stiff pin.
+    /// Fraction of a lever displacement, and of a rotation, that remains at the end: 1 for a stiff pin.
     left_of_lever: f64,
     left_of_turn: f64,
-    /// What is left there of the way that the root goes along the pin.
+    /// Fraction of the root's axial displacement that remains at the end.
     left_along: f64,
 }
 
 impl Rod {
+    /// Solves the beam and rod equations for a pin of a radius and length in gel.
     pub(super) fn new(pin: &Material, gel: &Material, radius_mm: f64, length_mm: f64) -> Self {
         let hold_mpa = 4.0 * PI * gel.shear_modulus_mpa();
         let stretching_n = pin.young_mpa() * PI * radius_mm.powi(2);
         let bending_nmm2 = stretching_n * radius_mm.powi(2) / 4.0;
-        // h'''' + 4 h = 0 with h = 0 and h' = 1 at the root, h'' = h''' = 0 at the end.
+        // Beam equation h'''' + 4 h = 0 with h = 0 and h' = 1 at the root, h'' = h''' = 0 at the end.
         let x = length_mm * (hold_mpa / (4.0 * bending_nmm2)).powf(0.25);
         let (sin, cos, sinh, cosh) = (x.sin(), x.cos(), x.sinh(), x.cosh());
         let sum = cos * cos + cosh * cosh;
-        // h'' = h with h = 0 at the root and a slope at the end.
+        // Rod equation h'' = h along the pin, with a free end.
         let along = length_mm * (hold_mpa / (2.0 * stretching_n)).sqrt();
         let is_pin = x > 0.0;
         Self {
@@ -56,8 +57,8 @@ impl Rod {
         }
     }
 
-    /// Where its end goes, mm, and which way it then points: from the way from root to end, how the root goes and turns,
-    /// and how the gel at the end would go without it.
+    /// Computes the displacement of the pin's end, mm, and its direction, from the vector from root to end, the root's
+    /// displacement and rotation, and the displacement that the gel at the end would have without the pin.
     pub(super) fn moved(
         &self,
         lever_mm: Vector3<f64>,
@@ -68,7 +69,7 @@ impl Rod {
         let Some(axis) = lever_mm.try_normalize(1e-9) else {
             return (root_moved_mm, turn.of(lever_mm));
         };
-        // What the root does beyond what the gel does: along the pin, and across by its turn.
+        // Displacement of the root relative to the gel: along the pin, and across it together with its rotation.
         let apart_mm = root_moved_mm - gel_moved_mm;
         let along_mm = axis * apart_mm.dot(&axis);
         let across_mm = apart_mm - along_mm;
@@ -89,7 +90,7 @@ mod tests {
         Rod::new(&material(pin_mpa), &material(gel_mpa), 0.5, 2.0)
     }
 
-    /// The root sinks by 0.2 mm and turns by 0.1 about y; the gel goes its own way.
+    /// Displaces a pin whose root sinks by 0.2 mm and turns by 0.1 about y, in gel that moves differently.
     fn moved(rod: &Rod) -> (Vector3<f64>, Vector3<f64>) {
         let turn =
             Turn { before: Vector3::z(), after: Vector3::new(0.1f64.sin(), 0.0, 0.1f64.cos()) };

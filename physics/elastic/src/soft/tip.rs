@@ -1,56 +1,56 @@
-//! A ball on the tip of a dome, or on the middle of a pad: what a design is worth under a press, in tenths of a
-//! second, because it is the same all around.
+//! Presses of a ball on the tip of a dome or the middle of a pad. They rate a design within tenths of a second, because
+//! the problem is axisymmetric.
 
 use fabkit_geometry::{Point3, Sensor, SurfacePoints, Vector3};
 
 use super::{SoftError, SoftStack};
 use crate::{Ball, Body, Curve, Division, FiniteStack, Hold, Outcome, Press, Stack};
 
-/// Nodes across a contact's rigid radius.
+/// Nodes across the radius of the undeformed intersection of ball and surface.
 const ACROSS: f64 = 24.0;
-/// A surface is looked at finely up to this many times that radius.
+/// Radius of the fine part of the mesh, as a multiple of that radius.
 const AROUND: f64 = 2.5;
-/// The part of a layer next to a bond in which its strain is measured.
+/// Fraction of a layer next to a bond in which the layer's strain is measured.
 const AT_BOND: f64 = 0.04;
-/// The part of a press by which the last of its stiffness is measured.
+/// Last fraction of the depth, over which the stiffness is measured.
 const LAST: f64 = 0.05;
-/// The ball starts this far above the surface, mm.
+/// Initial height of the ball above the surface, mm.
 const ABOVE_MM: f64 = 1.0;
 /// Steps along a bond line.
 const ALONG: usize = 400;
 
-/// What a press on the tip does.
+/// Result of a press on the tip.
 #[derive(Clone, Debug)]
 pub struct TipPress {
-    /// Of the ball on the sensor, N, as a push.
+    /// Magnitude of the force of the ball on the sensor, N.
     pub force_n: f64,
-    /// How force grows with depth at the end, N/mm.
+    /// Derivative of force by depth at the end, N/mm.
     pub stiffness_n_mm: f64,
-    /// How far the surface comes out beside the ball, mm.
+    /// Height of the bulge beside the ball, mm.
     pub bulge_mm: f64,
-    /// Of the contact, mm.
+    /// Radius of the contact, mm.
     pub contact_radius_mm: f64,
-    /// From outside inwards: below each layer, where it is bonded to something.
+    /// Bond below each layer that is bonded to something, from outside inwards.
     pub bonds: Vec<BondLine>,
 }
 
-/// The line along which a layer is bonded to what lies below.
+/// Bond between a layer and what lies below.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BondLine {
-    /// The layer's name.
+    /// Name of the layer.
     pub layer: String,
-    /// What it is bonded to: the next layer, or what holds the last one; nothing where nobody knows its name.
+    /// Name of what it is bonded to: the next layer, or what holds the last one; `None` if that has no known name.
     pub below: Option<String>,
-    /// The largest shear strain of the layer next to it, as an angle's tangent.
+    /// Largest shear strain of the layer next to the bond, as an angle's tangent.
     pub shear_strain: f64,
-    /// The stress along the bond there, MPa.
+    /// Shear stress along the bond there, MPa.
     pub shear_mpa: f64,
-    /// How far from the axis, mm.
+    /// Distance of that place from the axis, mm.
     pub radius_mm: f64,
 }
 
 impl SoftStack {
-    /// The layers below the tip of a dome, or below the middle of a pad.
+    /// Builds the layers below the tip of a dome, or below the middle of a pad.
     ///
     /// # Errors
     /// As [`SoftStack::of`]; a sensor without a surface has nothing soft.
@@ -66,18 +66,19 @@ impl SoftStack {
         Self::of(sensor, &points, &place)
     }
 
-    /// Presses a ball onto the tip, or onto the place of a pad that the stack was made for, at small strain.
+    /// Presses a ball onto the tip, or onto the place of the pad that the stack was made for, at small strain.
     ///
-    /// Bond lines are looked at in a twenty-fifth of the layer above: there shear is that of the line itself, to the
-    /// size of that part.
+    /// Shear at a bond is measured in the last twenty-fifth of the layer above it, and equals that of the bond line to
+    /// the resolution of that part.
     ///
     /// # Errors
-    /// A ball or a depth that is none, a press deeper than the layers, what does not converge.
+    /// An invalid radius or depth, a press deeper than the layers, or no convergence.
     pub fn press_tip(&self, radius_mm: f64, depth_mm: f64) -> Result<TipPress, SoftError> {
         let (body, lines) = self.with_bond_lines();
         let stack = Stack::new(&body, &self.tip_division(radius_mm, depth_mm), 1)?;
         let ball = self.ball_above(radius_mm)?;
         let pressed = |depth_mm: f64| stack.press(&ball, &Press::along(-Vector3::z(), depth_mm)?);
+        // The force at two close depths yields the stiffness.
         let (before, last) = (pressed((1.0 - LAST) * depth_mm)?, pressed(depth_mm)?);
         let bonds = lines.iter().map(|line| line.measure(self, &last)).collect();
         Ok(TipPress {
@@ -89,7 +90,7 @@ impl SoftStack {
         })
     }
 
-    /// The same press at large strain, to each of several rising depths, mm: seconds.
+    /// Computes the same press at large strain, to each of several rising depths, mm. It takes seconds.
     ///
     /// # Errors
     /// As [`SoftStack::press_tip`].
@@ -104,7 +105,7 @@ impl SoftStack {
         Ok(stack.press(&self.ball_above(radius_mm)?, depths_mm)?)
     }
 
-    /// Both levels at the same nodes: linear first.
+    /// Computes each press by both theories on the same nodes, the linear one first.
     ///
     /// # Errors
     /// As [`SoftStack::press_tip`].
@@ -123,17 +124,19 @@ impl SoftStack {
         both.collect()
     }
 
+    /// Chooses a mesh by the radius at which the undeformed surface cuts the ball.
     fn tip_division(&self, radius_mm: f64, depth_mm: f64) -> Division {
         let cut_mm = (depth_mm * (2.0 * radius_mm - depth_mm)).max(0.0).sqrt();
         Division::around_pole(cut_mm / ACROSS, AROUND * cut_mm, 0)
     }
 
+    /// Places a ball above the pole.
     fn ball_above(&self, radius_mm: f64) -> Result<Ball, SoftError> {
         let top_mm = self.body.interfaces.first().map_or(0.0, |surface| surface.at(0.0)[1]);
         Ok(Ball::new(Point3::new(0.0, 0.0, top_mm + radius_mm + ABOVE_MM), radius_mm)?)
     }
 
-    /// The same body with a thin part of each layer next to its bond as a layer of its own.
+    /// Splits off a thin part of each layer next to its bond as a layer of its own.
     fn with_bond_lines(&self) -> (Body, Vec<Line>) {
         let old = &self.body;
         let last = old.layers.len().saturating_sub(1);
@@ -147,6 +150,7 @@ impl SoftStack {
             let pair = [&old.interfaces[i], &old.interfaces[i + 1]];
             interfaces.push(Curve::between(pair[0], pair[1], 1.0 - AT_BOND));
             layers.push(layer.clone());
+            // The interface that the thin layer begins at.
             lines.push(Line { layer: i, above: interfaces.len() - 1 });
         }
         interfaces.extend(old.interfaces.last().cloned());
@@ -154,13 +158,14 @@ impl SoftStack {
     }
 }
 
-/// A bond line by the interface just above it.
+/// Bond line, given by the interface just above it.
 struct Line {
     layer: usize,
     above: usize,
 }
 
 impl Line {
+    /// Finds the largest shear strain along the line.
     fn measure(&self, soft: &SoftStack, outcome: &Outcome) -> BondLine {
         let (mut worst, mut radius_mm) = (0.0, 0.0);
         for i in 1..ALONG {
@@ -181,7 +186,7 @@ impl Line {
         }
     }
 
-    /// Twice the tensor's component along and across the line: du_t/dn + du_n/dt.
+    /// Computes the engineering shear strain along the line: du_t/dn + du_n/dt.
     fn shear_strain(&self, outcome: &Outcome, s: f64) -> f64 {
         let place = |interface: usize, s: f64| outcome.place_mm(interface, 0.0, s);
         let moved = |interface: usize, s: f64| outcome.displacement_mm(interface, 0.0, s);
@@ -189,12 +194,13 @@ impl Line {
         let along = place(self.above + 1, s + step) - place(self.above + 1, s - step);
         let tangent = along.normalize();
         let across = place(self.above, s) - place(self.above + 1, s);
-        // Out of the body: along goes outwards from the pole.
+        // Out of the body, since the tangent points away from the pole.
         let normal = Vector3::new(-tangent.z, 0.0, tangent.x);
         let apart_mm = across.dot(&normal);
         let turns = moved(self.above + 1, s + step) - moved(self.above + 1, s - step);
         let by_length = turns / along.norm();
-        // What lies across from each other need not lie along the normal.
+        // Opposite points of the two interfaces need not lie along the normal; the offset along the tangent is
+        // corrected.
         let slides =
             moved(self.above, s) - moved(self.above + 1, s) - across.dot(&tangent) * by_length;
         (slides.dot(&tangent) / apart_mm + by_length.dot(&normal)).abs()
@@ -226,8 +232,8 @@ mod tests {
 
     #[test]
     fn a_thin_layer_is_sheared_by_what_flows_out() {
-        // Incompressible, much wider than thick, held below and free to slide above: pressure drives it out as it
-        // does a film, and the floor bears all of it: shear is thickness times the slope of pressure.
+        // An incompressible layer, much wider than thick, bonded below and free to slide above: pressure drives it out
+        // like a viscous film, and the floor bears all of it. Shear is thickness times the slope of pressure.
         let (soft, thickness_mm) = (pad(&[(0.3, 0.1)]), 0.1);
         let (body, lines) = soft.with_bond_lines();
         let stack = Stack::new(&body, &soft.tip_division(50.0, 0.02), 1).unwrap();

@@ -1,17 +1,17 @@
-//! Where a sensor's surface is while something presses.
+//! Shape of a sensor's surface during a press.
 
 use fabkit_geometry::{Point3, Vector3};
 
 use super::SoftStack;
 use crate::{Field, Outcome, Stack};
 
-/// Drags are followed back in as many steps: they change little over their own length.
+/// Iterations to trace a point back along the drag, which varies little over its own length.
 const STEPS_BACK: usize = 3;
 
-/// A surface that has given way, in the sensor's frame.
+/// A deformed sensor surface, in the sensor's frame.
 ///
-/// A press moves the surface along its normals: there the presser was met, so that what touches lies on the
-/// presser. Friction then drags along what has moved.
+/// Pressing moves the surface along its normals, so that points in contact lie on the indenter. Friction then drags the
+/// displaced surface sideways.
 #[derive(Clone, Debug)]
 pub struct Yielded {
     straight: Field,
@@ -19,14 +19,14 @@ pub struct Yielded {
 }
 
 impl Yielded {
-    /// From a press that goes straight in, and the same after its way along the surface.
+    /// Creates the surface from a straight press, and optionally the same press after its shear.
     pub fn new(stack: &Stack, straight: &Outcome, sheared: Option<&Outcome>) -> Self {
         let field = |outcome| Field::new(stack, outcome, 0);
         Self { straight: field(straight), sheared: sheared.map(field) }
     }
 
-    /// How far it has moved out of the sensor, mm, along the normal at rest of a point of the surface at rest;
-    /// negative where it is pressed in.
+    /// Returns the displacement out of the sensor, mm, along the normal of a point of the undeformed surface; negative
+    /// where it is pressed in.
     #[inline]
     pub fn outwards_mm(
         &self,
@@ -38,7 +38,7 @@ impl Yielded {
         self.last().outwards_mm(s, azimuth)
     }
 
-    /// What the presser pushes it with there, MPa.
+    /// Returns the contact pressure at a point, MPa.
     #[inline]
     pub fn pressure_mpa(
         &self,
@@ -54,7 +54,7 @@ impl Yielded {
         self.sheared.as_ref().unwrap_or(&self.straight)
     }
 
-    /// Where what is now above a point was before friction dragged it there: s and azimuth.
+    /// Returns s and azimuth, before friction dragged it, of the surface that now lies above a point.
     #[inline]
     fn source(
         &self,

@@ -1,4 +1,4 @@
-//! Pressers of many shapes in many places: what they do is an answer or a refusal, and answers balance.
+//! Indenters of many shapes at many poses: each press yields a balanced result or an error.
 
 use crate::support::{round_layer, stack};
 use fabkit_elastic::{Division, ElasticError, Press, SolidPresser, Touch};
@@ -6,7 +6,7 @@ use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};
 
 const PRESSES: usize = 150;
 
-/// Numbers that are always the same (Marsaglia, "Xorshift RNGs", J. Stat. Softw. 8, 2003).
+/// Deterministic pseudo-random numbers (Marsaglia, "Xorshift RNGs", J. Stat. Softw. 8, 2003).
 struct Chance(u64);
 
 impl Chance {
@@ -53,8 +53,8 @@ fn presses_of_anything_balance_or_are_refused() {
         match stack.press(&presser, &press) {
             Ok(outcome) => {
                 answers += 1;
-                // Forces are those of tractions: normals of nodes beside each other differ, by about
-                // (h / R)^2 for a distance h on a radius R.
+                // The force is compared with the nodal tractions: normals of neighbouring nodes differ by about (h /
+                // R)^2 for a distance h on a radius R.
                 let sum: Vector3<f64> = outcome
                     .nodes
                     .iter()
@@ -85,6 +85,6 @@ fn presses_of_anything_balance_or_are_refused() {
     }
     println!("{answers} answers of {PRESSES}; {lost} of {sheared} sheared ones did not converge");
     assert!(answers > PRESSES * 3 / 4);
-    // Edges that are sharp and dragged far: rare, and said.
+    // Only sharp edges that are dragged far may fail to converge.
     assert!(lost * 20 <= sheared, "{lost} of {sheared}");
 }

@@ -1,4 +1,4 @@
-//! What must hold whatever the numbers are.
+//! Properties that hold for any material and shape.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use fabkit_geometry::{CompiledSolid, Point3, Pose, Solid, Vector3};
 #[test]
 fn what_one_place_does_to_another_that_does_to_it() {
     let stack = stack(&round_layer(0.4999), Division::even(0.5, 12));
-    // Digits lost to bulk that is 5,000 times as stiff as shear.
+    // Rounding is amplified by the bulk stiffness, 5,000 times the shear stiffness.
     let asymmetry = stack.asymmetry().unwrap();
     assert!(asymmetry < 1e-11, "{asymmetry:e}");
 }
@@ -19,7 +19,7 @@ fn a_press_at_the_pole_needs_no_harmonics() {
     for body in [two_layers(), round_layer(0.495)] {
         let even = press_down(&stack(&body, Division::even(0.25, 0)), 4.0, 0.6);
         let all = press_down(&stack(&body, Division::even(0.25, 30)), 4.0, 0.6);
-        // Both stop when nodes are within 1e-7 of the depth of where they belong.
+        // Both stop when nodes are within 1e-7 of the depth of their targets.
         let close = |a: f64, b: f64| (a - b).abs() < 1e-6 * b.abs();
         assert!(close(even.force_n.z, all.force_n.z), "{} {}", even.force_n, all.force_n);
         assert!(close(even.contact_area_mm2, all.contact_area_mm2));
@@ -41,7 +41,7 @@ fn a_flat_pad_is_the_same_everywhere() {
     let centre = at(0.0, 0.0);
     for (x, y) in [(0.3, 0.1), (1.9, 0.0), (-1.1, 1.7)] {
         let there = at(x, y);
-        // Nodes a sixteenth of the contact's radius apart: (h / a)^2 is 0.4 %; edges fall between nodes.
+        // Node spacing is a sixteenth of the contact radius: (h / a)^2 is 0.4 %; the edge falls between nodes.
         let close = |a: f64, b: f64, part: f64| (a / b - 1.0).abs() < part;
         assert!(
             close(there.force_n.z, centre.force_n.z, 0.004),
@@ -51,7 +51,7 @@ fn a_flat_pad_is_the_same_everywhere() {
         );
         assert!(close(there.contact_area_mm2, centre.contact_area_mm2, 0.06));
         assert!(close(there.bulge_mm, centre.bulge_mm, 0.02));
-        // The ball pushes through its centre.
+        // The force acts through the ball's centre.
         let about = Vector3::new(y * there.force_n.z, -x * there.force_n.z, 0.0);
         assert!((there.moment_nmm - about).norm() < 0.01 * 0.52, "{} {about}", there.moment_nmm);
     }
@@ -67,19 +67,19 @@ fn a_round_layer_is_the_same_in_all_directions() {
         let ball = fabkit_elastic::Ball::new(Point3::from(30.0 * outward), 4.0).unwrap();
         let outcome = stack.press(&ball, &Press::along(-outward, 0.5).unwrap()).unwrap();
         let along = -outcome.force_n.dot(&outward);
-        // Across, only what the rim, 9 mm away, makes uneven.
+        // Transversely, only the rim, 9 mm away, breaks the symmetry.
         assert!((outcome.force_n + along * outward).norm() < 0.01 * along, "{}", outcome.force_n);
         assert!(outcome.moment_nmm.norm() < 0.01 * along * 12.0);
         forces.push(along);
     }
     println!("{forces:?}");
     for force in &forces {
-        // Nodes a ninth of the contact's radius apart: about half of (h / a)^2 = 1.2 %.
+        // Node spacing is a ninth of the contact radius: the error is about half of (h / a)^2 = 1.2 %.
         assert!((force / forces[0] - 1.0).abs() < 0.01, "{forces:?}");
     }
 }
 
-/// Volume that an interface's displacement takes in, mm3, by its own field.
+/// Volume swept by an interface's displacement, mm3, integrated over its own field.
 fn flux(outcome: &Outcome, interface: usize) -> f64 {
     let (around, along) = (240, 800);
     let mut sum = 0.0;
@@ -111,8 +111,8 @@ fn incompressible_layers_keep_their_volume() {
     let change = outcome.volume_change_mm3[0];
     println!("{change} of {pushed_in}");
     assert!(change.abs() < 0.005 * pushed_in, "{change} of {pushed_in}");
-    // The rim and the floor are bonded: what goes in at one place of the surface comes out at another.
-    // Midpoints of 800 by 240 pieces are within 1e-4 of the volume pushed in.
+    // Rim and floor are bonded: volume pushed in at one part of the surface comes out at another. Midpoint integration
+    // over 800 by 240 pieces is within 1e-4 of the volume pushed in.
     let through_surface = flux(&outcome, 0);
     assert!((through_surface - change).abs() < 1e-3 * pushed_in, "{through_surface} {change}");
 }
@@ -125,7 +125,7 @@ fn any_solid_presses_as_the_same_ball() {
     let solid = CompiledSolid::new(&Solid::sphere(4.0)).unwrap();
     let solid = SolidPresser::new(&solid, &Pose::translation(1.0, 0.5, 54.0));
     let cast = stack.press(&solid, &press).unwrap();
-    // Crossings are exact to 1e-10 mm; the contact to 1e-7 of its depth.
+    // Crossings are exact to 1e-10 mm, the contact to 1e-7 of its depth.
     assert!((closed.force_n - cast.force_n).norm() < 1e-6, "{} {}", closed.force_n, cast.force_n);
 }
 
@@ -238,7 +238,7 @@ fn what_is_held_less_gives_more() {
 
 #[test]
 fn any_function_of_places_presses() {
-    // A plane that leans: what it touches of a dome is where the dome faces it.
+    // An inclined plane touches a dome where the dome faces it.
     let lean = Vector3::new(0.2, 0.0, 1.0).normalize();
     let plane = |place: &Point3<f64>, outward: &Vector3<f64>, _: f64| {
         let towards = outward.dot(&lean);
@@ -248,7 +248,7 @@ fn any_function_of_places_presses() {
     let outcome = stack.press(&plane, &Press::along(-lean, 0.3).unwrap()).unwrap();
     let along = -outcome.force_n.dot(&lean);
     assert!(along > 0.0 && (outcome.force_n + along * lean).norm() < 0.01 * along);
-    // A round layer held by a plane: the moment about the ball's centre vanishes.
+    // A round layer pressed by a plane: the moment about the ball's centre vanishes.
     assert!(outcome.moment_nmm.norm() < 0.01 * along * 12.0, "{}", outcome.moment_nmm);
 }
 
@@ -262,14 +262,14 @@ fn what_a_ball_is_glued_to_does_not_matter() {
     let alone = stack.press(&ball, &Press::in_place()).unwrap();
     let holder = |place: &Point3<f64>, out: &Vector3<f64>, reach_mm: f64| {
         let to_plane = (centre + 1.0 * outward - place).dot(&outward) / out.dot(&outward);
-        // On this side of the dome alone.
+        // The holder stands on this side of the dome only.
         let holder_mm = if out.dot(&outward) > 0.5 { to_plane } else { f64::INFINITY };
         fabkit_elastic::Presser::gap_mm(&ball, place, out, reach_mm).min(holder_mm)
     };
     let held = stack.press(&holder, &Press::in_place()).unwrap();
     assert!((held.force_n - alone.force_n).norm() < 1e-9 * alone.force_n.norm());
     assert_eq!(held.contact_area_mm2, alone.contact_area_mm2);
-    // What is pushed lies on the ball; at the edge nodes stand for what lies around them.
+    // Surface in contact lies on the ball; at the edge, nodes stand for their surroundings.
     for node in alone.nodes.iter().filter(|node| node.pressure_mpa > 0.0) {
         let gap_mm = fabkit_elastic::Presser::gap_mm(&ball, &node.place_mm, &node.outward, 3.0);
         let moved_mm = node.displacement_mm.dot(&node.outward);

@@ -12,7 +12,7 @@ fn a_shallow_press_is_the_linear_one() {
         let finite = FiniteStack::new(&body, &division).unwrap();
         let outcome = &finite.press(&ball_over(0.0, 0.0, 4.0), &[depth_mm]).unwrap()[0];
         assert_eq!(outcome.level, Level::Finite);
-        // Strains are about a / R = 5 %; what they change is of their square, and of the press by its
+        // Strains are about a / R = 5 %; the theories differ by their square, and by the depth relative to the
         // thickness.
         let of_force = outcome.force_n.z / linear.force_n.z - 1.0;
         println!("{of_force:+.5}");
@@ -30,8 +30,8 @@ fn work_goes_into_the_layers() {
     let finite = FiniteStack::new(&body, &Division::around_pole(0.1, 3.5, 0)).unwrap();
     let depths: Vec<f64> = (1..=12).map(|i| 0.1 * f64::from(i)).collect();
     let outcomes = finite.press(&ball_over(0.0, 0.0, 4.0), &depths).unwrap();
-    // Force is what energy rises by: 1.2 mm in steps of 0.1 by Simpson's rule; the force rises about as the
-    // 1.7th power, which this integrates within 0.3 %.
+    // Force is the derivative of energy. Simpson's rule in steps of 0.1 up to 1.2 mm integrates a force that rises with
+    // about the 1.7th power to within 0.3 %.
     for i in (1..depths.len()).step_by(2) {
         let force = |k: usize| -outcomes[k].force_n.z;
         if i >= 3 {

@@ -1,4 +1,4 @@
-//! Presses that are sheared.
+//! Presses with shear.
 
 use crate::support::{ball_over, down, layer, round_layer, stack, two_layers};
 use fabkit_elastic::{Body, Division, Material, Outcome, Press, Stack, Touch};
@@ -17,13 +17,13 @@ fn sheared(
     stack.press(&ball_over(0.0, 0.0, BALL_MM), &press).unwrap()
 }
 
-/// A ball on a half space, sheared until its edge slips (Cattaneo 1938, Mindlin 1949; Johnson, "Contact
-/// mechanics", 1985, section 7.2): a disc of radius c sticks, `c = a (1 - Q / (mu P))^(1/3)`, and the ball
-/// moves by `3 (2 - nu) mu P / (16 G a) (1 - (c / a)^2)`, half of what two equal bodies would.
+/// Cattaneo's and Mindlin's solution of a ball on a half space, sheared until its edge slips (Cattaneo 1938, Mindlin
+/// 1949; Johnson, "Contact mechanics", 1985, section 7.2).
 ///
-/// The solution takes all slip to be along the shear and leaves out that shear lifts the surface; for what
-/// hardly changes its volume neither matters. A floor 100 radii below adds about 1 % to stiffness; the edge
-/// of what sticks lies between nodes a twenty-fifth of the radius apart.
+/// A disc of radius c sticks, `c = a (1 - Q / (mu P))^(1/3)`, and the ball moves by `3 (2 - nu) mu P / (16 G a) (1 - (c
+/// / a)^2)`, half of what two equal bodies would. The solution takes all slip to be along the shear and neglects that
+/// shear lifts the surface; for nearly incompressible materials neither matters. A floor 100 radii below adds about 1 %
+/// to the stiffness; the edge of the stick region lies between nodes a twenty-fifth of the radius apart.
 #[test]
 fn a_sheared_ball_sticks_in_the_middle() {
     let (a_mm, friction, poisson) = (0.1, 0.5, 0.49);
@@ -34,7 +34,7 @@ fn a_sheared_ball_sticks_in_the_middle() {
     let push_n = 8.0 / 3.0 * shear_mpa / (1.0 - poisson) * BALL_MM.sqrt() * depth_mm.powf(1.5);
     let full_mm = 3.0 * (2.0 - poisson) * friction * push_n / (16.0 * shear_mpa * a_mm);
     for part in [0.3, 0.6, 0.9] {
-        // Part of friction that is used up.
+        // Fraction of the friction that is used.
         let stick = f64::cbrt(1.0 - part);
         let way_mm = full_mm * (1.0 - stick * stick);
         let outcome = sheared(&stack, depth_mm, friction, Vector3::new(way_mm, 0.0, 0.0), 1);
@@ -54,7 +54,7 @@ fn what_slips_drags_with_friction_times_pressure() {
     let outcome = sheared(&stack, 0.4, 0.1, way_mm, 3);
     assert!(outcome.stick_area_mm2 == 0.0, "{}", outcome.stick_area_mm2);
     let ratio = outcome.force_n.y / -outcome.force_n.z;
-    // All of it slips, nearly everywhere straight along.
+    // All of it slips, nearly everywhere straight along the shear.
     assert!((ratio - 0.1).abs() < 0.001, "{ratio}");
     for node in outcome.nodes.iter().filter(|node| node.touch != Touch::Free) {
         assert!(node.shear_mpa.norm() < 0.1 * node.pressure_mpa * (1.0 + 1e-9));
@@ -81,14 +81,15 @@ fn what_sticks_moves_with_the_presser() {
             sticking.iter().filter(|(n, _)| n.place_mm.coords.xy().norm() < inside)
         {
             let moved = after.displacement_mm - before.displacement_mm;
-            // Nodes are held in the mean of their surroundings: near what slips that is not their own place.
+            // Nodes follow the mean of their surroundings, which near slipping nodes differs from their own
+            // displacement.
             assert!(
                 (moved - way_mm).norm() < 0.03 * way_mm.norm(),
                 "{moved} at {}",
                 after.place_mm
             );
         }
-        // Along the shear, and against it if it goes back.
+        // The force points along the shear, and reverses with it.
         let along = outcome.force_n.xy().dot(&way_mm.xy()) / way_mm.norm();
         assert!(along > 0.0 && (outcome.force_n.xy().norm() / along - 1.0).abs() < 0.01);
         let back = sheared(&stack, 0.4, 1.0, -way_mm, 2);

@@ -1,15 +1,15 @@
-//! Presses whose answers are known in closed form.
+//! Presses with closed-form solutions.
 
 use crate::support::{layer, press_down, stack};
 use fabkit_elastic::{Body, Division, Material};
 
-/// A ball on a half space, as far as a pad can be one: Hertz (Johnson, "Contact mechanics", 1985, section
+/// Hertz contact of a ball on a half space, approximated by a large pad (Johnson, "Contact mechanics", 1985, section
 /// 4.2).
 ///
-/// The pad is 200 contact radii thick and as wide. A bonded floor at depth t adds about `1.5 a / t` to the
-/// force (the first term of Hayes' expansion for an incompressible layer is 1.13 a / t): 0.8 %. The surface's
-/// quadratic shape differs from the ball's by `(a / 2R)^2`, 0.0002. The contact's edge lies between nodes a
-/// fortieth of the radius apart: half of that, 1.3 %.
+/// The pad is 200 contact radii thick and as wide. A bonded floor at depth t adds about `1.5 a / t` to the force (the
+/// first term of Hayes' expansion for an incompressible layer is 1.13 a / t): 0.8 %. The parabolic approximation
+/// differs from the ball by `(a / 2R)^2`, 0.0002. The contact's edge lies between nodes a fortieth of the radius apart:
+/// half of that, 1.3 %.
 #[test]
 fn a_small_ball_on_a_thick_gel_is_hertz() {
     for poisson in [0.3, 0.495] {
@@ -29,7 +29,7 @@ fn a_small_ball_on_a_thick_gel_is_hertz() {
             );
             assert!(of_force.abs() < 0.012, "{of_force}");
             assert!(of_radius.abs() < 0.015, "{of_radius}");
-            // Pressures along the way out: p0 sqrt(1 - r^2 / a^2).
+            // Pressures along the radius: p0 sqrt(1 - r^2 / a^2).
             let peak_mpa = 1.5 * force_n / (std::f64::consts::PI * a_mm * a_mm);
             for node in outcome.nodes.iter().filter(|node| node.place_mm.x < 0.8 * a_mm) {
                 let part = node.place_mm.coords.xy().norm() / a_mm;
@@ -42,7 +42,7 @@ fn a_small_ball_on_a_thick_gel_is_hertz() {
     }
 }
 
-/// Modified Bessel functions of the first kind by their series, orders 0 and 1.
+/// Modified Bessel functions of the first kind, orders 0 and 1, by their series.
 fn bessel(x: f64) -> [f64; 2] {
     let (mut term, mut sums) = (1.0, [0.0, 0.0]);
     for k in 0..400 {
@@ -54,12 +54,12 @@ fn bessel(x: f64) -> [f64; 2] {
     sums
 }
 
-/// Press and force of a ball on a thin bonded layer by its contact radius.
+/// Depth and force of a ball on a thin bonded layer, by its contact radius.
 ///
-/// The layer gives by flowing aside between a floor that holds it and a surface without friction, and by
-/// being compressed: `t^3 / (3 G) (p'' + p' / r) - t p / M = -(d - r^2 / 2R)`, where p and p' vanish at the
-/// edge (Barber, "Contact mechanics", 2018, chapter on thin layers; Johnson, 1985, section 5.8). Without
-/// compression that is `d = a^2 / 4R`, `F = 2 pi G R^2 d^3 / t^3`.
+/// The layer yields by flow between a bonded floor and a frictionless surface, and by compression: `t^3 / (3 G) (p'' +
+/// p' / r) - t p / M = -(d - r^2 / 2R)`, where p and p' vanish at the edge (Barber, "Contact mechanics", 2018, chapter
+/// on thin layers; Johnson, 1985, section 5.8). Without compression the solution is `d = a^2 / 4R`, `F = 2 pi G R^2 d^3
+/// / t^3`.
 fn thin_layer(material: &Material, thickness_mm: f64, radius_mm: f64, a_mm: f64) -> [f64; 2] {
     let (shear, poisson) = (material.shear_modulus_mpa(), material.poisson());
     let oedometer = 2.0 * shear * (1.0 - poisson) / (1.0 - 2.0 * poisson);
@@ -93,10 +93,11 @@ fn the_thin_layers_law_has_both_limits() {
     assert!((force / law - 1.0).abs() < 0.1, "{}", force / law);
 }
 
-/// The law leaves out what happens within about a thickness of the edge. Where pressure and its slope vanish,
-/// that is of the force a few times `(t / a)^2`: 4 of it at 15 thicknesses is 2 %, at most 20 of it for what
-/// hardly changes its volume, and 0.6 % at 60. Contact ends about a thickness early, where pressures are next
-/// to nothing.
+/// Comparison with the thin-layer law, which neglects a zone about a thickness wide at the edge.
+///
+/// Pressure and its slope vanish there, so the error of the force is a few times `(t / a)^2`: 4 of it at 15 thicknesses
+/// is 2 %, at most 20 of it for nearly incompressible materials, and 0.6 % at 60. Contact ends about a thickness early,
+/// where pressures are tiny.
 #[test]
 fn a_thin_bonded_layer_flows_aside() {
     for poisson in [0.3, 0.495, 0.4999] {

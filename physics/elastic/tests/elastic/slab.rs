@@ -1,9 +1,9 @@
-//! Slabs bend as plates do where plates are thin, and columns push back as gases do.
+//! Slabs against plate theory, and air columns against the gas law.
 
 use fabkit_elastic::{Cell, ElasticError, Material, Slab};
 use fabkit_geometry::Point3;
 
-/// Lines from -half to half, and from 0 to a thickness.
+/// Grid lines from -half to half, and from 0 to a thickness.
 fn lines(half_mm: [f64; 2], thickness_mm: f64, counts: [usize; 3]) -> [Vec<f64>; 3] {
     let even = |from: f64, to: f64, count: usize| {
         (0..=count).map(|i| from + (to - from) * i as f64 / count as f64).collect()
@@ -15,7 +15,8 @@ fn lines(half_mm: [f64; 2], thickness_mm: f64, counts: [usize; 3]) -> [Vec<f64>;
     ]
 }
 
-/// Deflection in the middle of a plate below an even pressure, mm, its edge held; `is_in` says where the plate is.
+/// Deflection in the middle of a clamped plate under uniform pressure, mm; `is_in` tells which bricks belong to the
+/// plate.
 fn middle_mm(
     lines_mm: [Vec<f64>; 3],
     material: Material,
@@ -28,7 +29,7 @@ fn middle_mm(
         solid: is_in(middle(&xs, i), middle(&ys, j)).then_some((material, 1.0)),
         cavities: Vec::new(),
     };
-    // A node is held where one of the bricks beside it is missing.
+    // A node is fixed where one of the bricks beside it is missing.
     let step = [xs[1] - xs[0], ys[1] - ys[0]];
     let held = |place: Point3<f64>| {
         [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].iter().any(|[x, y]| {
@@ -59,8 +60,8 @@ fn rigidity(material: &Material, thickness_mm: f64) -> f64 {
     material.young_mpa() * thickness_mm.powi(3) / (12.0 * (1.0 - nu * nu))
 }
 
-/// What shear adds to the deflection in the middle of a circle, mm (Timoshenko and Woinowsky-Krieger, Theory of Plates
-/// and Shells, 1959, article 20; shear's factor 5/6).
+/// Contribution of shear to the deflection in the middle of a circle, mm (Timoshenko and Woinowsky-Krieger, Theory of
+/// Plates and Shells, 1959, article 20; shear factor 5/6).
 fn sheared_mm(material: &Material, thickness_mm: f64, pressure_mpa: f64, radius_mm: f64) -> f64 {
     pressure_mpa * radius_mm.powi(2)
         / (4.0 * 5.0 / 6.0 * material.shear_modulus_mpa() * thickness_mm)
@@ -75,7 +76,7 @@ fn a_clamped_circle_bends_as_timoshenko_says() {
     // q a^4 / 64 D, article 17.
     let bent = pressure * radius.powi(4) / (64.0 * rigidity(&material, thickness));
     let exact = bent + sheared_mm(&material, thickness, pressure, radius);
-    // Steps of 1 mm along its edge.
+    // The circle is approximated by steps of 1 mm.
     assert!((found / exact - 1.0).abs() < 0.04, "{found} {exact}");
 }
 
@@ -84,7 +85,7 @@ fn a_clamped_square_bends_as_timoshenko_says() {
     let (material, thickness, side, pressure) = (Material::new(1.0, 0.3).unwrap(), 3.0, 60.0, 1e-6);
     let lines = lines([side / 2.0; 2], thickness, [60, 60, 4]);
     let found = middle_mm(lines, material, pressure, |_, _| true).unwrap();
-    // Table 35: 0.00126 q a^4 / D, and about as much by shear as in the circle inside.
+    // Table 35: 0.00126 q a^4 / D, with about the shear contribution of the inscribed circle.
     let bent = 0.00126 * pressure * side.powi(4) / rigidity(&material, thickness);
     let exact = bent + 1.18 * sheared_mm(&material, thickness, pressure, side / 2.0);
     assert!((found / exact - 1.0).abs() < 0.03, "{found} {exact}");
@@ -92,13 +93,13 @@ fn a_clamped_square_bends_as_timoshenko_says() {
 
 #[test]
 fn a_long_strip_bends_as_a_clamped_beam_of_plane_strain() {
-    // The middle of a strip four times as long as it is wide knows nothing of its ends.
+    // The middle of a strip four times as long as wide is not affected by its ends.
     for (poisson, bound) in [(0.3, 0.03), (0.495, 0.03)] {
         let material = Material::new(1.0, poisson).unwrap();
         let (thickness, width, pressure) = (1.5, 24.0, 1e-6);
         let lines = lines([2.0 * width, width / 2.0], thickness, [96, 48, 3]);
         let found = middle_mm(lines, material, pressure, |_, _| true).unwrap();
-        // q b^4 / 384 D, article 1, and q b^2 / 8 of the shear.
+        // q b^4 / 384 D, article 1, and q b^2 / 8 by shear.
         let bent = pressure * width.powi(4) / (384.0 * rigidity(&material, thickness));
         let sheared =
             pressure * width.powi(2) / (8.0 * 5.0 / 6.0 * material.shear_modulus_mpa() * thickness);
@@ -111,8 +112,7 @@ fn a_long_strip_bends_as_a_clamped_beam_of_plane_strain() {
 
 #[test]
 fn what_a_force_squeezes_out_is_what_a_pressure_moves() {
-    // Reciprocity (Betti): the volume that a force squeezes out is the way that the
-    // pressure moves it.
+    // Reciprocity (Betti): the volume that a force displaces equals the displacement that a pressure causes.
     let material = Material::new(0.05, 0.49).unwrap();
     let lines = lines([6.0, 4.0], 6.0, [12, 8, 6]);
     let cell = |[i, j, k]: [usize; 3]| {

@@ -1,4 +1,4 @@
-//! The surfaces that bend a ray, in order: where its neighbours go as well, in closed form, if they meet them.
+//! Sequence of refracting surfaces of a ray. Neighbouring rays that meet the same surfaces follow it in closed form.
 
 use fabkit_geometry::{Point3, Ray, Vector3};
 
@@ -8,33 +8,36 @@ use crate::snell::refract;
 use crate::stack::Stack;
 use crate::trace::{Event, TOUCH_MM, Tracer};
 
-/// Surfaces of a stack, by face.
+/// Surfaces of the faces of a stack.
 #[derive(Clone, Debug)]
 pub(crate) struct Surfaces(Faces);
 
-/// One after the other, those at which a ray is bent.
+/// Refracting surfaces of a ray, in order.
 #[derive(Clone, Debug)]
 pub(crate) struct Chain {
     bends: Vec<Bend>,
 }
 
+/// One refracting surface.
 #[derive(Clone, Debug)]
 struct Bend {
     surface: Surface,
     face: u32,
     grows: bool,
-    /// Index before over index behind.
+    /// Refractive index before the surface over that behind it.
     ratio: f64,
 }
 
 impl Surfaces {
+    /// Prepares the surfaces of a stack.
     pub(crate) fn of(stack: &Stack) -> Self {
         Self(Faces::of(&stack.items))
     }
 }
 
 impl Chain {
-    /// That of a ray until it has gone some way, mm; `None` if one of its surfaces has no closed form.
+    /// Finds the refracting surfaces of a ray up to a path length of `way_mm`; `None` if one of them has no closed
+    /// form.
     pub(crate) fn of(
         tracer: &mut Tracer,
         Surfaces(faces): &Surfaces,
@@ -54,13 +57,15 @@ impl Chain {
             for item in tracer.boxes_before(at_mm + TOUCH_MM) {
                 faces.passed(item, &line, &mut scratch, &mut passed);
             }
-            // Of faces that touch, all lie in one surface.
+            // Faces that touch each other lie in one surface, so any of them that has a closed form will do.
             let there = passed.iter().filter(|face| (face.t_mm - at_mm).abs() <= TOUCH_MM);
             let face =
                 there.map(|passed| passed.face).find(|face| faces.surface(*face).is_some())?;
             let surface = faces.surface(face)?.clone();
             let grows = surface.grows(&line, at_mm);
+            // The first piece has determined `index`.
             let ratio = index? / to_index;
+            // Total reflection ends the sequence.
             let Some(direction) = refract(&line.direction, &normal, ratio) else { break };
             bends.push(Bend { surface, face, grows, ratio });
             line = Ray { origin: line.at(at_mm), direction };
@@ -69,14 +74,14 @@ impl Chain {
         Some(Self { bends })
     }
 
-    /// Whether both are of the same faces.
+    /// Returns whether both sequences consist of the same faces.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let faces = |chain: &Self| chain.bends.iter().map(|bend| bend.face).collect::<Vec<_>>();
         faces(self) == faces(other)
     }
 
-    /// The last piece of a ray, and the length of those before it, mm; `None` where it misses a surface or is
-    /// totally reflected.
+    /// Returns the last straight piece of a ray and the length of those before it, mm; `None` if the ray misses a
+    /// surface or is totally reflected.
     pub(crate) fn follow(
         &self,
         pupil: &Point3<f64>,

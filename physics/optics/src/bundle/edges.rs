@@ -1,4 +1,4 @@
-//! Edges of the profiles that bodies are extruded and turned from.
+//! Edges of the profiles of extrusions and revolutions.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,12 +7,13 @@ use fabkit_geometry::{Path, Point3, Segment, Vector3};
 use super::faces::{Cell, PARTS, SLACK_MM, Up, between};
 use super::quadric::Quadric;
 
-/// One edge of a profile.
+/// Edge of a profile.
 pub(super) struct Edge<'a> {
     pub(super) from: [f64; 2],
     pub(super) segment: &'a Segment,
 }
 
+/// Returns all edges of a profile, its holes included.
 pub(super) fn edges<'a>(outer: &'a Path, holes: &'a [Path]) -> Vec<Edge<'a>> {
     let of = |path: &'a Path| {
         let froms = std::iter::once(path.start).chain(path.segments.iter().map(Segment::to));
@@ -21,12 +22,13 @@ pub(super) fn edges<'a>(outer: &'a Path, holes: &'a [Path]) -> Vec<Edge<'a>> {
     std::iter::once(outer).chain(holes).flat_map(of).collect()
 }
 
-/// A box around all edges.
+/// Returns the box around all edges.
 pub(super) fn reach(edges: &[Edge]) -> [[f64; 2]; 2] {
     let corners: Vec<[f64; 2]> = edges.iter().flat_map(Edge::bounds).collect();
     box_around(&corners)
 }
 
+/// Returns the smallest and largest coordinates of some points.
 fn box_around(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
     let fold = |start: f64, pick: fn(f64, f64) -> f64| {
         [0, 1].map(|axis| points.iter().fold(start, |so_far, point| pick(so_far, point[axis])))
@@ -35,11 +37,12 @@ fn box_around(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
 }
 
 impl Edge<'_> {
+    /// Returns whether the edge is straight.
     pub(super) fn is_line(&self) -> bool {
         matches!(self.segment, Segment::Line { .. })
     }
 
-    /// Whether the box around it holds nothing else of the curve that it lies on.
+    /// Returns whether the box around the edge contains no other part of its curve.
     pub(super) fn is_within_quarter(&self) -> bool {
         let [low, high] = self.bounds();
         let around = match self.segment {
@@ -49,12 +52,13 @@ impl Edge<'_> {
         (0..2).all(|axis| low[axis] >= around[axis] || high[axis] <= around[axis])
     }
 
-    /// A box around it.
+    /// Returns the box around the edge.
     pub(super) fn bounds(&self) -> [[f64; 2]; 2] {
         box_around(self.parts().as_flattened())
     }
 
-    /// In the plane of an extrusion: least distance from the sensor's axis, mm; for an arc, of its circle.
+    /// Computes a lower bound of the distance of an extrusion's edge from the sensor's axis, mm: exact for lines, that
+    /// of the whole circle for arcs, and 0 for elliptic arcs.
     pub(super) fn distance(&self, up: &Up) -> f64 {
         let place = |p: [f64; 2]| up.pose.point(Point3::new(p[0], p[1], 0.0)).coords.xy();
         let (a, b) = (place(self.from), place(self.segment.to()));
@@ -72,8 +76,9 @@ impl Edge<'_> {
         }
     }
 
-    /// The wall of an extrusion.
+    /// Returns the cells of the wall that an extrusion has along the edge.
     pub(super) fn wall(&self, up: &Up, height: f64) -> Vec<Cell> {
+        // Tighter than the distances of the box.
         let least_mm = self.distance(up) - SLACK_MM;
         let wall = |ends: [[f64; 2]; 2]| {
             let cell = up.cell(box_around(&ends), [0.0, height]);
@@ -83,6 +88,7 @@ impl Edge<'_> {
         self.parts().into_iter().map(wall).collect()
     }
 
+    /// Returns the quadric of the wall that an extrusion has along the edge, if it is one.
     pub(super) fn wall_quadric(&self, up: &Up) -> Option<Quadric> {
         let (a, b) = (self.from, self.segment.to());
         let point = up.pose.point(Point3::new(a[0], a[1], 0.0)).coords;
@@ -100,7 +106,7 @@ impl Edge<'_> {
         }
     }
 
-    /// The face that it sweeps around the axis.
+    /// Returns the quadric of the face that a revolution sweeps along the edge, if it is one.
     pub(super) fn spun_quadric(&self, up: &Up) -> Option<Quadric> {
         let (a, b) = (self.from, self.segment.to());
         let on_axis = |z: f64| up.pose.point(Point3::new(0.0, 0.0, z)).coords;
@@ -112,6 +118,7 @@ impl Edge<'_> {
                 let growth = up.sign * (b[0] - a[0]) / (b[1] - a[1]);
                 Some(Quadric::cone(on_axis(a[1]), a[0], growth))
             }
+            // Only arcs about a point on the axis sweep spheres or ellipsoids; others sweep tori.
             Segment::Arc { centre, .. } if centre[0] == 0.0 => {
                 let r = a[0].hypot(a[1] - centre[1]);
                 Some(Quadric::ellipsoid(on_axis(centre[1]), r, r))
@@ -123,9 +130,10 @@ impl Edge<'_> {
         }
     }
 
-    /// Where the swept face lies.
+    /// Returns the cells of the swept face.
     pub(super) fn spun(&self, up: &Up) -> Vec<Cell> {
         let parts = match self.segment {
+            // A slanted line sweeps a cone, for which boxes are tight only in parts.
             Segment::Line { to } if self.from[0] != to[0] && self.from[1] != to[1] => PARTS,
             _ => 1,
         };
@@ -139,8 +147,8 @@ impl Edge<'_> {
         self.parts().into_iter().flat_map(split).map(|[a, b]| between(up, a, b)).collect()
     }
 
-    /// Ends of pieces on which neither coordinate turns round, so that the box around a piece is that around
-    /// its ends.
+    /// Splits the edge into pieces that are monotonic in both coordinates, and returns their ends. The box around a
+    /// piece is then the box around its ends.
     pub(super) fn parts(&self) -> Vec<[[f64; 2]; 2]> {
         let (a, b) = (self.from, self.segment.to());
         let (centre, half, ccw) = match *self.segment {
@@ -157,7 +165,7 @@ impl Edge<'_> {
         let turn = (to - from).rem_euclid(4.0 * FRAC_PI_2);
         let to = from + if turn == 0.0 { 4.0 * FRAC_PI_2 } else { turn };
         let step = FRAC_PI_2 / PARTS as f64;
-        // Pieces end at multiples of the step, so that none goes over a turning point.
+        // Pieces end at multiples of the step, so none contains an extreme of a coordinate in its interior.
         let (first, last) = ((from / step).floor() as i64 + 1, (to / step).ceil() as i64);
         let cuts = (first..last).map(|k| k as f64 * step);
         let cuts: Vec<f64> = std::iter::once(from).chain(cuts).chain(std::iter::once(to)).collect();

@@ -1,4 +1,4 @@
-//! The faces of bodies: as quadrics where they are, and where they lie at most.
+//! Faces of the bodies: their quadrics where they have one, and bounding cells.
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
@@ -14,22 +14,23 @@ use super::trim::{Outline, Trim};
 use crate::stack::Item;
 use crate::trace::box_entry;
 
-/// Curved edges are split into so many parts a quarter, so that boxes are near to them.
+/// Parts per quarter into which curved edges are split, so that their boxes are tight.
 pub(super) const PARTS: usize = 12;
 
-/// Boxes grow by this much, so that rounding hides nothing, mm.
+/// Margin of boxes for rounding, mm.
 pub(super) const SLACK_MM: f64 = 1e-6;
 
-/// Room that a part of a face lies in.
+/// Bounding volume of a part of a face: a box and a range of distances from the z axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
     pub(super) face: u32,
     pub(super) bounds: Aabb,
-    /// Least and most distance from the z axis, mm.
+    /// Minimum and maximum distance from the z axis, mm.
     pub(super) radius_mm: [f64; 2],
 }
 
 impl Cell {
+    /// Returns whether the cell overlaps a box and its range of distances from the z axis.
     #[inline]
     pub(super) fn touches(&self, bounds: &Aabb, radius_mm: [f64; 2]) -> bool {
         let overlap = |axis: usize| {
@@ -43,34 +44,34 @@ impl Cell {
     }
 }
 
-/// All faces of the primitives of all items, also where others have taken them away: a ray that passes the
-/// same faces of primitives as another one is in the same bodies.
+/// All faces of the primitives of all items, including those that other primitives have cut away. A ray that passes the
+/// same faces of primitives as another one is therefore in the same bodies.
 #[derive(Clone, Debug)]
 pub(super) struct Faces {
     pub(super) cells: Vec<Cell>,
     surfaces: Vec<Option<Surface>>,
-    /// Of each face.
+    /// Trim of each face.
     trims: Vec<Trim>,
-    /// Of primitives, the cells with what these lie in.
+    /// For each primitive, a cell around all of its cells, and their range.
     groups: Vec<(Cell, Range<u32>)>,
-    /// Of each item, its primitives.
+    /// Primitives of each item.
     leaves: Vec<Vec<Leaf>>,
-    /// Of each item.
+    /// Bounding box of each item.
     bounds: Vec<Aabb>,
-    /// Around all cells.
+    /// Box around all cells.
     pub(super) around: Aabb,
 }
 
-/// A primitive in its place.
+/// Placed primitive.
 #[derive(Clone, Debug)]
 struct Leaf {
     solid: CompiledSolid,
-    /// Somewhat larger than it.
+    /// Box around the primitive, with a margin.
     bounds: Aabb,
     first_face: u32,
 }
 
-/// A face that a line passes.
+/// Intersection of a line with a face.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passed {
     pub(super) t_mm: f64,
@@ -78,6 +79,7 @@ pub(super) struct Passed {
 }
 
 impl Faces {
+    /// Creates a set without faces.
     fn empty() -> Self {
         Self {
             cells: Vec::new(),
@@ -90,6 +92,7 @@ impl Faces {
         }
     }
 
+    /// Collects the faces of all items.
     pub(super) fn of(items: &[Item]) -> Self {
         let mut faces = Self::empty();
         for item in items {
@@ -121,7 +124,7 @@ impl Faces {
         faces
     }
 
-    /// Beyond its item's box a primitive is nothing.
+    /// Clips the cells added since `from` to the item's box, outside of which a primitive has no effect.
     fn clip(&mut self, from: usize, bounds: &Aabb) {
         let added = self.cells.split_off(from);
         let clipped =
@@ -129,7 +132,7 @@ impl Faces {
         self.cells.extend(clipped.filter(|cell| !cell.bounds.is_empty()));
     }
 
-    /// The faces of an item's primitives that a line passes within its box.
+    /// Appends the intersections of a line with the faces of an item's primitives, within the item's box.
     pub(super) fn passed(
         &self,
         item: u32,
@@ -152,7 +155,7 @@ impl Faces {
         }
     }
 
-    /// The cells that touch a box with its least and most distance from the z axis, in order.
+    /// Returns the cells that overlap a box and its range of distances from the z axis, in order.
     pub(super) fn touching(
         &self,
         bounds: &Aabb,
@@ -165,28 +168,29 @@ impl Faces {
         cells.filter(move |cell| cell.touches(&bounds, radius_mm))
     }
 
-    /// Whether a face surely does not pass a box.
+    /// Returns whether a face certainly does not pass through a box.
     pub(super) fn is_off(&self, face: u32, bounds: &Aabb) -> bool {
         let is_missed = |surface: &Surface| surface.misses_box(bounds);
         let trim = self.trim(face);
         self.surface(face).is_some_and(is_missed) || (trim.has_outline() && trim.misses_all(bounds))
     }
 
-    /// Whether a point surely lies on none of the faces whose surface it is on.
+    /// Returns whether a point on the surface of the faces certainly lies on none of them.
     pub(super) fn miss(&self, faces: &[u32], point: &Point3<f64>) -> bool {
         faces.iter().all(|face| self.trim(*face).misses(point))
     }
 
-    /// The surface of a face, if it is a quadric.
+    /// Returns the surface of a face, if it is a quadric.
     pub(super) fn surface(&self, face: u32) -> Option<&Surface> {
         self.surfaces[face as usize].as_ref()
     }
 
+    /// Adds all faces of a primitive.
     fn add(&mut self, leaf: &PlacedPrimitive) {
         let first = self.trims.len();
         let pose = &leaf.body_from_leaf;
         let axis = pose.vector(Vector3::z());
-        // Along z and, for what turns around it, upright on it; both exactly, as designs place them.
+        // Exact comparisons: designs place axes exactly along z, and those of revolution exactly on it.
         let is_along = axis.x == 0.0 && axis.y == 0.0;
         let up = Up { pose: *pose, is_along, sign: axis.z.signum() };
         match &leaf.primitive {
@@ -195,7 +199,7 @@ impl Faces {
                 let centre = pose.translation_mm();
                 let quadric = Some(Quadric::ellipsoid(*centre, r, r));
                 let cells = if up.offset() > r {
-                    // Far from the axis rings are wider than the ball.
+                    // Far from the axis, rings about it would be wider than the ball.
                     vec![boxed(Aabb {
                         min: Point3::from(centre.add_scalar(-r)),
                         max: Point3::from(centre.add_scalar(r)),
@@ -207,12 +211,14 @@ impl Faces {
             }
             Solid::Ellipsoid(ellipsoid) if is_along => {
                 let [x, y, z] = ellipsoid.semi_axes_mm;
+                // Ellipsoids of three different axes are not among the quadrics used here.
                 let quadric = (x == y).then(|| Quadric::ellipsoid(*pose.translation_mm(), x, z));
                 self.face(quadric, true, ball(&up, [x.max(y), z]));
             }
             Solid::EllipsoidOffset(offset) if is_along => {
                 let centre = *pose.translation_mm();
                 let EllipsoidOffset { equatorial_mm: a, polar_mm: b, offset_mm: by } = *offset;
+                // The offset surface of an ellipsoid is a quadric only for spheres.
                 let is_quadric = by == 0.0 || a == b;
                 let quadric = is_quadric.then(|| Quadric::ellipsoid(centre, a + by, b + by));
                 self.face(quadric, true, parallel(&up, offset));
@@ -229,7 +235,8 @@ impl Faces {
                 let height = extrusion.height_mm;
                 let edges = edges(&extrusion.profile.outer, &extrusion.profile.holes);
                 let span = reach(&edges);
-                // A face spans all distances between its edges, and those down to the axis if it holds that.
+                // A face spans all distances between those of its edges, and those down to zero if it contains the
+                // axis.
                 let holds = CompiledSolid::new(&leaf.primitive).is_ok_and(|solid| {
                     let back = pose.inverse().point(Point3::origin());
                     solid.contains(&Point3::new(back.x, back.y, height / 2.0))
@@ -246,20 +253,21 @@ impl Faces {
                     self.trims.last_mut().expect("of the face just added").outline =
                         outline.clone();
                 }
-                // The box around a quarter of a circle holds no more of that, unless it is turned.
+                // The box around at most a quarter of a circle contains no other part of it, unless the box is turned.
                 let is_square = is_square(pose);
                 let is_exact =
                     |edge: &Edge| edge.is_line() || (is_square && edge.is_within_quarter());
                 for edge in &edges {
                     self.face(edge.wall_quadric(&up), is_exact(edge), edge.wall(&up, height));
-                    // The box alone, since an arc around z would lie at the end of its distances.
+                    // Only the box bounds the wall: an arc about the z axis would lie exactly at the end of its range
+                    // of distances, where rounding decides.
                     let trim = self.trims.last_mut().expect("of the face just added");
                     trim.room.radius_mm = [0.0, f64::INFINITY];
                 }
             }
             Solid::Revolution(revolution) if is_along => {
                 for edge in edges(&revolution.profile.outer, &revolution.profile.holes) {
-                    // On the axis it sweeps nothing.
+                    // An edge on the axis sweeps no area.
                     if edge.from[0] == 0.0 && edge.segment.to()[0] == 0.0 && edge.is_line() {
                         self.face(None, false, Vec::new());
                         continue;
@@ -268,7 +276,7 @@ impl Faces {
                     self.face(edge.spun_quadric(&up), is_exact, edge.spun(&up));
                 }
             }
-            // Upright in a frame of its own.
+            // A tilted primitive is built upright in its own frame and then moved.
             Solid::Ellipsoid(_)
             | Solid::Cuboid(_)
             | Solid::Cylinder(_)
@@ -288,7 +296,7 @@ impl Faces {
         }
     }
 
-    /// Distances from its own axis say more of what is round than those from the sensor's.
+    /// Replaces the trims of a round primitive beside the z axis: distances from its own axis bound it more tightly.
     fn trim_around_own_axis(&mut self, first: usize, leaf: &PlacedPrimitive) {
         let mut own = Self::empty();
         own.add(&PlacedPrimitive { body_from_leaf: Pose::identity(), ..leaf.clone() });
@@ -298,7 +306,7 @@ impl Faces {
         }
     }
 
-    /// Moves faces that were added in a frame of their own to where they are.
+    /// Moves faces that were added in a primitive's own frame to the sensor's frame.
     fn tilt(&mut self, first: usize, cells: usize, sensor_from_leaf: &Pose) {
         let leaf_from_sensor = sensor_from_leaf.inverse();
         for surface in self.surfaces[first..].iter_mut().flatten() {
@@ -320,12 +328,12 @@ impl Faces {
         }
     }
 
-    /// How much of its surface a face is.
+    /// Returns the trim of a face.
     pub(super) fn trim(&self, face: u32) -> &Trim {
         &self.trims[face as usize]
     }
 
-    /// Adds a face. `is_exact`: the quadric within the room around all cells is the face.
+    /// Adds a face. `is_exact` states that the part of the quadric within the room around all cells is the face.
     fn face(&mut self, quadric: Option<Quadric>, is_exact: bool, cells: Vec<Cell>) {
         let face = self.surfaces.len() as u32;
         self.surfaces.push(quadric.map(Surface::from));
@@ -340,6 +348,7 @@ impl Faces {
         self.cells.extend(cells.into_iter().map(|cell| Cell { face, ..cell }));
     }
 
+    /// Adds the faces of a cylinder or a cone.
     fn frustum(&mut self, up: &Up, radii: [f64; 2], height: f64) {
         let growth = up.sign * (radii[1] - radii[0]) / height;
         let quadric = Quadric::cone(*up.pose.translation_mm(), radii[0], growth);
@@ -357,10 +366,12 @@ impl Faces {
         for (z, r) in [(0.0, radii[0]), (height, radii[1])] {
             let plane =
                 Quadric::plane(Vector3::z(), up.pose.point(Point3::new(0.0, 0.0, z)).coords);
+            // The ring of distances is exactly a cap only about the sensor's axis.
             self.face(Some(plane), up.is_on_axis(), vec![up.ring([0.0, r], [z, z])]);
         }
     }
 
+    /// Adds the faces of a cuboid.
     fn cuboid(&mut self, pose: &Pose, size: [f64; 3]) {
         let [x, y, z] = size;
         let (min, max) = ([-x / 2.0, -y / 2.0, 0.0], [x / 2.0, y / 2.0, z]);
@@ -384,7 +395,7 @@ impl Faces {
         }
     }
 
-    /// What is nothing of the others: no quadrics, and one box for all its faces.
+    /// Adds the faces of any other primitive: without quadrics, and with one box for all of them.
     fn whole(&mut self, primitive: &Solid, pose: &Pose) {
         let placed = CompiledSolid::new(&primitive.clone().placed(*pose));
         let bounds = placed.map_or_else(|_| Aabb::everything(), |solid| solid.bounds());
@@ -394,12 +405,12 @@ impl Faces {
     }
 }
 
-/// Whether the axes go along the sensor's, exactly.
+/// Returns whether the axes are exactly parallel to the sensor's.
 fn is_square(pose: &Pose) -> bool {
     pose.rotation().iter().all(|value| value.fract() == 0.0)
 }
 
-/// How many faces a primitive has at most.
+/// Returns the maximum number of faces of a primitive.
 fn primitive_faces(primitive: &Solid) -> usize {
     let of = |profile: &fabkit_geometry::Profile| {
         let paths = std::iter::once(&profile.outer).chain(&profile.holes);
@@ -413,26 +424,28 @@ fn primitive_faces(primitive: &Solid) -> usize {
     }
 }
 
-/// Where a leaf stands whose axis is along the sensor's.
+/// Pose of a primitive whose axis is parallel to the sensor's z axis.
 pub(super) struct Up {
     pub(super) pose: Pose,
     is_along: bool,
-    /// -1 where it stands on its head.
+    /// Direction of the axis: -1 if the primitive is upside down.
     pub(super) sign: f64,
 }
 
 impl Up {
+    /// Returns the distance of the axis from the sensor's, mm.
     fn offset(&self) -> f64 {
         let at = self.pose.translation_mm();
         debug_assert!(self.is_along);
         at.x.hypot(at.y)
     }
 
+    /// Returns whether the axis is the sensor's.
     pub(super) fn is_on_axis(&self) -> bool {
         self.offset() == 0.0
     }
 
-    /// Between two corners of the leaf's xy plane and two of its heights.
+    /// Returns the cell between two corners in the primitive's xy plane and two heights.
     pub(super) fn cell(&self, corners: [[f64; 2]; 2], z: [f64; 2]) -> Cell {
         let [low, high] = corners;
         let points = (0..8).map(|i| {
@@ -447,12 +460,12 @@ impl Up {
         boxed(points.fold(Aabb::nothing(), |hull, p| hull.hull(&Aabb { min: p, max: p })))
     }
 
-    /// A ring around the leaf's axis.
+    /// Returns the cell of a ring around the primitive's axis.
     fn ring(&self, radius: [f64; 2], z: [f64; 2]) -> Cell {
         let r = radius[1];
         let cell = self.cell([[-r, -r], [r, r]], z);
         let offset = self.offset();
-        // Turned about z, the square around a circle would be larger than the circle's own.
+        // The circle's own box is smaller than that of a square turned about z.
         let at = self.pose.translation_mm();
         let mut bounds = cell.bounds;
         for axis in 0..2 {
@@ -464,12 +477,13 @@ impl Up {
     }
 }
 
+/// Returns the cell of a box, with a margin.
 fn boxed(bounds: Aabb) -> Cell {
     let bounds = bounds.grown(SLACK_MM);
     Cell { face: 0, bounds, radius_mm: radius_of(&bounds) }
 }
 
-/// What some cells lie in.
+/// Returns the cell around several cells.
 fn room_of(cells: &[Cell]) -> Cell {
     let nothing = Cell { face: 0, bounds: Aabb::nothing(), radius_mm: [f64::INFINITY, 0.0] };
     cells.iter().fold(nothing, |room, cell| Cell {
@@ -482,7 +496,7 @@ fn room_of(cells: &[Cell]) -> Cell {
     })
 }
 
-/// Least and most distance from the z axis within a box, mm.
+/// Returns the minimum and maximum distance of a box from the z axis, mm.
 #[inline]
 pub(super) fn radius_of(bounds: &Aabb) -> [f64; 2] {
     let near = |axis: usize| bounds.min[axis].max(-bounds.max[axis]).max(0.0);
@@ -490,7 +504,7 @@ pub(super) fn radius_of(bounds: &Aabb) -> [f64; 2] {
     [near(0).hypot(near(1)), far(0).hypot(far(1))]
 }
 
-/// The two half circles of an ellipse around the axis, from the top down in parts.
+/// Returns the cells of an ellipsoid of revolution about the axis, from the top down.
 fn ball(up: &Up, half_axes: [f64; 2]) -> Vec<Cell> {
     meridian(up, |polar| {
         let (sin, cos) = polar.sin_cos();
@@ -498,18 +512,20 @@ fn ball(up: &Up, half_axes: [f64; 2]) -> Vec<Cell> {
     })
 }
 
+/// Returns the cells of the offset surface of an ellipsoid.
 fn parallel(up: &Up, offset: &EllipsoidOffset) -> Vec<Cell> {
     meridian(up, |polar| {
         Angle::from_rad(polar).map_or([0.0; 2], |polar| offset.meridian_point(polar))
     })
 }
 
-/// Around a curve from pole to pole that is monotonic in each quarter.
+/// Returns the cells of a surface of revolution whose meridian runs from pole to pole and is monotonic in each quarter.
 fn meridian(up: &Up, at: impl Fn(f64) -> [f64; 2]) -> Vec<Cell> {
     let point = |k: usize| at(k as f64 * FRAC_PI_2 / PARTS as f64);
     (0..2 * PARTS).map(|k| between(up, point(k), point(k + 1))).collect()
 }
 
+/// Returns the cell of the ring between two points of a meridian.
 pub(super) fn between(up: &Up, a: [f64; 2], b: [f64; 2]) -> Cell {
     let sort = |a: f64, b: f64| [a.min(b), a.max(b)];
     let radius = sort(a[0], b[0]).map(|r| r.max(0.0));

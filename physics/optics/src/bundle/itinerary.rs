@@ -1,4 +1,4 @@
-//! The faces that a ray passes, in order: what its neighbours pass too, as a rule.
+//! Itinerary of a ray: the faces that it passes, in order. Neighbouring rays usually have the same one.
 
 use fabkit_geometry::Ray;
 
@@ -8,35 +8,37 @@ use super::trim::{Room, Trim};
 use crate::snell::refract;
 use crate::trace::{End, Event, TOUCH_MM, Tracer};
 
-/// Faces that are passed at once: those of two bodies that touch lie in one surface.
+/// Faces that are passed together: those of two touching bodies lie in one surface.
 #[derive(Clone, Debug)]
 pub(super) struct Step {
     pub(super) surface: Surface,
-    /// Whether its function grows along the ray.
+    /// True if the surface's function grows along the ray.
     pub(super) grows: bool,
-    /// Of the faces that a ray must meet within; of others neighbours see to it.
+    /// Rooms of the exact faces, in which the ray must meet them. Faces that are not exact are bounded by their
+    /// neighbours.
     pub(super) rooms: Vec<Room>,
-    /// Index before over index behind, where light is bent.
+    /// Refractive index before the surface over that behind it, if light is refracted.
     pub(super) ratio: Option<f64>,
-    /// Whether the step before is through the same surface, so that where either meets it again is the other.
+    /// True if the previous step passes the same surface, so that the second intersection of either is the other.
     pub(super) is_same_surface: bool,
-    /// Numbers of the faces.
+    /// Indices of the faces.
     pub(super) faces: Vec<u32>,
 }
 
-/// How a ray goes.
+/// Path of a ray as a sequence of faces.
 #[derive(Clone, Debug)]
 pub(super) struct Itinerary {
     pub(super) steps: Vec<Step>,
     pub(super) end: End,
-    /// Whether it ends at skin, which hides the sensing surface only from rays that do not go there.
+    /// True if it ends at skin. Skin hides the sensing surface only from rays that do not reach that surface through
+    /// it.
     pub(super) ends_at_skin: bool,
-    /// At the sensing surface: the faces that lie in it.
+    /// Faces that lie in the sensing surface, if it ends there.
     pub(super) last_faces: Vec<u32>,
 }
 
 impl Itinerary {
-    /// That of one ray; `None` where it passes other surfaces than quadrics or an edge.
+    /// Finds the itinerary of a ray; `None` if it passes surfaces other than quadrics, or an edge.
     pub(super) fn of(tracer: &mut Tracer, faces: &Faces, ray: &Ray) -> Option<Self> {
         let mut steps = Vec::new();
         let (mut line, mut index, mut from_mm) = (*ray, None, 0.0);
@@ -48,8 +50,10 @@ impl Itinerary {
             for item in tracer.boxes_before(at_mm + TOUCH_MM) {
                 faces.passed(item, &line, &mut scratch, &mut passed);
             }
+            // Only faces on the present piece.
             passed.retain(|face| face.t_mm > from_mm && face.t_mm <= at_mm + TOUCH_MM);
             passed.sort_by(|a, b| a.t_mm.total_cmp(&b.t_mm).then(a.face.cmp(&b.face)));
+            // Faces within the tolerance are passed together.
             let mut groups = passed.chunk_by(|a, b| b.t_mm - a.t_mm <= TOUCH_MM).peekable();
             let mut last_faces = Vec::new();
             while let Some(group) = groups.next() {
@@ -67,6 +71,7 @@ impl Itinerary {
                     last.is_some_and(|last: &Step| last.surface.is_same(&step.surface));
                 steps.push(step);
             }
+            // Otherwise the event belongs to no known face, as at an edge.
             let reaches = passed.last().is_some_and(|last| (last.t_mm - at_mm).abs() <= TOUCH_MM);
             match event {
                 Event::Bend { normal, to_index, item, .. } if reaches => {
@@ -77,6 +82,7 @@ impl Itinerary {
                         return Some(Self { steps, end, ends_at_skin: false, last_faces });
                     };
                     line = Ray { origin: line.at(at_mm), direction };
+                    // Skips the face just passed.
                     (index, from_mm) = (Some(to_index), TOUCH_MM);
                 }
                 Event::End { end: end @ End::Body(name), .. } if reaches => {
@@ -92,6 +98,7 @@ impl Itinerary {
     }
 }
 
+/// Builds the step through faces that are passed together; `None` unless they lie in one surface.
 fn step(faces: &Faces, line: &Ray, group: &[Passed]) -> Option<Step> {
     let surface = faces.surface(group[0].face)?;
     for other in &group[1..] {

@@ -1,4 +1,4 @@
-//! Rays side by side along one itinerary: what is done for one is done for its neighbours in the same breath.
+//! Blocks of rays that follow one itinerary, computed in parallel lanes.
 
 use fabkit_geometry::{Aabb, Point3, Ray, Scratch};
 
@@ -13,31 +13,31 @@ use super::wide::{
 use crate::sensing::SensingSurface;
 use crate::trace::{End, LightPath};
 
-/// The rays of a tile along an itinerary.
+/// Rays of a tile along an itinerary.
 #[derive(Debug, Default)]
 pub(super) struct Lanes {
     blocks: Vec<Block>,
-    /// Of each block, one for each place: the start, each step, and where it ends if that is no step.
+    /// Positions for each block and place. The places are the start, each step, and the end if that is not a step.
     points: Vec<Triple>,
     places: usize,
-    /// Around where the rays are at each place.
+    /// Box around the rays at each place.
     pub(super) boxes: Vec<Aabb>,
-    /// The same of a block.
+    /// Boxes around the rays of the present block at each place.
     own_boxes: Vec<Aabb>,
     end: Option<End>,
     bends: u32,
 }
 
-/// Some rays where they are.
+/// Block of rays at their present positions.
 #[derive(Clone, Debug)]
 struct Block {
     origin: Triple,
     direction: Triple,
     lead_mm: Lane,
-    /// Where on the line the last face was, and where the line meets that face's surface again.
+    /// Distance of the last face along the line, and distance at which the line meets that face's surface again.
     at_mm: Lane,
     again_mm: Lane,
-    /// Those that do not go along the itinerary, or may not.
+    /// Mask of rays that do not follow the itinerary, or may not.
     is_lost: Mask,
 }
 
@@ -56,12 +56,13 @@ impl Lanes {
         self.end = Some(plan.end);
         let is_mirror = matches!(plan.end, End::Mirror(_));
         let bends = plan.steps.iter().filter(|step| step.ratio.is_some()).count();
+        // The last step before a total reflection has a ratio but refracts nothing.
         self.bends = bends as u32 - u32::from(is_mirror);
         self.boxes.clear();
         self.boxes.resize(self.places, Aabb::nothing());
         let count = rays.len().div_ceil(LANES);
         self.blocks.resize(count, Block::EMPTY);
-        // What is there is written over.
+        // Old content is overwritten.
         if self.points.len() < count * self.places {
             self.points.resize(count * self.places, ZERO);
         }
@@ -97,11 +98,13 @@ impl Lanes {
             own.extend(points.iter().map(|points| around(points, &block.is_lost)));
             let mut is_inside = true;
             for ((step, points), bounds) in plan.steps.iter().zip(&points[1..]).zip(&own[1..]) {
+                // Most blocks lie in the room as a whole, which makes tests of single rays superfluous.
                 for room in step.rooms.iter().filter(|room| !room.holds(bounds)) {
                     is_inside = false;
                     lose_outside(room, points, &mut block.is_lost);
                 }
             }
+            // Lost rays must not widen the boxes.
             if !is_inside {
                 own.clear();
                 own.extend(points.iter().map(|points| around(points, &block.is_lost)));
@@ -112,22 +115,23 @@ impl Lanes {
         }
     }
 
-    /// How many rays are not lost.
+    /// Returns the number of rays that are not lost.
     pub(super) fn count(&self) -> usize {
         let kept = |block: &Block| block.is_lost.iter().filter(|lost| **lost == 0).count();
         self.blocks.iter().map(kept).sum()
     }
 
+    /// Returns whether a ray is lost.
     pub(super) fn is_lost(&self, ray: usize) -> bool {
         self.blocks[ray / LANES].is_lost[ray % LANES] != 0
     }
 
-    /// Where a ray is.
+    /// Returns the position of a ray at a place.
     pub(super) fn point(&self, ray: usize, place: usize) -> Point3<f64> {
         at(&self.points[ray / LANES * self.places + place], ray % LANES)
     }
 
-    /// The path of a ray that is not lost.
+    /// Returns the path of a ray that is not lost.
     pub(super) fn path(&self, ray: usize) -> Option<LightPath> {
         let (block, lane) = (&self.blocks[ray / LANES], ray % LANES);
         let last = block.ray(lane);
@@ -140,8 +144,7 @@ impl Lanes {
         })
     }
 
-    /// Loses the rays that may meet a face on their ways from where they are at one place, or from one point,
-    /// to where they are at another.
+    /// Marks as lost the rays that may meet a face on their straight way from one place (or one point) to another.
     pub(super) fn lose_those_that_meet(
         &mut self,
         faces: &Faces,
@@ -151,6 +154,7 @@ impl Lanes {
     ) {
         let (surface, trim) = (faces.surface(face), faces.trim(face));
         for (number, block) in self.blocks.iter_mut().enumerate() {
+            // Without a closed form nothing can be excluded.
             let Some(surface) = surface else {
                 block.is_lost = [1; LANES];
                 continue;
@@ -188,6 +192,7 @@ impl Lanes {
 }
 
 impl Block {
+    /// Block without rays.
     const EMPTY: Self = Self {
         origin: ZERO,
         direction: ZERO,
@@ -197,14 +202,14 @@ impl Block {
         is_lost: [1; LANES],
     };
 
-    /// At the beginning of rays.
+    /// Initializes the block at the start of rays.
     fn start(&mut self, rays: &[Numbered]) {
         let block = self;
         block.lead_mm = [0.0; LANES];
         block.at_mm = [0.0; LANES];
         block.again_mm = [f64::NAN; LANES];
         for lane in 0..LANES {
-            // What is over is a ray like another, and lost.
+            // Surplus lanes hold a copy of the last ray and are lost.
             let (_, _, ray) = &rays[lane.min(rays.len() - 1)];
             for axis in 0..3 {
                 block.origin[axis][lane] = ray.origin[axis];
@@ -214,16 +219,18 @@ impl Block {
         }
     }
 
+    /// Returns whether all rays of the block are lost.
     fn is_all_lost(&self) -> bool {
         self.is_lost.iter().fold(1, |all, is_lost| all & is_lost) != 0
     }
 
+    /// Returns the present straight piece of a ray.
     fn ray(&self, lane: usize) -> Ray {
         let direction = at(&self.direction, lane).coords;
         Ray { origin: at(&self.origin, lane), direction }
     }
 
-    /// Loses the rays of which something is so.
+    /// Marks as lost the rays that satisfy a condition.
     fn lose(&mut self, mut is_so: impl FnMut(Ray) -> bool) {
         for lane in 0..LANES {
             if self.is_lost[lane] == 0 {
@@ -232,8 +239,8 @@ impl Block {
         }
     }
 
-    /// Goes on to the faces of a step, `before` being those of the one before, which is at `points`. A mirror
-    /// ends all there. Whether that is on the faces is not asked.
+    /// Advances to the faces of a step; `before` are the faces of the previous step. The new positions go to `points`.
+    /// A mirror must reflect all rays. Whether the positions lie on the faces is checked elsewhere.
     fn pass(
         &mut self,
         step: &Step,
@@ -243,7 +250,7 @@ impl Block {
         points: &mut Triple,
     ) {
         let frame = step.surface.frame();
-        // Where it is passed, its function grows.
+        // The sign is chosen so that the function grows where it is passed.
         let quadric = if step.grows { *step.surface.quadric() } else { -*step.surface.quadric() };
         let [t_mm, back_mm] = match frame {
             None => meet(&quadric, &self.origin, &self.direction),
@@ -270,7 +277,7 @@ impl Block {
             return;
         }
         let squared = bend(&mut self.direction, normal, ratio);
-        // Near to total reflection each is asked by itself.
+        // Rays close to total reflection are followed singly, since rounding would decide.
         self.lose_unless(|lane| squared[lane] > NEAR);
         self.again_mm = match frame {
             None => again(&quadric, &across, &self.direction),
@@ -283,18 +290,20 @@ impl Block {
         self.at_mm = [0.0; LANES];
     }
 
+    /// Marks as lost the lanes that do not satisfy a condition.
     fn lose_unless(&mut self, is_so: impl Fn(usize) -> bool) {
         for (lane, is_lost) in self.is_lost.iter_mut().enumerate() {
             *is_lost |= u64::from(!is_so(lane));
         }
     }
 
-    /// Loses the rays that do not meet a face ahead, or meet its surface, or that of the faces before, between
-    /// these on a face.
+    /// Marks as lost the rays that do not meet the next face, and those that, before it, meet its surface or that of
+    /// the previous faces on one of these faces.
     fn check(&mut self, step: &Step, before: &[u32], faces: &Faces, t_mm: &Lane, back_mm: &Lane) {
         let mut is_between = [0u64; LANES];
         for lane in 0..LANES {
             let (at, t) = (self.at_mm[lane], t_mm[lane]);
+            // `&` instead of `&&` avoids branches, so that the loop is vectorized.
             let between = |other: f64| (at < other) & (other < t);
             self.is_lost[lane] |= u64::from(!((t > at) & (t < f64::INFINITY)));
             is_between[lane] = u64::from(between(back_mm[lane]) | between(self.again_mm[lane]));
@@ -316,7 +325,7 @@ impl Block {
         }
     }
 
-    /// Goes on without a step, to where `exit` says by the ray and where the last step was.
+    /// Advances to an end that is not a step, at the distance that `exit` returns for the ray and its last distance.
     fn reach(
         &mut self,
         exit: &mut impl FnMut(&Ray, f64) -> Option<f64>,
@@ -342,11 +351,11 @@ impl Block {
     }
 }
 
-/// Somewhere on a ray beyond a place and beyond a box.
+/// Returns a distance on a ray that is beyond `at_mm` and outside a box.
 fn beyond(bounds: &Aabb, ray: &Ray, at_mm: f64) -> f64 {
     let exit = |axis: usize| {
         let side = if ray.direction[axis] > 0.0 { bounds.max } else { bounds.min };
-        // Not a number in the plane of a side.
+        // Parallel to a side this may be 0/0; `max` then drops the NaN.
         ((side[axis] - ray.origin[axis]) / ray.direction[axis]).max(0.0)
     };
     exit(0).min(exit(1)).min(exit(2)).max(at_mm) + 1.0

@@ -1,17 +1,20 @@
-//! Many rays at once: neighbours pass the same faces, and it is proved for each that it meets nothing else.
+//! Tracing of many rays at once. Neighbouring rays usually pass the same faces, and it is proved for each that it meets
+//! no others.
 //!
-//! Of a tile of rays one is followed in full; the faces that it passes, its *itinerary*, are passed by others
-//! in closed form. A ray that passes the same faces of all primitives in the same order is in the same bodies
-//! all the way, so that three things are to be shown:
+//! One ray of a tile is traced in full. Other rays follow the faces that it passes, its *itinerary*, in closed form. A
+//! ray that passes the same faces of all primitives in the same order is in the same bodies all the way. Three things
+//! have to be proved:
 //!
-//! - It meets each surface of the itinerary once between its neighbours, and on the face itself.
-//! - It meets no other face. Rays of a tile between two faces lie in the hull of the boxes around where they
-//!   pass these, cut into slices; what no slice touches is not met. Of what one touches each ray is asked.
-//! - A face with an outline of its own, such as a plate's, is met inside that: on the plate's plane, between
-//!   where the first ray meets it and where another does, there is no wall of it.
+//! - The ray meets each surface of the itinerary once between the previous and the next one, and does so on the face
+//!   itself.
+//! - It meets no other face. Between two faces, the rays of a tile lie in the hull of the boxes around their positions
+//!   on these faces. The hull is cut into slices. A face that touches no slice is not met; for a face that does, each
+//!   ray is tested.
+//! - A face with an outline of its own, such as a plate's, is met inside the outline: on the plane of the plate, no
+//!   wall of the plate lies between the position of the first ray and that of the other one.
 //!
-//! Rays for which that fails get an itinerary of their own; tiles that need many are quartered; what is left
-//! is followed ray by ray.
+//! Rays for which this fails get an itinerary of their own. Tiles that need many itineraries are quartered. The
+//! remaining rays are traced one by one.
 
 mod chain;
 mod edges;
@@ -33,33 +36,33 @@ use self::lanes::Lanes;
 use crate::stack::Stack;
 use crate::trace::{LightPath, Tracer};
 
-/// Edge of a tile, rays. Larger ones have wider boxes, smaller ones more itineraries.
+/// Edge of a tile, rays. Larger tiles have wider boxes, smaller ones need more itineraries.
 pub const TILE: u32 = 32;
 
-/// Tiles of so few rays are followed one by one: an itinerary costs as much as some rays.
+/// Number of rays up to which a tile is traced ray by ray: an itinerary costs as much as some rays.
 const FEW: usize = 6;
 
-/// Most itineraries of a tile, unless so few rays are left that quartering is dearer.
+/// Maximum number of itineraries of a tile, unless it is too small for quartering to pay.
 const MOST_PLANS: usize = 3;
 
-/// Tiles of so many rays are not quartered.
+/// Number of rays up to which a tile is not quartered.
 const SMALL: usize = 64;
 
-/// Rays without an itinerary after which their few neighbours are not asked for one: finding none takes as long
-/// as following them.
+/// Failed itineraries after which the other rays of a small tile are traced singly: a failure takes as long as tracing
+/// a ray.
 const MOST_NONES: usize = 2;
 
-/// Slices of the room between two faces.
+/// Number of slices between two faces.
 const SLICES: usize = 8;
 
-/// A stack prepared for many rays.
+/// Stack prepared for tracing many rays.
 #[derive(Clone, Debug)]
 pub struct Bundles<'a> {
     stack: &'a Stack,
     faces: Faces,
 }
 
-/// Casts tiles of rays; one per thread.
+/// Tracer of tiles of rays; one is needed per thread.
 #[derive(Debug)]
 pub struct TileTracer<'a> {
     of: &'a Bundles<'a>,
@@ -67,21 +70,21 @@ pub struct TileTracer<'a> {
     scratch: Scratch,
     lanes: Lanes,
     near: Vec<Cell>,
-    /// Of a tile.
+    /// Rays of the present tile.
     rays: Vec<Numbered>,
     singles: usize,
 }
 
-/// A ray of a tile, by its column and row.
+/// Column, row and ray of a pixel.
 type Numbered = (u32, u32, Ray);
 
 impl<'a> Bundles<'a> {
-    /// Looks at all faces.
+    /// Prepares all faces of a stack.
     pub fn new(stack: &'a Stack) -> Self {
         Self { stack, faces: Faces::of(&stack.items) }
     }
 
-    /// For the tiles of one thread.
+    /// Creates a tracer for the tiles of one thread.
     pub fn tracer(&'a self) -> TileTracer<'a> {
         TileTracer {
             of: self,
@@ -96,15 +99,15 @@ impl<'a> Bundles<'a> {
 }
 
 impl TileTracer<'_> {
-    /// How many rays were followed one by one so far.
+    /// Returns the number of rays that have been traced one by one so far.
     pub fn singles(&self) -> usize {
         self.singles
     }
 
-    /// Follows the rays of a rectangle of pixels, which should be about [`TILE`] wide and high; `ray` says
-    /// which ray a column and a row have, if any, and `take` gets its path.
+    /// Traces the rays of a rectangle of pixels, which should be about [`TILE`] wide and high. `ray` returns the ray of
+    /// a column and a row, if there is one, and `take` receives its path.
     ///
-    /// All rays must start at one point or near it, in one body.
+    /// All rays must start at one point or close to it, within one body.
     pub fn cast(
         &mut self,
         columns: Range<u32>,
@@ -121,13 +124,14 @@ impl TileTracer<'_> {
         self.rays = rays;
     }
 
-    /// The same; `rays` ends up empty.
+    /// Traces a list of rays, which is emptied.
     fn cast_rays(&mut self, rays: &mut Vec<Numbered>, take: &mut impl FnMut(u32, u32, LightPath)) {
         let is_small = rays.len() <= SMALL;
         let (mut plans, mut nones) = (0, 0);
         while rays.len() > FEW && (plans < MOST_PLANS || is_small) {
             plans += 1;
-            // One in the middle of what is left; its own path is known as that of the others, or by itself.
+            // Takes the ray in the middle of those left. Its own path comes from the itinerary too, or from tracing it
+            // singly.
             let middle = rays.len() / 2;
             rays.swap(0, middle);
             let plan = Itinerary::of(&mut self.tracer, &self.of.faces, &rays[0].2);
@@ -141,6 +145,7 @@ impl TileTracer<'_> {
                 take(column, row, self.tracer.follow(&ray));
             }
             nones += usize::from(plan.is_none());
+            // Large tiles are quartered at the first failure.
             if nones >= if is_small { MOST_NONES } else { 1 } {
                 break;
             }
@@ -157,7 +162,7 @@ impl TileTracer<'_> {
         }
     }
 
-    /// Hands out the paths that are known, and leaves the other rays.
+    /// Passes on the paths that are known, and keeps the other rays in the list.
     fn take_followed(
         &mut self,
         rays: &mut Vec<Numbered>,
@@ -174,13 +179,14 @@ impl TileTracer<'_> {
         });
     }
 
-    /// Follows along the itinerary of the first of them all rays that it surely is the itinerary of. `false`:
-    /// of too few of them it is worth while, or of the first itself it cannot be said.
+    /// Traces all rays along the itinerary of the first, as far as it certainly is theirs. Returns false if that holds
+    /// for too few of them to pay, or is uncertain for the first ray itself.
     fn follow_all(&mut self, plan: &Itinerary, rays: &[Numbered], is_large: bool) -> bool {
         let sensing = self.of.stack.sensing.as_ref();
         self.lanes.follow(plan, rays, &self.of.faces, sensing, &mut self.scratch);
+        // At least an eighth of a large tile must follow.
         let is_worth_it = !is_large || 8 * self.lanes.count() > rays.len();
-        // Outlines are between the first ray and the others: its points are in the boxes.
+        // The positions of the first ray must be in the boxes, because outlines are checked between it and the others.
         if self.lanes.is_lost(0) || !is_worth_it || !self.drop_outside(plan) {
             return false;
         }
@@ -188,9 +194,9 @@ impl TileTracer<'_> {
         !self.lanes.is_lost(0)
     }
 
-    /// Drops the rays that may meet a face with an outline of its own outside of that: the first meets it
-    /// inside, and no wall of its primitive lies between that place and theirs. `false` where that way does
-    /// not lie within the face.
+    /// Marks as lost the rays that may meet a face with an outline of its own outside that outline. The first ray meets
+    /// it inside, and it is checked that no wall of the primitive lies between its position and the others'. Returns
+    /// false if the straight way between them does not lie in the face.
     fn drop_outside(&mut self, plan: &Itinerary) -> bool {
         let faces = &self.of.faces;
         for (number, step) in plan.steps.iter().enumerate() {
@@ -215,7 +221,7 @@ impl TileTracer<'_> {
         true
     }
 
-    /// Drops the rays that may meet another face than those of their itinerary.
+    /// Marks as lost the rays that may meet a face that is not in their itinerary.
     fn drop_others(&mut self, plan: &Itinerary) {
         for number in 0..self.lanes.boxes.len() - 1 {
             let pair = [self.lanes.boxes[number], self.lanes.boxes[number + 1]];
@@ -230,7 +236,7 @@ impl TileTracer<'_> {
             near.extend(cells.filter(|cell| !is_passed(cell)));
             if !near.is_empty() {
                 let slices = slices(&pair);
-                // The cells of a face follow one another.
+                // Cells of one face follow each other, so each face is tested once.
                 let mut asked = None;
                 for cell in &near {
                     let is_touched = |(slice, radius_mm): &(Aabb, _)| {
@@ -248,7 +254,7 @@ impl TileTracer<'_> {
     }
 }
 
-/// The room between two boxes, in slices, each with its distances from the z axis.
+/// Cuts the room between two boxes into slices, each with its range of distances from the z axis.
 fn slices(pair: &[Aabb; 2]) -> [(Aabb, [f64; 2]); SLICES] {
     let at = |k: usize| {
         let share = k as f64 / SLICES as f64;
@@ -261,7 +267,7 @@ fn slices(pair: &[Aabb; 2]) -> [(Aabb, [f64; 2]); SLICES] {
     })
 }
 
-/// By halves of the columns and rows that the rays span.
+/// Divides rays into quarters by halving their range of columns and rows.
 fn quarters(rays: &mut Vec<Numbered>) -> [Vec<Numbered>; 4] {
     let span = |of: fn(&Numbered) -> u32| {
         let (low, high) = rays.iter().map(of).fold((u32::MAX, 0), |(l, h), v| (l.min(v), h.max(v)));

@@ -1,4 +1,4 @@
-//! Surfaces of second order: those of nearly all faces that light passes.
+//! Quadrics: the surfaces of nearly all faces that light passes.
 
 use std::ops::Neg;
 
@@ -7,8 +7,8 @@ use nalgebra::Matrix4;
 
 use super::trim::Trim;
 
-/// Where `a (x^2 + y^2) + b z^2 + l . p + d` is 0: planes of any orientation, spheres anywhere, cylinders,
-/// cones and ellipsoids of revolution along z.
+/// Quadric `a (x^2 + y^2) + b z^2 + l . p + d = 0`: planes of any orientation, spheres anywhere, and cylinders, cones
+/// and ellipsoids of revolution along z.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quadric {
     pub(super) a: f64,
@@ -25,11 +25,11 @@ impl Neg for Quadric {
     }
 }
 
-/// A quadric, in the sensor's frame or in one of its own.
+/// Quadric in the sensor's frame or in a frame of its own.
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
     quadric: Quadric,
-    /// Boxed, since nearly none has one.
+    /// Pose of its own frame, boxed because very few surfaces have one.
     own_from_sensor: Option<Box<Pose>>,
 }
 
@@ -40,11 +40,12 @@ impl From<Quadric> for Surface {
 }
 
 impl Surface {
-    /// The same in another frame.
+    /// Returns the surface with its quadric understood in another frame.
     pub(super) fn tilted(&self, own_from_sensor: Pose) -> Self {
         Self { quadric: self.quadric, own_from_sensor: Some(Box::new(own_from_sensor)) }
     }
 
+    /// Transforms a ray to its own frame.
     #[inline]
     fn own(&self, ray: &Ray) -> Ray {
         match &self.own_from_sensor {
@@ -55,38 +56,39 @@ impl Surface {
         }
     }
 
+    /// Transforms a point to its own frame.
     fn own_point(&self, point: &Point3<f64>) -> Point3<f64> {
         self.own_from_sensor.as_ref().map_or(*point, |pose| pose.point(*point))
     }
 
-    /// In which it is upright, if that is not the sensor's.
+    /// Returns the frame in which its axis is along z, if that is not the sensor's.
     pub(super) fn frame(&self) -> Option<&Pose> {
         self.own_from_sensor.as_deref()
     }
 
-    /// In that frame.
+    /// Returns the quadric in that frame.
     pub(super) fn quadric(&self) -> &Quadric {
         &self.quadric
     }
 
-    /// Where a line passes it that way, mm; not a number where it does not.
+    /// Returns the distance at which a line passes it while the function grows (or falls), mm; NaN if there is none.
     pub(super) fn pass_mm(&self, ray: &Ray, grows: bool) -> f64 {
         self.quadric.pass(&self.own(ray), grows).t_mm
     }
 
-    /// Unit normal at a point of it, on either side.
+    /// Returns a unit normal at a point of the surface; its sign is arbitrary.
     pub(super) fn normal(&self, point: &Point3<f64>) -> Vector3<f64> {
         let across = self.quadric.across(&self.own_point(point).coords);
         let turned = self.own_from_sensor.as_ref().map(|pose| pose.rotation().tr_mul(&across));
         turned.unwrap_or(across).normalize()
     }
 
-    /// See [`Quadric::grows`].
+    /// Returns whether the function grows along a line. See [`Quadric::grows`].
     pub(super) fn grows(&self, ray: &Ray, t_mm: f64) -> bool {
         self.quadric.grows(&self.own(ray), t_mm)
     }
 
-    /// Where it may meet the straight way between two points.
+    /// Returns the possible intersections with the straight way between two points.
     pub(super) fn meetings(&self, from: &Point3<f64>, to: &Point3<f64>) -> Meetings {
         let (own_from, own_to) = (self.own_point(from), self.own_point(to));
         match self.quadric.meetings(&own_from, &own_to) {
@@ -97,25 +99,27 @@ impl Surface {
         }
     }
 
+    /// Returns whether it is a plane.
     pub(super) fn is_flat(&self) -> bool {
         self.quadric.is_flat()
     }
 
-    /// Whether a box surely lies on one side of it; `false` too where that takes a frame of its own.
+    /// Returns whether a box certainly lies on one side of the surface. Always false for surfaces in a frame of their
+    /// own.
     pub(super) fn misses_box(&self, bounds: &Aabb) -> bool {
         self.own_from_sensor.is_none() && self.quadric.misses_box(bounds)
     }
 
-    /// Whether both are the same surface, whichever side either calls its inside.
+    /// Returns whether both are the same surface, regardless of sign.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         let (a, b) = (self.matrix(), other.matrix());
         let (scale_a, scale_b) = (a.amax(), b.amax());
-        // The two may differ in sign.
+        // The matrices may differ in sign.
         let turned = if a.dot(&b) < 0.0 { -1.0 } else { 1.0 };
         (a / scale_a - turned * b / scale_b).amax() <= SAME
     }
 
-    /// Of the function `p^T M p` of points p = (x, y, z, 1) in the sensor's frame.
+    /// Returns the matrix M of the function `p^T M p` for points p = (x, y, z, 1) in the sensor's frame.
     fn matrix(&self) -> Matrix4<f64> {
         let Quadric { a, b, l, d } = self.quadric;
         let mut matrix = Matrix4::from_diagonal(&[a, a, b, d].into());
@@ -135,16 +139,16 @@ impl Surface {
     }
 }
 
-/// Where a straight way may meet a surface.
+/// Possible intersections of a straight way with a surface.
 pub(super) enum Meetings {
-    /// At most there.
+    /// These points and no others.
     At([Option<Point3<f64>>; 2]),
-    /// It grazes, so that rounding decides.
+    /// Unknown, because the way grazes the surface and rounding decides.
     Unclear,
 }
 
 impl Meetings {
-    /// `None` where some are unclear.
+    /// Returns the box around all intersections; `None` if some are unclear.
     pub(super) fn box_around(meetings: impl Iterator<Item = Self>) -> Option<Aabb> {
         let mut bounds = Aabb::nothing();
         for meetings in meetings {
@@ -156,7 +160,7 @@ impl Meetings {
         Some(bounds)
     }
 
-    /// Whether they surely lie off a face of the surface.
+    /// Returns whether the intersections certainly lie outside a face of the surface.
     pub(super) fn are_off(&self, trim: &Trim) -> bool {
         match self {
             Self::At(places) => places.iter().flatten().all(|at| trim.misses(at)),
@@ -165,31 +169,34 @@ impl Meetings {
     }
 }
 
-/// A line through a quadric in the direction that is asked for.
+/// Intersections of a line with a quadric, by direction of passage.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pass {
+    /// Distance of the passage in the requested direction, mm.
     pub(super) t_mm: f64,
-    /// Where the line passes it the other way, mm; any value where it does not.
+    /// Distance of the passage in the other direction, mm; any value if there is none.
     pub(super) back_mm: f64,
 }
 
-/// Values nearer to 0 than that may be rounding; of lengths in mm.
+/// Tolerance within which function values, which scale as lengths in mm, may be zero but for rounding.
 pub(super) const NEAR: f64 = 1e-9;
 
-/// Coefficients of the same surface agree to that, relative to the largest.
+/// Relative tolerance of the coefficients of equal surfaces, with respect to the largest.
 const SAME: f64 = 1e-10;
 
 impl Quadric {
-    /// The plane through a point.
+    /// Creates the plane through a point.
     pub(super) fn plane(normal: Vector3<f64>, point: Vector3<f64>) -> Self {
         Self { a: 0.0, b: 0.0, l: normal, d: -normal.dot(&point) }
     }
 
+    /// Returns whether it is a plane.
     pub(super) fn is_flat(&self) -> bool {
         self.a == 0.0 && self.b == 0.0
     }
 
-    /// From the middle by no more than the gradient there takes it, and the squares.
+    /// Bounds the function over the box: its value at the centre, plus or minus the gradient's and the squares' largest
+    /// contributions.
     fn misses_box(&self, bounds: &Aabb) -> bool {
         let Self { a, b, l, d } = self;
         let half = 0.5 * (bounds.max - bounds.min);
@@ -202,20 +209,20 @@ impl Quadric {
         above > NEAR || below < -NEAR
     }
 
-    /// An ellipsoid of revolution along z: half axes across and along it.
+    /// Creates an ellipsoid of revolution along z from its semi-axes across and along it.
     pub(super) fn ellipsoid(centre: Vector3<f64>, across_mm: f64, along_mm: f64) -> Self {
-        // Of the order of lengths, as the others.
+        // Scaled so that function values are of the order of lengths, as for the other surfaces.
         let (a, b) = (1.0 / across_mm, across_mm / (along_mm * along_mm));
         let scale = Vector3::new(a, a, b);
         let d = centre.component_mul(&scale).dot(&centre) - across_mm;
         Self { a, b, l: -2.0 * centre.component_mul(&scale), d }
     }
 
-    /// A cone, or a cylinder, along z: its radius at the height of a point on its axis, and by how much that
-    /// grows with height.
+    /// Creates a cone or a cylinder along z from its radius at the height of a point on its axis, and the growth of the
+    /// radius with height.
     pub(super) fn cone(on_axis: Vector3<f64>, radius_mm: f64, growth: f64) -> Self {
         let [x, y, z]: [f64; 3] = on_axis.into();
-        // Radius at height 0.
+        // Radius at z = 0.
         let foot_mm = radius_mm - growth * z;
         Self {
             a: 1.0,
@@ -225,19 +232,19 @@ impl Quadric {
         }
     }
 
-    /// Up to length: a vector across the surface at a point of it.
+    /// Returns the gradient: a vector across the surface, not normalized.
     #[inline]
     pub(super) fn across(&self, p: &Vector3<f64>) -> Vector3<f64> {
         let Self { a, b, l, .. } = self;
         Vector3::new(2.0 * a * p.x + l.x, 2.0 * a * p.y + l.y, 2.0 * b * p.z + l.z)
     }
 
-    /// Whether the function grows along a line where it passes a point.
+    /// Returns whether the function grows along a line at a point.
     pub(super) fn grows(&self, ray: &Ray, t_mm: f64) -> bool {
         self.across(&ray.at(t_mm).coords).dot(&ray.direction) > 0.0
     }
 
-    /// `[h, m, c]` of the function `h t^2 + 2 m t + c` along a line.
+    /// Returns `[h, m, c]` of the function `h t^2 + 2 m t + c` along a line.
     #[inline]
     fn along(&self, ray: &Ray) -> [f64; 3] {
         let Self { a, b, l, d } = self;
@@ -248,22 +255,22 @@ impl Quadric {
         [h, m, c]
     }
 
-    /// Where the function passes 0 along a line while it grows, or while it falls; not a number where it
-    /// does not.
+    /// Finds the zero of the function along a line where it grows, or falls; NaN if there is none.
     #[inline]
     pub(super) fn pass(&self, ray: &Ray, grows: bool) -> Pass {
         let [h, m, c] = self.along(ray);
         let root = (m * m - h * c).sqrt();
-        // h t^2 + 2 m t + c = 0; its derivative is 2 root or -2 root. Of two forms, the one without cancellation.
+        // The derivative at the zeros of h t^2 + 2 m t + c is 2 root or -2 root. Of the two algebraic forms, the one
+        // without cancellation is used.
         let up = if m >= 0.0 { -c / (root + m) } else { (root - m) / h };
         let down = if m <= 0.0 { c / (root - m) } else { -(root + m) / h };
         if grows { Pass { t_mm: up, back_mm: down } } else { Pass { t_mm: down, back_mm: up } }
     }
 
-    /// Where on the straight way between two points, as shares of it, it may be met; `None` where it grazes,
-    /// or nearly, so that rounding decides.
+    /// Finds the possible intersections with the straight way between two points, as shares of it; `None` if it grazes
+    /// the surface or nearly does, so that rounding decides.
     fn meetings(&self, from: &Point3<f64>, to: &Point3<f64>) -> Option<[Option<f64>; 2]> {
-        // In lengths of the way, with room for rounding at both ends.
+        // Shares of the way, with a margin for rounding at both ends.
         let ray = Ray { origin: *from, direction: to - from };
         if self.misses_line(&ray) {
             return Some([None; 2]);
@@ -274,10 +281,10 @@ impl Quadric {
         is_plain.then(|| [t_mm, back_mm].map(|share| Some(share).filter(is_between)))
     }
 
-    /// Whether all of a line is surely on one side: where the function's extreme is of the sign that it has
-    /// far away.
+    /// Returns whether a line certainly lies on one side: its extreme value has the sign that it has far away.
     fn misses_line(&self, ray: &Ray) -> bool {
         let [h, m, c] = self.along(ray);
+        // For h = 0, as for planes, this is minus infinity or NaN, hence false.
         (c - m * m / h) * h.signum() > NEAR
     }
 }
@@ -331,7 +338,7 @@ mod tests {
         }
     }
 
-    /// What is said to miss a box has one sign at all of its points.
+    /// A surface that misses a box has one sign at all points of the box.
     #[test]
     fn a_surface_misses_boxes_beside_it() {
         let centre = Vector3::new(0.5, -0.3, 0.2);

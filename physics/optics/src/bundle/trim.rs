@@ -1,4 +1,4 @@
-//! How much of a surface is a face.
+//! Trims: the part of a surface that belongs to a face.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,27 +9,29 @@ use nalgebra::Vector2;
 use super::edges::Edge;
 use super::faces::{Cell, SLACK_MM, radius_of};
 
-/// How much of a surface its face is.
+/// Bounds of a face on its surface.
 #[derive(Clone, Debug)]
 pub(super) struct Trim {
-    /// Room that the whole face lies in.
+    /// Room that contains the whole face.
     pub(super) room: Cell,
-    /// Of what is upright in a frame of its own: the room is in that.
+    /// Frame of the room, if it is not the sensor's: that of a tilted or displaced primitive.
     pub(super) leaf_from_sensor: Option<Pose>,
-    /// Of a plate's face.
+    /// Outline, for the faces of plates.
     pub(super) outline: Option<Arc<Outline>>,
-    /// Whether the surface within that room is the face; else others of its primitive bound it there.
+    /// True if the surface within the room is exactly the face. Otherwise it is bounded by other faces of its
+    /// primitive.
     pub(super) is_exact: bool,
-    /// All cells of its primitive.
+    /// Range of all cells of its primitive.
     pub(super) cells: Range<u32>,
 }
 
 impl Trim {
-    /// Where a point of the surface surely lies on the face.
+    /// Returns the room in which a point of the surface certainly lies on the face.
     pub(super) fn room(&self) -> Room {
         let Cell { bounds, radius_mm: [near, far], .. } = &self.room;
         let within = |low: f64, high: f64| {
-            // The room has some slack already. Of a plane across z, or the axis itself, one side of it is thin.
+            // Boxes have a margin, of which twice is taken off here to be certain. Thin ranges stay as they are, as
+            // those of a plane across z; and the axis itself counts as inside.
             let by_mm = if high - low < 4.0 * SLACK_MM { 0.0 } else { 2.0 * SLACK_MM };
             [low + by_mm, high - by_mm]
         };
@@ -43,7 +45,7 @@ impl Trim {
         }
     }
 
-    /// Whether a point of the surface surely lies off the face.
+    /// Returns whether a point of the surface certainly lies outside the face.
     pub(super) fn misses(&self, point: &Point3<f64>) -> bool {
         let point = self.leaf_from_sensor.map_or(*point, |pose| pose.point(*point));
         let Cell { bounds, radius_mm: [near, far], .. } = &self.room;
@@ -55,11 +57,12 @@ impl Trim {
 }
 
 impl Trim {
+    /// Returns whether the face has an outline.
     pub(super) fn has_outline(&self) -> bool {
         self.outline.is_some()
     }
 
-    /// Whether all points of a plate's plane within a box surely lie outside of its outline.
+    /// Returns whether all points of a plate's plane within a box certainly lie outside its outline.
     pub(super) fn misses_all(&self, bounds: &Aabb) -> bool {
         if bounds.is_empty() {
             return true;
@@ -71,7 +74,7 @@ impl Trim {
     }
 }
 
-/// Between what coordinates, and squares of distances from the z axis, in a frame of its own.
+/// Ranges of coordinates, and of squared distances from the z axis, in the sensor's frame or one of its own.
 #[derive(Clone, Debug)]
 pub(super) struct Room {
     pub(super) low: [f64; 3],
@@ -81,7 +84,7 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// Whether all of a box lies within; `false` too where that is not plain.
+    /// Returns whether a box certainly lies within. Always false for rooms in a frame of their own.
     pub(super) fn holds(&self, bounds: &Aabb) -> bool {
         let [near, far] = radius_of(bounds);
         self.own_from_sensor.is_none()
@@ -93,26 +96,27 @@ impl Room {
     }
 }
 
-/// What a plate's faces end at.
+/// Outline of the faces of a plate.
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
-    /// With the plate upright from z = 0.
+    /// Pose of the frame in which the plate stands upright from z = 0.
     own_from_room: Pose,
     plate: CompiledSolid,
     middle_mm: f64,
     borders: Vec<Border>,
 }
 
-/// A piece of an outline.
+/// Piece of an outline.
 #[derive(Clone, Copy, Debug)]
 enum Border {
     Line([Vector2<f64>; 2]),
-    /// Centre and radius, of the whole circle.
+    /// Centre and radius of the whole circle.
     Arc(Vector2<f64>, f64),
     Other,
 }
 
 impl Outline {
+    /// Builds the outline of an extrusion's end faces.
     pub(super) fn of(extrusion: &Extrusion, edges: &[Edge], pose: &Pose) -> Option<Arc<Self>> {
         let plate = CompiledSolid::new(&Solid::Extrusion(extrusion.clone())).ok()?;
         let border = |edge: &Edge| {
@@ -134,16 +138,18 @@ impl Outline {
         }))
     }
 
-    /// Whether all within some distance of a point, in the plane of a face, surely lie outside of the outline.
+    /// Returns whether all points within a distance of a point, in the plane of the face, certainly lie outside the
+    /// outline.
     fn misses(&self, point: &Point3<f64>, reach_mm: f64) -> bool {
         let point = self.own_from_room.point(*point).coords.xy();
+        // If no edge comes near, all of the disk is inside or outside, as its centre is.
         self.borders.iter().all(|border| border.distance_mm(&point) > reach_mm + 2.0 * SLACK_MM)
             && !self.plate.contains(&Point3::new(point.x, point.y, self.middle_mm))
     }
 }
 
 impl Border {
-    /// At least so far away a point is.
+    /// Returns a lower bound of the distance of a point.
     fn distance_mm(&self, point: &Vector2<f64>) -> f64 {
         match self {
             Self::Line([from, to]) => {

@@ -1,27 +1,30 @@
-//! What is computed for many rays in one loop, so that the machine does several at a time.
+//! Operations on blocks of rays, written as loops that compilers vectorize.
 
 use fabkit_geometry::{Aabb, Point3, Pose};
 
 use super::quadric::{NEAR, Quadric, Surface};
 use super::trim::Room;
 
-/// Rays of a block: few enough that all that is known of them is at hand, enough that loops over them pay.
+/// Number of rays of a block: few enough to stay in the cache, enough for loops to pay.
 pub(super) const LANES: usize = 64;
 
+/// One number for each ray of a block.
 pub(super) type Lane = [f64; LANES];
 
-/// Coordinates of places or directions.
+/// Coordinates of points or directions, by axis and lane.
 pub(super) type Triple = [Lane; 3];
 
-/// Whether something is so of each ray: 0 where it is not.
+/// Flag for each ray: 0 is false.
 pub(super) type Mask = [u64; LANES];
 
 pub(super) const ZERO: Triple = [[0.0; LANES]; 3];
 
+/// Returns the point in a lane.
 pub(super) fn at(points: &Triple, lane: usize) -> Point3<f64> {
     Point3::new(points[0][lane], points[1][lane], points[2][lane])
 }
 
+/// Rotates vectors.
 pub(super) fn turned(pose: &Pose, vectors: &Triple) -> Triple {
     let [x, y, z] = vectors;
     let mut turned = ZERO;
@@ -35,6 +38,7 @@ pub(super) fn turned(pose: &Pose, vectors: &Triple) -> Triple {
     turned
 }
 
+/// Transforms points.
 pub(super) fn moved(pose: &Pose, points: &Triple) -> Triple {
     let mut moved = turned(pose, points);
     for (axis, values) in moved.iter_mut().enumerate() {
@@ -44,6 +48,7 @@ pub(super) fn moved(pose: &Pose, points: &Triple) -> Triple {
     moved
 }
 
+/// Computes the points at a distance along rays.
 pub(super) fn ahead(origin: &Triple, direction: &Triple, t_mm: &Lane, points: &mut Triple) {
     for axis in 0..3 {
         for lane in 0..LANES {
@@ -52,7 +57,8 @@ pub(super) fn ahead(origin: &Triple, direction: &Triple, t_mm: &Lane, points: &m
     }
 }
 
-/// Where the function grows through 0, and where it falls: see [`Quadric::pass`], whose two forms are one here.
+/// Computes the distances at which the function grows through zero, and at which it falls. See [`Quadric::pass`], whose
+/// two forms are combined here.
 pub(super) fn meet(quadric: &Quadric, origin: &Triple, direction: &Triple) -> [Lane; 2] {
     let Quadric { a, b, l, d } = *quadric;
     let ([px, py, pz], [vx, vy, vz]) = (origin, direction);
@@ -61,6 +67,7 @@ pub(super) fn meet(quadric: &Quadric, origin: &Triple, direction: &Triple) -> [L
         for i in 0..LANES {
             let m = l.x * vx[i] + l.y * vy[i] + l.z * vz[i];
             let c = (l.x * px[i] + l.y * py[i] + l.z * pz[i]) + d;
+            // A plane is passed only once, where its function grows.
             up[i] = if m > 0.0 { -c / m } else { f64::INFINITY };
         }
         return [up, [f64::NEG_INFINITY; LANES]];
@@ -83,6 +90,7 @@ pub(super) fn meet(quadric: &Quadric, origin: &Triple, direction: &Triple) -> [L
     [up, down]
 }
 
+/// Computes gradients. See [`Quadric::across`].
 pub(super) fn across(quadric: &Quadric, points: &Triple) -> Triple {
     let Quadric { a, b, l, .. } = *quadric;
     let mut across = ZERO;
@@ -94,7 +102,8 @@ pub(super) fn across(quadric: &Quadric, points: &Triple) -> Triple {
     across
 }
 
-/// See [`Quadric::again`].
+/// Computes the distance at which a ray that starts on the surface meets it again. There the function is h t^2 +
+/// (gradient . direction) t, with one zero at the start.
 pub(super) fn again(quadric: &Quadric, across: &Triple, direction: &Triple) -> Lane {
     let Quadric { a, b, .. } = *quadric;
     let ([gx, gy, gz], [vx, vy, vz]) = (across, direction);
@@ -106,9 +115,9 @@ pub(super) fn again(quadric: &Quadric, across: &Triple, direction: &Triple) -> L
     again_mm
 }
 
-/// Snell's law: see [`refract`](crate::refract). The normals' length does not matter.
+/// Refracts directions by Snell's law; see [`refract`](crate::refract). Normals need not have unit length.
 ///
-/// Returns the squares of the cosines behind the surface: where they are below 0, light is totally reflected.
+/// Returns the squared cosines behind the surface. Where they are below 0, light is totally reflected.
 pub(super) fn bend(direction: &mut Triple, normal: &Triple, ratio: f64) -> Lane {
     let mut squares = [0.0; LANES];
     let [dx, dy, dz] = direction;
@@ -126,14 +135,14 @@ pub(super) fn bend(direction: &mut Triple, normal: &Triple, ratio: f64) -> Lane 
         squares[i] = squared;
         let along = squared.sqrt().copysign(cosine);
         let [bx, by, bz] = [ax + along * x, ay + along * y, az + along * z];
-        // One step towards length 1, from which it is off by rounding.
+        // One Newton step towards length 1, from which the vector differs by rounding only.
         let per_length = 1.5 - 0.5 * (bx * bx + by * by + bz * bz);
         (dx[i], dy[i], dz[i]) = (bx * per_length, by * per_length, bz * per_length);
     }
     squares
 }
 
-/// Loses the rays that may be outside of a face that fills some room.
+/// Marks as lost the rays that may lie outside a face that fills a room exactly.
 pub(super) fn lose_outside(room: &Room, points: &Triple, is_lost: &mut Mask) {
     let own = room.own_from_sensor.as_ref().map(|pose| moved(pose, points));
     let [x, y, z] = own.as_ref().unwrap_or(points);
@@ -152,10 +161,10 @@ pub(super) fn lose_outside(room: &Room, points: &Triple, is_lost: &mut Mask) {
     }
 }
 
-/// Which of the straight ways between points do not surely lie on one side of a surface.
+/// Returns which of the straight ways between points do not certainly lie on one side of a surface.
 ///
-/// At the share s of a way the function is `p (1 - s) + q s - h s (1 - s)`, with its values p and q at the ends:
-/// nowhere further from the line between these than a quarter of h.
+/// At the share s of a way, the function is `p (1 - s) + q s - h s (1 - s)`, where p and q are its values at the ends.
+/// It differs from the straight line between them by at most a quarter of h.
 pub(super) fn near(surface: &Surface, from: &Triple, to: &Triple) -> Mask {
     let own = surface.frame().map(|pose| (moved(pose, from), moved(pose, to)));
     let (from, to) = own.as_ref().map_or((from, to), |(from, to)| (from, to));
@@ -177,10 +186,11 @@ pub(super) fn near(surface: &Surface, from: &Triple, to: &Triple) -> Mask {
     is_near
 }
 
-/// A box around the points of the rays that are not lost.
+/// Returns the box around the points of the rays that are not lost.
 pub(super) fn around(points: &Triple, is_lost: &Mask) -> Aabb {
     let is_whole = is_lost.iter().fold(0, |any, is_lost| any | is_lost) == 0;
     let [x, y, z] = [0, 1, 2].map(|axis| {
+        // Four accumulators let the loop be vectorized.
         let [mut lows, mut highs] = [[f64::INFINITY; 4], [f64::NEG_INFINITY; 4]];
         for (points, is_lost) in points[axis].chunks_exact(4).zip(is_lost.chunks_exact(4)) {
             for i in 0..4 {
@@ -193,7 +203,7 @@ pub(super) fn around(points: &Triple, is_lost: &Mask) -> Aabb {
         [low, highs.into_iter().fold(f64::NEG_INFINITY, f64::max)]
     });
     if x[0] > x[1] {
-        // All are lost.
+        // All rays are lost.
         return Aabb::nothing();
     }
     Aabb { min: Point3::new(x[0], y[0], z[0]), max: Point3::new(x[1], y[1], z[1]) }

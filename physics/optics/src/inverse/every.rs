@@ -1,23 +1,23 @@
-//! All rays from a pupil through a place, not only the best.
+//! Search for all rays from a pupil through a point.
 
 use fabkit_geometry::{Point3, Ray, Vector3};
 
 use super::{Seeker, Sight, lattice, newton, solve};
 use crate::bundle::Chain;
 
-/// Directions from which rays are looked for: 4.5 degrees from one to the next.
+/// Number of start directions: 4.5 degrees from one to the next.
 const STARTS: usize = 2048;
 
-/// Rays that leave the pupil in directions less apart than that are one.
+/// Angle below which two rays at the pupil are the same, rad.
 const SAME_RAD: f64 = 1e-7;
 
 impl Seeker<'_> {
-    /// All rays from a pupil through a place that are found from directions all around, 4.5 degrees apart, the
-    /// shortest way first, those that something opaque hides included ([`Sight::hidden_by`]); none where no
-    /// light leads from there to the pupil. Which of them passes faces that no direction tried meets, because
-    /// they are seen under less than that, may be missed. Places and ways in the sensor frame, mm.
+    /// Finds all rays from a pupil through a point that a search from directions all around, 4.5 degrees apart, finds.
+    /// The shortest path comes first; rays that something opaque hides are included ([`Sight::hidden_by`]). The result
+    /// is empty if no light leads from the point to the pupil. A ray past faces that appear smaller than 4.5 degrees,
+    /// and are thus met by no start direction, may be missed. Points and paths are in the sensor frame, mm.
     ///
-    /// A ball of glass shows what is far behind it twice: through its middle, and past it.
+    /// A glass ball shows a point far behind it twice: through its middle, and past it.
     ///
     /// ```
     /// use fabkit_geometry::{Angle, Assembly, Body, Clarity, NominalCamera, Placement, Point3, Pose, Sensor};
@@ -54,7 +54,7 @@ impl Seeker<'_> {
         sights
     }
 
-    /// The direction that one leads to: past its own faces in closed form, or by rays that are followed.
+    /// Solves for the direction that a start leads to: past its own faces in closed form, or with traced rays.
     fn toward(
         &mut self,
         pupil: &Point3<f64>,

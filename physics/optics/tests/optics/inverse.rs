@@ -1,4 +1,4 @@
-//! From places to rays and back.
+//! Rays to given points, and back.
 
 use fabkit_geometry::{
     Angle, Assembly, Body, Clarity, NominalCamera, Placement, Point3, Pose, Process, Ray, Sensor,
@@ -28,7 +28,7 @@ fn sights(bodies: impl IntoIterator<Item = Body>) -> Sights {
     Sights::new(Stack::of(&Sensor::new("test", "", "", camera, bodies)).unwrap())
 }
 
-/// A pane, then a ball of gel above it, then air.
+/// Builds a pane, a ball of gel above it, then air.
 fn pane_and_ball(index: f64) -> Sights {
     let pane = medium("pane", 1.5, Solid::cylinder(40.0, 2.0).at(0.0, 0.0, 3.0));
     let ball = medium("ball", index, Solid::sphere(15.0).at(0.0, 0.0, 25.0));
@@ -45,7 +45,7 @@ proptest! {
         let ray = Ray { origin: Point3::origin(), direction: Vector3::new(x, y, 1.0).normalize() };
         let mut tracer = Tracer::new(sights.stack());
         tracer.follow(&ray);
-        // Within the ball: after two bends at the pane, and one at the ball.
+        // Inside the ball: after two refractions at the pane and one at the ball.
         let [from, to] = match tracer.corners() {
             [_, _, _, from, to, ..] => [*from, *to],
             _ => return Ok(()),
@@ -53,7 +53,7 @@ proptest! {
         let place = from + share * (to - from);
         let found = sights.seeker().seek(&ray.origin, &place);
         let sight = found.expect("the ray that was followed is one");
-        // Spheres focus: another ray may lead there as well, and must then pass the place too.
+        // Spheres focus: another ray may lead to the point as well, and must then pass through it.
         let way_mm: f64 = tracer.corners()[..4].windows(2).map(|p| (p[1] - p[0]).norm()).sum();
         let way_mm = way_mm + (place - from).norm();
         if (sight.direction - ray.direction).norm() > 1e-9 {
@@ -69,7 +69,7 @@ proptest! {
         }
     }
 
-    /// Derivatives are those of differences: of places half a micrometre to either side.
+    /// Derivatives equal differences between points half a micrometre to either side.
     #[test]
     fn the_derivative_is_that_of_differences(
         x in -6.0..6.0f64, y in -6.0..6.0f64, z in 12.0..24.0f64,
@@ -91,7 +91,7 @@ proptest! {
     }
 }
 
-/// At a flat face all is known: Snell's law, and where the ray meets the face.
+/// At a flat face the solution is known: Snell's law, and the point where the ray meets the face.
 #[test]
 fn a_place_behind_a_face_is_where_snell_says() {
     let gel = medium("gel", 1.41, Solid::cylinder(100.0, 30.0).at(0.0, 0.0, 4.0));
@@ -117,17 +117,17 @@ fn what_is_in_the_way_is_named() {
     let hidden = seeker.seek(&Point3::origin(), &Point3::new(0.5, 0.0, 20.0)).unwrap();
     let wall = sights.stack().names().iter().position(|name| name == "wall").unwrap();
     assert_eq!(hidden.hidden_by(0.0), Some(End::Body(wall as u8)));
-    // Beside it.
+    // Beside the wall.
     let seen = seeker.seek(&Point3::origin(), &Point3::new(15.0, 0.0, 20.0)).unwrap();
     assert_eq!(seen.hidden_by(0.0), None);
 }
 
-/// From dense to thin, light beyond the critical angle never gets out.
+/// From a dense to a thin medium, light beyond the critical angle does not get out.
 #[test]
 fn where_no_light_leads_nothing_is_found() {
     let around = medium("oil", 1.8, Solid::sphere(5.0));
     let gap = sights([around]);
-    // From off the middle of the ball, its far side is met beyond the critical angle.
+    // From a pupil off the centre, the far side of the ball is met beyond the critical angle.
     let pupil = Point3::new(4.9, 0.0, 0.0);
     let mut tracer = Tracer::new(gap.stack());
     let grazing = Ray { origin: pupil, direction: Vector3::new(-0.6, 0.8, 0.0) };
@@ -140,7 +140,7 @@ fn where_no_light_leads_nothing_is_found() {
         match seeker.seek(&pupil, &place) {
             None => none += 1,
             Some(sight) => {
-                // What is found does lead there.
+                // A found ray does pass through the point.
                 let path = tracer.follow(&Ray { origin: pupil, direction: sight.direction });
                 let off = (place - path.last.origin).cross(&path.last.direction).norm();
                 assert!(off < 1e-9, "{place} {off}");
@@ -151,8 +151,8 @@ fn where_no_light_leads_nothing_is_found() {
     assert!((100..190).contains(&none), "{none}");
 }
 
-/// In the plane of pupil, ball and place a ray has one angle: where its miss changes sign, a ray goes through
-/// the place. Counted in steps of a thousandth of a degree, by rays that are followed.
+/// In the plane of pupil, ball and point a ray has one angle: where its offset changes sign, a ray passes through the
+/// point. Counted in steps of a thousandth of a degree with traced rays.
 #[test]
 fn every_ray_to_a_place_behind_a_ball_is_found() {
     let ball = medium("ball", 1.5, Solid::sphere(2.0).at(0.0, 0.0, 6.0));
@@ -168,7 +168,7 @@ fn every_ray_to_a_place_behind_a_ball_is_found() {
                 direction: Vector3::new(angle.sin(), 0.0, angle.cos()),
             });
             let (to, along) = (place - path.last.origin, path.last.direction);
-            // Which faces were passed: only between equal ones does a change of sign say something.
+            // The number of refractions: a change of sign means something only between rays past the same faces.
             (path.bends, to.x * along.z - to.z * along.x)
         };
         let mut before = miss(-60_000);
@@ -181,7 +181,7 @@ fn every_ray_to_a_place_behind_a_ball_is_found() {
         let every = sights.seeker().every(&pupil, &place);
         assert_eq!((every.len(), counted), (expected, expected), "{x}: {every:?}");
         assert!(every.windows(2).all(|pair| pair[0].way_mm <= pair[1].way_mm));
-        // What is found alone is one of them.
+        // The result of the search for one ray is among them.
         let one = sights.seeker().seek(&pupil, &place).unwrap();
         assert!(every.iter().any(|sight| (sight.direction - one.direction).norm() < 1e-9));
     }

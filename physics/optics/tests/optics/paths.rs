@@ -1,4 +1,4 @@
-//! Paths against other ways to the same figures: the camera's own interfaces, formulas, and the path backwards.
+//! Paths compared with independent results: the camera's own interfaces, formulas, and the reversed path.
 
 use fabkit_camera::{Camera, Flat, Interface, Intrinsics, KannalaBrandt, Lens, Point2, Sphere};
 use fabkit_geometry::{
@@ -47,8 +47,8 @@ fn camera(interface: Interface) -> Camera {
     Camera::new(128, 96, lens, interface).unwrap()
 }
 
-/// Every pixel's ray in the gel, by the camera's interface and through the drawn bodies, which bend it so
-/// often before.
+/// Compares every pixel's ray in the gel, by the camera's interface and through the drawn bodies, which refract it
+/// `bends` times before.
 fn agree(interface: Interface, bodies: Vec<Body>, bends: usize) {
     let (seeing, bare) = (camera(interface), camera(Interface::None));
     let stack = Stack::of(&sensor(bodies)).unwrap();
@@ -58,7 +58,7 @@ fn agree(interface: Interface, bodies: Vec<Body>, bends: usize) {
         let pixel = Point2::new(f64::from(column), f64::from(row));
         let direction = bare.unproject(&pixel).unwrap().direction;
         tracer.follow(&Ray { origin: Point3::origin(), direction });
-        // Flat rays pass the pane's rim.
+        // Grazing rays would pass the rim of the pane.
         let [from, to] = match tracer.corners().get(bends..bends + 2) {
             Some(&[from, to]) if direction.z > 0.2 => [from, to],
             _ => continue,
@@ -110,8 +110,8 @@ fn dome(radii: &[f64], indices: &[f64], centre_z: f64) -> Vec<Body> {
         .collect()
 }
 
-/// The same by a formula of its own: in concentric spheres, index times distance from the centre times sine
-/// is the same all along (Bouguer).
+/// Computes the largest deviation from Bouguer's formula: in concentric spheres, index times distance from the centre
+/// times sine is constant along a ray.
 fn bouguer(path: &[Point3<f64>], centre: Point3<f64>, indices: &[f64]) -> f64 {
     let moment = |pair: &[Point3<f64>], index: f64| {
         index * (pair[0] - centre).cross(&(pair[1] - pair[0]).normalize()).norm()
@@ -144,7 +144,7 @@ proptest! {
         prop_assert!(matches!(path.end, End::Nothing | End::Mirror(_)));
     }
 
-    /// Light goes both ways.
+    /// Paths are reversible.
     #[test]
     fn a_path_runs_backwards(
         indices in prop::collection::vec(1.3..1.6f64, 3),
@@ -183,7 +183,7 @@ proptest! {
     }
 }
 
-/// A dome of gel in a coat, on a ring that stands in the camera's way.
+/// Builds a dome of gel with a coat, on a ring that stands in the camera's way.
 fn tip() -> Sensor {
     let above = || Solid::cylinder(20.0, 20.0).at(0.0, 0.0, 2.0);
     let ball = |r: f64| Solid::intersection([Solid::sphere(r).at(0.0, 0.0, 4.0), above()]);
@@ -261,7 +261,7 @@ fn bad_stacks_are_refused_with_the_place() {
     assert!(error.to_string().contains("lies inside box"), "{error}");
 }
 
-/// All rays of a camera over the tip, one by one and together.
+/// Traces all rays of a camera over the dome, singly and in tiles.
 #[test]
 fn many_rays_together_go_as_each_alone() {
     let pins = (0..40).map(|i| {
@@ -276,14 +276,14 @@ fn many_rays_together_go_as_each_alone() {
     let order: Vec<Body> = with_pins.bodies.drain(..).chain([pins]).collect();
     with_pins.bodies = fabkit_geometry::in_order(order);
     for sensor in [tip(), with_pins] {
-        // The gel has room for the pins.
+        // Fails if the pins overlap the gel.
         let stack = Stack::of(&sensor);
         let stack = stack.unwrap_or_else(|error| panic!("{error}"));
         let bundles = Bundles::new(&stack);
         let (mut together, mut alone) = (bundles.tracer(), Tracer::new(&stack));
         let ray = |column: u32, row: u32| {
             let [x, y] = [f64::from(column) - 160.0, f64::from(row) - 120.0];
-            // Some pixels have none.
+            // Some pixels have no ray.
             (x.hypot(y) < 190.0).then(|| self::ray(x / 80.0, y / 80.0, 1.0))
         };
         let mut seen = vec![0u32; 320 * 240];
@@ -308,7 +308,7 @@ fn many_rays_together_go_as_each_alone() {
         let rays = (0..320 * 240).filter(|i| ray(i % 320, i / 320).is_some()).count();
         assert_eq!(compared, rays);
         assert!(seen.iter().all(|count| *count <= 1));
-        // Most of them are not followed alone, else nothing is tested.
+        // Most rays must not be traced singly, otherwise the test is void.
         assert!(together.singles() < rays / 3, "{} of {rays}", together.singles());
     }
 }

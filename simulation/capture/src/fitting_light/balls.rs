@@ -1,4 +1,4 @@
-//! What pictures of a ball on a pad show: where it is, and how dark it is around it.
+//! Radial intensity profiles of a ball on a pad, from real captures.
 
 use std::path::Path;
 
@@ -11,33 +11,36 @@ use super::FitLightError;
 use super::patch::Raster;
 use crate::{LayerScene, SeenAtRest};
 
-/// Bins of a profile to a ball's radius, and how far a profile goes, in radii: out to there gel is pushed aside.
+/// Number of profile bins per ball radius, and extent of a profile in radii. The gel is displaced out to there.
 const BINS_TO_RADIUS: f64 = 16.0;
 const REACH: f64 = 2.0;
-/// A profile that ends nearer than this, in radii, may show nothing of what lies beside the contact.
+/// Minimum extent of a profile, in radii. A shorter one may show nothing beside the contact.
 const LEAST_REACH: f64 = 1.0;
-/// Places of a patch to a ball's radius, and radii from its middle to its side: light spreads in from beyond the profile.
+/// Number of a patch's places per ball radius, and half width of a patch in radii. The patch is larger than the profile
+/// since light spreads in from beyond it.
 const PLACES_TO_RADIUS: f64 = 20.0;
 const PATCH: f64 = 2.3;
-/// Cells to a ball's radius in which the darkest place is looked for.
+/// Number of cells per ball radius in the search for the darkest place.
 const CELLS_TO_RADIUS: f64 = 8.0;
-/// What is darker than this part of the darkest cell tells where the middle is, and how often that is asked again.
+/// Share of the darkest cell's darkness above which pixels count for the ball's centre, and number of iterations.
 const DARK: f64 = 0.5;
 const ROUNDS: usize = 3;
-/// A ball is darker than this in its middle, grey.
+/// Minimum darkness of a ball's middle, in intensities.
 const LEAST_GREY: f64 = 8.0;
-/// More that is as dark beyond the profile, as a part of the ball's own middle, is another ball.
+/// Maximum number of equally dark pixels beyond the profile, as a share of the pixels in the ball's middle. More mean a
+/// second ball.
 const STRAY: f64 = 0.2;
-/// Rays that are less slanted, by their tangent, do not tell from how far they come.
+/// Minimum slope of a ray to the normal (tangent) for estimating from where rays come.
 const LEAST_SLOPE: f64 = 0.05;
-/// What is so near to where layers end is not looked at, mm.
+/// Margin along the layers' edge that is ignored, mm.
 const EDGE_MM: f64 = 0.7;
-/// Least pixels of a bin that counts.
+/// Minimum number of pixels in a bin or cell.
 const LEAST_PIXELS: usize = 4;
-/// A grey value of 255 is this bright in a picture.
+/// Intensity of a value of 1 in an image.
 pub(super) const WHITE: f64 = 255.0;
 
-/// The patch around a ball, and its profile's bins, seen from so far.
+/// Returns the grid of places around a ball and the bins of its profile. `from_mm` is the distance from which rays seem
+/// to come.
 pub(super) fn raster(ball_radius_mm: f64, from_mm: f64) -> Raster {
     Raster {
         nearer_per_mm: from_mm.recip(),
@@ -48,28 +51,31 @@ pub(super) fn raster(ball_radius_mm: f64, from_mm: f64) -> Raster {
     }
 }
 
-/// A pixel that sees a pad.
+/// A pixel that sees the pad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PadPixel {
-    /// Where it meets the surface at rest, sensor frame, mm.
+    /// Point on the undeformed surface, sensor frame, mm.
     pub at_mm: [f64; 2],
-    /// How much longer its path through the layer is than the layer is thick.
+    /// Ratio of the ray's path in the layer to the layer's thickness.
     pub slant: f64,
 }
 
-/// Where pictures show a pad's surface at rest.
+/// Mapping between an image and a pad's undeformed surface.
 #[derive(Clone, Debug)]
 pub(super) struct PadView {
     size_px: [usize; 2],
-    /// Row by row.
+    /// Pixels row by row; `None` where no pad is seen.
     pixels: Vec<Option<PadPixel>>,
-    /// From where rays seem to come if they went straight all the way as they do in the layer: how far below it, mm, under
-    /// the camera's own place.
+    /// Depth below the surface, mm, under the camera, from which rays seem to come if their direction in the layer is
+    /// extended straight.
     from_mm: f64,
 }
 
 impl PadView {
-    /// Through a camera: drawn or calibrated.
+    /// Computes the mapping for a nominal or calibrated camera.
+    ///
+    /// # Errors
+    /// Returns an error if the pad cannot be cast.
     pub(super) fn through(scene: &SensorView, layers: &LayerScene<'_>) -> Result<Self, Error> {
         let camera = scene.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
@@ -83,17 +89,18 @@ impl PadView {
         let pupil = scene.viewpoint.sensor_from_camera.point(Point3::origin());
         let from_mm = |pixel: &PadPixel| {
             let aside_mm = (pixel.at_mm[0] - pupil.x).hypot(pixel.at_mm[1] - pupil.y);
+            // The slant is 1 / cos of the angle to the normal, so this is its tangent.
             let slope = (pixel.slant * pixel.slant - 1.0).sqrt();
             (slope > LEAST_SLOPE).then(|| aside_mm / slope)
         };
         let from_mm = median(pixels.iter().flatten().filter_map(from_mm));
-        // Where no ray is slanted, they come from very far.
+        // Without any slanted ray, the rays are taken as parallel.
         let from_mm = if from_mm.is_finite() { from_mm } else { f64::INFINITY };
         Ok(Self { size_px, pixels, from_mm }.without_edge())
     }
 
-    /// In pictures that were made straight: of so many mm to a pixel, their middle on the pad's and that below the camera, as
-    /// far from it as this view's.
+    /// Returns the mapping for rectified images with `mm` millimetres per pixel. Their centre is the pad's centre and
+    /// lies below the camera, which is as far away as in this view.
     pub(super) fn straight(&self, points: &SurfacePoints, size_px: [usize; 2], mm: f64) -> Self {
         let [width, height] = size_px;
         let middle = size_px.map(|px| 0.5 * (px as f64 - 1.0));
@@ -108,16 +115,16 @@ impl PadView {
         Self { size_px, pixels, from_mm: self.from_mm }.without_edge()
     }
 
-    /// Without pixels near to where layers end: when gel moves, one sees past them there.
+    /// Removes pixels near the layers' edge: a displaced gel does not fill them.
     fn without_edge(self) -> Self {
         let [[left, right], [below, above]] = self.bounds_mm();
         let pixel_mm = ((right - left) * (above - below) / self.seen().count() as f64).sqrt();
-        // Nothing is seen at all: a profile says so.
+        // Without any visible pixel the profile reports the error.
         let aside = if pixel_mm.is_finite() { (EDGE_MM / pixel_mm).ceil() as i64 } else { 0 };
         let [width, height] = self.size_px.map(|px| px as i64);
         let is_seen = |i: usize, [dx, dy]: [i64; 2]| {
             let (x, y) = (i as i64 % width + dx * aside, i as i64 / width + dy * aside);
-            // Where a picture ends, layers may go on.
+            // The layers may continue beyond the image's border, so it does not count as an edge.
             let is_outside = x < 0 || y < 0 || x >= width || y >= height;
             is_outside || self.pixels[(y * width + x) as usize].is_some()
         };
@@ -126,22 +133,22 @@ impl PadView {
         Self { pixels: (0..self.pixels.len()).map(pixel).collect(), ..self }
     }
 
-    /// From how far rays seem to come, mm.
+    /// Returns the distance from which rays seem to come, mm.
     pub(super) fn seen_from_mm(&self) -> f64 {
         self.from_mm
     }
 
-    /// Columns and rows of pictures.
+    /// Returns the number of columns and rows of images.
     pub(super) fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Pixels that see the pad, with their numbers.
+    /// Iterates over the pixels that see the pad, with their indices.
     pub(super) fn seen(&self) -> impl Iterator<Item = (usize, PadPixel)> + '_ {
         self.pixels.iter().enumerate().filter_map(|(i, pixel)| Some((i, (*pixel)?)))
     }
 
-    /// Least and largest x and y that are seen, mm.
+    /// Returns the smallest and largest visible x and y, mm.
     fn bounds_mm(&self) -> [[f64; 2]; 2] {
         let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         for (_, pixel) in self.seen() {
@@ -153,26 +160,27 @@ impl PadView {
     }
 }
 
-/// A ball as one picture shows it.
+/// Radial profile of a ball in one capture.
 #[derive(Clone, Debug)]
 pub(super) struct Profile {
-    /// Its middle, sensor frame, mm.
+    /// Centre of the ball, sensor frame, mm.
     pub at_mm: [f64; 2],
-    /// As [`PadPixel::slant`], there.
+    /// Mean of [`PadPixel::slant`] there.
     pub slant: f64,
-    /// Grey there at rest.
+    /// Mean intensity there at rest.
     pub rest_grey: f64,
-    /// How much brighter the picture is as a whole than the one at rest, grey: beyond the profile.
+    /// Offset of the whole image against the one at rest, measured beyond the profile, in intensities.
     pub brighter_grey: f64,
-    /// Grey by which it is darker than at rest and than the whole picture, by distance; as far as it is seen whole.
+    /// Loss of intensity against rest, corrected by the offset, by distance from the centre; as far as full rings are
+    /// seen.
     pub darker: Vec<f64>,
 }
 
 impl Profile {
-    /// Of the one ball that a picture, which came from `file`, shows.
+    /// Finds the ball in a capture read from `file`, and computes its profile.
     ///
     /// # Errors
-    /// No ball, or one of which too little is seen.
+    /// Returns an error if the image shows no ball, several balls, or too little around one.
     pub(super) fn of(
         view: &PadView,
         file: &Path,
@@ -180,6 +188,7 @@ impl Profile {
         ball_radius_mm: f64,
     ) -> Result<Self, Error> {
         let darker = |i: usize| WHITE * f64::from(reference[i] - picture[i]);
+        // A first estimate of the offset; most of the pad is undisturbed.
         let brighter_grey = -median(view.seen().map(|(i, _)| darker(i)));
         let (at_mm, darkest) = middle(view, ball_radius_mm, |i| darker(i) + brighter_grey)
             .ok_or_else(|| FitLightError::NoBall { file: file.into(), least: LEAST_GREY })?;
@@ -203,6 +212,7 @@ impl Profile {
                 here.push((f64::from(reference[i]) * WHITE, pixel.slant));
             }
         }
+        // Bins beyond the nearest side are cut off.
         let whole = (to_side_mm / bin_mm).max(0.0) as usize;
         let dark = beyond.iter().filter(|grey| **grey + brighter_grey > DARK * darkest).count();
         if dark as f64 > STRAY * here.len() as f64 {
@@ -215,7 +225,7 @@ impl Profile {
             let error = FitLightError::NotWhole { file: file.into(), at_mm, least_mm };
             return Err(error.into());
         }
-        // What is beside the ball tells how bright the picture is as a whole.
+        // The undisturbed surroundings of the ball give the offset of the whole image.
         let brighter_grey = -median(beyond.into_iter());
         let count = here.len() as f64;
         Ok(Self {
@@ -228,7 +238,7 @@ impl Profile {
     }
 }
 
-/// The middle of what is dark, around the darkest cell, and how dark that is.
+/// Finds the centre of the dark region around the darkest cell, and its darkness.
 fn middle(
     view: &PadView,
     ball_radius_mm: f64,

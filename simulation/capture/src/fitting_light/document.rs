@@ -1,4 +1,4 @@
-//! Fitted constants as JSON, and as what pictures rest on.
+//! JSON document of fitted constants.
 
 use fabkit_geometry::Sensor;
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::{FittedLight, Ring};
 use crate::constants_file::{FITTED, FORMAT};
 
-/// As `fabkit fit-light --json` says it (`fabkit-fit-light` version 1), without files.
+/// Returns fitted constants as `fabkit fit-light --json` prints them (`fabkit-fit-light` version 1), without files.
 pub fn document(sensor: &Sensor, fitted: &FittedLight) -> Value {
     let constant = |(i, name): (usize, &&str)| json!({ "name": name, "value": fitted.values[i], "sigma": fitted.sigmas[i] });
     let ring = |ring: &Ring| {
@@ -38,7 +38,7 @@ pub fn document(sensor: &Sensor, fitted: &FittedLight) -> Value {
     })
 }
 
-/// What the constants do not explain, in words.
+/// Describes what the constants do not explain, for people.
 fn unexplained(fitted: &FittedLight) -> Vec<String> {
     let mut found = Vec::new();
     let errors =

@@ -1,8 +1,8 @@
-//! The constants of a real unit's light, from its own captures of pins: what [`crate`] then rests on.
+//! Fit of a unit's optical constants to its own captures of pins. Simulated captures then use these constants.
 //!
-//! Four numbers for all captures (what an endless layer sends back, what comes from elsewhere, how much the layer
-//! scatters, how far light spreads in it) and how bright each picture is. How deep the pins went is looked for beside them:
-//! what labels say of it is often not so.
+//! Four constants are shared by all captures: intensity of an infinitely thick layer, intensity from elsewhere,
+//! scattering coefficient of the layer, and lateral spread of light in it. Each capture has an offset of its own. The
+//! depth of the pins is searched as well, since the depths in labels are often wrong.
 
 mod balls;
 mod document;
@@ -37,80 +37,81 @@ use self::profiles::{BESIDE, BINS, Profile, mean_grey};
 use self::seen::Seen;
 use crate::{LightConstants, Scene};
 
-/// Pins whose places differ by less in their polar angle, rad, and whose depths by less, mm, are one ring.
+/// Largest differences in polar angle, rad, and stated depth, mm, between pins of one ring.
 const SAME_RING_RAD: f64 = 0.03;
 const SAME_DEPTH_MM: f64 = 0.15;
-/// Depths of the middle pin that are tried beside the stated one, as parts of what is soft: the others go in as much deeper
-/// or less deep than they should.
+/// Depths of the middle pin that are tried besides the stated one, as shares of the soft layers' thickness. The other
+/// pins are shifted by the same difference.
 const DEPTHS: [f64; 7] = [0.3, 0.45, 0.6, 0.7, 0.8, 0.9, 0.97];
-/// No pin goes in less or deeper, as parts of what is soft.
+/// Smallest and largest depth of a pin, as shares of the soft layers' thickness.
 const DEPTH_LIMITS: [f64; 2] = [0.1, 0.97];
-/// Polar angles at which the picture at rest is looked at, rad, and places around at each.
+/// Polar angles at which the image at rest is sampled, rad, and number of samples around each.
 const REST_RAD: [f64; 13] =
     [0.05, 0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95, 1.05, 1.15, 1.25];
 const AROUND: usize = 72;
-/// Nearer to the outermost ring the picture at rest is not looked at, rad.
+/// Distance in polar angle from the outermost ring within which the image at rest is not sampled, rad.
 const MARGIN_RAD: f64 = 0.09;
-/// What is known of scatter beforehand, 1/mm: R-Tac0's published unit, within a factor of e^1.5. Where a layer is thin for its
-/// scatter, captures tell only what scatter times an endless layer's grey is, and one of the two would go anywhere. It counts
-/// as much as one bin of one profile, grey.
+/// Prior of the scattering coefficient, 1/mm, from R-Tac0's published unit, its standard deviation in the logarithm (a
+/// factor of e^1.5), and its weight in intensities. Where a layer is thin for its scattering, captures only determine
+/// the product of scattering and `layer_grey`, and the single values would drift. The prior weighs as much as one bin
+/// of one profile.
 const SCATTER_PER_MM: f64 = 0.14;
 const SCATTER_LOG: f64 = 1.5;
 const BIN_GREY: f64 = 2.0;
-/// By so much constants are changed to see what that does, each in its unit.
+/// Steps of the finite differences of the constants, each in its unit.
 const SLOPE_STEPS: [f64; 4] = [1.0, 0.1, 0.001, 0.01];
 /// Distance of nodes on the surface, mm.
 const SPACING_MM: f64 = 0.25;
 
-/// Why there is no fit.
+/// Reason why constants cannot be fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum FitLightError {
-    /// Too little is seen.
+    /// Too few pins or captures.
     #[error(
         "{found} pins are seen whole in {captures} captures; a fit needs {least} in 3 at least"
     )]
     TooFew {
-        /// Pins.
+        /// Number of pins that are seen completely.
         found: usize,
-        /// Captures.
+        /// Number of their captures.
         captures: usize,
-        /// Least pins.
+        /// Minimum number of pins.
         least: usize,
     },
-    /// Not of a dome.
+    /// A fit to pins of a sensor that is not a dome.
     #[error("pins are fitted to on domes; `{sensor}` is none")]
     NoDome {
-        /// The sensor.
+        /// Name of the sensor.
         sensor: String,
     },
-    /// Nothing in it is dark.
+    /// A capture without a dark place.
     #[error("{} shows no ball: nothing is {least} grey darker than at rest", .file.display())]
     NoBall {
-        /// The picture.
+        /// Path of the image.
         file: PathBuf,
-        /// Least darkness, grey.
+        /// Minimum loss of intensity.
         least: f64,
     },
-    /// A ball at the side of a picture or a pad.
+    /// A ball at the edge of the image or the pad.
     #[error(
         "the ball of {} is too near to the side: around {:.1}, {:.1} mm less than {least_mm:.1} mm are seen whole",
         .file.display(), .at_mm[0], .at_mm[1]
     )]
     NotWhole {
-        /// The picture.
+        /// Path of the image.
         file: PathBuf,
-        /// Its middle, sensor frame, mm.
+        /// Centre of the ball, sensor frame, mm.
         at_mm: [f64; 2],
-        /// How much of the pad must be seen around it, mm.
+        /// Radius around it that must be visible, mm.
         least_mm: f64,
     },
-    /// Two things press in one picture.
+    /// Several contacts in one image.
     #[error("{} shows more than one ball", .file.display())]
     Several {
-        /// The picture.
+        /// Path of the image.
         file: PathBuf,
     },
-    /// The fit ends nowhere.
+    /// The fit does not converge.
     #[error("no constants explain these captures: the fit does not end")]
     NoFit,
 }
@@ -144,85 +145,86 @@ impl Explained for FitLightError {
     }
 }
 
-/// What is fitted from.
+/// Input of a fit to pins.
 #[derive(Clone, Copy, Debug)]
 pub struct FittingLight<'a> {
-    /// The sensor as drawn.
+    /// The sensor as designed.
     pub sensor: &'a Sensor,
-    /// Its camera as calibrated.
+    /// Calibrated camera.
     pub camera: &'a CameraEstimate,
-    /// The pins that were to be had.
+    /// Landmarks: the holes of the fixture with their pins.
     pub landmarks: &'a PinLandmarks,
-    /// Where pins are seen.
+    /// Captures with the pixels of the pins' marks.
     pub captures: &'a PinCaptures<'a>,
-    /// Where their pictures are.
+    /// Folder of the captures' images.
     pub folder: &'a Path,
-    /// The picture without contact.
+    /// Image without contact.
     pub reference: &'a Path,
     /// Radius of the pins' tips, mm.
     pub pin_radius_mm: f64,
 }
 
-/// A ring of pins, held out in turn.
+/// A ring of pins with equal polar angle and depth, predicted from other captures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ring {
-    /// Between the axis and the normal there, deg.
+    /// Angle between the axis and the normal there, deg.
     pub polar_deg: f64,
-    /// How deep its pins should go in, mm.
+    /// Depth of its pins in the labels, mm.
     pub stated_depth_mm: f64,
-    /// Pins seen.
+    /// Number of visible pins.
     pub pins: usize,
-    /// How dark their middle is, median, grey.
+    /// Median loss of intensity in the middle of the pins.
     pub real_grey: f64,
-    /// The same as predicted from the other captures.
+    /// Median loss predicted from the other captures.
     pub predicted_grey: f64,
-    /// Median of what is left of each bin of the profile, rms over bins, grey.
+    /// Root mean square over bins of the median residual of each bin, in intensities.
     pub profile_rms_grey: f64,
-    /// The median profile by distance from the mark, in bins of 0.25 mm, real and predicted, without what makes whole
-    /// captures brighter, grey.
+    /// Median loss of intensity by distance from the mark, in bins of 0.25 mm: real and predicted, without the offsets
+    /// of whole captures.
     pub profile_grey: Vec<[f64; 2]>,
 }
 
-/// Constants that explain captures, and what they do not explain.
+/// Fitted constants and their residuals.
 #[derive(Clone, Debug)]
 pub struct FittedLight {
-    /// What an endless layer sends back, what comes from elsewhere, grey; scatter, 1/mm; spread, mm.
+    /// Intensities of an infinitely thick layer and from elsewhere; scattering coefficient, 1/mm; lateral spread, mm.
     pub values: [f64; 4],
-    /// Standard deviations, from leaving out each capture in turn; no less than what is left of all of them says, which
-    /// knows that a constant that came out as 0 may as well be a little more.
+    /// Standard deviations, from leaving out each capture in turn. At least as large as those from the residuals of all
+    /// captures, so that a constant at its limit of 0 does not seem exact.
     pub sigmas: [f64; 4],
-    /// How deep the pins went that explain the captures best, mm.
+    /// Depth of the pins that explains the captures best, mm.
     pub pin_depth_mm: f64,
-    /// What the landmarks say, mm: the median.
+    /// Median depth in the landmarks, mm.
     pub stated_depth_mm: f64,
-    /// Ring by ring.
+    /// Results ring by ring.
     pub rings: Vec<Ring>,
-    /// Over all rings and bins, grey.
+    /// Root mean square of held-out residuals over all rings and bins, in intensities.
     pub held_out_profile_rms_grey: f64,
-    /// What is left of the picture at rest, by polar angle, grey, and its rms.
+    /// Image at rest: polar angle, rad, real intensity and simulated intensity.
     pub reference: Vec<[f64; 3]>,
-    /// The same.
+    /// Root mean square difference of these intensities.
     pub reference_rms_grey: f64,
-    /// How many captures took part.
+    /// Number of captures in the fit.
     pub captures: usize,
 }
 
-/// Captures and what the solver says of the same, for one depth.
+/// Captures, and the solver's layers under the same pins, for one depth.
 #[derive(Clone, Debug)]
 struct Fit<'a> {
     profiles: &'a [Profile],
-    /// Ring of each profile.
+    /// Ring index of each profile.
     ring_of: &'a [usize],
     patches: Vec<Patch>,
-    /// At rest: the polar angle, rad, how much light there is, the path in the layer, mm, and the real grey.
+    /// Samples at rest: polar angle, rad, relative irradiance, path in the layer, mm, and real intensity.
     rest: &'a [[f64; 4]],
 }
 
 impl FittingLight<'_> {
-    /// Fits, and predicts each capture from the others.
+    /// Fits the constants and predicts each capture from the others.
     ///
     /// # Errors
-    /// Marks without holes, pictures that cannot be read, a sensor whose light is not known here, too few pins.
+    /// Returns an error for marks that cannot be assigned to holes, images that cannot be read, a sensor whose lighting
+    /// cannot be simulated, and too few pins.
     pub fn run(&self) -> Result<FittedLight, Error> {
         let scene = Scene::of(
             self.sensor,
@@ -251,7 +253,7 @@ impl FittingLight<'_> {
         }
         let reference = read_grey(self.reference)?;
         let (rings, ring_of) = rings(&profiles);
-        // Beyond the outermost pins the picture may show something else than the surface.
+        // Beyond the outermost pins the image may show something other than the surface.
         let last_rad = rings.iter().map(|place| place.polar_rad).fold(0.0, f64::max) - MARGIN_RAD;
         let rest: Vec<[f64; 4]> = REST_RAD
             .iter()
@@ -278,6 +280,7 @@ impl FittingLight<'_> {
             let patch = |ring: &RingPlace| {
                 let (point, _) = dome.towards(ring.polar_rad, 0.0).ok_or(FitLightError::NoFit)?;
                 let [least, most] = DEPTH_LIMITS.map(|part| part * soft_mm);
+                // All rings are shifted by the same difference, within what the soft layers allow.
                 let depth_mm = (ring.stated_mm + deeper_mm).clamp(least, most);
                 let paths_mm =
                     |rest: &_, outward: &_, gains_mm| scene.paths_mm(rest, outward, gains_mm);
@@ -286,6 +289,7 @@ impl FittingLight<'_> {
             };
             let patches = rings.iter().map(patch).collect::<Result<Vec<_>, Error>>()?;
             let fit = Fit { profiles: &profiles, ring_of: &ring_of, patches, rest: &rest };
+            // A depth without a converging fit is skipped.
             let Some(values) = fit.solve() else { continue };
             fits.push(OfDepth { depth_mm, values, fit });
         }
@@ -294,7 +298,7 @@ impl FittingLight<'_> {
         let best = best.ok_or(FitLightError::NoFit)?;
         let OfDepth { depth_mm: pin_depth_mm, values, fit } = &fits[best];
         let captures: Vec<usize> = captures.into_iter().collect();
-        // Without a capture another depth may be the best: one of those beside it.
+        // Without one capture another depth may fit best; only the neighbouring depths are tried.
         let beside = &fits[best.saturating_sub(1)..(best + 2).min(fits.len())];
         let without = |capture: &usize| {
             let each = beside.iter().filter_map(|of| of.without(*capture));
@@ -309,6 +313,7 @@ impl FittingLight<'_> {
                     jackknife(&values_of),
                     least_sigmas(|values| fit.residuals(values, None), values, &SLOPE_STEPS),
                 );
+                // The jackknife is too optimistic for constants at a limit.
                 std::array::from_fn(|k| out[k].max(least[k]))
             },
             rings: fit.held_out(&captures, &held_out, &rings),
@@ -342,7 +347,7 @@ impl FittingLight<'_> {
     }
 }
 
-/// What explains captures best if pins went so deep.
+/// Best constants for one depth of the pins.
 #[derive(Clone, Debug)]
 struct OfDepth<'a> {
     depth_mm: f64,
@@ -355,7 +360,7 @@ impl OfDepth<'_> {
         self.fit.cost(&self.values, without)
     }
 
-    /// The same without one capture.
+    /// Fits again without one capture.
     fn without(&self, capture: usize) -> Option<Self> {
         let residuals = |values: &[f64]| self.fit.residuals(values, Some(capture));
         let values = fit(residuals, &self.values)?;
@@ -365,7 +370,8 @@ impl OfDepth<'_> {
 
 impl Fit<'_> {
     fn solve(&self) -> Option<Vec<f64>> {
-        // What a layer sends back is about its scatter times what an endless one does.
+        // Start values keep the product of scattering and infinite-layer intensity at 120, since a thin layer's
+        // brightness is about that product.
         let scatter: [f64; 4] = [0.1, 0.3, 0.8, 2.0];
         let from = |scatter: &f64| {
             fit(|values| self.residuals(values, None), &[120.0 / scatter, 10.0, *scatter, 0.3])
@@ -379,13 +385,14 @@ impl Fit<'_> {
         self.residuals(values, without).iter().map(|left| left * left).sum()
     }
 
-    /// Profiles ring by ring for these constants.
+    /// Simulates the profile of each ring.
     fn simulated(&self, values: &[f64]) -> Vec<Vec<f64>> {
         let law = TwoStream { scatter_per_mm: values[2] };
         self.patches.iter().map(|patch| patch.darker(values[0], law, values[3])).collect()
     }
 
-    /// Real less simulated, without what makes a whole capture brighter; then the picture at rest, and how usual the scatter is.
+    /// Returns the residuals: real minus simulated profiles without offsets, then the image at rest, then the prior of
+    /// the scattering coefficient.
     fn residuals(&self, values: &[f64], without: Option<usize>) -> Vec<f64> {
         let simulated = self.simulated(values);
         let mut left = Vec::with_capacity(self.profiles.len() * BINS);
@@ -394,7 +401,7 @@ impl Fit<'_> {
                 left.extend(beside_itself(profile, &simulated[*ring]));
             }
         }
-        // A bin of a median profile weighs as much as a place of the picture at rest.
+        // One bin of a median profile weighs as much as one sample of the image at rest.
         let weight = (self.profiles.len() as f64 / self.patches.len() as f64).sqrt();
         left.extend(
             self.at_rest(values).iter().map(|[_, real, simulated]| weight * (real - simulated)),
@@ -403,7 +410,7 @@ impl Fit<'_> {
         left
     }
 
-    /// Polar angle, rad, real and simulated grey.
+    /// Returns polar angle, rad, real intensity and simulated intensity at rest.
     fn at_rest(&self, values: &[f64]) -> Vec<[f64; 3]> {
         let law = TwoStream { scatter_per_mm: values[2] };
         let grey = |[polar, lit, path_mm, real]: &[f64; 4]| {
@@ -420,6 +427,7 @@ impl Fit<'_> {
     ) -> Vec<Ring> {
         let predicted: Vec<Vec<Vec<f64>>> =
             held_out.iter().map(|of| of.fit.simulated(&of.values)).collect();
+        // Each profile is compared with the prediction that was made without its own capture.
         let ring = |(ring, place): (usize, &RingPlace)| {
             let mut left: [Vec<f64>; BINS] = Default::default();
             let mut now: [Vec<f64>; BINS] = Default::default();
@@ -465,14 +473,14 @@ impl FittedLight {
     }
 }
 
-/// What is left of a profile, less what makes the whole picture there brighter or darker.
+/// Returns the residuals of a profile minus their mean beside the pin, which is the offset of the whole capture.
 fn beside_itself(profile: &Profile, simulated: &[f64]) -> [f64; BINS] {
     let left: [f64; BINS] = std::array::from_fn(|bin| profile.darker[bin] - simulated[bin]);
     let beside = left[BESIDE..].iter().sum::<f64>() / (BINS - BESIDE) as f64;
     left.map(|grey| grey - beside)
 }
 
-/// Where a ring is, and how deep its pins should go in.
+/// Polar angle of a ring and depth of its pins in the labels.
 #[derive(Clone, Copy, Debug)]
 struct RingPlace {
     polar_rad: f64,
@@ -490,7 +498,7 @@ impl RingPlace {
     }
 }
 
-/// The rings, from the tip outwards, of each place those of less deep pins first; and the ring of each profile.
+/// Groups profiles to rings, ordered by polar angle and then by depth. Also returns the ring index of each profile.
 fn rings(profiles: &[Profile]) -> (Vec<RingPlace>, Vec<usize>) {
     let mut sorted: Vec<&Profile> = profiles.iter().collect();
     sorted.sort_by(|a, b| {
@@ -508,7 +516,8 @@ fn rings(profiles: &[Profile]) -> (Vec<RingPlace>, Vec<usize>) {
     (rings, of)
 }
 
-/// Standard deviations from what comes out without each of n (Quenouille, Tukey): (n - 1) / n of the squares' sum.
+/// Returns jackknife standard deviations (Quenouille, Tukey) from estimates without each of n captures: (n - 1) / n
+/// times the sum of squares.
 fn jackknife(held_out: &[Vec<f64>]) -> Vec<f64> {
     let count = held_out.len() as f64;
     let sigma = |k: usize| {
@@ -519,8 +528,8 @@ fn jackknife(held_out: &[Vec<f64>]) -> Vec<f64> {
     (0..held_out.first().map_or(0, Vec::len)).map(sigma).collect()
 }
 
-/// Standard deviations if all that is left were independent, to first order in the values themselves, each changed by its
-/// step; 0 of all where two of them are one. Bins of a profile are not independent: these are the least that there are.
+/// Returns standard deviations for independent residuals, to first order in the values, each changed by its step. All
+/// are 0 if two values cannot be told apart. Bins of a profile are not independent, so these are lower bounds.
 fn least_sigmas(residuals: impl Fn(&[f64]) -> Vec<f64>, values: &[f64], steps: &[f64]) -> Vec<f64> {
     let left = residuals(values);
     let slope = |(k, step): (usize, &f64)| -> Vec<f64> {
@@ -534,7 +543,7 @@ fn least_sigmas(residuals: impl Fn(&[f64]) -> Vec<f64>, values: &[f64], steps: &
     let mut normal = DMatrix::from_fn(count, count, |i, j| {
         slopes[i].iter().zip(&slopes[j]).map(|(a, b)| a * b).sum::<f64>()
     });
-    // What has come to a limit changes nothing, and keeps no other from being known.
+    // A value at a limit does not change the residuals. Its unit diagonal keeps the matrix invertible for the others.
     let is_stuck: Vec<bool> = (0..count).map(|k| normal[(k, k)] == 0.0).collect();
     (0..count).filter(|k| is_stuck[*k]).for_each(|k| normal[(k, k)] = 1.0);
     let squares: f64 = left.iter().map(|left| left * left).sum();

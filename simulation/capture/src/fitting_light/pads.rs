@@ -1,8 +1,9 @@
-//! The constants of a flat gel's light, from its own captures of a ball.
+//! Fit of a flat gel's optical constants to its own captures of a ball.
 //!
-//! Two numbers for all captures, what an endless layer sends back and how much it scatters, and how deep the ball went in each
-//! one, which nobody needs to have measured: how wide the contact is tells it. What comes from elsewhere is what the picture at
-//! rest has beside the layer's light. How far light spreads in the layer stays what it is known to be.
+//! Two constants are shared by all captures: intensity of an infinitely thick layer and its scattering coefficient.
+//! Each capture has the ball's depth as another parameter, which need not be measured: the width of the contact
+//! determines it. The intensity from elsewhere follows from the image at rest. The lateral spread of light keeps its
+//! known value.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,72 +25,74 @@ use super::{
 use crate::{LayerScene, LightConstants, middle_of};
 use crate::{Taken, check_size};
 
-/// Least and largest depth that is tried, as parts of what is soft, and how many between them: profiles of others lie between
-/// these, in proportion.
+/// Smallest and largest simulated depth, as shares of the soft layers' thickness, and number of depths. Profiles of
+/// other depths are interpolated linearly.
 const DEPTHS: [f64; 2] = [0.1, 0.97];
 const STEPS: usize = 13;
-/// Nodes of the surface to a large ball's radius.
+/// Number of surface nodes per radius of a large ball.
 const NODES_TO_RADIUS: f64 = 8.0;
-/// No ball goes in deeper than this part of its radius: its shaft would.
+/// Largest depth as a share of the ball's radius. Deeper, the shaft would touch.
 const MOST_OF_RADIUS: f64 = 0.97;
-/// Scatter from which a fit begins, 1/mm; and depths, as parts of what the contact's edge says.
+/// Start values of scattering, 1/mm, and of depths, as shares of the depth estimated from the contact's edge.
 const SCATTER: [f64; 2] = [0.1, 0.6];
 const BEGIN: [f64; 2] = [1.0, 0.7];
-/// What comes from elsewhere in the beginning, grey.
+/// Start value of the intensity from elsewhere.
 const GROUND: f64 = 10.0;
-/// By so much constants are changed to see what that does, each in its unit, and depths.
+/// Steps of the finite differences of the constants, each in its unit, and of depths.
 const SLOPE_STEPS: [f64; 4] = [1.0, 0.1, 0.001, 0.01];
-/// The picture at rest is looked at in one pixel of so many.
+/// Interval of the pixels that are compared at rest: one of this many.
 const REST_EVERY: usize = 97;
-/// So many captures tell from each other how sure the constants are.
+/// Minimum number of captures for a jackknife of the constants.
 const LEAST_CAPTURES: usize = 3;
 
-/// How pictures show the pad.
+/// Mapping between images and the pad.
 #[derive(Clone, Copy, Debug)]
 pub enum Outline<'a> {
-    /// Through a camera at its place.
+    /// Images of a camera at its pose.
     Camera(&'a Viewpoint),
-    /// Made straight, of so many mm to a pixel, their middle on the pad's; from as far as the drawn camera.
+    /// Rectified images with this many millimetres per pixel, centred on the pad. The nominal camera gives the
+    /// distance.
     Straight(f64),
 }
 
-/// Whether light is fitted to balls rather than pins: on flat gels.
+/// Returns whether optical constants are fitted to balls rather than pins: on flat gels.
 pub fn is_pad(sensor: &Sensor) -> bool {
     matches!(sensor.touch, Some(TouchSurface::Plane(_)))
 }
 
-/// What is fitted from.
+/// Input of a fit to balls on a pad.
 #[derive(Clone, Copy, Debug)]
 pub struct FittingPads<'a> {
-    /// The sensor as drawn.
+    /// The sensor as designed.
     pub project: &'a Arc<Project>,
-    /// How its pictures show it.
+    /// Mapping between images and the pad.
     pub outline: Outline<'a>,
-    /// The picture without contact.
+    /// Image without contact.
     pub reference: &'a Path,
-    /// Pictures of one ball each.
+    /// Images of one ball each.
     pub captures: &'a [PathBuf],
-    /// The ball's radius, mm.
+    /// Radius of the ball, mm.
     pub ball_radius_mm: f64,
 }
 
-/// What a profile looks like: dark where the ball is, bright around it.
+/// Features of a profile: dark in the contact, bright in a ring around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shape {
-    /// How dark the middle is, grey.
+    /// Loss of intensity in the middle.
     pub middle_grey: f64,
-    /// How far out it is as bright as at rest, mm; nothing where it nowhere is.
+    /// Distance at which the intensity equals that at rest, mm; `None` if it nowhere does.
     pub edge_mm: Option<f64>,
-    /// How much brighter than at rest the brightest place beyond that is, grey.
+    /// Gain of intensity at the brightest place beyond that edge.
     pub ring_grey: f64,
-    /// How far out that place is, mm.
+    /// Distance of that place, mm.
     pub ring_mm: f64,
 }
 
 impl Shape {
-    /// Of means by bins of so many mm.
+    /// Finds the features in means over bins of `bin_mm`.
     fn of(darker: &[f64], bin_mm: f64) -> Self {
         let at = |bin: f64| (bin + 0.5) * bin_mm;
+        // The contact's edge is the first change of sign from darker to brighter, interpolated between two bins.
         let crossing = darker.windows(2).position(|pair| pair[0] > 0.0 && pair[1] <= 0.0);
         let edge = crossing.map(|k| k as f64 + darker[k] / (darker[k] - darker[k + 1]));
         let beyond = crossing.map_or(darker.len() - 1, |k| k + 1);
@@ -97,7 +100,7 @@ impl Shape {
         let brightest = brightest.unwrap_or(beyond);
         let (mut ring_grey, mut place) = (-darker[brightest], brightest as f64);
         if brightest > 0 && brightest + 1 < darker.len() {
-            // A parabola through three bins.
+            // A parabola through three bins refines height and place of the maximum.
             let [before, now, after] =
                 [-1, 0, 1].map(|k| -darker[(brightest as isize + k) as usize]);
             let bend = before - 2.0 * now + after;
@@ -111,59 +114,60 @@ impl Shape {
     }
 }
 
-/// A ball, as it is and as predicted.
+/// Result of one capture of a ball, real and predicted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ball {
-    /// Its picture.
+    /// Path of the image.
     pub file: PathBuf,
-    /// Its middle, sensor frame, mm.
+    /// Centre of the ball, sensor frame, mm.
     pub at_mm: [f64; 2],
-    /// How deep it went that explains its picture best, mm.
+    /// Depth that explains the image best, mm.
     pub depth_mm: f64,
-    /// Whether that is the least or the most that is tried.
+    /// Whether that depth is the smallest or largest that is tried.
     pub is_at_limit: bool,
-    /// How much brighter its picture is as a whole than the one at rest, grey.
+    /// Offset of the whole image against the one at rest, in intensities.
     pub brighter_grey: f64,
-    /// Grey by which it is darker than at rest, by distance: real, by the constants of all captures, and by those of the others.
+    /// Loss of intensity by distance: real, with the constants of all captures, and with those of the other captures.
     pub profile_grey: Vec<[f64; 3]>,
-    /// The real profile's.
+    /// Features of the real profile.
     pub real: Shape,
-    /// The predicted one's: held out where there are others.
+    /// Features of the predicted profile: held out where there are other captures.
     pub predicted: Shape,
-    /// What is left where it is dark, rms over bins, grey.
+    /// Root mean square residual over the bins within the contact, in intensities.
     pub dark_rms_grey: f64,
 }
 
-/// Constants that explain captures of balls.
+/// Fitted constants of captures of balls.
 #[derive(Clone, Debug)]
 pub struct FittedPads {
-    /// What an endless layer sends back, what comes from elsewhere, grey; scatter, 1/mm.
+    /// Intensities of an infinitely thick layer and from elsewhere; scattering coefficient, 1/mm.
     pub values: [f64; 3],
-    /// Standard deviations: from leaving out each capture in turn, where there are three or more, and no less than what is left
-    /// says if it were independent.
+    /// Standard deviations from leaving out each capture in turn, if there are three or more. At least as large as
+    /// those from the residuals, taken as independent.
     pub sigmas: [f64; 3],
-    /// How bright the first of a layer is, layer_grey times scatter, grey/mm, and its standard deviation: of a thin layer this is
-    /// known better than either.
+    /// Product of `layer_grey` and scattering, in intensities per mm, with its standard deviation: the initial slope of
+    /// intensity over thickness. For a thin layer it is known better than either factor.
     pub layer_grey_per_mm: [f64; 2],
-    /// What is held, mm.
+    /// Lateral spread of light that is held constant, mm.
     pub spread_mm: f64,
     /// Width of a profile's bins, mm.
     pub bin_mm: f64,
-    /// The captures, in order.
+    /// Results of the captures, in order.
     pub balls: Vec<Ball>,
-    /// Over all profiles, grey: by the constants of all.
+    /// Root mean square residual over all profiles with the constants of all captures, in intensities.
     pub profile_rms_grey: f64,
-    /// The same by those of the others; nothing where there is one capture alone.
+    /// The same with the constants of the other captures; `None` for a single capture.
     pub held_out_profile_rms_grey: Option<f64>,
-    /// What is left of the picture at rest over the pad, grey, rms.
+    /// Root mean square residual of the image at rest over the pad, in intensities.
     pub reference_rms_grey: f64,
 }
 
 impl FittingPads<'_> {
-    /// Fits, and predicts each capture from the others.
+    /// Fits the constants and predicts each capture from the others.
     ///
     /// # Errors
-    /// Pictures that cannot be read or show no ball, a sensor whose light shows no thickness, layers that cannot be pressed.
+    /// Returns an error for images that cannot be read or show no ball, a sensor whose lighting shows no thickness, and
+    /// layers that cannot be pressed.
     pub fn run(&self) -> Result<FittedPads, Error> {
         let sensor = &self.project.design.sensor;
         let lighting = crate::lighting(sensor, None)?;
@@ -173,6 +177,7 @@ impl FittingPads<'_> {
         let view = self.view(&layers, reference.size_px)?;
         check_size(self.reference, &reference, view.size_px())?;
         let reference = reference.grey();
+        // All faulty captures are reported at once.
         let (mut profiles, mut wrong) = (Vec::new(), Vec::new());
         for file in self.captures {
             let read = || {
@@ -227,13 +232,13 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
     f64::sqrt(squares / f64::max(count, 1.0))
 }
 
-/// The pad as a ball goes deeper: pressed in its middle, which others are taken to be like.
+/// Pad under balls of increasing depth. It is pressed in its middle, and other places are taken to be like it.
 struct Model {
     raster: Raster,
     depths_mm: Vec<f64>,
     patches: Vec<Patch>,
     middle: Point3<f64>,
-    /// How much light there is, and how thick the layers are, mm.
+    /// Relative irradiance, and thickness of the layers, mm, in the middle.
     lit: f64,
     thick_mm: f64,
 }
@@ -252,7 +257,7 @@ impl Model {
             scene.thickness_mm((place, outward), &mut Scratch::default(), &mut Vec::new())
         };
         let thick_mm = thick(&middle, &outward).ok_or_else(no_pad)?;
-        // Straight through: a ray that is slanted sees all of it longer.
+        // Vertical paths: the slant of each capture's rays is applied later, as a factor on the scattering.
         let paths_mm = |rest: &Point3<f64>, outward: &Vector3<f64>, gains_mm: f64| {
             let thick_mm = thick(rest, outward).unwrap_or(0.0);
             [thick_mm, (thick_mm + gains_mm).max(0.0)]
@@ -272,25 +277,26 @@ impl Model {
     }
 }
 
-/// Profiles, and what the solver says of the same.
+/// Profiles of captures, and the model to compare them with.
 struct Fit<'a> {
     profiles: &'a [Profile],
-    /// How much light there is at each.
+    /// Relative irradiance at each ball.
     lit: &'a [f64],
     model: &'a Model,
     spread_mm: f64,
 }
 
 impl Fit<'_> {
-    /// By how much it is darker in a capture, by distance, for these constants and this depth.
+    /// Returns the loss of intensity in a capture by distance, for these constants and this depth.
     fn darker(&self, capture: usize, constants: [f64; 3], depth_mm: f64) -> Vec<f64> {
         let [layer_grey, _, scatter_per_mm] = constants;
         let (profile, depths) = (&self.profiles[capture], &self.model.depths_mm);
         let step_mm = depths[1] - depths[0];
         let at = ((depth_mm - depths[0]) / step_mm).clamp(0.0, (depths.len() - 1) as f64);
         let from = (at as usize).min(depths.len() - 2);
+        // Two-stream reflectance depends on scattering times path, so a slanted path acts like stronger scattering.
         let law = TwoStream { scatter_per_mm: scatter_per_mm * profile.slant };
-        // Patches are lit as the pad's middle is.
+        // The patches were simulated with the irradiance in the pad's middle.
         let layer_grey = layer_grey * self.lit[capture] / self.model.lit;
         let [near, far] =
             [from, from + 1].map(|k| self.model.patches[k].darker(layer_grey, law, self.spread_mm));
@@ -298,8 +304,8 @@ impl Fit<'_> {
         near.iter().zip(far).map(|(near, far)| near + part * (far - near)).collect()
     }
 
-    /// Real less simulated of some captures, for three constants and a depth for each: profiles, and the middle at rest; then
-    /// how usual the scatter is.
+    /// Returns the residuals of some captures for three constants and one depth each: real minus simulated profiles,
+    /// and the intensity in the middle at rest; then the prior of the scattering coefficient.
     fn residuals(&self, captures: &[usize], values: &[f64]) -> Vec<f64> {
         let constants = [values[0], values[1], values[2]];
         let mut left = Vec::new();
@@ -313,7 +319,7 @@ impl Fit<'_> {
         left
     }
 
-    /// What comes back at rest where light is as on average, grey.
+    /// Returns the intensity at rest for mean irradiance.
     fn sent(&self, [layer_grey, ground_grey, scatter_per_mm]: [f64; 3], slant: f64) -> f64 {
         let law = TwoStream { scatter_per_mm };
         ground_grey + layer_grey * law.reflectance(slant * self.model.thick_mm)
@@ -323,7 +329,7 @@ impl Fit<'_> {
         self.residuals(captures, values).iter().map(|left| left * left).sum()
     }
 
-    /// Three constants, and a depth for each of some captures.
+    /// Fits three constants and the depths of some captures.
     fn solve(&self, captures: &[usize]) -> Option<Vec<f64>> {
         let begin = SCATTER.iter().flat_map(|scatter| BEGIN.map(|part| (*scatter, part)));
         let from = |(scatter, part): (f64, f64)| {
@@ -335,7 +341,7 @@ impl Fit<'_> {
         begin.filter_map(from).min_by(|a, b| cost(a).total_cmp(&cost(b)))
     }
 
-    /// The depth whose contact is as wide as the real one, mm.
+    /// Returns the simulated depth whose contact is as wide as the real one, mm.
     fn by_edge_mm(&self, capture: usize) -> f64 {
         let (bin_mm, depths) = (self.model.raster.bin_mm, &self.model.depths_mm);
         let edge = |darker: &[f64]| Shape::of(darker, bin_mm).edge_mm;
@@ -349,7 +355,7 @@ impl Fit<'_> {
         depths.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or_default()
     }
 
-    /// How deep the ball of a capture went, for these constants.
+    /// Fits the depth of one capture for given constants, mm.
     fn depth_mm(&self, capture: usize, constants: [f64; 3]) -> f64 {
         let cost = |depth_mm: f64| {
             let simulated = self.darker(capture, constants, depth_mm);
@@ -370,14 +376,14 @@ impl Fit<'_> {
         fit(residuals, &[start]).map_or(start, |found| found[0])
     }
 
-    /// What these values, of all captures, explain, and each capture by what the others say; `reference_rms_grey` is left to
-    /// who knows the picture at rest.
+    /// Collects the results: residuals with the values of all captures, and predictions of each capture from the
+    /// others. The caller sets `reference_rms_grey`.
     fn report(&self, files: &[PathBuf], values: &[f64]) -> Result<FittedPads, Error> {
         let all: Vec<usize> = (0..self.profiles.len()).collect();
         let constants = [values[0], values[1], values[2]];
         let without = |capture: &usize| {
             let others: Vec<usize> = all.iter().copied().filter(|k| k != capture).collect();
-            // From where all captures have led: without one of them it is not far.
+            // The solution with all captures is a close start.
             let mut start = constants.to_vec();
             start.extend(others.iter().map(|other| values[3 + other]));
             fit(|values| self.residuals(&others, values), &start).ok_or(FitLightError::NoFit)
@@ -427,7 +433,8 @@ impl Fit<'_> {
         let steps: Vec<f64> =
             constant.iter().chain(all.iter().map(|_| &depth[0])).copied().collect();
         let mut sigmas = least_sigmas(|values| self.residuals(&all, values), values, &steps);
-        // The same by what the first of a layer sends back, grey/mm, instead of what an endless one does.
+        // The fit is repeated with the product of `layer_grey` and scattering as a parameter, for its standard
+        // deviation.
         let mut by_first = values.to_vec();
         by_first[0] *= values[2];
         let residuals = |by_first: &[f64]| {

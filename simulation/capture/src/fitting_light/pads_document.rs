@@ -1,4 +1,4 @@
-//! Constants that were fitted to balls on a pad, as JSON.
+//! JSON document of constants fitted to balls on a pad.
 
 use fabkit_geometry::Sensor;
 use serde_json::{Value, json};
@@ -6,13 +6,14 @@ use serde_json::{Value, json};
 use super::pads::{Ball, FittedPads, Shape};
 use crate::constants_file::{FITTED, FORMAT};
 
-/// Errors beyond these are said in words: of the ring's height, as a part of the real one, and its place, mm; of profiles and
-/// of the picture at rest, grey.
+/// Limits beyond which errors are reported in words: of the ring's height, as a share of the real one; of its radius,
+/// mm; of profiles and of the image at rest, in intensities.
 const RING_PART: f64 = 0.2;
 const RING_MM: f64 = 0.3;
 const PROFILE_GREY: f64 = 4.0;
 
-/// As `fabkit fit-light --json` says it of a pad (`fabkit-fit-light` version 1), without files.
+/// Returns fitted constants of a pad as `fabkit fit-light --json` prints them (`fabkit-fit-light` version 1), without
+/// files.
 pub fn pads_document(sensor: &Sensor, fitted: &FittedPads) -> Value {
     let constant = |(i, name): (usize, &&str)| json!({ "name": name, "value": fitted.values[i], "sigma": fitted.sigmas[i] });
     let mut constants: Vec<Value> = FITTED[..3].iter().enumerate().map(constant).collect();
@@ -54,7 +55,7 @@ pub fn pads_document(sensor: &Sensor, fitted: &FittedPads) -> Value {
     })
 }
 
-/// What the constants do not explain, in words.
+/// Describes what the constants do not explain, for people.
 fn unexplained(fitted: &FittedPads) -> Vec<String> {
     let mut found = Vec::new();
     for ball in &fitted.balls {
@@ -69,7 +70,7 @@ fn unexplained(fitted: &FittedPads) -> Vec<String> {
             let grey = ball.dark_rms_grey;
             found.push(format!("{file}: {grey:.1} grey rms are left where the ball makes it dark"));
         }
-        // What is no brighter than profiles are explained is no ring.
+        // A maximum below the residual of profiles is no ring.
         let is_ring = real.ring_grey.max(now.ring_grey) > PROFILE_GREY;
         if is_ring && (now.ring_grey - real.ring_grey).abs() > RING_PART * real.ring_grey.abs() {
             found.push(format!(
@@ -90,6 +91,7 @@ fn unexplained(fitted: &FittedPads) -> Vec<String> {
             fitted.reference_rms_grey
         ));
     }
+    // An intensity from elsewhere at its lower limit means that the model explains all light by the layer.
     if fitted.values[1] < 1.0 {
         found.push("the picture at rest is no brighter than the layer makes it: nothing comes from elsewhere".to_owned());
     }

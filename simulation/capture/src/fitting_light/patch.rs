@@ -1,4 +1,4 @@
-//! The layer around a pin or a ball, as the elastic solver has it: what a simulated profile is made from.
+//! Simulated intensity profiles around a pin or a ball, from the elastic solver.
 
 use fabkit_depth::truth::Yielding;
 use fabkit_files::Error;
@@ -10,57 +10,58 @@ use fabkit_scene::pressing::Ready;
 use super::profiles::{BIN_MM, BINS, tangents};
 use crate::Scene;
 
-/// How far out a pin reaches, mm.
+/// Length of the pin's shaft, mm.
 const PIN_MM: f64 = 8.0;
-/// Light spreads at most this many places to either side.
+/// Largest reach of the spread of light to either side, in places.
 const MOST_SPREAD: usize = 12;
 
-/// Places of a patch, and the bins of its profile.
+/// Grid of places of a patch, and bins of its profile.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Raster {
     /// Distance of places, mm.
     pub step_mm: f64,
-    /// How many there are from the middle to a side.
+    /// Number of places from the middle to a side.
     pub half: usize,
-    /// Width of a bin, mm, and how many there are.
+    /// Width of a bin, mm, and number of bins.
     pub bin_mm: f64,
     pub bins: usize,
-    /// One over the distance from which rays seem to come, straight, 1/mm: what is pressed in is nearer to it, and looks so much
-    /// larger. 0 where that is left out.
+    /// Inverse of the distance from which rays seem to come, 1/mm. Places that are pressed in are closer to it and look
+    /// larger by this factor per millimetre. 0 leaves the effect out.
     pub nearer_per_mm: f64,
 }
 
 impl Raster {
-    /// Around a pin.
+    /// Grid around a pin.
     pub(super) const PIN: Self =
         Self { step_mm: 0.1, half: 32, bin_mm: BIN_MM, bins: BINS, nearer_per_mm: 0.0 };
 
-    /// Places of a side.
+    /// Returns the number of places along a side.
     fn side(self) -> usize {
         2 * self.half + 1
     }
 
-    /// Where a place is from the middle, mm.
+    /// Returns the offset of a place from the middle, mm.
     fn place_mm(self, i: usize) -> [f64; 2] {
         [i % self.side(), i / self.side()].map(|k| (k as f64 - self.half as f64) * self.step_mm)
     }
 }
 
-/// A square of places around what presses.
+/// Square of simulated places around an indenter.
 #[derive(Clone, Debug)]
 pub(super) struct Patch {
     raster: Raster,
-    /// How much light there is.
+    /// Relative irradiance.
     lit: f64,
-    /// Along the camera's path, at rest and pressed, mm; row after row.
+    /// Length of the camera's path in the layer, at rest and pressed, mm; row by row.
     paths_mm: Vec<[f64; 2]>,
-    /// By how much larger it looks than it lies there.
+    /// Apparent magnification of each place.
     larger: Vec<f64>,
 }
 
 impl Patch {
-    /// Presses a pin with a round tip in along the normal at a place of the surface. `paths_mm` says how long the camera's path
-    /// is at a place with this normal, at rest and where the layer has become so much thicker.
+    /// Presses a pin with a round tip along the normal into a place of the surface. `paths_mm` returns the length of
+    /// the camera's path at a place with this normal, at rest and where the layer has become thicker by the given
+    /// amount.
     pub(super) fn pressed(
         scene: &Scene<'_>,
         ready: &Ready,
@@ -88,6 +89,8 @@ impl Patch {
             let rest = beside + depth_mm * outward;
             let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&rest));
             let outwards_mm = answer.outwards_mm(&rest, &outward);
+            // A place that is pressed in (negative outwards displacement) is closer to the rays' origin and looks
+            // larger.
             let larger = 1.0 - outwards_mm * raster.nearer_per_mm;
             (paths_mm(&rest, &outward, outwards_mm - lower_mm), larger)
         });
@@ -95,8 +98,8 @@ impl Patch {
         Ok(Self { raster, lit: scene.lit.at(surface), paths_mm, larger })
     }
 
-    /// By how much it is darker than at rest, by the distance from its middle, for what an endless layer would send back,
-    /// a layer's law, and how far light spreads in it, mm.
+    /// Returns the loss of intensity against rest by distance from the middle, for the intensity of an infinitely thick
+    /// layer, a law of reflectance and the lateral spread of light, mm.
     pub(super) fn darker(&self, layer_grey: f64, law: TwoStream, spread_mm: f64) -> Vec<f64> {
         let Raster { step_mm, bin_mm, bins, .. } = self.raster;
         let side = self.raster.side();
@@ -105,7 +108,10 @@ impl Patch {
         let weights: Vec<f64> = (0..=MOST_SPREAD)
             .map(|k| (-0.5 * (k as f64 * step_mm / spread_mm.max(1e-3)).powi(2)).exp())
             .collect();
+        // The sum of the truncated kernel normalises it.
         let all = 2.0 * weights[1..].iter().sum::<f64>() + weights[0];
+        // The Gaussian is separable: rows are filtered first, then columns. Places beyond the border repeat the last
+        // one.
         let spread = |from: &[f64], stride: usize, along: &dyn Fn(usize) -> usize| -> Vec<f64> {
             (0..side * side)
                 .map(|i| {

@@ -1,4 +1,4 @@
-//! What real captures show: how dark it is by the distance from a pin's mark, and how bright it is at rest.
+//! Radial intensity profiles of pins in real captures, and mean intensities at rest.
 
 use fabkit_calibration::image::GreyImage;
 use fabkit_calibration::model::Observation;
@@ -7,33 +7,33 @@ use fabkit_geometry::{Point3, TouchSurface, Vector3};
 
 use super::seen::Seen;
 
-/// Width of a bin, mm, and how many there are.
+/// Width of a bin, mm, and number of bins.
 pub(super) const BIN_MM: f64 = 0.25;
 pub(super) const BINS: usize = 12;
-/// Bins from here on are beside the pin: they tell how bright the whole picture is.
+/// First bin beside the pin: the bins from here on give the offset of the whole capture.
 pub(super) const BESIDE: usize = 8;
-/// Step along the surface from which the picture's scale follows, mm.
+/// Step along the surface for the image's local scale, mm.
 const SCALE_MM: f64 = 0.25;
-/// Least pixels of a bin that counts.
+/// Minimum number of pixels in a bin.
 const LEAST_PIXELS: usize = 4;
-/// A grey value of 255 is this bright in a picture.
+/// Intensity of a value of 1 in an image.
 const WHITE: f64 = 255.0;
 
-/// A pin as one capture shows it.
+/// Radial profile of a pin in one capture.
 #[derive(Clone, Debug)]
 pub(super) struct Profile {
-    /// Which capture, from 0.
+    /// Index of the capture.
     pub(super) capture: usize,
-    /// How far from the tip, rad.
+    /// Polar angle from the tip, rad.
     pub(super) polar_rad: f64,
-    /// How deep the pin goes in, as its landmark says, mm.
+    /// Depth of the pin in its landmark, mm.
     pub(super) stated_mm: f64,
-    /// Grey by which it is darker than at rest, by distance.
+    /// Loss of intensity against rest by distance.
     pub(super) darker: [f64; BINS],
 }
 
 impl Profile {
-    /// Around the mark of a pin; nothing where the picture ends, or the camera's model does.
+    /// Computes the profile around a pin's mark. `None` where the image ends, or the camera model maps no pixel.
     pub(super) fn of(
         observation: &Observation,
         seen: &Seen<'_>,
@@ -48,7 +48,7 @@ impl Profile {
             Some((ahead? - behind?) / (2.0 * SCALE_MM))
         });
         let [Some(a), Some(b)] = across else { return None };
-        // Pixels to millimetres.
+        // Inverts the local 2 x 2 map from millimetres to pixels.
         let determinant = a.x * b.y - a.y * b.x;
         let mm = |d: Point2<f64>| {
             let u = (d.x * b.y - d.y * b.x) / determinant;
@@ -56,6 +56,7 @@ impl Profile {
             u.hypot(v)
         };
         let reach_mm = BINS as f64 * BIN_MM;
+        // An upper bound of the profile's extent in pixels limits the loops below.
         let reach_px = reach_mm * a.norm().max(b.norm());
         let (mut sums, mut counts) = ([0.0; BINS], [0; BINS]);
         let at = observation.pixel;
@@ -75,6 +76,7 @@ impl Profile {
             }
         }
         let darker = std::array::from_fn(|bin| sums[bin] / counts[bin] as f64);
+        // Bins with too few pixels mean that the image ends within the profile.
         let is_whole = counts.iter().all(|count| *count >= LEAST_PIXELS);
         is_whole.then_some(Self {
             capture: observation.contact.capture,
@@ -85,14 +87,15 @@ impl Profile {
     }
 }
 
-/// Two ways along a surface, across each other.
+/// Returns two unit vectors in the surface, at right angles to each other.
+// An auxiliary axis that is not nearly parallel to the normal.
 pub(super) fn tangents(outward: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let beside = if outward.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
     let first = beside.cross(outward).normalize();
     [first, outward.cross(&first)]
 }
 
-/// Mean grey at places of the surface at rest that the camera sees.
+/// Returns the mean intensity at places of the undeformed surface that the camera sees; `None` if it sees none.
 pub(super) fn mean_grey(
     places: impl Iterator<Item = Point3<f64>>,
     seen: &Seen<'_>,

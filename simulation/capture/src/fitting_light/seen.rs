@@ -1,27 +1,28 @@
-//! Where places of the surface are seen in a unit's captures.
+//! Projection of surface points to pixels in a unit's captures.
 
 use fabkit_calibration::model::{Model, Observation};
 use fabkit_camera::Point2;
 use fabkit_geometry::{Point3, TouchSurface};
 use fabkit_light::linear_fit;
 
-/// Radii are counted in these, px: numbers near one.
+/// Unit of radii in the fit, px: it keeps numbers near one.
 const UNIT_PX: f64 = 100.0;
 
-/// A camera's model with what its marks say of it: a shift, and terms along the radius from the tip's pixel.
+/// A camera model with corrections fitted to marks: a shift, and terms along the radius from the tip's pixel.
 ///
-/// The model bends light at no body and puts marks several pixels off, more at the rim, where the scale along the radius
-/// would be wrong by a third. Marks tell it well enough to know lengths beside them.
+/// The model does not refract light at the sensor's bodies and misses marks by several pixels, more towards the rim,
+/// where the radial scale would be wrong by a third. The marks determine the corrections well enough to measure
+/// lengths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen<'a> {
     model: &'a Model,
     tip: Point2<f64>,
-    /// Shift along x and y, and shares of the radius by its powers 0, 2 and 4.
+    /// Shift along x and y, and relative radial corrections by the powers 0, 2 and 4 of the radius.
     terms: [f64; 5],
 }
 
 impl<'a> Seen<'a> {
-    /// From all marks of known holes.
+    /// Fits the corrections to all marks of known holes; `None` if they do not suffice.
     pub(super) fn of(
         model: &'a Model,
         touch: &TouchSurface,
@@ -46,7 +47,7 @@ impl<'a> Seen<'a> {
         Some(Self { model, tip, terms: linear_fit(&rows, &wanted)? })
     }
 
-    /// The pixel of a place of the surface; nothing where the model maps none.
+    /// Returns the pixel of a surface point; `None` where the model maps none.
     pub(super) fn pixel(&self, place: &Point3<f64>) -> Option<Point2<f64>> {
         let in_camera = self.model.camera_from_sensor.point(*place);
         let pixel = self.model.camera.project(&in_camera).ok()?;

@@ -1,9 +1,10 @@
-//! A sensor that is kept ready: press after press, with picture, depth and force, at the rate that simulators and studies
-//! ask for.
+//! Live simulation of a sensor: press after press, with image, depth and force, at the rate that simulators and studies
+//! need.
 //!
-//! What no press changes is computed once: where rays meet the surface, what the layers answer to tractions, the picture
-//! at rest. It lives on a thread of its own, which borrows from the sensor's scene and answers what is asked through a
-//! channel; presses that are asked for together are taken side by side. All of it is simulated, at small strain.
+//! Everything that no press changes is computed once: the rays' points on the surface, the compliance of the layers,
+//! the image at rest. This data borrows from the sensor's scene, so it lives on a thread of its own, which receives
+//! presses through a channel. Presses of one request are solved in parallel. All results are simulated, at small
+//! strain.
 
 mod skin;
 
@@ -26,69 +27,69 @@ use crate::Studio;
 
 pub use skin::{LiveSkin, SkinPicture, SkinPictures, SkinShown};
 
-/// What moves by less stays where it is, mm: slopes are then some 1e-3, and pictures change by less than they are noisy.
+/// Displacement below which the surface counts as unmoved, mm. Slopes are then about 1e-3, and intensities change by
+/// less than their noise.
 const STILL_MM: f64 = Studio::STILL_MM;
 
-/// How a sensor is kept.
+/// Options of a live sensor.
 #[derive(Clone, Debug, Default)]
 pub struct LiveOptions {
-    /// Which of its lights is on; the usual one where none is named.
+    /// Name of the lighting; `None` for the sensor's default.
     pub light: Option<String>,
-    /// What the light rests on; nothing for the sensor's own.
+    /// File of optical constants; `None` for the sensor's own.
     pub constants: Option<PathBuf>,
-    /// Rays along each side of a pixel; 0 counts as 1.
+    /// Number of rays along each side of a pixel; 0 counts as 1.
     pub samples: u32,
-    /// Distance of the surface's nodes, mm; nothing for what a few seconds allow.
+    /// Distance of the surface's nodes, mm; `None` for a value that allows a setup within a few seconds.
     pub spacing_mm: Option<f64>,
 }
 
-/// What to press.
+/// One press on a live sensor.
 #[derive(Clone, Debug)]
 pub struct LivePress {
-    /// Bodies in their places, all at once; none for a sensor at rest.
+    /// Bodies at their poses, pressed in all at once; none for a sensor at rest.
     pub press: Press,
-    /// How far all of it then moves along the surface, mm, as for [`Ready::answer`].
+    /// Displacement along the surface after indentation, mm, as for [`Ready::answer`].
     pub shear_mm: [f64; 2],
-    /// Coulomb's coefficient for that; nothing for the touched material's own.
+    /// Coulomb's friction coefficient for that displacement; `None` for that of the touched material.
     pub friction: Option<f64>,
-    /// Of noise and drift; nothing for neither.
+    /// Seed of noise and drift; `None` for neither.
     pub seed: Option<u64>,
 }
 
-/// What a press does. Lists of pixels go row by row.
+/// Result of a press. Lists of pixels go row by row.
 #[derive(Clone, Debug)]
 pub struct LiveShown {
-    /// Grey values from 0 to 255, not rounded, pixel by pixel: one, or red, green and blue.
+    /// Intensities from 0 to 255, not rounded, pixel by pixel: one value, or red, green and blue.
     pub grey: Vec<f64>,
-    /// How much nearer the surface is than at rest, along each pixel's ray, mm: the mean of its rays; not a number where no surface is
-    /// seen.
+    /// Indentation along each pixel's ray, mm: the mean over its rays. NaN where no surface is seen.
     pub indentation_mm: Vec<f32>,
-    /// Where what presses is seen, by any of a pixel's rays.
+    /// Pixels where any ray sees an indenter.
     pub contact: Vec<bool>,
-    /// Forces and contact; nothing where nothing touches.
+    /// Forces and contact; `None` without contact.
     pub step: Option<Step>,
-    /// What the camera follows, as it has moved.
+    /// Markers at their present places.
     pub marks: Vec<Moved>,
-    /// Where it is seen, px.
+    /// Pixels of the markers; `None` outside the image.
     pub mark_px: Vec<Option<[f64; 2]>>,
 }
 
 type Asked = (Vec<LivePress>, Sender<Result<Vec<LiveShown>, Error>>);
 
-/// What is known as soon as a sensor is ready.
+/// Data of a live sensor that is known before any press.
 #[derive(Clone, Debug)]
 pub struct LiveAbout {
-    /// Columns and rows of pictures.
+    /// Number of columns and rows of images.
     pub size_px: [usize; 2],
-    /// Values of a pixel: 1 or 3.
+    /// Number of values per pixel: 1 or 3.
     pub channels: usize,
-    /// How the sensor is lit, what its layers are, and what is left out, as JSON.
+    /// Lighting, layers and simplifications as JSON.
     pub document: Value,
-    /// In the middle of what is touched, z out of the sensor.
+    /// Frame in the middle of the sensing surface, with z out of the sensor.
     pub sensor_from_touch: Pose,
 }
 
-/// A sensor that waits for presses; it is put away when this is dropped.
+/// A sensor that is ready for presses. Dropping it ends its thread.
 #[derive(Debug)]
 pub struct Live {
     asks: Sender<Asked>,
@@ -96,16 +97,17 @@ pub struct Live {
 }
 
 impl Live {
-    /// Makes a sensor ready: seconds.
+    /// Sets a sensor up, which takes seconds.
     ///
     /// # Errors
-    /// A light that is not there, layers that are stiff, rays or nodes beyond their limits.
+    /// Returns an error for an unknown lighting, a sensor without soft layers, and rays or nodes beyond their limits.
     pub fn new(scene: Arc<SensorView>, options: LiveOptions) -> Result<Self, Error> {
         let (asks, asked) = mpsc::channel();
+        // The thread reports its data or the error of its setup once, before it serves presses.
         let (begin, begun) = mpsc::sync_channel(1);
         thread::spawn(move || {
             let kept = keep(&scene, &options, |about, kept| {
-                // Nobody waits if the caller was interrupted.
+                // The receiver is gone if the caller was interrupted.
                 if begin.send(Ok(about)).is_ok() {
                     answer_all(&asked, kept);
                 }
@@ -118,15 +120,16 @@ impl Live {
         Ok(Self { asks, about })
     }
 
-    /// What is known before any press.
+    /// Returns the data that is known before any press.
     pub fn about(&self) -> &LiveAbout {
         &self.about
     }
 
-    /// Presses, each on a surface at rest: side by side.
+    /// Solves presses in parallel, each on a surface at rest.
     ///
     /// # Errors
-    /// Of the first that has one: deeper than the layers, a contact that does not converge, no known friction.
+    /// Returns the error of the first press that has one: contact deeper than the layers, contact that does not
+    /// converge, unknown friction.
     pub fn press(&self, presses: Vec<LivePress>) -> Result<Vec<LiveShown>, Error> {
         let (reply, replied) = mpsc::channel();
         let gone = |_| Error::bug("a live sensor has stopped");
@@ -138,12 +141,12 @@ impl Live {
 fn answer_all(asked: &Receiver<Asked>, kept: &Kept<'_>) {
     while let Ok((presses, reply)) = asked.recv() {
         let shown = presses.par_iter().map(|press| kept.press(press)).collect();
-        // Who asked may have been interrupted.
+        // The receiver is gone if the caller was interrupted.
         let _ = reply.send(shown);
     }
 }
 
-/// All that no press changes.
+/// Everything that no press changes.
 struct Kept<'a> {
     scene: &'a SensorView,
     touch: &'a TouchSurface,
@@ -151,7 +154,7 @@ struct Kept<'a> {
     surface: &'a ReferenceSurface<'a>,
     ready: Ready,
     studio: Studio<'a>,
-    /// Where what the camera follows is seen at rest, px.
+    /// Pixels of the markers at rest.
     mark_px: Vec<Option<[f64; 2]>>,
 }
 
@@ -169,6 +172,7 @@ fn keep(
     let size_px = scene.size_rays(samples)?.map(|side| (side / samples) as usize);
     let rays = scene.rays_of_rows(samples, 0..u32::MAX);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
+    // Presses may come anywhere and with shear.
     let ready = Ready::for_all(sensor, options.spacing_mm, true, threads())?;
     let studio = Studio::new(scene, &surface, lighting, &constants, contact)?;
     let mut document = studio.document();
@@ -192,7 +196,8 @@ impl Kept<'_> {
         let answer = match press.bodies.is_empty() {
             true => None,
             false => match self.ready.answer(self.touch, &press.bodies, *shear_mm, *friction) {
-                // Smaller than a node is nothing: a loop must not stop at the first touch.
+                // Contact smaller than the node spacing counts as none, so that a control loop does not stop at first
+                // touch.
                 Err(error) if error.is_no_contact() || error.is_first_touch() => None,
                 answer => Some(answer?),
             },
@@ -206,12 +211,13 @@ impl Kept<'_> {
             body.sensor_from_body = way.then_in(body.sensor_from_body);
         }
         let pressers = pressers(&[moved]).map_err(Error::bug)?;
+        // Normals cost time and only shading by slopes needs them.
         let normals = self.studio.wants_normals();
         let map = self.surface.yielded_beyond(STILL_MM, &pressers, &answer, normals);
         self.shown(&map, Some(&answer), *seed)
     }
 
-    /// Of marks, looking anew at those that have moved.
+    /// Projects markers to pixels. Only those that have moved are projected anew.
     fn pixels_of(&self, marks: &[Moved]) -> Vec<Option<[f64; 2]>> {
         let has_moved = |mark: &Moved| mark.displacement_mm.is_none_or(|mm| mm.norm() > STILL_MM);
         let moved: Vec<usize> = (0..marks.len()).filter(|i| has_moved(&marks[*i])).collect();
@@ -232,7 +238,7 @@ impl Kept<'_> {
         let grey = if self.studio.wants_normals() || answer.is_none() {
             self.studio.take(map, answer, seed)?
         } else {
-            // What has moved by less than anybody sees need not be painted again.
+            // Rays whose indentation is below the threshold keep their value at rest and are not rendered again.
             let seen = |mm: &f64| if mm.is_finite() { *mm as f32 } else { 0.0 };
             let by_mm: Vec<f32> = by_ray.iter().map(seen).collect();
             let label = |label: &u16| u8::try_from(*label).unwrap_or(u8::MAX);
@@ -256,7 +262,7 @@ impl Kept<'_> {
     }
 }
 
-/// What becomes of each pixel's rays, which lie in rows of `width`.
+/// Applies `of` to the rays of each pixel; rays lie in rows of `width`.
 fn of_pixels<T: Copy, U>(
     rays: &[T],
     width: usize,
@@ -275,11 +281,11 @@ fn of_pixels<T: Copy, U>(
     pixels
 }
 
-/// Of the rays that see the surface.
+/// Returns the mean over the rays that see the surface.
 fn mean(rays_mm: &[f64]) -> f32 {
     let seen = rays_mm.iter().filter(|mm| mm.is_finite());
     let (sum, count) = seen.fold((0.0, 0.0), |(sum, count), mm| (sum + mm, count + 1.0));
-    // Nothing over nothing: no surface is seen.
+    // Without any, 0 / 0 gives NaN.
     (sum / count) as f32
 }
 

@@ -1,4 +1,4 @@
-//! A skin with channels of liquid that is kept ready: press after press, with forces, columns and marks.
+//! Live simulation of a skin with liquid channels: press after press, with forces, columns and markers.
 
 use std::sync::Arc;
 
@@ -11,64 +11,65 @@ use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::Viewpoint;
 use fabkit_scene::pressing::{Moved, PressingError, on_solids, press_skin};
 
-/// Distance of nodes that nobody asked for, mm.
+/// Default distance of nodes, mm.
 const SPACING_MM: f64 = 1.0;
 
-/// A skin that waits for presses.
+/// A skin that is ready for presses.
 #[derive(Debug)]
 pub struct LiveSkin {
     project: Arc<Project>,
     stack: LiquidStack,
-    /// Who looks at the marks, and who at the columns.
+    /// Lightings with their cameras: one sees the markers, one the columns.
     views: Vec<(Lighting, Viewpoint, Sights)>,
 }
 
-/// Pictures that are wanted of presses.
+/// Selection of images to render of presses.
 #[derive(Clone, Debug, Default)]
 pub struct SkinPictures {
-    /// In which of the skin's lights.
+    /// Names of the lightings.
     pub lights: Vec<String>,
-    /// Of the first press' noise, and the next numbers for the next; nothing for pictures without.
+    /// Seed of the first press's noise; the next presses use the next numbers. `None` for images without noise.
     pub seed: Option<u64>,
 }
 
-/// A skin's pictures in one of its lights.
+/// Images of a skin in one of its lightings.
 #[derive(Clone, Debug)]
 pub struct SkinPicture {
-    /// The light.
+    /// Name of the lighting.
     pub light: String,
-    /// Columns and rows.
+    /// Number of columns and rows.
     pub size_px: [usize; 2],
-    /// Values of a pixel: 1, or red, green and blue.
+    /// Number of values per pixel: 1, or 3 for red, green and blue.
     pub channels: usize,
-    /// Of each press, row by row, 0 to 255, not rounded.
+    /// Image of each press, row by row, 0 to 255, not rounded.
     pub grey: Vec<Vec<f64>>,
 }
 
-/// What a press on a skin does.
+/// Result of a press on a skin.
 #[derive(Clone, Debug)]
 pub struct SkinShown {
-    /// Of what presses on the skin, sensor frame, N; zeros where nothing touches.
+    /// Force of the indenters on the skin, sensor frame, N; zeros without contact.
     pub force_n: [f64; 3],
-    /// How far the liquid of each channel moves in its tube, away from the needle, mm.
+    /// Displacement of the liquid of each channel in its tube, away from the needle, mm.
     pub column_mm: Vec<f64>,
-    /// Where each column ends in the picture of the display, px.
+    /// Pixel of each column's end in the image of the display.
     pub column_px: Vec<Option<[f64; 2]>>,
-    /// How each mark moves, mm.
+    /// Displacement of each marker, mm.
     pub mark_mm: Vec<[f64; 3]>,
-    /// Where it is seen, px.
+    /// Pixel of each marker.
     pub mark_px: Vec<Option<[f64; 2]>>,
-    /// What pictures show.
+    /// Markers and column ends that images show.
     marks: Vec<Moved>,
     columns: Vec<Moved>,
 }
 
 impl LiveSkin {
-    /// Makes a skin ready, with nodes `spacing_mm` apart: seconds. Its cameras have as many pixels as they are drawn with, or
-    /// `size_px`.
+    /// Sets a skin up with nodes `spacing_mm` apart, which takes seconds. Its cameras have their nominal number of
+    /// pixels, or `size_px`.
     ///
     /// # Errors
-    /// A sensor without such a skin; more nodes than fit; cameras that cannot be.
+    /// Returns an error for a sensor without such a skin, for more nodes than allowed, and for cameras that are not
+    /// valid.
     pub fn new(
         project: Arc<Project>,
         spacing_mm: Option<f64>,
@@ -82,6 +83,7 @@ impl LiveSkin {
         let stack = LiquidStack::of(sensor, spacing_mm.unwrap_or(SPACING_MM));
         let stack = stack.map_err(PressingError::from)?;
         let views = sensor.lightings.iter().map(|lighting| {
+            // Each lighting may have a camera of its own.
             let mut seen = sensor.clone();
             seen.camera = lighting.camera.clone().unwrap_or(seen.camera);
             let wrong = |error| SceneError::viewpoint(None, error);
@@ -96,23 +98,24 @@ impl LiveSkin {
         Ok(Self { project, stack, views })
     }
 
-    /// Names of the channels.
+    /// Returns the names of the channels.
     pub fn channels(&self) -> impl Iterator<Item = &str> {
         self.stack.skin().channels.iter().map(|channel| channel.name.as_str())
     }
 
-    /// Presses, each on a skin at rest. What lies near each other is solved for together: presses at one place cost hardly
-    /// more than one.
+    /// Solves presses, each on a skin at rest. Presses close to each other share one setup: several at one place cost
+    /// hardly more than one.
     ///
     /// # Errors
-    /// Of the first that has one: a channel that is pressed shut, a contact that does not converge.
+    /// Returns the error of the first press that has one: a channel that is pressed shut, contact that does not
+    /// converge.
     pub fn press(&self, presses: &[Press]) -> Result<Vec<SkinShown>, Error> {
         let bodies: Vec<_> = presses.iter().flat_map(|press| &press.bodies).cloned().collect();
         let ready = on_solids(&bodies, |pressers| Ok(self.stack.ready(pressers)?));
         match ready {
             Ok(ready) => presses.iter().map(|press| self.shown(&ready, press)).collect(),
             Err(error) if error.is_no_contact() => presses.iter().map(|_| self.at_rest()).collect(),
-            // More nodes than are solved for at once: fewer presses.
+            // The nodes under all presses exceed what one setup can solve, so the presses are split.
             Err(PressingError::Elastic(ElasticError::TooFine { .. })) if presses.len() > 1 => {
                 let (first, second) = presses.split_at(presses.len() / 2);
                 let mut shown = self.press(first)?;
@@ -123,10 +126,10 @@ impl LiveSkin {
         }
     }
 
-    /// Pictures of presses, as [`LiveSkin::press`] has shown them.
+    /// Renders images of presses from the results of [`LiveSkin::press`].
     ///
     /// # Errors
-    /// A light that the skin has not.
+    /// Returns an error for an unknown lighting.
     pub fn pictures(
         &self,
         shown: &[SkinShown],
@@ -141,6 +144,7 @@ impl LiveSkin {
             let is_of_columns = matches!(lighting.shows, Shows::Columns { .. });
             let presses = shown.iter().enumerate().map(|(i, one)| {
                 let moved = if is_of_columns { &one.columns } else { &one.marks };
+                // Presses get different noise.
                 (moved.clone(), wanted.seed.map(|seed| seed.wrapping_add(i as u64)))
             });
             let presses = presses.collect();
@@ -186,6 +190,7 @@ impl LiveSkin {
         let channels = outcome.map_or(&[][..], |outcome| &outcome.channels);
         let (mut column_px, mut mark_px) = (Vec::new(), Vec::new());
         let mut ends = Vec::new();
+        // If several lightings show the same kind, the last one defines the pixels.
         for (lighting, viewpoint, sights) in &self.views {
             if let Shows::Columns { columns, .. } = &lighting.shows {
                 ends = crate::column_ends(columns, channels);

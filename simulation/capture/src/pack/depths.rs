@@ -1,4 +1,4 @@
-//! How deep a grey value is, where light shows how thick layers are: as with a ball on a real unit.
+//! Tables of depth by intensity for lightings that show thickness, as measured with a ball on a real unit.
 
 use fabkit_export::{Values, npy};
 use fabkit_files::Error;
@@ -11,7 +11,7 @@ use super::super::layers::LayerScene;
 use super::super::thins::{BALL_MM, Place, Thins};
 use super::{OpticsPack, array, at_rest, background_png, file, npz_file};
 
-/// So much brighter than at rest the table begins, grey.
+/// Gain of intensity over rest at which the table begins.
 const BRIGHTER: i32 = 32;
 
 pub(super) fn pack(
@@ -28,9 +28,11 @@ pub(super) fn pack(
     let curves: Vec<Vec<f64>> = places.iter().map(|place| layers.thinner_mm(&place.at)).collect();
     let longest = curves.iter().map(Vec::len).max().unwrap_or(0);
     let grey: Vec<f64> = (0..longest as i32).map(|k| f64::from(k - BRIGHTER)).collect();
+    // Curves end where no layer is left; NaN fills the rest of the rectangular table.
     let at = |curve: &[f64], k: usize| curve.get(k).copied().unwrap_or(f64::NAN);
     let rows = || curves.iter().map(|curve| (0..longest).map(|k| at(curve, k)));
     let thinner_mm: Vec<f64> = rows().flatten().collect();
+    // Depth is the loss of thickness divided by the loss per millimetre of indentation.
     let depth_mm = rows().zip(places).flat_map(|(row, place)| row.map(move |mm| mm / place.thins));
     let depth_mm: Vec<f64> = depth_mm.collect();
     let arrays = [
@@ -47,6 +49,7 @@ pub(super) fn pack(
         file("background.png", background_png(&picture)?),
         npz_file("grey_to_depth.npz", &arrays)?,
     ];
+    // 9DTact's own table starts at the intensity at rest and knows a single curve, so it only exists for pads.
     if let (TouchSurface::Plane(_), [curve]) = (touch, &curves[..]) {
         let deeper = curve[BRIGHTER as usize..].iter().map(|mm| mm / places[0].thins).collect();
         let table =
@@ -68,8 +71,8 @@ pub(super) fn pack(
 }
 
 impl LayerScene<'_> {
-    /// By how much thinner layers are, mm, where they are [`BRIGHTER`] grey brighter than at rest, one less, and so on, to
-    /// where nothing is left of them.
+    /// Returns the loss of the layers' thickness, mm, by loss of intensity in steps of 1: from [`BRIGHTER`] above the
+    /// intensity at rest down to where no layer is left.
     fn thinner_mm(&self, (point, outward): &Place) -> Vec<f64> {
         let (law, layer_grey) = (self.constants.layer(), self.constants.layer_grey.value);
         let [path_mm, _] = self.scene.paths_mm(point, outward, 0.0);

@@ -1,5 +1,5 @@
-//! What other simulators need to draw a sensor's pictures: its picture at rest, and a table of what a slope or a depth
-//! looks like. They are measured on a real unit with balls there; here the same light renders them.
+//! Optics packs for other simulators: an image at rest, and a table of intensities by slope or depth. On a real unit
+//! both are measured with balls; here they are rendered.
 
 mod depths;
 mod slopes;
@@ -17,19 +17,20 @@ use super::{CaptureError, Captured, Capturing, LightConstants};
 
 pub use slopes::BINS as SLOPE_BINS;
 
-/// Files for simulators, and what they rest on.
+/// Files of an optics pack with their description.
 #[derive(Clone, Debug)]
 pub struct OpticsPack {
-    /// In the order in which they are told.
+    /// Files in the order in which they are listed.
     pub files: Vec<OutputFile>,
-    /// As JSON, without the files.
+    /// Description as JSON, without the files.
     pub document: Value,
 }
 
-/// Makes the pack of a sensor in one of its lights.
+/// Renders the optics pack of a sensor in one of its lightings.
 ///
 /// # Errors
-/// [`CaptureError`]: a light that shows neither slopes nor thickness, or slopes on a surface that is not flat.
+/// [`CaptureError`] for a lighting that shows neither slopes nor thickness, and for slopes on a surface that is not
+/// flat.
 pub fn optics_pack(
     scene: &SensorView,
     lighting: &Lighting,
@@ -59,7 +60,7 @@ pub fn optics_pack(
     Ok(all)
 }
 
-/// The picture at rest without noise; `also` sees what its rays meet.
+/// Renders the image at rest without noise; `also` is called with its ground truth.
 fn at_rest(
     scene: &SensorView,
     lighting: &Lighting,
@@ -70,9 +71,10 @@ fn at_rest(
     Capturing { cast, lighting, constants, seed: None }.take(scene, also)
 }
 
-/// The picture as values of eight bits, red, green and blue.
+/// Converts an image to 8-bit red, green and blue.
 fn colors(picture: &Captured) -> Vec<u8> {
     let all = picture.grey.chunks(picture.channels);
+    // A greyscale pixel is repeated for the three colours.
     all.flat_map(|pixel| std::array::from_fn::<_, 3, _>(|k| pixel[k % pixel.len()]))
         .map(|value| value.round().clamp(0.0, 255.0) as u8)
         .collect()

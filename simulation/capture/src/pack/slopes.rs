@@ -1,9 +1,9 @@
-//! What slopes look like, where light shows which way a coat looks: the tables of Taxim (Si and Yuan 2022), which TacEx
-//! and TacSL read as well.
+//! Tables of intensity by slope for lightings that show slopes: those of Taxim (Si and Yuan 2022), which TacEx and
+//! TacSL read as well.
 //!
-//! A table says, for each angle and way of a slope, by how much a pixel differs from the picture at rest: a polynomial of
-//! second degree in its column and row. Taxim and TacEx keep colours as blue, green, red, TacSL as red, green, blue, all
-//! under the names of the latter.
+//! For each angle and direction of a slope, a table holds the difference of a pixel from the image at rest, as a
+//! polynomial of second degree in column and row. Taxim and TacEx store colours as blue, green, red and TacSL as red,
+//! green, blue, all under the names of the latter.
 
 use fabkit_depth::truth::{DepthMap, NO_LABEL};
 use fabkit_export::{Values, npy, npy_of_lists, zip};
@@ -19,36 +19,36 @@ use super::super::coat::CoatScene;
 use super::super::{CaptureError, LightConstants};
 use super::{OpticsPack, array, at_rest, background_png, colors, file, npz_file};
 
-/// Bins of a slope's angle, and of its way: `floor(angle / (pi / 2 / (BINS - 1)))`.
+/// Number of bins of a slope's angle, and of its direction: `floor(angle / (pi / 2 / (BINS - 1)))`.
 pub const BINS: usize = 125;
-/// Coefficients of x^2, y^2, x y, x, y, 1.
+/// Number of coefficients: x^2, y^2, x y, x, y, 1.
 const TERMS: usize = 6;
-/// Places over the picture that a polynomial is fitted to.
+/// Number of places over the image to which a polynomial is fitted.
 const COLUMNS: usize = 16;
 const ROWS: usize = 12;
-/// How far from the middle they count, a standard deviation, as a part of the picture.
+/// Standard deviation of their weights around the middle, as a share of the image.
 const REACH: f64 = 0.25;
-/// A picture's scale follows from pixels so far to either side.
+/// Distance to either side of the pixels that give the image's local scale.
 const BESIDE_PX: usize = 3;
-/// Steeper than this nothing is rendered, rad.
+/// Largest rendered slope angle, rad.
 const STEEPEST: f64 = 1.5;
-/// Slopes of which it is said how well polynomials follow the light over the picture, rad.
+/// Range of slope angles for which the error of the polynomials is reported, rad.
 const GENTLE: [f64; 2] = [0.05, 0.5];
-/// Ways of shadows: `k / 10` rad.
+/// Number of shadow directions: `k / 10` rad.
 const WAYS: usize = 63;
-/// Heights of shadows: `0.4 mm + (k - 6) / 10`.
+/// Number of shadow heights: bin `k` begins at `0.4 mm + (k - 6) / 10 mm` and is rendered at its middle.
 const HEIGHTS: usize = 24;
-/// The step of shadows, px, and the most of them.
+/// Step along shadows, px, and maximum number of steps.
 const SHADOW_STEP_PX: f64 = 1.25;
 const SHADOW_STEPS: usize = 120;
-/// A shadow ends where it takes less than this, grey.
+/// Loss of intensity below which a shadow ends.
 const SHADOW_ENDS: f64 = 1.0;
-/// GelSight's smoothing kernels as Taxim has them, px of 0.0295 mm.
+/// Widths of GelSight's smoothing kernels in Taxim, px of 0.0295 mm.
 const KERNELS_PX: [f64; 6] = [201.0, 101.0, 51.0, 21.0, 11.0, 5.0];
 const TAXIM_PIXEL_MM: f64 = 0.0295;
 const TAXIM_SIZE_PX: [f64; 2] = [640.0, 480.0];
 
-/// A place that the camera sees.
+/// A place on the surface that the camera sees.
 #[derive(Clone, Copy, Debug)]
 struct Spot {
     /// Column and row.
@@ -56,13 +56,13 @@ struct Spot {
     place: Point3<f64>,
     outward: Vector3<f64>,
     direction: Vector3<f64>,
-    /// What lies along the surface from one pixel to the next, mm, along columns and rows.
+    /// Displacement on the surface from one pixel to the next along columns and rows, mm.
     steps: [Vector3<f64>; 2],
 }
 
 impl Spot {
-    /// How the surface climbs along itself, if it climbs so many pixels towards the camera from one pixel to the next, for
-    /// pixels of one size.
+    /// Returns the gradient of a surface that rises by `per_px` pixels towards the camera per pixel along columns and
+    /// rows, as a tangent vector, for pixels of one size.
     fn climbs(&self, per_px: [f64; 2], pixel_mm: f64) -> Vector3<f64> {
         let [a, b] = self.steps;
         let [aa, ab, bb] = [a.dot(&a), a.dot(&b), b.dot(&b)];
@@ -89,6 +89,7 @@ pub(super) fn pack(
         Ok(())
     })?;
     let middle = picture.size_px.map(|px| f64::from(px) / 2.0);
+    // Shadows are rendered at the place nearest to the image's centre.
     let off = |spot: &&Spot| {
         let [x, y] = [0, 1].map(|k| spot.pixel[k] - middle[k]);
         x.hypot(y)
@@ -111,7 +112,7 @@ pub(super) fn pack(
     let gel = npy(&array("gelmap", &shape, flat)).map_err(Error::bug)?;
     let ways = Values::F64((0..WAYS).map(|k| k as f64 / 10.0).collect());
     let ways = npy(&array("shadowDirections", &[WAYS], ways));
-    // Blue first, as the colours of these pictures.
+    // Blue comes first, as in the colours of these images.
     let lists: Vec<Vec<f64>> = [2, 1, 0].iter().flat_map(|k| shadows[*k].clone()).collect();
     let lists = npy_of_lists(&[3, WAYS, HEIGHTS], &lists).map_err(Error::bug)?;
     let shadow_table =
@@ -145,7 +146,7 @@ pub(super) fn pack(
     Ok(OpticsPack { files, document })
 }
 
-/// Places over the picture where the camera sees the surface, and around them as well.
+/// Returns places over the image where the camera sees the surface and its surroundings.
 fn spots_of(map: &DepthMap<'_>, touch: &TouchSurface) -> Vec<Spot> {
     let (width, height) = (map.width_px() as usize, map.height_px() as usize);
     let places: Vec<(Point3<f64>, Vector3<f64>)> =
@@ -176,11 +177,11 @@ fn spots_of(map: &DepthMap<'_>, touch: &TouchSurface) -> Vec<Spot> {
     (0..COLUMNS * ROWS).filter_map(spot).collect()
 }
 
-/// Polynomials of slopes, by angle and way.
+/// Polynomials by angle and direction of slopes.
 struct Table {
-    /// Of each bin, for red, green and blue.
+    /// Coefficients of each bin, for red, green and blue.
     terms: Vec<[[f64; TERMS]; 3]>,
-    /// Which part of what gentle slopes change they miss, rms.
+    /// Root mean square error of the polynomials for gentle slopes, as a share of the change of intensity.
     missed: f64,
 }
 
@@ -188,12 +189,12 @@ impl Table {
     fn of(coat: &CoatScene<'_>, spots: &[Spot], pixel_mm: f64) -> Self {
         let at_rest: Vec<Rgb> =
             spots.iter().map(|spot| coat.slope(spot, &Vector3::zeros())).collect();
-        // Numbers near one while fitting.
+        // Scaled coordinates keep the numbers near one during the fit.
         let unit = spots.iter().flat_map(|spot| spot.pixel).fold(1.0, f64::max);
         let features = |[x, y]: [f64; 2]| [x * x, y * y, x * y, x, y, 1.0];
         let rows: Vec<[f64; TERMS]> =
             spots.iter().map(|spot| features(spot.pixel.map(|px| px / unit))).collect();
-        // The middle, where things are touched, counts more than the rim, where the light falls off steeply.
+        // The middle, where contact happens, counts more than the rim, where the light falls off steeply.
         let middle = [0, 1]
             .map(|k| spots.iter().map(|spot| spot.pixel[k]).sum::<f64>() / spots.len() as f64);
         let weight = |spot: &Spot| {
@@ -206,7 +207,7 @@ impl Table {
         let back = [unit * unit, unit * unit, unit * unit, unit, unit, 1.0];
         let bin = |k: usize| {
             let [angle, way] = [k / BINS, k % BINS];
-            // What is flat stays as it is.
+            // The flat bin keeps its angle of exactly 0, other bins use their middle.
             let angle = if angle == 0 { 0.0 } else { (angle as f64 + 0.5) * quarter() };
             let way = (way as f64 + 0.5) * 4.0 * quarter() - std::f64::consts::PI;
             let per_px = [way.cos(), way.sin()].map(|part| angle.min(STEEPEST).tan() * part);
@@ -239,7 +240,7 @@ impl Table {
         Self { terms: all.into_iter().map(|(terms, _)| terms).collect(), missed }
     }
 
-    /// With the colours in an order.
+    /// Returns the table as arrays with the colours in a given order.
     fn arrays(&self, order: [usize; 3]) -> [fabkit_export::Array; 4] {
         let of = |k: usize| {
             let values = self.terms.iter().flat_map(|colors| colors[order[k]]).collect();
@@ -250,13 +251,13 @@ impl Table {
     }
 }
 
-/// The width of a bin of angles, rad.
+/// Returns the width of a bin of angles, rad.
 fn quarter() -> f64 {
     std::f64::consts::FRAC_PI_2 / (BINS - 1) as f64
 }
 
 impl CoatScene<'_> {
-    /// What the camera sees of a place whose surface climbs so, grey.
+    /// Returns the light of a place whose surface rises by `climbs`, in intensities.
     fn slope(&self, spot: &Spot, climbs: &Vector3<f64>) -> Rgb {
         let facing = (-spot.outward - climbs).normalize();
         self.seen(spot, &facing, &mut |_| false)
@@ -273,8 +274,8 @@ impl CoatScene<'_> {
     }
 }
 
-/// By how much it is darker beside an edge, by colour, then way, height and distance: what lamps behind the edge do not
-/// reach.
+/// Returns the loss of intensity beside an edge, by colour, then direction, height and distance: light from behind the
+/// edge is blocked.
 fn shadows(coat: &CoatScene<'_>, spot: &Spot, pixel_mm: f64) -> [Vec<Vec<f64>>; 3] {
     let facing = -spot.outward;
     let lit = coat.seen(spot, &facing, &mut |_| false);
@@ -287,7 +288,8 @@ fn shadows(coat: &CoatScene<'_>, spot: &Spot, pixel_mm: f64) -> [Vec<Vec<f64>>; 
         for step in 1..=SHADOW_STEPS {
             let far_mm = step as f64 * SHADOW_STEP_PX * pixel_mm;
             let now = coat.seen(spot, &facing, &mut |arrives| {
-                // Towards the lamp: over the edge, or beside it. Gel rounds edges: its top is as far behind its foot as high.
+                // Light from behind the edge is blocked unless it passes above or beside it. Gels round their edges:
+                // the top lies as far behind the foot as it is high.
                 let [back, up] = [arrives.dot(&away), -arrives.dot(&facing)];
                 back > 0.0 && up * (far_mm + height_mm) < back * height_mm
             });
@@ -308,13 +310,13 @@ fn shadows(coat: &CoatScene<'_>, spot: &Spot, pixel_mm: f64) -> [Vec<Vec<f64>>; 
     std::array::from_fn(|color| all.iter().map(|lists| lists[color].clone()).collect())
 }
 
-/// The settings that TacEx reads beside the tables, as parts of the picture's width and height. How far a gel follows an
-/// object is Taxim's, in millimetres of its own sensor: no elastic answer, and not this sensor's.
+/// Returns the settings that TacEx reads beside the tables, relative to the image's width and height. The deformation
+/// of the gel around an object is Taxim's, in millimetres of its own sensor: neither elastic nor this sensor's.
 fn params([width, height]: [u32; 2], pixel_mm: f64) -> Value {
     let sides = [f64::from(width), f64::from(height)];
     let same = |px: f64| TAXIM_SIZE_PX.map(|side| px / side);
     let mm = |px: f64| sides.map(|side| px * TAXIM_PIXEL_MM / pixel_mm / side);
-    // OpenCV's standard deviation of a kernel that only says its width.
+    // OpenCV's standard deviation for a kernel given only by its width.
     let sigma = |kernel: f64| 0.3 * ((kernel - 1.0) / 2.0 - 1.0) + 0.8;
     let pyramid = KERNELS_PX.map(|kernel| mm(sigma(kernel)));
     json!({

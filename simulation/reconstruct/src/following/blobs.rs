@@ -1,68 +1,67 @@
-//! Places in a picture that stand out from what is around them as marks do.
+//! Detection of spots that stand out from their surroundings as markers do.
 
 use fabkit_geometry::Rgb;
 
 use super::matching::{Px, away};
 use super::scaling::Scaling;
 
-/// Half of the side of the square that is the mark's, of its radius.
+/// Half side of the square inside a marker, in its radii.
 const WITHIN: f64 = 0.6;
-/// Half of the side of the square around it, of its radius, and at most, of the distance to the next mark.
+/// Half side of the square around a marker, in its radii, and its limit relative to the distance to the next marker.
 const AROUND: [f64; 2] = [1.8, 0.7];
-/// Light that is less than this says nothing of its colour, of 1.
+/// Minimum light, relative to white, for a pixel's colour to be used.
 const LEAST_LIGHT: f32 = 0.06;
-/// Light that is less than this part of what there is on average is no light that marks are seen by.
+/// Minimum local light, relative to the mean of the image, for markers to be visible.
 const DIM: f64 = 0.5;
-/// A mark's middle is the mean of what stands out, weighted by Gauss' bell as wide as its radius; so often from where the last
-/// one was, and so many widths far.
+/// Number of iterations for a marker's centre, and reach of its weights in their widths. The centre is the mean
+/// position of the excess signal, weighted by a Gaussian as wide as the marker's radius around the last centre.
 const MIDDLES: usize = 5;
 const BELL_REACH: f64 = 2.5;
-/// And no farther than this, of the distance to the next mark.
+/// Limit of that reach and of the centre's shift, relative to the distance to the next marker.
 const NEXT: f64 = 0.4;
-/// A pixel's own radius: that of a disc whose middle spreads as far as a square's.
+/// Radius that a pixel adds: that of a disc with the same second moment as a square pixel.
 const PIXEL_RADIUS_PX: f64 = 0.58;
-/// Steps between grey values are noise too: the standard deviation of what is even within one.
+/// Standard deviation of rounding to intensity steps, in steps: that of a uniform distribution.
 const STEPS_NOISE: f64 = 0.29;
-/// Every so many-th row and pixel is asked for noise.
+/// Strides of rows and of pixels in the estimation of noise.
 const NOISE_ROWS: usize = 7;
 const NOISE_COLUMNS: usize = 3;
-/// What a quarter of all values is below that have a normal distribution of standard deviation 1, without signs: in a small
-/// picture most pixels may have a mark nearby.
+/// Quartile of the absolute value of a standard normal distribution. The quartile is used instead of the median since
+/// most pixels of a small image may be near a marker.
 const NORMAL_QUARTER: f64 = 0.3186;
 
-/// How a pixel says that a mark is there: the more, the more so.
+/// Signal by which a pixel indicates a marker.
 #[derive(Clone, Debug)]
 pub(super) enum Tells {
-    /// By its brightness.
+    /// Brightness.
     Bright,
-    /// By its darkness beside what there is around it at rest: what each colour counts, for each pixel of the shrunken
-    /// picture.
+    /// Darkness relative to the surroundings at rest, as weights of the colours for each pixel of the reduced image.
     Dark(Vec<Rgb>),
-    /// By which part of its light is of one colour: what red, green and blue count for all of it, and for that colour.
+    /// Share of one colour in the light, as weights of red, green and blue for all light and for that colour.
     Share([Rgb; 2]),
 }
 
-/// How wide a mark is in the picture, px.
+/// Size of a marker and distance to the next one in the image, px.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Size {
     pub radius_px: f64,
     pub pitch_px: f64,
 }
 
-/// A place that stands out.
+/// A spot that stands out.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Blob {
     pub at: Px,
-    /// How much more the pixels in it say so than those around it.
+    /// Excess of the mean signal inside over that around.
     pub strength: f64,
 }
 
-/// What each pixel of a picture says, with sums over rectangles.
+/// Signal of an image, with its integral image.
 #[derive(Debug)]
 pub(super) struct Said<'a> {
     scaling: &'a Scaling,
     values: Vec<f32>,
-    /// Of all pixels above and to the left, a row and a column longer.
+    /// Integral image: sums over all pixels above and to the left, with one more row and column.
     sums: Vec<f64>,
     /// Standard deviation of a pixel's noise.
     noise: f64,
@@ -83,7 +82,7 @@ impl<'a> Said<'a> {
                 pixels.map(|(grey, counts)| -grey * counts[0] as f32).collect()
             }
             (Tells::Dark(counts), _) => {
-                // A lamp's shadow is dark in one colour; a mark is in all.
+                // The shadow of one light source is dark in one colour, a marker is dark in all.
                 let dark = |(rgb, counts): (&[f32], &Rgb)| {
                     -(0..3).map(|k| rgb[k] * counts[k] as f32).fold(0.0, f32::max)
                 };
@@ -107,9 +106,9 @@ impl<'a> Said<'a> {
         Self { scaling, values, sums, noise }
     }
 
-    /// Standard deviation of what noise does to how much a mark stands out.
+    /// Returns the standard deviation of a marker's strength by noise.
     pub(super) fn noise(&self, size: Size) -> f64 {
-        // Pixels between pixels have no noise of their own.
+        // Interpolated pixels have no independent noise.
         let own = self.scaling.finer as f64;
         let [inside, all] =
             self.halves(size).map(|half| ((2 * half + 1) as f64 / own).powi(2).max(1.0));
@@ -117,7 +116,7 @@ impl<'a> Said<'a> {
         self.noise * (inside.recip() + (all - inside).recip()).sqrt()
     }
 
-    /// Sum and number of pixels in a square of half a side, as far as it lies in the picture.
+    /// Returns sum and number of pixels of a square with a given half side, clipped to the image.
     fn square(&self, column: isize, row: isize, half: isize) -> (f64, f64) {
         let (columns, rows) = (self.scaling.columns as isize, self.scaling.rows as isize);
         let cut =
@@ -128,7 +127,7 @@ impl<'a> Said<'a> {
         (sum, ((right - left) * (bottom - top)) as f64)
     }
 
-    /// Half of the sides of the squares within and around a mark.
+    /// Returns the half sides of the squares inside and around a marker.
     fn halves(&self, size: Size) -> [isize; 2] {
         let [radius, pitch] = [seen_px(size), size.pitch_px].map(|px| px * self.scaling.per_px());
         let within = (WITHIN * radius).round();
@@ -136,7 +135,7 @@ impl<'a> Said<'a> {
         [within as isize, around as isize]
     }
 
-    /// How much more pixels in a mark say so than those around it, and what these say on average.
+    /// Returns the excess of the mean signal inside over that around, and the mean around.
     fn strength(&self, column: isize, row: isize, [within, around]: [isize; 2]) -> (f64, f64) {
         let (inner, inside) = self.square(column, row, within);
         let (outer, all) = self.square(column, row, around);
@@ -147,7 +146,7 @@ impl<'a> Said<'a> {
         (inner / inside - ground, ground)
     }
 
-    /// Places around one that stand out more than those next to them, and at least by so much.
+    /// Finds local maxima of the strength within `reach_px` of a place, with at least the strength `least`.
     pub(super) fn around(&self, at: &Px, reach_px: f64, size: Size, least: f64) -> Vec<Blob> {
         let halves = self.halves(size);
         let middle = self.scaling.within(at);
@@ -158,7 +157,8 @@ impl<'a> Said<'a> {
             [end(middle - reach), end(middle + reach + 1.0)]
         };
         let ([left, right], [top, bottom]) = (span(middle[0], columns), span(middle[1], rows));
-        // A wide mark stands out over several pixels: every so many-th finds it, and what is around it says where most.
+        // A wide marker stands out over several pixels: a coarse grid finds it, and a search around its maxima refines
+        // them.
         let step = 1 + halves[0] / 2;
         let (wide, high) = ((right - left + step - 1) / step, (bottom - top + step - 1) / step);
         let strength = |column: isize, row: isize| self.strength(column, row, halves).0;
@@ -196,11 +196,11 @@ impl<'a> Said<'a> {
         found
     }
 
-    /// The middle of what stands out near a place.
+    /// Computes the centre of the signal near a place.
     pub(super) fn middle(&self, at: &Px, size: Size) -> Px {
         let halves = self.halves(size);
         let bell = (seen_px(size) * self.scaling.per_px()).max(0.7);
-        // Nothing of the next mark, which may be much brighter.
+        // The reach excludes the next marker, which may be much brighter.
         let apart = size.pitch_px * self.scaling.per_px();
         let reach = (BELL_REACH * bell).min(NEXT * apart).ceil() as isize;
         let begin = self.scaling.within(at);
@@ -231,21 +231,21 @@ impl<'a> Said<'a> {
             }
             middle = sum.map(|part| part / weights);
         }
-        // What runs away was no middle.
+        // A centre that drifts too far is rejected.
         if away(&middle, &begin) > NEXT * apart {
             middle = begin;
         }
         self.scaling.in_picture(&middle)
     }
 
-    /// How much a mark at a place stands out.
+    /// Returns the strength of a marker at a place.
     pub(super) fn stands_out(&self, at: &Px, size: Size) -> f64 {
         let [column, row] = self.scaling.within(at).map(|at| at.round() as isize);
         self.strength(column, row, self.halves(size)).0
     }
 }
 
-/// Whether a value of a grid is not less than those next to it; of equal ones the first.
+/// Returns whether a value of a grid is at least as large as its neighbours; of equal ones only the first is.
 fn is_most(values: &[f64], [wide, high]: [isize; 2], [column, row]: [isize; 2]) -> bool {
     let own = values[(row * wide + column) as usize];
     ((row - 1).max(0)..(row + 2).min(high)).all(|other_row| {
@@ -256,7 +256,8 @@ fn is_most(values: &[f64], [wide, high]: [isize; 2], [column, row]: [isize; 2]) 
     })
 }
 
-/// Standard deviation of the noise of pixels: of second differences along rows, which flat parts have of noise alone.
+/// Estimates the standard deviation of the pixels' noise from second differences along rows, which in flat parts come
+/// from noise alone.
 fn noise(values: &[f32], columns: usize) -> f64 {
     let rows = values.chunks_exact(columns).step_by(NOISE_ROWS);
     let bends = rows.flat_map(|row| {
@@ -270,10 +271,11 @@ fn noise(values: &[f32], columns: usize) -> f64 {
         return 0.0;
     }
     let bend = *bends.select_nth_unstable_by(quarter, f32::total_cmp).1;
+    // The second difference of independent noise has a variance of 1 + 4 + 1 = 6.
     f64::from(bend) / (NORMAL_QUARTER * 6.0_f64.sqrt())
 }
 
-/// A mark is seen no narrower than pixels let it be.
+/// Returns the apparent radius of a marker, which pixels widen.
 fn seen_px(size: Size) -> f64 {
     size.radius_px.hypot(PIXEL_RADIUS_PX)
 }
@@ -282,7 +284,7 @@ fn dot(rgb: &[f32], counts: &Rgb) -> f32 {
     (0..3).map(|k| rgb[k] * counts[k] as f32).sum()
 }
 
-/// What part of its light is of one colour; where there is no light, as everywhere on average.
+/// Returns the share of one colour in each pixel's light; the mean share where there is too little light.
 fn share(values: &[f32], all: &Rgb, one: &Rgb) -> Vec<f32> {
     let of = |rgb: &[f32]| {
         let light = dot(rgb, all);
@@ -299,8 +301,8 @@ fn share(values: &[f32], all: &Rgb, one: &Rgb) -> Vec<f32> {
     shares
 }
 
-/// For darkness: one over what there is around each pixel of a shrunken picture, colour by colour, in squares of half a
-/// side; nothing where it is dark anyway.
+/// Returns weights for darkness: the inverse of the mean around each pixel of the reduced image, by colour, over
+/// squares with a given half side. Limited in dark regions.
 pub(super) fn evens_out(
     scaling: &Scaling,
     values: &[f32],
@@ -313,7 +315,7 @@ pub(super) fn evens_out(
     for channel in 0..channels {
         let own: Vec<f32> = values.iter().skip(channel).step_by(channels).copied().collect();
         let said = Said::new(&coarse, &Tells::Bright, &own, 1);
-        // Where it is darker than this, noise would look like marks.
+        // In darker places, noise would look like markers.
         let all = own.iter().copied().map(f64::from).sum::<f64>() / own.len().max(1) as f64;
         let least = (DIM * all).max(f64::from(LEAST_LIGHT));
         for (i, counts) in counts.iter_mut().enumerate() {

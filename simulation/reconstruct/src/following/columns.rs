@@ -1,22 +1,23 @@
-//! Ends of columns of dyed liquid.
+//! Detection of the ends of columns of dyed liquid.
 //!
-//! A column's end moves along its channel and nowhere else, so that its row says which one it is. Dye lets red pass: along the
-//! channel, what red has over green rises where the liquid begins, and the end is where it has half of what it has within.
+//! A column's end only moves along its channel, so its row identifies it. The dye transmits red: along the channel, the
+//! excess of red over green rises where the liquid begins. The end is where it reaches half of its value within the
+//! liquid.
 
 use fabkit_geometry::{Column, Point3, Vector3};
 
 use super::matching::{Px, away, plus};
 use crate::Taken;
 
-/// Points of a profile, px apart.
+/// Distance of a profile's points, px.
 const STEP_PX: f64 = 0.5;
-/// The end is looked for so many distances between channels to either side.
+/// Reach of the search for the end to either side, in distances between channels.
 const REACH: f64 = 2.0;
-/// A profile is the mean over so much of a channel's width.
+/// Width over which a profile is averaged, relative to the channel's width.
 const WIDE: f64 = 0.5;
-/// A channel is looked for so far beside where it is drawn, as a part of the distance to the next.
+/// Largest distance of a channel from its expected place, relative to the distance to the next one.
 const BESIDE: f64 = 0.4;
-/// Less red than this over green is no dye.
+/// Minimum excess of red over green within dyed liquid.
 const LEAST_DYE: f64 = 0.1;
 
 #[derive(Clone, Debug)]
@@ -24,22 +25,22 @@ pub(super) struct Columns {
     ends: Vec<Option<End>>,
 }
 
-/// Where a column ends, as drawn.
+/// Expected end of a column.
 #[derive(Clone, Debug)]
 struct End {
     at: Px,
-    /// Along which it moves out, in the picture, unit.
+    /// Unit direction in the image in which the end moves outwards.
     way: Px,
     width_px: f64,
     reach_px: f64,
-    /// To the next channel, px.
+    /// Distance to the next channel, px.
     pitch_px: f64,
     way_mm: Vector3<f64>,
     px_per_mm: f64,
 }
 
 impl Columns {
-    /// What [`Self::new`] must be told the pixels of.
+    /// Returns the points whose pixels [`Self::new`] needs.
     pub(super) fn places(columns: &[Column]) -> Vec<Option<Point3<f64>>> {
         columns
             .iter()
@@ -55,6 +56,7 @@ impl Columns {
             let others = (0..columns.len()).filter(|j| *j != i).filter_map(|j| Some(at(j)?.0));
             let pitch_px = others.map(|other| away(&own, &other)).fold(f64::INFINITY, f64::min);
             let width_px = column.width_mm * px_per_mm;
+            // A single column has no neighbour; its width gives the scale.
             let pitch_px = pitch_px.min(4.0 * width_px);
             let way = [0, 1].map(|k| (further[k] - own[k]) / px_per_mm);
             let (way_mm, reach_px) = (column.way, REACH * pitch_px);
@@ -82,7 +84,7 @@ impl End {
         let steps = (self.reach_px / STEP_PX).ceil() as isize;
         let across = [-self.way[1], self.way[0]];
         let beside = (BESIDE * self.pitch_px).floor() as isize;
-        // The camera may sit a bit beside its drawing: where most dye is, is the channel.
+        // The camera may be slightly off its design, so the channel is searched sideways: it has most dye.
         let dye_at = |off: isize| {
             let inside =
                 (-steps..-steps / 2).map(|step| self.dye(picture, step, off as f64, &across));
@@ -90,7 +92,7 @@ impl End {
         };
         let offs: Vec<(isize, f64)> = (-beside..=beside).map(|off| (off, dye_at(off))).collect();
         let most = offs.iter().map(|(_, dye)| *dye).fold(0.0, f64::max);
-        // The middle of what has more than half of it.
+        // Centre of the offsets with more than half of the most dye.
         let (sum, weights) = offs
             .iter()
             .filter(|(_, dye)| *dye > 0.5 * most)
@@ -107,12 +109,13 @@ impl End {
                     / many
             })
             .collect();
+        // The first quarter of the profile lies well within the liquid.
         let mut inside: Vec<f64> = profile[..profile.len() / 4].to_vec();
         let level = super::median(&mut inside)?;
         if level < LEAST_DYE {
             return None;
         }
-        // From within outwards.
+        // The first fall below half, from within the liquid outwards, interpolated between two points.
         let half = 0.5 * level;
         let last = profile.iter().position(|dye| *dye < half).filter(|last| *last > 0)?;
         let part = (profile[last - 1] - half) / (profile[last - 1] - profile[last]);
@@ -121,7 +124,7 @@ impl End {
         Some(plus(&self.at, &off))
     }
 
-    /// What red has over green, between pixels in proportion; nothing beside the picture.
+    /// Returns the excess of red over green, interpolated linearly; 0 outside the image.
     fn dye(&self, picture: &Taken, step: isize, off_px: f64, across: &Px) -> f64 {
         let along_px = step as f64 * STEP_PX;
         let at = [0, 1].map(|k| self.at[k] + along_px * self.way[k] + off_px * across[k]);

@@ -1,33 +1,34 @@
-//! Marks that look like themselves: where a contact's own edge is as dark as they are, what is darkest is not enough.
+//! Correlation of markers with their appearance at rest. It is needed where the edge of a contact is as dark as a
+//! marker.
 
 use fabkit_geometry::Rgb;
 
 use super::matching::Px;
 use super::scaling::Scaling;
 
-/// Half of the side of what is compared, of a mark's radius.
+/// Half side of the compared patch, in marker radii.
 const WIDE: f64 = 1.3;
-/// As far as what is darkest may lie beside a mark, as a part of the distance between marks.
+/// Largest distance between the darkest place and the marker, relative to the distance between markers.
 const BESIDE: f64 = 0.3;
-/// Every so many-th place is looked at first, and those around the best after that.
+/// Step of the coarse search; places around its best result are searched afterwards.
 const STEP: isize = 2;
-/// What goes together less than this with the mark at rest is something else.
+/// Minimum correlation with the marker at rest.
 const LEAST: f64 = 0.5;
 
-/// What a mark looks like at rest.
+/// Appearance of a marker at rest.
 #[derive(Clone, Debug)]
 pub(super) struct Likeness {
     at: [isize; 2],
     half: isize,
-    /// Pixels of each colour, row by row, without their mean; the squares of all together are 1.
+    /// Pixels of each colour, row by row, with zero mean and a common norm of 1.
     looks: Vec<f32>,
 }
 
-/// A shrunken picture in colours, each over what there is of it at rest.
+/// A reduced colour image, relative to its local brightness at rest.
 pub(super) struct Evened {
     columns: isize,
     rows: isize,
-    /// One colour after the other.
+    /// Pixel values, one plane for each colour.
     values: [Vec<f32>; 3],
 }
 
@@ -42,7 +43,8 @@ impl Evened {
         Self { columns, rows, values: [of(0), of(1), of(2)] }
     }
 
-    /// What lies around a pixel, as in [`Likeness::looks`]; nothing at the edge, or where all is the same.
+    /// Returns the normalised patch around a pixel, as in [`Likeness::looks`]; `None` at the border, and for a uniform
+    /// patch.
     fn looks(&self, [column, row]: [isize; 2], half: isize) -> Option<Vec<f32>> {
         let fits = |at: isize, most: isize| at >= half && at + half < most;
         if !fits(column, self.columns) || !fits(row, self.rows) {
@@ -59,6 +61,7 @@ impl Evened {
             let mean = looks[begin..].iter().sum::<f32>() / (side * side) as f32;
             looks[begin..].iter_mut().for_each(|value| *value -= mean);
         }
+        // One norm for all colours keeps their relative contrast.
         let norm = looks.iter().map(|value| value * value).sum::<f32>().sqrt();
         (norm > 0.0).then(|| {
             looks.iter_mut().for_each(|value| *value /= norm);
@@ -75,7 +78,7 @@ impl Likeness {
         Some(Self { at, half, looks: evened.looks(at, half)? })
     }
 
-    /// How far from where it was at rest what looks like it lies, px, around a place that is so far from there.
+    /// Finds the displacement from rest, px, of the patch that correlates best, near the displacement `by_px`.
     pub(super) fn moved(
         &self,
         scaling: &Scaling,
@@ -87,6 +90,7 @@ impl Likeness {
         let middle = [0, 1].map(|k| self.at[k] + (by_px[k] * per_px).round() as isize);
         let reach = (BESIDE * pitch_px * per_px).round() as isize;
         let alike = |at: [isize; 2]| {
+            // Places without a full patch get the lowest correlation.
             evened.looks(at, self.half).map_or(-1.0, |looks| {
                 looks.iter().zip(&self.looks).map(|(a, b)| a * b).sum::<f32>()
             })
@@ -98,14 +102,14 @@ impl Likeness {
                 .map(|at| (alike(at), at))
                 .fold((-1.0, middle), |most, one| if one.0 > most.0 { one } else { most })
         };
-        // From the place itself, so that it is among those that are looked at.
+        // A multiple of the step puts the place itself on the coarse grid.
         let reach = reach / STEP * STEP;
         let (_, coarsely) = best(middle, reach, STEP as usize);
         let (most, at) = best(coarsely, STEP - 1, 1);
         if f64::from(most) < LEAST {
             return None;
         }
-        // Between pixels: the top of the parabola through a place and its neighbours.
+        // The maximum of a parabola through three neighbours gives the fraction of a pixel.
         let top = |k: usize| {
             let mut beside = [at, at];
             beside[0][k] -= 1;

@@ -1,43 +1,44 @@
-//! Which of the places that are found in a picture is which mark.
+//! Assignment of the spots in an image to markers.
 //!
-//! A regular pattern looks the same one pitch further on, so that the nearest mark is the wrong one as soon as all move by
-//! more than half a pitch, and beside a press sooner. What tells marks apart is that neighbours move alike. So a mark is
-//! taken where its neighbours are surest, each next one is looked for where those already known say that it is, the surest
-//! first; and this is begun from each way in which the pattern as a whole may have moved. The beginning counts by which most
-//! marks are found, and marks of which two beginnings that are equally good say different things are not told.
+//! A regular pattern looks the same when shifted by one pitch. The nearest marker is therefore wrong as soon as all
+//! move by more than half a pitch, and beside a press sooner. Markers are told apart by the fact that neighbours move
+//! alike. The search starts where the neighbours of a marker fit best, and grows to each next marker at the place that
+//! its assigned neighbours predict, the best fit first. It is repeated from several candidates for the shift of the
+//! whole pattern. The start that assigns most markers wins, and markers on which equally good starts disagree stay
+//! unassigned.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Neighbours that a mark has at most.
+/// Maximum number of neighbours of a marker.
 const NEIGHBOURS: usize = 6;
-/// Neighbours are at most so many times as far away as the nearest.
+/// Largest distance of neighbours, relative to the nearest one.
 const NEIGHBOURS_REACH: f64 = 2.5;
-/// So far from where neighbours say that it is a mark may be found, as a part of the distance to the nearest one: with less
-/// than half of it, what is meant is never nearer to where another mark is expected.
+/// Largest distance of a spot from the predicted place, relative to the distance to the nearest marker. Below one half,
+/// the right spot is never nearer to the place of another marker.
 const GATE: f64 = 0.42;
-/// As far as marks may move from where they were, in the same unit.
+/// Largest displacement of markers, in the same unit.
 pub(super) const REACH: f64 = 1.1;
-/// Two ways of the whole pattern that differ by less are one.
+/// Difference below which two shifts of the whole pattern count as the same.
 const SAME_WAY: f64 = 0.35;
-/// Two that differ by less are not even asked apart.
+/// Difference below which a shift is not even evaluated.
 const NEARLY_ALIKE: f64 = 0.15;
-/// From how many ways of the whole pattern it is begun.
+/// Number of shifts from which the search starts.
 const WAYS: usize = 6;
-/// A pattern that has moved by a pitch must find so much more of itself than one that has not.
+/// Penalty on displacements: a pattern shifted by one pitch must find this much more of itself than an unshifted one.
 const STILLNESS: f64 = 0.1;
-/// A beginning that is worse than the best by less than this is as good.
+/// Relative difference of scores below which two starts are equally good.
 const AS_GOOD: f64 = 0.02;
-/// Rounds in which all marks are looked for again, from all neighbours.
+/// Maximum number of refinements, in which each marker is predicted by all its neighbours.
 const ROUNDS: usize = 3;
 
 pub(super) type Px = [f64; 2];
 
-/// Where marks are while nothing presses.
+/// Markers at rest.
 #[derive(Clone, Debug)]
 pub(super) struct Pattern {
     at: Vec<Option<Px>>,
-    /// Distance to the nearest other one, px.
+    /// Distance of each marker to the nearest other one, px.
     pitch_px: Vec<f64>,
     beside: Vec<Vec<usize>>,
 }
@@ -54,18 +55,19 @@ pub(super) fn plus(a: &Px, b: &Px) -> Px {
     [a[0] + b[0], a[1] + b[1]]
 }
 
-/// What may be decided next: the less the sooner.
+/// Candidate for the next assignment; the smaller `misses`, the sooner.
 struct Next {
     misses: f64,
     mark: usize,
     found: usize,
-    /// How many neighbours were known when this was said.
+    /// Number of assigned neighbours when the candidate was made.
     known: usize,
 }
 
 impl Ord for Next {
     fn cmp(&self, other: &Self) -> Ordering {
-        // A heap gives the largest first; numbers decide what is equal, so that the order is always the same.
+        // A heap pops its largest item, so the order is reversed. Indices break ties, which keeps the result
+        // reproducible.
         let key = |next: &Self| (next.mark, next.found);
         other.misses.total_cmp(&self.misses).then_with(|| key(other).cmp(&key(self)))
     }
@@ -85,11 +87,12 @@ impl PartialEq for Next {
 
 impl Eq for Next {}
 
-/// Which found place each mark is.
+/// Index of the assigned spot for each marker.
 type Chosen = Vec<Option<usize>>;
 
 impl Pattern {
-    /// Of marks at these pixels; nothing of those that are not looked for. One that is alone has `alone_px` around it.
+    /// Creates the pattern from pixels of markers; `None` for markers that are not tracked. A marker without neighbours
+    /// has the pitch `alone_px`.
     pub(super) fn new(at: Vec<Option<Px>>, alone_px: f64) -> Self {
         let others = |i: usize| {
             let Some(own) = &at[i] else { return Vec::new() };
@@ -108,7 +111,7 @@ impl Pattern {
             near.map(|(_, j)| *j).collect()
         };
         let mut beside: Vec<Vec<usize>> = all.iter().zip(&pitch_px).map(near).collect();
-        // Whoever is asked asks back.
+        // Neighbourhood is made symmetric.
         for i in 0..beside.len() {
             for j in beside[i].clone() {
                 if !beside[j].contains(&i) {
@@ -123,7 +126,7 @@ impl Pattern {
         &self.at
     }
 
-    /// Neighbours of a mark.
+    /// Returns the neighbours of a marker.
     pub(super) fn beside(&self, mark: usize) -> &[usize] {
         &self.beside[mark]
     }
@@ -132,7 +135,7 @@ impl Pattern {
         &self.pitch_px
     }
 
-    /// Which of the places each mark is; each place is one mark at most.
+    /// Assigns spots to markers; each spot goes to one marker at most.
     pub(super) fn assign(&self, found: &[Px]) -> Chosen {
         let near: Vec<Vec<usize>> = (0..self.at.len())
             .map(|i| {
@@ -145,7 +148,7 @@ impl Pattern {
             let chosen = self.refined(found, &near, self.grown(found, &near, way));
             (self.worth(found, &chosen), chosen)
         };
-        // Where all marks are about where they were, nothing can be as good.
+        // If nearly all markers are near rest, no other start can be as good.
         let still = begin([0.0; 2]);
         if still.0 > (1.0 - AS_GOOD) * self.at.iter().flatten().count() as f64 {
             return still.1;
@@ -163,7 +166,8 @@ impl Pattern {
         best
     }
 
-    /// Ways by which all of the pattern may have moved, none of them apart: those of single marks by which most others are found too.
+    /// Returns candidates for the shift of the whole pattern, distinct from each other: shifts of single markers that
+    /// bring most others to a spot.
     fn ways(&self, found: &[Px], near: &[Vec<usize>]) -> Vec<Px> {
         let votes = |way: &Px| {
             let is_found = |i: &usize| {
@@ -173,7 +177,7 @@ impl Pattern {
             };
             (0..self.at.len()).filter(is_found).count()
         };
-        // None is always one of them; of those that are nearly alike one is asked.
+        // The zero shift is always a candidate. Of nearly equal shifts only one is evaluated.
         let smallest = self.pitch_px.iter().copied().fold(f64::INFINITY, f64::min);
         let mut apart: Vec<(Px, f64)> = vec![([0.0; 2], smallest)];
         for (i, near) in near.iter().enumerate() {
@@ -205,7 +209,8 @@ impl Pattern {
         kept.into_iter().skip(1).map(|(way, _)| way).collect()
     }
 
-    /// How a mark moves by what its neighbours do, and how many of these are known: the nearer, the more they count.
+    /// Predicts the displacement of a marker as the mean of its assigned neighbours, weighted by inverse squared
+    /// distance. Also returns their number.
     fn expected(&self, mark: usize, found: &[Px], chosen: &Chosen) -> Option<(Px, usize)> {
         let own = self.at[mark]?;
         let (mut sum, mut weights, mut known) = ([0.0; 2], 0.0, 0);
@@ -220,18 +225,19 @@ impl Pattern {
         (known > 0).then(|| (sum.map(|part| part / weights), known))
     }
 
-    /// How far a place is from where a mark is expected, as a part of its pitch.
+    /// Returns the distance of a spot from the predicted place of a marker, relative to its pitch.
     fn misses(&self, mark: usize, way: &Px, place: &Px) -> f64 {
         self.at[mark].map_or(f64::INFINITY, |at| away(&plus(&at, way), place) / self.pitch_px[mark])
     }
 
-    /// From the mark that is surest outwards.
+    /// Grows an assignment outwards from the best-fitting marker.
     fn grown(&self, found: &[Px], near: &[Vec<usize>], way: Px) -> Chosen {
         let count = self.at.len();
         let mut chosen: Chosen = vec![None; count];
         let mut taken = vec![false; found.len()];
         let mut open = BinaryHeap::new();
-        // With nothing known each is looked for where the whole would be, and counts by how well its neighbours fit.
+        // Before any assignment, a marker is predicted by the shift of the whole, and ranked by how well its neighbours
+        // fit.
         for i in 0..count {
             for k in &near[i] {
                 let Some(at) = &self.at[i] else { continue };
@@ -244,7 +250,7 @@ impl Pattern {
                     });
                     let (sum, many) = fits.fold((0.0, 0), |(sum, many), fit| (sum + fit, many + 1));
                     let fit = if many > 0 { sum / f64::from(many) } else { 0.0 };
-                    // After all that has neighbours.
+                    // The added 1 ranks these candidates behind all that have assigned neighbours.
                     open.push(Next { misses: 1.0 + off + fit, mark: i, found: *k, known: 0 });
                 }
             }
@@ -254,7 +260,7 @@ impl Pattern {
                 continue;
             }
             let now = self.expected(mark, found, &chosen).map_or(0, |(_, known)| known);
-            // Said before its neighbours were known: they have said it anew.
+            // The candidate is outdated: its neighbours have been assigned since, and have added a new one.
             if now != known {
                 continue;
             }
@@ -276,14 +282,14 @@ impl Pattern {
         chosen
     }
 
-    /// All marks once more, each from all of its neighbours, on either side.
+    /// Refines an assignment: all markers are assigned anew, each predicted by its neighbours on all sides.
     fn refined(&self, found: &[Px], near: &[Vec<usize>], mut chosen: Chosen) -> Chosen {
         for _ in 0..ROUNDS {
             let mut pairs = Vec::new();
             for (i, near) in near.iter().enumerate() {
                 let by_others = self.expected(i, found, &chosen);
                 let Some((way, _)) = by_others else {
-                    // One that nobody knows better about stays.
+                    // A marker without assigned neighbours keeps its spot.
                     pairs.extend(chosen[i].map(|k| (GATE, i, k)));
                     continue;
                 };
@@ -308,7 +314,7 @@ impl Pattern {
         chosen
     }
 
-    /// How much of the pattern is found, and how evenly it has moved.
+    /// Returns the score of an assignment: the number of markers, less for uneven and large displacements.
     fn worth(&self, found: &[Px], chosen: &Chosen) -> f64 {
         let own = |i: usize| {
             let (at, k) = (self.at[i]?, chosen[i]?);

@@ -1,9 +1,9 @@
-//! Marks that a camera follows (dots, dimples, markers, ends of columns), each by its name in the description.
+//! Tracking of markers (dots, dimples, pins, ends of columns), each by its name in the sensor's description.
 //!
-//! A drawn mark, seen through the drawn or calibrated camera, says where to look and how wide what is looked for is. What of
-//! the picture at rest stands out there by brightness, darkness or colour, as the light has it, is told apart by
-//! [`matching`]; where it then is, is where it is looked for in all further pictures. So a camera that sits a bit beside its
-//! drawing shifts all marks, and confuses none.
+//! The projection of a marker through the nominal or calibrated camera gives its expected place and size. Spots that
+//! stand out there in the image at rest, by brightness, darkness or colour as the lighting has it, are assigned to
+//! markers by [`matching`]. The places found are the expected ones for all further images. A camera that is slightly
+//! off its design shifts all markers and so mixes up none.
 
 mod blobs;
 mod columns;
@@ -30,22 +30,24 @@ use scaling::Scaling;
 
 use super::{ReconstructError, Taken, check_colors, check_size};
 
-/// What stands out less than this much of what marks do in the middle is none of them.
+/// Minimum strength of a spot at rest, relative to the median of nearby markers.
 const LEAST_OF_MEDIAN: f64 = 0.25;
-/// The same in further pictures, of what this mark did at rest.
+/// Minimum strength of a spot in further images, relative to that of the marker at rest.
 const LEAST_OF_REST: f64 = 0.35;
-/// And nothing that noise alone does once in a thousand million pixels.
+/// Minimum strength of a spot in standard deviations of the noise: noise alone exceeds it once in a thousand million
+/// pixels.
 const NOISES: f64 = 6.0;
-/// Places nearer to each other than this, as a part of the distance between marks, are one.
+/// Distance below which two spots are the same, relative to the distance between markers.
 const ONE_PLACE: f64 = 0.35;
-/// With fewer of the drawn marks, a picture shows something else.
+/// Minimum share of the expected markers in an image at rest.
 const LEAST_FOUND: f64 = 0.5;
-/// What is around a mark is looked at over so many distances between marks.
+/// Half width of the surroundings over which brightness is averaged, in distances between markers.
 const EVEN_PITCHES: f64 = 1.0;
-/// Pixels that move by less than this part of what they do along the other way say nothing about a mark's movement.
+/// Minimum determinant of a marker's projection, relative to its larger column squared. Below, pixel displacements do
+/// not determine the movement.
 const LEAST_SLOPE: f64 = 0.05;
 
-/// Knows a sensor's marks by their names, and where they are while nothing presses.
+/// Tracker of a sensor's markers, calibrated with the image at rest.
 #[derive(Clone, Debug)]
 pub struct MarkFollower {
     size_px: [usize; 2],
@@ -53,7 +55,7 @@ pub struct MarkFollower {
     names: Vec<String>,
     drawn_px: Vec<Option<Px>>,
     rest_px: Vec<Option<Px>>,
-    /// How a mark moves along the surface, sensor frame, mm, for each px that it moves along columns and rows.
+    /// Displacement along the surface, sensor frame, mm, per pixel along columns and along rows.
     mm_per_px: Vec<Option<[Vector3<f64>; 2]>>,
     by: By,
 }
@@ -64,21 +66,21 @@ enum By {
     Columns(Columns),
 }
 
-/// Where marks are in a picture, in the description's order.
+/// Positions of markers in an image, in the order of the description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Followed {
-    /// Column and row, px; nothing of one that is not found.
+    /// Column and row of each marker, px; `None` if it is not found.
     pub px: Vec<Option<[f64; 2]>>,
 }
 
 impl Followed {
-    /// How many are found.
+    /// Returns the number of markers found.
     pub fn seen(&self) -> usize {
         self.px.iter().flatten().count()
     }
 }
 
-/// Why a light shows no marks; nothing if it does.
+/// Returns the reason why a lighting shows no markers; `None` if it shows some.
 pub fn hides_marks(sensor: &Sensor, lighting: &Lighting) -> Option<String> {
     let shows = |lighting: &Lighting| match &lighting.shows {
         Shows::Columns { columns, .. } => !columns.is_empty(),
@@ -107,11 +109,11 @@ pub fn hides_marks(sensor: &Sensor, lighting: &Lighting) -> Option<String> {
 }
 
 impl MarkFollower {
-    /// From a sensor, the camera that looks at what this light shows, and the picture at rest, which came from `file`.
+    /// Creates a tracker from a sensor, the camera of this lighting, and the image at rest, which was read from `file`.
     ///
     /// # Errors
-    /// A light that shows no marks; a picture of another size, without colours where they are needed, or with less than half
-    /// of the drawn marks.
+    /// Returns an error for a lighting that shows no markers, and for an image that has another size, lacks required
+    /// colours or shows less than half of the expected markers.
     pub fn new(
         sensor: &Sensor,
         viewpoint: &Viewpoint,
@@ -129,6 +131,7 @@ impl MarkFollower {
             check_colors(file, reference)?;
         }
         let mut seen = sensor.clone();
+        // Refraction must be that of the camera of this lighting.
         seen.camera = lighting.camera.clone().unwrap_or(seen.camera);
         let sights = Sights::new(viewpoint.stack(&seen).map_err(SceneError::Light)?);
         let look = |places: &[_]| pixels_of(viewpoint, &sights, places);
@@ -161,36 +164,37 @@ impl MarkFollower {
         }
         let own = Self { size_px, is_colored, names, drawn_px, rest_px, mm_per_px, by };
         let [found, of] = [&own.rest_px, &own.drawn_px].map(|px| px.iter().flatten().count());
+        // Without expected markers the share is undefined; finding none is an error in any case.
         if found == 0 || (found as f64) < LEAST_FOUND * of as f64 {
             return Err(ReconstructError::FewMarks { file: file.to_owned(), found, of }.into());
         }
         Ok(own)
     }
 
-    /// Width and height of pictures, px.
+    /// Returns the width and height of images, px.
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Names as the description has them; a mark's number is its place in this list, from 1.
+    /// Returns the names as in the description; a marker's number is its place in this list, from 1.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// Where the drawn marks are in the picture of the drawn or calibrated camera; nothing of those beside it.
+    /// Returns the expected pixels of the markers by design and calibration; `None` outside the image.
     pub fn drawn_px(&self) -> &[Option<[f64; 2]>] {
         &self.drawn_px
     }
 
-    /// Where they are in the picture at rest; nothing of those that are not found there, and are not looked for elsewhere.
+    /// Returns the pixels of the markers at rest; `None` for those not found, which are not tracked.
     pub fn rest_px(&self) -> &[Option<[f64; 2]>] {
         &self.rest_px
     }
 
-    /// Where marks are in a picture, which came from `file`.
+    /// Tracks the markers in an image, which was read from `file`.
     ///
     /// # Errors
-    /// A picture of another size, or without colours where they are needed.
+    /// Returns an error for an image that has another size or lacks required colours.
     pub fn follow(&self, file: &Path, picture: &Taken) -> Result<Followed, Error> {
         check_size(file, picture, self.size_px)?;
         if self.is_colored {
@@ -200,7 +204,7 @@ impl MarkFollower {
             By::Spots(spots) => spots.follow(picture),
             By::Columns(columns) => {
                 let ends = columns.ends_px(picture);
-                // One that is nowhere at rest has no movement.
+                // Without a position at rest there is no displacement.
                 ends.into_iter()
                     .zip(&self.rest_px)
                     .map(|(end, rest)| end.filter(|_| rest.is_some()))
@@ -210,14 +214,14 @@ impl MarkFollower {
         Ok(Followed { px })
     }
 
-    /// How far each mark has moved from rest along columns and rows, px.
+    /// Returns the displacement of each marker from rest along columns and rows, px.
     pub fn moved_px(&self, followed: &Followed) -> Vec<Option<[f64; 2]>> {
         let both = followed.px.iter().zip(&self.rest_px);
         both.map(|(now, rest)| Some(minus(now.as_ref()?, rest.as_ref()?))).collect()
     }
 
-    /// How far each mark has moved along the surface on which it lies at rest, or along its column, sensor frame, mm: a
-    /// picture tells nothing of the rest of its way, which is taken as none.
+    /// Returns the displacement of each marker along the surface on which it lies at rest, or along its column, sensor
+    /// frame, mm. The component that an image does not show is taken as 0.
     pub fn moved_mm(&self, followed: &Followed) -> Vec<Option<Vector3<f64>>> {
         let moved = self.moved_px(followed).into_iter().zip(&self.mm_per_px);
         moved
@@ -228,9 +232,9 @@ impl MarkFollower {
             .collect()
     }
 
-    /// For `numpy.load`, of N marks in the description's order: `mark_id`, from 1; `mark_name`; `mark_drawn_px`,
-    /// `mark_rest_px`, `mark_px`, `mark_moved_px`, N x 2; `mark_moved_mm`, N x 3, sensor frame; `mark_seen`. Not a number is
-    /// what is not known.
+    /// Returns arrays for `numpy.load`, for N markers in the order of the description: `mark_id`, from 1; `mark_name`;
+    /// `mark_drawn_px`, `mark_rest_px`, `mark_px`, `mark_moved_px`, N x 2; `mark_moved_mm`, N x 3, sensor frame;
+    /// `mark_seen`. Unknown values are NaN.
     pub fn arrays(&self, followed: &Followed) -> Vec<Array> {
         let count = self.names.len();
         let array = |name: &str, width: Option<usize>, values| Array {
@@ -262,10 +266,10 @@ impl MarkFollower {
         ]
     }
 
-    /// Pictures whose marks one core finds in a second, decoding apart: of the fastest of some runs.
+    /// Measures the number of images that one core tracks per second, without decoding: the fastest of several runs.
     ///
     /// # Errors
-    /// As for [`Self::follow`].
+    /// Returns the errors of [`Self::follow`].
     pub fn pictures_per_s(&self, file: &Path, picture: &Taken) -> Result<f64, Error> {
         const RUNS: usize = 5;
         let mut fastest_s = f64::INFINITY;
@@ -278,17 +282,18 @@ impl MarkFollower {
     }
 }
 
-/// A mark as the drawing has it, in the picture.
+/// A marker as projected from the design.
 struct Drawn {
     at: Px,
     radius_px: f64,
-    /// Two ways along the surface at it, unit, and how its pixel moves along each, px / mm.
+    /// Two unit tangents of the surface at the marker, and the change of its pixel along each, px / mm.
     along: [(Vector3<f64>, Px); 2],
 }
 
 impl Drawn {
     fn mm_per_px(&self) -> Option<[Vector3<f64>; 2]> {
         let [(first, a), (second, b)] = &self.along;
+        // Inverse of the 2 x 2 Jacobian, whose columns are `a` and `b`.
         let det = a[0] * b[1] - a[1] * b[0];
         let longer = (a[0].hypot(a[1])).max(b[0].hypot(b[1]));
         if det.abs() < LEAST_SLOPE * longer * longer {
@@ -329,27 +334,28 @@ fn drawn(
     marks.iter().zip(pixels.chunks_exact(3)).map(drawn).collect()
 }
 
-/// Which of the layers that glow marks are made of, by its number.
+/// Returns the index of the glowing layer that the markers are made of.
 fn glowing(sensor: &Sensor, layers: &[(String, Rgb)]) -> Option<usize> {
     let solids: Vec<_> =
         layers.iter().filter_map(|(layer, _)| in_use(sensor.body(layer)?).ok()).collect();
     let within = |mark: &Mark| {
+        // The point lies inside the marker's body, half a radius below its tip.
         let place = mark.point - 0.5 * mark.radius_mm * mark.axis;
         solids.iter().position(|solid| solid.contains(&place))
     };
     sensor.marks.iter().find_map(within)
 }
 
-/// Marks that stand out as spots.
+/// Tracker of markers that appear as spots.
 #[derive(Clone, Debug)]
 struct Spots {
     scaling: Scaling,
     tells: Tells,
     sizes: Vec<Size>,
     rest: Pattern,
-    /// How much each stands out at rest.
+    /// Strength of each spot at rest.
     strengths: Vec<f64>,
-    /// What each looks like at rest, of those that throw shadows; empty where marks are even spots.
+    /// Appearance at rest of markers that throw shadows; empty where markers are even spots.
     looks: Vec<Option<Likeness>>,
 }
 
@@ -360,9 +366,11 @@ impl Spots {
         size_px: [usize; 2],
         reference: &Taken,
     ) -> Self {
+        // A marker without neighbours may move by a quarter of the image.
         let alone_px = 0.25 * size_px[0].min(size_px[1]) as f64;
         let drawn = Pattern::new(drawn_px.to_vec(), alone_px);
         let known = || drawn_px.iter().enumerate().filter_map(|(i, px)| Some((i, (*px)?)));
+        // The narrowest marker decides the resolution of the whole image.
         let narrowest_px = known().map(|(i, _)| radii_px[i]).fold(f64::INFINITY, f64::min);
         let scaling = Scaling::new(size_px, narrowest_px, sensor.grey_bits);
         let values = scaling.values(reference);
@@ -389,7 +397,7 @@ impl Spots {
         };
         let mut strongest_of = vec![0.0; sizes.len()];
         known().for_each(|(i, at)| strongest_of[i] = strongest((i, at)));
-        // Light falls off: what is usual is what is so nearby.
+        // Light falls off over the surface, so thresholds follow from the markers nearby.
         let least = |(i, size): (usize, &Size)| {
             let near = drawn.beside(i).iter().chain([&i]).map(|j| strongest_of[*j]);
             let usual = LEAST_OF_MEDIAN * median(&mut near.collect::<Vec<_>>()).unwrap_or(0.0);
@@ -417,6 +425,7 @@ impl Spots {
             }
             _ => Vec::new(),
         };
+        // From now on the measured places replace the expected ones.
         let rest = Pattern::new(rest_px, alone_px);
         Self { looks, scaling, tells, sizes, rest, strengths }
     }
@@ -441,6 +450,7 @@ impl Spots {
             let looks = self.looks.get(i).and_then(Option::as_ref);
             let Some((looks, evened)) = looks.zip(evened.as_ref()) else {
                 return Some(said.middle(&place, *size));
+                // With shadows, the place of the best correlation is more reliable than the centre of the dark spot.
             };
             let by = minus(&place, &rest);
             Some(plus(&rest, &looks.moved(&self.scaling, evened, &by, size.pitch_px)?))
@@ -449,7 +459,7 @@ impl Spots {
     }
 }
 
-/// Places that may be marks, each once.
+/// Returns the spots that may be markers, each once and the strongest first.
 fn candidates(said: &Said<'_>, pattern: &Pattern, sizes: &[Size], leasts: &[f64]) -> Vec<Px> {
     let mut all: Vec<(Blob, f64)> = Vec::new();
     for (i, at) in pattern.at().iter().enumerate() {
@@ -462,6 +472,7 @@ fn candidates(said: &Said<'_>, pattern: &Pattern, sizes: &[Size], leasts: &[f64]
     let mut kept: Vec<(Px, f64)> = Vec::new();
     for (blob, one_px) in all {
         let is_new =
+            // Of spots that are too close to each other, only the strongest is kept.
             |(other, reach): &(Px, f64)| matching::away(other, &blob.at) > reach.min(one_px);
         if kept.iter().all(is_new) {
             kept.push((blob.at, one_px));
@@ -470,10 +481,10 @@ fn candidates(said: &Said<'_>, pattern: &Pattern, sizes: &[Size], leasts: &[f64]
     kept.into_iter().map(|(at, _)| at).collect()
 }
 
-/// Colours taken apart by least squares: all of them, and one.
+/// Returns weights that separate colours by least squares: for the sum of all, and for one.
 fn share_of(layers: &[(String, Rgb)], one: usize) -> Tells {
     let colors = DMatrix::from_fn(3, layers.len(), |k, layer| layers[layer].1[k]);
-    // Colours of the drawing are no unknowns: two that are alike count as one.
+    // Layers of nearly equal colour cannot be separated, so small singular values are cut off.
     let apart = colors.pseudo_inverse(1e-6).unwrap_or_else(|_| DMatrix::zeros(layers.len(), 3));
     let row = |layer: usize| [0, 1, 2].map(|k| apart[(layer, k)]);
     let all =

@@ -1,27 +1,27 @@
-//! Pictures in as many pixels as marks need.
+//! Scaling of images to the resolution that marker tracking needs.
 
 use super::matching::Px;
 use crate::Taken;
 
-/// The narrowest mark gets so many pixels as its radius, if the picture has that many.
+/// Radius of the narrowest marker in the scaled image, px, if the image has that many.
 const RADIUS_PX: f64 = 3.0;
-/// Pictures are shrunk by this at most.
+/// Largest reduction of images.
 const MOST_BINNED: usize = 4;
-/// Of marks that are narrower than this, px, pixels in between are looked at, so many for each.
+/// Radius of markers below which the image is interpolated, px, and number of interpolated pixels for each.
 const NARROW_PX: f64 = 1.2;
 const FINER: usize = 3;
 
-/// Brings pictures to what is looked at.
+/// Scaling between images and the pixels that are evaluated.
 #[derive(Clone, Debug)]
 pub(super) struct Scaling {
     pub size_px: [usize; 2],
-    /// Pixels along a side of one that is left.
+    /// Number of pixels along a side that are averaged to one.
     pub binned: usize,
-    /// Pixels in between for each, along a side.
+    /// Number of interpolated pixels for each averaged one, along a side.
     pub finer: usize,
     pub columns: usize,
     pub rows: usize,
-    /// Between grey values that the chip tells apart, of 1.
+    /// Distance of the intensities that the chip resolves, relative to white.
     pub grey_step: f64,
 }
 
@@ -29,13 +29,14 @@ impl Scaling {
     pub(super) fn new(size_px: [usize; 2], narrowest_px: f64, grey_bits: u32) -> Self {
         let binned = ((narrowest_px / RADIUS_PX) as usize).clamp(1, MOST_BINNED);
         let finer = if narrowest_px < NARROW_PX { FINER } else { 1 };
+        // Incomplete bins at the right and lower border are dropped.
         let [columns, rows] = size_px.map(|px| px / binned * finer);
-        // Pictures that are stored have eight bits, of whatever the chip has more.
+        // Stored images have eight bits, even if the chip has more.
         let grey_step = 1.0 / f64::from((1u32 << grey_bits.min(8)) - 1);
         Self { size_px, binned, finer, columns, rows, grey_step }
     }
 
-    /// Without pixels in between.
+    /// Returns the scaling without interpolated pixels.
     pub(super) fn coarse(&self) -> Self {
         let (columns, rows) = (self.columns / self.finer, self.rows / self.finer);
         Self { finer: 1, columns, rows, ..self.clone() }
@@ -45,22 +46,22 @@ impl Scaling {
         self.columns / self.finer
     }
 
-    /// What is looked at, for each pixel of a picture, along a side.
+    /// Returns the number of scaled pixels per image pixel, along a side.
     pub(super) fn per_px(&self) -> f64 {
         self.finer as f64 / self.binned as f64
     }
 
-    /// A place of the picture in what is looked at.
+    /// Converts a position in the image to the scaled image. Pixel centres have integer coordinates, hence the halves.
     pub(super) fn within(&self, at: &Px) -> Px {
         at.map(|px| (px + 0.5) * self.per_px() - 0.5)
     }
 
-    /// And back.
+    /// Converts a position in the scaled image to the image.
     pub(super) fn in_picture(&self, at: &Px) -> Px {
         at.map(|px| (px + 0.5) / self.per_px() - 0.5)
     }
 
-    /// Mean values of the pixels that are left, channel by channel of each.
+    /// Returns the averaged pixels, with the channels of each pixel together.
     pub(super) fn values(&self, picture: &Taken) -> Vec<f32> {
         let (channels, binned) = (picture.channels, self.binned);
         if binned == 1 {
@@ -84,13 +85,14 @@ impl Scaling {
         values
     }
 
-    /// With pixels in between, in proportion.
+    /// Interpolates averaged pixels linearly.
     pub(super) fn finer(&self, values: Vec<f32>) -> Vec<f32> {
         if self.finer == 1 {
             return values;
         }
         let [columns, rows] = [self.columns, self.rows].map(|count| count / self.finer);
         let between = |i: usize, count: usize| {
+            // Positions refer to pixel centres; the border repeats its outermost pixels.
             let at = ((i as f64 + 0.5) / self.finer as f64 - 0.5).clamp(0.0, (count - 1) as f64);
             (at as usize, (at as usize + 1).min(count - 1), at.fract() as f32)
         };

@@ -1,4 +1,5 @@
-//! Files of a map that comes in pieces, from the top down: what is large is in memory once.
+//! Assembly of output files from a depth map that is cast in bands, from the top down, so that large data is in memory
+//! only once.
 
 use fabkit_depth::truth::{DepthMap, NO_LABEL, Sigmas};
 use fabkit_export::{Cloud, ExportError, NpzPieces, grey8_png, png};
@@ -6,65 +7,65 @@ use fabkit_export::{Cloud, ExportError, NpzPieces, grey8_png, png};
 use super::files::{self, Shown};
 use super::{Deepest, arrays};
 
-/// Which files are wanted.
+/// Selection of the files to write.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Wanted {
-    /// All maps for NumPy.
+    /// All maps as an NPZ file for NumPy.
     pub npz: bool,
-    /// What pictures and a TIFF show.
+    /// Quantity that the images and the TIFF show.
     pub shown: Option<Shown>,
-    /// A picture in colours.
+    /// A false-colour image.
     pub png: bool,
-    /// A picture in grey.
+    /// A 16-bit greyscale image.
     pub grey: bool,
-    /// A TIFF.
+    /// A floating-point TIFF.
     pub tiff: bool,
-    /// Which pixels see the surface.
+    /// A mask of the pixels that see the surface.
     pub mask: bool,
-    /// A cloud of points.
+    /// A point cloud.
     pub cloud: bool,
 }
 
-/// Standard deviations of ranges and of points among [`arrays`].
+/// Names of the standard deviations of ranges and of points among [`arrays`].
 const SIGMAS: [&str; 2] = ["sigma_mm", "point_sigma_mm"];
-/// Of names, which do not grow.
+/// Suffix of the arrays of names, which do not grow with the rows.
 const NAMES: &str = "_names";
 
-/// A whole map, as far as it is wanted.
+/// Data of a whole map, as far as the selected files need it.
 #[derive(Debug)]
 pub struct Collected {
     wanted: Wanted,
     size_px: [u32; 2],
     npz: Option<NpzPieces>,
     sigmas_at: [usize; 2],
-    /// Where there are no arrays that have it.
+    /// Standard deviations of ranges and of points, mm; used only without `npz`, which has them as arrays.
     sigmas_mm: [Vec<f64>; 2],
     shown_mm: Vec<f64>,
-    /// White where the surface is seen.
+    /// Mask intensities: 255 where the surface is seen, else 0.
     mask: Vec<u8>,
     cloud: Option<Cloud>,
-    /// What labels mean.
+    /// Names of the labels.
     pub names: Vec<String>,
-    /// The deepest contact; `None` without contact.
+    /// Deepest contact; `None` without contact.
     pub deepest: Option<Deepest>,
-    /// How many pixels see the surface.
+    /// Number of pixels that see the surface.
     pub surface_px: usize,
-    /// How many of them see what presses.
+    /// Number of pixels that see an indenter.
     pub contact_px: usize,
 }
 
 impl Wanted {
-    /// Bytes that files and what they are made from take for each ray, at most.
+    /// Returns an upper bound of the memory that the files and their sources take for each ray, bytes.
     pub fn bytes_per_ray(self) -> u64 {
         let if_so = |so: bool, bytes: u64| if so { bytes } else { 0 };
-        // Of arrays, or of standard deviations alone.
+        // With `npz` all arrays are kept, otherwise two standard deviations of 8 bytes each.
         let maps = if self.npz { 116 } else { 16 };
         let shown = if_so(self.shown.is_some(), 8);
-        // Files that stay, at worst as large as what they hold.
+        // Finished files stay in memory; at worst they are as large as their contents.
         let files =
             [(self.png, 3), (self.grey, 2), (self.tiff, 4), (self.mask, 2), (self.cloud, 53)];
         let files: u64 = files.map(|(so, bytes)| if_so(so, bytes)).iter().sum();
-        // Values to be written and the same filtered, of one file after the other.
+        // Files are encoded one after the other, so only the largest pair of raw and filtered values counts.
         let passing = [(self.png, 6), (self.grey, 6), (self.tiff, 4)];
         let passing = passing.map(|(so, bytes)| if_so(so, bytes)).into_iter().max();
         maps + shown + files + passing.unwrap_or_default()
@@ -72,7 +73,7 @@ impl Wanted {
 }
 
 impl Collected {
-    /// Of a map of this width and height, px.
+    /// Creates an empty collection for a map of `size_px`, width and height.
     pub fn new(wanted: Wanted, size_px: [u32; 2]) -> Self {
         Self {
             wanted,
@@ -90,10 +91,10 @@ impl Collected {
         }
     }
 
-    /// Adds the next rows with the standard deviations of their ranges, mm.
+    /// Adds the next rows of the map, with their standard deviations.
     ///
     /// # Errors
-    /// Arrays that are larger than their file can be.
+    /// Returns an error if an array becomes larger than its file can be.
     pub fn add(&mut self, map: &DepthMap, sigmas: &Sigmas) -> Result<(), ExportError> {
         if self.names.is_empty() {
             self.names = map.names().to_vec();
@@ -136,6 +137,7 @@ impl Collected {
                 none.insert(NpzPieces::new(&pieces, &rows.collect::<Vec<_>>())?)
             }
         };
+        // Arrays of names are the same in every band and are written once.
         let new = |name: &str| is_first || !name.ends_with(NAMES);
         for (index, array) in pieces.iter().enumerate().filter(|(_, array)| new(&array.name)) {
             npz.push(index, &array.values)?;
@@ -143,7 +145,7 @@ impl Collected {
         Ok(())
     }
 
-    /// The middles of all standard deviations of ranges and of points, mm; `NaN` if there are none.
+    /// Returns the medians of all standard deviations of ranges and of points, mm; NaN if there are none.
     pub fn median_sigmas_mm(&self) -> [f64; 2] {
         [0, 1].map(|which| match &self.npz {
             Some(npz) => median(|| npz.values_f64(self.sigmas_at[which])),
@@ -151,20 +153,20 @@ impl Collected {
         })
     }
 
-    /// The bytes of the arrays; empty if they are not wanted. They are handed out once.
+    /// Returns the bytes of the NPZ file; empty if it was not selected, and on every later call.
     ///
     /// # Errors
-    /// Rows that are missing.
+    /// Returns an error if rows are missing.
     pub fn take_npz(&mut self) -> Result<Vec<u8>, ExportError> {
         self.npz.take().map_or(Ok(Vec::new()), NpzPieces::finish)
     }
 
-    /// The bytes of the cloud; empty if it is not wanted. They are handed out once.
+    /// Returns the bytes of the point cloud; empty if it was not selected, and on every later call.
     pub fn take_cloud(&mut self) -> Vec<u8> {
         self.cloud.take().map(Cloud::finish).unwrap_or_default()
     }
 
-    /// The bytes of a picture in colours.
+    /// Encodes the false-colour image as PNG.
     ///
     /// # Errors
     /// [`ExportError`].
@@ -173,7 +175,7 @@ impl Collected {
         png(picture.width_px, picture.height_px, &picture.rgb)
     }
 
-    /// The bytes of a picture in 16-bit grey.
+    /// Encodes the 16-bit greyscale image as PNG.
     ///
     /// # Errors
     /// [`ExportError`].
@@ -181,7 +183,7 @@ impl Collected {
         files::grey(self.size_px[0], self.size_px[1], &self.shown_mm)
     }
 
-    /// The bytes of a mask: white where the surface is seen, black elsewhere.
+    /// Encodes the mask as PNG: white where the surface is seen, black elsewhere.
     ///
     /// # Errors
     /// [`ExportError`].
@@ -189,7 +191,7 @@ impl Collected {
         grey8_png(self.size_px[0], self.size_px[1], &self.mask)
     }
 
-    /// The bytes of a TIFF.
+    /// Encodes the floating-point TIFF.
     ///
     /// # Errors
     /// [`ExportError`].
@@ -198,11 +200,11 @@ impl Collected {
     }
 }
 
-/// The middle one of the finite values, of an even number the upper one; `NaN` for none. Sixteen bits
-/// of it at a time, so that there is no second copy to sort.
+/// Returns the median of the finite values, the upper one of an even number; NaN if there are none. A radix selection
+/// of 16 bits at a time: `values` is iterated several times instead of being copied and sorted.
 pub fn median<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> f64 {
     const SIGN: u64 = 1 << 63;
-    // In the order of the numbers themselves.
+    // Maps floats to integers in the same order: negative numbers are inverted, positive ones get the sign bit.
     let ordered = |value: f64| match value.to_bits() {
         bits if bits & SIGN != 0 => !bits,
         bits => bits | SIGN,
@@ -212,6 +214,7 @@ pub fn median<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> f64 {
     let mut found = 0u64;
     for shift in [48, 32, 16, 0] {
         let mut counts = vec![0usize; 1 << 16];
+        // Only values that share all digits found so far take part.
         let is_near = |bits: &u64| shift == 48 || bits >> (shift + 16) == found;
         finite().filter(is_near).for_each(|bits| counts[(bits >> shift & 0xffff) as usize] += 1);
         let Some(digit) = counts.iter().position(|&count| {

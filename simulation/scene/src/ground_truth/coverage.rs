@@ -1,4 +1,4 @@
-//! How much of a sensor's surface a camera sees, and what keeps it from the rest.
+//! Coverage of a sensor's surface by its camera, and causes of lost area.
 
 use std::collections::BTreeMap;
 
@@ -12,42 +12,42 @@ use super::Viewpoint;
 use super::looking::{AT_ONCE, Looking};
 use super::probes::places_of_seed;
 
-/// Places that are looked at; the share is good to about a thousandth.
+/// Number of sampled points; shares are accurate to about a thousandth.
 const PLACES: u32 = 4_096;
 
 pub use fabkit_optics::{BESIDE_PICTURE, REFRACTION};
 
-/// What a camera sees of a surface.
+/// Share of a surface that a camera sees, and causes for the rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceCoverage {
-    /// Share of the surface's area.
+    /// Visible share of the surface's area, 0 to 1.
     pub area: f64,
-    /// Shares of the rest, by what keeps the camera from it: a body, or words; the largest first.
+    /// Shares of the area that is not visible, by the blocking body or another cause, the largest first.
     pub lost: Vec<(String, f64)>,
     /// Area of the whole surface, mm2.
     pub area_mm2: f64,
-    /// Smallest and largest angle of the surface's places to the camera's axis, rad.
+    /// Smallest and largest angle between the surface's points and the camera's axis, rad.
     pub angles_rad: [f64; 2],
-    /// The largest angle that the lens shows, rad.
+    /// Largest angle off the axis that the lens images, rad.
     pub lens_rad: f64,
 }
 
 impl SurfaceCoverage {
-    /// The shares, and what keeps the camera from the rest, as documents have them.
+    /// Returns area and causes as JSON documents have them.
     pub fn to_json(&self) -> Value {
         json!({ "area": self.area, "area_mm2": self.area_mm2, "lost": self.lost_json() })
     }
 
-    /// Shares of the surface that the camera does not see, by what keeps it from them.
+    /// Returns the lost shares as a JSON object from cause to share.
     pub fn lost_json(&self) -> Value {
         self.lost.iter().map(|(by, share)| (by.clone(), json!(share))).collect()
     }
 }
 
-/// Looks at places spread evenly over the surface, each through the sensor's bodies.
+/// Computes the coverage from points spread evenly over the surface's area, each looked at through the sensor's bodies.
 ///
 /// # Errors
-/// Dimensions that make no solid.
+/// Returns an error if the surface's dimensions make no valid solid.
 pub fn coverage(
     touch: &TouchSurface,
     viewpoint: &Viewpoint,
@@ -55,6 +55,7 @@ pub fn coverage(
 ) -> Result<SurfaceCoverage, InvalidSolid> {
     let points = SurfacePoints::new(touch)?;
     let camera_from_sensor = viewpoint.sensor_from_camera.inverse();
+    // A fixed seed: the result does not change from run to run.
     let places = places_of_seed(0);
     let point = |number: u32| {
         let [along, around, _] = places.at(number as usize);
@@ -66,6 +67,7 @@ pub fn coverage(
         let look = |number: &u32| {
             let point = point(*number)?;
             let in_camera = camera_from_sensor.point(point);
+            // Straight through all bodies: refraction is ignored for this diagnostic.
             let angle_rad = in_camera.coords.xy().norm().atan2(in_camera.z);
             Some((looking.look(&point).err(), angle_rad))
         };
@@ -81,6 +83,7 @@ pub fn coverage(
     let word = |lost: Lost| lost.word(sights.stack()).to_owned();
     let mut lost: Vec<(String, f64)> =
         counts.into_iter().map(|(lost, count)| (word(lost), share(count))).collect();
+    // Causes with equal shares keep the order of `Lost`, since the sort is stable.
     lost.sort_by(|a, b| b.1.total_cmp(&a.1));
     let fold = |start: f64, pick: fn(f64, f64) -> f64| {
         looks.iter().fold(start, |so_far, (_, angle_rad)| pick(so_far, *angle_rad))

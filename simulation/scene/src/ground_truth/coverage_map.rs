@@ -1,7 +1,7 @@
-//! What a camera sees of a surface, as a picture of the unrolled surface.
+//! Image of the unrolled surface that shows which parts a camera sees.
 //!
-//! A dome is drawn around its tip, each place as far from the middle as it is from the tip in degrees, seen
-//! from the dome's centre (azimuthal equidistant); a pad is drawn as it is. Shares in the legend are of area.
+//! A dome is drawn in azimuthal equidistant projection around its tip: the distance from the image's middle is the
+//! angle from the tip, in degrees, about the dome's centre. A pad is drawn to scale. Shares in the legend are of area.
 
 use fabkit_depth::{Picture, RenderError};
 use fabkit_fixtures::SurfacePoints;
@@ -13,35 +13,35 @@ use super::looking::Looking;
 use super::{SurfaceCoverage, Viewpoint};
 use crate::legend;
 
-/// Places along the longer side, and the square of pixels that shows each.
+/// Number of sampled places along the longer side of the surface, and size of the square that shows each, px.
 const PLACES: u32 = 160;
 const PLACE_PX: u32 = 4;
 
-/// Around the surface, and of the legend, px.
+/// Margin around the surface, width of the legend and height of its capitals, px.
 const MARGIN_PX: u32 = 44;
 const LEGEND_PX: u32 = 330;
 const LETTER_PX: f64 = 9.0;
 
 const PAPER: [u8; 3] = [255, 255, 255];
 const INK: [u8; 3] = [30, 30, 36];
-/// What is seen, lies beside the picture, or sends no light there.
+/// Colours of places that are seen, lie beside the image, or are lost by refraction.
 const SEEN: [u8; 3] = [246, 239, 214];
 const BESIDE: [u8; 3] = [122, 138, 160];
 const BENT: [u8; 3] = [176, 40, 168];
-/// What bodies hide, the largest share first.
+/// Colours of blocking bodies, the one with the largest share first.
 const HIDDEN: [[u8; 3]; 6] =
     [[228, 108, 10], [204, 32, 44], [36, 98, 204], [134, 84, 40], [0, 146, 164], [150, 140, 0]];
 
-/// A surface unrolled.
+/// A chart of the unrolled surface.
 enum Chart {
-    /// Degrees from the tip to the foot.
+    /// A dome, with the polar angle of its foot, rad.
     Dome { last_rad: f64 },
-    /// Least and largest x and y, mm.
+    /// A pad, with its smallest and largest x and y, mm.
     Plane { bounds_mm: [[f64; 2]; 2] },
 }
 
 impl Chart {
-    /// Half the width and height that it takes: degrees, or mm; and its middle.
+    /// Returns half the width and height of the chart, and its middle, in degrees for a dome and mm for a pad.
     fn half(&self) -> ([f64; 2], [f64; 2]) {
         match self {
             Self::Dome { last_rad } => ([last_rad.to_degrees(); 2], [0.0; 2]),
@@ -63,10 +63,10 @@ impl Chart {
     }
 }
 
-/// Draws it; the shares of `coverage` are in the legend.
+/// Draws the map. The shares of `coverage` go into the legend.
 ///
 /// # Errors
-/// Dimensions that make no solid.
+/// Returns an error if the surface's dimensions make no valid solid.
 pub fn coverage_map(
     touch: &TouchSurface,
     viewpoint: &Viewpoint,
@@ -86,11 +86,12 @@ pub fn coverage_map(
         let entry = legend.iter().find(|(name, ..)| name == word);
         entry.map_or(INK, |(_, color, _)| *color)
     };
-    // One row after the other, each looked at by itself, so that threads change nothing.
+    // Each row has a state of its own, so that the result does not depend on the number of threads.
     let rows = (0..size[1]).into_par_iter().map(|row| {
         let mut looking = Looking::new(viewpoint, sights);
         let one = |column: u32| {
             let x = middle[0] - half[0] + (f64::from(column) + 0.5) * step;
+            // Image rows run downwards, y runs upwards.
             let y = middle[1] + half[1] - (f64::from(row) + 0.5) * step;
             let point = chart.point(&points, [x, y])?;
             Some(match looking.look(&point) {
@@ -127,7 +128,7 @@ pub fn coverage_map(
     Ok(picture)
 }
 
-/// Cause, colour, and what the legend says; what is seen first.
+/// Returns the legend's entries as cause, colour and text. The visible share comes first, with an empty cause.
 fn legend_of(coverage: &SurfaceCoverage) -> Vec<(String, [u8; 3], String)> {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let mut entries = vec![(String::new(), SEEN, format!("seen {}", percent(coverage.area)))];
@@ -143,11 +144,12 @@ fn legend_of(coverage: &SurfaceCoverage) -> Vec<(String, [u8; 3], String)> {
     entries
 }
 
-/// Rings of equal angle, or ticks in millimetres.
+/// Draws the axes: rings of equal polar angle on a dome, ticks in millimetres on a pad.
 fn axes(picture: &mut Picture, chart: &Chart, place: &dyn Fn(f64, f64) -> [f64; 2]) {
     match chart {
         Chart::Dome { last_rad } => {
             let last = last_rad.to_degrees();
+            // A ring every 30 degrees, and one at the foot.
             let rings = (1..).map(|ring| 30.0 * f64::from(ring)).take_while(|ring| *ring < last);
             for ring in rings.chain([last]) {
                 let at = |step: i32| {
@@ -167,6 +169,7 @@ fn axes(picture: &mut Picture, chart: &Chart, place: &dyn Fn(f64, f64) -> [f64; 
         Chart::Plane { bounds_mm: [[x0, x1], [y0, y1]] } => {
             let frame = [[*x0, *y0], [*x1, *y0], [*x1, *y1], [*x0, *y1], [*x0, *y0]];
             picture.draw_line(&frame.map(|[x, y]| place(x, y)), 1.0, INK);
+            // A tick every 5 mm.
             let ticks = |least: f64, most: f64| {
                 let (first, last) = ((least / 5.0).ceil() as i32, (most / 5.0).floor() as i32);
                 (first..=last).map(|tick| 5.0 * f64::from(tick))

@@ -1,27 +1,27 @@
-//! Maps as arrays, pictures and clouds.
+//! Conversion of depth maps to arrays, images and point clouds.
 
 use fabkit_depth::Picture;
 use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, Sigmas, false_color};
 use fabkit_export::{Array, Cloud, CloudPoint, ExportError, Values, float_tiff, grey16_png};
 
-/// A step of 16-bit pictures, mm: 1 um, so that they reach to 65 mm.
+/// Range per intensity step of 16-bit images, mm: 1 um, so that they reach to 65 mm.
 pub const GREY_STEP_MM: f64 = 0.001;
 
-/// What a picture shows, mm or rad.
+/// Quantity that an image or a TIFF shows, mm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shown {
     /// Distance along the ray.
     Range,
     /// Third coordinate in the camera frame.
     Z,
-    /// Range without contact minus range with it.
+    /// Range without contact minus range with contact.
     Indentation,
     /// Standard deviation of the range.
     Sigma,
 }
 
 impl Shown {
-    /// Values pixel by pixel, mm.
+    /// Returns the quantity pixel by pixel, mm.
     pub fn values_mm(self, map: &DepthMap, sigmas: &Sigmas) -> Vec<f64> {
         match self {
             Self::Range => map.range_mm().to_vec(),
@@ -32,7 +32,7 @@ impl Shown {
     }
 }
 
-/// Everything about a press, for `numpy.load`: rows x columns, vectors with a third axis.
+/// Returns all maps of a press as arrays for `numpy.load`. They have rows x columns, vectors a third axis of 3.
 pub fn arrays(map: &DepthMap, sigmas: &Sigmas) -> Vec<Array> {
     let shape = vec![map.height_px() as usize, map.width_px() as usize];
     let array = |name: &str, values| Array { name: name.into(), shape: shape.clone(), values };
@@ -68,22 +68,22 @@ pub fn arrays(map: &DepthMap, sigmas: &Sigmas) -> Vec<Array> {
     ]
 }
 
-/// With a colour for each value and a scale beside it.
+/// Draws values in false colours with a scale beside them. The scale spans the values.
 pub fn picture(width_px: u32, values_mm: &[f64]) -> Picture {
     false_color(width_px, values_mm, None)
 }
 
-/// A 16-bit grey PNG of [`GREY_STEP_MM`] a step, rounded; 0 is no value.
+/// Encodes values as 16-bit greyscale PNG with [`GREY_STEP_MM`] per step, rounded. Intensity 0 means no value.
 ///
 /// # Errors
 /// [`ExportError`].
 pub fn grey(width_px: u32, height_px: u32, values_mm: &[f64]) -> Result<Vec<u8>, ExportError> {
-    // Casts saturate, and NaN becomes 0.
+    // The cast to `u16` saturates and turns NaN into 0.
     let step = |mm: &f64| (mm / GREY_STEP_MM).round() as u16;
     grey16_png(width_px, height_px, &values_mm.iter().map(step).collect::<Vec<u16>>())
 }
 
-/// A 32-bit floating point TIFF; NaN is no value.
+/// Encodes values as 32-bit floating-point TIFF. NaN means no value.
 ///
 /// # Errors
 /// [`ExportError`].
@@ -91,12 +91,12 @@ pub fn tiff(width_px: u32, height_px: u32, values_mm: &[f64]) -> Result<Vec<u8>,
     float_tiff(width_px, height_px, &values_mm.iter().map(|mm| *mm as f32).collect::<Vec<f32>>())
 }
 
-/// A cloud of what pixels see, without points as yet.
+/// Creates an empty point cloud in the sensor frame.
 pub fn cloud() -> Cloud {
     Cloud::new("sensor frame, mm; label 1 is the surface, from 2 on what presses")
 }
 
-/// Adds a point for each pixel that sees the surface, coloured by its label.
+/// Adds one point for each pixel that sees the surface, coloured by its label.
 pub fn add_points(map: &DepthMap, cloud: &mut Cloud) {
     let pixels = map.point_in_sensor().zip(map.normal_in_sensor()).zip(map.label());
     for ((point, normal), &label) in pixels.filter(|((point, _), _)| point.x.is_finite()) {
@@ -109,12 +109,14 @@ pub fn add_points(map: &DepthMap, cloud: &mut Cloud) {
     }
 }
 
-/// Grey for the surface, then hues a golden section apart, which stay distinct however many.
+/// Returns grey for the surface, and for each indenter a hue one golden section from the last one: such hues stay
+/// distinct for any number of labels.
 fn color(label: u16) -> [u8; 3] {
     if label <= SURFACE_LABEL {
         return [170, 172, 178];
     }
     let hue = 6.0 * (f64::from(label) * 0.618_033_988_749_895).fract();
+    // Trapezoidal response of one channel over the hue circle, which has length 6.
     let part = |from: f64| ((hue - from).rem_euclid(6.0) - 3.0).abs() - 1.0;
     [0.0, 2.0, 4.0].map(|from| (60.0 + 180.0 * part(from).clamp(0.0, 1.0)) as u8)
 }

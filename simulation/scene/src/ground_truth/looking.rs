@@ -1,4 +1,5 @@
-//! Where places of a sensor appear in the picture of its camera, and why some do not.
+//! Projection of points of a sensor into its camera's image through the sensor's bodies, with the reason where a point
+//! is not visible.
 
 use fabkit_camera::Point2;
 use fabkit_geometry::{Point3, Ray};
@@ -6,26 +7,26 @@ use fabkit_optics::{Lost, Sights, Stack, Tracer, Viewer};
 
 use super::Viewpoint;
 
-/// A ray that ends that near to a place ends there, mm.
+/// Tolerance within which a ray counts as reaching a point, mm.
 const THERE_MM: f64 = 1e-6;
 
-/// A ray that passes a place that near goes there, mm: ten roundings of what aims at it.
+/// Distance at which a ray counts as passing through a point, mm: ten times the rounding error of the aiming.
 const AIMED_MM: f64 = 1e-9;
 
-/// Most times that a place is aimed at. Each comes nearer tenfold.
+/// Maximum number of aiming iterations. Each reduces the miss about tenfold.
 const MOST_AIMS: usize = 24;
 
-/// Places that are looked at one after the other. What leads to one place is tried for the next, so that who
-/// comes after whom must not depend on threads.
+/// Number of points that one worker looks at in sequence. The solution for one point starts the search for the next, so
+/// the order of points must not depend on the number of threads.
 pub(super) const AT_ONCE: usize = 1_024;
 
-/// A way to look at places one after the other.
+/// Projector of points, one after the other.
 pub(super) enum Looking<'a> {
-    /// A lens and nothing else: bodies bend what it sees.
+    /// A bare lens: bodies refract its rays.
     Lens(Box<Viewer<'a>>),
-    /// A camera that knows by itself how light is bent on its way: bodies only hide.
+    /// A camera whose model contains all refraction: bodies can only block rays.
     Model(&'a Viewpoint, Box<Tracer<'a>>),
-    /// A camera that knows that of the first interface: bodies behind that bend what it sees.
+    /// A camera whose model contains the first interface: bodies behind it refract its rays.
     Behind(Box<Behind<'a>>),
 }
 
@@ -44,7 +45,7 @@ impl<'a> Looking<'a> {
         }
     }
 
-    /// The pixel of a place, sensor frame, mm.
+    /// Projects a point, sensor frame, mm, to its pixel, or returns why it is not visible.
     pub(super) fn look(&mut self, place: &Point3<f64>) -> Result<Point2<f64>, Lost> {
         match self {
             Self::Lens(viewer) => viewer.see(place),
@@ -53,8 +54,8 @@ impl<'a> Looking<'a> {
         }
     }
 
-    /// The same, inside the picture or not, hidden or not; `None` where the lens maps nothing, or no light
-    /// arrives.
+    /// Projects a point whether or not it lies inside the image or is hidden. Returns `None` where the lens maps no
+    /// direction, or no light arrives.
     pub(super) fn project(&mut self, place: &Point3<f64>) -> Option<Point2<f64>> {
         match self {
             Self::Lens(viewer) => viewer.look_at(place).ok().map(|look| look.pixel),
@@ -67,20 +68,21 @@ impl<'a> Looking<'a> {
     }
 }
 
-/// A camera with the first interface in its own model, and the bodies behind that.
+/// A camera with the first interface in its own model, and the bodies behind that interface.
 pub(super) struct Behind<'a> {
     viewpoint: &'a Viewpoint,
     stack: &'a Stack,
-    /// Past what is clear, and past all bodies.
+    /// Tracers through clear media only, for aiming, and through all bodies, for blocking.
     clear: Tracer<'a>,
     all: Tracer<'a>,
 }
 
 impl Behind<'_> {
-    /// The pixel whose ray passes a place, with that ray; `None` where the lens maps nothing, or none passes.
+    /// Finds the pixel whose ray passes through a point, and that ray. Returns `None` where the lens maps no direction,
+    /// or no ray passes the point.
     ///
-    /// What bodies behind the interface displace hardly depends on where the camera aims: it aims beside the place by as
-    /// much as it missed, again and again.
+    /// Fixed-point iteration: the displacement by the bodies behind the interface hardly depends on the aim, so each
+    /// step shifts the aim by the last miss.
     fn aim(&mut self, place: &Point3<f64>) -> Option<(Point2<f64>, Ray)> {
         let (camera, pose) = (self.viewpoint.camera(), &self.viewpoint.sensor_from_camera);
         let camera_from_sensor = pose.inverse();
@@ -92,6 +94,7 @@ impl Behind<'_> {
                 (pose.point(ray.origin_in_camera), pose.vector(ray.direction));
             let ray = self.stack.entered(&Ray { origin, direction });
             let last = self.clear.follow(&ray).last;
+            // The miss is the vector from the foot of the perpendicular on the ray to the point.
             let off = place - last.at((place - last.origin).dot(&last.direction));
             if off.norm() < AIMED_MM {
                 return Some((pixel, ray));
@@ -106,6 +109,7 @@ impl Behind<'_> {
         if !self.viewpoint.camera().sees(&pixel) {
             return Err(Lost::BesidePicture);
         }
+        // First leg, from the pupil to the camera's own interface: only blocking matters.
         let pupil = self.viewpoint.sensor_from_camera.point(Point3::origin());
         let to = ray.origin - pupil;
         if let Some(direction) = to.try_normalize(0.0) {
@@ -114,7 +118,8 @@ impl Behind<'_> {
                 return Err(Lost::at(path.end));
             }
         }
-        // What ends a ray before it is bent last ends it before the place.
+        // Second leg, behind the interface. Whatever blocks the ray before its last refraction also ends it before the
+        // point.
         let path = self.all.follow(&ray);
         let left_mm = (place - path.last.origin).dot(&path.last.direction);
         if path.end_mm < left_mm - THERE_MM {
@@ -124,8 +129,8 @@ impl Behind<'_> {
     }
 }
 
-/// The pixel of each place, column and row; nothing of those beside the picture and of those from which no light reaches the
-/// camera. What opaque bodies hide has one.
+/// Returns the pixel of each point, column and row. `None` stands for points outside the image and for points from
+/// which no light reaches the camera. Points hidden by opaque bodies have a pixel.
 pub fn pixels_of(
     viewpoint: &Viewpoint,
     sights: &Sights,
@@ -140,7 +145,7 @@ pub fn pixels_of(
     places.iter().map(pixel).collect()
 }
 
-/// Whether each place is seen: in the picture, and nothing opaque before it.
+/// Returns for each point whether it is visible: inside the image, and not behind an opaque body.
 pub fn are_seen(
     viewpoint: &Viewpoint,
     sights: &Sights,
@@ -159,7 +164,8 @@ fn by_its_own_model(
     let pixel = camera.project(&pose.inverse().point(*place)).ok();
     let pixel = pixel.filter(|pixel| camera.sees(pixel)).ok_or(Lost::BesidePicture)?;
     let ray = camera.unproject(&pixel).map_err(|_| Lost::BesidePicture)?;
-    // From the pupil to where the camera's own interface lets the ray go, and from there.
+    // Two straight legs: from the pupil to where the ray leaves the camera's own interface, and from there to the
+    // point.
     let (pupil, start) = (pose.point(Point3::origin()), pose.point(ray.origin_in_camera));
     for (from, to) in [(pupil, start), (start, *place)] {
         let Some(direction) = (to - from).try_normalize(0.0) else { continue };

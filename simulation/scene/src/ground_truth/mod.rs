@@ -1,5 +1,4 @@
-//! Ground truth for one camera: where it looks from, what it sees of a sensor's surface, what
-//! presses there, and all of it as bytes.
+//! Ground truth for one camera: its viewpoint, the coverage of a sensor's surface, presses, and output files.
 
 mod collected;
 mod coverage;

@@ -1,8 +1,8 @@
-//! How deep a body goes, seen by a camera or not.
+//! Penetration depth of bodies into a surface, independent of any camera.
 //!
-//! Every point of a body's surface lies on a ray from the dome's centre; over a flat pad, on a ray
-//! straight down. Rays on a grid around the body find its deepest point among all their crossings,
-//! finer grids around it find it exactly.
+//! Every point of a body's surface lies on a ray from the dome's centre, or over a flat pad on a ray straight down.
+//! Rays on a grid around the body give its deepest point among all their crossings; finer grids around that point
+//! refine it.
 
 use std::f64::consts::PI;
 
@@ -12,26 +12,25 @@ use fabkit_geometry::{
     Scratch, TouchSurface, Vector3,
 };
 
-/// Rays along each side of the first grid.
+/// Number of rays along each side of the first grid.
 const FIRST: u32 = 25;
-/// Along each side of the others, and how many there are; each covers two steps of the one before,
-/// so that steps shrink fourfold each time.
+/// Number of rays along each side of the finer grids, and number of these grids. Each covers two steps of the one
+/// before, so the step shrinks fourfold each time.
 const FINER: u32 = 9;
 const ROUNDS: u32 = 5;
 
-/// The deepest point of a body.
+/// Deepest point of a body relative to a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penetration {
-    /// Below the untouched surface, along its normal, mm; negative above it.
+    /// Depth below the undeformed surface along its normal, mm; negative above it.
     pub depth_mm: f64,
-    /// Where, sensor frame, mm.
+    /// The point, sensor frame, mm.
     pub point_in_sensor: Point3<f64>,
 }
 
-/// How deep a body goes into a surface; `None` if it stays outside.
+/// Finds the deepest point of a body inside a surface; `None` if the body stays outside.
 ///
-/// Good to a micrometre for what is round or flat; a spike thinner than a 25th of the body may be
-/// missed.
+/// Accurate to a micrometre for round and flat bodies. A spike thinner than a 25th of the body may be missed.
 ///
 /// ```
 /// use fabkit_fixtures::load;
@@ -47,7 +46,7 @@ pub struct Penetration {
 /// ```
 ///
 /// # Errors
-/// A solid that is none.
+/// Returns an error if the body's solid is not valid.
 pub fn penetration(
     touch: &TouchSurface,
     body: &PressBody,
@@ -55,11 +54,11 @@ pub fn penetration(
     Ok(approach(touch, body)?.filter(|deepest| deepest.depth_mm > 0.0))
 }
 
-/// The point of a body that is deepest in a surface, or nearest to it if none is inside; `None` if
-/// all of the body lies below the surface's foot. As good as [`penetration`].
+/// Finds the point of a body that is deepest in a surface, or nearest to it if none is inside. Returns `None` if the
+/// whole body lies below the surface's foot. Accuracy as for [`penetration`].
 ///
 /// # Errors
-/// A solid that is none.
+/// Returns an error if the body's solid is not valid.
 pub fn approach(
     touch: &TouchSurface,
     body: &PressBody,
@@ -102,22 +101,22 @@ pub fn approach(
     Ok(best.map(|(deepest, _)| deepest))
 }
 
-/// Which rays a surface is looked at along: each has two numbers, 0 towards the body's middle.
+/// Bundle of rays along which a surface is searched. Each ray has two parameters, both 0 towards the body's middle.
 enum Look {
-    /// From the dome's centre, with z towards the body; the numbers are angles, rad.
+    /// Rays from the dome's centre. The z axis of their frame points to the body; the parameters are angles, rad.
     OutOf { sensor_from_rays: Pose },
-    /// Straight down, from above all of the body; the numbers are x and y, mm.
+    /// Rays straight down from above the whole body; the parameters are x and y, mm.
     DownOn { above: Point3<f64>, pad: Box<CompiledSolid> },
 }
 
 impl Look {
-    /// Rays out of a dome, and how far they spread around the body's middle, rad.
+    /// Returns rays out of a dome, and their largest angle around the body's middle, rad.
     fn out_of(dome: &DomeSurface, body: &PressBody, bounds: &Aabb) -> (Self, f64) {
         let centre = Point3::new(0.0, 0.0, dome.centre_z_mm);
         let towards = body.sensor_from_body.point(bounds.centre()) - centre;
         let radius_mm = 0.5 * Vector3::from(bounds.size_mm()).norm();
         let distance_mm = towards.norm();
-        // A ball around the centre itself is seen in every direction.
+        // A bounding ball that contains the centre fills every direction.
         let reach_rad = if distance_mm > radius_mm { (radius_mm / distance_mm).asin() } else { PI };
         let sensor_from_rays = match towards.try_normalize(0.0) {
             Some(axis) => Pose::z_to(axis, centre),
@@ -126,7 +125,7 @@ impl Look {
         (Self::OutOf { sensor_from_rays }, reach_rad)
     }
 
-    /// Rays down on a pad, and how far they spread around the body's middle, mm.
+    /// Returns rays down on a pad, and their largest distance from the body's middle, mm.
     fn down_on(
         plane: &PlaneSurface,
         body: &PressBody,
@@ -135,7 +134,7 @@ impl Look {
         let middle = body.sensor_from_body.point(bounds.centre());
         let radius_mm = 0.5 * Vector3::from(bounds.size_mm()).norm();
         let above = middle + (1.0 + radius_mm) * Vector3::z();
-        // What is beside the pad, or below its foot, presses something else.
+        // Contact beside the pad or below its foot is not contact with the sensing surface.
         let pad = PlaneSurface { top_z_mm: above.z.max(plane.top_z_mm) + 1.0, ..plane.clone() };
         let pad = CompiledSolid::new(&pad.solid(0.0, plane.foot_z_mm))?;
         Ok((Self::DownOn { above, pad: Box::new(pad) }, radius_mm))
@@ -146,7 +145,7 @@ impl Look {
             Self::OutOf { sensor_from_rays } => {
                 let angle = place[0].hypot(place[1]);
                 let (sin, cos) = angle.min(PI).sin_cos();
-                // The sine over the angle, without dividing 0 by 0.
+                // The limit of sin(angle) / angle at 0 is 1.
                 let share = if angle > 1e-9 { sin / angle } else { 1.0 };
                 let direction = Vector3::new(share * place[0], share * place[1], cos);
                 Ray {
@@ -161,7 +160,7 @@ impl Look {
         }
     }
 
-    /// Whether a point is on or over the part of the surface that can be pressed.
+    /// Returns whether a point is on or over the part of the surface that can be pressed.
     fn is_pressed(&self, touch: &TouchSurface, point: &Point3<f64>) -> bool {
         match self {
             Self::OutOf { .. } => point.z >= touch.foot_z_mm(),
@@ -180,7 +179,7 @@ struct Rays<'a> {
 }
 
 impl Rays<'_> {
-    /// On the ray of two numbers.
+    /// Returns the deepest of the ray's crossings with the body; `place` has the ray's two parameters.
     fn deepest(&mut self, place: [f64; 2]) -> Option<Penetration> {
         let ray = self.look.ray(place);
         let ray_in_body = Ray {
@@ -188,8 +187,8 @@ impl Rays<'_> {
             direction: self.body_from_sensor.vector(ray.direction),
         };
         self.solid.crossings_into(&ray_in_body, &mut self.scratch, &mut self.crossings);
-        // What lies behind the centre is seen by rays of the other direction. A centre within the
-        // body, which the ray then leaves first, is a point of it too.
+        // Crossings behind the centre belong to rays of the opposite direction. If the centre is inside the body, the
+        // ray leaves the body first, and the centre itself is a point of it.
         let ahead = || self.crossings.iter().filter(|crossing| crossing.t > 0.0);
         let centre = ahead().next().filter(|first| !first.entering).map(|_| ray.origin);
         let points = ahead().map(|crossing| ray.at(crossing.t)).chain(centre);

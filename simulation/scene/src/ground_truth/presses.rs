@@ -1,25 +1,25 @@
-//! From presses to what rays meet, and how deep they go.
+//! Conversion of presses to ray-traced bodies, and the deepest visible contact.
 
 use fabkit_depth::truth::{DepthMap, Presser};
 use fabkit_fixtures::Press;
 use fabkit_geometry::{InvalidSolid, Point3, TouchSurface};
 
-/// The deepest place of a press that the camera sees.
+/// Deepest point of contact that the camera sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deepest {
-    /// Below the untouched surface, along its normal, mm.
+    /// Depth below the undeformed surface along its normal, mm.
     pub depth_mm: f64,
-    /// Where, sensor frame, mm.
+    /// The point, sensor frame, mm.
     pub point_in_sensor: Point3<f64>,
-    /// Which body: a label of the map.
+    /// Label of the body in the depth map.
     pub label: u16,
 }
 
-/// The bodies of a press, prepared. Bodies of several presses at once get their IDs in front of
-/// their names.
+/// Compiles the bodies of presses for ray tracing. With several presses, body names are prefixed with the press's
+/// identifier.
 ///
 /// # Errors
-/// A solid that is none.
+/// Returns an error if a solid is not valid.
 pub fn pressers(presses: &[Press]) -> Result<Vec<Presser>, InvalidSolid> {
     let mut pressers = Vec::new();
     for press in presses {
@@ -34,7 +34,7 @@ pub fn pressers(presses: &[Press]) -> Result<Vec<Presser>, InvalidSolid> {
     Ok(pressers)
 }
 
-/// The deepest contact of a map; `None` without contact.
+/// Finds the deepest contact in a depth map; `None` without contact.
 pub fn deepest(map: &DepthMap, touch: &TouchSurface) -> Option<Deepest> {
     let in_contact = map.contact().zip(map.point_in_sensor()).zip(map.label());
     let depths = in_contact.filter(|((contact, _), _)| *contact).map(|((_, point), label)| {

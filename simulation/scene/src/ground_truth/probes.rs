@@ -1,13 +1,13 @@
-//! Probe sets: one indenter, pressed along the normal at many places to many depths.
+//! Probe sets: the tip of one indenter, pressed along the normal at many places to many depths.
 //!
-//! UVDtact's reconstruction learns from the pixel of the largest change to the place of the
-//! indenter's tip (Sections IV-B and V-A). Here the tip is known and its pixel is computed. Columns:
+//! UVDtact's reconstruction learns a map from the pixel of the largest change to the position of the indenter's tip
+//! (Sections IV-B and V-A). Here the tip is given and its pixel is computed. Columns:
 //!
-//! | column | is |
+//! | column | content |
 //! |---|---|
-//! | `index` | from 0 |
-//! | `depth_mm` | of the tip below the untouched surface, along its normal |
-//! | `x_mm`, `y_mm`, `z_mm` | the tip, sensor frame |
+//! | `index` | number of the probe, from 0 |
+//! | `depth_mm` | depth of the tip below the undeformed surface, along its normal |
+//! | `x_mm`, `y_mm`, `z_mm` | position of the tip, sensor frame |
 //! | `u_px`, `v_px` | column and row where the camera sees the tip; empty if it does not |
 //! | `r_mm`, `theta_rad`, `phi_rad` | the tip in spherical coordinates: distance from the sensor's origin, angle from +z, angle around it from +x |
 //! | `phi_image_rad` | `atan2(v - vc, u - uc)`, with `(uc, vc)` where the surface's apex is seen |
@@ -24,22 +24,23 @@ use rayon::prelude::*;
 use super::Viewpoint;
 use super::looking::{AT_ONCE, Looking};
 
-/// UVDtact's count.
+/// Number of probes in UVDtact's set.
 pub const DEFAULT_COUNT: u32 = 33_803;
 
-/// A probe set's text, and what of it is seen.
+/// A probe set as text, and the number of visible tips.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probes {
-    /// CSV with a line of names.
+    /// Table as CSV with a header line.
     pub csv: String,
-    /// How many tips the camera sees.
+    /// Number of tips that the camera sees.
     pub seen: u32,
 }
 
-/// Presses spread evenly over the surface and over depths up to `deepest_mm`.
+/// Samples tips evenly over the surface's area and over depths up to `deepest_mm`, and projects them to pixels. The
+/// same `seed` gives the same set.
 ///
 /// # Errors
-/// Dimensions that make no solid.
+/// Returns an error if the surface's dimensions make no valid solid.
 pub fn probes(
     touch: &TouchSurface,
     viewpoint: &Viewpoint,
@@ -50,7 +51,7 @@ pub fn probes(
 ) -> Result<Probes, InvalidSolid> {
     let points = SurfacePoints::new(touch)?;
     let apex = Point3::new(0.0, 0.0, touch.apex_z_mm());
-    // The apex may lie outside the picture; it still has a direction there.
+    // The apex may lie outside the image; its projection still defines the centre.
     let centre = Looking::new(viewpoint, sights).project(&apex);
     let mut csv = String::from(
         "index,depth_mm,x_mm,y_mm,z_mm,u_px,v_px,r_mm,theta_rad,phi_rad,phi_image_rad\n",
@@ -58,7 +59,7 @@ pub fn probes(
     let mut seen = 0;
     let even = places_of_seed(seed);
     let places = (0..).map(|number| even.at(number)).filter_map(|[along, around, deep]| {
-        // From just above 0 up to the deepest.
+        // The factor 1 - deep turns the range [0, 1) into depths in (0, deepest].
         Some((points.by_area([along, around])?, deepest_mm * (1.0 - deep)))
     });
     let tips = places
@@ -89,9 +90,11 @@ pub fn probes(
     Ok(Probes { csv, seen })
 }
 
-/// Each seed's own places: shifted by the numbers that its multiples leave.
+/// Returns the sequence of a seed: evenly spread points, shifted by an offset that a multiplicative hash derives from
+/// the seed for each axis.
 pub(super) fn places_of_seed(seed: u64) -> EvenPoints<3> {
     EvenPoints::cube(std::array::from_fn(|axis| {
+        // The multiplier is 2^64 divided by the golden ratio (Fibonacci hashing).
         let mixed = seed.wrapping_mul(3).wrapping_add(axis as u64);
         let mixed = mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         (0.5 + (mixed >> 11) as f64 / (1u64 << 53) as f64).fract()

@@ -1,4 +1,4 @@
-//! A camera at its place, calibrated or as designed.
+//! Camera and pose of a sensor, nominal or calibrated.
 
 use std::ops::Range;
 
@@ -11,35 +11,35 @@ use fabkit_geometry::{Matrix3, NominalCamera, Point3, Pose, Sensor, Vector3};
 use fabkit_optics::{InvalidStack, Sights, Stack, Window};
 use serde_json::{Value, json};
 
-/// A camera, where it is, and how sure both are.
+/// A camera, its pose, and the uncertainty of both.
 #[derive(Clone, Debug)]
 pub struct Viewpoint {
-    /// The camera, and how sure it and its pose are.
+    /// Camera model with the joint covariance of its parameters and pose.
     pub estimate: JointEstimate,
-    /// Camera frame to sensor frame, mm.
+    /// Pose that maps the camera frame to the sensor frame, mm.
     pub sensor_from_camera: Pose,
-    /// Whether the camera is the design's, and the pose.
+    /// Whether camera and pose are the design's rather than calibrated.
     is_nominal: [bool; 2],
 }
 
-/// Why there is no viewpoint.
+/// Reason why camera and pose form no viewpoint.
 #[derive(Debug, thiserror::Error)]
 pub enum InvalidViewpoint {
-    /// A file with faults.
+    /// A camera file with faults.
     #[error(transparent)]
     File(#[from] InvalidCameraFile),
-    /// A design whose camera cannot be.
+    /// A nominal camera that is not valid.
     #[error("the nominal camera: {0}")]
     Nominal(#[from] InvalidCamera),
-    /// A pose and a camera of which one holds what lies before the lens and the other does not.
+    /// A pose and a camera of which one model contains the interface before the lens and the other does not.
     #[error(
         "the pose was solved with a camera whose model {}; the camera given has {}",
         .solved_with, .given
     )]
     Mixed {
-        /// What the camera was that the pose was solved with.
+        /// Description of the camera model that the pose was solved with.
         solved_with: &'static str,
-        /// The kind of the given camera's interface, in words.
+        /// Description of the given camera's interface.
         given: String,
     },
     /// A matrix that mirrors, scales or shears.
@@ -48,9 +48,9 @@ pub enum InvalidViewpoint {
          determinant {determinant:.6}"
     )]
     NotRigid {
-        /// Largest entry of R^T R - 1.
+        /// Largest absolute entry of R^T R - 1.
         residual: f64,
-        /// 1 for a rotation.
+        /// Determinant of the matrix; 1 for a rotation.
         determinant: f64,
     },
     /// A matrix that is no covariance.
@@ -59,8 +59,8 @@ pub enum InvalidViewpoint {
 }
 
 impl Viewpoint {
-    /// The camera of a design at its place, or what calibration files say instead: the text of a
-    /// camera file, and a pose.
+    /// Creates a viewpoint from a design's nominal camera, replaced by the text of a camera file and by a pose where
+    /// given.
     ///
     /// # Errors
     /// [`InvalidViewpoint`].
@@ -89,27 +89,27 @@ impl Viewpoint {
         Ok(Self { estimate, sensor_from_camera, is_nominal })
     }
 
-    /// The same view in another number of pixels; nothing is said of how sure it is.
+    /// Returns the same view with another number of pixels. Uncertainties are dropped.
     ///
     /// # Errors
-    /// A picture without pixels, or with more than cameras have.
+    /// Returns an error for an image without pixels, or with more than cameras may have.
     pub fn resized(&self, size_px: [u32; 2]) -> Result<Self, InvalidViewpoint> {
         let camera = CameraEstimate::from(self.camera().resized(size_px)?);
         let estimate = JointEstimate::independent(&camera, None)?;
         Ok(Self { estimate, ..self.clone() })
     }
 
-    /// Whether the camera is a lens alone, so that the drawn bodies bend its rays: the design's, or one whose
-    /// file says so. Other files were fitted to what the camera saw through the bodies: their model says how
-    /// rays are bent, at all of them or, where it says so, at the first interface.
+    /// Returns whether the camera is a bare lens whose rays the design's bodies refract: the nominal camera, or one
+    /// whose file says so. Other camera files were fitted to images seen through the bodies: their model contains the
+    /// refraction, of all bodies or, where the file says so, of the first interface.
     pub fn is_drawn(&self) -> bool {
         self.is_nominal[0] || *self.camera().interface() == Interface::Drawn
     }
 
-    /// A sensor's bodies as the camera's rays meet them.
+    /// Returns the sensor's bodies as the camera's rays meet them.
     ///
     /// # Errors
-    /// As for [`Stack::of`]; a pose that puts the pupil inside what light does not pass.
+    /// Returns the errors of [`Stack::of`], and one for a pose that puts the pupil inside an opaque body.
     pub fn stack(&self, sensor: &Sensor) -> Result<Stack, InvalidStack> {
         let stack = match self.is_drawn() {
             true => Stack::of(sensor)?,
@@ -122,51 +122,54 @@ impl Viewpoint {
         Ok(stack)
     }
 
-    /// What bends rays behind the camera's own interface.
+    /// Returns the stack of bodies behind the camera's own interface.
     fn behind_interface(&self, sensor: &Sensor) -> Result<Stack, InvalidStack> {
         let stack = Stack::of(sensor)?;
         let nominal = &sensor.camera.sensor_from_camera;
+        // The camera's model contains the first interface of this window, so only the bodies behind it are left to the
+        // stack.
         let window = Window::of(&self.camera().in_air(), nominal, &Sights::new(stack.clone()));
         stack.behind(&window, nominal)
     }
 
-    /// The camera.
+    /// Returns the camera model.
     pub fn camera(&self) -> &Camera {
         self.estimate.camera()
     }
 
-    /// One ray for each of `samples` x `samples` parts of each pixel.
+    /// Returns one ray for each of `samples` x `samples` parts of each pixel.
     pub fn rays(&self, samples: u32) -> PixelRays {
         PixelRays::with_samples(self.camera(), &self.sensor_from_camera, samples)
     }
 
-    /// Those of some rows of them alone.
+    /// Returns the same rays as [`Viewpoint::rays`] for some rows alone. `rows` counts rows of rays.
     pub fn rays_of_rows(&self, samples: u32, rows: Range<u32>) -> PixelRays {
         PixelRays::of_rows(self.camera(), &self.sensor_from_camera, samples, rows)
     }
 
-    /// With the standard deviation of printed or cast surfaces along their normals, mm.
+    /// Returns the uncertainty of camera and pose, joined with the standard deviation of printed or cast surfaces along
+    /// their normals, mm.
     pub fn uncertainty(&self, shape_mm: f64) -> Uncertainty {
         Uncertainty { joint: Some(self.estimate.clone()), shape_mm }
     }
 
-    /// What the sigma of ground truth contains: `pose, lens, shape`.
+    /// Returns the contributions to the sigma of ground truth, as in `pose, lens, shape`.
     pub fn sigma_of(&self) -> String {
         self.estimate.covered().to_string()
     }
 
-    /// Whether a calibration says how sure camera or pose are.
+    /// Returns whether a calibration states uncertainties of camera or pose.
     pub fn says_how_sure(&self) -> bool {
         !self.sigma_parameters().is_empty()
     }
 
-    /// Names of the parameters whose variances are in the sigma of ground truth.
+    /// Returns the names of the parameters whose variances contribute to the sigma of ground truth.
     pub fn sigma_parameters(&self) -> Vec<&'static str> {
         let names = self.estimate.names();
         self.estimate.free().map(|i| names[i]).collect()
     }
 
-    /// Everything about it, for data cards.
+    /// Returns all data of the viewpoint as JSON, for data cards.
     pub fn to_json(&self) -> Value {
         let camera = self.camera();
         let parameters: serde_json::Map<_, _> =
@@ -186,10 +189,11 @@ impl Viewpoint {
     }
 }
 
-/// Refuses a camera with an interface for a pose that was solved without one, and the other way round: light
-/// would be bent twice, or not at all. Poses that do not say what they were solved with are believed.
+/// Refuses a camera with an interface for a pose that was solved without one, and the reverse: refraction would count
+/// twice, or not at all. Poses that do not name the parameters they were solved with are accepted.
 fn refuse_mixed(pose: &PoseFile, camera: &Camera) -> Result<(), InvalidViewpoint> {
     let Some(joint) = &pose.joint else { return Ok(()) };
+    // Interface parameters in the joint estimate show which camera model the pose was solved with.
     let contains = joint.names.iter().any(|name| name.starts_with("interface_"));
     let given = match camera.interface() {
         Interface::None if !contains => return Ok(()),
@@ -206,7 +210,8 @@ fn refuse_mixed(pose: &PoseFile, camera: &Camera) -> Result<(), InvalidViewpoint
 fn rigid(matrix: &[[f64; 4]; 4]) -> Result<Pose, InvalidViewpoint> {
     let rotation = Matrix3::from_fn(|r, c| matrix[r][c]);
     let translation = Vector3::from_fn(|r, _| matrix[r][3]);
-    // Six digits, as people write them, are rounded to a rotation; more than that is none.
+    // Matrices written by hand have about six digits and are rounded to the nearest rotation; larger errors are
+    // refused.
     let residual = (rotation.transpose() * rotation - Matrix3::identity()).amax();
     let determinant = rotation.determinant();
     let not_rigid = InvalidViewpoint::NotRigid { residual, determinant };
@@ -216,8 +221,10 @@ fn rigid(matrix: &[[f64; 4]; 4]) -> Result<Pose, InvalidViewpoint> {
     Pose::new(nearest_rotation(rotation), translation).ok_or(not_rigid)
 }
 
-/// Newton's iteration for the orthogonal polar factor (Higham, SIAM J. Sci. Stat. Comput. 7, 1986).
+/// Projects a matrix to the nearest rotation with Newton's iteration for the orthogonal polar factor (Higham, SIAM J.
+/// Sci. Stat. Comput. 7, 1986).
 fn nearest_rotation(mut rotation: Matrix3<f64>) -> Matrix3<f64> {
+    // Convergence is quadratic: an error of 1e-4 falls to rounding in two steps.
     for _ in 0..4 {
         let Some(inverse) = rotation.try_inverse() else { break };
         rotation = 0.5 * (rotation + inverse.transpose());

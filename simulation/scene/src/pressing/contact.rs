@@ -1,4 +1,4 @@
-//! How a surface answers what presses on it, and what it answers.
+//! Contact models, and the solution of elastic contact.
 
 use fabkit_depth::truth::Yielding;
 use fabkit_elastic::{
@@ -10,31 +10,32 @@ use fabkit_geometry::{Point3, Sensor, TouchSurface, Vector3};
 use super::{Moved, PressingError, Ready, SHEAR_STEPS, Step};
 use crate::ground_truth::{Penetration, approach};
 
-/// How the surface answers what presses.
+/// Contact model: how the surface reacts to indenters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contact {
-    /// It follows the presser, and nothing else moves.
+    /// The surface follows the indenter inside the contact and stays at rest elsewhere.
     Rigid,
-    /// It also comes back to rest within a distance around contacts, mm.
+    /// Same as [`Contact::Rigid`], with a transition back to rest within this distance around contacts, mm.
     Membrane(f64),
-    /// It gives way as elastic layers do, at small strain.
+    /// Elastic layers at small strain.
     Linear(Linear),
 }
 
-/// What elastic contact at small strain may be told.
+/// Options of elastic contact at small strain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Linear {
-    /// Distance of the surface's nodes, mm; nothing for what the surface asks for.
+    /// Distance of the surface's nodes, mm; `None` for a value derived from the surface and the press.
     pub spacing_mm: Option<f64>,
-    /// Coulomb's coefficient of ways along the surface; nothing for the touched material's own.
+    /// Coulomb's friction coefficient for displacements along the surface; `None` for that of the touched material.
     pub friction: Option<f64>,
 }
 
 impl Contact {
-    /// From the words and lengths of a call: without a name, `membrane` where there is a distance, else `rigid`.
+    /// Creates a contact model from its name and options. Without a name it is `membrane` if `membrane_mm` is not 0,
+    /// else `rigid`.
     ///
     /// # Errors
-    /// [`PressingError::Contact`]: no such level, and what belongs to another one.
+    /// [`PressingError::Contact`] for an unknown name, and for options that belong to another model.
     pub fn named(
         name: Option<&str>,
         membrane_mm: f64,
@@ -59,7 +60,7 @@ impl Contact {
         }
     }
 
-    /// As outputs name it.
+    /// Returns the name of the model as in outputs.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rigid => "rigid",
@@ -68,7 +69,7 @@ impl Contact {
         }
     }
 
-    /// Of the transition around contacts, mm; 0 without one.
+    /// Returns the radius of the transition around contacts, mm; 0 without one.
     pub fn membrane_mm(self) -> f64 {
         match self {
             Self::Membrane(radius_mm) => radius_mm,
@@ -77,55 +78,58 @@ impl Contact {
     }
 }
 
-/// What soft layers answered to a press, and where their surface now is.
+/// Solution of a contact with the elastic layers.
 #[derive(Debug)]
 pub struct Answer<'a> {
     ready: &'a Ready,
     yielded: Yielded,
     outcome: Outcome,
-    /// Forces, moments and contact, in the sensor's frame.
+    /// Forces, moments and contact, sensor frame.
     pub step: Step,
-    /// Where the presser went along the surface, sensor frame, mm.
+    /// Displacement of the indenters along the surface, sensor frame, mm.
     pub way_mm: Vector3<f64>,
-    /// Coulomb's coefficient, where it did.
+    /// Coulomb's friction coefficient; `None` if nothing moved along the surface.
     pub friction: Option<f64>,
 }
 
 impl Answer<'_> {
-    /// By which theory.
+    /// Returns the elastic theory behind the solution.
     pub fn level(&self) -> Level {
         Level::Linear
     }
 
-    /// What gave way, from the touched layer inwards.
+    /// Returns the soft layers, from the touched one inwards.
     pub fn layers(&self) -> &[SoftLayer] {
         &self.ready.soft.layers
     }
 
-    /// What was simplified, in words.
+    /// Returns the simplifications of the model as sentences.
     pub fn left_out(&self) -> &[String] {
         &self.ready.soft.left_out
     }
 
-    /// The surface's nodes, in the frame of the stack.
+    /// Returns the nodes of the surface, in the frame of the stack.
     pub fn nodes(&self) -> &[SurfaceNode] {
         &self.outcome.nodes
     }
 
-    /// How the lower face of a layer moves, by its name; nothing of what is no layer here.
+    /// Returns the displacement field of the lower face of a layer, by the layer's name; `None` for an unknown layer.
     pub fn lower_face(&self, layer: &str) -> Option<LowerFace<'_>> {
         let layers = &self.ready.soft.body.layers;
+        // A layer divided at markers occurs several times under its name: the last part has the lower face. Interfaces
+        // are numbered from the touched face.
         let above = layers.iter().rposition(|known| known.name == layer)?;
         let field = Field::new(&self.ready.stack, &self.outcome, above + 1);
         Some(LowerFace { soft: &self.ready.soft, field })
     }
 
-    /// Where a sensor's marks are.
+    /// Returns the positions of the sensor's markers during the press.
     pub fn marks(&self, sensor: &Sensor, touch: &TouchSurface) -> Vec<Moved> {
         super::marks::moved(sensor, touch, &self.ready.soft, &self.outcome)
     }
 
-    /// How a layer's outer face moves along the surface, by the layer's name; the touched face for what is no layer here.
+    /// Returns the displacement field along the surface of a layer's outer face, by the layer's name; the touched face
+    /// for an unknown layer.
     pub fn sideways(&self, layer: &str) -> Sideways<'_> {
         let layers = &self.ready.soft.body.layers;
         let interface = layers.iter().position(|known| known.name == layer).unwrap_or(0);
@@ -133,13 +137,13 @@ impl Answer<'_> {
         Sideways { soft: &self.ready.soft, field }
     }
 
-    /// Distance of the surface's nodes, mm.
+    /// Returns the distance of the surface's nodes, mm.
     pub fn spacing_mm(&self) -> f64 {
         self.ready.spacing_mm
     }
 }
 
-/// The face below a layer, as it moves.
+/// Displacement field of the lower face of a layer.
 #[derive(Debug)]
 pub struct LowerFace<'a> {
     soft: &'a SoftStack,
@@ -147,14 +151,14 @@ pub struct LowerFace<'a> {
 }
 
 impl LowerFace<'_> {
-    /// How far it moves outwards below a point of the surface at rest, sensor frame, mm.
+    /// Returns the outward displacement below a point of the undeformed surface (sensor frame, mm), in mm.
     pub fn outwards_mm(&self, point_in_sensor: &Point3<f64>) -> f64 {
         let [s, azimuth] = self.soft.coordinates(point_in_sensor);
         self.field.outwards_mm(s, azimuth)
     }
 }
 
-/// A face within the layers, as it moves along the surface.
+/// Tangential displacement field of an interface between layers.
 #[derive(Debug)]
 pub struct Sideways<'a> {
     soft: &'a SoftStack,
@@ -162,7 +166,8 @@ pub struct Sideways<'a> {
 }
 
 impl Sideways<'_> {
-    /// How far it moves below a point of the surface at rest with its outward normal, sensor frame, mm.
+    /// Returns the tangential displacement below a point of the undeformed surface with its outward normal, sensor
+    /// frame, mm.
     pub fn mm(&self, point_in_sensor: &Point3<f64>, outward: &Vector3<f64>) -> Vector3<f64> {
         let [s, azimuth] = self.soft.coordinates(point_in_sensor);
         let [first, second] = self.field.sideways_mm(s, azimuth);
@@ -188,11 +193,12 @@ impl Yielding for Answer<'_> {
 }
 
 impl Ready {
-    /// What the layers answer to bodies that are pressed in all at once, and then move on along the surface, mm: on a
-    /// dome away from the tip and around it where they go deepest, on a pad along x and y.
+    /// Computes the reaction of the layers to bodies that are all pressed in at once and then move along the surface by
+    /// `shear_mm`: on a dome away from the tip and around it, at the deepest point of contact; on a pad along x and y.
     ///
     /// # Errors
-    /// No contact, one that is deeper than the layers or does not converge; a way along a surface of unknown friction.
+    /// Returns an error without contact, for contact that is deeper than the layers or does not converge, and for a
+    /// displacement along a surface of unknown friction.
     pub fn answer(
         &self,
         touch: &TouchSurface,
@@ -200,6 +206,8 @@ impl Ready {
         shear_mm: [f64; 2],
         friction: Option<f64>,
     ) -> Result<Answer<'_>, PressingError> {
+        // The straight press is the result without shear; with shear, the deformed surface is built from both
+        // solutions.
         let straight = self.press(bodies, &Press::in_place())?;
         let depth_mm = straight.depth_mm;
         if shear_mm == [0.0; 2] {
@@ -214,6 +222,7 @@ impl Ready {
         }
         let friction = self.friction(friction)?;
         let way_mm = self.along_surface(touch, &deepest_place(touch, bodies)?, shear_mm);
+        // The solver works in the frame of the stack.
         let way_in_stack = self.soft.sensor_from_stack.inverse().vector(way_mm);
         let press = Press::in_place().sheared(friction, way_in_stack, SHEAR_STEPS)?;
         let sheared = self.press(bodies, &press)?;
@@ -227,10 +236,10 @@ impl Ready {
         })
     }
 
-    /// The touched material's own friction unless another is given.
+    /// Returns the given friction coefficient, else that of the touched material.
     ///
     /// # Errors
-    /// Nobody says how much there is.
+    /// [`PressingError::NoFriction`] if neither is known.
     pub(super) fn friction(&self, given: Option<f64>) -> Result<f64, PressingError> {
         let touched = self.soft.layers.first();
         let known = given.or(touched.and_then(|layer| layer.elasticity.friction));
@@ -238,7 +247,7 @@ impl Ready {
         known.ok_or_else(|| PressingError::NoFriction { material: material() })
     }
 
-    /// A way along the surface at a place of it, sensor frame, mm.
+    /// Converts a displacement along the surface at a place to the sensor frame, mm.
     pub(super) fn along_surface(
         &self,
         touch: &TouchSurface,
@@ -246,6 +255,7 @@ impl Ready {
         [first, second]: [f64; 2],
     ) -> Vector3<f64> {
         let [x, y] = match touch {
+            // On a pad the sensor's axes are the directions, on a dome meridian and parallel.
             TouchSurface::Plane(_) => [Vector3::x(), Vector3::y()],
             TouchSurface::Dome(_) => self.soft.along(point, outward),
         };
@@ -253,7 +263,8 @@ impl Ready {
     }
 }
 
-/// Where bodies go deepest: a point of the surface and its normal, sensor frame, mm.
+/// Finds the deepest point of contact of all bodies, and returns the point of the undeformed surface above it with its
+/// normal, sensor frame, mm.
 pub(super) fn deepest_place(
     touch: &TouchSurface,
     bodies: &[PressBody],
@@ -266,6 +277,7 @@ pub(super) fn deepest_place(
             (a, b) => a.or(b),
         };
     }
+    // Bodies that lie below the surface's foot have no deepest point; the origin stands in.
     let point = deepest.map_or_else(Point3::origin, |deepest| deepest.point_in_sensor);
     let (depth_mm, outward) = touch.depth_mm(&point);
     Ok((point + depth_mm * outward, outward))

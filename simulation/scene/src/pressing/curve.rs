@@ -1,28 +1,28 @@
-//! Force by depth, in the sensor's frame.
+//! Force over depth of a press, sensor frame.
 
 use fabkit_elastic::{Level, Outcome, SoftStack};
 use fabkit_geometry::{Point3, Vector3};
 
 use super::Moved;
 
-/// One depth of a press.
+/// State of a press at one depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// How deep the presser stands, mm.
+    /// Depth of the indenter, mm.
     pub depth_mm: f64,
-    /// How far it has moved along the surface since it stands there, mm.
+    /// Displacement of the indenter along the surface at this depth, mm.
     pub shear_mm: f64,
-    /// Of the presser on the sensor, sensor frame, N.
+    /// Force of the indenter on the sensor, sensor frame, N.
     pub force_n: Vector3<f64>,
-    /// The same about the sensor's origin, N mm.
+    /// Moment of that force about the sensor's origin, N mm.
     pub moment_nmm: Vector3<f64>,
-    /// Of the circle that has the contact's area, mm.
+    /// Radius of the circle with the same area as the contact, mm.
     pub contact_radius_mm: f64,
-    /// Of all that touches, mm2.
+    /// Area of contact of all indenters, mm2.
     pub contact_area_mm2: f64,
-    /// How far the surface moves in, at most, mm.
+    /// Largest inward displacement of the surface, mm.
     pub max_indentation_mm: f64,
-    /// How far it moves out beside the presser, at most, mm.
+    /// Largest outward displacement beside the indenter, mm.
     pub bulge_mm: f64,
 }
 
@@ -35,6 +35,7 @@ impl Step {
             depth_mm,
             shear_mm,
             force_n,
+            // The solver's moment is about the stack's origin; it is moved to the sensor's origin.
             moment_nmm: pose.vector(outcome.moment_nmm) + origin.cross(&force_n),
             contact_radius_mm: outcome.contact_radius_mm,
             contact_area_mm2: outcome.contact_area_mm2,
@@ -44,48 +45,52 @@ impl Step {
     }
 }
 
-/// A press with the way to it.
+/// A press, solved at increasing depths.
 #[derive(Debug)]
 pub struct Pressed {
-    /// The press at its full depth, as `depth` and `dataset` name it.
+    /// Identifier of the press at its full depth, as for `depth` and `dataset`.
     pub id: String,
-    /// By which theory.
+    /// Elastic theory.
     pub level: Level,
     /// Distance of the surface's nodes, mm.
     pub spacing_mm: f64,
-    /// Coulomb's coefficient, where it moved along the surface.
+    /// Coulomb's friction coefficient; `None` if nothing moved along the surface.
     pub friction: Option<f64>,
-    /// By depth; the last one at its full depth, and after its way along the surface.
+    /// States at increasing depth. The last one is at full depth, after the displacement along the surface if there is
+    /// one.
     pub steps: Vec<Step>,
-    /// At full depth.
+    /// Solution of the last state.
     pub outcome: Outcome,
-    /// What the camera follows, at full depth.
+    /// Markers at full depth.
     pub marks: Vec<Moved>,
-    /// What was pressed.
+    /// The soft layers.
     pub soft: SoftStack,
-    /// Nodes of the surface.
+    /// Number of the surface's nodes.
     pub nodes: usize,
 }
 
 impl Pressed {
-    /// At full depth.
+    /// Returns the last state.
     pub fn last(&self) -> Option<&Step> {
         self.steps.last()
     }
 
-    /// How force grows with depth at full depth, N/mm.
+    /// Returns the slope of force over depth at full depth, N/mm: the difference quotient of the last two states
+    /// without displacement along the surface. NaN without states.
     pub fn stiffness_n_mm(&self) -> f64 {
         let straight: Vec<&Step> = self.steps.iter().filter(|step| step.shear_mm == 0.0).collect();
         let at = |i: usize| straight.get(i).map(|step| (step.depth_mm, step.force_n.norm()));
+        // With a single state, the undeformed surface (no depth, no force) is the other point.
         let [before, last] = [2, 1].map(|back| straight.len().checked_sub(back).and_then(at));
         let (depth_mm, force_n) = before.unwrap_or((0.0, 0.0));
         last.map_or(f64::NAN, |(last_mm, last_n)| (last_n - force_n) / (last_mm - depth_mm))
     }
 
-    /// What is doubtful about small strain at this depth, in words.
+    /// Returns a warning if the depth exceeds the range of small strain.
     pub fn warning(&self) -> Option<String> {
         let (limit_mm, strain) = self.soft.small_strain_mm();
         let depth_mm = self.last().map_or(0.0, |step| step.depth_mm);
+        // Large strain has no such limit.
         (self.level == Level::Linear && depth_mm > limit_mm).then(|| {
             format!(
                 "{depth_mm} mm is more than {:.0} % of what gives way, {limit_mm:.2} mm: at large strain forces may be \
@@ -95,9 +100,11 @@ impl Pressed {
         })
     }
 
-    /// The forces for the least and the most that is known of the moduli: all of them scale together, N.
+    /// Returns the force at full depth for the lowest and the highest known moduli, N. All moduli scale together, so
+    /// the force scales with them.
     pub fn force_range_n(&self) -> [f64; 2] {
         let force_n = self.last().map_or(f64::NAN, |step| step.force_n.norm());
+        // The widest relative range over all layers bounds the force.
         let shares = self.soft.layers.iter().map(|layer| {
             layer.elasticity.young_range_mpa.map(|young_mpa| young_mpa / layer.elasticity.young_mpa)
         });

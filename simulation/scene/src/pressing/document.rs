@@ -1,4 +1,4 @@
-//! Presses as JSON.
+//! JSON documents of presses.
 
 use fabkit_elastic::SoftLayer;
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::marks::marks_document;
 use super::{Answer, ContactGap, Pressed, Step};
 
-/// Layers that give way, from the touched one inwards.
+/// Lists the soft layers as JSON, from the touched one inwards.
 pub fn soft_layers(layers: &[SoftLayer]) -> Value {
     let layer = |layer: &SoftLayer| {
         json!({
@@ -22,14 +22,14 @@ pub fn soft_layers(layers: &[SoftLayer]) -> Value {
     layers.iter().map(layer).collect()
 }
 
-/// What soft layers answer to a press that a camera sees, beside what it would see of rigid contact.
+/// Returns the solution of a press as JSON, with its difference from rigid contact as the camera sees it.
 pub fn seen(answer: &Answer, gap: Option<&ContactGap>) -> Value {
     let mut all = self::answer(answer);
     all["against_rigid"] = gap.map_or(Value::Null, ContactGap::to_json);
     all
 }
 
-/// What soft layers answer to a press.
+/// Returns the solution of a press as JSON.
 pub fn answer(answer: &Answer) -> Value {
     let Step { force_n, moment_nmm, .. } = &answer.step;
     json!({
@@ -48,7 +48,7 @@ pub fn answer(answer: &Answer) -> Value {
     })
 }
 
-/// A press as `fabkit press --json` says it (`fabkit-press` version 1), without files.
+/// Returns a press as `fabkit press --json` prints it (`fabkit-press` version 1), without files.
 pub fn document(pressed: &Pressed) -> Value {
     let step = |step: &Step| {
         json!({
@@ -79,7 +79,7 @@ pub fn document(pressed: &Pressed) -> Value {
         "marks": marks_document(&pressed.marks),
         "curve": pressed.steps.iter().map(step).collect::<Vec<_>>(),
     });
-    // At full depth, beside the curve.
+    // The state at full depth is repeated at the top level, beside the curve.
     if let (Some(last), Some(document)) = (pressed.last().map(step), document.as_object_mut())
         && let Value::Object(last) = last
     {

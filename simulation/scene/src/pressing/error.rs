@@ -1,53 +1,53 @@
-//! Why a press has no result.
+//! Errors of presses on soft layers.
 
 use fabkit_elastic::{ElasticError, SoftError};
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use fabkit_fixtures::PressError;
 
-/// Why a press has no result.
+/// Reason why a press has no result.
 #[derive(Debug, thiserror::Error)]
 pub enum PressingError {
-    /// Nothing to press.
+    /// A sensor without layers that can be pressed.
     #[error(transparent)]
     Soft(SoftError),
-    /// No such press.
+    /// An unknown or unreadable press.
     #[error(transparent)]
     Press(#[from] PressError),
-    /// What the solver says.
+    /// An error of the elastic solver.
     #[error(transparent)]
     Elastic(ElasticError),
-    /// A way along a surface of unknown friction.
+    /// A displacement along a surface of unknown friction.
     #[error("nobody says how much friction {material} has")]
     NoFriction {
-        /// Its name.
+        /// Name of the material.
         material: String,
     },
-    /// A press that is not asked at large strain.
+    /// A press that the solver for large strain does not support.
     #[error("a press at large strain {what}")]
     Finite {
-        /// What it is.
+        /// Restriction that the press violates, as the end of the message.
         what: &'static str,
     },
-    /// Words that do not go together.
+    /// Contact options that contradict each other.
     #[error("{problem}")]
     Contact {
-        /// What is wrong.
+        /// Description of the contradiction.
         problem: String,
     },
-    /// A way along a surface that is not asked how it gives way.
+    /// A displacement along the surface with a contact model that is not elastic.
     #[error("a way along the surface needs contact that gives way, not `{contact}`")]
     RigidShear {
-        /// The level asked for.
+        /// Requested contact model.
         contact: &'static str,
     },
-    /// A depth or a number of steps out of range.
+    /// A number or length outside its limits.
     #[error("{what}: {value}; {limit}")]
     Range {
-        /// What it is.
+        /// Name of the quantity.
         what: &'static str,
-        /// As asked for, with its unit.
+        /// Requested value with its unit.
         value: String,
-        /// What is allowed.
+        /// Allowed range.
         limit: String,
     },
 }
@@ -97,21 +97,22 @@ impl Explained for PressingError {
     }
 }
 
-/// A ball of 4 mm goes so deep in before nodes 1 mm apart feel it, mm.
+/// Depth at which a ball of 4 mm is first noticed by nodes 1 mm apart, mm.
 const FIRST_TOUCH_MM: f64 = 0.05;
 
 impl PressingError {
-    /// Whether nothing touches.
+    /// Returns whether the error is that nothing touches the surface.
     pub fn is_no_contact(&self) -> bool {
         matches!(self, Self::Elastic(ElasticError::NoContact { .. }))
     }
 
-    /// Whether what touches goes so little in that no node of the surface is below it: the first touch of a smooth body.
+    /// Returns whether contact is so shallow that it lies between the surface's nodes: the first touch of a smooth
+    /// body.
     pub fn is_first_touch(&self) -> bool {
         matches!(self, Self::Elastic(ElasticError::TooCoarse { depth_mm, .. }) if *depth_mm < FIRST_TOUCH_MM)
     }
 
-    /// Whether what touches lies between the nodes of the surface.
+    /// Returns whether the contact lies between the surface's nodes.
     pub fn is_too_coarse(&self) -> bool {
         matches!(self, Self::Elastic(ElasticError::TooCoarse { .. }))
     }

@@ -1,4 +1,4 @@
-//! A press as files: its curve as a table and a plot, its field as arrays.
+//! Files of a press: its curve as a table and a plot, its displacement field as arrays.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use fabkit_export::{Array, Values};
 use super::curve::{Pressed, Step};
 use super::marks::marks_arrays;
 
-/// The curve as CSV, in mm, N, N mm and mm2, sensor frame.
+/// Formats the curve as CSV, in mm, N, N mm and mm2, sensor frame.
 pub fn curve_csv(pressed: &Pressed) -> String {
     let mut text = String::from(
         "depth_mm,shear_mm,force_n,force_x_n,force_y_n,force_z_n,moment_x_nmm,moment_y_nmm,moment_z_nmm,contact_radius_mm,\
@@ -37,21 +37,24 @@ pub fn curve_csv(pressed: &Pressed) -> String {
     text
 }
 
-/// Width and height of a plot, and the margin left and below, px.
+/// Width and height of the plot, and its left and lower margin, px.
 const PLOT: [f64; 3] = [480.0, 320.0, 56.0];
 
-/// The curve as a drawing: force over depth.
+/// Plots the curve as SVG: force over depth.
 pub fn curve_svg(pressed: &Pressed) -> String {
+    // States after a displacement along the surface have the same depth and would not be a function of it.
     let straight = pressed.steps.iter().filter(|step| step.shear_mm == 0.0);
     force_svg(&pressed.id, pressed.level, straight.map(|step| [step.depth_mm, step.force_n.norm()]))
 }
 
-/// Depths, mm, and forces, N, as a drawing.
+/// Plots forces, N, over depths, mm, as SVG.
 pub(super) fn force_svg(id: &str, level: Level, steps: impl Iterator<Item = [f64; 2]>) -> String {
     let [width, height, margin] = PLOT;
     let points: Vec<[f64; 2]> = std::iter::once([0.0, 0.0]).chain(steps).collect();
+    // Forces grow with depth, so the last point sets both scales. The minimum avoids division by 0.
     let most = points.last().copied().unwrap_or([1.0, 1.0]).map(|most| most.max(1e-9));
     let x = |mm: f64| margin + mm / most[0] * (width - margin - 16.0);
+    // SVG's y axis points down. 28 px remain above for the label.
     let y = |n: f64| height - margin + n / most[1] * (margin + 28.0 - height);
     let line: Vec<String> =
         points.iter().map(|[mm, n]| format!("{:.2},{:.2}", x(*mm), y(*n))).collect();
@@ -92,8 +95,8 @@ pub(super) fn force_svg(id: &str, level: Level, steps: impl Iterator<Item = [f64
     svg
 }
 
-/// The field as arrays of 64-bit numbers, N nodes of the surface: `place_mm`, `outward`, `displacement_mm` and
-/// `shear_mpa` (N x 3, sensor frame), `pressure_mpa` and `area_mm2` (N); and of M marks `mark_place_mm`,
+/// Returns the field as arrays of 64-bit floats. For N nodes of the surface: `place_mm`, `outward`, `displacement_mm`
+/// and `shear_mpa` (N x 3, sensor frame), `pressure_mpa` and `area_mm2` (N). For M markers: `mark_place_mm`,
 /// `mark_displacement_mm` (NaN where unknown) and `mark_axis` (M x 3).
 pub fn arrays(pressed: &Pressed) -> Vec<Array> {
     let pose = pressed.soft.sensor_from_stack;

@@ -1,4 +1,4 @@
-//! The same press at large strain, at the tip of a dome or anywhere on a pad: the reference for small strain.
+//! Presses at large strain, at the tip of a dome or anywhere on a pad: the reference for small strain.
 
 use fabkit_elastic::{FiniteStack, Level, Press, SoftError, SolidPresser};
 use fabkit_fixtures::Project;
@@ -7,20 +7,21 @@ use fabkit_geometry::{CompiledSolid, Pose, SurfacePoints};
 use super::contact::deepest_place;
 use super::{Pressed, Pressing, PressingError, Step, marks, ready};
 
-/// Farther from the axis a press is none at the tip, mm.
+/// Largest distance from the axis at which a press still counts as one at the tip, mm.
 const OFF_AXIS_MM: f64 = 1e-6;
-/// Nodes across a contact, from its middle to its edge, about.
+/// Approximate number of nodes from the middle of a contact to its edge.
 const ACROSS_CONTACT: f64 = 16.0;
-/// The surface is looked at finely up to this many times the contact's radius.
+/// Radius of the finely divided part of the surface, in contact radii.
 const AROUND_CONTACT: f64 = 2.5;
-/// The presser starts this far above the surface, mm.
+/// Distance of the indenter's start above the surface, mm.
 const ABOVE_MM: f64 = 0.5;
 
 impl Pressing<'_> {
-    /// Step by step, with forces, contact and bulge of each.
+    /// Solves the press at increasing depths, with force, contact and bulge of each.
     ///
     /// # Errors
-    /// A press off the axis, along the surface, or by what is not symmetric; what does not converge.
+    /// Returns an error for a press off the axis, along the surface, or by bodies that are not symmetric, and if the
+    /// solver does not converge.
     pub(super) fn run_finite(&self, project: &Project) -> Result<Pressed, PressingError> {
         let press = project.press_finder().press(&self.id(self.depth_mm))?;
         let sensor = &project.design.sensor;
@@ -39,13 +40,15 @@ impl Pressing<'_> {
             return Err(PressingError::Finite { what: "is one at the tip" });
         }
         let solid = CompiledSolid::new(&body.solid).map_err(SoftError::Solid)?;
+        // Lifts the indenter from its final pose to its start.
         let up = Pose::translation(0.0, 0.0, self.depth_mm + ABOVE_MM);
         let pose = soft.sensor_from_stack.inverse().then_in(body.sensor_from_body);
         let presser = SolidPresser::new(&solid, &up.then_in(pose));
         let around = |spacing_mm: f64, across: f64| {
             soft.division_at_pole(spacing_mm, AROUND_CONTACT * across * spacing_mm)
         };
-        // A coarse press tells how wide the contact is.
+        // A coarse press at small strain estimates the contact's radius, which sets the fine mesh. Without an estimate,
+        // a ball of 4 mm touches a circle of radius sqrt(8 depth).
         let coarse_mm = (8.0 * self.depth_mm).sqrt() / 8.0;
         let coarse = fabkit_elastic::Stack::new(&soft.body, &around(coarse_mm, 8.0), self.threads)?;
         let down = Press::along(-fabkit_geometry::Vector3::z(), self.depth_mm)?;

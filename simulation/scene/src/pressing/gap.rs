@@ -1,13 +1,12 @@
-//! What the contact model is worth: how far what the camera sees of elastic layers is from what it would see if the surface
-//! simply followed the presser.
+//! Difference between elastic and rigid contact, as the camera sees it.
 
 use fabkit_depth::truth::{DepthMap, SURFACE_LABEL};
 use serde_json::{Value, json};
 
-/// Less is no motion, mm.
+/// Difference below which the surface counts as unmoved, mm.
 const MOVED_MM: f64 = 1e-6;
 
-/// Differences of ranges in some pixels.
+/// Sums of the range differences of a set of pixels.
 #[derive(Clone, Copy, Debug, Default)]
 struct Differences {
     pixels: usize,
@@ -18,6 +17,7 @@ struct Differences {
 impl Differences {
     fn add(&mut self, off_mm: f64) {
         self.pixels += 1;
+        // Sums instead of means, so that bands of an image can be merged exactly.
         self.squares_mm2 += off_mm * off_mm;
         self.max_mm = self.max_mm.max(off_mm.abs());
     }
@@ -37,23 +37,25 @@ impl Differences {
     }
 }
 
-/// Elastic against rigid contact of the same presses, by range along each pixel's ray.
+/// Range differences between elastic and rigid contact of the same presses, along each pixel's ray.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ContactGap {
-    /// Where a presser touches in either.
+    /// Pixels that see an indenter's contact in either model.
     touched: Differences,
-    /// Where none does, and the surface moves.
+    /// Pixels outside contact at which the surface moves.
     beside: Differences,
 }
 
 impl ContactGap {
-    /// Of a map, and of the same press in rigid contact.
+    /// Compares a depth map with that of the same presses in rigid contact.
     pub fn of(elastic: &DepthMap, rigid: &DepthMap) -> Self {
         let mut gap = Self::default();
         let labels = elastic.label().iter().zip(rigid.label());
         let ranges = elastic.range_mm().iter().zip(rigid.range_mm());
         for ((label, rigid_label), (range_mm, rigid_mm)) in labels.zip(ranges) {
+            // NaN where no surface is seen. Such pixels have no indenter's label, and NaN exceeds no threshold.
             let off_mm = range_mm - rigid_mm;
+            // Labels above the surface's are indenters.
             if *label.max(rigid_label) > SURFACE_LABEL {
                 gap.touched.add(off_mm);
             } else if off_mm.abs() > MOVED_MM {
@@ -63,23 +65,23 @@ impl ContactGap {
         gap
     }
 
-    /// With that of other pixels.
+    /// Adds the differences of other pixels.
     pub fn join(&mut self, other: &Self) {
         self.touched.join(&other.touched);
         self.beside.join(&other.beside);
     }
 
-    /// Where a presser touches: root mean square, and most.
+    /// Returns the root mean square and the maximum difference in contact, mm.
     pub fn touched_mm(&self) -> [f64; 2] {
         [self.touched.rms_mm(), self.touched.max_mm]
     }
 
-    /// Where none does and the surface moves, the same.
+    /// Returns the root mean square and the maximum difference outside contact, where the surface moves, mm.
     pub fn beside_mm(&self) -> [f64; 2] {
         [self.beside.rms_mm(), self.beside.max_mm]
     }
 
-    /// `touched` and `beside`, each `pixels`, `rms_mm` and `max_mm`.
+    /// Returns `touched` and `beside` as JSON, each with `pixels`, `rms_mm` and `max_mm`.
     pub fn to_json(&self) -> Value {
         json!({ "touched": self.touched.to_json(), "beside": self.beside.to_json() })
     }

@@ -1,22 +1,22 @@
-//! Where a press moves what a camera follows: dots, ends of dimples and slots.
+//! Displacement of markers by a press: dots, ends of dimples and slots.
 
 use fabkit_elastic::{Outcome, SoftStack};
 use fabkit_export::{Array, Values};
 use fabkit_geometry::{Mark, Sensor, TouchSurface, Vector3};
 use serde_json::{Value, json};
 
-/// A mark, and where it is while something presses.
+/// A marker and its displacement during a press.
 #[derive(Clone, Debug)]
 pub struct Moved {
-    /// At rest.
+    /// The marker at rest.
     pub mark: Mark,
-    /// From there, sensor frame, mm; nothing where the layers that are solved have ended.
+    /// Displacement from rest, sensor frame, mm; `None` outside the region that was solved.
     pub displacement_mm: Option<Vector3<f64>>,
-    /// Which way it then points, unit, sensor frame; as at rest where nothing is known.
+    /// Unit axis of the displaced marker, sensor frame; the axis at rest where the displacement is unknown.
     pub axis: Vector3<f64>,
 }
 
-/// All marks of a sensor.
+/// Computes the displacement of all markers of a sensor.
 pub(super) fn moved(
     sensor: &Sensor,
     touch: &TouchSurface,
@@ -34,7 +34,7 @@ pub(super) fn moved(
     sensor.marks.iter().map(moved).collect()
 }
 
-/// As JSON, in the drawing's order.
+/// Returns the markers as JSON, in the design's order.
 pub fn marks_document(marks: &[Moved]) -> Value {
     let moved = |moved: &Moved| {
         json!({
@@ -47,7 +47,8 @@ pub fn marks_document(marks: &[Moved]) -> Value {
     marks.iter().map(moved).collect()
 }
 
-/// Places at rest, displacements (NaN where unknown), mm, and axes of M marks, M x 3, sensor frame.
+/// Returns places at rest, displacements (NaN where unknown), mm, and axes of M markers as arrays of M x 3, sensor
+/// frame.
 pub(super) fn marks_arrays(marks: &[Moved]) -> [Array; 3] {
     let unknown = Vector3::repeat(f64::NAN);
     let vectors = |name: &str, value: &dyn Fn(&Moved) -> Vector3<f64>| {
@@ -62,7 +63,7 @@ pub(super) fn marks_arrays(marks: &[Moved]) -> [Array; 3] {
     ]
 }
 
-/// The one that moves farthest, for people; nothing of a sensor without marks.
+/// Returns the name and displacement, mm, of the marker that moves farthest; `None` if no displacement is known.
 pub fn farthest(marks: &[Moved]) -> Option<(&str, f64)> {
     let known =
         marks.iter().filter_map(|m| Some((m.mark.name.as_str(), m.displacement_mm?.norm())));

@@ -1,7 +1,7 @@
-//! What a press does to a sensor's soft layers: forces, contact, how the surface moves.
+//! Presses on a sensor's soft layers: forces, contact, and displacement of the surface.
 //!
-//! The layers are those that are drawn below the surface, with the moduli of their materials; the presser is the
-//! exact solid of a fixture's press. By [`fabkit_elastic`], at small strain.
+//! The layers are the design's layers below the surface, with the moduli of their materials. The indenter is the exact
+//! solid of a fixture's press. [`fabkit_elastic`] solves the contact, at small strain unless large strain is requested.
 
 mod contact;
 mod curve;
@@ -32,38 +32,38 @@ pub use ready::Ready;
 pub use skin::on_solids;
 pub use skin::{PressedSkin, SkinStep, press_skin, skin_arrays, skin_csv, skin_document, skin_svg};
 
-/// Most steps of a curve.
+/// Maximum number of steps of a force curve.
 pub const MAX_STEPS: u32 = 200;
-/// Steps of a way along the surface, in which what slips is told from what sticks.
+/// Number of steps of a displacement along the surface, which separate slip from stick.
 pub(super) const SHEAR_STEPS: usize = 8;
 
-/// What to press, and how finely to look.
+/// Options of a press and of its discretisation.
 #[derive(Clone, Debug)]
 pub struct Pressing<'a> {
-    /// An indenter and a place without its depth: `ball@30deg,120deg`, or `ball@2mm,-3mm` on a pad.
+    /// Indenter and place without depth: `ball@30deg,120deg`, or `ball@2mm,-3mm` on a pad.
     pub indenter: &'a str,
-    /// How deep, mm, along the surface's normal at that place.
+    /// Depth along the surface's normal at that place, mm.
     pub depth_mm: f64,
-    /// By which theory.
+    /// Elastic theory.
     pub level: Level,
-    /// Of how many equal steps of depth the force curve is made.
+    /// Number of equal depth steps of the force curve.
     pub steps: u32,
-    /// How far the presser moves on along the surface, mm: on a dome away from the tip and around it, counter-clockwise
-    /// seen from the tip; on a pad along x and y.
+    /// Displacement of the indenter along the surface at full depth, mm: on a dome away from the tip and around it,
+    /// counter-clockwise seen from the tip; on a pad along x and y.
     pub shear_mm: [f64; 2],
-    /// Coulomb's coefficient for that; nothing for the touched material's own.
+    /// Coulomb's friction coefficient for that displacement; `None` for that of the touched material.
     pub friction: Option<f64>,
-    /// Distance of the surface's nodes, mm; nothing for what the surface and the press ask for.
+    /// Distance of the surface's nodes, mm; `None` for a value derived from the surface and the press.
     pub spacing_mm: Option<f64>,
-    /// Threads for the setup; the result does not depend on how many.
+    /// Number of threads for the setup. The result does not depend on it.
     pub threads: usize,
 }
 
 impl Pressing<'_> {
-    /// Presses step by step, and keeps what the last one does.
+    /// Solves the press at increasing depths. The last solution is kept in full.
     ///
     /// # Errors
-    /// [`PressingError`]: no such press, nothing soft, a contact that does not converge.
+    /// [`PressingError`]: an unknown press, a sensor without soft layers, contact that does not converge.
     pub fn run(&self, project: &Project) -> Result<Pressed, PressingError> {
         self.check()?;
         if self.level == Level::Finite {
@@ -73,8 +73,10 @@ impl Pressing<'_> {
         let last = finder.press(&self.id(self.depth_mm))?;
         let sensor = &project.design.sensor;
         let touch = ready::touch(sensor)?;
+        // The mesh is made for the full depth and serves all smaller depths as well.
         let ready = Ready::for_press(sensor, &last.bodies, self.spacing_mm, self.threads)?;
         let soft = &ready.soft;
+        // Each depth is solved from scratch, so a step does not depend on earlier ones.
         let mut steps = Vec::new();
         let mut outcome = None;
         for i in 1..=self.steps {
@@ -89,6 +91,7 @@ impl Pressing<'_> {
             let coefficient = ready.friction(self.friction)?;
             let place = contact::deepest_place(touch, &last.bodies)?;
             let way_mm = ready.along_surface(touch, &place, self.shear_mm);
+            // The solver works in the frame of the stack.
             let way_mm = soft.sensor_from_stack.inverse().vector(way_mm);
             let press = Press::in_place().sheared(coefficient, way_mm, SHEAR_STEPS)?;
             friction = Some(coefficient);
@@ -113,12 +116,12 @@ impl Pressing<'_> {
         })
     }
 
-    /// As fixtures know a press.
+    /// Returns the press's identifier at a depth, as fixtures know it.
     fn id(&self, depth_mm: f64) -> String {
         format!("{},{depth_mm}mm", self.indenter)
     }
 
-    /// Of the i-th step, mm.
+    /// Returns the depth of the i-th step, mm.
     fn depth_at(&self, i: u32) -> f64 {
         self.depth_mm * f64::from(i) / f64::from(self.steps)
     }
@@ -136,7 +139,7 @@ impl Pressing<'_> {
     }
 }
 
-/// As many threads as work is done on.
+/// Returns the number of threads of the current rayon pool.
 pub fn threads() -> usize {
     rayon::current_num_threads()
 }

@@ -1,18 +1,19 @@
-//! How far the surface moves, seen from outside.
+//! Image of the surface's displacement, seen from outside.
 
 use fabkit_depth::Picture;
 use fabkit_depth::truth::false_color;
 
 use super::Pressed;
 
-/// Pixels along each side.
+/// Number of pixels along each side.
 const SIDE_PX: u32 = 320;
-/// Of a pad, as many contact radii as are looked at on each side, and at least so much, mm.
+/// Half width of the visible part of a pad: in contact radii, and at least this in mm.
 const CONTACTS: f64 = 4.0;
 const LEAST_MM: f64 = 2.0;
 
-/// How far the surface moves outwards along its normal, mm, as colours with a scale: of a dome the whole surface with the
-/// tip in the middle, by polar angle and azimuth, +x to the right and +y up; of a pad the surroundings of the press.
+/// Draws the outward displacement along the normal, mm, in false colours with a scale. Of a dome, the whole surface is
+/// shown with the tip in the middle, by polar angle and azimuth, +x to the right and +y up; of a pad, the surroundings
+/// of the press.
 pub fn picture(pressed: &Pressed) -> Picture {
     let (soft, outcome) = (&pressed.soft, &pressed.outcome);
     let reach_s = match soft.disc_radius_mm() {
@@ -26,6 +27,7 @@ pub fn picture(pressed: &Pressed) -> Picture {
         let across = (f64::from(pixel % SIDE_PX) - middle) / middle;
         let up = (middle - f64::from(pixel / SIDE_PX)) / middle;
         let (share, azimuth) = (across.hypot(up), up.atan2(across));
+        // The chart is a disc: its corners stay blank.
         if share > 1.0 {
             return f64::NAN;
         }

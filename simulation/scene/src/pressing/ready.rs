@@ -1,4 +1,4 @@
-//! A sensor's soft layers, ready to be pressed by the bodies of fixtures.
+//! Elastic solver of a sensor's soft layers for bodies of fixtures.
 
 use std::f64::consts::PI;
 
@@ -9,37 +9,38 @@ use fabkit_geometry::{CompiledSolid, Point3, Sensor, SurfacePoints, TouchSurface
 use super::PressingError;
 use super::contact::deepest_place;
 
-/// Nodes of a dome's surface for a first look, about: a press takes some milliseconds.
+/// Approximate number of a dome's surface nodes for a first estimate: a press takes some milliseconds.
 const COARSE_NODES: f64 = 5000.0;
-/// The most nodes of a surface that nobody asked for: its setup takes some seconds.
+/// Maximum number of surface nodes unless a spacing is requested: the setup takes some seconds.
 const MOST_NODES: f64 = 25_000.0;
-/// Nothing that is pressed is thinner, mm.
+/// Finest node spacing in the search for a contact, mm. No indenter is thinner.
 const LEAST_LOOK_MM: f64 = 0.1;
-/// Nodes across a contact, from its middle to its edge, about.
+/// Approximate number of nodes from the middle of a contact to its edge.
 const ACROSS_CONTACT: f64 = 8.0;
-/// A pad is looked at finely up to this many times the contact's radius.
+/// Radius of the finely divided part of a pad, in contact radii.
 const AROUND_CONTACT: f64 = 2.5;
-/// Harmonics of the azimuth around a single contact in the middle of what is looked at.
+/// Number of azimuthal harmonics around a single contact in the middle of the fine part.
 const HARMONICS_OF_ONE: usize = 24;
 /// Limits of the distance of nodes, mm.
 const SPACING_LIMITS_MM: [f64; 2] = [0.01, 5.0];
 
-/// Layers whose answers to tractions are known.
+/// Soft layers with their compliance to surface tractions.
 #[derive(Debug)]
 pub struct Ready {
-    /// What gives way.
+    /// The soft layers.
     pub soft: SoftStack,
-    /// The same, solved.
+    /// Discretised layers with the solver.
     pub stack: Stack,
     /// Distance of the surface's nodes, mm.
     pub spacing_mm: f64,
 }
 
 impl Ready {
-    /// For one press: with nodes as fine as its contact asks for, or `spacing_mm` apart.
+    /// Creates a solver for one press, with nodes as fine as its contact needs, or `spacing_mm` apart. Several bodies
+    /// get the solver of [`Ready::for_all`].
     ///
     /// # Errors
-    /// Nothing soft, a distance of nodes that is none, what the solver says.
+    /// Returns an error for a sensor without soft layers, a node spacing outside its limits, and if the solver fails.
     pub fn for_press(
         sensor: &Sensor,
         bodies: &[PressBody],
@@ -62,7 +63,7 @@ impl Ready {
         if let Some(spacing_mm) = spacing_mm {
             return new(soft, spacing_mm);
         }
-        // A coarse press tells how wide the contact is.
+        // A coarse press estimates the contact's radius, from which the final spacing follows.
         let (coarse_mm, finest_mm) = match touch {
             TouchSurface::Dome(_) => {
                 let apart_mm = |nodes: f64| (points.area_mm2() / nodes).sqrt();
@@ -78,7 +79,7 @@ impl Ready {
         let contact_mm = loop {
             match coarse.press(bodies, &Press::in_place()) {
                 Ok(found) => break found.contact_radius_mm,
-                // It slips between nodes, as a pin does: so fine until it does not.
+                // The body slips between the nodes, as a pin does: the spacing is halved until one touches.
                 Err(error) if error.is_too_coarse() && coarse_mm > finest_mm.max(LEAST_LOOK_MM) => {
                     coarse_mm = (0.5 * coarse_mm).max(finest_mm);
                     coarse = new(coarse.soft, coarse_mm)?;
@@ -90,11 +91,11 @@ impl Ready {
         if fine_mm == coarse_mm { Ok(coarse) } else { new(coarse.soft, fine_mm) }
     }
 
-    /// For presses anywhere: nodes as fine as a few seconds allow, or `spacing_mm` apart. Presses that then move along
-    /// the surface, `is_dragged`, are solved for as well: three times the work.
+    /// Creates a solver for presses anywhere, with nodes as fine as a few seconds of setup allow, or `spacing_mm`
+    /// apart. With `is_dragged`, displacements along the surface are solved for as well: three times the work.
     ///
     /// # Errors
-    /// As for one press.
+    /// Returns the errors of [`Ready::for_press`].
     pub fn for_all(
         sensor: &Sensor,
         spacing_mm: Option<f64>,
@@ -112,10 +113,10 @@ impl Ready {
         Ok(Self { soft, stack, spacing_mm })
     }
 
-    /// Presses bodies in, all at once.
+    /// Presses all bodies in at once.
     ///
     /// # Errors
-    /// No contact, one that is deeper than the layers or does not converge.
+    /// Returns an error without contact, and for contact that is deeper than the layers or does not converge.
     pub fn press(&self, bodies: &[PressBody], how: &Press) -> Result<Outcome, PressingError> {
         let solids = bodies.iter().map(|body| CompiledSolid::new(&body.solid));
         let solids = solids.collect::<Result<Vec<_>, _>>().map_err(SoftError::Solid)?;
@@ -131,7 +132,7 @@ impl Ready {
     }
 }
 
-/// The layers below a place, divided where the camera follows marks.
+/// Builds the stack of layers below a place, divided where the camera tracks markers.
 pub(super) fn stack_of(
     sensor: &Sensor,
     touch: &TouchSurface,
@@ -143,16 +144,16 @@ pub(super) fn stack_of(
     Ok(soft)
 }
 
-/// The surface that is pressed.
+/// Returns the surface that is pressed.
 pub(super) fn touch(sensor: &Sensor) -> Result<&TouchSurface, PressingError> {
     let stiff = || SoftError::Stiff { sensor: sensor.name.clone() };
     Ok(sensor.touch.as_ref().ok_or_else(stiff)?)
 }
 
-/// What a stack for all presses is centred on, how far it reaches, mm, and the area within, mm2.
+/// Returns the centre of a stack for all presses, its radius, mm, and the area within, mm2.
 fn middle(points: &SurfacePoints) -> (Place, f64, f64) {
     match points {
-        // Of a dome all is looked at.
+        // A dome's stack covers the whole surface, so its radius is not used.
         SurfacePoints::Dome(_) => ((Point3::origin(), Vector3::z()), 0.0, points.area_mm2()),
         SurfacePoints::Plane(face) => {
             let [x, y] = face.bounds_mm();

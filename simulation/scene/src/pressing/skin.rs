@@ -1,4 +1,4 @@
-//! Presses on a skin with channels of liquid: forces, and what each column tells of them.
+//! Presses on a skin with liquid channels: forces, and the displacement of each channel's liquid column.
 
 use std::fmt::Write as _;
 
@@ -16,50 +16,51 @@ use super::files::force_svg;
 use super::marks::{marks_arrays, marks_document};
 use super::{Moved, Pressing, PressingError};
 
-/// Distance of nodes that nobody asked for, mm.
+/// Default distance of nodes, mm.
 const SPACING_MM: f64 = 1.0;
-/// Small strain holds up to about here: how far a channel may close, as a part of its height.
+/// Largest closing of a channel, as a share of its height, up to which small strain approximately holds.
 const MOST_CLOSED: f64 = 0.25;
-/// How far the skin may sag, as a part of its thickness: beyond, plates stretch as well as bend.
+/// Largest sag of the skin, as a share of its thickness, up to which plates mainly bend. Beyond, they also stretch.
 const MOST_SAG: f64 = 0.5;
 
-/// One depth of a press on a skin.
+/// State of a press on a skin at one depth.
 #[derive(Clone, Debug)]
 pub struct SkinStep {
-    /// How deep the presser stands, mm.
+    /// Depth of the indenter, mm.
     pub depth_mm: f64,
-    /// What it does.
+    /// Solution at this depth.
     pub outcome: LiquidOutcome,
 }
 
-/// A press on a skin with the way to it.
+/// A press on a skin, solved at increasing depths.
 #[derive(Debug)]
 pub struct PressedSkin {
-    /// The press at its full depth.
+    /// Identifier of the press at its full depth.
     pub id: String,
     /// Distance of nodes, mm.
     pub spacing_mm: f64,
-    /// By depth.
+    /// States at increasing depth.
     pub steps: Vec<SkinStep>,
-    /// What the camera follows, at full depth.
+    /// Markers at full depth.
     pub marks: Vec<Moved>,
-    /// What was pressed.
+    /// The skin's layers and channels.
     pub stack: LiquidStack,
 }
 
 impl Pressing<'_> {
-    /// Whether a sensor has no other surface than a skin with channels of liquid.
+    /// Returns whether the sensor's only surface is a skin with liquid channels.
     pub fn is_on_skin(sensor: &Sensor) -> bool {
         sensor.touch.is_none() && sensor.liquid.is_some()
     }
 
-    /// Presses the skin of a sensor with channels of liquid step by step.
+    /// Solves a press on a skin with liquid channels at increasing depths.
     ///
     /// # Errors
-    /// [`PressingError`]: no such press, a way along the skin, a channel that is pressed shut, a contact that does
-    /// not converge.
+    /// [`PressingError`]: an unknown press, a displacement along the skin or friction, large strain, a channel that is
+    /// pressed shut, contact that does not converge.
     pub fn run_on_skin(&self, project: &Project) -> Result<PressedSkin, PressingError> {
         self.check()?;
+        // The skin's solver has no tangential tractions.
         if self.shear_mm != [0.0; 2] || self.friction.is_some() {
             let problem =
                 "a skin with channels of liquid is pressed straight down, without friction";
@@ -72,6 +73,7 @@ impl Pressing<'_> {
         let last = finder.press(&self.id(self.depth_mm))?;
         let spacing_mm = self.spacing_mm.unwrap_or(SPACING_MM);
         let stack = LiquidStack::of(&project.design.sensor, spacing_mm)?;
+        // The setup for the full depth covers all smaller depths as well.
         let ready = on_solids(&last.bodies, |pressers| Ok(stack.ready(pressers)?))?;
         let mut steps = Vec::new();
         for i in 1..=self.steps {
@@ -79,6 +81,7 @@ impl Pressing<'_> {
             let press = finder.press(&self.id(depth_mm))?;
             steps.push(SkinStep { depth_mm, outcome: press_skin(&ready, &press)? });
         }
+        // The solver borrows `stack`, which moves into the result.
         drop(ready);
         let Some(deepest) = steps.last() else { return Err(self.no_steps()) };
         let marks = project.design.sensor.marks.iter().map(|mark| Moved {
@@ -90,15 +93,15 @@ impl Pressing<'_> {
     }
 }
 
-/// What a skin that is ready answers to a press.
+/// Solves a press on a skin that is set up.
 ///
 /// # Errors
-/// As for [`Pressing::run_on_skin`].
+/// Returns the errors of [`Pressing::run_on_skin`].
 pub fn press_skin(ready: &LiquidReady<'_>, press: &Press) -> Result<LiquidOutcome, PressingError> {
     on_solids(&press.bodies, |pressers| Ok(ready.press(pressers)?))
 }
 
-/// Calls with bodies that press in their places.
+/// Compiles bodies to solids at their poses and passes them to `call`, since indenters borrow their solids.
 pub fn on_solids<T>(
     bodies: &[PressBody],
     call: impl FnOnce(&[SolidPresser<'_>]) -> Result<T, PressingError>,
@@ -115,12 +118,12 @@ pub fn on_solids<T>(
 }
 
 impl PressedSkin {
-    /// At full depth.
+    /// Returns the last state.
     pub fn last(&self) -> Option<&SkinStep> {
         self.steps.last()
     }
 
-    /// How force grows with depth at full depth, N/mm.
+    /// Returns the slope of force over depth at full depth, N/mm: the difference quotient of the last two states.
     pub fn stiffness_n_mm(&self) -> f64 {
         let at =
             |i: usize| self.steps.get(i).map(|step| (step.depth_mm, step.outcome.force_n.norm()));
@@ -129,32 +132,33 @@ impl PressedSkin {
         last.map_or(f64::NAN, |(last_mm, last_n)| (last_n - force_n) / (last_mm - depth_mm))
     }
 
-    /// Thickness of the skin, mm.
+    /// Returns the thickness of the skin, mm.
     pub fn thickness_mm(&self) -> f64 {
         let levels = &self.stack.skin().levels_mm;
         levels.last().unwrap_or(&0.0) - levels.first().unwrap_or(&0.0)
     }
 
-    /// The channel that closes most, as a part of its height.
+    /// Returns the largest closing of a channel, as a share of its height.
     pub fn most_closed(&self) -> f64 {
         let share = |channel: &ChannelMoved| channel.closes_mm / channel.height_mm;
         let last = self.last().into_iter().flat_map(|step| &step.outcome.channels);
         last.map(share).fold(0.0, f64::max)
     }
 
-    /// How far the skin sags, as a part of its thickness.
+    /// Returns the largest sag of the skin, as a share of its thickness.
     pub fn sags(&self) -> f64 {
         self.last().map_or(0.0, |step| step.outcome.sags_mm / self.thickness_mm())
     }
 
-    /// Thickness of the channels' covers over their width: where it is small, covers are thin plates.
+    /// Returns the largest ratio of cover thickness to width over all channels. Where it is small, covers are thin
+    /// plates.
     pub fn cover_over_width(&self) -> f64 {
         let ratios =
             self.stack.skin().channels.iter().map(|channel| channel.cover_mm / channel.width_mm);
         ratios.fold(0.0, f64::max)
     }
 
-    /// Where the theory is stretched beyond what it was made for, in words.
+    /// Returns a warning for each limit of the theory that the press exceeds.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let closed = self.most_closed();
@@ -203,11 +207,12 @@ fn step_document(SkinStep { depth_mm, outcome }: &SkinStep) -> Value {
     })
 }
 
-/// A press on a skin as `fabkit press --json` says it: as any other, and `channels`.
+/// Returns a press on a skin as `fabkit press --json` prints it: as other presses, with `channels`.
 pub fn skin_document(pressed: &PressedSkin) -> Value {
     let layers = &pressed.stack.layers;
     let force_n = pressed.last().map_or(f64::NAN, |step| step.outcome.force_n.norm());
-    // Air does not give way as silicone does: between these the force lies, whatever it does.
+    // The air in the channels does not scale with the moduli of the silicone. The range therefore starts from 1, so
+    // that it contains the nominal force however the stiffness is divided.
     let shares = layers.iter().map(|layer| {
         layer.elasticity.young_range_mpa.map(|young_mpa| young_mpa / layer.elasticity.young_mpa)
     });
@@ -250,7 +255,7 @@ pub fn skin_document(pressed: &PressedSkin) -> Value {
     document
 }
 
-/// The curve as CSV: force, and the squeezed volume of each channel, mm3.
+/// Formats the curve as CSV: force, and the displaced volume of each channel, mm3.
 pub fn skin_csv(pressed: &PressedSkin) -> String {
     let mut text = String::from(
         "depth_mm,force_n,force_x_n,force_y_n,force_z_n,moment_x_nmm,moment_y_nmm,moment_z_nmm,contact_radius_mm,\
@@ -284,15 +289,16 @@ pub fn skin_csv(pressed: &PressedSkin) -> String {
     text
 }
 
-/// Force over depth as a drawing.
+/// Plots force over depth as SVG.
 pub fn skin_svg(pressed: &PressedSkin) -> String {
     let steps = pressed.steps.iter().map(|step| [step.depth_mm, step.outcome.force_n.norm()]);
     force_svg(&pressed.id, Level::Linear, steps)
 }
 
-/// The skin's faces at full depth as arrays, the touched one, then the underside below it: `place_mm`, `outward`,
-/// `displacement_mm` and `shear_mpa` (N x 3, sensor frame), `pressure_mpa` and `area_mm2` (N); and `volume_mm3` and
-/// `column_moves_mm` of each channel; and of M marks `mark_place_mm`, `mark_displacement_mm` and `mark_axis` (M x 3).
+/// Returns the skin's faces at full depth as arrays: nodes of the touched face, then of the underside below it. For N
+/// nodes: `place_mm`, `outward`, `displacement_mm` and `shear_mpa` (N x 3, sensor frame), `pressure_mpa` and `area_mm2`
+/// (N). For each channel `volume_mm3` and `column_moves_mm`. For M markers: `mark_place_mm`, `mark_displacement_mm` and
+/// `mark_axis` (M x 3).
 pub fn skin_arrays(pressed: &PressedSkin) -> Vec<Array> {
     let nodes = pressed.last().map(|step| step.outcome.nodes(&pressed.stack)).unwrap_or_default();
     let channels = pressed.last().map(|step| &step.outcome.channels[..]).unwrap_or_default();

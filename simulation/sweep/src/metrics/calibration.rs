@@ -1,17 +1,18 @@
-//! What pictures of pins in the pin dome, or in the pin plate, will tell of the camera.
+//! Expected accuracy of the camera's pose from images of pins in the pin dome or pin plate.
 
 use fabkit_calibration::model::FitParameter;
 use fabkit_fixtures::{FixtureError, Project};
 
 use super::Computed;
 
+/// Computes the group's metrics; notes say why some are missing.
 pub(super) fn compute(project: &Project, computed: &mut Computed) {
-    // `pin dome` or `pin plate`.
+    // The name is `pin dome` or `pin plate`.
     let what = project.pin_fixture_name().replace('-', " ");
     let forecast = match project.pin_forecast() {
         Ok(Ok(forecast)) => forecast,
         Ok(Err(why)) => return computed.notes.push(format!("{what}: {why}")),
-        // A sensor that states no surface has neither.
+        // A sensor that states no surface has neither fixture.
         Err(FixtureError::Unsuitable { .. }) => return,
         Err(FixtureError::Invalid(invalid)) => {
             let messages: Vec<&str> = invalid.problems.iter().map(|p| &*p.message).collect();

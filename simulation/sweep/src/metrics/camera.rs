@@ -1,4 +1,4 @@
-//! What the camera sees of the surface, as designed: through the drawn bodies.
+//! Metrics of the designed camera's view of the surface, through the drawn bodies.
 
 use fabkit_camera::Camera;
 use fabkit_fixtures::SurfacePoints;
@@ -9,46 +9,45 @@ use nalgebra::{Matrix2x3, Matrix3x2, Vector2};
 
 use super::Computed;
 
-/// Places on the surface; shares of its area are good to about a thousandth.
+/// Number of places on the surface; fractions of its area are accurate to about a thousandth.
 const PLACES: u32 = 1024;
 
-/// A ray that ends that near to a place ends there, mm.
+/// Distance from a place, mm, within which a ray that ends counts as reaching it.
 const THERE_MM: f64 = 1e-6;
 
-/// The camera of a design, and the bodies that it looks through.
+/// Camera of a design, with the bodies that it looks through.
 pub(super) struct View<'a> {
     sensor: &'a Sensor,
     camera: Camera,
     sights: Sights,
-    /// Spread evenly over the area of the surface, with that area, mm2; `None` where its shape is not known.
+    /// Places that are spread evenly over the area of the surface, and that area, mm2; `None` if its shape is unknown.
     places: Option<(Vec<Place>, f64)>,
 }
 
-/// A place on the surface that lies in the picture, and light from which reaches the camera if no body is
-/// in its way.
+/// Place on the surface that lies in the image, if no body is in the way of its light.
 pub(super) struct Place {
-    /// Sensor frame, mm.
+    /// Position in the sensor frame, mm.
     pub point: Point3<f64>,
     pub look: Look,
-    /// What is in its way, if anything.
+    /// Name of the body in its way, if any.
     pub hidden_by: Option<String>,
     scale: Option<Scale>,
 }
 
-/// What one pixel is on the surface.
+/// Size of a pixel on the surface.
 #[derive(Clone, Copy, Debug)]
 struct Scale {
-    /// Edge of the square on the surface that one pixel sees, mm.
+    /// Side of the square on the surface that has the area of one pixel, mm.
     mm_per_px: f64,
     /// Change of the distance from one pixel to the next, in the direction where it is largest, mm.
     range_mm_per_px: f64,
 }
 
 impl<'a> View<'a> {
-    /// `None` where the camera cannot be.
+    /// Creates the view; `None` for an impossible camera.
     ///
     /// # Errors
-    /// Bodies that no light can be followed through.
+    /// Fails for bodies through which light cannot be traced.
     pub(super) fn new(sensor: &'a Sensor) -> Result<Option<Self>, InvalidStack> {
         let design = &sensor.camera;
         let (width, height) = (design.width_px, design.height_px);
@@ -71,21 +70,23 @@ impl<'a> View<'a> {
         &self.camera
     }
 
-    /// Through the bodies.
+    /// Creates a viewer through the drawn bodies.
     pub(super) fn viewer(&self) -> Viewer<'_> {
         Viewer::new(&self.camera, &self.sensor.camera.sensor_from_camera, &self.sights)
     }
 
-    /// Those that lie in the picture, and the whole area of the surface, mm2.
+    /// Places that lie in the image, and the whole area of the surface, mm2.
     pub(super) fn places(&self) -> Option<(&[Place], f64)> {
         self.places.as_ref().map(|(places, area_mm2)| (&places[..], *area_mm2))
     }
 
+    /// Finds the places on the surface that lie in the image.
     fn look_around(&self) -> Result<Option<(Vec<Place>, f64)>, InvalidSolid> {
         let Some(touch) = &self.sensor.touch else { return Ok(None) };
         let surface = SurfacePoints::new(touch)?;
         let mut viewer = self.viewer();
         let places = (0..PLACES).filter_map(|i| {
+            // A low-discrepancy sequence: even steps along one axis, the golden ratio along the other.
             let shares =
                 [(f64::from(i) + 0.5) / f64::from(PLACES), (f64::from(i) * GOLDEN_SHARE).fract()];
             let (point, normal) = surface.by_area(shares)?;
@@ -100,20 +101,22 @@ impl<'a> View<'a> {
     }
 }
 
-/// From the change of the pixel with the place, px per mm.
+/// Computes a pixel's size from the derivative of the pixel by the place, px/mm.
 fn scale(by_place: &Matrix2x3<f64>, sight: &Vector3<f64>, normal: &Vector3<f64>) -> Option<Scale> {
-    // Two directions along the surface.
+    // Two orthogonal directions along the surface.
     let u = Vector3::ith(normal.iamin(), 1.0).cross(normal).normalize();
     let along = Matrix3x2::from_columns(&[u, normal.cross(&u)]);
     let px_per_mm = by_place * along;
+    // The determinant is the area in the image per area on the surface.
     let mm_per_px = 1.0 / px_per_mm.determinant().abs().sqrt();
-    // The distance grows by the line of sight's part along the surface; by pixels, through the
-    // inverse of the above.
+    // The distance changes by the component of the line of sight along the surface; by pixels, through the inverse of
+    // the derivative above.
     let by_mm: Vector2<f64> = along.transpose() * sight;
     let by_px = px_per_mm.transpose().try_inverse()? * by_mm;
     Some(Scale { mm_per_px, range_mm_per_px: by_px.norm() })
 }
 
+/// Computes the group's metrics.
 pub(super) fn compute(view: &View, computed: &mut Computed) {
     let Some((places, area_mm2)) = view.places() else { return };
     let seen: Vec<&Place> = places.iter().filter(|place| place.hidden_by.is_none()).collect();
@@ -154,7 +157,7 @@ mod tests {
         assert!(seen.range_mm_per_px < 1e-12);
     }
 
-    /// A plane askew, against differences of neighbouring pixels.
+    /// A tilted plane, compared with differences of neighbouring pixels.
     #[test]
     fn the_change_of_range_is_that_between_pixels() {
         let camera = Camera::equidistant(640, 480, 2.0).unwrap();

@@ -1,10 +1,11 @@
-//! The rules of `fabkit check`.
+//! Findings of `fabkit check` as metrics.
 
 use fabkit_checks::{Memo, Rule, Severity, check_variant};
 use fabkit_geometry::Sensor;
 
 use super::Computed;
 
+/// Computes the group's metrics.
 pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut Computed) {
     let report = match check_variant(sensor, memo) {
         Ok(report) => report,
@@ -22,7 +23,7 @@ pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut Computed) {
     computed.put("overlaps", report.of(Rule::Interference).count() as f64);
     let pulls = report.examined.iter().any(|e| e.rule == Rule::Demolding && e.count > 0);
     if pulls {
-        // Each of the rule's findings states one of the two, by its unit.
+        // Each finding of the rule states one of the two, distinguished by its unit.
         let largest = |unit: &str| {
             let measured = report.of(Rule::Demolding).filter_map(|finding| finding.measured);
             measured.filter(|m| m.unit == unit).map(|m| m.value).fold(0.0, f64::max)

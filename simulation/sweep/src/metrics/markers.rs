@@ -1,4 +1,4 @@
-//! What the camera follows: features that repeat under one of a few names.
+//! Metrics of markers: features that repeat under one of a few names.
 
 use std::collections::BTreeSet;
 
@@ -10,21 +10,22 @@ use nalgebra::Matrix3x2;
 use super::Computed;
 use super::camera::{Place, View};
 
-/// How sensors call what their camera follows; a number comes after it.
+/// Names of features that a camera tracks; a number follows.
 const WORDS: [&str; 3] = ["marker", "dimple", "dot"];
 
-/// One marker, sensor frame.
+/// Marker, sensor frame.
 struct Marker {
     body: CompiledSolid,
     sensor_from_marker: Pose,
-    /// Middle of its box.
+    /// Centre of its bounding box, sensor frame, mm.
     centre: Point3<f64>,
-    /// Of a ball around `centre` that holds it, mm.
+    /// Radius of the ball around `centre` that encloses the marker, mm.
     reach_mm: f64,
-    /// Across its axis, mm.
+    /// Widths across its axis, mm.
     widths_mm: [f64; 2],
 }
 
+/// Computes the group's metrics; nothing for a sensor without markers.
 pub(super) fn compute(view: &View, computed: &mut Computed) -> Result<(), InvalidSolid> {
     let markers = markers(view.sensor())?;
     if markers.is_empty() {
@@ -35,7 +36,7 @@ pub(super) fn compute(view: &View, computed: &mut Computed) -> Result<(), Invali
         .iter()
         .filter_map(|marker| {
             let look = viewer.look_at(&marker.centre).ok()?;
-            // Of the marker itself the half before its centre is in the way.
+            // The half of the marker in front of its centre does not hide it.
             let is_hidden = look.sight.hidden_by(marker.reach_mm).is_some();
             if is_hidden || !view.camera().sees(&look.pixel) {
                 return None;
@@ -43,6 +44,7 @@ pub(super) fn compute(view: &View, computed: &mut Computed) -> Result<(), Invali
             let by_place = viewer.by_place(&marker.centre, &look)?;
             let across =
                 [Vector3::x(), Vector3::y()].map(|axis| marker.sensor_from_marker.vector(axis));
+            // The marker's disc maps to an ellipse in the image; a disc of its area has the diameter sqrt(a b |det|).
             let px_per_mm = by_place * Matrix3x2::from_columns(&across);
             let [a, b] = marker.widths_mm;
             Some((a * b * px_per_mm.determinant().abs()).sqrt())
@@ -53,7 +55,7 @@ pub(super) fn compute(view: &View, computed: &mut Computed) -> Result<(), Invali
     computed.put_spread("marker_px", widths);
     if let Some((places, _)) = view.places() {
         let mut is_behind = |place: &Place| hides(&markers, &viewer.way(&place.point, &place.look));
-        // What other bodies hide is lost either way.
+        // Light that another body blocks is lost in either case.
         let (behind, open): (Vec<&Place>, Vec<&Place>) =
             places.iter().partition(|place| is_behind(place));
         let hidden = behind.len();
@@ -65,8 +67,8 @@ pub(super) fn compute(view: &View, computed: &mut Computed) -> Result<(), Invali
     Ok(())
 }
 
-/// The markers of the first body of the sensor in use that has any: layers before parts, because a
-/// mold has the same features.
+/// Finds the markers of the first body of the sensor in use that has any. Layers come before parts, because a mold has
+/// the same features.
 fn markers(sensor: &Sensor) -> Result<Vec<Marker>, InvalidSolid> {
     let layers = sensor.layers().map(|layer| (&layer.solid, &layer.placements));
     let parts = sensor.parts().map(|part| (&part.solid, &part.placements));
@@ -83,13 +85,14 @@ fn markers(sensor: &Sensor) -> Result<Vec<Marker>, InvalidSolid> {
     Ok(Vec::new())
 }
 
+/// Finds the markers among a solid's features.
 fn of_body(solid: &Solid, sensor_from_body: &Pose) -> Result<Vec<Marker>, InvalidSolid> {
     let mut names = BTreeSet::new();
     let mut markers = Vec::new();
     for leaf in solid.leaves() {
         let Some((word, number)) = leaf.feature.rsplit_once(' ') else { continue };
         let is_marker = WORDS.contains(&word) && number.parse::<u32>().is_ok();
-        // A feature of several primitives is measured by its first.
+        // A feature of several primitives is measured by its first one.
         if !is_marker || !names.insert(leaf.feature) {
             continue;
         }
@@ -108,11 +111,12 @@ fn of_body(solid: &Solid, sensor_from_body: &Pose) -> Result<Vec<Marker>, Invali
     Ok(markers)
 }
 
-/// Whether a marker stands on the way of light.
+/// Returns whether a marker blocks a path of light.
 fn hides(markers: &[Marker], way: &[Point3<f64>]) -> bool {
     way.windows(2).any(|piece| stands_on(markers, &piece[0], &piece[1]))
 }
 
+/// Returns whether a marker blocks the straight line between two points.
 fn stands_on(markers: &[Marker], eye: &Point3<f64>, place: &Point3<f64>) -> bool {
     let sight = place - eye;
     let length_mm = sight.norm();

@@ -1,4 +1,4 @@
-//! Volumes, masses, cost and time of everything that a lab makes, molds and tools included.
+//! Metrics of volume, mass, cost and time for everything that a lab makes, including molds and tools.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,7 +8,7 @@ use fabkit_geometry::{Action, CompiledSolid, InvalidSolid, Process, Sensor, Soli
 use super::Computed;
 use super::stock::{self, Pace};
 
-/// Lines through each body: good to a percent for thin sheets, to some thousandths for the rest.
+/// Number of lines through each body: accurate to a percent for thin sheets, to some thousandths for other bodies.
 const LINES: u32 = 2_000;
 
 const MM3_PER_CM3: f64 = 1e3;
@@ -17,10 +17,11 @@ const G_PER_KG: f64 = 1e3;
 #[derive(Default)]
 struct Sum {
     volume_mm3: f64,
-    /// `None` once a material is unknown: a sum that leaves something out would mislead.
+    /// Mass, g; `None` once a material is unknown, because an incomplete sum would mislead.
     mass_g: Option<f64>,
 }
 
+/// Computes the group's metrics; those that need an unknown density or price are missing.
 pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), InvalidSolid> {
     let mut by_material: BTreeMap<&str, Sum> = BTreeMap::new();
     let mut cost_usd = Some(0.0);
@@ -32,6 +33,7 @@ pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), In
         let sum = by_material.entry(material).or_insert(Sum { volume_mm3: 0.0, mass_g: Some(0.0) });
         sum.volume_mm3 += volume_mm3;
         sum.mass_g = sum.mass_g.zip(mass_g).map(|(a, b)| a + b);
+        // Waste costs money, but is not part of the mass.
         let usd = known.zip(mass_g).map(|(k, g)| g * (1.0 + waste) / G_PER_KG * k.usd_per_kg);
         cost_usd = cost_usd.zip(usd).map(|(a, b)| a + b);
         if mass_g.is_none() || usd.is_none() {
@@ -51,6 +53,7 @@ pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), In
         let Some(process) = part.process() else { continue };
         match stock::pace(process) {
             Some(Pace::Volume(mm3_per_h)) => print_h += volume_mm3 / mm3_per_h,
+            // Parts on one bed print together: the tallest one of each process counts.
             Some(Pace::Height(mm_per_h)) => {
                 let on_bed =
                     CompiledSolid::new(&part.solid.clone().placed(part.bed_from_body))?.bounds();
@@ -100,7 +103,7 @@ fn volume(solid: &Solid) -> Result<f64, InvalidSolid> {
         .map_or(f64::INFINITY, |volume| volume.value_mm3))
 }
 
-/// Density, g/cm3, and waste of the layers that are poured or sprayed.
+/// Returns density, g/cm3, and waste of the layers that are poured or sprayed.
 fn mixes(sensor: &Sensor) -> BTreeMap<&str, (f64, f64)> {
     let mixes = sensor.chain.iter().filter_map(|step| match &step.action {
         Action::Pour(pour) => Some((&*pour.layer, (pour.mix.density_g_per_cm3, pour.waste))),

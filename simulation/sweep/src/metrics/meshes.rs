@@ -1,4 +1,4 @@
-//! Triangles of all parts.
+//! Metrics of the parts' meshes.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -8,13 +8,13 @@ use fabkit_mesh::{MeshError, mesh};
 
 use super::Computed;
 
-/// Largest distance between triangles and surface, mm: coarser than `export`, to be fast.
+/// Largest distance between triangles and surface, mm: coarser than for `export`, to be fast.
 const TOLERANCE_MM: f64 = 0.05;
 
-/// Numbers in the keys of all solids remembered, at most: 32 MB.
+/// Largest total size of all cached keys, numbers: 32 MB.
 const MOST_NUMBERS: usize = 4_000_000;
 
-/// What is known of a mesh.
+/// Measurements of a mesh.
 #[derive(Clone, Copy, Debug)]
 struct Measured {
     triangles: usize,
@@ -22,7 +22,7 @@ struct Measured {
     area_mm2: f64,
 }
 
-/// Meshes of parts that variants have in common, by their shapes.
+/// Cache of measurements of parts that variants share, by their shapes.
 #[derive(Debug, Default)]
 pub(super) struct Memo(Mutex<Known>);
 
@@ -33,6 +33,7 @@ struct Known {
 }
 
 impl Memo {
+    /// Returns the measurements of a solid's mesh, from the cache if possible.
     fn measured(&self, solid: &Solid) -> Result<Measured, MeshError> {
         let key = solid.shape_key();
         let known = self.0.lock().ok().and_then(|known| known.by_shape.get(&key).copied());
@@ -46,6 +47,7 @@ impl Memo {
             area_mm2: mesh.area_mm2(),
         };
         if let Ok(mut known) = self.0.lock()
+            // A full cache only makes later variants slower.
             && known.numbers + key.len() <= MOST_NUMBERS
         {
             known.numbers += key.len();
@@ -55,6 +57,7 @@ impl Memo {
     }
 }
 
+/// Computes the group's metrics; a part that cannot be meshed leaves a note.
 pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut Computed) {
     let (mut triangles, mut volume_mm3, mut area_mm2) = (0, 0.0, 0.0);
     for part in sensor.parts() {

@@ -1,4 +1,4 @@
-//! What can be known of a variant: one table of metrics, computed in groups.
+//! Metrics of variants: one table, computed in groups.
 
 mod calibration;
 mod camera;
@@ -18,27 +18,27 @@ use fabkit_geometry::InvalidSolid;
 use self::camera::View;
 pub use self::stock::{densities, stock_density_g_per_cm3};
 
-/// What is computed together.
+/// Group of metrics that are computed together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Group {
-    /// What the camera sees of the surface, as designed.
+    /// Camera's view of the surface, as designed.
     Camera,
-    /// Markers, dimples, dots: whatever the camera follows.
+    /// Markers, dimples or dots that the camera tracks.
     Markers,
-    /// Volumes, masses, cost, time.
+    /// Volumes, masses, cost and time.
     Masses,
     /// Walls of printed parts.
     Walls,
-    /// What calibration will tell.
+    /// Expected accuracy of a calibration.
     Calibration,
-    /// How the layers give way; takes tenths of a second.
+    /// Deformation of the layers; takes tenths of a second.
     Press,
-    /// All rules of `fabkit check`; takes seconds.
+    /// Rules of `fabkit check`; takes seconds.
     Checks,
-    /// Triangles; takes tenths of a second.
+    /// Meshes of the parts; takes tenths of a second.
     Meshes,
-    /// How well a small model reads the sensor's simulated pictures; takes seconds, and is asked of somebody else
-    /// ([`Plan::bench`](crate::Plan::bench)), because what learns is Python.
+    /// Accuracy of a small model on simulated images; takes seconds. The caller computes it
+    /// ([`Plan::bench`](crate::Plan::bench)), because the learning code is Python.
     Bench,
 }
 
@@ -56,7 +56,7 @@ pub const GROUPS: [Group; 9] = [
 ];
 
 impl Group {
-    /// As written in plans.
+    /// Name of the group in plans.
     pub fn word(self) -> &'static str {
         match self {
             Self::Camera => "camera",
@@ -71,27 +71,27 @@ impl Group {
         }
     }
 
-    /// Whether a plan that names no metrics leaves it out.
+    /// Returns whether a plan that names no metrics leaves the group out.
     pub fn is_slow(self) -> bool {
         matches!(self, Self::Press | Self::Checks | Self::Meshes | Self::Bench)
     }
 }
 
-/// One column of the table, or one for each material.
+/// Metric: a column of the table, or one for each material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Metric {
-    /// With its unit.
+    /// Name of the column, with its unit.
     pub name: &'static str,
-    /// What it is computed with.
+    /// Group with which it is computed.
     pub group: Group,
-    /// For people.
+    /// Description for people.
     pub summary: &'static str,
-    /// Whether its columns are `name[material]`.
+    /// True if its columns are `name[material]`.
     pub per_material: bool,
 }
 
 impl Metric {
-    /// Whether a column is one of this metric.
+    /// Returns whether a column belongs to this metric.
     pub(crate) fn covers(&self, column: &str) -> bool {
         match self.per_material {
             false => self.name == column,
@@ -110,7 +110,7 @@ const fn per_material(name: &'static str, summary: &'static str) -> Metric {
     Metric { name, group: Group::Masses, summary, per_material: true }
 }
 
-/// Every built-in metric, in the order of tables.
+/// All built-in metrics, in the order of tables.
 pub const METRICS: &[Metric] = &[
     metric(Group::Camera, "surface_area_mm2", "area of the sensing surface"),
     metric(
@@ -250,41 +250,41 @@ pub const METRICS: &[Metric] = &[
     ),
 ];
 
-/// What a plan computes that names no metrics.
+/// Returns the metrics of a plan that names none.
 pub(crate) fn default_metrics() -> Vec<&'static Metric> {
     METRICS.iter().filter(|metric| !metric.group.is_slow()).collect()
 }
 
-/// Names that plans may still use, and those that say the same of domes and plates.
+/// Former names that plans may still use, with the present ones, which hold for domes and plates.
 const FORMER: [(&str, &str); 3] = [
     ("dome_position_sigma_mm", "camera_position_sigma_mm"),
     ("dome_rotation_sigma_deg", "camera_rotation_sigma_deg"),
     ("dome_seating_sigma_mm", "seating_offset_sigma_mm"),
 ];
 
-/// A metric's name of today.
+/// Returns a metric's present name.
 pub(crate) fn current(name: &str) -> &str {
     FORMER.iter().find(|(former, _)| *former == name).map_or(name, |(_, current)| current)
 }
 
-/// The metrics of a word: one, or those of a group.
+/// Returns the metrics that a word names: one, or those of a group.
 pub(crate) fn named(word: &str) -> Vec<&'static Metric> {
     let word = current(word);
     METRICS.iter().filter(|metric| metric.name == word || metric.group.word() == word).collect()
 }
 
-/// Every word that [`named`] knows.
+/// Lists all words that [`named`] accepts.
 pub(crate) fn words() -> Vec<&'static str> {
     let groups = GROUPS.iter().map(|group| group.word());
     groups.chain(METRICS.iter().map(|metric| metric.name)).collect()
 }
 
-/// Whether a column is one of a built-in metric.
+/// Returns whether a column belongs to a built-in metric.
 pub(crate) fn is_metric(column: &str) -> bool {
     METRICS.iter().any(|metric| metric.covers(column))
 }
 
-/// Values by column, and why others are missing.
+/// Values by column, and reasons why others are missing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Computed {
     pub values: BTreeMap<String, f64>,
@@ -293,11 +293,11 @@ pub(crate) struct Computed {
 
 impl Computed {
     fn put(&mut self, name: &str, value: f64) {
-        // `-0` reads badly.
+        // Adding 0 turns `-0` into `0`, which reads better.
         self.values.insert(name.to_owned(), value + 0.0);
     }
 
-    /// `name_min`, `name_median` and `name_max`; nothing of nothing.
+    /// Stores minimum, median and maximum as `name_min`, `name_median` and `name_max`; nothing for no values.
     fn put_spread(&mut self, name: &str, mut values: Vec<f64>) {
         values.sort_by(f64::total_cmp);
         if let (Some(first), Some(last)) = (values.first(), values.last()) {
@@ -308,7 +308,7 @@ impl Computed {
     }
 }
 
-/// What has been computed of bodies that other variants have too.
+/// Cache of results for bodies that several variants share.
 #[derive(Debug, Default)]
 pub(crate) struct Shared {
     checks: fabkit_checks::Memo,
@@ -347,7 +347,7 @@ pub(crate) fn compute(
             Group::Press => press::compute(sensor, computed),
             Group::Checks => checks::compute(sensor, &shared.checks, computed),
             Group::Meshes => meshes::compute(sensor, &shared.meshes, computed),
-            // Somebody else's.
+            // The caller computes these.
             Group::Bench => {}
         }
     }

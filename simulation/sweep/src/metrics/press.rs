@@ -1,16 +1,18 @@
-//! How the sensor gives way: a ball on its tip, or on the middle of its pad.
+//! Metrics of a press: a ball on the tip of a dome, or on the middle of a pad.
 
 use fabkit_elastic::SoftStack;
 use fabkit_geometry::Sensor;
 
 use super::Computed;
 
-/// A fingertip's size; other balls are pressed by `fabkit press`.
+/// Radius of the ball, mm: the size of a fingertip. `fabkit press` simulates other balls.
 const BALL_RADIUS_MM: f64 = 4.0;
 const DEPTH_MM: f64 = 1.0;
 
+/// Computes the group's metrics; a press without solution leaves a note.
 pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) {
     let Some(touch) = &sensor.touch else { return };
+    // The press would be deeper than the surface can give way.
     if touch.soft_mm() < DEPTH_MM {
         let soft_mm = touch.soft_mm();
         computed

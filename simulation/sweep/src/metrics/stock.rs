@@ -1,21 +1,21 @@
-//! Densities and rough prices of what parts and layers are made from.
+//! Stock: densities and rough prices of the materials of parts and layers.
 //!
-//! Densities are those of makers' data sheets, rounded. Prices are list prices of small amounts in
-//! 2025, rounded hard: they compare variants, they are no budget.
+//! Densities are rounded values of makers' data sheets. Prices are list prices of small amounts in 2025, strongly
+//! rounded: they serve to compare variants, not as a budget.
 
 use std::collections::BTreeMap;
 
 use fabkit_designs::Design;
 use fabkit_geometry::{Action, Body, Process};
 
-/// What is known of a material.
+/// Properties of a stock material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stock {
-    /// A word of its name, small letters.
+    /// Word that occurs in the material's name, in lower case.
     word: &'static str,
-    /// g/cm3.
+    /// Density, g/cm3.
     pub density_g_per_cm3: f64,
-    /// US dollars per kg.
+    /// Price, US dollars per kg.
     pub usd_per_kg: f64,
 }
 
@@ -23,8 +23,8 @@ const fn stock(word: &'static str, density_g_per_cm3: f64, usd_per_kg: f64) -> S
     Stock { word, density_g_per_cm3, usd_per_kg }
 }
 
-/// The first whose word is in a material's name counts. Liquids' densities are those of the mix, where
-/// a chain states it.
+/// Stock materials. The first whose word occurs in a material's name applies. For liquids the density of the mix takes
+/// precedence, if a chain states it.
 const STOCKS: &[Stock] = &[
     stock("petg", 1.27, 25.0),
     stock("pet film", 1.39, 15.0),
@@ -50,28 +50,28 @@ const STOCKS: &[Stock] = &[
     stock("water", 1.0, 0.0),
 ];
 
-/// What is known of a material by its name.
+/// Finds the stock of a material by its name.
 pub fn of(material: &str) -> Option<&'static Stock> {
     let name = material.to_lowercase();
     STOCKS.iter().find(|stock| name.contains(stock.word))
 }
 
-/// Density of usual stock by a material's name, g/cm3, where it is known.
+/// Returns the density of stock by a material's name, g/cm3, if it is known.
 pub fn stock_density_g_per_cm3(material: &str) -> Option<f64> {
     of(material).map(|stock| stock.density_g_per_cm3)
 }
 
-/// How long a process takes.
+/// Speed of a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pace {
-    /// By volume, mm3 per hour; one piece after the other.
+    /// Speed by volume, mm3 per hour; pieces are made one after the other.
     Volume(f64),
-    /// By height, mm per hour; all pieces at once.
+    /// Speed by height, mm per hour; all pieces are made together.
     Height(f64),
 }
 
-/// The pace of a printer; `None` for what is not printed. A 0.4 mm nozzle at 4 mm3/s, usual desktop
-/// resin printers at 0.05 mm layers, jetting at 0.027 mm layers.
+/// Returns the speed of a printer; `None` for other processes. The values are those of a 0.4 mm nozzle at 4 mm3/s,
+/// usual desktop resin printers at 0.05 mm layers, and jetting at 0.027 mm layers.
 pub fn pace(process: Process) -> Option<Pace> {
     match process {
         Process::Fdm => Some(Pace::Volume(4.0 * 3600.0)),
@@ -81,8 +81,8 @@ pub fn pace(process: Process) -> Option<Pace> {
     }
 }
 
-/// Densities, g/cm3, by body, as far as they are known: of what is mixed for a layer, of the design's own
-/// materials, and of usual stock.
+/// Returns densities, g/cm3, by body, as far as they are known: of the mix of a layer, else of the design's own
+/// materials, else of stock.
 pub fn densities(design: &Design) -> BTreeMap<&str, f64> {
     let mixed = design.sensor.chain.iter().filter_map(|step| match &step.action {
         Action::Pour(pour) => Some((&*pour.layer, pour.mix.density_g_per_cm3)),
@@ -107,7 +107,7 @@ pub fn densities(design: &Design) -> BTreeMap<&str, f64> {
 mod tests {
     use super::*;
 
-    /// A material that nobody knows leaves masses empty: fine for a user's, a slip for ours.
+    /// An unknown material leaves masses empty: acceptable for a user's design, a mistake in a built-in one.
     #[test]
     fn all_materials_of_built_in_sensors_are_known() {
         for name in fabkit_designs::builtin_names() {

@@ -1,25 +1,25 @@
-//! One parameter and the values that it takes.
+//! Axis of a plan: a parameter and its values.
 
 use fabkit_text::Kind;
 
 use super::quantity;
 use crate::row::Value;
 
-/// A parameter that is varied.
+/// Parameter that is varied.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanAxis {
-    /// Its path, for example `surface.radius`.
+    /// Path of the parameter, for example `surface.radius`.
     pub path: String,
-    /// What it is.
+    /// Kind of the parameter.
     pub(super) kind: Kind,
     pub(super) values: Values,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Values {
-    /// As written.
+    /// Values as written.
     List(Vec<String>),
-    /// In the unit of the kind.
+    /// Range in the unit of the kind.
     Range(Range),
 }
 
@@ -27,17 +27,17 @@ pub(super) enum Values {
 pub(super) struct Range {
     pub from: f64,
     pub to: f64,
-    /// Equal ratios instead of equal differences.
+    /// True for equal ratios instead of equal differences.
     pub log: bool,
-    /// `None`: everything between, which only samples can have.
+    /// Number of values; `None` for all values in between, which only samples can have.
     pub steps: Option<usize>,
 }
 
 impl Range {
-    /// `share` of the way, 0 to 1.
+    /// Returns the value at a fraction of the range, 0 to 1.
     fn at(&self, share: f64) -> f64 {
         let Self { from, to, log, .. } = *self;
-        // The ends are hit exactly.
+        // The ends are returned exactly, without rounding errors.
         match share {
             0.0 => from,
             1.0 => to,
@@ -48,14 +48,13 @@ impl Range {
 }
 
 impl PlanAxis {
-    /// Its column's name: the path with its unit.
+    /// Returns the name of the column: the path with its unit.
     pub fn column(&self) -> String {
         format!("{}{}", self.path, quantity::suffix(self.kind))
     }
 
-    /// What may be asked of it, for those who choose values themselves: a range of numbers in the
-    /// column's unit (`low`, `high`, `log`, `steps`, `whole`) or a list (`choices`), as JSON; and the
-    /// unit that numbers are written with.
+    /// Describes the axis as JSON, for optimisers that choose values themselves: a range of numbers in the column's
+    /// unit (`low`, `high`, `log`, `steps`, `whole`) or a list (`choices`), and the unit of numbers.
     pub fn space(&self) -> serde_json::Value {
         let unit = quantity::suffix(self.kind).trim_start_matches('_');
         match &self.values {
@@ -74,7 +73,7 @@ impl PlanAxis {
         }
     }
 
-    /// How many values it takes; `None` for a range of which only samples are drawn.
+    /// Returns the number of values; `None` for a range from which only samples are drawn.
     pub(super) fn len(&self) -> Option<usize> {
         match &self.values {
             Values::List(values) => Some(values.len()),
@@ -82,7 +81,7 @@ impl PlanAxis {
         }
     }
 
-    /// The value of a number below [`PlanAxis::len`], as it is written in files.
+    /// Returns the value with an index below [`PlanAxis::len`], as written in files.
     pub(super) fn nth(&self, index: usize) -> String {
         match &self.values {
             Values::List(values) => values[index.min(values.len() - 1)].clone(),
@@ -93,7 +92,7 @@ impl PlanAxis {
         }
     }
 
-    /// The value at a share of the axis, 0 up to but not 1.
+    /// Returns the value at a fraction of the axis, from 0 to below 1.
     pub(super) fn at(&self, share: f64) -> String {
         match (&self.values, self.len()) {
             (_, Some(len)) => self.nth(((share * len as f64) as usize).min(len - 1)),
@@ -107,7 +106,7 @@ impl PlanAxis {
         quantity::show(self.kind, value)
     }
 
-    /// A text of this axis as a cell of a table.
+    /// Converts a text of this axis to a cell of a table.
     pub(super) fn cell(&self, text: &str) -> Value {
         match quantity::parse(self.kind, text) {
             Some(number) => Value::Number(number),
@@ -115,13 +114,13 @@ impl PlanAxis {
         }
     }
 
-    /// The number of the value in the middle.
+    /// Returns the value in the middle of the axis.
     pub(crate) fn middle(&self) -> Option<Value> {
         let len = self.len()?;
         Some(self.cell(&self.nth((len - 1) / 2)))
     }
 
-    /// The words of an axis without numbers, in order.
+    /// Returns the words of an axis without numbers, in order.
     pub(crate) fn words(&self) -> Option<&[String]> {
         match &self.values {
             Values::List(values) if !quantity::is_numeric(self.kind) => Some(values),

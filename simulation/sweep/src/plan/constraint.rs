@@ -1,4 +1,4 @@
-//! What must hold: comparisons of parameters, metrics and numbers.
+//! Constraints: comparisons of parameters, metrics and numbers.
 
 use std::collections::BTreeMap;
 
@@ -7,17 +7,17 @@ use fabkit_text::{Kind, suggestion};
 use super::Known;
 use super::quantity;
 
-/// One comparison, for example `surface.radius <= 0.5 * envelope.diameter`.
+/// Comparison, for example `surface.radius <= 0.5 * envelope.diameter`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constraint {
-    /// As written.
+    /// Constraint as written.
     pub text: String,
     left: Term,
     relation: Relation,
     right: Term,
 }
 
-/// What a name or number of a constraint is measured in; `None` for plain numbers.
+/// Unit of a name or number in a constraint; `None` for plain numbers.
 type Unit = Option<&'static str>;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +45,7 @@ enum Relation {
     Unequal,
 }
 
-/// The longer sign first, where one begins another.
+/// Signs of relations. A sign that begins with another one comes before it.
 const RELATIONS: [(&str, Relation); 6] = [
     ("<=", Relation::AtMost),
     (">=", Relation::AtLeast),
@@ -56,6 +56,7 @@ const RELATIONS: [(&str, Relation); 6] = [
 ];
 
 impl Relation {
+    /// Returns whether the relation holds between two numbers.
     fn holds(self, left: f64, right: f64) -> bool {
         match self {
             Self::Less => left < right,
@@ -68,18 +69,17 @@ impl Relation {
     }
 }
 
-/// What is wrong with a constraint, and what to do.
+/// Problem of a constraint, and advice.
 pub(super) type Wrong = (String, String);
 
-/// Values by name: parameters and metrics in the units of their columns.
+/// Values of parameters and metrics by name, in the units of their columns.
 pub(crate) type Numbers = BTreeMap<String, f64>;
 
 impl Constraint {
-    /// Reads `TERM RELATION TERM`, where a term is a name, a number with its unit, or
-    /// `NUMBER * NAME`.
+    /// Reads `TERM RELATION TERM`, where a term is a name, a number with its unit, or `NUMBER * NAME`.
     pub(super) fn read(text: &str, known: &Known) -> Result<Self, Wrong> {
         let found = RELATIONS.iter().filter_map(|(sign, r)| Some((text.find(sign)?, *sign, *r)));
-        // At one place the longer sign counts, and it stands first in the table.
+        // Of signs at the same place the longer one comes first in the table, and `min_by_key` returns the first.
         let Some((at, sign, relation)) = found.min_by_key(|(at, ..)| *at) else {
             return Err((
                 format!("`{text}` is not a comparison"),
@@ -88,6 +88,7 @@ impl Constraint {
         };
         let left = Term::read(&text[..at], known)?;
         let right = Term::read(&text[at + sign.len()..], known)?;
+        // Parameters with units need numbers with units; metrics carry their unit in the name.
         for (one, other) in [(&left, &right), (&right, &left)] {
             let unit = one.unit.unwrap_or("");
             let Operand::Parameter(path) = &one.what else {
@@ -111,12 +112,12 @@ impl Constraint {
         Ok(Self { text: text.trim().to_owned(), left, relation, right })
     }
 
-    /// Whether parameters alone decide it.
+    /// Returns whether the constraint depends on parameters alone.
     pub(crate) fn is_of_parameters(&self) -> bool {
         [&self.left, &self.right].iter().all(|term| !matches!(term.what, Operand::Metric(_)))
     }
 
-    /// The parameters that it speaks of.
+    /// Lists the parameters of the constraint.
     pub(super) fn parameters(&self) -> impl Iterator<Item = &str> {
         [&self.left, &self.right].into_iter().filter_map(|term| match &term.what {
             Operand::Parameter(path) => Some(path.as_str()),
@@ -124,12 +125,12 @@ impl Constraint {
         })
     }
 
-    /// Whether it speaks of a parameter.
+    /// Returns whether the constraint contains a parameter.
     pub(super) fn mentions(&self, path: &str) -> bool {
         self.parameters().any(|parameter| parameter == path)
     }
 
-    /// Why it does not hold; `None` if it does.
+    /// Explains why the constraint does not hold; `None` if it does.
     pub(crate) fn broken(&self, parameters: &Numbers, metrics: &Numbers) -> Option<String> {
         let both = [&self.left, &self.right].map(|term| match &term.what {
             Operand::Number => Ok(term.factor),
@@ -152,7 +153,8 @@ impl Constraint {
         }
     }
 
-    /// How far it is from holding, in the unit of its terms; infinite where a term is missing.
+    /// Computes the distance from holding, in the unit of the terms, and describes both sides; infinite if a term is
+    /// missing.
     pub(crate) fn distance(&self, parameters: &Numbers) -> (f64, String) {
         let of = |term: &Term| match &term.what {
             Operand::Number => Some(term.factor),
@@ -170,6 +172,7 @@ impl Constraint {
 }
 
 impl Term {
+    /// Reads a term, and checks its names.
     fn read(text: &str, known: &Known) -> Result<Self, Wrong> {
         let text = text.trim();
         let term = |factor, what, unit| Self { factor, what, unit, text: text.to_owned() };
@@ -218,7 +221,7 @@ impl Term {
         }
         let names = known.names();
         let hint = suggestion(name, names.iter().map(String::as_str), "known are");
-        // A list of all parameters helps nobody.
+        // A list of all parameters would be too long to help.
         let hint = if hint.starts_with("known are") {
             "`fabkit show SENSOR` lists the parameters, the docs list the metrics".into()
         } else {

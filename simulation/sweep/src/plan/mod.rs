@@ -1,4 +1,4 @@
-//! What to vary, and what to know of each variant.
+//! Plans: the parameters to vary, and the metrics to compute for each variant.
 
 mod axis;
 mod constraint;
@@ -23,35 +23,35 @@ use crate::metrics::{self, Computed, Metric};
 use crate::panics;
 use crate::row::{PANIC, Row, Status, Value};
 
-/// Most variants of one plan.
+/// Largest number of variants of a plan.
 pub const MAX_VARIANTS: usize = 100_000;
-/// Most axes of one plan.
+/// Largest number of axes of a plan.
 pub const MAX_AXES: usize = sequences::MAX_DIMENSIONS;
 
-/// Everything that a plan is made from: enough to make it again on another machine.
+/// Everything that a plan is made from, sufficient to recreate it on another machine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlanSource {
-    /// Name of the plan for messages.
+    /// Name of the plan in messages.
     pub file: String,
-    /// The plan, YAML.
+    /// Text of the plan, YAML.
     pub text: String,
-    /// Name of the sensor's file for messages.
+    /// Name of the sensor's file in messages.
     pub sensor_file: String,
-    /// The sensor, YAML.
+    /// Text of the sensor, YAML.
     pub sensor_yaml: String,
-    /// Files that the sensor's extends: texts in the order of [`BaseFile`]'s fields.
+    /// Base files that the sensor extends: texts in the order of [`BaseFile`]'s fields.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensor_bases: Vec<[String; 4]>,
-    /// Metrics that somebody else computes, by name.
+    /// Names of custom metrics, which the caller computes.
     pub custom_metrics: Vec<String>,
-    /// Name and text of the file with what the user keeps for all sensors.
+    /// Name and text of the file with the user's settings for all sensors.
     #[serde(default)]
     pub user: Option<(String, String)>,
 }
 
 impl PlanSource {
-    /// Without metrics of somebody else.
+    /// Creates a source without base files and custom metrics.
     pub fn new(file: &str, text: &str, sensor_file: &str, sensor_yaml: &str) -> Self {
         Self {
             file: file.into(),
@@ -64,13 +64,13 @@ impl PlanSource {
         }
     }
 
-    /// The files that the sensor's extends.
+    /// Returns the base files that the sensor extends.
     pub fn bases(&self) -> Vec<BaseFile> {
         let base = |[by, word, file, text]: [String; 4]| BaseFile { by, word, file, text };
         self.sensor_bases.iter().cloned().map(base).collect()
     }
 
-    /// The same with the files that the sensor's extends.
+    /// Adds the base files that the sensor extends.
     #[must_use]
     pub fn with_bases(mut self, bases: &[BaseFile]) -> Self {
         let texts = |base: BaseFile| [base.by, base.word, base.file, base.text];
@@ -78,15 +78,15 @@ impl PlanSource {
         self
     }
 
-    /// Reads the sensor.
+    /// Loads the sensor with overrides.
     ///
     /// # Errors
-    /// Everything that is wrong with it.
+    /// Returns all problems of the sensor.
     pub(crate) fn load(&self, overrides: &[String]) -> Result<Project, InvalidDesign> {
         self.with_text(|text| fabkit_fixtures::load_text(text, overrides))
     }
 
-    /// Does something with all that the sensor is read from.
+    /// Calls `work` with all texts from which the sensor is read.
     fn with_text<R>(&self, work: impl FnOnce(SensorText) -> R) -> R {
         let user = self.user.clone().map(|(file, text)| UserFile { file, text });
         let (file, yaml, bases) = (&*self.sensor_file, &*self.sensor_yaml, &*self.bases());
@@ -94,50 +94,50 @@ impl PlanSource {
     }
 }
 
-/// Why a text is no source of a plan.
+/// Error of a text that is not the source of a plan.
 #[derive(Debug, thiserror::Error)]
 #[error("this is not the source of a plan: {0}")]
 pub struct InvalidSource(#[from] serde_json::Error);
 
 impl PlanSource {
-    /// As one line of JSON, to be sent elsewhere.
+    /// Writes one line of JSON, for transmission.
     ///
     /// # Errors
-    /// None that texts can cause.
+    /// Does not fail for texts.
     pub fn to_json(&self) -> Result<String, InvalidSource> {
         Ok(serde_json::to_string(self)?)
     }
 
-    /// Reads what [`PlanSource::to_json`] wrote.
+    /// Reads the JSON of [`PlanSource::to_json`].
     ///
     /// # Errors
-    /// [`InvalidSource`].
+    /// Returns [`InvalidSource`] for any other text.
     pub fn from_json(json: &str) -> Result<Self, InvalidSource> {
         Ok(serde_json::from_str(json)?)
     }
 }
 
-/// How variants are chosen.
+/// Choice of the variants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
-    /// Every combination of the axes' values; the last axis changes fastest.
+    /// All combinations of the axes' values; the last axis changes fastest.
     Grid,
-    /// This many points of a scrambled Halton sequence.
+    /// Given number of points of a scrambled Halton sequence.
     Sample(usize),
 }
 
-/// Which way is better.
+/// Direction of improvement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Direction {
-    /// The smaller, the better.
+    /// Smaller is better.
     Min,
-    /// The larger, the better.
+    /// Larger is better.
     Max,
 }
 
 impl Direction {
-    /// As written in plans.
+    /// Name of the direction in plans.
     pub fn word(self) -> &'static str {
         match self {
             Self::Min => "min",
@@ -146,25 +146,25 @@ impl Direction {
     }
 }
 
-/// A metric to be made small or large.
+/// Metric to minimise or maximise.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Objective {
-    /// Its name.
+    /// Name of the metric.
     pub metric: String,
-    /// Which way is better.
+    /// Direction of improvement.
     pub direction: Direction,
 }
 
-/// A parameter as the sensor has it.
+/// Parameter with the sensor's value.
 #[derive(Clone, Debug)]
 pub(crate) struct Base {
     pub kind: Kind,
     pub value: String,
-    /// Whether it follows from other parameters, so that only a built variant tells it.
+    /// True if the value follows from other parameters, so that it is known only after a variant is built.
     pub follows: bool,
 }
 
-/// What names in a plan may refer to.
+/// Names that a plan may refer to.
 #[derive(Debug)]
 pub(crate) struct Known {
     pub parameters: BTreeMap<String, Base>,
@@ -173,7 +173,7 @@ pub(crate) struct Known {
 }
 
 impl Known {
-    /// Whether rows will have a metric of this name.
+    /// Returns whether rows will have a metric of this name.
     fn is_computed(&self, name: &str) -> bool {
         let of = |metric: &&'static Metric| metric.covers(name);
         self.custom.iter().any(|custom| custom == name) || self.metrics.iter().any(of)
@@ -185,49 +185,49 @@ impl Known {
     }
 }
 
-/// One variant: its number and what it changes.
+/// Variant: its number and its changes of the sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
-    /// From 0.
+    /// Number of the variant, from 0.
     pub number: usize,
-    /// `path=value`, as for `--set`: what the plan fixes, then the axes.
+    /// Overrides `path=value`, as for `--set`: the plan's fixed ones, then the axes.
     pub overrides: Vec<String>,
-    /// The values of the axes, in their order.
+    /// Values on the axes, in their order.
     pub values: Vec<Value>,
 }
 
-/// What has to change so that the sensor can be built with some overrides.
+/// Finds the additional changes that make the sensor buildable with some overrides.
 fn changes(source: &PlanSource, overrides: &[String]) -> Result<Vec<String>, InvalidDesign> {
     let others = [fabkit_fixtures::KEY];
     let changes = source.with_text(|text| fabkit_designs::fixing::fix(text, overrides, &others))?;
     Ok(changes.iter().map(fabkit_designs::fixing::Change::as_override).collect())
 }
 
-/// What somebody else knows of a variant.
+/// Custom metrics of a variant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct More {
-    /// Metrics by name; those that the plan does not ask for are left out.
+    /// Metrics by name; those that the plan does not contain are ignored.
     pub values: Vec<(String, f64)>,
-    /// Why others are missing.
+    /// Reasons why others are missing.
     pub notes: Vec<String>,
 }
 
-/// Computes metrics that are not computed here, for a variant, with what else had to change, and its design.
+/// Function that computes custom metrics of a variant, given with its additional changes, and of its design.
 pub type AskMore<'a, E> = &'a mut dyn FnMut(&Variant, &Project) -> Result<More, E>;
 
-/// A plan that can be carried out.
+/// Plan that has been read and checked.
 #[derive(Debug)]
 pub struct Plan {
-    /// What variants have in common; rows do not depend on it.
+    /// Cache of results that variants share; rows do not depend on it.
     pub(crate) shared: metrics::Shared,
     pub(crate) source: PlanSource,
-    /// The sensor as the plan names it.
+    /// Sensor as named in the plan.
     pub(crate) sensor: String,
     pub(crate) seed: u64,
     pub(crate) sampling: Sampling,
     pub(crate) axes: Vec<PlanAxis>,
     pub(crate) fixed: Vec<String>,
-    /// Whether what is chosen follows the axes.
+    /// True if chosen values follow the axes, so that fewer variants are invalid.
     pub(crate) fix: bool,
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) objectives: Vec<Objective>,
@@ -236,63 +236,64 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// How many variants there are.
+    /// Returns the number of variants.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there is none, which [`Plan::new`] refuses.
+    /// Returns whether there are no variants, which [`Plan::new`] refuses.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// The sensor as the plan names it.
+    /// Sensor as named in the plan.
     pub fn sensor(&self) -> &str {
         &self.sensor
     }
 
-    /// What is varied.
+    /// Axes: the parameters that are varied.
     pub fn axes(&self) -> &[PlanAxis] {
         &self.axes
     }
 
-    /// What is to be made small or large.
+    /// Objectives: the metrics to minimise or maximise.
     pub fn objectives(&self) -> &[Objective] {
         &self.objectives
     }
 
-    /// The metrics that rows have, if they apply.
+    /// Metrics that rows have, if they apply.
     pub fn metrics(&self) -> &[&'static Metric] {
         &self.known.metrics
     }
 
-    /// Whether rows may have a metric of this name, somebody else's among them.
+    /// Returns whether rows may have a metric of this name, custom ones included.
     pub fn has_metric(&self, name: &str) -> bool {
         self.known.is_computed(name)
     }
 
-    /// Figures of the bench that rows need: [`Plan::evaluate`] leaves them empty, [`Plan::evaluate_with`] asks.
+    /// Lists the metrics of the bench that rows need. [`Plan::evaluate`] leaves them empty, [`Plan::evaluate_with`]
+    /// requests them.
     pub fn bench(&self) -> impl Iterator<Item = &'static str> {
         let metrics = self.known.metrics.iter();
         metrics.filter(|metric| metric.group == metrics::Group::Bench).map(|metric| metric.name)
     }
 
-    /// Which sample is drawn, and what the bench draws.
+    /// Seed of the sample, and of the bench.
     pub fn seed(&self) -> u64 {
         self.seed
     }
 
-    /// Whether what fabkit has chosen follows the axes, so that fewer variants are lost.
+    /// Returns whether values that fabkit chose follow the axes, so that fewer variants are invalid.
     pub fn is_fixed(&self) -> bool {
         self.fix
     }
 
-    /// What the plan is made from.
+    /// Source of the plan.
     pub fn source(&self) -> &PlanSource {
         &self.source
     }
 
-    /// BLAKE3 over everything that decides the rows: plan, sensor, version. Hexadecimal.
+    /// Computes a BLAKE3 hash, in hex, over everything that determines the rows: plan, sensor, version.
     pub fn hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         let PlanSource { text, sensor_yaml, custom_metrics, sensor_bases, user, .. } = &self.source;
@@ -302,20 +303,22 @@ impl Plan {
         for part in
             [fabkit_export::VERSION, text, sensor_yaml, &custom_metrics].into_iter().chain(own)
         {
+            // The length keeps different divisions of the same text apart.
             hasher.update(&(part.len() as u64).to_le_bytes());
             hasher.update(part.as_bytes());
         }
         hasher.finalize().to_hex().to_string()
     }
 
-    /// A variant.
+    /// Returns a variant by its number.
     ///
     /// # Panics
-    /// From [`Plan::len`] on.
+    /// Panics if `number` is not below [`Plan::len`].
     pub fn variant(&self, number: usize) -> Variant {
         assert!(number < self.len, "there are {} variants, not {number}", self.len);
         let texts: Vec<String> = match self.sampling {
             Sampling::Grid => {
+                // The digits of the number in a mixed-radix system, one digit for each axis.
                 let mut rest = number;
                 let mut indices = vec![0; self.axes.len()];
                 for (index, axis) in indices.iter_mut().zip(&self.axes).rev() {
@@ -333,8 +336,8 @@ impl Plan {
         self.variant_at(number, &texts)
     }
 
-    /// A variant that the plan does not number itself: the value of each axis, in their order, as
-    /// sensor files write it. What cannot be built has a row that says so.
+    /// Creates a variant that the plan does not number itself from the value of each axis, in their order, as sensor
+    /// files write it. A variant that cannot be built gets a row that says so.
     pub fn variant_at(&self, number: usize, texts: &[String]) -> Variant {
         let pairs = || self.axes.iter().zip(texts);
         let set = pairs().map(|(axis, text)| format!("{}={text}", axis.path));
@@ -345,10 +348,10 @@ impl Plan {
         }
     }
 
-    /// Builds a variant and computes its row. The same row whenever and wherever it is asked for.
+    /// Builds a variant and computes its row, which is the same at any time on any machine.
     ///
     /// # Panics
-    /// From [`Plan::len`] on.
+    /// Panics if `number` is not below [`Plan::len`].
     pub fn evaluate(&self, number: usize) -> Row {
         let nothing =
             &mut |_: &Variant, _: &Project| Ok::<_, std::convert::Infallible>(More::default());
@@ -358,13 +361,13 @@ impl Plan {
         }
     }
 
-    /// As [`Plan::evaluate`], with metrics that somebody else computes. `custom` is asked for variants
-    /// that can be built and fulfil the constraints on parameters.
+    /// Computes a row like [`Plan::evaluate`], with custom metrics. `custom` is called for variants that can be built
+    /// and fulfil the constraints on parameters.
     ///
     /// A panic while the variant is built or measured becomes a row with the code [`PANIC`].
     ///
     /// # Errors
-    /// Those of `custom`.
+    /// Returns the errors of `custom`.
     pub fn evaluate_with<E>(&self, variant: &Variant, custom: AskMore<E>) -> Result<Row, E> {
         let mut row = Row::new(variant.number, variant.values.clone());
         let mut parameters = self.numbers(variant);
@@ -407,7 +410,7 @@ impl Plan {
             row.refuse(Status::Failed, "not-finite", wrong.join("; "));
             return Ok(row);
         }
-        // What follows from other parameters is known now.
+        // Values that follow from other parameters are known now.
         for setting in project.settings() {
             if let Some(number) = parameters.get_mut(&setting.path)
                 && let Some(value) = quantity::parse(setting.kind, &setting.value)
@@ -415,6 +418,7 @@ impl Plan {
                 *number = value;
             }
         }
+        // Constraints on metrics and on derived parameters can be checked only now.
         let late = broken(false, &parameters, &row.metrics);
         if !late.is_empty() {
             row.refuse(Status::Excluded, "constraint", late.join("; "));
@@ -422,7 +426,7 @@ impl Plan {
         Ok(row)
     }
 
-    /// A variant's design with its built-in metrics, or why there is none.
+    /// Builds a variant's design with its built-in metrics and additional changes; returns the reason if that fails.
     fn built(&self, variant: &Variant) -> Result<(Project, Computed, Vec<String>), String> {
         #[cfg(test)]
         panics::tests::misbehave(&variant.overrides);
@@ -442,22 +446,22 @@ impl Plan {
     /// Builds a variant's design with its fixtures.
     ///
     /// # Errors
-    /// Everything that keeps it from being built.
+    /// Returns all problems that keep it from being built.
     pub fn load(&self, variant: &Variant) -> Result<Project, InvalidDesign> {
         let changes = self.changes(variant)?;
         let overrides = [&variant.overrides[..], &changes].concat();
         self.source.load(&overrides)
     }
 
-    /// What else has to change for a variant, as `path=value`; nothing unless the plan says so.
+    /// Finds the additional changes of a variant, as `path=value`; none unless the plan asks for them.
     ///
     /// # Errors
-    /// Rules that contradict each other.
+    /// Fails for rules that contradict each other.
     fn changes(&self, variant: &Variant) -> Result<Vec<String>, InvalidDesign> {
         if self.fix { changes(&self.source, &variant.overrides) } else { Ok(Vec::new()) }
     }
 
-    /// Whether a constraint is decided before a variant is built: by what is written for it.
+    /// Returns whether a constraint can be checked before a variant is built, from written values alone.
     fn is_early(&self, constraint: &Constraint) -> bool {
         let is_written = |path: &str| {
             let is_axis = self.axes.iter().any(|axis| axis.path == path);
@@ -466,7 +470,7 @@ impl Plan {
         constraint.is_of_parameters() && constraint.parameters().all(is_written)
     }
 
-    /// The parameters of a variant that constraints speak of.
+    /// Returns the values of a variant's parameters that occur in constraints.
     fn numbers(&self, variant: &Variant) -> Numbers {
         let spoken_of = |path: &str| self.constraints.iter().any(|c| c.mentions(path));
         let base = self.known.parameters.iter().filter(|(path, _)| spoken_of(path));
@@ -475,7 +479,7 @@ impl Plan {
         });
         let axes = self.axes.iter().zip(&variant.values);
         let axes = axes.filter_map(|(axis, value)| Some((axis.path.clone(), value.number()?)));
-        // The axes' values replace the sensor's own.
+        // The values on the axes replace the sensor's own, because they come later.
         base.chain(axes).collect()
     }
 }

@@ -1,9 +1,9 @@
-//! Numbers that parameters are: in one unit each, to and from text.
+//! Quantities: conversion of parameters between numbers, in one unit for each kind, and text.
 
 use fabkit_geometry::{Angle, Length};
 use fabkit_text::Kind;
 
-/// What a column of such a parameter ends in.
+/// Returns the suffix of a column's name for parameters of this kind.
 pub fn suffix(kind: Kind) -> &'static str {
     match kind {
         Kind::Length => "_mm",
@@ -12,12 +12,12 @@ pub fn suffix(kind: Kind) -> &'static str {
     }
 }
 
-/// Whether values of the kind lie on a line.
+/// Returns whether values of the kind are numbers.
 pub fn is_numeric(kind: Kind) -> bool {
     matches!(kind, Kind::Length | Kind::Angle | Kind::Count | Kind::Number)
 }
 
-/// A text as a number: mm, degrees, or plain; `None` for what is none.
+/// Parses a text as a number: mm, degrees, or without unit; `None` for other texts.
 pub fn parse(kind: Kind, text: &str) -> Option<f64> {
     let text = text.trim();
     match kind {
@@ -29,7 +29,7 @@ pub fn parse(kind: Kind, text: &str) -> Option<f64> {
     }
 }
 
-/// A number as it would be written in a sensor's file.
+/// Formats a number as in a sensor's file.
 pub fn show(kind: Kind, value: f64) -> String {
     match kind {
         Kind::Length => format!("{value} mm"),
@@ -38,7 +38,7 @@ pub fn show(kind: Kind, value: f64) -> String {
     }
 }
 
-/// How such a value is written, for messages.
+/// Describes the notation of such a value, for messages.
 pub fn example(kind: Kind) -> &'static str {
     match kind {
         Kind::Length => "a length such as `12 mm`",
@@ -51,7 +51,7 @@ pub fn example(kind: Kind) -> &'static str {
     }
 }
 
-/// Without the last digits, which are rounding: twelve are left.
+/// Rounds to twelve significant digits, so that rounding errors are not written.
 pub fn tidy(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }

@@ -1,4 +1,4 @@
-//! YAML to a plan, with everything that is wrong at once.
+//! Reading of plans from YAML, with all problems together.
 
 mod axes;
 mod exclusion;
@@ -27,13 +27,13 @@ const KEYS: [&str; 10] = [
     "objectives",
 ];
 
-/// Files of plans.
+/// Dialect of plan files.
 const PLAN: Dialect = Dialect::new("sweep", 1, ", `sensor: NAME` and `axes:`");
 
-/// Where what is missing would stand.
+/// Position of missing keys in messages.
 const START: Position = Position { line: 1, column: 1 };
 
-/// What stands at the top, and what is wrong with it so far.
+/// Parses the top level of a plan, and collects its problems.
 fn entries(file: &str, text: &str) -> Result<(Vec<Entry>, Reading), InvalidDesign> {
     let mut reading = Reading::new(Place::new(TextLayer::File, file, &PLAN).at(START));
     match mapping_of(text, &reading.place, &mut reading.found) {
@@ -47,10 +47,10 @@ fn find<'n>(entries: &'n [Entry], key: &str) -> Option<&'n Entry> {
 }
 
 impl Plan {
-    /// The sensor that a plan names: a built-in one, or a file.
+    /// Returns the sensor that a plan names: a built-in one, or a file.
     ///
     /// # Errors
-    /// A text that cannot be read, or names no sensor.
+    /// Fails for a text that cannot be read, or names no sensor.
     pub fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign> {
         sensor_of(file, text)
     }
@@ -58,14 +58,14 @@ impl Plan {
     /// Reads a plan.
     ///
     /// # Errors
-    /// Everything that is wrong with the plan, with its lines; then what is wrong with its sensor; then
-    /// constraints on parameters that no variant fulfils.
+    /// Returns all problems of the plan, with their lines; then those of its sensor; then constraints on parameters
+    /// that no variant fulfils.
     pub fn new(source: PlanSource) -> Result<Self, InvalidDesign> {
         read(source)
     }
 }
 
-/// The sensor that a plan names.
+/// Returns the sensor that a plan names.
 fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign> {
     let (entries, mut reading) = entries(file, text)?;
     let sensor = match find(&entries, "sensor") {
@@ -89,7 +89,7 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
     let (fixed, places) = fixed(&mut reading, &entries);
 
     let fix = find(&entries, "fix").is_some_and(|entry| is_true(&mut reading, entry));
-    // The sensor with what is fixed, which tells what parameters there are.
+    // The sensor with the fixed overrides shows which parameters exist.
     let project = match fix {
         true => super::changes(&source, &fixed),
         false => Ok(Vec::new()),
@@ -99,7 +99,7 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
         Ok(project) => project,
         Err(invalid) => {
             let placed = invalid.problems.into_iter().map(|problem| {
-                // What was set stands in the plan.
+                // A fixed override stands in the plan, not on the command line.
                 let at = places
                     .iter()
                     .find(|(path, _)| problem.file == "--set" && problem.path == *path);
@@ -173,6 +173,7 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
         Sampling::Sample(count) => count,
         Sampling::Grid => {
             let lens = axes.iter().filter_map(|axis| axis.len());
+            // The product may overflow before it can be compared with the limit.
             let len = lens.fold(1usize, usize::saturating_mul);
             if len > MAX_VARIANTS {
                 let at = find(&entries, "axes").map(|entry| entry.key_position);
@@ -205,6 +206,7 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
     reading.finish(Some(plan))
 }
 
+/// Reads the key `fix`.
 fn is_true(reading: &mut Reading, entry: &Entry) -> bool {
     match reading.scalar("fix", &entry.value) {
         Some("true") => true,
@@ -218,6 +220,7 @@ fn is_true(reading: &mut Reading, entry: &Entry) -> bool {
     }
 }
 
+/// Reports unknown keys.
 fn check_keys(reading: &mut Reading, entries: &[Entry]) {
     for entry in entries {
         if !KEYS.contains(&&*entry.key) {
@@ -228,7 +231,7 @@ fn check_keys(reading: &mut Reading, entries: &[Entry]) {
     }
 }
 
-/// What is the same in all variants, as overrides, and where each stands.
+/// Reads the overrides that all variants share, with their positions.
 fn fixed(reading: &mut Reading, entries: &[Entry]) -> (Vec<String>, Vec<(String, Position)>) {
     let Some(entry) = find(entries, "set") else { return Default::default() };
     let mut overrides = Vec::new();
@@ -242,6 +245,7 @@ fn fixed(reading: &mut Reading, entries: &[Entry]) -> (Vec<String>, Vec<(String,
     (overrides, places)
 }
 
+/// Reads the metrics of the plan.
 fn metrics_of(reading: &mut Reading, node: &Node) -> Vec<&'static Metric> {
     let mut wanted = Vec::new();
     for item in reading.list("metrics", node) {
@@ -259,6 +263,7 @@ fn metrics_of(reading: &mut Reading, node: &Node) -> Vec<&'static Metric> {
     metrics::METRICS.iter().filter(is_wanted).collect()
 }
 
+/// Reads the objectives of the plan.
 fn objectives_of(reading: &mut Reading, node: &Node, known: &Known) -> Vec<Objective> {
     let mut objectives = Vec::new();
     for entry in reading.map("objectives", node) {
@@ -292,7 +297,7 @@ fn objectives_of(reading: &mut Reading, node: &Node, known: &Known) -> Vec<Objec
     objectives
 }
 
-/// Whether a text is a value of a kind, as far as that can be told without the sensor.
+/// Returns whether a text is a value of a kind, as far as that is known without the sensor.
 fn is_of(kind: Kind, text: &str) -> bool {
     match kind {
         Kind::Switch => matches!(text, "true" | "false"),
@@ -302,5 +307,5 @@ fn is_of(kind: Kind, text: &str) -> bool {
     }
 }
 
-/// Limits that reading an axis needs.
+/// Limits for reading an axis: numbers of axes and of variants.
 const LIMITS: [usize; 2] = [MAX_AXES, MAX_VARIANTS];

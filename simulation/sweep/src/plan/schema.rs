@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::{MAX_AXES, MAX_VARIANTS};
 use crate::metrics::{GROUPS, METRICS, Metric};
 
-/// The schema of sweep files, for editors.
+/// Returns the schema of sweep files, for editors.
 pub fn json_schema() -> Value {
     let groups = GROUPS.iter().map(|group| {
         let summary = format!("All metrics of the group {}.", group.word());

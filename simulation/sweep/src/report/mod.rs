@@ -1,4 +1,4 @@
-//! A sweep as one HTML file: what became of the variants, the front, and what depends on what.
+//! Report of a sweep as one HTML file: results of the variants, the Pareto front, and dependencies.
 
 mod plots;
 
@@ -12,14 +12,14 @@ use crate::plan::{Plan, Sampling};
 use crate::row::{Status, Value};
 use crate::table::Table;
 
-/// Rows of the front that are listed one by one.
+/// Largest number of listed rows of the front.
 const MOST_LISTED: usize = 50;
-/// Reasons that are listed one by one.
+/// Largest number of listed reasons.
 const MOST_REASONS: usize = 12;
-/// Metrics that are drawn if the plan has no objectives.
+/// Number of metrics that are drawn if the plan has no objectives.
 const MOST_DRAWN: usize = 4;
 
-/// The report on a table.
+/// Writes the report of a table.
 pub fn report(plan: &Plan, table: &Table) -> String {
     let drawn = drawn(plan, table);
     let mut body = summary(plan, table);
@@ -33,7 +33,7 @@ pub fn report(plan: &Plan, table: &Table) -> String {
     page(&format!("Sweep of {}", plan.sensor()), &body)
 }
 
-/// The objectives, or the first metrics that change.
+/// Returns the metrics to draw: the objectives, or else the first metrics that vary.
 fn drawn(plan: &Plan, table: &Table) -> Vec<String> {
     if !plan.objectives().is_empty() {
         return plan.objectives().iter().map(|objective| objective.metric.clone()).collect();
@@ -56,6 +56,7 @@ fn heading(cells: &[&str]) -> String {
     format!("<tr>{cells}</tr>\n")
 }
 
+/// Writes the plan's main figures.
 fn summary(plan: &Plan, table: &Table) -> String {
     let chosen = match plan.sampling {
         Sampling::Grid => "all combinations of the axes' values".to_owned(),
@@ -81,8 +82,8 @@ fn summary(plan: &Plan, table: &Table) -> String {
     format!("<table>{}</table>\n", rows.iter().map(|cells| row(cells)).collect::<String>())
 }
 
-/// Why variants are not ok, the most frequent first. Reasons that differ in their numbers alone are one;
-/// the first stands for all.
+/// Lists the reasons why variants are not ok, the most frequent first. Reasons that differ only in their numbers are
+/// counted together; the first serves as an example.
 fn reasons(table: &Table) -> String {
     let mut counts: BTreeMap<(Status, String), (usize, &str)> = BTreeMap::new();
     for row in table.rows() {
@@ -97,7 +98,7 @@ fn reasons(table: &Table) -> String {
     let kinds = counts.len();
     let mut counts: Vec<_> =
         counts.into_iter().map(|((status, _), count)| (status, count)).collect();
-    // Stable: in the order of statuses where counts are equal.
+    // The sort is stable: equal counts stay in the order of statuses.
     counts.sort_by_key(|(_, (count, _))| std::cmp::Reverse(*count));
     let mut html = String::from("<h2>Why variants are not ok</h2>\n<table>");
     html += &heading(&["for example", "status", "variants"]);
@@ -111,6 +112,7 @@ fn reasons(table: &Table) -> String {
     html
 }
 
+/// Writes the metrics that no row has, with the notes.
 fn empty(table: &Table) -> String {
     let empty = table.empty_metrics();
     if empty.is_empty() || table.rows().iter().all(|row| row.status != Status::Ok) {
@@ -127,6 +129,7 @@ fn empty(table: &Table) -> String {
     )
 }
 
+/// Writes the rows on the Pareto front.
 fn front(plan: &Plan, table: &Table) -> String {
     if plan.objectives().is_empty() {
         return String::new();
@@ -162,7 +165,7 @@ fn front(plan: &Plan, table: &Table) -> String {
     html
 }
 
-/// What the columns are.
+/// Lists the metrics with their descriptions.
 fn legend(table: &Table) -> String {
     let mut html = String::from("<h2>Metrics</h2>\n<table>");
     for metric in METRICS {
@@ -173,7 +176,7 @@ fn legend(table: &Table) -> String {
     html + "</table>\n"
 }
 
-/// Five digits.
+/// Rounds to five significant digits.
 fn digits(value: f64) -> String {
     let text = format!("{value:.4e}");
     text.parse::<f64>().map_or(text, |rounded| rounded.to_string())

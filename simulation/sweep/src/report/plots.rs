@@ -1,4 +1,4 @@
-//! The report's drawings.
+//! Plots of the report.
 
 use std::fmt::Write as _;
 
@@ -8,11 +8,11 @@ use crate::plan::{Plan, PlanAxis, Sampling};
 use crate::row::{Row, Status, Value};
 use crate::table::Table;
 
-/// More dots make a plot slow and say no more.
+/// Largest number of dots in a plot: more make it slow without showing more.
 const MAX_DOTS: usize = 1500;
-/// Axes that are drawn.
+/// Largest number of axes that are drawn.
 const MAX_AXES: usize = 8;
-/// Parts into which a sampled axis is divided.
+/// Number of bins of a sampled axis.
 const BINS: usize = 10;
 
 const OK: &str = "#1f4e79";
@@ -20,7 +20,7 @@ const FRONT: &str = "#c0392b";
 const EXCLUDED: &str = "#bbbbbb";
 const CURVE: &str = r##"stroke="#1f4e79" stroke-width="1.6""##;
 
-/// A row's place on an axis: its number, or that of its word.
+/// Returns a row's position on an axis: its number, or the index of its word.
 fn place(axis: &PlanAxis, index: usize, row: &Row) -> Option<f64> {
     match (row.parameters.get(index)?, axis.words()) {
         (Value::Number(number), None) => Some(*number),
@@ -35,7 +35,7 @@ fn place(axis: &PlanAxis, index: usize, row: &Row) -> Option<f64> {
     }
 }
 
-/// The axis's name, with its words by number if it has words.
+/// Returns the label of an axis, with its words by index if it has words.
 fn name(axis: &PlanAxis) -> String {
     match axis.words() {
         None => axis.column(),
@@ -46,7 +46,7 @@ fn name(axis: &PlanAxis) -> String {
     }
 }
 
-/// The smallest and the largest.
+/// Returns the smallest and the largest value.
 fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     values.fold(None, |range, value| match range {
         None => Some([value, value]),
@@ -54,7 +54,7 @@ fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     })
 }
 
-/// Dots in the order in which they should cover each other.
+/// Draws dots, in an order in which the important ones cover the others.
 fn scatter(
     table: &Table,
     names: [&str; 2],
@@ -71,8 +71,9 @@ fn scatter(
         dots.push((rank, i, at));
     }
     let ranges = [range(dots.iter().map(|dot| dot.2[0]))?, range(dots.iter().map(|dot| dot.2[1]))?];
-    // The front is never thinned out.
+    // Dots of the front are never thinned out.
     let others = dots.iter().filter(|dot| dot.0 < 2).count();
+    // Evenly spaced rows are kept.
     let every = others.div_ceil(MAX_DOTS).max(1);
     dots.retain(|dot| dot.0 == 2 || dot.1.is_multiple_of(every));
     dots.sort_by_key(|dot| (dot.0, dot.1));
@@ -84,7 +85,7 @@ fn scatter(
     Some(plot.finish(&format!("{} against {}", names[1], names[0])))
 }
 
-/// The first two objectives against each other.
+/// Plots the first two objectives against each other.
 pub(super) fn front(plan: &Plan, table: &Table) -> String {
     let [a, b, ..] = plan.objectives() else { return String::new() };
     let point = |row: &Row| Some([*row.metrics.get(&a.metric)?, *row.metrics.get(&b.metric)?]);
@@ -95,7 +96,7 @@ pub(super) fn front(plan: &Plan, table: &Table) -> String {
     )
 }
 
-/// Each metric against each axis.
+/// Plots each metric against each axis.
 pub(super) fn pairs(plan: &Plan, table: &Table, metrics: &[String]) -> String {
     let mut html = String::new();
     for metric in metrics {
@@ -112,20 +113,20 @@ pub(super) fn pairs(plan: &Plan, table: &Table, metrics: &[String]) -> String {
     if html.is_empty() { html } else { format!("<h2>Pairs</h2>\n{html}") }
 }
 
-/// Two figures beside each other.
+/// Arranges figures in pairs.
 fn in_pairs(figures: &str) -> String {
     let figures: Vec<&str> = figures.split_inclusive("</figure>").collect();
     figures.chunks(2).map(|pair| format!("<div class=\"pair\">{}</div>\n", pair.concat())).collect()
 }
 
-/// How each metric changes with one axis while the others stay where they are.
+/// Plots the change of each metric with one axis while the others are fixed.
 pub(super) fn sensitivity(plan: &Plan, table: &Table, metrics: &[String]) -> String {
     let mut html = String::new();
     for metric in metrics {
         let mut row_html = String::new();
         let axes = plan.axes().iter().enumerate().take(MAX_AXES);
         let curves: Vec<_> = axes.map(|(i, axis)| (axis, curve(plan, table, i, metric))).collect();
-        // One scale for all, so that what matters little looks like it.
+        // A common scale, so that unimportant axes look unimportant.
         let Some(y) = range(curves.iter().flat_map(|(_, c)| c.iter().map(|p| p[1]))) else {
             continue;
         };
@@ -155,7 +156,7 @@ pub(super) fn sensitivity(plan: &Plan, table: &Table, metrics: &[String]) -> Str
     format!("<h2>One at a time</h2>\n<p>{}</p>\n{html}", escape(how))
 }
 
-/// Points in the order of the axis.
+/// Returns the points of a curve, in the order of the axis.
 fn curve(plan: &Plan, table: &Table, index: usize, metric: &str) -> Vec<[f64; 2]> {
     let axis = &plan.axes()[index];
     let point = |row: &Row| Some([place(axis, index, row)?, *row.metrics.get(metric)?]);
@@ -163,6 +164,7 @@ fn curve(plan: &Plan, table: &Table, index: usize, metric: &str) -> Vec<[f64; 2]
     match plan.sampling {
         Sampling::Grid => {
             let middle: Vec<Option<Value>> = plan.axes().iter().map(PlanAxis::middle).collect();
+            // Variants that differ from the middle one in this axis only.
             let on_cross = |row: &&Row| {
                 let others = row.parameters.iter().zip(&middle).enumerate();
                 others.filter(|(i, _)| *i != index).all(|(_, (v, m))| Some(v) == m.as_ref())

@@ -1,11 +1,11 @@
-//! Cameras of every kind, with numbers as real ones have them.
+//! Cameras of every kind, with realistic parameters.
 use fabkit_camera::{
     Camera, DoubleSphere, Eucm, Flat, Interface, Intrinsics, KannalaBrandt, Lens, OpenCv, Point3,
     Sphere,
 };
 use proptest::prelude::*;
 
-/// The same cases in every run.
+/// Configures property tests with the same cases in every run.
 pub fn cases(count: u32) -> ProptestConfig {
     ProptestConfig {
         rng_seed: proptest::test_runner::RngSeed::Fixed(20_260_101),
@@ -17,11 +17,11 @@ pub fn cases(count: u32) -> ProptestConfig {
 pub const INTRINSICS: Intrinsics =
     Intrinsics { fx_px: 299.97, fy_px: 297.81, cx_px: 325.24, cy_px: 264.89 };
 
-/// Five terms of a 160 degree lens, and eight terms of a similar one.
+/// Five distortion terms of a 160 degree lens; eight terms of a similar one are below.
 pub const FIVE: [f64; 5] = [-0.25971254, 0.08700416, -1.4873e-5, -2.28895e-4, -0.01535192];
 pub const EIGHT: [f64; 8] = [0.95, 0.18, 4e-4, -7e-4, 0.004, 1.26, 0.42, 0.03];
 
-/// Each lens, and how far off the axis it is asked about.
+/// Lists each lens, with the largest incidence angle that tests use.
 pub fn lenses() -> Vec<(&'static str, Lens, f64)> {
     let far = 100f64.to_radians();
     let mut lenses = vec![

@@ -1,4 +1,4 @@
-//! The report on intrinsics as one HTML file that needs no network and prints on paper.
+//! HTML report of an intrinsic calibration: one file that needs no network and can be printed.
 
 use std::fmt::Write;
 
@@ -9,11 +9,11 @@ use super::super::magnification;
 use super::IntrinsicsReport;
 use crate::intrinsics::{COVERAGE, CornerObservation, GRID};
 
-/// More dots make a plot slow and say no more.
+/// Largest number of dots in a plot: more make it slow without showing more.
 const MAX_DOTS: usize = 4000;
 
 impl IntrinsicsReport<'_> {
-    /// One file with everything inline.
+    /// Writes the report as one file without external resources.
     pub fn to_html(&self) -> String {
         let mut body = self.summary();
         let warnings = self.warnings();
@@ -46,6 +46,7 @@ impl IntrinsicsReport<'_> {
         page(&format!("Camera of {}", self.sensor), &body)
     }
 
+    /// Writes the main figures.
     fn summary(&self) -> String {
         let calibration = self.calibration;
         let corners: usize = calibration.views.iter().map(|view| view.corners.len()).sum();
@@ -77,6 +78,7 @@ impl IntrinsicsReport<'_> {
         format!("<table>{rows}</table>\n")
     }
 
+    /// Writes the camera's parameters.
     fn parameters_table(&self) -> String {
         let estimate = &self.calibration.estimate;
         let sigmas = estimate.sigmas().unwrap_or_default();
@@ -93,6 +95,7 @@ impl IntrinsicsReport<'_> {
         )
     }
 
+    /// Writes the lens models that were tried.
     fn models_table(&self) -> String {
         let mut rows = String::new();
         for candidate in &self.calibration.candidates {
@@ -124,16 +127,19 @@ impl IntrinsicsReport<'_> {
         )
     }
 
+    /// Lists residuals with view and corner, thinned out to at most [`MAX_DOTS`].
     fn residuals(&self) -> Vec<(&str, &CornerObservation, Vector2<f64>)> {
         let all = self.calibration.views.iter().flat_map(|view| {
             let pairs = view.corners.iter().zip(&view.residuals_px);
             pairs.map(|(corner, residual)| (view.name.as_str(), corner, *residual))
         });
         let all: Vec<_> = all.collect();
+        // Evenly spaced residuals are enough for a plot.
         let every = all.len().div_ceil(MAX_DOTS).max(1);
         all.into_iter().step_by(every).collect()
     }
 
+    /// Draws coverage and residuals on the image.
     fn image_map(&self) -> String {
         let camera = self.calibration.estimate.camera();
         let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
@@ -162,14 +168,15 @@ impl IntrinsicsReport<'_> {
         svg.finish("corners and residual vectors on the image")
     }
 
-    /// Projection uncertainty over the picture, as mrcal draws it. Colours are logarithmic: at the rim it
-    /// is often a hundred times what it is in the middle.
+    /// Draws the projection uncertainty over the image, as mrcal does. Colours are logarithmic, because the uncertainty
+    /// at the rim is often a hundred times that in the middle.
     fn uncertainty_map(&self) -> Option<String> {
         let camera = self.calibration.estimate.camera();
         let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
         let cells = &self.calibration.rays.cells;
         let known = || cells.iter().flatten().map(|sigma| sigma.px);
         let (least, most) = (known().fold(f64::INFINITY, f64::min), known().fold(0.0, f64::max));
+        // A logarithmic scale needs positive and finite values.
         if !(least > 0.0 && most.is_finite()) {
             return None;
         }
@@ -189,6 +196,7 @@ impl IntrinsicsReport<'_> {
         Some(format!("{map}<figcaption>{caption}</figcaption>"))
     }
 
+    /// Plots residuals against the angle off the axis.
     fn residual_against_angle(&self) -> String {
         let camera = self.calibration.estimate.camera();
         let residuals = self.residuals();
@@ -209,6 +217,7 @@ impl IntrinsicsReport<'_> {
         plot.finish("residual against the angle off the axis")
     }
 
+    /// Writes the views.
     fn views_table(&self) -> String {
         let mut rows = String::new();
         for (view, growth, tilt_deg, adds_nothing) in self.views() {

@@ -1,4 +1,4 @@
-//! Pictures of boards, from exact rays: an independent truth for the detector.
+//! Rendered images of boards from exact rays, as a truth that is independent of the detector.
 
 use fabkit_calibration::board::{Board, BoardCorner, BoardKind};
 use fabkit_calibration::image::GreyImage;
@@ -7,15 +7,15 @@ use fabkit_geometry::{Angle, Pose};
 
 use fabkit_geometry::sequences::Random;
 
-/// 640 x 480, 160 degrees and a little over the diagonal, with a true lens's deviations from
-/// equidistance.
+/// Returns a camera with 640 x 480 px and a little over 160 degrees along the diagonal, which deviates from an
+/// equidistant lens as real ones do.
 pub fn fisheye() -> Camera {
     let intrinsics = Intrinsics { fx_px: 281.3, fy_px: 280.6, cx_px: 322.7, cy_px: 236.2 };
     let lens = KannalaBrandt::new(intrinsics, [0.021, -0.011, 0.0035, -0.0006]).unwrap();
     Camera::new(640, 480, Lens::KannalaBrandt(lens), Interface::None).unwrap()
 }
 
-/// Markers with 4 x 4 bits that differ in at least three bits in every rotation, as those of OpenCV's
+/// Returns a board with 4 x 4 bit markers that differ in at least three bits in every rotation, as those of OpenCV's
 /// DICT_4X4_250 do.
 pub fn charuco(squares: [u32; 2], square_mm: f64, marker_mm: f64) -> Board {
     let needed = Board::light_squares(squares).len();
@@ -45,27 +45,27 @@ pub fn charuco(squares: [u32; 2], square_mm: f64, marker_mm: f64) -> Board {
     Board::charuco("test", squares, square_mm, marker_mm, "TEST_4X4", &bits).unwrap()
 }
 
-/// How the picture is spoiled.
+/// Degradation of a rendered image.
 #[derive(Clone, Copy)]
 pub struct Spoil {
     /// Standard deviation of the lens's blur, px.
     pub blur_px: f64,
-    /// Standard deviation of the noise, of the full range.
+    /// Standard deviation of the noise, where the full range is 1.
     pub noise: f64,
-    /// Brightness at the corner of the image, of that in the middle.
+    /// Ratio of the intensity at the image's corner to that in the middle.
     pub falloff: f64,
 }
 
 pub const CLEAN: Spoil = Spoil { blur_px: 0.6, noise: 0.0, falloff: 1.0 };
 pub const USUAL: Spoil = Spoil { blur_px: 0.8, noise: 0.01, falloff: 0.4 };
 
-/// A camera with its rays at the corners of all pixels.
+/// Camera with precomputed rays at the corners of all pixels.
 pub struct Studio {
     pub camera: Camera,
     corners: Vec<Option<Vector3<f64>>>,
 }
 
-/// Samples along the side of a pixel.
+/// Number of samples along the side of a pixel.
 const SAMPLES: usize = 5;
 
 impl Studio {
@@ -79,12 +79,12 @@ impl Studio {
         Self { camera, corners: corners.map(|(x, y)| ray(x, y)).collect() }
     }
 
-    /// Where the camera sees the board's corners: all of them, or nothing.
+    /// Projects the board's corners; `None` unless the camera sees them all.
     pub fn truth(&self, board: &Board, camera_from_board: &Pose) -> Option<Vec<Point2<f64>>> {
         board.corners.iter().map(|c| self.see(c.in_board_mm, camera_from_board)).collect()
     }
 
-    /// Where each corner is seen, if that is in the picture and `margin_px` from its border.
+    /// Projects the corners that lie in the image, at least `margin_px` from its border.
     pub fn in_sight(
         &self,
         board: &Board,
@@ -103,8 +103,8 @@ impl Studio {
         self.camera.project(&camera_from_board.point(Point3::new(x, y, 0.0))).ok()
     }
 
-    /// Whether the board as a whole, outer squares included, is in the picture, `margin_px` from
-    /// its border, and seen from its front.
+    /// Returns whether the whole board, including outer squares, lies in the image, at least `margin_px` from its
+    /// border, with its front to the camera.
     pub fn shows(&self, board: &Board, camera_from_board: &Pose, margin_px: f64) -> bool {
         let [w, h] = board.squares.map(|n| f64::from(n) * board.square_mm);
         let outline = (0..=20).flat_map(|i| {
@@ -126,7 +126,7 @@ impl Studio {
         })
     }
 
-    /// The picture.
+    /// Renders the image.
     pub fn picture(
         &self,
         board: &Board,
@@ -176,7 +176,7 @@ impl Studio {
     }
 }
 
-/// Brightness of the board's plane: the board, its white sheet, and a striped table around it.
+/// Returns the intensity of the board's plane: the board, its white sheet, and a striped table around it.
 fn paint(board: &Board, x_mm: f64, y_mm: f64) -> f64 {
     const DARK: f64 = 0.08;
     const LIGHT: f64 = 0.85;
@@ -209,8 +209,8 @@ fn paint(board: &Board, x_mm: f64, y_mm: f64) -> f64 {
     if is_light { LIGHT } else { DARK }
 }
 
-/// A board somewhere in front of the camera: its centre up to `off_axis_deg` off the optical axis,
-/// tilted by up to `tilt_deg` against the line of sight, turned in any way.
+/// Returns the pose of a board in front of the camera: its centre up to `off_axis_deg` off the optical axis, tilted by
+/// up to `tilt_deg` against the line of sight, and turned by any angle.
 pub fn somewhere(
     board: &Board,
     random: &mut Random,
@@ -230,7 +230,7 @@ pub fn somewhere(
     parts.iter().fold(Pose::identity(), |all, part| all.then_in(*part))
 }
 
-/// The kind of board in words.
+/// Returns the kind of board in words.
 pub fn word(board: &Board) -> &'static str {
     match board.kind {
         BoardKind::Checkerboard => "checkerboard",
@@ -238,7 +238,7 @@ pub fn word(board: &Board) -> &'static str {
     }
 }
 
-/// Writes a picture as PNG, 8 bits.
+/// Writes an image as PNG, 8 bits.
 pub fn save(image: &GreyImage, path: impl AsRef<std::path::Path>) {
     let file = std::fs::File::create(path).unwrap();
     let mut encoder = png::Encoder::new(file, image.width_px() as u32, image.height_px() as u32);

@@ -1,4 +1,4 @@
-//! A calibration dome for the tests.
+//! Calibration dome for the tests.
 
 pub mod trials;
 
@@ -7,8 +7,8 @@ use fabkit_camera::{Camera, Interface, Intrinsics, KannalaBrandt, Lens};
 use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{Angle, Point3, Pose, Vector3};
 
-/// Pins in 29 holes on four rings and the tip of a 15 mm dome about (0, 0, 6). Each kind reaches
-/// its number of mm inside the dome.
+/// Returns pins in 29 holes on four rings and the tip of a 15 mm dome about (0, 0, 6). Each kind reaches its number of
+/// mm inside the dome.
 pub fn pins(reaches_mm: &[(&str, f64)]) -> Vec<PinLandmark> {
     let centre = Point3::new(0.0, 0.0, 6.0);
     let mut pins = Vec::new();
@@ -33,24 +33,24 @@ pub fn pins(reaches_mm: &[(&str, f64)]) -> Vec<PinLandmark> {
     pins
 }
 
-/// 640 x 480 px, 200 px per radian, behind nothing.
+/// Returns a camera with 640 x 480 px and 200 px per radian, without interface.
 pub fn camera() -> Camera {
     with_interface(Interface::None)
 }
 
-/// The same behind something.
+/// Returns the same camera behind an interface.
 pub fn with_interface(interface: Interface) -> Camera {
     let intrinsics = Intrinsics { fx_px: 200.0, fy_px: 200.0, cx_px: 322.0, cy_px: 238.0 };
     let lens = KannalaBrandt::new(intrinsics, [0.01, -0.002, 0.0, 0.0]).unwrap();
     Camera::new(640, 480, Lens::KannalaBrandt(lens), interface).unwrap()
 }
 
-/// Where the design puts the camera: 7 mm below the sensor's origin.
+/// Returns the designed pose of the camera, 7 mm below the sensor's origin.
 pub fn nominal() -> Pose {
     Pose::translation(0.0, 0.0, 7.0)
 }
 
-/// Where it is: a little off, and turned as mounted.
+/// Returns the true pose: slightly off the design, and turned as mounted.
 pub fn assembled(turn_deg: f64) -> Pose {
     let degrees = |x: f64| Angle::from_deg(x).unwrap();
     Pose::translation(0.4, -0.3, 7.6)
@@ -59,7 +59,7 @@ pub fn assembled(turn_deg: f64) -> Pose {
         .then_in(Pose::rotation_z(degrees(turn_deg)))
 }
 
-/// Captures of `per_capture` pins in different holes, any kind, at random.
+/// Draws captures of `per_capture` pins in different holes, of any kind, at random.
 pub fn captures<'a>(
     pins: &'a [PinLandmark],
     count: usize,

@@ -6,21 +6,21 @@ use fabkit_geometry::sequences::Random;
 use fabkit_geometry::{Angle, Point3, Pose};
 use nalgebra::Vector2;
 
-/// Standard deviation of each pixel coordinate.
+/// Standard deviation of each pixel coordinate, px.
 pub const SIGMA_PX: f64 = 0.3;
 
-/// The camera's distance below the dome's base, so that its rim is seen at `atan2(15, depth)`: 41,
-/// 74 and 103 degrees; and the largest median position error that is accepted, mm.
+/// Distances of the camera below the dome's base, so that its rim is seen at `atan2(15, depth)`: 41, 74 and 103
+/// degrees; each with the largest accepted median position error, mm.
 pub const RANGES: [(f64, f64); 3] = [(17.25, 0.062), (4.3, 0.016), (-3.46, 0.008)];
 
-/// A fisheye that sees beyond 103 degrees.
+/// Returns a fisheye camera that sees beyond 103 degrees.
 pub fn camera() -> Camera {
     let intrinsics = Intrinsics { fx_px: 180.0, fy_px: 180.0, cx_px: 320.0, cy_px: 240.0 };
     let lens = KannalaBrandt::new(intrinsics, [0.01, -0.002, 0.0, 0.0]).unwrap();
     Camera::new(640, 480, Lens::KannalaBrandt(lens), Interface::None).unwrap()
 }
 
-/// 40 points spread over a 15 mm half sphere in a sunflower's spiral.
+/// Returns 40 points spread over a 15 mm half sphere in a sunflower's spiral.
 pub fn dome() -> Vec<Point3<f64>> {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     (0..40)
@@ -33,7 +33,7 @@ pub fn dome() -> Vec<Point3<f64>> {
         .collect()
 }
 
-/// A pose near `depth_mm` in any turn, and what is seen from it.
+/// Draws a pose near `depth_mm` with any turn, and observations from it.
 pub fn trial(camera: &Camera, depth_mm: f64, noise: &mut Random) -> (Pose, Vec<Observation>) {
     let degrees = |x: f64| Angle::from_deg(x).unwrap();
     let truth = Pose::translation(noise.normal() * 0.5, noise.normal() * 0.5, depth_mm)
@@ -50,7 +50,7 @@ pub fn trial(camera: &Camera, depth_mm: f64, noise: &mut Random) -> (Pose, Vec<O
     (truth, dome().into_iter().map(observe).collect())
 }
 
-/// Where the camera is, sensor frame, mm.
+/// Returns the camera's position, sensor frame, mm.
 pub fn position(camera_from_sensor: &Pose) -> nalgebra::Vector3<f64> {
     *camera_from_sensor.inverse().translation_mm()
 }

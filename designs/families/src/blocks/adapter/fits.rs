@@ -1,4 +1,4 @@
-//! What goes beside each other on a plate, and what would have to give.
+//! Checks whether the holes, heads, nuts and cables of an adapter fit beside each other.
 
 use fabkit_geometry::{Angle, Path};
 
@@ -8,13 +8,13 @@ use crate::blocks::Rect;
 use crate::blocks::mounting::outside;
 use crate::parameters::Report;
 
-/// Plastic between a slot and the sink of a head, mm: a line of a nozzle.
+/// Plastic between a slot and the sink of a head, mm: one line of a nozzle.
 const LINE_MM: f64 = 0.4;
 
-/// In what steps other angles are tried.
+/// Step of the angles that are tried for a hint, degrees.
 const STEP_DEG: f64 = 5.0;
 
-/// What does not fit.
+/// Conflict between features of the plate.
 struct Trouble {
     path: &'static str,
     message: String,
@@ -22,7 +22,7 @@ struct Trouble {
 }
 
 impl Plan<'_> {
-    /// Reports what does not go beside each other.
+    /// Reports features that do not fit beside each other.
     pub(super) fn check(&self, report: &mut Report) {
         if let Some(trouble) = self.trouble() {
             let hint = self.turned_hint().unwrap_or_else(|| trouble.hint.into());
@@ -30,8 +30,9 @@ impl Plan<'_> {
         }
     }
 
-    /// The nearest angles at which all fits: they have been tried.
+    /// Finds the nearest angle at which everything fits, and returns it as a hint.
     fn turned_hint(&self) -> Option<String> {
+        // 36 steps of 5 degrees to either side cover a full turn.
         let steps = (1..=36).flat_map(|step| [f64::from(step), -f64::from(step)]);
         let to = |angle: Angle, step: f64| {
             let deg = angle.deg() + step * STEP_DEG;
@@ -52,6 +53,7 @@ impl Plan<'_> {
         None
     }
 
+    /// Finds the first conflict.
     fn trouble(&self) -> Option<Trouble> {
         self.too_wide()
             .or_else(|| self.nuts_in_screws())
@@ -59,6 +61,7 @@ impl Plan<'_> {
             .or_else(|| self.cables_in_heads())
     }
 
+    /// Checks that the sensor is narrow enough for the finger, or leaves room for the flange's bolts.
     fn too_wide(&self) -> Option<Trouble> {
         let wide_mm = 2.0 * self.face.radius_mm();
         if self.finger().is_some() {
@@ -92,14 +95,17 @@ impl Plan<'_> {
         })
     }
 
+    /// Returns the positions of the robot's bolts, mm.
     fn bolt_places(&self) -> Vec<[f64; 2]> {
         self.bolts().iter().map(|pose| pose.translation_mm().xy().into()).collect()
     }
 
+    /// Returns the positions of the sensor's screws, mm.
     fn screw_places(&self) -> Vec<[f64; 2]> {
         self.screws.poses.iter().map(|pose| pose.translation_mm().xy().into()).collect()
     }
 
+    /// Checks the walls between nuts and the sensor's screws.
     fn nuts_in_screws(&self) -> Option<Trouble> {
         let nut = self.nut()?.diameter_mm / 2.0;
         let screws = self.screw_places();
@@ -107,6 +113,7 @@ impl Plan<'_> {
         let places = self.nut_places();
         let pairs = places.iter().flat_map(|at| screws.iter().map(|own| apart(own, at)));
         let least = pairs.fold(f64::INFINITY, f64::min) - self.sink_mm() - nut;
+        // Robotiq's pattern is placed at exactly this distance: rounding must not refuse it.
         (least < WALL_MM - 1e-9).then(|| Trouble {
             path: "adapter.width",
             message: format!(
@@ -118,6 +125,7 @@ impl Plan<'_> {
         })
     }
 
+    /// Checks that the cable slot is wide enough and stays clear of bolts, nuts and screws.
     fn slot_in_holes(&self) -> Option<Trouble> {
         let least_mm = self.face.least_slot_mm();
         if self.adapter.cable_width.mm() < least_mm {
@@ -158,7 +166,7 @@ impl Plan<'_> {
         })
     }
 
-    /// What stands on the plate beside the sensor: where, and its radius and height, mm.
+    /// Returns the bodies that stand on the plate beside the sensor: position, and radius and height, mm.
     fn standing(&self) -> Vec<([f64; 2], [f64; 2])> {
         let bolt = self.bolt();
         match self.adapter.pattern {
@@ -176,6 +184,7 @@ impl Plan<'_> {
         }
     }
 
+    /// Checks that cables at the side stay clear of bodies on the plate.
     fn cables_in_heads(&self) -> Option<Trouble> {
         let gaps = self.standing().into_iter().map(|(at, size)| self.beside_cables(at, size));
         let least = gaps.fold(f64::INFINITY, f64::min);
@@ -191,7 +200,7 @@ impl Plan<'_> {
         })
     }
 
-    /// The plate seen from above, and how far it reaches from the axis, mm.
+    /// Returns the plate's outline seen from above, and its reach from the axis, mm.
     pub(super) fn outline(&self) -> (Path, f64) {
         let face = self.face;
         let nut = self.nut().map_or(0.0, |nut| nut.diameter_mm / 2.0) + WALL_MM;
@@ -210,8 +219,9 @@ impl Plan<'_> {
         (Path::circle([0.0; 2], radius), radius)
     }
 
-    /// A disc below the sensor with a bar to the finger's screws, along x.
+    /// Returns the outline of a disc below the sensor with a bar to the finger's screws, along x.
     fn keyhole(&self, half: f64, radius: f64) -> (Path, f64) {
+        // The disc has to be wider than the bar, or their outlines would not meet.
         let radius = radius.max(half + 1.0);
         let beyond = self.finger().map_or(0.0, |finger| finger.beyond_mm);
         let outer = match self.adapter.pattern {

@@ -1,8 +1,8 @@
-//! What robots have: where their holes are, and what goes into them.
+//! Bolt patterns of robots: positions of their holes, and the hardware that goes into them.
 //!
-//! ISO 9409-1-50-4-M6: the standard itself is not free; its figures are those of grippers' and robots' makers
-//! and sellers, which agree: a circle of 50 mm with four M6, a recess of 31.5 mm, 3.5 mm deep, in a flange of
-//! 63 mm (graspmonkey.de, "ISO 9409-1", table), a dowel of 6 mm on the same circle (UR's flange, as modelled in
+//! ISO 9409-1-50-4-M6: the standard itself is not free; its figures are those of makers and sellers of grippers and
+//! robots, which agree: a circle of 50 mm with four M6, a recess of 31.5 mm, 3.5 mm deep, in a flange of 63 mm
+//! (graspmonkey.de, "ISO 9409-1", table), a dowel of 6 mm on the same circle (UR's flange, as modelled in
 //! TAMS-Group/tams_openscad, robots/ur5_flange.scad).
 //!
 //! Robotiq 2F-85 and Franka's hand: measured in public meshes, see [`ROBOTIQ`] and [`FRANKA`].
@@ -14,75 +14,76 @@ use crate::assembling::{SENSOR, bought};
 use crate::blocks::{Joint, corners, hanging, ring, upright};
 use crate::hardware::{Screw, SocketScrew};
 
-/// ISO 9409-1, designation 50-4-M6: diameter of the circle of the threads, mm.
+/// Diameter of the bolt circle, mm; ISO 9409-1, designation 50-4-M6.
 pub const CIRCLE_MM: f64 = 50.0;
 
-/// The same: how many.
+/// Number of bolts; ISO 9409-1, designation 50-4-M6.
 const BOLTS: u32 = 4;
 
-/// The same: the recess that centres a tool, H7, mm. The boss is printed smaller by what printers swell.
+/// Diameter of the centring recess, H7, mm; ISO 9409-1, designation 50-4-M6. The boss is smaller by
+/// [`CENTRING_GAP_MM`], because printed bosses come out larger.
 pub const CENTRING_MM: f64 = 31.5;
 
-/// Between boss and recess, mm per side: chosen, a snug printed fit.
+/// Gap between boss and recess, mm per side: chosen, a snug printed fit.
 pub const CENTRING_GAP_MM: f64 = 0.1;
 
-/// Height of the boss, mm: chosen, less than the 3.5 mm that the recess is deep.
+/// Height of the boss, mm: chosen, less than the recess's depth of 3.5 mm.
 pub const BOSS_MM: f64 = 3.0;
 
-/// The dowel's hole on the circle, mm, half a step off the threads.
+/// Diameter of the dowel on the bolt circle, mm; it lies half a step from the bolts.
 pub const DOWEL_MM: f64 = 6.0;
 
-/// Between a dowel and its printed hole, mm per side: chosen.
+/// Gap between a dowel and its printed hole, mm per side: chosen.
 pub const DOWEL_GAP_MM: f64 = 0.1;
 
-/// Outer radius of the plate, mm: that of the flange, whose outside is 63 mm.
+/// Outer radius of the plate, mm: that of the flange, whose diameter is 63 mm.
 pub const FLANGE_MM: f64 = 31.5;
 
-/// Thread that a flange takes, mm: as deep as those of UR are.
+/// Thread engagement in a flange, mm: the thread depth of UR's.
 const BITE_MM: f64 = 6.0;
 
-/// Thickness of the plate on a flange at least, mm: screws M6x16 then reach [`BITE_MM`].
+/// Smallest thickness of the plate on a flange, mm: M6x16 screws then engage by [`BITE_MM`].
 const PLATE_MM: f64 = 10.0;
 
 /// Plastic below heads that are sunk in the plate, mm: chosen, as much as a printed wall beside them.
 const BELOW_HEADS_MM: f64 = 5.0;
 
-/// Where a finger takes its screws, and how much of a plate it carries.
+/// Screw holes of a finger, and the part of the plate around them.
 pub struct FingerPattern {
     /// Distance of its two holes, mm.
     pub apart_mm: f64,
     /// Half the width of the plate beside the sensor, mm.
     pub half_mm: f64,
-    /// How far the plate goes on beyond the outer hole, mm.
+    /// Extent of the plate beyond the outer hole, mm.
     pub beyond_mm: f64,
 }
 
-/// Robotiq 2F-85: two holes of 3.4 mm with counterbores of 6.5 mm, on the finger's middle line at 20.0 and
-/// 36.0 mm from its joint, behind a pad 20 mm wide. Measured in the finger and the pad of ROS-Industrial's
-/// model (ros-industrial-attic/robotiq 45196f6, robotiq_2f_85_gripper_visualization, meshes/visual,
-/// robotiq_arg2f_85_inner_finger.dae, robotiq_arg2f_85_pad.dae): to 0.1 mm, as its circles have 50 corners.
-/// The third hole between them, 3.0 mm, is left alone.
+/// Robotiq 2F-85: two holes of 3.4 mm with counterbores of 6.5 mm, on the finger's middle line at 20.0 and 36.0 mm from
+/// its joint, behind a pad 20 mm wide. Measured in the finger and the pad of ROS-Industrial's model
+/// (ros-industrial-attic/robotiq 45196f6, robotiq_2f_85_gripper_visualization, meshes/visual,
+/// robotiq_arg2f_85_inner_finger.dae, robotiq_arg2f_85_pad.dae): to 0.1 mm, as its circles have 50 corners. The third
+/// hole between them, 3.0 mm, is not used.
 pub const ROBOTIQ: FingerPattern = FingerPattern { apart_mm: 16.0, half_mm: 10.0, beyond_mm: 5.0 };
 
-/// Franka's hand: two holes of 4.5 mm, side by side, 12.0 mm apart, 7.8 mm above the lower edge of what
-/// replaces the finger, which is 21 mm wide. Measured in a printed holder for this hand (mihdalal/manipgen
-/// 671648f, manipgen/assets/umi/franka_finger_holder.stl: holes at y = -6.00 and 6.00 mm), and in the maker's
-/// finger (frankaemika/franka_description, meshes/robot_ee/franka_hand_white/visual/finger.dae: round
-/// recesses at x = -6 and 6 mm, to 0.3 mm, as they have 10 corners).
+/// Franka's hand: two holes of 4.5 mm, side by side, 12.0 mm apart, 7.8 mm above the lower edge of the part that
+/// replaces the finger, which is 21 mm wide. Measured in a printed holder for this hand (mihdalal/manipgen 671648f,
+/// manipgen/assets/umi/franka_finger_holder.stl: holes at y = -6.00 and 6.00 mm), and in the maker's finger
+/// (frankaemika/franka_description, meshes/robot_ee/franka_hand_white/visual/finger.dae: round recesses at x = -6 and 6
+/// mm, to 0.3 mm, as they have 10 corners).
 pub const FRANKA: FingerPattern = FingerPattern { apart_mm: 12.0, half_mm: 10.5, beyond_mm: 7.5 };
 
-/// The carriage's tongue, which the finger lies against, in the same mesh: how far it goes on from the holes
-/// to the fingertip, and its thickness, mm, to 0.2 mm.
+/// Tongue of the carriage, which the finger lies against, in the same mesh: extent from the holes to the fingertip, and
+/// thickness, mm, to 0.2 mm.
 pub const TONGUE_MM: [f64; 2] = [6.9, 6.0];
 
-/// Thread that the tongue takes, mm: chosen, less than it is thick.
+/// Thread engagement in the tongue, mm: chosen, less than its thickness.
 const TONGUE_BITE_MM: f64 = 5.0;
 
-/// How far from the axis the screws of a sensor may be to lie beside a finger, mm: chosen, as at a flange.
+/// Largest distance of a sensor's screws from the axis for it to be carried by a finger, mm: chosen, as at a flange.
 const LARGEST_MM: f64 = FLANGE_MM;
 
 impl Plan<'_> {
-    /// Thickness that the robot's pattern asks for, mm.
+    /// Returns the thickness that the robot's pattern requires, mm.
     pub(super) fn least_height_mm(&self) -> f64 {
         match (self.is_iso(), self.is_above_flange()) {
             (true, true) => SocketScrew::M6.head_height_mm + BESIDE_MM + BELOW_HEADS_MM,
@@ -91,18 +92,18 @@ impl Plan<'_> {
         }
     }
 
-    /// Whether the sensor covers the flange's screws, and its own are reached beside the flange.
+    /// Returns whether the sensor covers the flange's bolts while its own screws are reached beside the flange.
     pub(super) fn is_above_flange(&self) -> bool {
         let head = self.screws.screw.head_diameter_mm() / 2.0;
         self.is_iso() && self.screw_radii().all(|radius| radius >= FLANGE_MM + head + BESIDE_MM)
     }
 
-    /// How far from the axis the sensor's own screws are, mm.
+    /// Returns the distances of the sensor's own screws from the axis, mm.
     pub(super) fn screw_radii(&self) -> impl Iterator<Item = f64> {
         self.screws.poses.iter().map(|pose| pose.translation_mm().xy().norm())
     }
 
-    /// Where the robot's bolts bear: below the sensor if that covers them, mm.
+    /// Returns the height at which the robot's bolts bear, mm: sunk below the sensor where it covers them.
     fn seat_z(&self) -> f64 {
         match self.is_above_flange() {
             true => self.face.bottom_z_mm - SocketScrew::M6.head_height_mm - BESIDE_MM,
@@ -110,16 +111,17 @@ impl Plan<'_> {
         }
     }
 
-    /// The middle of the robot's pattern in the plate's underside, x along it, z to the sensor.
+    /// Returns the middle of the robot's pattern in the plate's underside, x along it, z towards the sensor.
     pub(super) fn mount(&self) -> Pose {
         self.turn().then_in(upright([self.middle_mm(), 0.0], self.bottom_z))
     }
 
+    /// Returns the turn of the robot's pattern as a pose.
     fn turn(&self) -> Pose {
         Pose::rotation_z(self.angle().0)
     }
 
-    /// Of the robot's bolts: z axis towards the head, origin where the heads bear.
+    /// Returns the poses of the robot's bolts: z axis towards the head, origin where the heads bear.
     pub(super) fn bolts(&self) -> Vec<Pose> {
         let turn = self.turn();
         let bolts = match self.adapter.pattern {
@@ -135,12 +137,12 @@ impl Plan<'_> {
         bolts.into_iter().map(|pose| turn.then_in(pose)).collect()
     }
 
-    /// Which of them.
+    /// Returns the type of the robot's bolts.
     pub(super) fn bolt(&self) -> SocketScrew {
         if self.is_iso() { SocketScrew::M6 } else { SocketScrew::M4 }
     }
 
-    /// The dowel's hole, half a step off the first bolt.
+    /// Returns the pose of the dowel's hole, half a step from the first bolt.
     pub(super) fn dowel(&self) -> Option<Pose> {
         let half_step = Angle::from_deg(45.0).expect("finite");
         let dowel = upright([CIRCLE_MM / 2.0, 0.0], self.face.bottom_z_mm);
@@ -148,7 +150,7 @@ impl Plan<'_> {
         self.is_iso().then(|| turn.then_in(self.turn()).then_in(dowel))
     }
 
-    /// How far from the axis the middle of a finger's pattern is, mm.
+    /// Returns the distance of the middle of a finger's pattern from the axis, mm.
     pub(super) fn middle_mm(&self) -> f64 {
         let least_mm = match self.adapter.pattern {
             AdapterPattern::Robotiq85 => {
@@ -163,7 +165,7 @@ impl Plan<'_> {
         least_mm.max(self.adapter.offset.mm())
     }
 
-    /// The finger's pattern.
+    /// Returns the pattern of the finger, if a finger carries the sensor.
     pub(super) fn finger(&self) -> Option<&'static FingerPattern> {
         match self.adapter.pattern {
             AdapterPattern::Robotiq85 => Some(&ROBOTIQ),
@@ -172,17 +174,17 @@ impl Plan<'_> {
         }
     }
 
-    /// Whether a sensor is as small as fingers carry.
+    /// Returns whether the sensor is small enough for a finger.
     pub(super) fn is_for_finger(&self) -> bool {
         self.screw_radii().all(|radius| radius < LARGEST_MM)
     }
 
-    /// Radius of the sinks of the sensor's own screws, mm.
+    /// Returns the radius of the counterbores for the sensor's own screws, mm.
     pub(super) fn sink_mm(&self) -> f64 {
         self.screws.screw.head_diameter_mm() / 2.0 + SINK_MM
     }
 
-    /// Where nuts are, mm.
+    /// Returns the positions of the nuts, mm.
     pub(super) fn nut_places(&self) -> Vec<[f64; 2]> {
         let places = match self.adapter.pattern {
             AdapterPattern::Rectangle => self.adapter.rectangle(),
@@ -197,7 +199,7 @@ impl Plan<'_> {
         places.into_iter().map(turned).collect()
     }
 
-    /// The nuts that a gripper's screws go into.
+    /// Returns the nuts that a gripper's screws go into.
     pub(super) fn nuts(&self) -> Option<Joint> {
         let nut = self.nut()?;
         let at = |at: [f64; 2]| hanging(at, self.bottom_z);
@@ -207,7 +209,8 @@ impl Plan<'_> {
         Some(Joint::heat_set("finger screw", screw, poses, hold))
     }
 
-    /// What is bought: what is in the plate before the sensor is on it, and what comes after.
+    /// Returns the bought pieces: those that are put into the plate before the sensor is mounted, and those that
+    /// follow.
     pub(super) fn robot_hardware(&self) -> (Vec<Body>, Vec<Body>) {
         let lowered = |pose: &Pose| -> Placement { SENSOR.at(*pose).lifted(-60.0) };
         let alone = |mut body: Body, poses: &[Pose]| {
@@ -216,7 +219,7 @@ impl Plan<'_> {
         };
         if let Some(nuts) = self.nuts() {
             let poses = nuts.holes().poses.to_vec();
-            // Called its own: the sensor may hold the same nuts, which come in other steps.
+            // Prefixed names: the sensor may use the same nuts, which belong to other steps.
             let named =
                 |body: Body| Body { name: format!("{}-{}", ADAPTER.name, body.name), ..body };
             let bodies = nuts.bought_nuts(lowered).into_iter().map(named);
@@ -238,7 +241,7 @@ impl Plan<'_> {
         }
     }
 
-    /// What is put into the plate before the sensor is on it.
+    /// Returns the instruction for the pieces that are put into the plate before the sensor is mounted.
     pub(super) fn fitted(&self) -> &'static str {
         match self.is_iso() {
             true => "bolt the plate to the robot's flange with the M6 screws, their heads sunk",
@@ -246,7 +249,7 @@ impl Plan<'_> {
         }
     }
 
-    /// How the plate is mounted.
+    /// Returns the instruction for mounting the plate.
     pub(super) fn told(&self) -> String {
         let cables = match self.is_slotted() {
             true => ", cable and wires in its slot",
@@ -280,7 +283,7 @@ impl Plan<'_> {
 }
 
 impl Adapter {
-    /// The corners of the rectangle, or two in a row, mm.
+    /// Returns the corners of the rectangle, or two positions in a row, mm.
     fn rectangle(&self) -> Vec<[f64; 2]> {
         let [x, y] = [self.width.mm() / 2.0, self.depth.mm() / 2.0];
         match y > 0.0 {

@@ -1,4 +1,4 @@
-//! The plate itself.
+//! Solid of the adapter plate.
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Pose, Process, Solid};
 
@@ -7,11 +7,11 @@ use super::{ADAPTER, ALONE, BESIDE_MM, Plan, SINK_MM};
 use crate::assembling::{SENSOR, flipped};
 use crate::blocks::{BLACK, INTO_MM, copies, holes, marks};
 
-/// Above a head of the sensor's own in its pocket, mm.
+/// Clearance above a head of the sensor's own screws in its pocket, mm.
 const ABOVE_HEAD_MM: f64 = 0.3;
 
 impl Plan<'_> {
-    /// With its holes and its slot, as printed.
+    /// Returns the plate with its holes and its slot, as printed.
     pub(super) fn plate(&self) -> Body {
         let (top_z, is_iso) = (self.face.bottom_z_mm, self.is_iso());
         let (outline, reach_mm) = self.outline();
@@ -26,6 +26,7 @@ impl Plan<'_> {
             );
             solid = solid.plus(boss.named("boss"));
         }
+        // The counterbores of the sensor's screws also pass through the boss.
         let down_mm = top_z - self.bottom_z + if is_iso { BOSS_MM } else { 0.0 };
         let sunk_mm = down_mm - self.thickness_mm;
         let is_prepared = self.nut().is_some() || self.is_above_flange();
@@ -50,7 +51,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Above heads of the sensor's own.
+    /// Returns the pockets for the heads of the sensor's own screws.
     fn pockets(&self) -> Vec<Solid> {
         let top_z = self.face.bottom_z_mm;
         let pocket = |([x, y], [radius, height]): &([f64; 2], [f64; 2])| {
@@ -60,7 +61,7 @@ impl Plan<'_> {
         self.face.heads.iter().map(pocket).collect()
     }
 
-    /// Passages for the robot's bolts, sunk where the sensor is above them, and the dowel's hole.
+    /// Returns the holes for the robot's bolts, counterbored where the sensor lies above them, and the dowel's hole.
     fn bolt_holes(&self) -> Cut {
         let (top_z, bolt) = (self.face.bottom_z_mm, self.bolt());
         let bolts: Vec<Pose> = self.bolts();
@@ -69,6 +70,7 @@ impl Plan<'_> {
             let heights = [top_z - through_mm + CUT_OVERLAP_MM, top_z + CUT_OVERLAP_MM];
             Solid::rod(radius, heights)
         };
+        // The rods below have absolute heights, so only x and y of the bolts count.
         let flat = |pose: &Pose| {
             let at = pose.translation_mm();
             Pose::translation(at.x, at.y, 0.0)

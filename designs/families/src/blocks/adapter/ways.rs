@@ -1,42 +1,43 @@
-//! Ways for cables past the plate: a slot through it for what leaves below the sensor, and room above it for
-//! what leaves beside.
+//! Cable passages of an adapter plate: a slot through it for cables that leave below the sensor, and free space above
+//! it for those that leave at the side.
 
 use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Path, Pose, Solid};
 
 use super::pattern::BOSS_MM;
 use super::{MountFace, Plan};
 
-/// Where something leaves the sensor.
+/// Exit of a cable from the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exit {
-    /// Down through the mounting face, inside of a rectangle.
+    /// Exit through the mounting face, inside a rectangle.
     Below {
-        /// Its middle, mm.
+        /// Middle, mm.
         at: [f64; 2],
-        /// Half its edges, mm.
+        /// Half the edges, mm.
         half_mm: [f64; 2],
-        /// By how much it is turned.
+        /// Turn of the rectangle around its middle.
         turn: Angle,
     },
-    /// Straight out to the side.
+    /// Exit straight to the side.
     Aside {
-        /// Which way, around the sensor's axis.
+        /// Direction around the sensor's axis.
         angle: Angle,
-        /// How wide it is, mm.
+        /// Width, mm.
         width_mm: f64,
-        /// Its underside above the mounting face, mm.
+        /// Height of its underside above the mounting face, mm.
         above_mm: f64,
     },
 }
 
-/// Around a cable in its slot, mm.
+/// Play around a cable in its slot, mm.
 const PLAY_MM: f64 = 0.25;
 
-/// The part of a window's width that the way from it to the slot has, whose walls keep off those of both.
+/// Width of the link from a window to the slot, as a fraction of the window's width: its walls stay clear of those of
+/// both.
 const LINK: f64 = 0.8;
 
 impl MountFace {
-    /// What leaves through the mounting face.
+    /// Returns the exits through the mounting face.
     fn below(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2], Angle)> {
         self.exits.iter().filter_map(|exit| match *exit {
             Exit::Below { at, half_mm, turn } => Some((at, half_mm, turn)),
@@ -44,31 +45,32 @@ impl MountFace {
         })
     }
 
-    /// Half the sensor's width where it is widest, mm.
+    /// Returns the radius of the smallest circle around the sensor's outline, mm.
     pub(super) fn radius_mm(&self) -> f64 {
         let [x, y] = self.outline.half.map(|half| half - self.outline.corner);
         x.hypot(y) + self.outline.corner
     }
 
-    /// The least width of a slot for what leaves through windows one beside the other, mm.
+    /// Returns the smallest slot width for cables that leave through the windows, one after the other, mm.
     pub(super) fn least_slot_mm(&self) -> f64 {
         let widths = self.below().map(|(_, [x, y], _)| 2.0 * (x.min(y) + PLAY_MM));
         widths.fold(0.0, f64::max)
     }
 }
 
+/// Returns whether a position is on the sensor's axis.
 fn is_middle(at: [f64; 2]) -> bool {
     at[0].hypot(at[1]) < 1e-9
 }
 
 impl Plan<'_> {
-    /// Whether the plate has a slot for cables.
+    /// Returns whether the plate has a slot for cables.
     pub(super) fn is_slotted(&self) -> bool {
         self.face.below().count() > 0
     }
 
-    /// The slot from the axis to the rim, and windows beside it, all of them open to each other: cables are
-    /// laid in from the side, and no plug passes a hole.
+    /// Returns the slot from the axis to the rim, and windows beside it that are open to it: cables are laid in from
+    /// the side, so that no plug has to pass a hole.
     pub(super) fn ways(&self, beyond_mm: f64) -> Vec<Solid> {
         if !self.is_slotted() {
             return Vec::new();
@@ -94,12 +96,13 @@ impl Plan<'_> {
             let link = Solid::cuboid_between([0.0, -link, heights[0]], [to, link, heights[1]])
                 .placed(Pose::rotation_z(angle))
                 .named("way to the wire window");
+            // A window that overlaps the slot needs no link.
             std::iter::once(window).chain((to > half).then_some(link))
         });
         std::iter::once(slot).chain(windows).collect()
     }
 
-    /// How far a circle is from what the slot and its windows take of the plate, mm.
+    /// Returns the distance of a circle from the slot and its windows, mm.
     pub(super) fn beside_ways(&self, [x, y]: [f64; 2], radius: f64) -> f64 {
         if !self.is_slotted() {
             return f64::INFINITY;
@@ -108,13 +111,15 @@ impl Plan<'_> {
         let windows = self.face.below().map(|(at, half_mm, turn)| {
             let (sin, cos) = turn.rad().sin_cos();
             let off = [x - at[0], y - at[1]];
+            // The circle's centre in the window's own frame.
             let own = [off[0] * cos + off[1] * sin, off[1] * cos - off[0] * sin];
             crate::blocks::mounting::outside(own, half_mm.map(|half| half + PLAY_MM))
         });
         windows.fold(slot, f64::min) - radius
     }
 
-    /// How near what leaves beside the sensor comes to a circle of that height (mm) on the plate, mm.
+    /// Returns the distance of cables that leave at the side from a cylinder of that radius and height on the plate,
+    /// mm.
     pub(super) fn beside_cables(&self, at: [f64; 2], [radius, height]: [f64; 2]) -> f64 {
         let gaps = self.face.exits.iter().filter_map(|exit| match *exit {
             Exit::Aside { angle, width_mm, above_mm } => {
@@ -127,7 +132,7 @@ impl Plan<'_> {
     }
 }
 
-/// How far a point is from a strip of that width from the axis outwards, mm.
+/// Returns the distance of a point from a strip of a width that runs from the axis outwards, mm.
 fn beside_ray([x, y]: [f64; 2], angle: Angle, width_mm: f64) -> f64 {
     let (sin, cos) = angle.rad().sin_cos();
     let (along, across) = (x * cos + y * sin, (y * cos - x * sin).abs());

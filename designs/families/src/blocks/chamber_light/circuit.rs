@@ -1,4 +1,4 @@
-//! What is soldered and wired for the light of a chamber.
+//! Circuit of the LEDs of a chamber.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,16 +10,16 @@ use crate::blocks::circuit::{
 };
 use crate::blocks::{LED, PRINTED_WALL_MM};
 
-/// A wire's pad along and across the wire, mm.
+/// Size of a wire's pad along and across the wire, mm.
 const PAD_MM: [f64; 2] = [1.6, 1.2];
-/// From the middle of the board's edge to each of both pads at least, mm.
+/// Smallest distance of each of the two pads from the middle of the board's edge, mm.
 const BESIDE_MM: f64 = 1.0;
-/// Between a pad and the board's edge, mm.
+/// Distance between a pad and the board's edge, mm.
 const EDGE_MM: f64 = 0.5;
 
 impl Light<'_> {
-    /// From below: LEDs between supply and ground, each with its resistor. From the sides: strips to their
-    /// supply.
+    /// Returns the circuit. From below: LEDs between supply and ground, each with its resistor. From the sides: strips
+    /// connected to their supply.
     pub fn circuit(&self) -> Circuit {
         match self.leds.from {
             LightFrom::Below => self.board_circuit(),
@@ -27,6 +27,7 @@ impl Light<'_> {
         }
     }
 
+    /// Returns the circuit of the LED board.
     fn board_circuit(&self) -> Circuit {
         let leds = self.leds;
         let mut board = Builder::on(LED_BOARD, &leds.electric);
@@ -38,11 +39,11 @@ impl Light<'_> {
             CHIP_0603,
             "leds.resistor_ohms, or leds.current_ma where that is 0",
         );
-        // On the lower side, where the long edge has its middle and the camera's wires leave.
+        // Wire pads lie on the lower side at the middle of the long edge, where the camera's wires leave.
         let (rect, bore_mm) = self.board_rect();
         let long = self.chamber.longer();
         let out = rect.half[1 - long] - EDGE_MM - PAD_MM[0] / 2.0;
-        // Where the rim beside the hole is narrow, as far apart as keeps their inner corners on the board.
+        // Where the rim beside the hole is narrow, the pads move apart until their inner corners are on the board.
         let inner_mm = out - PAD_MM[0] / 2.0;
         let clear_mm = ((bore_mm + EDGE_MM).powi(2) - inner_mm.powi(2)).max(0.0).sqrt();
         let beside_mm =
@@ -60,6 +61,7 @@ impl Light<'_> {
         board.done()
     }
 
+    /// Returns the circuit of the LED strips.
     fn strips(&self) -> Circuit {
         let leds = self.leds;
         let mut wired = Builder::wired("led-strips", leds.electric.supply_volts);

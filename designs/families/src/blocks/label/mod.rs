@@ -10,21 +10,21 @@ pub use lettering::{Lettering, NoGlyph};
 
 use super::INTO_MM;
 
-/// Lowest letters that can be read when they are printed, mm: of resin; filament takes 3 mm.
+/// Smallest legible height of printed letters, mm: of resin; filament needs 3 mm.
 pub const LEAST_HEIGHT_MM: f64 = 2.5;
 
-/// Width of strokes unless a label says otherwise, mm: two lines of that nozzle.
+/// Default width of strokes, mm: two lines of a 0.4 mm nozzle.
 const STROKE_MM: f64 = super::PRINTED_WALL_MM;
 
-/// Widest strokes, in parts of the height: between wider ones holes of letters close.
+/// Largest width of strokes, as a fraction of the height: wider ones close the holes of letters.
 const MOST_STROKE: f64 = 0.18;
 
-/// How deep letters are cut or how high they stand unless a label says otherwise, mm: two layers.
+/// Default depth or height of letters, mm: two layers.
 const DEPTH_MM: f64 = 0.4;
 
 /// Text on a plane, with strokes that print.
 ///
-/// Small letters of the Latin alphabet are written as capitals.
+/// Lower-case Latin letters are written as capitals.
 ///
 /// ```
 /// use fabkit_designs::blocks::label::Label;
@@ -48,7 +48,7 @@ pub struct Label {
     pose: Pose,
 }
 
-/// Why a text is no label.
+/// Reason why a text cannot become a label.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LabelError {
     /// Characters that the font does not have, each once.
@@ -57,38 +57,38 @@ pub enum LabelError {
         listed(.missing)
     )]
     NoGlyphs {
-        /// What was to be written.
+        /// Text of the label.
         text: String,
-        /// What is missing.
+        /// Missing characters.
         missing: BTreeSet<char>,
     },
-    /// No characters but spaces.
+    /// No characters except spaces.
     #[error("a label without letters; write at least one")]
     Empty,
-    /// Letters that nobody could read.
+    /// Letters too low to be legible; holds their height, mm.
     #[error(
         "letters of a label are {0} mm high; below {LEAST_HEIGHT_MM} mm they cannot be read when they \
          are printed; write {LEAST_HEIGHT_MM} mm or more"
     )]
     Low(f64),
-    /// Strokes that close the holes of letters, or none.
+    /// Strokes so wide that the holes of letters close, or of no width.
     #[error(
         "strokes of a label are {stroke_mm} mm wide; letters {height_mm} mm high take more than 0 and \
          at most {most:.2} mm; write thinner strokes or higher letters",
         most = MOST_STROKE * .height_mm
     )]
     Stroke {
-        /// What was asked for, mm.
+        /// Requested width of the strokes, mm.
         stroke_mm: f64,
         /// Height of the letters, mm.
         height_mm: f64,
     },
-    /// Nothing to be seen.
+    /// Depth that is not positive, mm.
     #[error("letters of a label are {0} mm deep; write more than 0 mm, for example {DEPTH_MM} mm")]
     Depth(f64),
 }
 
-/// `&` and `ä`, for messages.
+/// Formats characters for messages, such as `&` and `ä`.
 fn listed(characters: &BTreeSet<char>) -> String {
     let quoted: Vec<String> = characters.iter().map(|c| format!("`{c}`")).collect();
     match quoted.split_last() {
@@ -99,9 +99,9 @@ fn listed(characters: &BTreeSet<char>) -> String {
 }
 
 impl Label {
-    /// Letters of that height (mm) around the origin of the pose: x along the text, y up, z out of
-    /// the face that carries them, to the reader. Strokes are 0.8 mm wide where letters are high
-    /// enough for that, and 0.4 mm deep.
+    /// Creates a label of that height (mm) around the origin of the pose: x along the text, y up, z out of the face
+    /// that carries it, towards the reader. Strokes are 0.8 mm wide if the letters are high enough for that, and 0.4 mm
+    /// deep.
     ///
     /// # Errors
     /// Characters that the font does not have, no letters, or letters that are too low.
@@ -124,12 +124,13 @@ impl Label {
         Ok(Self { text: capitals, font, depth_mm: DEPTH_MM, pose })
     }
 
-    /// The same with strokes of another width, mm.
+    /// Sets the width of the strokes, mm.
     ///
     /// # Errors
     /// Strokes that close the holes of letters.
     pub fn stroked(mut self, stroke_mm: f64) -> Result<Self, LabelError> {
         let height_mm = self.font.height_mm;
+        // Written so that NaN is refused too.
         if !(stroke_mm > 0.0 && stroke_mm <= MOST_STROKE * height_mm) {
             return Err(LabelError::Stroke { stroke_mm, height_mm });
         }
@@ -137,10 +138,10 @@ impl Label {
         Ok(self)
     }
 
-    /// The same cut so deep, or standing out so far, mm.
+    /// Sets the depth of sunken letters or the height of raised ones, mm.
     ///
     /// # Errors
-    /// No depth.
+    /// A depth that is not positive.
     pub fn deep(self, depth_mm: f64) -> Result<Self, LabelError> {
         match depth_mm > 0.0 && depth_mm.is_finite() {
             true => Ok(Self { depth_mm, ..self }),
@@ -148,38 +149,40 @@ impl Label {
         }
     }
 
-    /// The same elsewhere.
+    /// Sets the pose.
     #[must_use]
     pub fn at(self, pose: Pose) -> Self {
         Self { pose, ..self }
     }
 
-    /// What is written.
+    /// Returns the text in capitals.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Sides of the smallest rectangle around the origin of the pose that holds all letters: width
-    /// and height, mm.
+    /// Returns the edges of the smallest rectangle centred on the pose's origin that holds all letters: width and
+    /// height, mm.
     pub fn size_mm(&self) -> [f64; 2] {
         let letters = self.font.profiles(&self.text).unwrap_or_default();
         let bounds = letters.iter().flat_map(|letter| letter.bounds_mm());
+        // Letters are not symmetric about the origin: the farther side counts twice.
         let far =
             bounds.fold([0.0_f64; 2], |far, [x, y]| [far[0].max(x.abs()), far[1].max(y.abs())]);
         far.map(|far| 2.0 * far)
     }
 
-    /// Letters cut into the body. They go through nothing, so that no handles come with them.
+    /// Returns letters cut into the body. They pass through nothing, so that they add no handles.
     pub fn sunken(&self) -> Cut {
         Cut { tools: vec![self.between(-self.depth_mm, CUT_OVERLAP_MM)], ..Cut::default() }
     }
 
-    /// Letters that stand on the body, to be united with it; they reach into it, so that no faces
-    /// coincide. No handles come with them either.
+    /// Returns letters that stand on the body, to be united with it; they reach into it, so that no faces coincide.
+    /// They add no handles either.
     pub fn raised(&self) -> Solid {
         self.between(-INTO_MM, self.depth_mm)
     }
 
+    /// Returns the letters between two heights above the face.
     fn between(&self, low_mm: f64, high_mm: f64) -> Solid {
         let letters = self.font.between(&self.text, low_mm, high_mm);
         letters.expect("checked when the label was made").placed(self.pose).named("label")

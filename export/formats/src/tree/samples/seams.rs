@@ -1,4 +1,4 @@
-//! Lines where primitives meet, which lines aimed at faces hardly ever pass.
+//! Lines at the seams of primitives, which lines aimed at faces rarely pass.
 
 use std::collections::BTreeMap;
 
@@ -7,21 +7,21 @@ use fabkit_mesh::TriMesh;
 
 use super::{Caster, Line, MAX_AIMED};
 
-/// Lines for each pair of primitives that meet.
+/// Number of lines for each pair of primitives that meet.
 const LINES_PER_PAIR: usize = 2;
 
-/// How far from an edge's middle to the middle of the triangle beside it a line passes: on the edge
-/// itself it is chance what another kernel finds.
+/// Positions between an edge's midpoint (0) and the centre of the triangle beside it (1) where lines pass. On the edge
+/// itself another kernel's result would be arbitrary.
 const INWARDS: [f64; 2] = [0.3, 1.0];
 
-/// For each two primitives that meet: lines through those points beside their common edges that a mesh
-/// at the usual tolerance has farthest from the surface.
+/// Casts, for each pair of primitives that meet, lines through those points beside their common edges where a mesh at
+/// the default tolerance deviates most from the surface.
 pub(super) fn aimed(caster: &mut Caster, mesh: &TriMesh, reach_mm: f64, lines: &mut Vec<Line>) {
     let mut triangle_of = BTreeMap::new();
     for (t, &[a, b, c]) in mesh.triangles.iter().enumerate() {
         triangle_of.extend([[a, b], [b, c], [c, a]].map(|edge| (edge, t)));
     }
-    // Triangles beside each pair's edges, which edge first.
+    // Triangles beside the edges of each pair, rotated so that the edge comes first.
     let mut pairs: BTreeMap<[u32; 2], Vec<[u32; 3]>> = BTreeMap::new();
     for (&[a, b], &t) in &triangle_of {
         let Some(&other) = triangle_of.get(&[b, a]) else { continue };
@@ -57,7 +57,7 @@ pub(super) fn aimed(caster: &mut Caster, mesh: &TriMesh, reach_mm: f64, lines: &
     }
 }
 
-/// The triangle from that corner on.
+/// Rotates a triangle's corners so that `first` comes first.
 fn turned([a, b, c]: [u32; 3], first: u32) -> [u32; 3] {
     match first {
         _ if first == b => [b, c, a],

@@ -1,4 +1,4 @@
-//! DXF and SVG files say what the drawing says.
+//! DXF and SVG files contain the drawing.
 
 use std::collections::BTreeSet;
 
@@ -63,7 +63,7 @@ fn a_dxf_file_reads_back_bit_for_bit() {
     let groups = groups(&bytes);
     let after = |name| groups[groups.iter().position(|g| *g == (9, name)).unwrap() + 1];
     assert_eq!((after("$ACADVER"), after("$INSUNITS")), ((1, "AC1015"), (70, "4")));
-    // Handles are what the file is held together by; 5 in the header is the next free one.
+    // Handles connect the file's objects; group 5 in the header is the next free one.
     let handles: Vec<u64> = groups
         .iter()
         .filter(|g| g.0 == 5 || g.0 == 105)

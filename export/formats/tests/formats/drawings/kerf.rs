@@ -190,7 +190,7 @@ fn star() -> impl Strategy<Value = Path> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
 
-    /// Everywhere exactly half a kerf away: the definition of what the beam must do.
+    /// The defining property: the distance is half a kerf everywhere.
     #[test]
     fn every_point_of_the_cut_is_half_a_kerf_from_the_piece(path in star()) {
         let cut = widened(path.clone());

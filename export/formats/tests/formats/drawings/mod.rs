@@ -1,4 +1,4 @@
-//! Drawings: outlines against formulas and distances, files against readers of their own.
+//! Drawings: outlines against formulas and distances, files against independent readers.
 
 mod files;
 mod kerf;

@@ -42,7 +42,7 @@ fn pieces_and_labels_lie_in_the_stock_and_apart() {
         assert_eq!(drawing.size_mm, STOCK.size_mm);
         let boxes = outer_boxes(drawing);
         assert_eq!(boxes.len(), pieces.len());
-        // No more than pieces, labels and the spacing take.
+        // No more than pieces, labels and the spacing need.
         for i in 0..2 {
             let ends = boxes.iter().map(|[_, end]| end[i]);
             let ends = ends.chain(drawing.strokes.iter().flatten().map(|point| point[i]));
@@ -56,7 +56,7 @@ fn pieces_and_labels_lie_in_the_stock_and_apart() {
                 assert!(marked[0][i] >= 3.0 - 1e-9, "{marked:?}");
                 assert!(marked[1][i] <= STOCK.size_mm[i] - 3.0 + 1e-9, "{marked:?}");
             }
-            // Pieces keep the spacing between each other; labels keep off the pieces.
+            // Pieces keep the spacing to each other; labels keep clear of the pieces.
             let gap_mm = if k < boxes.len() { 3.0 } else { 0.9 };
             let others = boxes.iter().enumerate().filter(|(j, _)| *j != k);
             assert!(others.into_iter().all(|(_, other)| apart(&marked, other, gap_mm)));

@@ -1,11 +1,11 @@
-//! Readers of just what the writers write, by the formats' own rules.
+//! Minimal readers of the written files, by the rules of their formats.
 
 use std::f64::consts::PI;
 
 /// A closed curve as points, each with the bulge of the segment that leaves it.
 pub type Bulged = Vec<([f64; 2], f64)>;
 
-/// What a file says: layer and curve, in the file's order.
+/// Content of a file: layer and curve, in the file's order.
 pub type Read = Vec<(String, bool, Bulged)>;
 
 /// Area inside a closed curve, mm^2: its polygon and the segments of circles on its chords.

@@ -1,9 +1,9 @@
-//! Distances from the exact surfaces of primitives, in closed form where there is one. Nothing here
-//! is shared with the tessellator.
+//! Distances from the exact surfaces of primitives, in closed form if there is one. No code is shared with the
+//! tessellator.
 
 use fabkit_geometry::{Path, Profile, Segment, Solid};
 
-/// Distance of a point from one face of a primitive, extended beyond its edges, mm.
+/// Computes the distance of a point from one face of a primitive, extended beyond its edges, mm.
 pub fn distance_mm(primitive: &Solid, face: u32, [x, y, z]: [f64; 3]) -> f64 {
     let across = x.hypot(y);
     let distance = match primitive {
@@ -59,8 +59,7 @@ fn from_segment(profile: &Profile, number: u32, point: [f64; 2]) -> f64 {
     }
 }
 
-/// Distance from an ellipse about the origin: the smallest over its parameter, by nested
-/// sampling of the quadrant that the point is in.
+/// Computes the distance from an ellipse about the origin by nested sampling of its parameter in the point's quadrant.
 fn from_ellipse([a, b]: [f64; 2], point: [f64; 2]) -> f64 {
     let [x, y] = point.map(f64::abs);
     let distance = |t: f64| (a * t.cos() - x).hypot(b * t.sin() - y);
@@ -75,8 +74,8 @@ fn from_ellipse([a, b]: [f64; 2], point: [f64; 2]) -> f64 {
     distance((low + high) / 2.0)
 }
 
-/// Length of the way along the gradient to an ellipsoid: never less than the distance, and equal to
-/// it but for terms of third order.
+/// Computes the distance to an ellipsoid along the gradient: never less than the true distance, and equal to it except
+/// for terms of third order.
 fn along_gradient(semi_axes: [f64; 3], point: [f64; 3]) -> f64 {
     let gradient: [f64; 3] = std::array::from_fn(|i| point[i] / semi_axes[i].powi(2));
     let length = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();

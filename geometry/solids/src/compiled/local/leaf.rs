@@ -1,4 +1,4 @@
-//! A primitive within a box, as sides of surfaces.
+//! Restriction of one primitive to a box, as sides of surfaces.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -9,20 +9,20 @@ use super::surface::{Families, Literal, LocalSurface};
 use super::{Cell, SLACK_MM, Sides};
 use crate::{Cuboid, PlacedPrimitive, Pose};
 
-/// The surfaces of one primitive that have been asked for.
+/// Surfaces of one primitive, created on demand.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faces {
-    /// By face, as each primitive numbers them.
+    /// Surface of each face, by the primitive's own face numbers.
     faces: Vec<Option<Literal>>,
-    /// Where one edge of a profile goes over into the next, by edge.
+    /// Separating surface at the end of each edge, where it continues smoothly into the next edge.
     seams: Vec<Option<Literal>>,
     whole: Option<Literal>,
 }
 
-/// Values that a function takes in a box.
+/// Smallest and largest value of a function within a box.
 type Range = [f64; 2];
 
-/// One primitive with its surfaces and the families of all.
+/// One primitive with its cached surfaces and the surface families of all bodies.
 pub(super) struct Leaf<'a, 'b> {
     pub(super) primitive: &'a Primitive,
     pub(super) leaf: &'a PlacedPrimitive,
@@ -30,13 +30,13 @@ pub(super) struct Leaf<'a, 'b> {
     pub(super) families: &'b mut Families<'a>,
 }
 
-/// What remains of a convex primitive's faces.
+/// Position of a box relative to a convex primitive: outside, or within all faces but those listed.
 enum Convex {
     Outside,
     Within(Vec<u32>),
 }
 
-/// The faces that pass the box; each solid lies where its function is below 0.
+/// Returns the faces that cross the box. The solid lies where the function of every face is negative.
 fn convex(ranges: impl IntoIterator<Item = (u32, Range)>) -> Convex {
     let mut left = Vec::new();
     for (face, [low, high]) in ranges {
@@ -50,7 +50,7 @@ fn convex(ranges: impl IntoIterator<Item = (u32, Range)>) -> Convex {
     Convex::Within(left)
 }
 
-/// Distance from the origin.
+/// Range of the distance from the origin over a box with this centre and these half edges.
 fn length(centre: &[f64], half: &[f64]) -> Range {
     let sum = |of: fn(f64, f64) -> f64| {
         let squares = centre.iter().zip(half).map(|(c, h)| of(*c, *h).powi(2));
@@ -63,7 +63,7 @@ fn less(range: Range, level: f64) -> Range {
     [range[0] - level, range[1] - level]
 }
 
-/// What of a profile lies in a box, with its surfaces.
+/// Part of a profile's walls that lies in a box, with its surfaces.
 enum Walls {
     Nothing,
     Everything,
@@ -73,7 +73,7 @@ enum Walls {
     Unknown(Literal),
 }
 
-/// What of a primitive lies in a box: behind all of `caps`, and within `walls`.
+/// Part of a primitive that lies in a box: behind all of `caps` and within `walls`.
 pub(super) struct Local {
     caps: Vec<Literal>,
     walls: Walls,
@@ -82,13 +82,14 @@ pub(super) struct Local {
 impl Local {
     const NOTHING: Self = Self { caps: Vec::new(), walls: Walls::Nothing };
 
-    /// The points of the box inside, or outside.
+    /// Returns a formula for the points of the box inside (or outside) the primitive.
     pub(super) fn sides(&self, inside: bool) -> Sides {
         let walls = match &self.walls {
             Walls::Nothing => return Sides::none(inside),
             Walls::Everything => Sides::none(!inside),
             Walls::Behind(wall) | Walls::Unknown(wall) => Sides::behind(&[*wall], inside),
             Walls::Corner { walls, both: true } => Sides::behind(walls, inside),
+            // By De Morgan: behind either wall is the complement of beyond both.
             Walls::Corner { walls, both: false } => {
                 Sides::behind(&walls.map(Literal::negated), !inside)
             }
@@ -102,7 +103,8 @@ impl Local {
         if inside { caps.meet(&walls) } else { caps.join(walls) }
     }
 
-    /// Every face that passes the box, with the side of the solid; `None` if they are not known.
+    /// Returns every face that crosses the box, with the solid's side of it; `None` if the faces are not known
+    /// individually.
     pub(super) fn faces(&self) -> Option<impl Iterator<Item = &Literal>> {
         let walls = match &self.walls {
             Walls::Nothing | Walls::Everything => &[],
@@ -119,15 +121,17 @@ impl Local {
 }
 
 impl<'a> Leaf<'a, '_> {
-    /// What of the primitive lies in a box, given in the frame of the body.
+    /// Returns the part of the primitive that lies in a box, given in the frame of the body.
     pub(super) fn local(&mut self, cell: &Cell) -> Local {
         let pose = &self.leaf.body_from_leaf;
         let leaf_from_body = pose.inverse();
         let c = leaf_from_body.point(cell.centre).coords;
+        // Half edges of the box that encloses the rotated cell in the frame of the primitive.
         let h = leaf_from_body.rotation().abs() * cell.half;
         let along = |i: usize| [c[i] - h[i], c[i] + h[i]];
         let across = length(&[c.x, c.y], &[h.x, h.y]);
         let z = along(2);
+        // Functions of the bottom (-z) and the top (z - height); the solid is where both are negative.
         let ends = |height_mm: f64| [(1, [-z[1], -z[0]]), (2, less(z, height_mm))];
         let simple = match self.primitive {
             Primitive::Sphere(s) => {
@@ -136,6 +140,7 @@ impl<'a> Leaf<'a, '_> {
             Primitive::Ellipsoid(s) => {
                 let scaled = |v: Vector3<f64>| v.component_div(&Vector3::from(s.semi_axes_mm));
                 let range = length(scaled(c).as_slice(), scaled(h).as_slice());
+                // Scaled by the smallest semi-axis, the function never exceeds the distance in mm.
                 let least = s.semi_axes_mm.into_iter().fold(f64::INFINITY, f64::min);
                 convex([(0, less(range, 1.0).map(|v| v * least))])
             }
@@ -143,6 +148,8 @@ impl<'a> Leaf<'a, '_> {
                 convex(std::iter::once((0, less(across, s.radius_mm))).chain(ends(s.height_mm)))
             }
             Primitive::Cone(s) => {
+                // Radius minus the cone's radius at that height; an upper bound of the distance, which suffices for
+                // signs.
                 let slope = (s.top_radius_mm - s.bottom_radius_mm) / s.height_mm;
                 let grown = z.map(|z| slope * z);
                 let low = across[0] - grown[0].max(grown[1]) - s.bottom_radius_mm;
@@ -168,7 +175,7 @@ impl<'a> Leaf<'a, '_> {
                 convex([(0, less(range, s.tube_radius_mm))])
             }
             Primitive::EllipsoidOffset(s) => {
-                // A distance changes by no more than the way.
+                // A signed distance changes by no more than the distance moved.
                 let (distance, way) = (s.distance(&c).0, h.norm());
                 convex([(0, [distance - way, distance + way])])
             }
@@ -193,6 +200,7 @@ impl<'a> Leaf<'a, '_> {
                 };
                 let region = spun.region();
                 let is_axis =
+                    // Edges on the axis of revolution bound no volume.
                     |edge: &Edge| edge.ellipse.is_none() && edge.from.x == 0.0 && edge.to.x == 0.0;
                 let part = region.part_in(&rectangle, is_axis);
                 return Local { caps: Vec::new(), walls: self.walls(region, part, 0) };
@@ -207,7 +215,7 @@ impl<'a> Leaf<'a, '_> {
         }
     }
 
-    /// A part of a profile; `first` is the number of its first edge's face.
+    /// Converts a part of a profile to walls; `first` is the face number of the profile's first edge.
     fn walls(&mut self, region: &Region, part: Part, first: u32) -> Walls {
         let mut wall = |edge: usize| self.face(first + edge as u32);
         match part {
@@ -224,6 +232,7 @@ impl<'a> Leaf<'a, '_> {
     }
 
     fn whole(&mut self) -> Literal {
+        // One surface stands for the whole primitive where its faces cannot be told apart.
         let known = self.faces.whole;
         known.unwrap_or_else(|| {
             let literal = self.families.literal(LocalSurface::whole(self.leaf));
@@ -250,6 +259,7 @@ impl<'a> Leaf<'a, '_> {
     }
 
     fn face(&mut self, face: u32) -> Literal {
+        // Most faces are never needed, so the list grows on demand.
         let index = face as usize;
         if self.faces.faces.len() <= index {
             self.faces.faces.resize(index + 1, None);
@@ -267,7 +277,7 @@ impl<'a> Leaf<'a, '_> {
     }
 }
 
-/// The surface of a face; `None` where nothing but the primitive itself describes it.
+/// Returns the surface of a face; `None` where only the primitive itself describes it.
 fn surface<'a>(
     primitive: &Primitive,
     leaf: &PlacedPrimitive,
@@ -343,7 +353,7 @@ fn surface<'a>(
     }
 }
 
-/// Whether an arc's solid lies within its ellipse.
+/// Returns whether an arc is convex: its solid lies within the ellipse.
 fn bulges(edge: &Edge) -> bool {
     let Some(ellipse) = &edge.ellipse else { return true };
     edge.outward(edge.from).dot(&(edge.from - ellipse.centre)) > 0.0

@@ -1,11 +1,11 @@
-//! Proofs that bodies have nothing in common, box by box.
+//! Proof that bodies do not overlap, by subdivision into boxes.
 //!
-//! Within a small box, few faces of a body are left, and what of the body lies in the box is a
-//! formula of their sides: behind the sphere and beyond the plane. Bodies that touch share a surface
-//! there and lie on its two sides, so that the formula of what they have in common contradicts
-//! itself. Boxes in which it does not are halved, down to a limit; what is left has to be looked at.
-//! It is the pruning of trees that spatial subdivision of constructive geometry is known for (Woodwark
-//! and Quinlan, "Reducing the Effect of Complexity on Volume Model Evaluation", 1982).
+//! Few faces of a body cross a small box, and the part of the body in the box is a formula of their sides: behind the
+//! sphere and beyond the plane. Bodies that touch share a surface there and lie on its two sides, so that the formula
+//! of their intersection contradicts itself. Boxes with a formula that does not contradict itself are halved, down to a
+//! limit; the boxes that remain have to be examined otherwise. This is the tree pruning known from spatial subdivision
+//! of constructive solid geometry (Woodwark and Quinlan, "Reducing the Effect of Complexity on Volume Model
+//! Evaluation", 1982).
 
 mod leaf;
 mod plane;
@@ -20,18 +20,17 @@ use self::surface::{Families, Literal, SAME_MM};
 use super::{CompiledSolid, Node};
 use crate::Aabb;
 
-/// Faces that enter a box by less do not, mm; far above rounding, far below what counts as an
-/// overlap.
+/// Depth up to which a face that enters a box is ignored, mm: far above rounding, far below what counts as an overlap.
 const SLACK_MM: f64 = 1e-11;
 
-/// How much more than a box is searched for faces through which lines leave it, mm, so that a face
-/// between two boxes belongs to one of them.
+/// Margin around a box within which exit faces of lines are searched, mm, so that a face between two boxes belongs to
+/// at least one of them.
 const BETWEEN_MM: f64 = 1e-9;
 
-/// Conjunctions at most that a box's formula may have; beyond, the box is halved.
+/// Largest number of conjunctions in the formula of a box; beyond it, the box is halved.
 const MOST_TERMS: usize = 64;
 
-/// A box by its middle.
+/// Box given by its centre and half edges.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     centre: Point3<f64>,
@@ -44,13 +43,13 @@ impl Cell {
     }
 }
 
-/// Points on given sides of surfaces: in one of several conjunctions. Where there are too many, it
-/// is all of the box, which holds what is meant and proves nothing.
+/// Points on given sides of surfaces, as a disjunction of conjunctions. If there would be too many terms, it becomes
+/// the whole box: a superset that proves nothing.
 #[derive(Clone, Debug, PartialEq)]
 struct Sides(Vec<Vec<Literal>>);
 
 impl Sides {
-    /// Nothing of a solid: nothing, or where its outside is asked for, everything.
+    /// Formula for an empty solid: no point, or every point if its outside is meant (`positive` is false).
     fn none(positive: bool) -> Self {
         if positive { Self(Vec::new()) } else { Self::everything() }
     }
@@ -67,7 +66,7 @@ impl Sides {
         self.0.iter().any(Vec::is_empty)
     }
 
-    /// Behind all of some surfaces, or where their outside is asked for, all other points.
+    /// Formula for the points behind all given surfaces, or (if `inside` is false) for all other points.
     fn behind(literals: &[Literal], inside: bool) -> Self {
         match inside {
             true => Self(vec![literals.to_vec()]),
@@ -75,7 +74,7 @@ impl Sides {
         }
     }
 
-    /// What is in either.
+    /// Returns the union.
     fn join(mut self, other: Self) -> Self {
         if self.is_everything() || other.is_everything() {
             return Self::everything();
@@ -84,7 +83,7 @@ impl Sides {
         if self.0.len() > MOST_TERMS { Self::everything() } else { self }
     }
 
-    /// What is in both; terms that contradict themselves go.
+    /// Returns the intersection, without terms that contradict themselves.
     fn meet(self, other: &Self) -> Self {
         if self.is_nothing() || other.is_everything() {
             return self;
@@ -99,7 +98,7 @@ impl Sides {
                     continue;
                 }
                 if terms.len() == MOST_TERMS {
-                    // Either alone holds more than both.
+                    // Too many terms: one operand alone is still a superset of the intersection.
                     return self;
                 }
                 let new = b.iter().filter(|y| !a.contains(y));
@@ -110,7 +109,7 @@ impl Sides {
     }
 }
 
-/// A body with the surfaces that have been asked for.
+/// Body with the surfaces created for it so far.
 struct Asked<'a> {
     body: &'a CompiledSolid,
     faces: Vec<Faces>,
@@ -121,7 +120,7 @@ impl<'a> Asked<'a> {
         Self { body, faces: vec![Faces::default(); body.leaves.len()] }
     }
 
-    /// What of a primitive lies in a box.
+    /// Returns the part of a primitive that lies in a box.
     fn local(&mut self, leaf: u32, cell: &Cell, families: &mut Families<'a>) -> Local {
         let index = leaf as usize;
         let mut leaf = Leaf {
@@ -133,8 +132,8 @@ impl<'a> Asked<'a> {
         leaf.local(cell)
     }
 
-    /// Whether a line in this direction may leave the body within a box. `bounds` is the box,
-    /// grown a little.
+    /// Returns whether a line in this direction may leave the body within a box. `bounds` is the box, slightly
+    /// enlarged.
     fn may_leave(
         &mut self,
         node: u32,
@@ -169,7 +168,8 @@ impl<'a> Asked<'a> {
         }
     }
 
-    /// What of a node, or of its outside, lies in a box; never less.
+    /// Returns a formula for the part of a node (or, if `positive` is false, of its outside) that lies in a box: never
+    /// a smaller set than the exact one.
     fn sides(
         &mut self,
         node: u32,
@@ -191,6 +191,7 @@ impl<'a> Asked<'a> {
                         false
                     },
                 );
+                // By De Morgan's laws the outside of a union is the intersection of the outsides.
                 let mut sum = Sides::none(positive);
                 for child in near {
                     let part = self.sides(child, cell, bounds, positive, families);
@@ -227,15 +228,15 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// Whether two boxes have no more than faces in common.
+/// Returns whether two boxes share at most faces.
 fn is_apart(a: &Aabb, b: &Aabb) -> bool {
     (0..3).any(|i| a.min[i] >= b.max[i] || b.min[i] >= a.max[i])
 }
 
-/// Boxes within `bounds` outside of which two bodies have nothing in common but contact thinner
-/// than 1e-9 mm; none if that is proven for all of it.
+/// Returns the boxes within `bounds` outside of which two bodies are proven to share nothing but contact thinner than
+/// 1e-9 mm; none if that is proven everywhere.
 ///
-/// At most `budget` boxes are looked at.
+/// At most `budget` boxes are examined.
 pub(crate) fn meeting_boxes(
     a: &CompiledSolid,
     b: &CompiledSolid,
@@ -244,6 +245,7 @@ pub(crate) fn meeting_boxes(
 ) -> Vec<Aabb> {
     let mut families = Families::default();
     let (mut in_a, mut in_b) = (Asked::new(a), Asked::new(b));
+    // A box this thin contains only contact.
     if (bounds.max - bounds.min).min() <= SAME_MM {
         return Vec::new();
     }
@@ -256,18 +258,18 @@ pub(crate) fn meeting_boxes(
         let common = of_a.meet(&in_b.sides(b.root, &cell, bounds, true, &mut families));
         match common.is_nothing() {
             true => Verdict::Proven,
-            // Neither has a face here: halves would say no more.
+            // Neither body has a face in this box: its halves would tell no more.
             false if common.is_everything() => Verdict::Hopeless,
             false => Verdict::Open,
         }
     })
 }
 
-/// Boxes outside of whose shadows along an axis of the frame no line leaves a tool and meets any of
-/// the other bodies further on; none if that is proven of all lines.
+/// Returns boxes such that a line along an axis of the frame that leaves the tool and then meets one of the other
+/// bodies passes through one of them; none if that is excluded for all lines.
 ///
-/// `forwards` tells the line's direction along the axis. At most `budget` boxes are looked at. `None`
-/// where the bodies are not bounded.
+/// `forwards` is the line's direction along the axis. At most `budget` boxes are examined. Returns `None` where the
+/// bodies are unbounded.
 pub(crate) fn held_boxes(
     tool: &CompiledSolid,
     others: &[&CompiledSolid],
@@ -277,7 +279,7 @@ pub(crate) fn held_boxes(
 ) -> Option<Vec<Aabb>> {
     let hull = others.iter().fold(Aabb::nothing(), |sum, other| sum.hull(&other.bounds()));
     let mut bounds = tool.bounds().common(&hull);
-    // Along the axis, from where the tool begins to where the others end.
+    // Along the axis the search reaches from the start of the tool to the end of the others.
     if forwards {
         bounds.min[axis] = tool.bounds().min[axis];
         bounds.max[axis] = hull.max[axis];
@@ -300,12 +302,14 @@ pub(crate) fn held_boxes(
     Some(halved(&all, budget, |bounds| {
         let cell = Cell::of(bounds);
         let of_tool = in_tool.sides(tool.root, &cell, bounds, true, &mut families);
+        // Enlarged, so that a face on the border between two boxes is found from one of them.
         let grown = bounds.grown(BETWEEN_MM);
         if of_tool.is_nothing()
             || !in_tool.may_leave(tool.root, &cell, &grown, &direction, &mut families)
         {
             return Verdict::Proven;
         }
+        // Everything that the tool's part in this box sweeps on its way out.
         let mut ahead = *bounds;
         match forwards {
             true => ahead.max[axis] = all.max[axis],
@@ -320,23 +324,24 @@ pub(crate) fn held_boxes(
     }))
 }
 
-/// What is known of a box.
+/// Result of examining a box.
 enum Verdict {
-    /// Nothing in it has to be looked at.
+    /// Nothing in the box needs further examination.
     Proven,
-    /// Something may have to be, and its halves may tell.
+    /// The box may contain an overlap, and its halves may decide.
     Open,
-    /// Something may have to be, and its halves would not tell either.
+    /// The box may contain an overlap, and its halves would not decide either.
     Hopeless,
 }
 
-/// The boxes that are left of one when those that are open are halved again and again; at most
-/// `budget` are judged.
+/// Halves open boxes repeatedly, breadth first, and returns those that are not proven. At most `budget` boxes are
+/// judged.
 fn halved(bounds: &Aabb, budget: usize, mut judge: impl FnMut(&Aabb) -> Verdict) -> Vec<Aabb> {
     let mut left = Vec::new();
     let mut queue = VecDeque::from([*bounds]);
     let mut judged = 0;
     while let Some(bounds) = queue.pop_front() {
+        // Boxes beyond the budget count as not proven.
         if judged == budget {
             left.push(bounds);
             continue;
@@ -352,6 +357,7 @@ fn halved(bounds: &Aabb, budget: usize, mut judge: impl FnMut(&Aabb) -> Verdict)
 }
 
 fn halves(bounds: &Aabb) -> [Aabb; 2] {
+    // The longest edge is halved, so that boxes stay compact.
     let axis = (bounds.max - bounds.min).imax();
     let middle = 0.5 * (bounds.min[axis] + bounds.max[axis]);
     let (mut low, mut high) = (*bounds, *bounds);

@@ -1,32 +1,32 @@
-//! A profile within a rectangle.
+//! Restriction of a profile to a rectangle.
 
 use nalgebra::Vector2;
 
 use super::super::region::{Edge, Ellipse, Region};
 use super::SLACK_MM;
 
-/// A rectangle of the profile's plane.
+/// Rectangle in the profile's plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rectangle {
     pub(super) min: Vector2<f64>,
     pub(super) max: Vector2<f64>,
 }
 
-/// What of a region lies in a rectangle.
+/// Part of a region that lies in a rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Part {
     Nothing,
     Everything,
-    /// What lies behind one edge.
+    /// Points behind one edge.
     Behind(usize),
-    /// What lies behind both edges, or behind one of the two.
+    /// Points behind both edges (convex corner), or behind at least one of the two (reflex corner).
     Corner {
         edges: [usize; 2],
         both: bool,
     },
-    /// Before the end of the first edge what lies behind it, beyond it what lies behind the second.
+    /// Points behind the first edge as far as its end, and behind the second edge beyond it.
     Seam([usize; 2]),
-    /// Anything.
+    /// Undecided: any part is possible.
     Unknown,
 }
 
@@ -40,8 +40,8 @@ impl Rectangle {
         [a, Vector2::new(b.x, a.y), b, Vector2::new(a.x, b.y)]
     }
 
-    /// Least and largest squared length of the rectangle's points, seen from an ellipse's centre in
-    /// its half axes.
+    /// Smallest and largest squared distance of the rectangle's points from an ellipse's centre, in coordinates scaled
+    /// by the half axes.
     fn within(&self, ellipse: &Ellipse) -> [f64; 2] {
         let low = (self.min - ellipse.centre).component_div(&ellipse.half_axes);
         let high = (self.max - ellipse.centre).component_div(&ellipse.half_axes);
@@ -55,7 +55,7 @@ impl Rectangle {
         range
     }
 
-    /// Whether an edge may pass.
+    /// Returns whether an edge may cross the rectangle.
     fn is_met(&self, edge: &Edge) -> bool {
         match &edge.ellipse {
             None => {
@@ -67,6 +67,7 @@ impl Rectangle {
                     return false;
                 }
                 let along = edge.to - edge.from;
+                // Separating axis: the normal of the edge. The two other axes were tested above.
                 let side = along.perp(&(self.centre() - edge.from));
                 let half = 0.5 * (self.max - self.min);
                 side.abs() < along.x.abs() * half.y + along.y.abs() * half.x
@@ -81,8 +82,8 @@ impl Rectangle {
         }
     }
 
-    /// Whether all of an edge's line or ellipse that lies in the rectangle is the edge's own; asked
-    /// of edges whose ends lie outside.
+    /// Returns whether the edge itself covers all of its line or ellipse that lies in the rectangle. Valid for edges
+    /// with both ends outside the rectangle.
     fn holds_only(&self, edge: &Edge) -> bool {
         edge.ellipse.is_none() || self.corners().iter().all(|corner| edge.arc_side(*corner) <= 0.0)
     }
@@ -92,7 +93,7 @@ impl Rectangle {
     }
 }
 
-/// Smallest radius of a pair of edges; `None` for arcs of ellipses that are no circles.
+/// Smallest radius of a pair of edges; `None` if an arc belongs to an ellipse that is not a circle.
 fn least_radius_mm(edges: [&Edge; 2]) -> Option<f64> {
     edges.iter().try_fold(f64::INFINITY, |least, edge| match &edge.ellipse {
         None => Some(least),
@@ -101,12 +102,12 @@ fn least_radius_mm(edges: [&Edge; 2]) -> Option<f64> {
     })
 }
 
-/// Two edges of which one goes on where the other ends.
+/// Classifies a rectangle crossed by two edges, of which one continues where the other ends.
 fn corner(rectangle: &Rectangle, region: &Region, a: usize, b: usize) -> Part {
     let ends = |i: usize| (region.edges[i].from, region.edges[i].to);
     let follows = [ends(a).1 == ends(b).0, ends(b).1 == ends(a).0];
     if follows == [true; 2] && region.edges[a].ellipse == region.edges[b].ellipse {
-        // Two arcs that make a whole ellipse.
+        // Both arcs together form a whole ellipse.
         return Part::Behind(a);
     }
     let edges = if follows == [true, false] {
@@ -121,7 +122,8 @@ fn corner(rectangle: &Rectangle, region: &Region, a: usize, b: usize) -> Part {
     let turn = before.direction_at_end().perp(&after.direction_at_start());
     let diagonal_mm = rectangle.diagonal_mm();
     if turn.abs() < 1e-9 {
-        // A seam, unless the profile turns back; straight on for as far as the rectangle reaches.
+        // A seam, unless the profile reverses its direction. The rectangle must be small against the radii, so that the
+        // edges run nearly straight within it.
         let goes_on = before.direction_at_end().dot(&after.direction_at_start()) > 0.0;
         return if goes_on && diagonal_mm < 0.5 * radius_mm {
             Part::Seam(edges)
@@ -138,7 +140,7 @@ fn corner(rectangle: &Rectangle, region: &Region, a: usize, b: usize) -> Part {
 }
 
 impl Region {
-    /// What of the region lies in a rectangle. `skip` are edges that bound nothing.
+    /// Returns the part of the region that lies in a rectangle. `skip` selects edges that bound nothing.
     pub(super) fn part_in(&self, rectangle: &Rectangle, skip: impl Fn(&Edge) -> bool) -> Part {
         let mut met = [0; 2];
         let mut count = 0;

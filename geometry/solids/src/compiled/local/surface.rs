@@ -1,36 +1,38 @@
-//! Surfaces as levels of functions: what two bodies must share to touch without overlapping.
+//! Surfaces as level sets of functions, and the test whether two bodies share one, as they must to touch without
+//! overlapping.
 
 use nalgebra::{Point3, Vector2, Vector3};
 
 use crate::{PlacedPrimitive, Pose, Solid};
 
-/// Surfaces nearer than this are one, mm; far above rounding, far below what overlaps count as
+/// Distance below which two surfaces count as one, mm: far above rounding, far below what counts as an overlap
 /// ([`crate::measure::overlap_volume`]).
 pub(super) const SAME_MM: f64 = 1e-10;
 
-/// Directions that differ by less are one; over a part's size that is below [`SAME_MM`].
+/// Difference of unit directions below which they count as parallel; over the size of a part this stays below
+/// [`SAME_MM`].
 const PARALLEL: f64 = 1e-12;
 
-/// A function of space. Each level of it divides space into below and above.
+/// Scalar function of space. Each of its levels divides space into below and above.
 #[derive(Clone, Debug)]
 pub(super) enum Family<'a> {
     /// Distance along a direction.
     Plane { normal: Vector3<f64> },
     /// Distance from a point.
     Round { centre: Point3<f64> },
-    /// Distance from an axis through `point`, its nearest to the origin.
+    /// Distance from an axis; `point` is the point of the axis nearest to the origin.
     Pipe { point: Vector3<f64>, axis: Vector3<f64> },
-    /// The same, less `slope` times the distance along the axis.
+    /// Distance from an axis minus `slope` times the coordinate along the axis.
     Cone { point: Vector3<f64>, axis: Vector3<f64>, slope: f64 },
     /// Distance from a circle.
     Ring { centre: Point3<f64>, axis: Vector3<f64>, radius_mm: f64 },
     /// Distance from an ellipsoid of revolution.
     Oval { centre: Point3<f64>, axis: Vector3<f64>, half_axes_mm: [f64; 2] },
-    /// Negative in a primitive, positive outside; nothing more is known of it.
+    /// Function that is negative inside a primitive and positive outside; nothing else is known about it.
     Whole { leaf: &'a PlacedPrimitive },
 }
 
-/// A family and one of its levels; `below` is the side of the solid.
+/// Level set of a family; `below` is true if the solid lies below the level.
 #[derive(Clone, Debug)]
 pub(super) struct LocalSurface<'a> {
     pub(super) family: Family<'a>,
@@ -43,26 +45,26 @@ impl<'a> LocalSurface<'a> {
         Self { family: Family::Whole { leaf }, level: 0.0, below: true }
     }
 
-    /// The half-space behind a point of a plane.
+    /// Returns the half-space behind a plane through a point.
     pub(super) fn plane(pose: &Pose, point: Vector3<f64>, outward: Vector3<f64>) -> Self {
         let normal = pose.vector(outward);
         let level = normal.dot(&pose.point(point.into()).coords);
         Self { family: Family::Plane { normal }, level, below: true }
     }
 
-    /// A ball around a point of the z axis.
+    /// Returns the ball around a point of the z axis.
     pub(super) fn round(pose: &Pose, z_mm: f64, radius_mm: f64, below: bool) -> Self {
         let centre = pose.point(Point3::new(0.0, 0.0, z_mm));
         Self { family: Family::Round { centre }, level: radius_mm, below }
     }
 
-    /// A cylinder along z around a point.
+    /// Returns the infinite cylinder along z around a point.
     pub(super) fn pipe(pose: &Pose, at: Vector2<f64>, radius_mm: f64, below: bool) -> Self {
         let (point, axis) = axis_of(pose, at);
         Self { family: Family::Pipe { point, axis }, level: radius_mm, below }
     }
 
-    /// A ring around the z axis.
+    /// Returns the torus around the z axis; `centre` is the tube's centre as (distance from z, z).
     pub(super) fn ring(pose: &Pose, centre: Vector2<f64>, tube_mm: f64, below: bool) -> Self {
         let family = Family::Ring {
             centre: pose.point(Point3::new(0.0, 0.0, centre.y)),
@@ -72,7 +74,7 @@ impl<'a> LocalSurface<'a> {
         Self { family, level: tube_mm, below }
     }
 
-    /// What lies within a distance of an ellipsoid around a point of the z axis.
+    /// Returns the points within `offset_mm` of an ellipsoid of revolution around a point of the z axis.
     pub(super) fn oval(
         pose: &Pose,
         z_mm: f64,
@@ -91,7 +93,7 @@ impl<'a> LocalSurface<'a> {
         Self { family, level: offset_mm, below }
     }
 
-    /// What a line of the (distance from z, z) half plane sweeps, the solid behind it.
+    /// Returns the solid behind the surface that a line of the (distance from z, z) half plane sweeps around z.
     pub(super) fn swept(pose: &Pose, point: Vector2<f64>, outward: Vector2<f64>) -> Self {
         let out = outward.normalize();
         if out.x == 0.0 {
@@ -100,7 +102,7 @@ impl<'a> LocalSurface<'a> {
         if out.y == 0.0 {
             return Self::pipe(pose, Vector2::zeros(), point.x, out.x > 0.0);
         }
-        // r + (out.y / out.x) z against its value at the point, z counted from the root's origin.
+        // The level of r + (out.y / out.x) z at the point, with z counted from the root's origin.
         let slope = -out.y / out.x;
         let (foot, axis) = axis_of(pose, Vector2::zeros());
         let start = axis.dot(pose.translation_mm());
@@ -112,7 +114,7 @@ impl<'a> LocalSurface<'a> {
     }
 }
 
-/// The line along z through a point: its nearest to the root's origin, and its direction.
+/// Returns the line along z through a point: its point nearest to the root's origin, and its direction.
 fn axis_of(pose: &Pose, at: Vector2<f64>) -> (Vector3<f64>, Vector3<f64>) {
     let axis = pose.vector(Vector3::z());
     let on_it = pose.point(Point3::new(at.x, at.y, 0.0)).coords;
@@ -120,15 +122,15 @@ fn axis_of(pose: &Pose, at: Vector2<f64>) -> (Vector3<f64>, Vector3<f64>) {
 }
 
 impl Family<'_> {
-    /// Whether the function may grow, and whether it may shrink, along a unit direction within a box
-    /// given by its middle and half its sides.
+    /// Returns whether the function may grow, and whether it may shrink, along a unit direction within a box given by
+    /// its centre and half edges.
     pub(super) fn changes(
         &self,
         centre: &Point3<f64>,
         half: &Vector3<f64>,
         direction: &Vector3<f64>,
     ) -> [bool; 2] {
-        // What a linear function does in the box.
+        // Range of a linear function in the box.
         let range = |point: &Vector3<f64>, along: &Vector3<f64>| {
             let middle = (centre.coords - point).dot(along);
             let reach = along.abs().dot(half);
@@ -163,7 +165,8 @@ impl Family<'_> {
                     [true; 2]
                 }
             }
-            // Along the axis, the height over the middle decides; across it, an oval is as a ball.
+            // Along the axis, the height above the centre decides; across it, an ellipsoid of revolution behaves like a
+            // ball.
             Self::Ring { centre: point, axis, .. } | Self::Oval { centre: point, axis, .. }
                 if is_along(axis) =>
             {
@@ -177,7 +180,7 @@ impl Family<'_> {
     }
 }
 
-/// A side of a known family's level.
+/// One side of a level of a registered family.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Literal {
     pub(super) family: u32,
@@ -190,7 +193,7 @@ impl Literal {
         Self { below: !self.below, ..self }
     }
 
-    /// Whether no point can be on both sides.
+    /// Returns whether no point can be on both sides.
     pub(super) fn excludes(&self, other: &Self) -> bool {
         if self.family != other.family || self.below == other.below {
             return false;
@@ -200,14 +203,14 @@ impl Literal {
     }
 }
 
-/// All families met so far, each once.
+/// Registry of all families met so far, each listed once.
 #[derive(Debug, Default)]
 pub(super) struct Families<'a> {
     known: Vec<Family<'a>>,
 }
 
 impl<'a> Families<'a> {
-    /// Whether a line in this direction may leave a literal's side within a box.
+    /// Returns whether a line in this direction may leave a literal's side within a box.
     pub(super) fn may_leave(
         &self,
         literal: &Literal,
@@ -239,13 +242,15 @@ fn near(a: &Vector3<f64>, b: &Vector3<f64>, tolerance: f64) -> bool {
     (a - b).amax() <= tolerance
 }
 
-/// Whether two axes are one line's, in either direction.
+/// Returns whether two axes have the same line, in either direction.
 fn same_line(a: &Vector3<f64>, b: &Vector3<f64>) -> bool {
     near(a, b, PARALLEL) || near(a, &-b, PARALLEL)
 }
 
-/// Whether two families are one; `Some(true)` if the second is the first's negative.
+/// Compares two families: `Some(false)` if they are the same, `Some(true)` if the second is the first's negative,
+/// `None` if they differ.
 fn alike(a: &Family, b: &Family) -> Option<bool> {
+    // A quarter of the tolerance: errors of point, level and radius may add up.
     let point = |a: &Vector3<f64>, b: &Vector3<f64>| near(a, b, SAME_MM / 4.0);
     match (a, b) {
         (Family::Plane { normal: a }, Family::Plane { normal: b }) => {
@@ -274,6 +279,7 @@ fn alike(a: &Family, b: &Family) -> Option<bool> {
             Family::Ring { centre: b, axis: v, radius_mm: s },
         ) => {
             let same = point(&a.coords, &b.coords) && same_line(u, v);
+            // The level (tube radius) is not compared here: it distinguishes literals of one family.
             (same && (r - s).abs() <= SAME_MM / 4.0).then_some(false)
         }
         (

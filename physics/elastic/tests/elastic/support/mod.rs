@@ -1,4 +1,4 @@
-//! Bodies that more than one test presses.
+//! Bodies that several tests press.
 
 use fabkit_elastic::{Ball, Body, Curve, Division, Hold, Layer, Material, Outcome, Press, Stack};
 use fabkit_geometry::{Point3, Vector3};
@@ -12,7 +12,7 @@ pub fn down() -> Vector3<f64> {
     -Vector3::z()
 }
 
-/// A ball high above a place.
+/// A ball high above a point.
 pub fn ball_over(x_mm: f64, y_mm: f64, radius_mm: f64) -> Ball {
     Ball::new(Point3::new(x_mm, y_mm, radius_mm + 50.0), radius_mm).expect("a ball")
 }
@@ -22,12 +22,12 @@ pub fn press_down(stack: &Stack, radius_mm: f64, depth_mm: f64) -> Outcome {
     stack.press(&ball_over(0.0, 0.0, radius_mm), &press).expect("an outcome")
 }
 
-/// A soft gel on a stiffer one, each 1.5 mm, as domes have them.
+/// A soft gel on a stiffer one, each 1.5 mm, as in domes.
 pub fn two_layers() -> Body {
     Body::pad(12.0, vec![(layer(0.07, 0.495), 1.5), (layer(1.7, 0.495), 1.5)])
 }
 
-/// A layer 3 mm thick on a stiff ball of 9 mm, up to 75 degrees from the tip; its rim is bonded.
+/// A layer 3 mm thick on a rigid ball of 9 mm, up to 75 degrees from the tip; its rim is bonded.
 pub fn round_layer(poisson: f64) -> Body {
     let arc = |radius_mm: f64| {
         Curve::new(move |s| {

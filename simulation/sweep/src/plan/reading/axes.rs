@@ -1,4 +1,4 @@
-//! The axes of a plan.
+//! Reading of a plan's axes.
 
 use fabkit_text::{Content, Entry, Kind, Node, Position, Reading, did_you_mean, shown, suggestion};
 
@@ -8,6 +8,7 @@ use super::{LIMITS, find, is_of};
 
 const KEYS: [&str; 4] = ["from", "to", "steps", "scale"];
 
+/// Reads all axes of a plan.
 pub(super) fn read(
     reading: &mut Reading,
     node: &Node,
@@ -25,6 +26,7 @@ pub(super) fn read(
     axes.collect()
 }
 
+/// Reads one axis; `None` if it is invalid.
 fn axis(
     reading: &mut Reading,
     entry: &Entry,
@@ -66,6 +68,7 @@ fn axis(
     Some(PlanAxis { path: path.into(), kind, values })
 }
 
+/// Reads a range; `None` if it is invalid.
 fn range(
     reading: &mut Reading,
     path: &str,
@@ -123,6 +126,7 @@ fn range(
         }
     };
     let (from, to) = (from?, to?);
+    // Also true for equal ends, which leave no range.
     if from >= to {
         let message = format!("the axis {path} goes from {from} to {to}; it must grow");
         reading.problem(entry.key_position, path, "", message, "exchange the two ends");
@@ -132,6 +136,7 @@ fn range(
     (reading.found.len() == before).then_some(Range { from, to, log, steps })
 }
 
+/// Reads the number of steps; `None` for a range that is only sampled.
 fn steps(
     reading: &mut Reading,
     path: &str,
@@ -144,7 +149,7 @@ fn steps(
     let [_, most] = LIMITS;
     let whole = (kind == Kind::Count && !log).then_some((to - from) as usize + 1);
     let Some(part) = find(parts, "steps") else {
-        // Between whole numbers there is nothing; everything else is drawn, if it is drawn.
+        // A range of whole numbers has a natural number of steps; other ranges without steps can only be sampled.
         if whole.is_none() && sampling == Sampling::Grid {
             let message = format!("the axis {path} lacks `steps`");
             let hint = "write `steps: 5`, or draw a sample with `sample: 1000`";
@@ -163,7 +168,7 @@ fn steps(
     Some(steps)
 }
 
-/// A value as text for an override: one value, or a list of values.
+/// Converts one value or a list of values to the text of an override.
 pub(super) fn value_text(reading: &mut Reading, path: &str, node: &Node) -> Option<String> {
     match &node.content {
         Content::Scalar(text) => Some(text.trim().to_owned()),
@@ -182,13 +187,14 @@ pub(super) fn value_text(reading: &mut Reading, path: &str, node: &Node) -> Opti
     }
 }
 
+/// Suggests parameters with a similar path or the same last word.
 fn parameter_hint(path: &str, known: &Known) -> String {
     let paths: Vec<&str> = known.parameters.keys().map(String::as_str).collect();
     let hint = suggestion(path, paths.iter().copied(), "");
     if hint.starts_with("did you mean") {
         return hint;
     }
-    // The last word alone: `radius` for `surface.radius`.
+    // Compares the last word alone: `radius` suggests `surface.radius`.
     let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
     let word = last(path);
     let same: Vec<&str> = paths.into_iter().filter(|path| last(path) == word).take(3).collect();

@@ -1,10 +1,10 @@
-//! Constraints that leave nothing, before anything is built.
+//! Check for constraints that exclude all variants, before anything is built.
 
 use fabkit_text::{Position, Reading};
 
 use super::super::{Constraint, Numbers, Plan};
 
-/// Constraints on parameters must leave at least one variant.
+/// Requires that the constraints on parameters leave at least one variant.
 pub(super) fn require_a_variant(reading: &mut Reading, plan: &Plan, places: &[Position]) {
     let early: Vec<(usize, &Constraint)> =
         plan.constraints.iter().enumerate().filter(|(_, c)| plan.is_early(c)).collect();
@@ -28,10 +28,12 @@ pub(super) fn require_a_variant(reading: &mut Reading, plan: &Plan, places: &[Po
                 nearest[i] = found;
             }
         }
+        // One variant is enough; all are visited only if every one is excluded.
         if holds_all {
             return;
         }
     }
+    // Constraints that exclude every variant by themselves explain more than combinations.
     let alone: Vec<usize> = (0..early.len()).filter(|i| kept[*i] == 0).collect();
     let all = plan.len();
     for i in &alone {

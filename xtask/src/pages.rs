@@ -13,8 +13,8 @@ const SAMPLE: &str = "rtac0";
 /// Argument that selects the sample.
 pub const SAMPLED: &str = "--sample";
 
-/// Time limit of the first frame in the sample, ms: other work may run on the machine, without a graphics card. `cargo
-/// xtask pages` itself allows a second.
+/// Time limit of the first frame in the sample, ms: other work may run on the machine, without a graphics card.
+/// `cargo xtask pages` itself allows a second.
 const SAMPLE_FRAME_MS: &str = "10000";
 
 /// Tests the pages of all designs, of the named ones, or of the sample.

@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 
 use crate::run::root;
 
-/// First words of doc comments that say of a thing how it relates to something, instead of what it is.
+/// Bad first words of doc comments: they state a relation instead of naming the item.
 const RIDDLES: [&str; 7] = ["What", "How", "Where", "Of", "As", "By", "Which"];
 
-/// Folders with code that others wrote or that was built.
+/// Skipped folders, with foreign or generated code.
 const SKIPPED: [&str; 4] = ["target", "node_modules", ".git", ".venv"];
 
 #[derive(Debug, Default, PartialEq, Eq)]
@@ -61,7 +61,7 @@ pub fn run(folders: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// Rust files below a folder, in order.
+/// Lists the Rust files below a folder, sorted.
 fn rust_files(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
     let mut found = Vec::new();
@@ -80,7 +80,7 @@ fn rust_files(folder: &Path) -> Result<Vec<PathBuf>, String> {
 
 fn add(counts: &mut Counts, text: &str) {
     let (mut is_doc_before, mut is_in_block) = (false, false);
-    // Names that closures are bound to, until the function ends: a closing brace that is hardly indented.
+    // Names of closures in the current function, which ends at a closing brace with little indentation.
     let mut bound: Vec<(String, usize)> = Vec::new();
     for line in text.lines() {
         let line_text = line.trim();
@@ -124,12 +124,12 @@ fn add(counts: &mut Counts, text: &str) {
     }
 }
 
-/// Whether a doc comment's line opens a block that is compiled as a test.
+/// Returns whether a line of a doc comment opens a code block that is compiled as a test.
 fn is_example(doc: &str) -> bool {
     ["```", "```rust", "```no_run", "```should_panic"].contains(&doc)
 }
 
-/// The name in `let name = |..|` or `let name = move |..|`.
+/// Returns the name in `let name = |..|` or `let name = move |..|`.
 fn bound_closure(line: &str) -> Option<String> {
     let (name, value) = line.strip_prefix("let ")?.split_once(" = ")?;
     let value = value.strip_prefix("move ").unwrap_or(value);

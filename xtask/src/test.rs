@@ -34,8 +34,8 @@ hours on two cores.
 
 /// Designs rebuilt by other kernels: step between sampled bodies, and options that reduce features for which
 /// OpenCascade takes minutes: 469 dimples, 85 slots, 29 holes. A dome, a flat sensor, one sensor of each other family,
-/// and the fixture with the most kinds of parts; built-in variants differ from them in numbers only. `fabkit verify
-/// SENSOR` rebuilds everything.
+/// and the fixture with the most kinds of parts; built-in variants differ from them in numbers only.
+/// `fabkit verify SENSOR` rebuilds everything.
 const VERIFIED: [(&str, usize, &[&str]); 7] = [
     ("rtac0", 2, &[]),
     (

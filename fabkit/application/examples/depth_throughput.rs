@@ -1,5 +1,5 @@
-//! Measures rays per second of ground truth on one core, for presses of a built-in sensor, as JSON: `cargo run
-//! --release -p fabkit-application --example depth_throughput -- rtac0 semi-dome-003 semi-dome-017`.
+//! Measures rays per second of ground truth on one core, for presses of a built-in sensor, as JSON:
+//! `cargo run --release -p fabkit-application --example depth_throughput -- rtac0 semi-dome-003 semi-dome-017`.
 
 use std::error::Error;
 use std::fs;

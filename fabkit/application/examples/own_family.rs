@@ -1,5 +1,6 @@
 //! Defines a new sensor family, checks a sensor of it and exports it: a puck of gel on a window, a camera below, LEDs
-//! around. `cargo run --release -p fabkit-application --example own_family -- FOLDER`.
+//! around.
+//! `cargo run --release -p fabkit-application --example own_family -- FOLDER`.
 
 use std::error::Error;
 use std::path::Path as FilePath;

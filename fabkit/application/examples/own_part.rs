@@ -1,5 +1,5 @@
-//! Builds a part from its exact solid and writes files for a printer: `cargo run --release -p fabkit-application
-//! --example own_part -- FOLDER` writes `foot.stl` and `foot.3mf`.
+//! Builds a part from its exact solid and writes files for a printer:
+//! `cargo run --release -p fabkit-application --example own_part -- FOLDER` writes `foot.stl` and `foot.3mf`.
 
 use std::error::Error;
 use std::f64::consts::TAU;

@@ -1,5 +1,5 @@
-//! Varies one value of a built-in sensor and computes a consequence, without writing a file: `cargo run --release -p
-//! fabkit-application --example sweep_gel`.
+//! Varies one value of a built-in sensor and computes a consequence, without writing a file:
+//! `cargo run --release -p fabkit-application --example sweep_gel`.
 
 use std::error::Error;
 

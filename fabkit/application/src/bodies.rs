@@ -14,10 +14,10 @@ pub fn find<'a>(sensor: &'a Sensor, name: &str) -> Result<&'a Body, UnknownName>
     })
 }
 
-/// Finds the body that `SENSOR/NAME` means.
+/// Finds the body of a target `SENSOR/NAME`.
 ///
 /// # Errors
-/// [`UnknownName`], which may suggest a fixture: its name is written the same way.
+/// [`UnknownName`], which may suggest a fixture, because fixtures are written the same way.
 pub fn find_target<'a>(sensor: &'a Sensor, name: &str) -> Result<&'a Body, UnknownName> {
     find(sensor, name).map_err(|unknown| match unknown.closest {
         Some(_) => unknown,

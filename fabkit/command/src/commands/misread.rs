@@ -1,12 +1,11 @@
-//! Invalid command lines as JSON failures: conversion of clap's errors.
+//! Invalid command lines: conversion of clap's errors for scripts and for people.
 
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind as Slip};
 use fabkit_application::ErrorSubject;
 
 use crate::failure::{ErrorKind, Failure};
 
-/// Converts clap's error to a failure with its first paragraph as the message and the rest as the hint. Without
-/// `--json`, clap prints its own text.
+/// Converts clap's error to a failure for `--json`, with its first paragraph as the message and the rest as the hint.
 pub(super) fn failure(error: &Error) -> Failure {
     let text = error.render().to_string();
     let (message, rest) = text.split_once("\n\n").unwrap_or((&text, ""));
@@ -14,10 +13,11 @@ pub(super) fn failure(error: &Error) -> Failure {
     Failure::new(ErrorKind::BadInput, message, rest.trim()).about(about(error))
 }
 
-/// Lines of usage that are longer list every alternative, and help nobody.
+/// Largest length of a usage line that is kept. Longer ones list every alternative, which helps nobody.
 const USAGE_LENGTH: usize = 160;
 
-/// The same for people, without empty lines and the pointer to `--help` that every message would end with.
+/// Formats clap's error for people, without empty lines, long usage lines, and the pointer to `--help` that ends every
+/// message of clap.
 pub(super) fn text(error: &Error) -> String {
     let text = error.render().to_string();
     let is_kept = |line: &&str| {

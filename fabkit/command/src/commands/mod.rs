@@ -62,13 +62,13 @@ pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let json = arguments.iter().any(|word| word == "--json");
     failure::guard(json, || match Cli::try_parse_from(&arguments) {
         Ok(cli) => answer(cli),
-        // Help and version are not failures, and people get clap's own texts.
+        // Help and version are "errors" of clap that go to standard output; the last arm prints them.
         Err(error) if error.use_stderr() && json => {
             let failure = misread::failure(&error);
             said(&line(&failure.to_json()), failure.exit() as u8)
         }
         Err(error) if error.use_stderr() => {
-            // If nobody can be told, the exit code still says it.
+            // If standard error is closed, the exit code still tells.
             let _ = io::stderr().write_all(misread::text(&error).as_bytes());
             Exit::BadInput as u8
         }

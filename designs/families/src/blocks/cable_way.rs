@@ -65,7 +65,7 @@ impl FloorSlot {
 }
 
 choices! {
-    /// The side of a housing that something leaves by.
+    /// Side of a housing through which a cable or plug leaves.
     pub enum Side {
         /// At +x.
         Right = "right",

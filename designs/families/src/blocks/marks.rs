@@ -11,21 +11,21 @@ use crate::choices;
 use crate::parameters::{Quantity, Report};
 
 choices! {
-    /// How marks lie on a flat face.
+    /// Pattern of markers on a flat face.
     pub enum FlatPattern {
-        /// A grid around the middle.
+        /// Grid around the middle.
         Grid = "grid",
-        /// One by one.
+        /// List of positions.
         List = "list",
     }
 }
 
 choices! {
-    /// How marks lie on a round surface.
+    /// Pattern of markers on a round surface.
     pub enum RoundPattern {
         /// Rings around the tip.
         Rings = "rings",
-        /// One by one.
+        /// List of positions.
         List = "list",
     }
 }

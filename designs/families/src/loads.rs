@@ -4,9 +4,9 @@ use crate::materials::Force;
 use crate::parameters;
 
 parameters! {
-    /// What the sensor must bear.
+    /// Loads that the sensor must withstand.
     pub struct Loads {
-        /// What pushes, drags and pulls at the touched surface, and must not tear it off.
+        /// Force on the touched surface, in pushing, dragging and pulling, that must not tear it off.
         touch: Force = 0.1..=1000.0,
     }
 }

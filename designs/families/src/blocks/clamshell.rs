@@ -16,9 +16,9 @@ use crate::parameters::{Report, limits};
 use crate::sections;
 
 sections! {
-    /// Printed shell, which carries the sensing pad's plate and closes over the camera.
+    /// Printed shell, which carries the pad and closes over the camera.
     pub struct Shell {
-        /// Minimum width by which the shell stands out beyond the plate; a wide interior makes the shell wider.
+        /// Minimum width by which the shell stands out beyond the pad; a wide interior makes the shell wider.
         rim: Length = 0.0..=20.0,
         /// Minimum thickness of the shell's wall.
         wall: Length = 0.8..=10.0,

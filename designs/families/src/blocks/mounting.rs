@@ -55,7 +55,7 @@ choices! {
         Insert = "insert",
         /// Shorter threaded inserts, for a thin floor.
         ShortInsert = "short-insert",
-        /// Holes through which the screws pass from inside, into the robot or gripper.
+        /// Holes through which the screws pass from inside, into what the sensor is mounted on.
         Through = "through",
     }
 }

@@ -46,7 +46,8 @@ sections! {
         thickness: Length = 0.02..=3.0,
         /// Thickness of the coat on the sides.
         side: Length = 0.02..=5.0,
-        /// Method by which the coat is applied: a `pour` around the gel in a second mold, or a `spray` or brush.
+        /// Method by which the coat is applied: `pour`, around the gel in a second, wider frame, or `spray`, or with a
+        /// brush, once the gel is in place.
         by: CoatBy,
         /// Trade name of the coat.
         material: Castable,

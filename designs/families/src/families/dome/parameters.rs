@@ -48,7 +48,7 @@ choices! {
 sections! {
     /// Sensing surface: a hemisphere on a straight wall.
     pub struct Surface {
-        /// Radius of the hemisphere and of the wall, measured to the outside of the black coat.
+        /// Outer radius of hemisphere and wall, including the black coat.
         radius: Length = 8.0..=60.0,
         /// Height of the straight wall below the hemisphere.
         wall_height: Length = 0.0..=60.0,

@@ -15,7 +15,7 @@ parameters! {
 pub const KEY: &str = "loads";
 
 /// What it is for.
-pub const SUMMARY: &str = "What the sensor must bear.";
+pub const SUMMARY: &str = "Loads that the sensor must withstand.";
 
 /// Its values where no file says anything else, for messages, and their text.
 pub const DEFAULTS: (&str, &str) = ("loads.yaml (defaults)", include_str!("loads.yaml"));

@@ -63,7 +63,7 @@ parameters! {
 pub const KEY: &str = "adapter";
 
 /// What it is for.
-pub const SUMMARY: &str = "A printed plate between the sensor's mounting holes and a robot.";
+pub const SUMMARY: &str = "Printed plate between the sensor's mounting holes and a robot.";
 
 /// Its values where no file says anything else, for messages, and their text.
 pub const DEFAULTS: (&str, &str) =

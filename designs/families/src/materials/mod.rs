@@ -133,7 +133,7 @@ parameters! {
         refractive_index: Option<f64> = 1.0..=3.0,
         /// Transparency of the material: `clear`, `translucent` or `opaque`.
         clarity: Option<Clarity>,
-        /// Whether the mixture is degassed in a vacuum before pouring; false if not given.
+        /// True if the mixture is degassed in a vacuum before pouring; false if not given.
         degas: Option<bool>,
         /// Source of these data.
         source: Option<String> = 0..=500,

@@ -22,7 +22,7 @@ sections! {
         hardness: Hardness,
         /// Minimum stress at which the material fails.
         strength: Pressure = 0.0..=10000000.0,
-        /// Whether the bare material inhibits the cure of platinum silicone; false if not given.
+        /// True if the bare material inhibits the cure of platinum silicone; false if not given.
         inhibits_platinum: Option<bool>,
         /// Refractive index in the middle of the visible spectrum, for materials that are looked through.
         refractive_index: Option<f64> = 1.0..=3.0,

@@ -108,7 +108,7 @@ parameters! {
         perimeters: Option<u32> = 1..=20,
         /// Filled fraction of the inside, for example 0.2 for a fifth, which is passed to the slicer.
         infill: Option<f64> = 0.0..=1.0,
-        /// Whether parts are printed with supports, whatever their overhangs, which is passed to the slicer.
+        /// True to print parts with supports, whatever their overhangs, which is passed to the slicer.
         supports: Option<bool>,
         /// Width of the brim, 0 mm for none, which is passed to the slicer.
         brim: Option<Length> = 0.0..=50.0,

@@ -71,7 +71,7 @@ pub fn json_schema() -> Value {
             },
             "fix": {
                 "type": "boolean",
-                "description": "Whether values chosen by fabkit are changed, as little as possible, to fit the axes, so that a variant is lost only where rules contradict each other; false if not given.",
+                "description": "True to change values chosen by fabkit, as little as possible, to fit the axes, so that a variant is lost only where rules contradict each other; false if not given.",
             },
             "constraints": {
                 "type": "array",

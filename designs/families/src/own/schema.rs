@@ -28,18 +28,18 @@ fn materials() -> Json {
         });
         json!({ "description": description, "anyOf": [of, with_source] })
     };
-    let summary = "Data of the material; for a material that is already listed, only the data that differ.";
+    let summary =
+        "Data of the material; for a material that is already listed, only the data that differ.";
     let mut one = section_schema(&Figures::fields(), summary);
     let share = json!({ "type": "object", "additionalProperties": { "type": "number", "exclusiveMinimum": 0 } });
     let primer = json!({ "type": "object", "additionalProperties": { "type": "string" } });
     one["properties"]["mix"] = plain(share, "Components and their shares by mass.");
-    one["properties"]["bonds"] =
-        plain(primer, "Bonds to other materials: the primer, or `itself` without one; `none` where it does not bond.");
+    one["properties"]["bonds"] = plain(
+        primer,
+        "Bonds to other materials: the primer, or `itself` without one; `none` where it does not bond.",
+    );
     one["properties"]["extends"] = json!({ "type": "string", "description": "Name of another material, of which the section lists only the changes." });
-    named(
-        &one,
-        "Materials that are cast, by name: new ones, or changes to the built-in ones.",
-    )
+    named(&one, "Materials that are cast, by name: new ones, or changes to the built-in ones.")
 }
 
 fn processes() -> Json {
@@ -70,7 +70,8 @@ fn parts() -> Json {
 }
 
 fn buy() -> Json {
-    let summary = "Data of the article; for an article that is already listed, only the data that differ.";
+    let summary =
+        "Data of the article; for an article that is already listed, only the data that differ.";
     let mut one = section_schema(&Article::fields(), summary);
     one["properties"]["extends"] = json!({ "type": "string", "description": "Name of another article, of which the section lists only the changes." });
     named(&one, "Articles to buy, by the name of a piece, an article, a component or a kit.")

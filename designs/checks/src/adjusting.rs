@@ -13,14 +13,15 @@ rule! {
     /// Hands and tools have room where they work.
     Access = "access",
     examines: "places for hands and tools",
-    finds: "a screw without room for its driver, a nut for its spanner, an insert for its iron; \
-             a pry slot that no screwdriver enters when the mold is opened, a mold with neither a \
-             slot nor 3 mm of edge for two fingers, a seat without room for syringe and hand when \
-             it is filled; a lens that no step focuses, or without room for fingers or tweezers \
-             in the step that does; a pin that no fingers pull out, a dowel that nothing presses \
-             in, a robot's bolt without its key",
-    limit: "the tool's own size, at the step that uses it; the blade that pries is 0.8 x 4 mm \
-             (ISO 2380-1); 3 mm of a barrel and 8 mm beside it for fingers, 0.5 mm of a rim for \
+    finds: "a screw without room for its driver, a nut without room for its spanner, an insert \
+             without room for its soldering iron; a pry slot that no screwdriver can enter when \
+             the mold is opened, a mold with neither a slot nor 3 mm of edge for two fingers, a \
+             seat without room for syringe and hand while it is filled; a lens that no step \
+             focuses, or without room for fingers or tweezers in the step that does; a pin that \
+             fingers cannot pull out, a dowel that nothing presses in, a robot's bolt without \
+             room for its key",
+    limit: "the tool's own size, at the step that uses it; the prying blade is 0.8 x 4 mm (ISO \
+             2380-1); 3 mm of a barrel and 8 mm beside it for fingers, 0.5 mm of a rim for \
              tweezers, 3 mm of a pin's head and 6 mm beside it (chosen)",
     for_variants: true,
     look: apply,

@@ -25,7 +25,7 @@ rule! {
     TrappedAir = "trapped-air",
     examines: "pours",
     finds: "places from which air cannot rise to an opening",
-    limit: "columns, 320 across",
+    limit: "sampled in columns, 320 across the cavity",
     for_variants: true,
     look: apply,
 }

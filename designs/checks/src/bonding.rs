@@ -12,7 +12,7 @@ rule! {
     /// Layers stick to the bodies they are cast onto.
     Bonding = "bonding",
     examines: "layers",
-    finds: "layers that are cast onto what they do not stick to",
+    finds: "layers that are cast onto a body to which they do not bond",
     limit: "`bonds` of the materials",
     for_variants: true,
     look: apply,

@@ -23,8 +23,8 @@ rule! {
     /// The closed cavity of a pour is the layer.
     Casting = "casting",
     examines: "pours",
-    finds: "a closed cavity that is not the layer that is cast in it",
-    limit: "faces within 1e-6 mm are together",
+    finds: "a closed cavity whose shape differs from the layer that is cast in it",
+    limit: "faces within 1e-6 mm of each other coincide",
     for_variants: true,
     look: apply,
 }

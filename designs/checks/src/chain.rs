@@ -20,7 +20,7 @@ rule! {
     /// The steps of the chain name what exists, in an order that works.
     Chain = "chain",
     examines: "steps",
-    finds: "steps that name what does not exist, or come in an order that does not work",
+    finds: "steps that name something that does not exist, or whose order does not work",
     limit: "—",
     for_variants: true,
     look: apply,

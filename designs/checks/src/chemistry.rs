@@ -12,9 +12,9 @@ rule! {
     /// Liquids cure against the walls that they touch, and do not bond to their molds.
     Chemistry = "chemistry",
     examines: "faces of liquids",
-    finds: "silicone that does not cure against what it touches, or grows together with its mold",
-    limit: "what materials say of their cure and of what inhibits it; a step that seals or \
-             releases",
+    finds: "silicone that does not cure against a body that it touches, or bonds to its mold",
+    limit: "curing mechanisms and inhibitors of the materials; a step that seals or releases the \
+             wall",
     for_variants: true,
     look: apply,
 }

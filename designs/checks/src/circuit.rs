@@ -19,11 +19,11 @@ rule! {
     /// LEDs shine and are not overloaded, nets connect, boards exist.
     Circuit = "circuit",
     examines: "circuits",
-    finds: "lamps that need more than the supply has, that burn or burn their resistors, that no \
-             resistor is calculated for, or that are turned round beside others; more current \
-             than the supply gives; nets with one end, pins that are on none or on two; boards \
-             that are no body, and pads beside them",
-    limit: "the ratings of the design (`leds.rated_ma`, `leds.supply_ma`) and of the resistor's \
+    finds: "LEDs that need more voltage than the supply has, that burn or overload their \
+             resistors, for which no resistor is calculated, or that are reversed compared with \
+             others; more current than the supply delivers; nets with one end, pins that are on \
+             no net or on two; circuit boards that are not bodies, and pads outside them",
+    limit: "the ratings in the design (`leds.rated_ma`, `leds.supply_ma`) and of the resistor's \
              package",
     for_variants: true,
     look: apply,

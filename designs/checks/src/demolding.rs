@@ -23,8 +23,8 @@ rule! {
     /// Tools come off what was cast.
     Demolding = "demolding",
     examines: "pulls",
-    finds: "what stands in the way of a tool that is taken off",
-    limit: "the strain that a soft material bears",
+    finds: "undercuts and bodies that obstruct a tool when it is taken off",
+    limit: "the strain that a soft material withstands",
     for_variants: true,
     look: apply,
 }

@@ -16,7 +16,7 @@ rule! {
     Flow = "flow",
     examines: "pours",
     finds: "vents that do not let the surplus out while a hand presses the mold shut",
-    limit: "Hagen-Poiseuille with the material's viscosity, 10 kPa, 60 s (chosen)",
+    limit: "Hagen-Poiseuille flow with the material's viscosity, 10 kPa, 60 s (chosen)",
     for_variants: true,
     look: apply,
 }

@@ -24,9 +24,10 @@ rule! {
     /// No light source is mirrored into the image.
     Glare = "glare",
     examines: "lamps",
-    finds: "lamps mirrored into the picture by a face between air and something clear",
-    limit: "half a percent of the picture within half of the view is a warning; further out a \
-             note: most published sensors with bare lamps beside a flat window have them",
+    finds: "LEDs that a face between air and a clear body reflects into the image",
+    limit: "half a percent of the image, within half of the view, is a warning; further out it \
+             is a note, because most published sensors with bare LEDs beside a flat window have \
+             such reflections",
     for_variants: true,
     look: apply,
 }

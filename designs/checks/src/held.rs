@@ -24,11 +24,11 @@ rule! {
     /// Every body of the finished sensor is held in every direction and bears its load.
     Held = "held",
     examines: "pairs of bodies that meet",
-    finds: "bodies that can leave the finished sensor, screws without a thread, pieces that \
-             hover, LEDs that no step solders or glues, and a sensing module that does not bear \
-             its load",
-    limit: "contact, threads, press fits and bonds with their areas and lower strengths; 10 N \
-             unless `loads.touch` says otherwise",
+    finds: "bodies that can come off the finished sensor, screws without a thread, bodies that \
+             nothing supports, LEDs that no step solders or glues, and a sensing module that does \
+             not withstand its load",
+    limit: "contacts, threads, press fits and bonds with their areas and lower strengths; 10 N \
+             unless `loads.touch` is given",
     for_variants: true,
     look: apply,
 }

@@ -17,8 +17,8 @@ rule! {
     /// Bodies of one assembly overlap only where a press fit is declared.
     Interference = "interference",
     examines: "pairs of bodies",
-    finds: "bodies that overlap without a declared press fit, or deeper than it says",
-    limit: "20 000 lines a pair",
+    finds: "bodies that overlap without a declared press fit, or more deeply than it allows",
+    limit: "20 000 sampling lines for each pair",
     for_variants: true,
     look: apply,
 }

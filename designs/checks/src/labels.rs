@@ -16,7 +16,7 @@ rule! {
     /// Printed parts can be told apart, and letters are where they do no harm.
     Labels = "labels",
     examines: "printed parts",
-    finds: "twins without labels, letters on faces that others touch",
+    finds: "parts that look alike and have no labels, letters on faces that touch other bodies",
     limit: "0.5 mm of difference in size",
     for_variants: true,
     look: apply,

@@ -23,10 +23,10 @@ rule! {
     /// No daylight falls on the surface that the camera looks at.
     Leak = "leak",
     examines: "lines to where daylight might be",
-    finds: "straight lines from outside to what the camera looks at, through gaps and what is \
-             clear or translucent; refraction and what walls throw back are not counted, and \
-             holes in the face that is mounted are covered",
-    limit: "0.05 % of the daylight around (chosen): a quarter of a lux in a room",
+    finds: "straight lines from outside to the surface that the camera looks at, through gaps \
+             and through clear or translucent bodies; refraction and reflections from walls are \
+             not counted, and holes in the mounting face count as covered",
+    limit: "0.05 % of the ambient daylight (chosen), which is a quarter of a lux in a room",
     for_variants: true,
     look: apply,
 }

@@ -24,8 +24,8 @@ rule! {
     /// Overhangs that need supports are noted on the part.
     Overhang = "overhang",
     examines: "printed parts",
-    finds: "what hangs over as a printed part lies on its bed",
-    limit: "72 columns across",
+    finds: "overhangs of a printed part as it lies on the bed",
+    limit: "sampled in columns, 72 across",
     for_variants: false,
     look: apply,
 }

@@ -21,8 +21,8 @@ rule! {
     /// One tool shapes the touch surface, without a seam.
     Parting = "parting",
     examines: "steps that shape what is touched",
-    finds: "two tools that meet on the surface that is touched: a seam",
-    limit: "2 % of the surface each",
+    finds: "two tools that meet on the touched surface and leave a seam",
+    limit: "2 % of the surface for each tool",
     for_variants: true,
     look: apply,
 }

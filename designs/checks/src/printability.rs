@@ -16,8 +16,8 @@ rule! {
     /// The printer can make the part.
     Printability = "printability",
     examines: "parts on own machines",
-    finds: "walls, holes and beds that a machine cannot make",
-    limit: "what a file says of the machine",
+    finds: "walls and holes that a machine cannot make, and parts that do not fit its bed",
+    limit: "the machine's data in the sensor's file",
     for_variants: true,
     look: apply,
 }

@@ -23,15 +23,16 @@ rule! {
     /// The camera sees what it should.
     Sight = "sight",
     examines: "bodies that are to be seen",
-    finds: "what hides, or lies outside of the picture, or is looked at by too few pixels; light \
-             from outside; markers at the picture's edge; and through the drawn bodies how much \
-             of the surface and of markers is seen, and what takes the rest (a note), a middle of \
-             the surface or markers that are not seen, a body that hides much (warnings)",
-    limit: "a third hidden, two thirds outside, 100 px a surface, half a pixel a marker, 3 % at \
-             the edge: a maker's tolerance of the view and of the chip's place; bent rays: a \
-             tenth of the third of the surface nearest to its tip or middle, a twentieth of the \
-             markers, a tenth of the surface by one body (chosen: published sensors lose 4, 2 and \
-             3 %)",
+    finds: "a surface or markers that are hidden, lie outside the image or are covered by too \
+             few pixels; light from outside; markers at the image's edge; and, for rays through \
+             the drawn bodies, the visible fractions of surface and markers and the bodies that \
+             hide the rest (a note), a middle of the surface or markers that are not visible, and \
+             a body that hides much (warnings)",
+    limit: "a third hidden, two thirds outside, 100 px for a surface, half a pixel for a marker, \
+             3 % at the edge, which is a maker's tolerance of the view and of the chip's \
+             position; for refracted rays a tenth of that third of the surface which is nearest \
+             to its tip or middle, a twentieth of the markers, a tenth of the surface hidden by \
+             one body (chosen: published sensors lose 4, 2 and 3 %)",
     for_variants: true,
     look: apply,
 }

@@ -14,8 +14,8 @@ rule! {
     /// Parts are soft where they must give way and firm where they must hold.
     Softness = "softness",
     examines: "bodies of known hardness",
-    finds: "gels that are hard, molds that are soft, holders that give way, coats that run",
-    limit: "Shore hardness of the data sheets",
+    finds: "gels that are too hard, molds that are too soft, holders that give way, coats that run",
+    limit: "Shore hardness in data sheets",
     for_variants: true,
     look: apply,
 }

@@ -18,8 +18,8 @@ rule! {
     /// Printed parts stand while they grow, and resin leaves them.
     Standing = "standing",
     examines: "printed parts",
-    finds: "printed parts that topple while they grow, resin that stays in a hollow",
-    limit: "slenderness 6, 1 mm2 of foot per mm of height without a brim",
+    finds: "printed parts that topple during printing, and resin that stays in a hollow",
+    limit: "slenderness of 6, and 1 mm2 of footprint per mm of height, without a brim",
     for_variants: false,
     look: apply,
 }

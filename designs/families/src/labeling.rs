@@ -13,13 +13,13 @@ use crate::{choices, parameters};
 use face::{Faces, Found, MARGIN_MM};
 
 choices! {
-    /// Style of the text on printed parts.
+    /// Style of text on printed parts.
     pub enum LabelStyle {
         /// No text.
         None = "none",
-        /// Text that stands out of the face.
+        /// Raised text.
         Raised = "raised",
-        /// Text cut into the face.
+        /// Sunken text, cut into the part.
         Sunken = "sunken",
     }
 }
@@ -27,15 +27,15 @@ choices! {
 parameters! {
     /// Text on printed parts.
     pub struct Labels {
-        /// Whether there is any, and whether it stands out or is cut in.
+        /// Style of the text: `raised`, `sunken` (cut in) or `none`.
         style: LabelStyle,
-        /// Which printed parts carry it, by name; `all` for every one that has room.
+        /// Names of the printed parts with text; `all` for every part that has room.
         parts: Vec<String> = (1..=100, 1..=64),
-        /// What is written; if nothing, the part's name, cut short where it must be.
+        /// Text to write; if empty, the part's name, shortened where necessary.
         text: String = 0..=40,
-        /// Height of the letters where there is room; elsewhere they are lower.
+        /// Height of the letters; lower where there is less room.
         height: Length = 2.0..=30.0,
-        /// How deep they are cut, or how far they stand out.
+        /// Depth of sunken letters, or height of raised ones above the face.
         depth: Length = 0.2..=2.0,
     }
 }

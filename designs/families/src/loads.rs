@@ -4,9 +4,9 @@ use crate::materials::Force;
 use crate::parameters;
 
 parameters! {
-    /// Loads that the sensor must bear.
+    /// Loads that the sensor must withstand.
     pub struct Loads {
-        /// What pushes, drags and pulls at the touched surface, and must not tear it off.
+        /// Force on the touched surface, in pushing, dragging and pulling, that must not tear it off.
         touch: Force = 0.1..=1000.0,
     }
 }
@@ -15,7 +15,7 @@ parameters! {
 pub const KEY: &str = "loads";
 
 /// Summary of the section.
-pub const SUMMARY: &str = "What the sensor must bear.";
+pub const SUMMARY: &str = "Loads that the sensor must withstand.";
 
 /// Default values: file name for messages, and YAML text.
 pub const DEFAULTS: (&str, &str) = ("loads.yaml (defaults)", include_str!("loads.yaml"));

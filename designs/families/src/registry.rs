@@ -43,13 +43,13 @@ const SENSOR: Dialect = Dialect {
 };
 
 fabkit_text::parameters! {
-    /// Header that every sensor file has besides its parameters.
+    /// Keys that every sensor file has besides its parameters.
     pub struct Header {
         /// Name of the sensor and of its output folder.
         name: Name,
-        /// Title for people.
+        /// Title of the sensor, for people.
         title: String = 1..=200,
-        /// The publication the sensor comes from.
+        /// Publication from which the sensor comes.
         reference: String = 0..=500,
     }
 }

@@ -30,11 +30,11 @@ pub fn root_schema(
     let sensors: Vec<&str> = families.iter().flat_map(|f| f.sensors.iter().copied()).collect();
     let head = json!({
         "format": { "const": format, "description": "Version of the file format." },
-        "family": { "enum": names, "description": "Which family of parts." },
+        "family": { "enum": names, "description": "Family of parts." },
         "extends": {
             "anyOf": [{ "enum": sensors }, { "type": "string", "pattern": "\\.ya?ml$" }],
-            "description": "A built-in sensor, or the path of another file, relative to the folder of \
-                            this one; the file then lists only what differs.",
+            "description": "Name of a built-in sensor, or path of another file relative to this file's \
+                            folder. This file then lists only the changes.",
         },
     });
     let mut definitions = Map::new();

@@ -38,10 +38,10 @@ rule! {
     /// Every body gets to its place past the bodies that stand there already.
     Motion = "motion",
     examines: "bodies that get to a place",
-    finds: "bodies that cannot get to their place past what stands there already: each step is \
-             taken apart again, along the motion that it states, the way of a screw, an axis, or \
-             one of 24 directions",
-    limit: "straight ways by up to 160 lines across; a turn every 0.25 mm",
+    finds: "bodies that cannot get to their place past the bodies already there: each step is \
+             reversed, along the motion that it states, the path of a screw, an axis, or one of \
+             24 directions",
+    limit: "straight paths sampled with up to 160 lines across; rotations sampled every 0.25 mm",
     for_variants: true,
     look: apply,
 }

@@ -17,17 +17,17 @@ use crate::{choices, parameters};
 pub use ways::Exit;
 
 choices! {
-    /// Bolt pattern of the robot that carries the sensor.
+    /// Part of a robot that carries the sensor.
     pub enum AdapterPattern {
-        /// No adapter: the user's screws hold the sensor.
+        /// No part that fabkit knows: the user's screws hold the sensor.
         None = "none",
-        /// Flange of many robots' wrists, for example UR and Franka: ISO 9409-1-50-4-M6.
+        /// Flange of many robots' wrists, such as UR's and Franka's: ISO 9409-1-50-4-M6.
         Iso50 = "iso-9409-1-50-4-m6",
         /// Finger of Robotiq's 2F-85, in place of its pad.
         Robotiq85 = "robotiq-2f-85",
         /// Carriage of Franka's hand, in place of its finger.
         FrankaHand = "franka-hand",
-        /// Nuts at the corners of a rectangle, or two in a row: fingers of other grippers.
+        /// Nuts at the corners of a rectangle, or two in a row, for fingers of other grippers.
         Rectangle = "rectangle",
     }
 }
@@ -35,26 +35,26 @@ choices! {
 parameters! {
     /// Printed plate between the sensor's mounting holes and a robot.
     pub struct Adapter {
-        /// The robot's pattern: `none` for no plate.
+        /// Mounting pattern of the robot, or `none` for no plate.
         pattern: AdapterPattern,
-        /// Plastic between the sensor and the heads of the screws that hold it, at least.
+        /// Minimum thickness of plastic between the sensor and the heads of the screws that hold it.
         thickness: Length = 2.0..=16.0,
-        /// Rectangle: distance of the nuts along x.
+        /// For a rectangle: distance between the nuts along x.
         width: Length = 6.0..=120.0,
-        /// Rectangle: distance of the nuts along y; 0 for two in a row.
+        /// For a rectangle: distance between the nuts along y; 0 for two nuts in a row.
         depth: Length = 0.0..=120.0,
-        /// Rectangle: thread of the nuts.
+        /// For a rectangle: thread of the nuts.
         thread: MountThread,
-        /// Fingers of Robotiq and Franka: how far the pattern's middle is beside the sensor's axis, at least;
-        /// it is as far out as the sensor's own screws, and the carriage beside it, ask for.
+        /// For fingers of Robotiq and Franka: minimum distance from the sensor's axis to the middle of the pattern. It
+        /// is larger where the sensor's own screws, or the carriage beside the sensor, need it.
         offset: Length = 0.0..=120.0,
-        /// Turn of the rectangle or the finger around the sensor's axis.
+        /// Angle by which the rectangle or the finger is turned around the sensor's axis.
         angle: Angle = -180.0..=180.0,
-        /// Flange: turn of its bolts around the sensor's axis.
+        /// For a flange: angle by which its bolts are turned around the sensor's axis.
         flange_angle: Angle = -180.0..=180.0,
         /// Width of the slot for cables that leave through the mounting face.
         cable_width: Length = 0.0..=20.0,
-        /// Where that slot leaves, around the sensor's axis.
+        /// Direction around the sensor's axis in which that slot leaves the plate.
         cable_angle: Angle = -180.0..=180.0,
     }
 }
@@ -63,7 +63,7 @@ parameters! {
 pub const KEY: &str = "adapter";
 
 /// Summary of the section.
-pub const SUMMARY: &str = "A printed plate between the sensor's mounting holes and a robot.";
+pub const SUMMARY: &str = "Printed plate between the sensor's mounting holes and a robot.";
 
 /// Default values: file name for messages, and YAML text.
 pub const DEFAULTS: (&str, &str) =

@@ -12,9 +12,9 @@ use crate::parameters;
 use crate::parameters::{Report, limits};
 
 parameters! {
-    /// Both bayonets: between tip and body, and between body and robot mount.
+    /// Two bayonet joints: between tip and body, and between body and robot mount.
     pub struct Bayonet {
-        /// Number of lugs; the first is wider, so that the joint closes in one position only.
+        /// Number of lugs. The first is wider, so that the joint closes in one position only.
         lugs: u32 = 2..=6,
         /// Width of a lug.
         lug_width: Length = 2.0..=20.0,
@@ -22,13 +22,13 @@ parameters! {
         key_width: Length = 2.0..=24.0,
         /// Height of a lug.
         lug_height: Length = 1.0..=6.0,
-        /// How far a lug reaches beyond the bore that it locks in.
+        /// Length by which a lug reaches beyond the bore in which it locks.
         lug_reach: Length = 0.4..=4.0,
         /// Height of the hook that holds a lug.
         hook_height: Length = 1.0..=8.0,
-        /// Thickness of the wall outside of the groove.
+        /// Thickness of the wall outside the groove.
         wall: Length = 0.8..=5.0,
-        /// Turn from entry to lock.
+        /// Angle by which the joint is turned from entry to lock.
         turn: Angle = 10.0..=120.0,
     }
 }

@@ -12,23 +12,23 @@ parameters! {
     pub struct Board {
         /// Distance of the optical centre behind the lens's front.
         pupil_behind_front: Length = 0.0..=20.0,
-        /// Edge of the board along x.
+        /// Edge of the camera board along x.
         board_size: Length = 4.0..=60.0,
-        /// Edge of the board along y.
+        /// Edge of the camera board along y.
         board_size_y: Length = 4.0..=60.0,
-        /// Thickness of the board.
+        /// Thickness of the camera board.
         board_thickness: Length = 0.4..=3.2,
-        /// Distance of the screw holes' centres along x.
+        /// Distance between the centres of the board's screw holes along x.
         screw_spacing: Length = 2.0..=58.0,
-        /// Distance of the screw holes' centres along y.
+        /// Distance between the centres of the board's screw holes along y.
         screw_spacing_y: Length = 2.0..=58.0,
         /// Edge of the square lens holder.
         holder_size: Length = 2.0..=40.0,
-        /// Height of the lens holder above the board.
+        /// Height of the lens holder above the camera board.
         holder_height: Length = 0.5..=30.0,
         /// Diameter of the lens barrel.
         barrel_diameter: Length = 1.0..=40.0,
-        /// Height of the lens's front above the board.
+        /// Height of the lens's front above the camera board.
         lens_height: Length = 1.0..=60.0,
     }
 }

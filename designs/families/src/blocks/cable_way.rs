@@ -67,7 +67,7 @@ impl FloorSlot {
 }
 
 choices! {
-    /// Side of a housing.
+    /// Side of a housing through which a cable or plug leaves.
     pub enum Side {
         /// Side at +x.
         Right = "right",

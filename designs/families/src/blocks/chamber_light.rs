@@ -27,27 +27,28 @@ choices! {
 }
 
 parameters! {
-    /// LEDs of the chamber.
+    /// LEDs, on the chamber's walls or on a board around the lens.
     pub struct Leds {
-        /// Where they are.
+        /// Position of the LEDs: `sides`, on strips at the chamber's walls below the plate, or `below`, on a board
+        /// around the lens.
         from: LightFrom,
-        /// From the sides: at how many walls. From below: LEDs in each of the two rows.
+        /// For `sides`: number of walls with LEDs. For `below`: number of LEDs in each of the two rows.
         count: u32 = 1..=12,
-        /// Length of strip that each LED takes; from below, of its package.
+        /// For `sides`: length of strip for each LED. For `below`: length of an LED's package.
         pitch: Length = 1.0..=40.0,
-        /// Width of the strip; from below, of the package.
+        /// For `sides`: width of the strip. For `below`: width of an LED's package.
         width: Length = 0.5..=12.0,
-        /// Thickness of strip or board.
+        /// Thickness of the strip or the board.
         board_thickness: Length = 0.1..=3.2,
-        /// Height of the package above strip or board.
+        /// Height of an LED's package above the strip or the board.
         package_height: Length = 0.3..=4.0,
-        /// Distance of a strip's upper edge below the plate.
+        /// For `sides`: distance of the strip's upper edge below the plate.
         below_plate: Length = 0.0..=10.0,
-        /// From below: how far the chamber's walls stand over the board that is glued to them.
+        /// For `below`: width by which the chamber's walls overlap the board that is glued to them.
         step: Length = 0.4..=6.0,
-        /// Type.
+        /// Type of LED to buy.
         model: String = 1..=80,
-        /// Their electricity.
+        /// Electrical data of the LEDs.
         electric: Inline<Electric>,
     }
 }

@@ -97,19 +97,19 @@ impl LedPackage {
 }
 
 parameters! {
-    /// Electrical parameters of LEDs, in the section `leds`.
+    /// Electrical data of LEDs, in the section `leds`.
     pub struct Electric {
-        /// Supply, V.
+        /// Supply voltage, V.
         supply_volts: f64 = 3.0..=24.0,
         /// Forward voltage of an LED at its current, V.
         forward_volts: f64 = 1.5..=24.0,
-        /// Current of an LED, mA, that its resistor is calculated for.
+        /// Current of an LED, mA, for which its resistor is calculated.
         current_ma: f64 = 0.5..=60.0,
-        /// Largest current that an LED bears for long, mA.
+        /// Largest current that an LED withstands permanently, mA.
         rated_ma: f64 = 1.0..=3000.0,
-        /// Largest current that the supply gives, mA.
+        /// Largest current that the supply delivers, mA.
         supply_ma: f64 = 1.0..=20000.0,
-        /// A resistor, ohm, whatever current that gives; 0 for what follows from the current.
+        /// Resistance of an LED's resistor, ohm, whatever current results; 0 to calculate it from the current.
         resistor_ohms: f64 = 0.0..=100000.0,
     }
 }

@@ -16,32 +16,32 @@ use crate::parameters::{Report, limits};
 use crate::sections;
 
 sections! {
-    /// Printed shell: carries the touched surface, closes over the camera.
+    /// Printed shell, which carries the pad and closes over the camera.
     pub struct Shell {
-        /// How far it stands out beyond what it carries, at least; a wide inside makes it wider.
+        /// Minimum width by which the shell stands out beyond the pad; a wide interior makes the shell wider.
         rim: Length = 0.0..=20.0,
-        /// Thinnest wall.
+        /// Minimum thickness of the shell's wall.
         wall: Length = 0.8..=10.0,
-        /// Radius of the upright edges.
+        /// Radius of the shell's upright edges.
         corner: Length = 0.2..=20.0,
-        /// Radius of the upper rim's outer edge, around the pad; 0 for a sharp one. The base's lower edge
-        /// stays sharp: the sensor stands on it, and the screws' heads lie beside it.
+        /// Radius of the upper rim's outer edge, around the pad; 0 for a sharp edge. The base's lower edge stays sharp,
+        /// because the sensor stands on it and the screws' heads lie beside it.
         edge_fillet: Length = 0.0..=5.0,
-        /// Which side cable and wires leave by: `right` at +x, `left` at -x, `front` at -y, `back` at +y.
+        /// Side by which cable and wires leave the shell: `right` at +x, `left` at -x, `front` at -y, `back` at +y.
         cable_side: Side,
         /// Width of the notch for cable and wires.
         cable_width: Length = 1.0..=30.0,
-        /// Height of the notch.
+        /// Height of that notch.
         cable_height: Length = 1.0..=20.0,
-        /// Material.
+        /// Material of the shell.
         material: String = 1..=80,
     }
 
-    /// Printed base: closes the shell, is screwed to a gripper.
+    /// Printed base, which closes the shell and is screwed to a gripper.
     pub struct Base {
-        /// Thickness of its floor.
+        /// Thickness of the base's floor.
         thickness: Length = 1.0..=20.0,
-        /// Material.
+        /// Material of the base.
         material: String = 1..=80,
     }
 }

@@ -14,21 +14,21 @@ use crate::parameters;
 use crate::parameters::{Report, limits};
 
 parameters! {
-    /// Cup and bridge that cast a silicone mold around a glass tube.
+    /// Cup and bridge with which a silicone mold is cast around a glass tube.
     pub struct Form {
-        /// Thickness of silicone beside the tube.
+        /// Thickness of the silicone beside the tube.
         silicone: Length = 3.0..=40.0,
-        /// Thickness of silicone under the tube's tip.
+        /// Thickness of the silicone under the tube's tip.
         silicone_floor: Length = 2.0..=40.0,
-        /// Material of the mold.
+        /// Trade name of the mold's silicone.
         silicone_material: Castable,
-        /// Length of the glass tube from rim to tip.
+        /// Length of the glass tube from its rim to its tip.
         tube_length: Length = 20.0..=300.0,
-        /// Width of the tube's rim beyond its outside.
+        /// Width by which the tube's rim stands out beyond its outside.
         tube_rim: Length = 0.3..=5.0,
         /// Thickness of the cup's wall.
         cup_wall: Length = 4.0..=20.0,
-        /// Thickness of floor and bridge.
+        /// Thickness of the cup's floor and of the bridge.
         plate: Length = 1.2..=10.0,
         /// Height of the cup above the silicone.
         headroom: Length = 0.5..=20.0,

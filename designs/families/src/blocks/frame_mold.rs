@@ -17,21 +17,21 @@ use crate::parameters::{Report, limits};
 parameters! {
     /// Open molds: frames that slide onto dowels in a floor.
     pub struct FrameMold {
-        /// Thinnest wall around cavity and dowels.
+        /// Minimum thickness of the wall around cavity and dowels.
         wall: Length = 1.2..=20.0,
-        /// Thickness of the floor.
+        /// Thickness of the mold's floor.
         floor: Length = 2.0..=40.0,
         /// Diameter of the two steel dowel pins.
         dowel_diameter: Length = 1.0..=8.0,
         /// Length of the dowel pins.
         dowel_length: Length = 4.0..=40.0,
-        /// Width of a pry slot.
+        /// Width of a pry slot, in which a screwdriver lifts the frame.
         pry_width: Length = 3.0..=20.0,
-        /// How far a pry slot reaches in.
+        /// Depth of a pry slot.
         pry_depth: Length = 0.8..=6.0,
         /// Height of a pry slot.
         pry_gap: Length = 0.5..=4.0,
-        /// Material.
+        /// Material of the molds.
         material: String = 1..=80,
     }
 }

@@ -12,19 +12,19 @@ use crate::parameters;
 use crate::parameters::{Report, limits};
 
 parameters! {
-    /// Dots printed on the gel, under the coat: a grid around the middle, or one by one.
+    /// Dots printed on the gel, under the coat: a grid around the middle, or a list.
     pub struct Markers {
-        /// How they lie: a `grid` of `columns` and `rows`, or a `list` of places `x` and `y`.
+        /// Pattern of the dots: a `grid` of `columns` and `rows`, or a `list` of positions `x` and `y`.
         pattern: FlatPattern,
-        /// List: x of each dot.
+        /// For a list: x of each dot.
         x: Vec<Length> = (1..=1000, -60.0..=60.0),
-        /// List: y of each dot.
+        /// For a list: y of each dot.
         y: Vec<Length> = (1..=1000, -60.0..=60.0),
-        /// Dots along x; 0 for none.
+        /// Number of dots along x; 0 for none.
         columns: u32 = 0..=60,
-        /// Dots along y; 0 for none.
+        /// Number of dots along y; 0 for none.
         rows: u32 = 0..=60,
-        /// Distance between neighbours.
+        /// Distance between neighbouring dots.
         spacing: Length = 0.2..=20.0,
         /// Diameter of a dot.
         diameter: Length = 0.1..=5.0,

@@ -11,21 +11,21 @@ use crate::choices;
 use crate::parameters::{Quantity, Report};
 
 choices! {
-    /// Arrangement of markers on a flat face.
+    /// Pattern of markers on a flat face.
     pub enum FlatPattern {
         /// Grid around the middle.
         Grid = "grid",
-        /// Listed positions.
+        /// List of positions.
         List = "list",
     }
 }
 
 choices! {
-    /// Arrangement of markers on a round surface.
+    /// Pattern of markers on a round surface.
     pub enum RoundPattern {
         /// Rings around the tip.
         Rings = "rings",
-        /// Listed positions.
+        /// List of positions.
         List = "list",
     }
 }

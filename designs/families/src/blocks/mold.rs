@@ -18,35 +18,35 @@ use crate::processes::Making;
 parameters! {
     /// Two-piece molds for the gel layers.
     pub struct Mold {
-        /// Edge of the square block.
+        /// Edge of the mold's square block.
         width: Length = 20.0..=200.0,
-        /// Height of the block.
+        /// Height of the mold's block.
         height: Length = 10.0..=200.0,
-        /// Thinnest wall and floor allowed around the cavity.
+        /// Minimum thickness of wall and floor around the cavity.
         wall: Length = 1.2..=20.0,
         /// Diameter of the steel dowel pins.
         dowel_diameter: Length = 1.0..=8.0,
         /// Length of the dowel pins.
         dowel_length: Length = 3.0..=40.0,
-        /// Distance of the dowels from the block's sides to their centres.
+        /// Distance of the dowels' centres from the block's sides.
         dowel_inset: Length = 1.5..=20.0,
         /// Depth of the groove for rubber bands.
         band_depth: Length = 0.5..=4.0,
         /// Width of the groove for rubber bands.
         band_width: Length = 1.0..=15.0,
-        /// Width of a pry slot's mouth.
+        /// Width of the mouth of a pry slot, in which a screwdriver opens the mold.
         pry_length: Length = 3.0..=20.0,
-        /// How far a pry slot reaches in.
+        /// Depth of a pry slot.
         pry_depth: Length = 0.8..=6.0,
         /// Height of a pry slot, both halves together.
         pry_gap: Length = 0.8..=6.0,
-        /// Thickness of the lid.
+        /// Thickness of the mold's lid.
         lid_thickness: Length = 2.0..=15.0,
         /// Number of vents above the gel.
         vents: u32 = 4..=32,
         /// Diameter of a vent.
         vent_diameter: Length = 0.6..=4.0,
-        /// Material.
+        /// Material of the mold.
         material: String = 1..=80,
     }
 }

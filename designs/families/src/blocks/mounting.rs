@@ -18,19 +18,19 @@ const HEADS_APART_MM: f64 = 1.0;
 const HEAD_IN_WALL_MM: f64 = 0.5;
 
 choices! {
-    /// Arrangement of the mounting holes.
+    /// Pattern of the mounting holes.
     pub enum MountPattern {
         /// Holes on a circle.
         Ring = "ring",
         /// Holes at the corners of a rectangle.
         Rectangle = "rectangle",
-        /// Listed positions.
+        /// List of positions.
         List = "list",
     }
 }
 
 choices! {
-    /// Thread of the mounting screws.
+    /// Threads of mounting screws.
     pub enum MountThread {
         /// M2.
         M2 = "M2",
@@ -46,39 +46,39 @@ choices! {
 }
 
 choices! {
-    /// Thread that holds the mounting screws.
+    /// Features that hold the mounting screws.
     pub enum MountHold {
-        /// Thread that the screws cut into plastic.
+        /// Plastic into which the screws cut their threads.
         Tapped = "tapped",
-        /// Nuts that are melted in.
+        /// Threaded inserts that are melted in.
         Insert = "insert",
-        /// Shorter melted-in nuts, for thin floors.
+        /// Shorter threaded inserts, for a thin floor.
         ShortInsert = "short-insert",
-        /// None: the screws pass from inside into the carrier.
+        /// Holes through which the screws pass from inside, into what the sensor is mounted on.
         Through = "through",
     }
 }
 
 parameters! {
-    /// Holes that the sensor is mounted by.
+    /// Holes by which the sensor is mounted.
     pub struct Mount {
-        /// How they lie: `ring` as many as `base` says, or two in a rectangular housing; `rectangle` at four
-        /// corners; `list` wherever `x` and `y` say.
+        /// Pattern of the holes: `ring` with the number that `base` gives, or two in a rectangular housing; `rectangle`
+        /// with four corners; `list` of positions `x` and `y`.
         pattern: MountPattern,
-        /// Turn of the pattern around the sensor's axis.
+        /// Angle by which the pattern is turned around the sensor's axis.
         angle: Angle = -180.0..=180.0,
-        /// Rectangle: distance of the holes along x.
+        /// For a rectangle: distance between the holes along x.
         width: Length = 4.0..=120.0,
-        /// Rectangle: distance of the holes along y.
+        /// For a rectangle: distance between the holes along y.
         depth: Length = 4.0..=120.0,
-        /// List: x of each hole.
+        /// For a list: x of each hole.
         x: Vec<Length> = (1..=12, -70.0..=70.0),
-        /// List: y of each hole.
+        /// For a list: y of each hole.
         y: Vec<Length> = (1..=12, -70.0..=70.0),
-        /// Thread of the screws.
+        /// Thread of the mounting screws.
         thread: MountThread,
-        /// What holds them: `tapped` plastic that they cut their thread into, an `insert` that is melted
-        /// in, a `short-insert` (M3: 4 mm long), or nothing, so that they go `through` from inside.
+        /// Feature that holds the screws: `tapped` plastic into which they cut their thread, an `insert` that is melted
+        /// in, a `short-insert` (M3: 4 mm long), or none, so that the screws go `through` from inside.
         hold: MountHold,
     }
 }

@@ -11,11 +11,12 @@ use crate::parameters::Inline;
 use crate::{choices, sections};
 
 choices! {
-    /// Projection of a lens: distance r from the image's centre at which a ray at angle a to the axis is imaged.
+    /// Projection of a lens: distance r from the image's centre, for focal length f, of a ray at an angle a to the
+    /// axis.
     pub enum LensLaw {
         /// Equidistant: r = f a.
         Equidistant = "equidistant",
-        /// Equisolid: r = 2 f sin(a / 2).
+        /// Equisolid-angle: r = 2 f sin(a / 2).
         Equisolid = "equisolid",
         /// Stereographic: r = 2 f tan(a / 2).
         Stereographic = "stereographic",
@@ -23,46 +24,48 @@ choices! {
 }
 
 sections! {
-    /// Camera module.
+    /// Camera module of a sensor.
     pub struct Module {
-        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
+        /// Camera module that is bought. Its dimensions are used unless others are given; `none` to give all dimensions
+        /// by hand.
         module: String = 1..=64,
-        /// Type.
+        /// Type of camera to buy.
         model: String = 1..=80,
     }
 
     /// Images that a camera takes.
     pub struct Pictures {
-        /// Image width in pixels.
+        /// Width of the image in pixels.
         width_px: u32 = 16..=20000,
-        /// Image height in pixels.
+        /// Height of the image in pixels.
         height_px: u32 = 16..=20000,
         /// Frames per second.
         frame_rate: u32 = 1..=10000,
     }
 
-    /// Imaging properties of every lens, and their tolerances.
+    /// Optical properties of a lens, and their tolerances.
     pub struct Optics {
-        /// How far the focal length may be from what is described, as a share of it.
+        /// Tolerance of the focal length, as a fraction of it.
         focal_tolerance: f64 = 0.0..=0.2,
-        /// How far the lens's axis may lie beside the picture's middle, as a share of its width.
+        /// Tolerance of the lens's axis: its distance from the image's centre, as a fraction of the image's width.
         centre_tolerance: f64 = 0.0..=0.2,
-        /// Power of the cosine of the angle to the lens's axis, in air, by which pictures are darker there: 4 by the
-        /// natural law, 0 for as bright everywhere.
+        /// Exponent of the cosine of the angle to the lens's axis, in air, by which images darken away from the axis: 4
+        /// for the natural law, 0 for uniform brightness.
         vignetting: f64 = 0.0..=8.0,
-        /// Diameter of the lens's entrance pupil: focal length over f-number; 0 for sharp pictures.
+        /// Diameter of the lens's entrance pupil, which is the focal length divided by the f-number; 0 for images
+        /// without blur.
         aperture: Length = 0.0..=20.0,
         /// Distance that is in focus, from the optical centre along the axis, as in air.
         focus: Length = 1.0..=100000.0,
     }
 
-    /// Field of view of a lens on a board or in a housing, whose maker states its angle.
+    /// View of a lens on a board or in a housing, whose maker states its angle.
     pub struct View {
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=220.0,
-        /// How the lens lays angles onto the picture.
+        /// Projection of the lens: relation between the angle to its axis and the distance from the image's centre.
         projection: LensLaw,
-        /// What it does to pictures.
+        /// Optical properties of the lens.
         optics: Inline<Optics>,
     }
 }

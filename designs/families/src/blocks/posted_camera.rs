@@ -11,19 +11,19 @@ use crate::parameters;
 use crate::parameters::{Inline, Report, limits};
 
 parameters! {
-    /// Camera and the board it comes on. Its distance is derived from the pitch of its pixels.
+    /// Camera and its board. The camera's distance follows from the pixel pitch.
     pub struct PostedCamera {
-        /// Which it is.
+        /// Camera module.
         module: Inline<Module>,
-        /// Its pictures.
+        /// Images of the camera.
         pictures: Inline<Pictures>,
-        /// What its lens sees.
+        /// View of the camera's lens.
         view: Inline<View>,
-        /// Distance of neighbouring pixels on what is seen, in the middle, by straight rays.
+        /// Distance between neighbouring pixels on the observed surface, in the middle of the image, for straight rays.
         pixel_pitch: Length = 0.001..=1.0,
-        /// Its board and lens.
+        /// Board and lens of the camera.
         board: Inline<Board>,
-        /// Room behind the board for connector and cable: the height of the posts.
+        /// Free height behind the camera board for connector and cable, which is the height of the posts.
         back_clearance: Length = 1.0..=20.0,
     }
 }

@@ -7,13 +7,13 @@ use crate::materials::{Current, Euros, Kelvin, Voltage, Wavelength};
 use crate::parameters::{choices, parameters};
 
 choices! {
-    /// Reason why an article is bought.
+    /// Reason for buying an article.
     pub enum Role {
-        /// Piece of the sensor or of its molds, or component of a mix.
+        /// Piece of the sensor or of its tools, or component of a mix.
         Piece = "piece",
-        /// Material that parts are made from.
+        /// Stock from which parts are made.
         Stock = "stock",
-        /// Consumable that the work uses up.
+        /// Supply that is used up by the work.
         Supply = "supply",
         /// Tool that is used again.
         Tool = "tool",
@@ -21,47 +21,49 @@ choices! {
 }
 
 parameters! {
-    /// Something that is bought; what is not known is left out.
+    /// Article that is bought. Unknown data are left out.
     pub struct Article {
-        /// Why it is bought; a piece where nothing is said.
+        /// Role of the article: `piece` of the sensor, of its tools or of a mix; `stock` for parts; `supply` that is
+        /// used up; or `tool`. A `piece` if not given.
         role: Option<Role>,
-        /// What matters of it, where there is no number to order by.
+        /// Properties to look for when the article has no order number.
         what: Option<String> = 1..=300,
-        /// Who makes it.
+        /// Maker of the article.
         maker: Option<String> = 1..=100,
-        /// The maker's name or number for it.
+        /// Maker's name or number of the article.
         number: Option<String> = 1..=100,
-        /// The standard that it follows.
+        /// Standard to which the article conforms.
         standard: Option<String> = 1..=60,
-        /// How much is sold at once.
+        /// Quantity in one pack.
         pack: Option<PackSize>,
-        /// What a pack, or the kit, costs.
+        /// Price of a pack, or of the kit.
         price: Option<Euros> = 0.01..=100000.0,
-        /// What it is sold as together with others, which is paid for once.
+        /// Name of the kit with which the article is sold. The kit is paid for once.
         kit: Option<String> = 1..=100,
-        /// What may be bought in its place.
+        /// Articles that may be bought instead.
         substitutes: Option<String> = 1..=300,
-        /// Words of a chain's steps that ask for it, or of a material that it is stock of; between semicolons.
+        /// Words, separated by semicolons, by which the article is found: supplies and tools in the chain's steps,
+        /// stock in the part's material.
         words: Option<String> = 1..=200,
-        /// What it is made by, where it is stock.
+        /// Process for which the article is stock.
         process: Option<String> = 1..=20,
-        /// Length of a sheet.
+        /// Length of a stock sheet.
         length: Option<Length> = 1.0..=10000.0,
-        /// Width of a sheet.
+        /// Width of a stock sheet.
         width: Option<Length> = 1.0..=10000.0,
-        /// Forward voltage of a lamp.
+        /// Forward voltage of an LED.
         forward_voltage: Option<Voltage> = 0.5..=60.0,
-        /// Current that a lamp is made for.
+        /// Rated current of an LED.
         current: Option<Current> = 0.1..=5000.0,
-        /// Dominant wavelength of a lamp, or its peak where that is invisible.
+        /// Dominant wavelength of an LED, or its peak wavelength if its light is invisible.
         wavelength: Option<Wavelength> = 200.0..=2000.0,
-        /// Colour temperature of a white lamp.
+        /// Colour temperature of a white LED.
         color_temperature: Option<Kelvin> = 1000.0..=20000.0,
-        /// Full angle at half of a lamp's intensity.
+        /// Full angle at which an LED's intensity has fallen to half.
         view_angle: Option<Angle> = 1.0..=180.0,
-        /// Where it comes from what is said of it.
+        /// Source of these data.
         source: Option<String> = 1..=300,
-        /// Where the price comes from.
+        /// Source of the price.
         price_source: Option<String> = 1..=200,
     }
 }

@@ -324,7 +324,7 @@ fn bonds_of(
             Hold::Not => format!("not to {}", bond.to),
         };
         let shown: Vec<String> = bonds.iter().map(shown).collect();
-        let summary = "What it sticks to and with which primer, and what not.";
+        let summary = "Materials to which it bonds, with their primers, and to which it does not.";
         settings.push(setting(
             path,
             shown.join("; "),

@@ -41,31 +41,31 @@ choices! {
         Polyurethane = "polyurethane",
         /// Epoxy resin.
         Epoxy = "epoxy",
-        /// Coating of a surface.
+        /// Paint that coats a surface.
         Paint = "paint",
         /// Ink that marks a surface.
         Ink = "ink",
-        /// Adhesive that joins parts.
+        /// Glue that joins parts.
         Glue = "glue",
-        /// Any other kind.
+        /// Any other material.
         Other = "other",
     }
 }
 
 choices! {
-    /// Curing mechanism of a material.
+    /// Mechanism by which a material cures.
     pub enum CuresBy {
-        /// Silicone with a platinum catalyst; sulfur, tin, amines and bare printed resin inhibit it.
+        /// Silicone with a platinum catalyst, inhibited by sulfur, tin, amines and bare printed resin.
         Platinum = "platinum",
-        /// Silicone with a tin catalyst; it inhibits platinum.
+        /// Silicone with a tin catalyst, which inhibits platinum.
         Tin = "tin",
-        /// One-part silicone that cures by humidity.
+        /// One-part silicone, cured by the water in air.
         Moisture = "moisture",
         /// Polyurethane.
         Polyurethane = "polyurethane",
-        /// Epoxy; its amines inhibit platinum.
+        /// Epoxy, whose amines inhibit platinum.
         Epoxy = "epoxy",
-        /// Resin that cures under light; its residues inhibit platinum.
+        /// Light-cured resin, whose residues inhibit platinum.
         Light = "light",
         /// Drying: a solvent evaporates.
         Drying = "drying",
@@ -75,69 +75,69 @@ choices! {
 choices! {
     /// Transparency of a material.
     pub enum Clarity {
-        /// Clear: one can see through it.
+        /// Transparent.
         Clear = "clear",
         /// Translucent: it scatters light.
         Translucent = "translucent",
-        /// Opaque: it blocks light.
+        /// Opaque: it stops light.
         Opaque = "opaque",
     }
 }
 
 parameters! {
-    /// Time and temperature of a material's cure.
+    /// Curing time and temperature of a material.
     pub struct CureFigures {
-        /// How long.
+        /// Curing time.
         time: Hours = 0.01..=2000.0,
-        /// How warm; 23 C where nothing is said.
+        /// Curing temperature; 23 C if not given.
         temperature: Option<Celsius> = -20.0..=300.0,
     }
 }
 
 parameters! {
-    /// Properties of a material that is cast, sprayed or painted; unknown ones are left out.
+    /// Material that is cast, sprayed or painted. Unknown data are left out.
     pub struct Figures {
-        /// What sort of material it is.
+        /// Kind of the material.
         kind: Option<MaterialKind>,
         /// Density of the mixture.
         density: Density = 0.05..=25.0,
-        /// How it cures.
+        /// Curing time and temperature of the material.
         cure: CureFigures,
-        /// What makes it solid, and with it what keeps it from becoming so.
+        /// Curing mechanism, which also decides what inhibits the cure.
         cures: Option<CuresBy>,
         /// Viscosity of the mixture.
         viscosity: Option<Viscosity> = 0.0001..=10000.0,
-        /// Time to work in after mixing.
+        /// Pot life: working time after mixing.
         pot_life: Option<Minutes> = 0.1..=10000.0,
-        /// Linear shrinkage on curing: molds are made larger by it.
+        /// Linear shrinkage on curing, by which molds are made larger.
         shrinkage: Option<Percent> = 0.0..=20.0,
-        /// Strain at which it breaks: the limit for a tool that is peeled off.
+        /// Strain at which the material breaks. It limits how far a tool can be stretched when it is peeled off.
         breaking_strain: Option<Percent> = 0.1..=5000.0,
-        /// Stress at which it breaks.
+        /// Stress at which the material breaks.
         strength: Option<Pressure> = 1.0..=1000000.0,
-        /// Hardness by durometer.
+        /// Durometer hardness.
         hardness: Option<Hardness>,
         /// Tensile modulus at 100 % strain.
         modulus: Option<Pressure> = 0.01..=10000000.0,
-        /// Young's modulus at small strain, when it has cured.
+        /// Young's modulus of the cured material at small strain.
         youngs_modulus: Option<Pressure> = 0.01..=10000000.0,
-        /// The lowest of what batches, cures and sources make of it.
+        /// Lowest Young's modulus among batches, cures and sources.
         youngs_modulus_least: Option<Pressure> = 0.01..=10000000.0,
-        /// The highest of what batches, cures and sources make of it.
+        /// Highest Young's modulus among batches, cures and sources.
         youngs_modulus_most: Option<Pressure> = 0.01..=10000000.0,
-        /// Poisson's ratio; rubbers and gels keep their volume, and have 0.495 where nothing is said.
+        /// Poisson's ratio; 0.495 for rubbers and gels, which keep their volume, if not given.
         poissons_ratio: Option<f64> = 0.0..=0.4999,
-        /// Coulomb's coefficient of friction against a dry, smooth, hard presser.
+        /// Coulomb friction coefficient against a dry, smooth, hard indenter.
         friction: Option<f64> = 0.0..=10.0,
         /// Refractive index for visible light.
         refractive_index: Option<f64> = 1.0..=3.0,
-        /// What light does in it.
+        /// Transparency of the material: `clear`, `translucent` or `opaque`.
         clarity: Option<Clarity>,
-        /// Whether air is drawn out in a vacuum before pouring; not where nothing is said.
+        /// True if the mixture is degassed in a vacuum before pouring; false if not given.
         degas: Option<bool>,
-        /// Where the figures come from.
+        /// Source of these data.
         source: Option<String> = 0..=500,
-        /// What to mind.
+        /// Advice on using the material.
         note: Option<String> = 0..=500,
     }
 }

@@ -12,29 +12,29 @@ use crate::own::named::{Noun, raws, read};
 use crate::sections;
 
 sections! {
-    /// Properties of stuff whose trade name contains one of a few words.
+    /// Properties of materials whose trade name contains one of a few words.
     pub struct Stuff {
-        /// Words of trade names, in small letters.
+        /// Words of trade names, in lower case.
         words: Vec<String> = (1..=32, 1..=40),
-        /// What sort of stuff it is, as tables call it.
+        /// Class of material, as in the tables: `rubber`, `resin`, `metal` and so on.
         sort: String = 1..=20,
-        /// Of the softest in use.
+        /// Hardness of the softest variety in use.
         hardness: Hardness,
-        /// Stress that it bears at least.
+        /// Minimum stress at which the material fails.
         strength: Pressure = 0.0..=10000000.0,
-        /// Whether it keeps platinum silicone from curing where it is bare; not where nothing is said.
+        /// True if the bare material inhibits the cure of platinum silicone; false if not given.
         inhibits_platinum: Option<bool>,
-        /// Refractive index in the middle of the visible, where it is seen through.
+        /// Refractive index in the middle of the visible spectrum, for materials that are looked through.
         refractive_index: Option<f64> = 1.0..=3.0,
     }
 
-    /// Softening temperature of stuff whose trade name contains one of a few words.
+    /// Softening temperature of materials whose trade name contains one of a few words.
     pub struct Softening {
-        /// Words of trade names, in small letters.
+        /// Words of trade names, in lower case.
         words: Vec<String> = (1..=32, 1..=40),
-        /// Of families of plastics, the lowest figure among common makes.
+        /// Softening temperature; for families of plastics the lowest among common makes.
         softens: Celsius = 0.0..=2000.0,
-        /// Who says so, and by which test.
+        /// Source of the temperature, with its test method.
         by: String = 1..=300,
     }
 }

@@ -119,13 +119,13 @@ fn escaped(unit: &str) -> String {
 quantities! {
     /// Density, g/cm^3.
     Density "1.07 g/cm3" ["g/cm3" = 1.0, "g/cm^3" = 1.0, "g/ml" = 1.0, "g/mL" = 1.0, "kg/m3" = 1e-3, "kg/m^3" = 1e-3];
-    /// Duration of a cure, h.
+    /// Curing time, h.
     Hours "24 h" ["h" = 1.0, "min" = 1.0 / 60.0, "d" = 24.0];
     /// Working time, min.
     Minutes "45 min" ["min" = 1.0, "h" = 60.0, "s" = 1.0 / 60.0];
     /// Temperature, degrees Celsius.
     Celsius "23 C" ["C" = 1.0, "°C" = 1.0, "degC" = 1.0];
-    /// Fraction, percent.
+    /// Share, percent.
     Percent "0.1 %" ["%" = 1.0];
     /// Viscosity, Pa s.
     Viscosity "3 Pa s" ["Pa s" = 1.0, "mPa s" = 1e-3, "cP" = 1e-3, "P" = 0.1];

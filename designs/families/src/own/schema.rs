@@ -28,41 +28,41 @@ fn materials() -> Json {
         });
         json!({ "description": description, "anyOf": [of, with_source] })
     };
-    let summary = "What it is; of a material that is known already, what differs.";
+    let summary =
+        "Data of the material; for a material that is already listed, only the data that differ.";
     let mut one = section_schema(&Figures::fields(), summary);
     let share = json!({ "type": "object", "additionalProperties": { "type": "number", "exclusiveMinimum": 0 } });
     let primer = json!({ "type": "object", "additionalProperties": { "type": "string" } });
     one["properties"]["mix"] = plain(share, "Components and their shares by mass.");
-    one["properties"]["bonds"] =
-        plain(primer, "What it sticks to: the primer, or `itself`; `none` where it does not.");
-    one["properties"]["extends"] = json!({ "type": "string", "description": "Another material; the section then lists what differs." });
-    named(
-        &one,
-        "Materials that are cast, by name: own ones, or what differs from the built-in ones.",
-    )
+    one["properties"]["bonds"] = plain(
+        primer,
+        "Bonds to other materials: the primer, or `itself` without one; `none` where it does not bond.",
+    );
+    one["properties"]["extends"] = json!({ "type": "string", "description": "Name of another material, of which the section lists only the changes." });
+    named(&one, "Materials that are cast, by name: new ones, or changes to the built-in ones.")
 }
 
 fn processes() -> Json {
-    let summary = "A machine; what is not said is as usual for its kind.";
+    let summary = "Machine on which parts are made. Values not given are those usual for its kind.";
     let mut one = section_schema(&ProcessFigures::fields(), summary);
     let texts = json!({ "type": "array", "items": { "type": "string" }, "maxItems": 32 });
     one["properties"]["materials"] = texts;
-    one["properties"]["extends"] = json!({ "type": "string", "description": "Another process; the section then lists what differs." });
+    one["properties"]["extends"] = json!({ "type": "string", "description": "Name of another process, of which the section lists only the changes." });
     named(
         &one,
-        "Processes by name: own ones, or what differs from `fdm`, `sla`, `polyjet`, `laser`, `cnc`.",
+        "Processes by name: new ones, or changes to `fdm`, `sla`, `polyjet`, `laser`, `cnc`.",
     )
 }
 
 fn parts() -> Json {
     json!({
-        "description": "How parts are made, by name; `*` stands for anything.",
+        "description": "Processes and materials of parts, by the parts' names; `*` stands for any text.",
         "type": "object",
         "additionalProperties": {
             "type": "object",
             "properties": {
-                "process": { "type": "string", "description": "A process by its name." },
-                "material": { "type": "string", "description": "What they are made from." },
+                "process": { "type": "string", "description": "Name of the process by which these parts are made." },
+                "material": { "type": "string", "description": "Material of these parts." },
             },
             "additionalProperties": false,
         },
@@ -70,16 +70,17 @@ fn parts() -> Json {
 }
 
 fn buy() -> Json {
-    let summary = "What is known of it; of what is listed already, what differs.";
+    let summary =
+        "Data of the article; for an article that is already listed, only the data that differ.";
     let mut one = section_schema(&Article::fields(), summary);
-    one["properties"]["extends"] = json!({ "type": "string", "description": "Another article; the section then lists what differs." });
-    named(&one, "What to buy, by the name of a piece, an article, a component or a kit.")
+    one["properties"]["extends"] = json!({ "type": "string", "description": "Name of another article, of which the section lists only the changes." });
+    named(&one, "Articles to buy, by the name of a piece, an article, a component or a kit.")
 }
 
 /// Returns the schema of a map of names to sections, or of a list of sections with names in them.
 fn named(one: &Json, description: &str) -> Json {
     let mut item = one.clone();
-    item["properties"]["name"] = json!({ "type": "string", "description": "Its name." });
+    item["properties"]["name"] = json!({ "type": "string", "description": "Name of the entry." });
     item["required"] = json!(["name"]);
     json!({
         "description": description,

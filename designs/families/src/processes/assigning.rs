@@ -178,8 +178,8 @@ impl Processes {
             };
             let process = given.recipe.as_ref().map(|recipe| recipe.name.clone());
             [
-                of("process", process, "How these parts are made."),
-                of("material", given.material.clone(), "What these parts are made from."),
+                of("process", process, "Process by which these parts are made."),
+                of("material", given.material.clone(), "Material of these parts."),
             ]
         });
         own.chain(given.flatten()).collect()

@@ -17,17 +17,17 @@ pub(crate) use assigning::{PARTS, PROCESSES, Processes};
 pub use making::{FixtureMaking, Made, Making};
 
 choices! {
-    /// Process that a file can assign to a part.
+    /// Kind of process by which a part can be made.
     pub enum ProcessKind {
         /// Filament printing.
         Fdm = "fdm",
         /// Resin printing.
         Sla = "sla",
-        /// Jetting of resin.
+        /// Printing with jetted resin.
         PolyJet = "polyjet",
-        /// Cutting from a sheet.
+        /// Laser cutting of sheets.
         Laser = "laser",
-        /// Machining.
+        /// CNC machining.
         Cnc = "cnc",
     }
 }
@@ -59,15 +59,15 @@ impl ProcessKind {
 }
 
 parameters! {
-    /// Gaps per side between a hole and what goes in; the defaults of the kind where a gap is left out.
+    /// Gaps per side between a hole and the part in it. Gaps not given are those usual for the process kind.
     pub struct Clearance {
-        /// Holds by itself: less than nothing.
+        /// Gap of a press fit, which holds by itself; negative or zero.
         press: Option<Length> = -1.0..=0.0,
-        /// Located without play worth naming.
+        /// Gap of a snug fit, which locates a part without noticeable play.
         snug: Option<Length> = 0.0..=2.0,
-        /// Moves freely, stays centred.
+        /// Gap of a sliding fit, in which a part moves freely and stays centred.
         slide: Option<Length> = 0.0..=2.0,
-        /// Never touches.
+        /// Gap of a free fit, in which the parts never touch.
         free: Option<Length> = 0.0..=4.0,
     }
 }
@@ -75,47 +75,47 @@ parameters! {
 parameters! {
     /// Build volume of a machine.
     pub struct Room {
-        /// Along its x.
+        /// Build volume along the machine's x.
         width: Option<Length> = 10.0..=5000.0,
-        /// Along its y.
+        /// Build volume along the machine's y.
         depth: Option<Length> = 10.0..=5000.0,
-        /// Upwards.
+        /// Height of the build volume.
         height: Option<Length> = 10.0..=5000.0,
     }
 }
 
 parameters! {
-    /// Machine that parts are made on; values left out are as usual for its kind.
+    /// Machine on which parts are made. Values not given are those usual for its kind.
     pub struct ProcessFigures {
-        /// Which kind of process it is.
+        /// Kind of process.
         kind: Option<ProcessKind>,
-        /// Height of a layer.
+        /// Height of a printed layer.
         layer_height: Option<Length> = 0.005..=2.0,
-        /// Width of a line: of a filament printer, that of its nozzle.
+        /// Width of a printed line; for a filament printer the nozzle's diameter.
         line_width: Option<Length> = 0.01..=5.0,
-        /// Thinnest wall that it makes; of filament printers two lines.
+        /// Minimum thickness of walls that the machine can make; two lines for filament printers.
         wall: Option<Length> = 0.01..=20.0,
-        /// Smallest hole that it makes.
+        /// Diameter of the smallest hole that the machine can make.
         hole: Option<Length> = 0.01..=50.0,
-        /// Gaps of fits.
+        /// Gaps per side between a hole and the part in it. Gaps not given are those usual for the process kind.
         clearance: Clearance,
-        /// Steepest overhang without support, from the vertical.
+        /// Steepest overhang that prints without support, measured from the vertical.
         overhang: Option<Angle> = 0.0..=90.0,
-        /// Widest gap between two walls that it spans without support.
+        /// Widest gap between two walls that the printer bridges without support.
         bridge: Option<Length> = 0.0..=200.0,
-        /// Lines side by side along each outline; told to the slicer.
+        /// Number of lines side by side along each outline, which is passed to the slicer.
         perimeters: Option<u32> = 1..=20,
-        /// How much of the inside is filled: 0.2 for a fifth; told to the slicer.
+        /// Filled fraction of the inside, for example 0.2 for a fifth, which is passed to the slicer.
         infill: Option<f64> = 0.0..=1.0,
-        /// Whether parts are printed with supports, whatever hangs over; told to the slicer.
+        /// True to print parts with supports, whatever their overhangs, which is passed to the slicer.
         supports: Option<bool>,
-        /// Width of the brim, 0 mm for none; told to the slicer.
+        /// Width of the brim, 0 mm for none, which is passed to the slicer.
         brim: Option<Length> = 0.0..=50.0,
-        /// Room for a part.
+        /// Build volume of the machine.
         bed: Room,
-        /// Where the figures come from.
+        /// Source of these data.
         source: Option<String> = 0..=500,
-        /// What to mind.
+        /// Advice on using the machine.
         note: Option<String> = 0..=500,
     }
 }

@@ -29,7 +29,7 @@ choices! {
         Fdm = "fdm",
         /// Resin printing.
         Sla = "sla",
-        /// Jetting of resin.
+        /// Printing with jetted resin.
         PolyJet = "polyjet",
     }
 }
@@ -51,23 +51,23 @@ impl PrintProcess {
 }
 
 parameters! {
-    /// Shrinkage of lengths relative to the design.
+    /// Relative difference by which printed lengths are smaller than designed ones, percent.
     pub struct Shrinkage {
-        /// Along the bed's x, percent.
+        /// Shrinkage along the bed's x, percent.
         x: f64 = -5.0..=5.0,
-        /// Along the bed's y, percent.
+        /// Shrinkage along the bed's y, percent.
         y: f64 = -5.0..=5.0,
-        /// Upwards, percent.
+        /// Shrinkage in the vertical direction, percent.
         z: f64 = -5.0..=5.0,
     }
 }
 
 parameters! {
-    /// Diameters as they come out: `gain` times the designed one, plus `offset`.
+    /// Linear fit of printed diameters: `gain` times the designed diameter, plus `offset`.
     pub struct DiameterFit {
-        /// What is added.
+        /// Offset that is added to the diameter.
         offset: Length = -2.0..=2.0,
-        /// What is multiplied.
+        /// Factor by which the designed diameter is multiplied.
         gain: f64 = 0.8..=1.2,
         /// Smallest designed diameter that was measured.
         smallest: Length = 0.1..=100.0,
@@ -81,17 +81,17 @@ parameters! {
     pub struct ProcessProfile {
         /// Name of the printer.
         name: Name,
-        /// How the parts are made that it is about.
+        /// Process by which the coupon was printed; the profile applies to parts printed in the same way.
         process: PrintProcess,
-        /// What the coupon was printed from: the parts that it is about are of it too.
+        /// Material of the coupon; the profile applies to parts of the same material.
         material: String = 1..=80,
-        /// How much smaller than designed lengths come out, percent.
+        /// Relative difference by which printed lengths are smaller than designed ones, percent.
         shrinkage_percent: Shrinkage,
-        /// Upright round holes.
+        /// Linear fit of the diameters of upright round holes.
         holes: DiameterFit,
-        /// Upright round pins.
+        /// Linear fit of the diameters of upright round pins.
         pins: DiameterFit,
-        /// How far the first layer spreads beyond those above, on each side.
+        /// Distance by which the first layer spreads beyond those above, on each side.
         elephant_foot: Length = 0.0..=2.0,
     }
 }

@@ -83,31 +83,31 @@ formats! {
         "Outlines of laser-cut parts and boards, and stock sheets with all laser-cut parts laid out";
     Svg: "svg", "svg", [Published, Compensated],
         Outlines(svg),
-        "The same outlines as SVG";
+        "Outlines and stock sheets as for dxf, as SVG";
     Png: "png", "png", [],
         Part(picture),
-        "A picture, 800 x 600 px";
+        "Rendered image of the part, 800 x 600 px";
     Tree: "tree", "tree.json", [],
         Part(tree),
         "The exact geometry as JSON";
     Samples: "samples", "samples.json", [],
         Part(samples),
-        "Where lines cross the exact surface, and its volume, area and inertia, as JSON";
+        "Points where lines cross the exact surface, and its volume, area and inertia, as JSON";
     Light: "light", "light", [],
         Whole(|design, hash, _| Ok(vec![light::made(design, hash)?])),
-        "What all bodies of the sensor are to light, its camera and its surface, as JSON";
+        "Optical description of all bodies of the sensor, its camera and its surface, as JSON";
     Glb: "glb", "glb", [Published],
         Whole(|design, hash, options| Ok(vec![glb::made(design, hash, options)?])),
-        "The finished sensor or fixture for viewers, with colours and an animation that takes it apart";
+        "Finished sensor or fixture for 3D viewers, with colours and an animation of its disassembly";
     Gerber: "gerber", "gerber", [Published],
         Whole(|design, hash, _| boards::made(design, hash)),
-        "Circuit boards for a fab: Gerber X2, drills, job file, places and parts, a folder for each board";
+        "Circuit boards for a fab: Gerber X2, drills, job file, placement and parts lists, a folder for each board";
     Msh: "msh", "msh", [],
         Tetrahedra(msh),
-        "The soft layers as tetrahedra for other solvers: Gmsh's MSH 4.1, with materials and sets of faces";
+        "Tetrahedral meshes of the soft layers for other solvers: Gmsh's MSH 4.1, with materials and sets of faces";
     Vtk: "vtk", "vtk", [],
         Tetrahedra(vtk),
-        "The same for VTK, legacy format";
+        "Tetrahedral meshes of the soft layers for VTK, in its legacy format";
 }
 
 impl Format {

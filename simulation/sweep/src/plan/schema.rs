@@ -21,7 +21,7 @@ pub fn json_schema() -> Value {
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "fabkit sweep",
-        "description": "Many variants of one sensor, and what to know of each.",
+        "description": "Many variants of one sensor, and the metrics to compute for each.",
         "type": "object",
         "additionalProperties": false,
         "required": ["format", "sensor", "axes"],
@@ -29,23 +29,23 @@ pub fn json_schema() -> Value {
             "format": { "const": 1, "description": "Version of the file format." },
             "sensor": {
                 "type": "string",
-                "description": "A built-in sensor, or a path relative to this file's folder.",
+                "description": "Name of a built-in sensor, or path of a sensor's file relative to this file's folder.",
             },
             "seed": {
                 "type": "integer",
                 "minimum": 0,
-                "description": "Which sample is drawn, and what the bench draws; 0 if left out.",
+                "description": "Seed of the random numbers for the sample and for the bench; 0 if not given.",
             },
             "sample": {
                 "type": "integer",
                 "minimum": 1,
                 "maximum": MAX_VARIANTS,
-                "description": "Draw this many variants evenly instead of all combinations.",
+                "description": "Number of variants to draw evenly, instead of all combinations.",
             },
             "set": {
                 "type": "object",
                 "additionalProperties": value,
-                "description": "Parameters that are the same in all variants.",
+                "description": "Parameters with the same value in all variants.",
             },
             "axes": {
                 "type": "object",
@@ -71,22 +71,22 @@ pub fn json_schema() -> Value {
             },
             "fix": {
                 "type": "boolean",
-                "description": "Let what fabkit has chosen follow the axes, as little as possible, so that a variant is lost only where rules contradict each other; false if left out.",
+                "description": "True to change values chosen by fabkit, as little as possible, to fit the axes, so that a variant is lost only where rules contradict each other; false if not given.",
             },
             "constraints": {
                 "type": "array",
                 "items": { "type": "string" },
-                "description": "Comparisons of parameters, metrics and numbers; all must hold.",
+                "description": "Comparisons of parameters, metrics and numbers, all of which must hold.",
             },
             "metrics": {
                 "type": "array",
                 "items": { "anyOf": names },
-                "description": "Metrics or groups of them; if left out, all that need no press, check, mesh or bench.",
+                "description": "Metrics or groups of metrics to compute; if not given, all metrics without a press, check, mesh or bench.",
             },
             "objectives": {
                 "type": "object",
                 "additionalProperties": { "enum": ["min", "max"] },
-                "description": "Metrics to be made small or large: they make the Pareto front.",
+                "description": "Metrics to minimise (`min`) or maximise (`max`), which define the Pareto front.",
             },
         },
     })

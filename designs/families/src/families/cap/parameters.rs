@@ -14,13 +14,13 @@ use crate::processes::Making;
 use crate::{choices, parameters, sections};
 
 parameters! {
-    /// The clear gel: a spherical cap that stands on the plate.
+    /// Clear gel: a spherical cap that stands on the plate.
     pub struct Skin {
-        /// Diameter of the cap's foot.
+        /// Diameter of the cap's foot, the circle in which it meets the plate.
         base_diameter: Length = 8.0..=120.0,
-        /// Height of the cap; with the foot it gives the sphere.
+        /// Height of the cap. The sphere follows from this height and the foot's diameter.
         height: Length = 1.0..=60.0,
-        /// Trade name.
+        /// Trade name of the gel.
         material: Castable,
     }
 }
@@ -36,151 +36,151 @@ choices! {
 }
 
 sections! {
-    /// The dimples that cast coloured shadows: cylinders with a hemispherical tip.
+    /// Dimples that cast coloured shadows: cylinders with a hemispherical tip.
     pub struct Dimples {
-        /// Diameter of the cylinder and the hemisphere.
+        /// Diameter of a dimple's cylinder and hemisphere.
         width: Length = 0.05..=5.0,
-        /// Height with the hemisphere, along the surface's normal.
+        /// Height of a dimple including its hemisphere, along the surface's normal.
         height: Length = 0.05..=5.0,
-        /// How they lie: `rings` around the apex, or a `list` of places `polar` and `azimuth`.
+        /// Pattern of the dimples: `rings` around the apex, or a `list` of positions `polar` and `azimuth`.
         pattern: RoundPattern,
-        /// List: angle of each dimple from the apex, at the sphere's centre.
+        /// For a list: angle of each dimple from the apex, at the sphere's centre.
         polar: Vec<Angle> = (1..=1000, 0.0..=90.0),
-        /// List: angle of each dimple around the axis, from +x towards +y.
+        /// For a list: angle of each dimple around the axis, from +x towards +y.
         azimuth: Vec<Angle> = (1..=1000, -360.0..=360.0),
-        /// Rings: distance between neighbours along the surface.
+        /// For rings: distance between neighbouring dimples along the surface.
         spacing: Length = 0.1..=20.0,
-        /// Rings around the central dimple; ring k holds 6 k dimples.
+        /// For rings: number of rings around the central dimple; ring k holds 6 k dimples.
         rings: u32 = 1..=40,
-        /// Into or out of the gel.
+        /// Direction of the dimples: into the gel or out of it.
         direction: Direction,
     }
 
-    /// The reflective paint outside.
+    /// Reflective paint on the outside of the gel.
     pub struct Paint {
-        /// Thickness when dry.
+        /// Thickness of the paint when dry.
         thickness: Length = 0.005..=1.0,
-        /// Trade name.
+        /// Trade name of the paint.
         material: Castable,
     }
 
-    /// The clear plate that carries the skin.
+    /// Clear plate that carries the skin.
     pub struct Plate {
-        /// Diameter.
+        /// Diameter of the plate.
         diameter: Length = 8.0..=120.0,
-        /// Thickness of the sheet.
+        /// Thickness of the sheet from which the plate is cut.
         thickness: Length = 1.0..=10.0,
-        /// Material.
+        /// Material of the plate.
         material: String = 1..=80,
     }
 
-    /// The printed upper piece of the casing: holds plate, LEDs and the camera's front.
+    /// Printed upper piece of the casing, which holds the plate, the LEDs and the camera's front.
     pub struct Holder {
-        /// Edge of the square outline.
+        /// Edge of the holder's square outline.
         width: Length = 10.0..=150.0,
-        /// Height.
+        /// Height of the holder.
         height: Length = 5.0..=100.0,
         /// Radius of the outline's corners.
         corner: Length = 0.5..=20.0,
-        /// Radius of the upper rim's outer edge, around the skin; 0 for a sharp one. The base's lower edge
-        /// stays sharp: the sensor stands on it, and the screws' heads lie beside it.
+        /// Radius of the upper rim's outer edge, around the skin; 0 for a sharp edge. The base's lower edge stays
+        /// sharp, because the sensor stands on it and the screws' heads lie beside it.
         edge_fillet: Length = 0.0..=5.0,
-        /// Diameter of the opening below the plate; the plate is glued to the ledge around it.
+        /// Diameter of the opening below the plate. The plate is glued to the ledge around it.
         aperture_diameter: Length = 5.0..=118.0,
-        /// Distance of neighbouring M2 screws that join holder and base.
+        /// Distance between neighbouring M2 screws that join holder and base.
         screw_spacing: Length = 5.0..=140.0,
-        /// Material.
+        /// Material of the holder.
         material: String = 1..=80,
     }
 
-    /// The printed lower piece of the casing: clamps the camera, is screwed to a gripper.
+    /// Printed lower piece of the casing, which clamps the camera and is screwed to a gripper.
     pub struct Base {
-        /// Height.
+        /// Height of the base.
         height: Length = 10.0..=100.0,
-        /// Thickness of the floor.
+        /// Thickness of the base's floor.
         floor: Length = 2.0..=20.0,
         /// Width of the window for the camera's plug.
         window_width: Length = 5.0..=60.0,
-        /// Which side the window for the camera's plug looks to, and the camera is turned to: `right` at +x,
-        /// `left` at -x, `front` at -y, `back` at +y.
+        /// Side of the window for the camera's plug, towards which the camera is turned: `right` at +x, `left` at -x,
+        /// `front` at -y, `back` at +y.
         cable_side: Side,
         /// Number of M3 holes in the floor for the gripper's screws.
         mount_holes: u32 = 2..=8,
-        /// Radius of the circle of these holes.
+        /// Radius of the circle on which these holes lie.
         mount_radius: Length = 3.0..=60.0,
     }
 
-    /// The coloured LEDs, each on a piece of strip glued to the holder's inside.
+    /// Coloured LEDs, each on a piece of strip that is glued to the inside of the holder.
     pub struct Leds {
-        /// How many, evenly around; they take red, green, blue in turn.
+        /// Number of LEDs, evenly spaced around the axis; their colours are red, green and blue in turn.
         count: u32 = 3..=12,
-        /// Length of a piece of strip, around the axis.
+        /// Length of a piece of LED strip, around the axis.
         strip_length: Length = 2.0..=40.0,
-        /// Width of the strip, along the axis.
+        /// Width of the LED strip, along the axis.
         strip_width: Length = 2.0..=12.0,
-        /// Thickness of the strip with its adhesive.
+        /// Thickness of the LED strip with its adhesive.
         strip_thickness: Length = 0.1..=2.0,
-        /// Edge of the square package.
+        /// Edge of an LED's square package.
         package_size: Length = 1.0..=6.0,
-        /// Height of the package above the strip.
+        /// Height of an LED's package above the strip.
         package_height: Length = 0.3..=4.0,
         /// Distance of the strip's upper edge below the plate.
         below_plate: Length = 0.0..=10.0,
-        /// Type.
+        /// Type of LED to buy.
         model: String = 1..=80,
     }
 
-    /// The camera with its lens.
+    /// Camera with its lens.
     pub struct Camera {
-        /// Which it is.
+        /// Camera module.
         module: Inline<Module>,
-        /// Type of the lens.
+        /// Type of lens to buy.
         lens: String = 1..=80,
-        /// Its pictures.
+        /// Images of the camera.
         pictures: Inline<Pictures>,
-        /// What its lens sees.
+        /// View of the camera's lens.
         view: Inline<View>,
-        /// Distance of the optical centre below the skin's foot.
+        /// Distance of the lens's optical centre below the skin's foot.
         depth: Length = 1.0..=100.0,
         /// Distance of the optical centre behind the lens's front.
         pupil_behind_front: Length = 0.0..=20.0,
         /// Diameter of the lens's head.
         lens_diameter: Length = 2.0..=40.0,
-        /// How far the lens stands out of its mount when it is in focus.
+        /// Length by which the lens stands out of its mount when it is in focus.
         lens_protrusion: Length = 0.5..=30.0,
-        /// Diameter of the mount.
+        /// Diameter of the lens mount.
         mount_diameter: Length = 4.0..=50.0,
-        /// Height of the mount above the housing.
+        /// Height of the lens mount above the camera's housing.
         mount_height: Length = 0.5..=30.0,
-        /// Edge of the square housing.
+        /// Edge of the camera's square housing.
         housing_size: Length = 8.0..=60.0,
-        /// Radius of the housing's corners.
+        /// Radius of the corners of the camera's housing.
         housing_corner: Length = 0.2..=10.0,
-        /// Height of the housing with its board.
+        /// Height of the camera's housing with its board.
         housing_height: Length = 2.0..=40.0,
-        /// Height of the connector behind the housing.
+        /// Height of the connector behind the camera's housing.
         connector_height: Length = 0.5..=20.0,
     }
 
-    /// The resin mold for the skin: cavity, spacer and lid, bolted together.
+    /// Resin mold for the skin: cavity, spacer and lid, bolted together.
     pub struct Mold {
-        /// Outer diameter.
+        /// Outer diameter of the mold.
         diameter: Length = 20.0..=200.0,
         /// Height of the block with the cavity.
         height: Length = 5.0..=100.0,
-        /// Thinnest floor and wall allowed around the cavity.
+        /// Minimum thickness of floor and wall around the cavity.
         wall: Length = 1.0..=20.0,
-        /// Thickness of the spacer: the height of the lid's boss above its flange.
+        /// Thickness of the spacer, which is the height of the lid's boss above its flange.
         spacer: Length = 1.5..=10.0,
         /// Thickness of the lid's flange.
         lid_thickness: Length = 2.0..=10.0,
-        /// Width of the land that seals between boss and block.
+        /// Width of the land, the flat ring that seals between the lid's boss and the block.
         land: Length = 0.3..=5.0,
-        /// Width of the trough around the land that takes the surplus.
+        /// Width of the trough around the land, which takes surplus gel.
         trough: Length = 0.5..=10.0,
         /// Number of M3x16 bolts.
         bolts: u32 = 3..=12,
-        /// Diameter of the bolts' circle.
+        /// Diameter of the circle on which the bolts lie.
         bolt_circle: Length = 10.0..=190.0,
         /// Diameter of the bolt holes in lid and spacer.
         lid_hole: Length = 3.1..=5.0,
@@ -190,39 +190,39 @@ sections! {
         vents: u32 = 2..=24,
         /// Diameter of a vent.
         vent_diameter: Length = 0.6..=4.0,
-        /// Width of a pry slot.
+        /// Width of a pry slot, in which a screwdriver opens the mold.
         pry_width: Length = 3.0..=20.0,
-        /// How far a pry slot reaches in.
+        /// Radial depth of a pry slot.
         pry_depth: Length = 0.8..=6.0,
         /// Height of a pry slot.
         pry_gap: Length = 0.5..=4.0,
-        /// Material.
+        /// Material of the mold.
         material: String = 1..=80,
     }
 
-    /// A dome-cap sensor.
+    /// Parameters of a dome-cap sensor.
     pub struct Cap {
-        /// The clear gel.
+        /// Clear gel: a spherical cap that stands on the plate.
         skin: Skin,
-        /// The dimples.
+        /// Dimples that cast coloured shadows: cylinders with a hemispherical tip.
         dimples: Dimples,
-        /// The reflective paint.
+        /// Reflective paint on the outside of the gel.
         paint: Paint,
-        /// The plate.
+        /// Clear plate that carries the gel.
         plate: Plate,
-        /// The casing's upper piece.
+        /// Printed upper piece of the casing, which holds the plate, the LEDs and the camera's front.
         holder: Holder,
-        /// The casing's lower piece.
+        /// Printed lower piece of the casing, which clamps the camera and is screwed to a gripper.
         base: Base,
-        /// The holes that it is mounted by.
+        /// Holes by which the sensor is mounted.
         mount: Mount,
-        /// The LEDs.
+        /// Coloured LEDs, each on a piece of strip that is glued to the inside of the holder.
         leds: Leds,
-        /// The camera.
+        /// Camera with its lens.
         camera: Camera,
-        /// The mold.
+        /// Resin mold for the gel: cavity, spacer and lid, bolted together.
         mold: Mold,
-        /// Which parts are made how.
+        /// Processes by which the parts are made.
         making: Making,
     }
 }

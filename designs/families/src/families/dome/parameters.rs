@@ -46,213 +46,212 @@ choices! {
 }
 
 sections! {
-    /// The sensing surface: a hemisphere on a straight wall.
+    /// Sensing surface: a hemisphere on a straight wall.
     pub struct Surface {
-        /// Radius of the hemisphere and the wall, to the outside of the black coat.
+        /// Outer radius of hemisphere and wall, including the black coat.
         radius: Length = 8.0..=60.0,
         /// Height of the straight wall below the hemisphere.
         wall_height: Length = 0.0..=60.0,
     }
 
-    /// The rigid transparent test tube that carries the gels.
+    /// Rigid transparent test tube that carries the gels.
     pub struct Tube {
-        /// Outer diameter.
+        /// Outer diameter of the tube.
         outer_diameter: Length = 8.0..=100.0,
-        /// Thickness of the glass.
+        /// Thickness of the tube's glass.
         wall: Length = 0.4..=5.0,
     }
 
-    /// The layer between tube and translucent gel; its thickness is what these two leave.
+    /// Gel layer between tube and translucent gel. Its thickness follows from theirs.
     pub struct TransparentGel {
-        /// Trade name.
+        /// Trade name of the transparent gel.
         material: Castable,
     }
 
-    /// The layer whose brightness tells its depth.
+    /// Gel layer whose brightness depends on its depth.
     pub struct TranslucentGel {
-        /// Thickness with the coat: the difference of the two cavities' radii.
+        /// Thickness of the layer including the coat: the difference between the radii of the two cavities.
         thickness: Length = 0.3..=10.0,
-        /// Trade name.
+        /// Trade name of the translucent gel.
         material: Castable,
     }
 
-    /// The black layer outside.
+    /// Black layer on the outside.
     pub struct Coat {
-        /// Thickness when dry.
+        /// Thickness of the coat when dry.
         thickness: Length = 0.005..=1.0,
-        /// How it is put on: a `spray` into the outer mold, or the module is taken out for a `dip`.
+        /// Method of coating: a `spray` into the outer mold, or a `dip` of the module, taken out of it.
         method: CoatMethod,
-        /// Trade name.
+        /// Trade name of the coat.
         material: Castable,
     }
 
-    /// The gel that fills the tube and glues it to the diffuser and shell.
+    /// Gel that fills the tube and glues it to diffuser and shell.
     pub struct FillingGel {
-        /// Trade name.
+        /// Trade name of the filling gel.
         material: Castable,
-        /// How far the same gel, poured through the diffuser's bore, goes on below the diffuser: out to the
+        /// Depth to which the same gel, poured through the diffuser's bore, continues below the diffuser, out to the
         /// shell and around its ribs, which lock it; 0 for none.
         lock_depth: Length = 0.0..=20.0,
     }
 
-    /// The largest outer dimensions.
+    /// Largest outer dimensions allowed.
     pub struct Envelope {
-        /// Across.
+        /// Largest outer diameter.
         diameter: Length = 10.0..=200.0,
-        /// From the base's bottom to the tip.
+        /// Largest height, from the base's bottom to the tip.
         height: Length = 10.0..=300.0,
     }
 
-    /// The printed tube that holds diffuser, LED board and base.
+    /// Printed tube that holds diffuser, LED board and base.
     pub struct Shell {
-        /// Outer diameter.
+        /// Outer diameter of the shell.
         outer_diameter: Length = 12.0..=150.0,
-        /// Thickness of the wall.
+        /// Thickness of the shell's wall.
         wall: Length = 0.8..=10.0,
-        /// Radius of its outer edge below the gel; 0 for a sharp one.
+        /// Radius of the shell's outer edge below the gel; 0 for a sharp edge.
         edge_fillet: Length = 0.0..=8.0,
-        /// How far its upper rim reaches inwards over the ribs, around a narrower diffuser: it covers what a
-        /// tip leaves open that is narrower than the shell; 0 for a straight bore.
+        /// Width by which the shell's upper rim reaches inwards over the ribs, around a narrower diffuser. It covers
+        /// the gap of a tip that is narrower than the shell; 0 for a straight bore.
         shoulder: Length = 0.0..=60.0,
         /// Number of ribs between diffuser and LED board.
         ribs: u32 = 3..=12,
-        /// How far a rib stands out from the wall.
+        /// Radial depth of a rib.
         rib_depth: Length = 0.4..=60.0,
         /// Width of a rib.
         rib_width: Length = 0.8..=10.0,
-        /// Depth of a groove in the bore, below the diffuser, that the filling gel flows into; 0 for none.
+        /// Depth of a groove in the shell's bore, below the diffuser, into which the filling gel flows; 0 for none.
         lock_groove: Length = 0.0..=3.0,
         /// Number of M2x4 screws that join shell and base.
         screws: u32 = 2..=8,
-        /// Material.
+        /// Material of the shell.
         material: String = 1..=80,
     }
 
-    /// The frosted ring above the LEDs.
+    /// Frosted ring above the LEDs.
     pub struct Diffuser {
-        /// Thickness of the sheet.
+        /// Thickness of the sheet from which the diffuser is cut.
         thickness: Length = 0.5..=6.0,
-        /// Radius of the bore the camera looks through.
+        /// Radius of the bore through which the camera looks.
         bore_radius: Length = 2.0..=60.0,
-        /// Radius the notches in the bore reach.
+        /// Distance from the axis to which the notches in the bore reach.
         notch_radius: Length = 2.0..=60.0,
-        /// Number of notches.
+        /// Number of notches in the bore.
         notches: u32 = 2..=16,
         /// Width of a notch.
         notch_width: Length = 0.5..=10.0,
         /// Distance from the LED board's top to the diffuser's bottom.
         height_above_board: Length = 1.0..=60.0,
-        /// Material.
+        /// Material of the diffuser.
         material: String = 1..=80,
     }
 
-    /// A black tube in the LED board's bore: it keeps the LEDs' mirror images in the gel's flat face out
-    /// of the picture.
+    /// Black tube in the LED board's bore, which keeps reflections of the LEDs in the gel's flat face out of the image.
     pub struct Baffle {
-        /// Thickness of its wall; 0 for no baffle.
+        /// Thickness of the baffle's wall; 0 for no baffle.
         wall: Length = 0.0..=3.0,
-        /// What it keeps off the gel above it.
+        /// Gap between the baffle and the gel above it.
         gap: Length = 0.1..=5.0,
     }
 
-    /// The annular board that carries the LEDs.
+    /// Annular circuit board that carries the LEDs.
     pub struct LedBoard {
-        /// Thickness.
+        /// Thickness of the LED board.
         thickness: Length = 0.4..=3.2,
-        /// Radius of the bore the lens passes through.
+        /// Radius of the bore through which the camera's lens passes.
         bore_radius: Length = 2.0..=60.0,
-        /// Diameter of the two holes for wires.
+        /// Diameter of the two holes for the wires.
         wire_hole_diameter: Length = 0.4..=3.0,
-        /// Material.
+        /// Material of the LED board.
         material: String = 1..=80,
     }
 
-    /// The LEDs.
+    /// LEDs on the annular board.
     pub struct Leds {
-        /// How many.
+        /// Number of LEDs.
         count: u32 = 3..=32,
-        /// Radius of the circle of their centres.
+        /// Radius of the circle on which the LEDs' centres lie.
         circle_radius: Length = 3.0..=70.0,
-        /// Length of the package, along the circle.
+        /// Length of an LED's package, along the circle.
         length: Length = 0.5..=6.0,
-        /// Width of the package, along the radius.
+        /// Width of an LED's package, along the radius.
         width: Length = 0.5..=6.0,
-        /// Height of the package.
+        /// Height of an LED's package.
         height: Length = 0.2..=4.0,
-        /// Type.
+        /// Type of LED to buy.
         model: String = 1..=80,
-        /// Their electricity.
+        /// Electrical data of the LEDs.
         electric: Inline<Electric>,
     }
 
-    /// The camera and the board it comes on.
+    /// Camera with its board.
     pub struct Camera {
-        /// Which it is.
+        /// Camera module.
         module: Inline<Module>,
-        /// Its pictures.
+        /// Images of the camera.
         pictures: Inline<Pictures>,
-        /// Quality of the JPEG in which it sends pictures, as encoders count it; 0 for none.
+        /// Quality of the JPEG images that the camera sends, on the scale of JPEG encoders; 0 if it does not send JPEG.
         jpeg_quality: u32 = 0..=100,
-        /// What its lens sees.
+        /// View of the camera's lens.
         view: Inline<View>,
-        /// Distance of the optical centre below the sensing surface's foot.
+        /// Distance of the lens's optical centre below the sensing surface's foot.
         depth: Length = 0.0..=100.0,
-        /// Its board and lens.
+        /// Board and lens of the camera.
         board: Inline<Board>,
-        /// Room behind the board for connector and parts.
+        /// Free height behind the camera board for its connector and components.
         back_clearance: Length = 0.5..=10.0,
     }
 
-    /// The camera's cable and the wires of the LEDs.
+    /// Cable of the camera and wires of the LEDs.
     pub struct Cables {
         /// Diameter of the camera's cable.
         diameter: Length = 0.8..=8.0,
-        /// Edge of the plug on the cable's free end, across.
+        /// Width of the plug on the cable's free end.
         plug_width: Length = 1.0..=20.0,
-        /// Edge of that plug, the other way across.
+        /// Height of that plug.
         plug_height: Length = 1.0..=20.0,
         /// Length of that plug.
         plug_length: Length = 1.0..=30.0,
-        /// Diameter of a wire of the LEDs, over its insulation.
+        /// Diameter of an LED's wire over its insulation.
         wire_diameter: Length = 0.4..=3.0,
-        /// Radius to which such a wire is bent, to its middle.
+        /// Bending radius of such a wire, to its middle.
         wire_bend: Length = 0.5..=20.0,
     }
 
-    /// The printed plug that closes the shell and carries the camera.
+    /// Printed plug that closes the shell and carries the camera.
     pub struct Base {
-        /// Height.
+        /// Height of the base.
         height: Length = 4.0..=60.0,
         /// Length of the slot for the cable.
         cable_slot_length: Length = 1.0..=20.0,
         /// Width of the slot for the cable.
         cable_slot_width: Length = 1.0..=20.0,
-        /// Turn of the slot for the cable: it lies along x at 0, along y at 90 degrees.
+        /// Direction of the slot for the cable: it lies along x at 0, along y at 90 degrees.
         cable_angle: Angle = -180.0..=180.0,
-        /// Where cable and wires leave: `floor`, through a slot in the face that is mounted, or `side`,
-        /// through a slit in base and shell beside it.
+        /// Exit of cable and wires: `floor`, through a slot in the face by which the sensor is mounted, or `side`,
+        /// through a slit in base and shell.
         cable_exit: CableExit,
-        /// Direction in which they leave by the side, from +x.
+        /// Direction in which they leave through the side, from +x.
         exit_angle: Angle = -180.0..=180.0,
-        /// Number of holes in the bottom for mounting, on a ring.
+        /// Number of mounting holes in the bottom, on a circle.
         mount_holes: u32 = 2..=6,
-        /// Radius of the circle of the mounting holes.
+        /// Radius of the circle on which the mounting holes lie.
         mount_radius: Length = 2.0..=70.0,
     }
 
-    /// How the gels are cast.
+    /// Casting of the gels.
     pub struct Molds {
-        /// In what: `silicone`, cast around glass tubes as the paper does, or `printed` halves.
+        /// Kind of mold: `silicone`, cast around glass tubes as in the paper, or `printed` halves.
         route: MoldRoute,
     }
 
-    /// The handle that holds the tube by its inside while gel is cast around it.
+    /// Handle that holds the tube by its inside while gel is cast around it.
     pub struct Connector {
-        /// How far the plug reaches into the tube.
+        /// Length of the plug inside the tube.
         plug_length: Length = 2.0..=40.0,
         /// Diameter of the cord of the O-ring around the plug.
         o_ring_cord: Length = 1.0..=4.0,
-        /// How much of the cord is squeezed.
+        /// Fraction of the cord's diameter by which the O-ring is squeezed.
         o_ring_squeeze: f64 = 0.1..=0.3,
         /// Diameter of the handle.
         handle_diameter: Length = 4.0..=40.0,
@@ -262,59 +261,60 @@ sections! {
         air_channel_diameter: Length = 1.0..=8.0,
     }
 
-    /// The container for black mixture and the holder that hangs a sensor into it.
+    /// Container for the black mixture, and holder that hangs a sensor into it.
     pub struct Coating {
-        /// Gap between sensing surface and container.
+        /// Gap between the sensing surface and the container.
         gap: Length = 1.0..=40.0,
-        /// Thickness of walls, floor and holder.
+        /// Thickness of the walls and the floor of the container, and of the holder.
         wall: Length = 1.2..=10.0,
     }
 
-    /// A dome sensor.
+    /// Parameters of a dome sensor.
     pub struct Dome {
-        /// The sensing surface.
+        /// Sensing surface: a hemisphere on a straight wall.
         surface: Surface,
-        /// The rigid transparent tube.
+        /// Rigid transparent test tube that carries the gels.
         tube: Tube,
-        /// The filling gel.
+        /// Gel that fills the tube and glues it to diffuser and shell.
         filling_gel: FillingGel,
-        /// The transparent gel.
+        /// Gel layer between tube and translucent gel. Its thickness follows from theirs.
         transparent_gel: TransparentGel,
-        /// The translucent gel.
+        /// Gel layer whose brightness depends on its depth.
         translucent_gel: TranslucentGel,
-        /// The black coat.
+        /// Black layer on the outside.
         coat: Coat,
-        /// The outer dimensions.
+        /// Largest outer dimensions allowed.
         envelope: Envelope,
-        /// The shell.
+        /// Printed tube that holds diffuser, LED board and base.
         shell: Shell,
-        /// The diffuser.
+        /// Frosted ring above the LEDs.
         diffuser: Diffuser,
-        /// The baffle.
+        /// Black tube in the LED board's bore, which keeps reflections of the LEDs in the gel's flat face out of the
+        /// image.
         baffle: Baffle,
-        /// The LED board.
+        /// Annular circuit board that carries the LEDs.
         led_board: LedBoard,
-        /// The LEDs.
+        /// LEDs on the annular board.
         leds: Leds,
-        /// The camera.
+        /// Camera with its board.
         camera: Camera,
-        /// The cables.
+        /// Cable of the camera and wires of the LEDs.
         cables: Cables,
-        /// The base.
+        /// Printed plug that closes the shell and carries the camera.
         base: Base,
-        /// The holes that it is mounted by.
+        /// Holes by which the sensor is mounted.
         mount: Mount,
-        /// How the gels are cast.
+        /// Casting of the gels.
         molds: Molds,
-        /// The molds' sizes.
+        /// Dimensions and material of the two-piece molds for the gels.
         mold: Mold,
-        /// The connector.
+        /// Handle that holds the tube by its inside while gel is cast around it.
         connector: Connector,
-        /// The silicone form.
+        /// Cup and bridge with which a silicone mold is cast around a glass tube.
         form: Form,
-        /// The coating tools.
+        /// Container for the black mixture, and holder that hangs a sensor into it.
         coating: Coating,
-        /// Which parts are made how.
+        /// Processes by which the parts are made.
         making: Making,
     }
 }

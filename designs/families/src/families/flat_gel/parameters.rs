@@ -14,15 +14,15 @@ use crate::processes::Making;
 use crate::{choices, parameters, sections};
 
 parameters! {
-    /// The pad that touches: gel under a coat. The housing follows from its edges.
+    /// Soft pad that touches objects: gel under a coat. The housing's dimensions follow from its edges.
     pub struct Pad {
-        /// Edge along x, with the coat.
+        /// Edge of the pad along x, including the coat.
         length: Length = 8.0..=120.0,
-        /// Edge along y, with the coat.
+        /// Edge of the pad along y, including the coat.
         width: Length = 8.0..=120.0,
         /// Thickness of gel and coat together.
         thickness: Length = 0.8..=20.0,
-        /// Radius of the upright edges, with the coat.
+        /// Radius of the pad's upright edges, including the coat.
         corner: Length = 0.2..=20.0,
         /// Trade name of the gel.
         material: Castable,
@@ -40,63 +40,64 @@ choices! {
 }
 
 sections! {
-    /// The opaque coat on the pad's top and sides.
+    /// Opaque coat on the top and the sides of the pad.
     pub struct Coat {
-        /// Thickness on the top.
+        /// Thickness of the coat on the top.
         thickness: Length = 0.02..=3.0,
-        /// Thickness on the sides.
+        /// Thickness of the coat on the sides.
         side: Length = 0.02..=5.0,
-        /// How it is made.
+        /// Method by which the coat is applied: `pour`, around the gel in a second, wider frame, or `spray`, or with a
+        /// brush, once the gel is in place.
         by: CoatBy,
-        /// Trade name.
+        /// Trade name of the coat.
         material: Castable,
     }
 
-    /// The clear gel between plate and pad, poured into the shell.
+    /// Clear gel between plate and pad, poured into the shell.
     pub struct Bed {
-        /// Thickness; 0 for a pad that is glued to the plate itself.
+        /// Thickness of the bed; 0 if the pad is glued directly to the plate.
         thickness: Length = 0.0..=30.0,
-        /// Trade name; the pad is glued with it, too.
+        /// Trade name of the bed's gel. The pad is also glued with it.
         material: Castable,
     }
 
-    /// The clear plate that carries the gel; it lies on a ledge in the shell.
+    /// Clear plate that carries the gel and lies on a ledge in the shell.
     pub struct Plate {
-        /// Thickness of the sheet.
+        /// Thickness of the sheet from which the plate is cut.
         thickness: Length = 1.0..=10.0,
-        /// How far the pad reaches over the opening that the plate lies in, on each side.
+        /// Overlap of the pad on each side over the opening for the plate.
         overlap: Length = 0.2..=10.0,
-        /// Width of the ledge.
+        /// Width of the ledge on which the plate lies.
         ledge: Length = 0.8..=10.0,
-        /// Material.
+        /// Material of the plate.
         material: String = 1..=80,
     }
 
-    /// A flat-gel sensor.
+    /// Parameters of a flat-gel sensor.
     pub struct FlatGel {
-        /// The pad that touches.
+        /// Soft pad that touches objects: gel under a coat. The housing's dimensions follow from its edges.
         pad: Pad,
-        /// The coat.
+        /// Opaque coat on the top and the sides of the pad.
         coat: Coat,
-        /// The clear gel below the pad.
+        /// Clear gel between plate and pad, poured into the shell.
         bed: Bed,
-        /// The printed dots.
+        /// Dots printed on the gel, under the coat: a grid around the middle, or a list.
         markers: Markers,
-        /// The clear plate.
+        /// Clear plate that carries the gel and lies on a ledge in the shell.
         plate: Plate,
-        /// The shell.
+        /// Printed shell, which carries the plate and closes over the camera.
         shell: Shell,
-        /// The base.
+        /// Printed base, which closes the shell and is screwed to a gripper.
         base: Base,
-        /// The holes that it is mounted by.
+        /// Holes by which the sensor is mounted.
         mount: Mount,
-        /// The LEDs.
+        /// LEDs, on the chamber's walls or on a board around the lens.
         leds: Leds,
-        /// The camera.
+        /// Camera and its board. The camera's distance follows from the pixel pitch.
         camera: PostedCamera,
-        /// The molds.
+        /// Open molds: frames that slide onto dowels in a floor.
         mold: FrameMold,
-        /// Which parts are made how.
+        /// Processes by which the parts are made.
         making: Making,
     }
 }

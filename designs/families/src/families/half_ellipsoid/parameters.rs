@@ -23,177 +23,179 @@ choices! {
 }
 
 sections! {
-    /// The half ellipsoid of revolution from which every layer is offset.
+    /// Half ellipsoid of revolution from which every layer is offset.
     pub struct Surface {
-        /// Diameter of the base circle.
+        /// Diameter of the ellipsoid's base circle.
         diameter: Length = 12.0..=80.0,
-        /// Height of the tip above the base circle.
+        /// Height of the ellipsoid's tip above the base circle.
         height: Length = 8.0..=120.0,
-        /// Which surface diameter and height are measured to.
+        /// Surface to which diameter and height are measured: the outside of the black gel or of the outer elastomer.
         measured_to: MeasuredTo,
     }
 
-    /// The rigid transparent skeleton below the elastomers.
+    /// Rigid transparent skeleton below the elastomers.
     pub struct Shell {
-        /// Thickness of the dome.
+        /// Thickness of the shell's dome.
         thickness: Length = 0.5..=10.0,
-        /// Height of the foot below the base circle, glued into the shell holder.
+        /// Height of the shell's foot below the base circle, which is glued into the shell holder.
         foot_height: Length = 1.0..=20.0,
-        /// Width of the shoulder that stands on the shell holder.
+        /// Width of the shell's shoulder, which stands on the shell holder.
         shoulder: Length = 0.1..=3.0,
-        /// Diameter of the ball mill that finishes the inside: it rounds what would be a pointed tip.
+        /// Diameter of the ball mill that finishes the inside of the shell. It rounds the tip, which would otherwise be
+        /// pointed.
         ball_mill_diameter: Length = 0.5..=12.0,
-        /// Material.
+        /// Material of the shell.
         material: String = 1..=80,
     }
 
-    /// One cast layer.
+    /// Cast layer.
     pub struct Elastomer {
-        /// Thickness, along the surface's normal.
+        /// Thickness of the layer, along the surface's normal.
         thickness: Length = 0.1..=10.0,
-        /// What is cast, as fabkit's table of materials names it.
+        /// Material of the layer, by its name in fabkit's table of materials.
         material: Castable,
     }
 
-    /// Slots in the inner elastomer that the outer elastomer fills: what UV light makes visible.
+    /// Slots in the inner elastomer that the outer elastomer fills, made visible by UV light.
     pub struct Markers {
-        /// How they lie: `count` of them on `rings` around the tip, or a `list` of places `polar` and
+        /// Pattern of the markers: `count` of them on `rings` around the tip, or a `list` of positions `polar` and
         /// `azimuth`.
         pattern: RoundPattern,
-        /// List: angle between the axis and each marker's own, as of a pin dome's holes.
+        /// For a list: angle between the sensor's axis and each marker's axis, as for the holes of a pin dome.
         polar: Vec<Angle> = (1..=1000, 0.0..=90.0),
-        /// List: angle of each marker around the axis, from +x towards +y.
+        /// For a list: angle of each marker around the axis, from +x towards +y.
         azimuth: Vec<Angle> = (1..=1000, -360.0..=360.0),
-        /// Rings: how many; 0 for a plain sensor, whose inner elastomer is cast as thick as both together.
+        /// For rings: number of markers; 0 for a sensor without markers, whose inner elastomer is as thick as both
+        /// elastomers together.
         count: u32 = 0..=600,
-        /// Radius of the slot and of its round end.
+        /// Radius of a marker's slot and of its round end.
         radius: Length = 0.1..=5.0,
-        /// Depth of the slot's straight part; the round end comes on top.
+        /// Depth of the slot's straight part, without its round end.
         straight_depth: Length = 0.05..=5.0,
-        /// Thinnest elastomer left between slots, and between a slot and the shell.
+        /// Minimum thickness of elastomer between slots, and between a slot and the shell.
         wall: Length = 0.1..=5.0,
     }
 
-    /// The printed ring that carries the shell and slides over the base.
+    /// Printed ring that carries the shell and slides over the base.
     pub struct Holder {
-        /// Outer diameter.
+        /// Outer diameter of the shell holder.
         outer_diameter: Length = 12.0..=100.0,
-        /// Radius of its upper outer edge, around the elastomers' feet; 0 for a sharp one. The base's lower
-        /// edge stays sharp: the sensor stands on it.
+        /// Radius of the holder's upper outer edge, around the elastomers' feet; 0 for a sharp edge. The base's lower
+        /// edge stays sharp, because the sensor stands on it.
         edge_fillet: Length = 0.0..=5.0,
-        /// Thickness of the skirt around the base.
+        /// Thickness of the holder's skirt around the base.
         skirt: Length = 0.8..=6.0,
-        /// Material.
+        /// Material of the shell holder.
         material: String = 1..=80,
     }
 
-    /// The printed white ring above the LEDs.
+    /// Printed white ring above the LEDs.
     pub struct Diffuser {
-        /// Thickness of the plate above the LEDs.
+        /// Thickness of the diffuser's plate above the LEDs.
         thickness: Length = 0.4..=4.0,
-        /// Thickness of the wall that stands on the board.
+        /// Thickness of the diffuser's wall, which stands on the board.
         wall: Length = 0.4..=4.0,
-        /// Distance from the LEDs' tops to the plate.
+        /// Distance from the LEDs' tops to the diffuser's plate.
         gap: Length = 0.0..=5.0,
-        /// Material.
+        /// Material of the diffuser.
         material: String = 1..=80,
     }
 
-    /// The round board that carries the LEDs.
+    /// Round circuit board that carries the LEDs.
     pub struct LedBoard {
-        /// Thickness.
+        /// Thickness of the LED board.
         thickness: Length = 0.4..=3.2,
-        /// Number of wires: supply, ground, and one that switches each kind of LEDs.
+        /// Number of wires: supply, ground, and one that switches each kind of LED.
         wires: u32 = 2..=8,
         /// Diameter of a wire over its insulation.
         wire_diameter: Length = 0.3..=3.0,
-        /// Diameter of the holes that the wires are soldered into.
+        /// Diameter of the holes into which the wires are soldered.
         wire_hole_diameter: Length = 0.4..=2.0,
-        /// Height of what is soldered to the underside, a dual switch and two resistors; 0 for none.
+        /// Height of the components soldered to the board's underside, a dual switch and two resistors; 0 for none.
         parts_height: Length = 0.0..=4.0,
-        /// What switches the LEDs.
+        /// Type of the switch for the LEDs.
         switch_model: String = 1..=80,
-        /// Material.
+        /// Material of the LED board.
         material: String = 1..=80,
     }
 
     /// White and UV LEDs, alternating on one circle.
     pub struct Leds {
-        /// How many of each kind.
+        /// Number of LEDs of each kind.
         pairs: u32 = 2..=16,
-        /// Diameter of the package.
+        /// Diameter of an LED's package.
         diameter: Length = 0.5..=8.0,
-        /// Height of the package.
+        /// Height of an LED's package.
         height: Length = 0.3..=8.0,
-        /// Radius of the circle of their centres.
+        /// Radius of the circle on which the LEDs' centres lie.
         circle_radius: Length = 1.0..=40.0,
-        /// Type of the white ones.
+        /// Type of white LED to buy.
         white_model: String = 1..=80,
-        /// Type of the UV ones.
+        /// Type of UV LED to buy.
         uv_model: String = 1..=80,
-        /// Supply, V.
+        /// Supply voltage, V.
         supply_volts: f64 = 3.0..=5.5,
         /// Forward voltage of a white LED at its current, V.
         white_forward_volts: f64 = 1.5..=24.0,
         /// Forward voltage of a UV LED at its current, V.
         uv_forward_volts: f64 = 1.5..=24.0,
-        /// Current of each LED, mA, that the resistors are calculated for.
+        /// Current of each LED, mA, for which the resistors are calculated.
         current_ma: f64 = 0.5..=60.0,
-        /// Largest current that an LED bears for long, mA.
+        /// Largest current that an LED withstands permanently, mA.
         rated_ma: f64 = 1.0..=3000.0,
-        /// Largest current that the supply gives, mA.
+        /// Largest current that the supply delivers, mA.
         supply_ma: f64 = 1.0..=20000.0,
     }
 
-    /// The endoscope camera.
+    /// Endoscope camera.
     pub struct Camera {
-        /// Which it is.
+        /// Camera module.
         module: Inline<Module>,
-        /// Diameter.
+        /// Diameter of the camera.
         diameter: Length = 0.8..=12.0,
-        /// Length.
+        /// Length of the camera.
         length: Length = 1.0..=30.0,
-        /// Diameter of its cable.
+        /// Diameter of the camera's cable.
         cable_diameter: Length = 0.2..=5.0,
         /// Distance of the lens's front below the base circle.
         front_depth: Length = 0.0..=30.0,
-        /// Distance of the entrance pupil behind the front.
+        /// Distance of the entrance pupil behind the lens's front.
         pupil_behind_front: Length = 0.0..=5.0,
-        /// Its pictures.
+        /// Images of the camera.
         pictures: Inline<Pictures>,
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=180.0,
-        /// How the lens lays angles onto the picture.
+        /// Projection of the lens: relation between the angle to its axis and the distance from the image's centre.
         projection: LensLaw,
-        /// Its lens.
+        /// Optical properties of the lens.
         optics: Inline<Optics>,
     }
 
-    /// The printed post that carries the camera through board and diffuser.
+    /// Printed post that carries the camera, through LED board and diffuser.
     pub struct CameraHolder {
-        /// Thickness of the wall around the camera.
+        /// Thickness of the post's wall around the camera.
         wall: Length = 0.4..=4.0,
-        /// How deep the post stands in the base.
+        /// Depth of the post's socket in the base.
         socket_depth: Length = 0.5..=10.0,
     }
 
-    /// The printed base that carries everything electric.
+    /// Printed base that carries camera and electronics.
     pub struct Base {
-        /// Depth of the pocket for resistors and switch below the board.
+        /// Depth of the pocket for resistors and switch below the LED board.
         pocket_depth: Length = 0.0..=6.0,
-        /// Thickness of the flange that the skirt stands on.
+        /// Thickness of the flange on which the holder's skirt stands.
         flange: Length = 1.0..=10.0,
         /// Number of M1.2 bolts that join base and shell holder.
         bolts: u32 = 2..=8,
-        /// Length of the slot for the board's wires.
+        /// Length of the slot for the LED board's wires.
         wire_slot_length: Length = 1.0..=10.0,
-        /// Width of the slot for the board's wires.
+        /// Width of the slot for the LED board's wires.
         wire_slot_width: Length = 0.6..=6.0,
-        /// Where that slot is around the axis: at +x at 0, at +y at 90 degrees.
+        /// Angle of that slot around the axis: 0 at +x, 90 degrees at +y.
         cable_angle: Angle = -180.0..=180.0,
-        /// Number of holes in the bottom for mounting, on a ring.
+        /// Number of mounting holes in the bottom, on a circle.
         mount_holes: u32 = 2..=6,
-        /// Radius of the circle of the mounting holes.
+        /// Radius of the circle on which the mounting holes lie.
         mount_radius: Length = 2.0..=40.0,
     }
 
@@ -201,7 +203,7 @@ sections! {
     pub struct Tooling {
         /// Outer diameter of the silicone molds.
         silicone_diameter: Length = 20.0..=200.0,
-        /// Thickness of silicone beyond the tip.
+        /// Thickness of the silicone beyond the tip.
         silicone_floor: Length = 2.0..=40.0,
         /// Thickness of the core's flange, which closes the molds and holds the tip of a syringe.
         core_flange: Length = 2.0..=20.0,
@@ -211,53 +213,53 @@ sections! {
         key_height: Length = 0.5..=10.0,
         /// Number of keys.
         keys: u32 = 2..=12,
-        /// Vents at the foot of the inner elastomer, and as many gates under the two thin layers' feet.
+        /// Number of vents at the foot of the inner elastomer, and of gates at the foot of each of the two thin layers.
         vents: u32 = 3..=64,
-        /// Diameter of a vent at the foot; it narrows a little from there.
+        /// Diameter of a vent at the foot, from where it narrows slightly.
         vent_diameter: Length = 0.3..=4.0,
         /// Diameter of the vent at the tip of the mold for the outer elastomer.
         tip_vent_diameter: Length = 0.5..=4.0,
-        /// Thickness of printed walls and plates.
+        /// Thickness of the printed walls and plates.
         wall: Length = 1.2..=10.0,
-        /// Silicone of the molds.
+        /// Silicone of the molds, by its name in fabkit's table of materials.
         silicone_material: Castable,
-        /// Resin of the negatives.
+        /// Resin of the printed negatives.
         resin: String = 1..=80,
     }
 
-    /// A sensor with half ellipsoids for layers.
+    /// Parameters of a sensor whose layers are half ellipsoids.
     pub struct HalfEllipsoid {
-        /// The sensing surface.
+        /// Half ellipsoid of revolution from which every layer is offset.
         surface: Surface,
-        /// The acrylic shell.
+        /// Rigid transparent skeleton below the elastomers.
         shell: Shell,
-        /// The elastomer next to the shell.
+        /// Cast elastomer layer on the shell.
         inner_elastomer: Elastomer,
-        /// The elastomer around it.
+        /// Cast elastomer layer around the inner elastomer.
         outer_elastomer: Elastomer,
-        /// The opaque layer outside.
+        /// Opaque gel layer on the outside.
         black_gel: Elastomer,
-        /// The markers.
+        /// Slots in the inner elastomer that the outer elastomer fills, made visible by UV light.
         markers: Markers,
-        /// The shell holder.
+        /// Printed ring that carries the shell and slides over the base.
         holder: Holder,
-        /// The diffusion ring.
+        /// Printed white ring above the LEDs.
         diffuser: Diffuser,
-        /// The LED board.
+        /// Round circuit board that carries the LEDs.
         led_board: LedBoard,
-        /// The LEDs.
+        /// White and UV LEDs, alternating on one circle.
         leds: Leds,
-        /// The camera.
+        /// Endoscope camera.
         camera: Camera,
-        /// The camera holder.
+        /// Printed post that carries the camera, through LED board and diffuser.
         camera_holder: CameraHolder,
-        /// The base.
+        /// Printed base that carries camera and electronics.
         base: Base,
-        /// The holes that it is mounted by.
+        /// Holes by which the sensor is mounted.
         mount: Mount,
-        /// Molds and their negatives.
+        /// Printed negatives and the silicone molds cast from them.
         tooling: Tooling,
-        /// Which parts are made how.
+        /// Processes by which the parts are made.
         making: Making,
     }
 }

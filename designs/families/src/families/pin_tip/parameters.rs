@@ -40,158 +40,158 @@ choices! {
 }
 
 sections! {
-    /// The printed tip: skin, pins with dots, and ring.
+    /// Printed tip: skin, pins with dots, and ring.
     pub struct Tip {
         /// Outer diameter of hemisphere and ring.
         diameter: Length = 20.0..=80.0,
-        /// What skin and pins are printed from.
+        /// Material of skin and pins.
         soft_material: String = 1..=80,
-        /// What ring and dots are printed from.
+        /// Material of ring and dots.
         rigid_material: String = 1..=80,
     }
 
-    /// The soft hemisphere that touches things.
+    /// Soft hemisphere that touches objects.
     pub struct Skin {
-        /// Thickness.
+        /// Thickness of the skin.
         thickness: Length = 0.5..=4.0,
-        /// How far the skin reaches down around the ring, so that the bond is loaded in shear.
+        /// Height by which the skin reaches down around the ring, so that the bond is loaded in shear.
         skirt_height: Length = 0.5..=5.0,
         /// Thickness of the ring inside that skirt.
         upstand: Length = 0.3..=2.0,
     }
 
-    /// The pins on the skin's inside, each along the local normal.
+    /// Pins on the inside of the skin, each along the local normal.
     pub struct Pins {
-        /// Which of the paper's layouts, or a free one.
+        /// Layout of the pins: one of the paper's (`A` to `D`), or `free`.
         layout: PinLayout,
-        /// Diameter; counts in the layout `free` only.
+        /// Diameter of a pin; used only in the layout `free`.
         diameter: Length = 0.4..=5.0,
-        /// How they lie: `rings` around the apex, or a `list` of places `polar` and `azimuth`; of the
-        /// layout the diameter counts then.
+        /// Pattern of the pins: `rings` around the apex, or a `list` of positions `polar` and `azimuth`, for which only
+        /// the layout's diameter is used.
         pattern: RoundPattern,
-        /// List: angle of each pin from the apex, at the hemisphere's centre.
+        /// For a list: angle of each pin from the apex, at the hemisphere's centre.
         polar: Vec<Angle> = (1..=1000, 0.0..=90.0),
-        /// List: angle of each pin around the axis, from +x towards +y.
+        /// For a list: angle of each pin around the axis, from +x towards +y.
         azimuth: Vec<Angle> = (1..=1000, -360.0..=360.0),
-        /// Distance of neighbouring circles, and of pins on one, along the skin's inside; counts in
-        /// the layout `free` only.
+        /// Distance between neighbouring circles, and between pins on one circle, along the skin's inside; used only in
+        /// the layout `free`.
         spacing: Length = 1.0..=15.0,
-        /// Rings: farthest circle of pins from the apex, along the skin's inside.
+        /// For rings: distance of the outermost circle of pins from the apex, along the skin's inside.
         reach: Length = 0.0..=120.0,
-        /// Length of the soft pin.
+        /// Length of the soft pin without its dot.
         length: Length = 0.3..=8.0,
-        /// Thickness of the white dot on its end.
+        /// Thickness of the white dot on the end of a pin.
         dot_thickness: Length = 0.1..=3.0,
     }
 
-    /// The clear gel between skin and lens.
+    /// Clear gel between skin and window.
     pub struct Fill {
-        /// Distance of the lens below the hemisphere's foot.
+        /// Distance of the window below the hemisphere's foot.
         depth: Length = 0.5..=20.0,
-        /// Trade name.
+        /// Trade name of the gel.
         material: Castable,
     }
 
-    /// The flat window that closes the tip.
+    /// Flat window that closes the tip.
     pub struct Lens {
-        /// Thickness of the sheet.
+        /// Thickness of the sheet from which the window is cut.
         thickness: Length = 0.8..=6.0,
-        /// Width of the ledge that it is glued to.
+        /// Width of the ledge to which the window is glued.
         ledge: Length = 0.3..=5.0,
-        /// Diameter of the two holes that gel is filled through and air leaves by.
+        /// Diameter of the two holes in the window: gel is filled through one, air leaves through the other.
         hole_diameter: Length = 0.8..=5.0,
-        /// Radius of the circle of their centres.
+        /// Radius of the circle on which the holes' centres lie.
         hole_radius: Length = 2.0..=38.0,
-        /// Material.
+        /// Material of the window.
         material: String = 1..=80,
     }
 
-    /// The O-ring between body and lens, which keeps light out and the bayonet from turning.
+    /// O-ring between body and window, which keeps light out and the bayonet from turning.
     pub struct Seal {
-        /// Diameter of the cord.
+        /// Diameter of the O-ring's cord.
         cord: Length = 0.6..=3.0,
-        /// How much of the cord is squeezed.
+        /// Fraction of the cord's diameter by which the O-ring is squeezed.
         squeeze: f64 = 0.1..=0.3,
     }
 
-    /// The annular board with the LEDs, below the lens.
+    /// Annular circuit board with the LEDs, below the window.
     pub struct LedBoard {
-        /// Thickness.
+        /// Thickness of the LED board.
         thickness: Length = 0.4..=3.2,
-        /// Radius of the bore the camera looks through.
+        /// Radius of the bore through which the camera looks.
         bore_radius: Length = 2.0..=35.0,
-        /// Material.
+        /// Material of the LED board.
         material: String = 1..=80,
     }
 
-    /// The LEDs.
+    /// LEDs on the annular board.
     pub struct Leds {
-        /// How many.
+        /// Number of LEDs.
         count: u32 = 3..=32,
-        /// Radius of the circle of their centres.
+        /// Radius of the circle on which the LEDs' centres lie.
         circle_radius: Length = 3.0..=38.0,
-        /// Length of the package, along the circle.
+        /// Length of an LED's package, along the circle.
         length: Length = 0.5..=6.0,
-        /// Width of the package, along the radius.
+        /// Width of an LED's package, along the radius.
         width: Length = 0.3..=6.0,
-        /// Height of the package.
+        /// Height of an LED's package.
         height: Length = 0.2..=4.0,
-        /// Distance of their tops below the lens.
+        /// Distance of the LEDs' tops below the window.
         gap: Length = 0.1..=10.0,
-        /// Type.
+        /// Type of LED to buy.
         model: String = 1..=80,
-        /// Their electricity.
+        /// Electrical data of the LEDs.
         electric: Inline<Electric>,
     }
 
-    /// The image sensor, its board and lens.
+    /// Image sensor with its board and lens.
     pub struct Camera {
-        /// Which it is.
+        /// Camera module.
         module: Inline<Module>,
-        /// Pixels along each side of the square image.
+        /// Number of pixels along each side of the square image.
         pixels: u32 = 8..=4000,
-        /// Images per second when whole images are read.
+        /// Frame rate when whole images are read, Hz.
         image_rate: f64 = 0.1..=10000.0,
-        /// Rate of the chip's own statistics, Hz.
+        /// Rate of the statistics that the chip computes itself, Hz.
         statistics_rate: u32 = 1..=20000,
         /// Edge of the chip's square pixel array.
         array_size: Length = 0.2..=20.0,
-        /// Share of the picture's half width that stays free around the dots: what a lens's focal length and
-        /// a chip that sits beside its axis may be off.
+        /// Fraction of half the image's width that stays free around the dots, for tolerances of the lens's focal
+        /// length and of the chip's position.
         margin: f64 = 0.0..=0.5,
-        /// Focal length.
+        /// Focal length of the lens.
         focal_length: Length = 0.5..=50.0,
         /// Full angle of view of the lens on a chip that fills its image circle.
         lens_view: Angle = 10.0..=200.0,
-        /// Its lens.
+        /// Optical properties of the lens.
         optics: Inline<Optics>,
-        /// Distance of the optical centre below the hemisphere's foot.
+        /// Distance of the lens's optical centre below the hemisphere's foot.
         depth: Length = 5.0..=200.0,
         /// Distance of the optical centre behind the lens's front.
         pupil_behind_front: Length = 0.0..=20.0,
-        /// Edge of the board along x.
+        /// Edge of the camera board along x.
         board_size: Length = 10.0..=60.0,
-        /// Edge of the board along y.
+        /// Edge of the camera board along y.
         board_size_y: Length = 10.0..=60.0,
-        /// Thickness of the board.
+        /// Thickness of the camera board.
         board_thickness: Length = 0.4..=3.2,
-        /// Distance of the screw holes' centres along x.
+        /// Distance between the centres of the board's screw holes along x.
         screw_spacing: Length = 5.0..=58.0,
-        /// Distance of the screw holes' centres along y.
+        /// Distance between the centres of the board's screw holes along y.
         screw_spacing_y: Length = 5.0..=58.0,
         /// Edge of the square lens holder.
         holder_size: Length = 4.0..=40.0,
-        /// Height of the lens holder above the board.
+        /// Height of the lens holder above the camera board.
         holder_height: Length = 1.0..=30.0,
         /// Diameter of the lens barrel.
         barrel_diameter: Length = 2.0..=40.0,
-        /// Height of the lens's front above the board.
+        /// Height of the lens's front above the camera board.
         lens_height: Length = 2.0..=60.0,
     }
 
-    /// The printed body: spigot, shaft, and the housing of the board.
+    /// Printed body: spigot, shaft, and the housing of the camera board.
     pub struct Body {
-        /// Length of the shaft, from the end that faces the lens to the housing.
+        /// Length of the shaft, from the end that faces the window to the housing.
         shaft_length: Length = 10.0..=200.0,
         /// Outer diameter of the shaft.
         shaft_diameter: Length = 14.0..=78.0,
@@ -199,77 +199,77 @@ sections! {
         shaft_wall: Length = 1.2..=6.0,
         /// Thickness of the neck between O-ring and LED board.
         neck_wall: Length = 0.4..=3.0,
-        /// Free height below the camera board, for plugs and cable.
+        /// Free height below the camera board for plugs and cable.
         wiring_room: Length = 3.0..=40.0,
-        /// Width of the slot that the cable leaves by.
+        /// Width of the slot through which the cable leaves.
         cable_slot_width: Length = 2.0..=20.0,
-        /// Where that slot is around the axis: at +x at 0, at +y at 90 degrees.
+        /// Angle of that slot around the axis: 0 at +x, 90 degrees at +y.
         cable_angle: Angle = -180.0..=180.0,
-        /// Radius of the housing's outer edges, below the cone and above the mount; 0 for sharp ones.
+        /// Radius of the housing's outer edges, below the cone and above the mount; 0 for sharp edges.
         edge_fillet: Length = 0.0..=5.0,
-        /// Diameter of the posts that the camera board is screwed to.
+        /// Diameter of the posts to which the camera board is screwed.
         post_diameter: Length = 4.0..=12.0,
-        /// Material.
+        /// Material of the body.
         material: String = 1..=80,
     }
 
-    /// The microcontroller that reads the chip.
+    /// Microcontroller that reads the image sensor.
     pub struct Controller {
-        /// Where its board is: in a holder on the `housing`, or elsewhere, for `none`.
+        /// Place of the microcontroller's board: in a holder on the `housing`, or elsewhere (`none`).
         seat: ControllerSeat,
-        /// Type.
+        /// Type of microcontroller board to buy.
         model: String = 1..=80,
-        /// Length of its board.
+        /// Length of the microcontroller's board.
         length: Length = 15.0..=120.0,
-        /// Width of its board.
+        /// Width of the microcontroller's board.
         width: Length = 10.0..=80.0,
-        /// Thickness of its board.
+        /// Thickness of the microcontroller's board.
         thickness: Length = 0.6..=3.2,
     }
 
-    /// The flange between robot and body.
+    /// Flange between robot and body.
     pub struct Mount {
-        /// Thickness of the plate.
+        /// Thickness of the flange's plate.
         plate: Length = 2.0..=15.0,
-        /// Height of the spigot.
+        /// Height of the spigot on the flange.
         spigot_height: Length = 4.0..=30.0,
         /// Thickness of the spigot's wall.
         spigot_wall: Length = 1.2..=6.0,
-        /// Diameter of the circle of bolts.
+        /// Diameter of the circle on which the bolts lie.
         bolt_circle: Length = 15.0..=100.0,
         /// Number of M5 bolts.
         bolts: u32 = 3..=12,
     }
 
-    /// A pin-tip sensor.
+    /// Parameters of a pin-tip sensor.
     pub struct PinTip {
-        /// The printed tip.
+        /// Printed tip: skin, pins with dots, and ring.
         tip: Tip,
-        /// The skin.
+        /// Soft hemisphere that touches objects.
         skin: Skin,
-        /// The pins.
+        /// Pins on the inside of the skin, each along the local normal.
         pins: Pins,
-        /// The gel.
+        /// Clear gel between skin and window.
         fill: Fill,
-        /// The window.
+        /// Flat window that closes the tip.
         lens: Lens,
-        /// The bayonets.
+        /// Two bayonet joints: between tip and body, and between body and robot mount.
         bayonet: Bayonet,
-        /// The seal.
+        /// O-ring between body and window, which keeps light out and the bayonet from turning.
         seal: Seal,
-        /// The LED board.
+        /// Annular circuit board with the LEDs, below the window.
         led_board: LedBoard,
-        /// The LEDs.
+        /// LEDs on the annular board.
         leds: Leds,
-        /// The camera.
+        /// Image sensor with its board and lens.
         camera: Camera,
-        /// The body.
+        /// Printed body: spigot, shaft, and the housing of the camera board.
         body: Body,
-        /// The microcontroller.
+        /// Microcontroller that reads the image sensor.
         controller: Controller,
-        /// The robot mount.
+        /// Flange between robot and body.
         mount: Mount,
-        /// Which parts are made how.
+        /// Processes by which the parts are made.
         making: Making,
     }
 }

@@ -25,111 +25,111 @@ choices! {
 }
 
 sections! {
-    /// The sheets that everything rigid is cut from.
+    /// Stock sheets from which all rigid parts are cut.
     pub struct Stock {
         /// Length of a stock sheet.
         length: Length = 50.0..=3000.0,
         /// Width of a stock sheet.
         width: Length = 50.0..=2000.0,
-        /// Bare edge that the laser leaves around what it cuts.
+        /// Width of the edge of a sheet that stays free of laser cuts.
         margin: Length = 0.0..=50.0,
     }
 
-    /// The outline that mold sheets, box and clamps share, with a bolt in each corner.
+    /// Outline that mold sheets, box and clamps share, with a bolt in each corner.
     pub struct Plate {
         /// Edge of the square plates.
         side: Length = 40.0..=400.0,
-        /// Distance between two bolts along an edge.
+        /// Distance between two bolts along an edge of the plate.
         bolt_spacing: Length = 30.0..=380.0,
-        /// Width of the notches for a screwdriver that parts a stack.
+        /// Width of the notches for a screwdriver that separates the sheets of a stack.
         pry_width: Length = 4.0..=30.0,
         /// Depth of these notches.
         pry_depth: Length = 1.0..=10.0,
     }
 
-    /// The soft layer with the liquid's channels, on top.
+    /// Soft upper layer, with the channels for the liquid.
     pub struct ChannelLayer {
         /// Edge of the square layer.
         side: Length = 20.0..=300.0,
-        /// Thickness above the channels: the sheet of the mold's frame.
+        /// Thickness of the layer above the channels, which is that of the sheet for the mold's frame.
         roof: Length = 1.0..=10.0,
-        /// Trade name.
+        /// Trade name of the layer's material.
         material: Castable,
     }
 
-    /// The channels.
+    /// Channels for the liquid in the soft layer.
     pub struct Channels {
-        /// How they run.
+        /// Arrangement of the channels.
         arrangement: Arrangement,
-        /// Channels that enter from each of the two sides.
+        /// Number of channels that enter from each of the two sides.
         per_side: u32 = 2..=16,
         /// Distance between two channels where they enter.
         pitch: Length = 2.0..=30.0,
-        /// Width.
+        /// Width of a channel.
         width: Length = 1.0..=20.0,
-        /// Height: the sheet that the mold's fingers are cut from.
+        /// Height of a channel, which is the thickness of the sheet from which the mold's fingers are cut.
         height: Length = 1.0..=10.0,
-        /// Diameter of the chambers, where the arrangement has any.
+        /// Diameter of the chambers, if the arrangement has any.
         chamber_diameter: Length = 1.0..=40.0,
-        /// Thinnest silicone between two channels.
+        /// Minimum thickness of silicone between two channels.
         wall: Length = 0.5..=10.0,
     }
 
-    /// The soft layer with the markers, below.
+    /// Soft lower layer, with the markers.
     pub struct MarkerLayer {
-        /// Edge of the square layer; what stands out around the channel layer is held by the box.
+        /// Edge of the square layer. Its rim around the channel layer is held by the box.
         side: Length = 20.0..=350.0,
-        /// Thickness without markers: the sheet of the mold's frame.
+        /// Thickness of the layer without markers, which is that of the sheet for the mold's frame.
         thickness: Length = 1.0..=10.0,
-        /// Trade name.
+        /// Trade name of the layer's material.
         material: Castable,
-        /// Trade name of the pigment that makes it dark.
+        /// Trade name of the pigment that makes the layer dark.
         pigment: String = 1..=80,
-        /// Share of the pigment by mass.
+        /// Mass fraction of the pigment.
         pigment_share: f64 = 0.0..=0.1,
     }
 
-    /// The markers.
+    /// Markers on the underside of the marker layer.
     pub struct Markers {
-        /// How they lie: a square `grid` of `per_row` along each edge, or a `list` of places `x` and `y`.
+        /// Pattern of the markers: a square `grid` of `per_row` along each edge, or a `list` of positions `x` and `y`.
         pattern: FlatPattern,
-        /// List: x of each marker.
+        /// For a list: x of each marker.
         x: Vec<Length> = (1..=1000, -150.0..=150.0),
-        /// List: y of each marker.
+        /// For a list: y of each marker.
         y: Vec<Length> = (1..=1000, -150.0..=150.0),
-        /// Grid: markers along each edge.
+        /// For a grid: number of markers along each edge.
         per_row: u32 = 2..=40,
-        /// Grid: distance between two markers.
+        /// For a grid: distance between two markers.
         pitch: Length = 0.5..=30.0,
-        /// Diameter.
+        /// Diameter of a marker.
         diameter: Length = 0.3..=10.0,
-        /// Height: the sheet that the mold's holes are cut into.
+        /// Height of a marker, which is the thickness of the sheet with the mold's holes.
         height: Length = 0.5..=10.0,
-        /// Thickness of the paint on their ends.
+        /// Thickness of the paint on the markers' ends.
         paint: Length = 0.02..=0.5,
-        /// Trade name of the paint.
+        /// Trade name of the paint on the markers' ends.
         paint_material: Castable,
     }
 
-    /// What the molds are made from.
+    /// Thickness and materials of the mold sheets.
     pub struct Molds {
-        /// Sheet below both stacks.
+        /// Thickness of the sheet at the bottom of both mold stacks.
         floor: Length = 1.5..=10.0,
-        /// Material of the stack that casts the channel layer.
+        /// Material of the mold stack in which the channel layer is cast.
         channel_material: String = 1..=80,
-        /// Material of the stack that casts the marker layer, and of both floors.
+        /// Material of the mold stack in which the marker layer is cast, and of both floors.
         marker_material: String = 1..=80,
     }
 
-    /// The tubes from the interface to the display, and their joints.
+    /// Tubes between interface and display, and their joints.
     pub struct Tubes {
         /// Outer diameter of the silicone tube.
         outer_diameter: Length = 1.0..=10.0,
-        /// Inner diameter.
+        /// Inner diameter of the silicone tube.
         inner_diameter: Length = 0.3..=8.0,
-        /// Length between interface and display.
+        /// Length of a tube between interface and display.
         length: Length = 30.0..=3000.0,
-        /// How far a tube is glued into its channel.
+        /// Length of a tube that is glued into its channel.
         insertion: Length = 2.0..=20.0,
         /// Trade name of the glue.
         glue: Castable,
@@ -141,55 +141,55 @@ sections! {
         needle_length: Length = 4.0..=40.0,
     }
 
-    /// The rigid box below the interface, with the camera that sees the markers. Its edges are square, as
-    /// those of all sheets that a laser cuts.
+    /// Rigid box below the interface, with the camera that sees the markers. Its edges are square, like those of all
+    /// laser-cut sheets.
     pub struct Housing {
-        /// Thickness of its sheets.
+        /// Thickness of the box's sheets.
         sheet: Length = 2.0..=10.0,
-        /// Inner height: the length of the hexagonal spacers in its corners.
+        /// Inner height of the box, which is the length of the hexagonal spacers in its corners.
         height: Length = 30.0..=300.0,
         /// Edge of the square window below the interface.
         window: Length = 10.0..=300.0,
-        /// Fingers and gaps along each upright edge.
+        /// Number of fingers and gaps along each upright edge, where two walls interlock.
         fingers: u32 = 3..=31,
         /// Width of the tabs that locate a wall in the plates above and below it.
         tab: Length = 4.0..=60.0,
-        /// Which wall has the opening for the cable: `right` at +x, `left` at -x, `front` at -y, `back` at
-        /// +y, towards the display.
+        /// Wall with the opening for the cable: `right` at +x, `left` at -x, `front` at -y, `back` at +y, towards the
+        /// display.
         cable_side: Side,
         /// Width of the opening for the cable.
         cable_width: Length = 3.0..=40.0,
         /// Height of the opening for the cable.
         cable_height: Length = 2.0..=30.0,
-        /// Thickness of the bars that hold the interface down.
+        /// Thickness of the clamp bars that hold the interface down.
         clamp: Length = 2.0..=10.0,
-        /// Distance between the channel layer and the bars.
+        /// Distance between the channel layer and the clamp bars.
         clamp_gap: Length = 0.5..=20.0,
-        /// Material.
+        /// Material of the box.
         material: String = 1..=80,
         /// Length of the LED strip on each wall.
         led_strip_length: Length = 10.0..=300.0,
-        /// Width of the strip.
+        /// Width of the LED strip.
         led_strip_width: Length = 3.0..=20.0,
-        /// Thickness of the strip.
+        /// Thickness of the LED strip.
         led_strip_thickness: Length = 0.5..=6.0,
     }
 
-    /// The display: a plate with one straight channel for each of the interface's.
+    /// Display: a plate with one straight channel for each channel of the interface.
     pub struct Display {
-        /// Thickness of each of its three sheets.
+        /// Thickness of each of the display's three sheets.
         sheet: Length = 1.0..=10.0,
-        /// Length of the channels.
+        /// Length of the display's channels.
         channel_length: Length = 20.0..=500.0,
-        /// Width of the channels.
+        /// Width of the display's channels.
         channel_width: Length = 0.5..=10.0,
-        /// Distance between two channels.
+        /// Distance between two channels of the display.
         pitch: Length = 2.0..=30.0,
-        /// Length of liquid in a channel while nothing is touched.
+        /// Length of the liquid column in a channel while nothing touches the sensor.
         rest_length: Length = 5.0..=400.0,
         /// Distance of the bolts from the channels and from the plate's edges.
         border: Length = 4.0..=40.0,
-        /// Length of the hexagonal spacers that carry the camera above it.
+        /// Length of the hexagonal spacers that carry the camera above the display.
         camera_spacer: Length = 20.0..=400.0,
         /// Material of the sheet behind the channels.
         back_material: String = 1..=80,
@@ -197,39 +197,40 @@ sections! {
         clear_material: String = 1..=80,
     }
 
-    /// The two cameras, which are the same.
+    /// The sensor's two cameras, which are of the same type.
     pub struct Camera {
-        /// Module that is bought; its sizes hold where nothing else is written; `none` for sizes by hand.
+        /// Camera module that is bought. Its dimensions are used unless others are given; `none` to give all dimensions
+        /// by hand.
         module: String = 1..=64,
-        /// What to buy.
+        /// Type of camera to buy.
         model: String = 1..=80,
-        /// Image width.
+        /// Width of the image in pixels.
         width_px: u32 = 16..=8192,
-        /// Image height.
+        /// Height of the image in pixels.
         height_px: u32 = 16..=8192,
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=170.0,
-        /// How the lens lays angles onto the picture.
+        /// Projection of the lens: relation between the angle to its axis and the distance from the image's centre.
         projection: LensLaw,
-        /// Its lens.
+        /// Optical properties of the lens.
         optics: Inline<Optics>,
-        /// Edge of the board along x.
+        /// Edge of the camera board along x.
         board_size: Length = 10.0..=80.0,
-        /// Edge of the board along y.
+        /// Edge of the camera board along y.
         board_size_y: Length = 10.0..=80.0,
-        /// Thickness of the board.
+        /// Thickness of the camera board.
         board_thickness: Length = 0.6..=3.0,
-        /// Distance between two of its four holes along x.
+        /// Distance between two of the board's four holes along x.
         hole_spacing: Length = 6.0..=76.0,
-        /// Distance between two of its four holes along y.
+        /// Distance between two of the board's four holes along y.
         hole_spacing_y: Length = 6.0..=76.0,
-        /// Height of the spacers behind the board.
+        /// Height of the spacers behind the camera board.
         spacer: Length = 2.0..=20.0,
-        /// From the board to the lens's front.
+        /// Height of the lens's front above the camera board.
         lens_height: Length = 3.0..=50.0,
         /// Edge of the square lens holder.
         holder_size: Length = 4.0..=40.0,
-        /// Height of the lens holder above the board.
+        /// Height of the lens holder above the camera board.
         holder_height: Length = 1.0..=40.0,
         /// Diameter of the lens barrel.
         barrel_diameter: Length = 3.0..=40.0,
@@ -237,31 +238,31 @@ sections! {
         pupil_behind_front: Length = 0.0..=20.0,
     }
 
-    /// A soft interface with liquid channels over markers, cast between laser-cut sheets.
+    /// Parameters of a soft interface with liquid channels over markers, cast between laser-cut sheets.
     pub struct SheetMold {
-        /// Stock sheets.
+        /// Stock sheets from which all rigid parts are cut.
         stock: Stock,
-        /// The outline that plates share.
+        /// Outline that mold sheets, box and clamps share, with a bolt in each corner.
         plate: Plate,
-        /// The layer with the channels.
+        /// Soft upper layer, with the channels for the liquid.
         channel_layer: ChannelLayer,
-        /// The channels.
+        /// Channels for the liquid in the soft layer.
         channels: Channels,
-        /// The layer with the markers.
+        /// Soft lower layer, with the markers.
         marker_layer: MarkerLayer,
-        /// The markers.
+        /// Markers on the underside of the marker layer.
         markers: Markers,
-        /// The molds.
+        /// Thickness and materials of the mold sheets.
         molds: Molds,
-        /// The tubes.
+        /// Tubes between interface and display, and their joints.
         tubes: Tubes,
-        /// The box.
+        /// Rigid box below the interface, with the camera that sees the markers.
         housing: Housing,
-        /// The display.
+        /// Display: a plate with one straight channel for each channel of the interface.
         display: Display,
-        /// The cameras.
+        /// The sensor's two cameras, which are of the same type.
         camera: Camera,
-        /// Which parts are made how.
+        /// Processes by which the parts are made.
         making: Making,
     }
 }

@@ -107,8 +107,16 @@ fn neighbour_named_like(path: &Path) -> Option<String> {
     let names = entries.take(MOST).filter_map(|entry| entry.ok()?.file_name().into_string().ok());
     let mut names: Vec<String> = names.collect();
     names.sort();
-    let similar = similar(path.file_name()?.to_str()?, names.iter().map(String::as_str));
-    (!similar.is_empty()).then(|| did_you_mean(&similar))
+    let written = path.file_name()?.to_str()?;
+    // A common extension makes short names look alike: what comes before it must be similar, too.
+    let stem = |name: &str| Path::new(name).file_stem()?.to_str().map(str::to_owned);
+    let is_near = |name: &&str| {
+        let stems = stem(written).zip(stem(name));
+        stems.is_some_and(|(written, other)| !similar(&written, [&*other]).is_empty())
+    };
+    let mut found = similar(written, names.iter().map(String::as_str));
+    found.retain(is_near);
+    (!found.is_empty()).then(|| did_you_mean(&found))
 }
 
 /// Opens a regular file and returns its length. Other kinds are refused before they are opened, as far as that can be

@@ -129,7 +129,7 @@ macro_rules! limits {
 const MOST_NAMED: usize = 3;
 
 /// Characters of a message, beyond which it names no further parameter.
-const MESSAGE_LENGTH: usize = 190;
+const MESSAGE_LENGTH: usize = 180;
 
 /// Collector of violated rules, each at the place where the value was written.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use fabkit_text::{Look, Parameter, Reader, Refusal, Shape};
 
-use super::named::{near, unknown_hint};
+use super::named::near;
 use crate::materials::{Castable, Catalogue};
 use crate::processes::Making;
 
@@ -35,14 +35,19 @@ impl Parameter for Castable {
         reader.looked_up(path, summary, ALLOWED, |text| match known.find(text) {
             Some(castable) => Ok((castable.clone(), String::from(castable))),
             None => {
+                let near = near(text, known.names());
+                let known_names = if near.is_empty() {
+                    "`fabkit show SENSOR` lists the known ones".to_owned()
+                } else {
+                    fabkit_text::did_you_mean(&near)
+                };
                 let hint = format!(
-                    "{}; or declare your own: `materials: {{{}: {{density: 1 g/cm3, cure: {{time: \
-                     24 h}}}}}}`",
-                    unknown_hint(text, &known.names()),
+                    "{known_names}; or declare your own: `materials: {{{}: {{density: 1 g/cm3, cure: \
+                     {{time: 24 h}}}}}}`",
                     fabkit_text::shown(text.trim())
                 );
                 let refusal = Refusal::new("of which fabkit knows neither mix nor cure", &hint);
-                let instead = near(text, known.names()).first().map(|name| (*name).to_owned());
+                let instead = near.first().map(|name| (*name).to_owned());
                 Err(Refusal { instead, ..refusal.code("unknown_material") })
             }
         })
